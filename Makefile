@@ -1,0 +1,39 @@
+# Every target makes its own environment when it is missing. No shell is needed at run time:
+# the README gives the same steps without make.
+PYTHON ?= python3
+VENV := .venv
+BIN := $(VENV)/bin
+READY := $(VENV)/.ready
+EXTRAS := fast,cluster,interactive,modal,dev
+
+.PHONY: study test lint bench validate constraints clean
+
+study: $(READY)
+	$(BIN)/deboom run studies/u06_robust_front.py
+
+test: $(READY)
+	$(BIN)/python -m pytest
+
+lint: $(READY)
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/mypy
+	$(BIN)/lint-imports
+
+bench: $(READY)
+	$(BIN)/python benchmarks/run.py
+
+validate: $(READY)
+	$(BIN)/python benchmarks/validate.py
+
+constraints: $(READY)
+	$(BIN)/uv pip compile pyproject.toml --all-extras --universal --python-version 3.11 \
+		--upgrade --no-emit-index-url --no-emit-find-links --no-header --no-annotate -o constraints.txt
+
+clean:
+	rm -rf $(VENV) build dist .pytest_cache .mypy_cache .ruff_cache .coverage
+
+$(READY): pyproject.toml constraints.txt
+	$(PYTHON) -m venv $(VENV)
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e ".[$(EXTRAS)]"
+	$(BIN)/python -c "import pathlib; pathlib.Path('$(READY)').touch()"

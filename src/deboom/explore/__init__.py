@@ -1,0 +1,4 @@
+"""Designs in, responses out: robustness, optimisation, selection.
+
+Depends on: numpy and pandas only; it never sees physics.
+"""

@@ -1,0 +1,1 @@
+"""What a measured channel is, and how channels become a virtual point. Depends on: physics."""

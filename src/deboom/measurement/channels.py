@@ -1,0 +1,173 @@
+"""Spectra and frequency response functions that carry the names of their channels."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TypeVar
+
+import numpy as np
+import numpy.typing as npt
+
+from deboom.errors import InputError
+
+RealArray = npt.NDArray[np.float64]
+ComplexArray = npt.NDArray[np.complex128]
+_T = TypeVar("_T", bound=np.generic)
+
+
+def _frozen_copy(array: npt.NDArray[_T]) -> npt.NDArray[_T]:
+    """Copy first: freezing in place would freeze the caller's array."""
+    copy = array.copy()
+    copy.setflags(write=False)
+    return copy
+
+
+def _checked_names(names: Sequence[str], count: int, what: str) -> tuple[str, ...]:
+    names = tuple(names)
+    if len(names) != count:
+        raise InputError(f"{len(names)} {what} names for {count} {what} columns: {list(names)}")
+    doubled = sorted({name for name in names if names.count(name) > 1})
+    if doubled:
+        raise InputError(f"duplicated {what} {doubled}: every {what} needs a name of its own")
+    return names
+
+
+def _positions(wanted: Sequence[str], names: tuple[str, ...], what: str) -> list[int]:
+    missing = [name for name in wanted if name not in names]
+    if missing:
+        raise InputError(f"no {what} named {missing}; there are {list(names)}")
+    return [names.index(name) for name in wanted]
+
+
+def _checked_frequency(frequency: npt.ArrayLike) -> RealArray:
+    values = np.asarray(frequency, dtype=float)
+    if values.ndim != 1 or values.size == 0:
+        raise InputError(f"a frequency axis has one dimension, this one has shape {values.shape}")
+    if not np.all(np.isfinite(values)) or np.any(np.diff(values) <= 0):
+        raise InputError("frequencies must be finite and increase from line to line")
+    return _frozen_copy(values)
+
+
+def _checked_values(values: npt.ArrayLike, what: str) -> ComplexArray:
+    array = np.asarray(values, dtype=complex)
+    bad = ~np.isfinite(array)
+    if bad.any():
+        where = tuple(int(i) for i in np.argwhere(bad)[0])
+        raise InputError(f"{what} is not finite at index {where} (line, channel, ...)")
+    return _frozen_copy(array)
+
+
+@dataclass(frozen=True, eq=False)
+class Spectrum:
+    """Complex spectra of several channels of one unit.
+
+    Parameters
+    ----------
+    frequency : array, shape (n_frequency,)
+        Increasing [Hz].
+    values : array, shape (n_frequency, n_channel)
+        Complex peak amplitudes, factor e^{+jωt} [unit].
+    channels : sequence of str
+        Name of each column.
+    unit : str
+        SI unit of all columns.
+
+    Raises
+    ------
+    InputError
+        Shapes that disagree, duplicated names, values that are not finite.
+    """
+
+    frequency: RealArray
+    values: ComplexArray
+    channels: tuple[str, ...]
+    unit: str
+
+    def __post_init__(self) -> None:
+        frequency = _checked_frequency(self.frequency)
+        values = _checked_values(self.values, "spectrum")
+        if values.ndim != 2 or values.shape[0] != frequency.size:
+            raise InputError(
+                f"a spectrum has shape (n_frequency, n_channel) = ({frequency.size}, n), "
+                f"not {values.shape}"
+            )
+        object.__setattr__(self, "frequency", frequency)
+        object.__setattr__(self, "values", values)
+        names = _checked_names(self.channels, values.shape[1], "channel")
+        object.__setattr__(self, "channels", names)
+
+    def select(self, channels: Sequence[str]) -> Spectrum:
+        """Return the spectrum of the named channels, in the order asked for."""
+        columns = _positions(channels, self.channels, "channel")
+        return Spectrum(self.frequency, self.values[:, columns], tuple(channels), self.unit)
+
+
+@dataclass(frozen=True, eq=False)
+class Frf:
+    """A matrix of frequency response functions whose outputs and inputs have names.
+
+    Parameters
+    ----------
+    frequency : array, shape (n_frequency,)
+        Increasing [Hz].
+    values : array, shape (n_frequency, n_output, n_input)
+        Complex response per unit input [unit].
+    outputs, inputs : sequence of str
+        Names of the rows and of the columns.
+    unit : str
+        SI unit, such as ``Pa/N``.
+
+    Raises
+    ------
+    InputError
+        Shapes that disagree, duplicated names, values that are not finite.
+    """
+
+    frequency: RealArray
+    values: ComplexArray
+    outputs: tuple[str, ...]
+    inputs: tuple[str, ...]
+    unit: str
+
+    def __post_init__(self) -> None:
+        frequency = _checked_frequency(self.frequency)
+        values = _checked_values(self.values, "frequency response function")
+        if values.ndim != 3 or values.shape[0] != frequency.size:
+            raise InputError(
+                "a matrix of frequency response functions has shape (n_frequency, n_output, "
+                f"n_input) = ({frequency.size}, n, m), not {values.shape}"
+            )
+        object.__setattr__(self, "frequency", frequency)
+        object.__setattr__(self, "values", values)
+        outputs = _checked_names(self.outputs, values.shape[1], "output")
+        object.__setattr__(self, "outputs", outputs)
+        inputs = _checked_names(self.inputs, values.shape[2], "input")
+        object.__setattr__(self, "inputs", inputs)
+
+    def select(
+        self, outputs: Sequence[str] | None = None, inputs: Sequence[str] | None = None
+    ) -> Frf:
+        """Return the named rows and columns, in the order asked for; None keeps them all."""
+        outputs = self.outputs if outputs is None else tuple(outputs)
+        inputs = self.inputs if inputs is None else tuple(inputs)
+        rows = _positions(outputs, self.outputs, "output")
+        columns = _positions(inputs, self.inputs, "input")
+        values = self.values[:, rows][:, :, columns]
+        return Frf(self.frequency, values, outputs, inputs, self.unit)
+
+    def __matmul__(self, source: Spectrum) -> Spectrum:
+        """Response to a spectrum: ``o_f = Σ_i H_foi s_fi``; names and frequencies must agree."""
+        if self.inputs != source.channels:
+            raise InputError(
+                f"inputs {list(self.inputs)} and channels {list(source.channels)} differ: "
+                "select() the same names in the same order first"
+            )
+        if not np.array_equal(self.frequency, source.frequency):
+            raise InputError("the frequency axes of matrix and spectrum differ")
+        values = np.einsum("foi,fi->fo", self.values, source.values)
+        unit = f"{self.unit}·{source.unit}"
+        numerator, _, denominator = self.unit.partition("/")
+        if denominator == source.unit:
+            unit = numerator
+        return Spectrum(self.frequency, values, self.outputs, unit)

@@ -1,0 +1,1 @@
+"""One mount: characterise, model, keep. Depends on: physics, measurement."""

@@ -1,0 +1,1 @@
+"""The only door to plotting, and the page. Depends on: plain tables and arrays."""

@@ -1,0 +1,108 @@
+"""The command line: thin, and quick to start, because every command imports only what it needs."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+import deboom
+
+app = typer.Typer(
+    add_completion=False,
+    no_args_is_help=True,
+    rich_markup_mode=None,
+    pretty_exceptions_enable=False,
+    help="Takes the booming noise (15-140 Hz) out of vehicles.",
+    epilog=(
+        "Start with:  deboom studies   then   deboom run studies/u06_robust_front.py --help.  "
+        "Bad input ends with one sentence and exit code 2."
+    ),
+)
+bench_app = typer.Typer(
+    no_args_is_help=True,
+    rich_markup_mode=None,
+    help="The virtual test bench: measurement files that look real, with known truth.",
+)
+app.add_typer(bench_app, name="bench")
+
+
+def _print_version(wanted: bool) -> None:
+    if wanted:
+        typer.echo(f"deboom {deboom.__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def _options(
+    version: Annotated[
+        bool,
+        typer.Option(
+            "--version", callback=_print_version, is_eager=True, help="Print the version and stop."
+        ),
+    ] = False,
+) -> None:
+    pass
+
+
+@app.command(
+    context_settings={
+        "allow_extra_args": True,
+        "ignore_unknown_options": True,
+        "help_option_names": [],
+    },
+    options_metavar="",
+)
+def run(
+    context: typer.Context,
+    study: Annotated[
+        str | None, typer.Argument(help="A study script, such as studies/u06_robust_front.py.")
+    ] = None,
+) -> None:
+    """Run a study and print the folder of its results as the last line.
+
+    Each study brings its own options: `deboom run STUDY --help` explains them. Common to all are
+    --out (where results go, default `results`) and --seed (an integer from 1).
+    """
+    if study is None or study in ("--help", "-h"):
+        typer.echo(context.get_help())
+        raise typer.Exit
+    from deboom.study.runner import one_sentence_errors, study_command
+
+    with one_sentence_errors():
+        command = study_command(Path(study))
+    command(args=list(context.args), prog_name=f"deboom run {study}")
+
+
+@app.command()
+def studies(
+    folder: Annotated[Path, typer.Option(help="Folder with the study scripts.")] = Path("studies"),
+) -> None:
+    """List the studies with their questions."""
+    from deboom.study.runner import one_sentence_errors, question_of
+
+    with one_sentence_errors():
+        for path in sorted(folder.glob("*.py")):
+            typer.echo(f"{path.as_posix()}\n    {question_of(path)}")
+
+
+@bench_app.command("write")
+def bench_write(
+    folder: Annotated[Path, typer.Argument(help="A new or empty folder for the files.")],
+    seed: Annotated[
+        int, typer.Option(help="From 1. Seed 1 is the frozen fleet; others draw a new one.")
+    ] = 1,
+) -> None:
+    """Write the measurement files of a virtual platform.
+
+    Noise transfer functions of 15 vehicles (UFF), operating displacement and force spectra at the
+    mounts (UFF), tables of mounts and channels (CSV) and a platform.toml that names them. The exact
+    truth goes to the folder `truth/`, which no study reads.
+    """
+    from deboom.bench.platform_writer import write_platform
+    from deboom.study.progress import progress_bar
+    from deboom.study.runner import one_sentence_errors
+
+    with one_sentence_errors(), progress_bar("virtual bench") as progress:
+        typer.echo(write_platform(folder, seed=seed, progress=progress).as_posix())

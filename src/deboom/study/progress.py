@@ -1,0 +1,50 @@
+"""Progress of long work: a bar on a terminal, a few lines in a log."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+
+from tqdm import tqdm
+
+Progress = Callable[[int, int, str], None]
+"""Called with what is done, the total, and a short text."""
+
+LOG_LINES = 4
+
+
+@contextmanager
+def progress_bar(title: str) -> Iterator[Progress]:
+    """Show progress under a title on standard error.
+
+    Parameters
+    ----------
+    title : str
+        What is being done.
+
+    Yields
+    ------
+    callable
+        ``progress(done, total, text)``. On a terminal it moves a bar; elsewhere it writes about
+        four lines in all, so that logs stay readable.
+    """
+    bar = tqdm(desc=title, disable=None, file=sys.stderr, unit="step", leave=True)
+    logged = 0
+
+    def progress(done: int, total: int, text: str) -> None:
+        nonlocal logged
+        if bar.disable:
+            part = done * LOG_LINES // max(total, 1)
+            if part > logged:
+                logged = part
+                print(f"{title}: {done}/{total} {text}".rstrip(), file=sys.stderr, flush=True)
+            return
+        bar.total = total
+        bar.set_postfix_str(text, refresh=False)
+        bar.update(done - bar.n)
+
+    try:
+        yield progress
+    finally:
+        bar.close()

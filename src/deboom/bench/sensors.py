@@ -1,0 +1,275 @@
+"""Accelerometers and force cells on the bench: what they truly do, and what the laboratory knows.
+
+Six triaxial accelerometers on the powertrain (two at each mount), a triaxial force cell under each
+mount, and one accelerometer and one cell on each wishbone mount.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from deboom.bench.frozen import freeze_arrays
+from deboom.bench.operating_run import SIDES, OperatingRun
+from deboom.bench.parameters import VirtualBench
+from deboom.physics.arrays import ComplexArray, RealArray
+from deboom.physics.rigid_body import forward_matrices
+
+ACCELEROMETER_OFFSETS = {
+    "EnM": ((0.06, -0.05, 0.02), (-0.05, -0.03, -0.04)),
+    "GeM": ((0.05, 0.05, 0.03), (-0.06, 0.04, -0.02)),
+    "TSM": ((-0.07, 0.05, 0.03), (-0.05, -0.06, -0.03)),
+}
+"""Where the accelerometers sit, from the virtual point of their mount [m]."""
+
+
+@dataclass(frozen=True)
+class ErrorBudget:
+    """Standard deviations of every error of the bench's measuring chain.
+
+    Parameters
+    ----------
+    position, angle : float
+        Of an accelerometer against its drawing [m], [rad].
+    gain, cross_axis : float
+        Of an accelerometer [1]; the cross-axis sensitivity is uniform within ± this.
+    acceleration_own, acceleration_norm, acceleration_floor : float
+        Order-tracking noise per own channel [1], per norm of the triaxial sensor [1], floor [m/s²].
+    cell_gain, cell_cross, cell_shunt : float
+        Of a force cell [1]: scatter, cross-talk (uniform within ±), force that bypasses it.
+    force_own, force_norm, force_floor : float
+        Order-tracking noise of a cell [1], [1], [N].
+    shaker_angle, shaker_gain : float
+        Of the shaker that calibrates the cells at the virtual point [rad], [1].
+    bench_frequency, bench_flexibility : float
+        First mode of the bench [Hz] and how much it adds to the force there [1].
+    tilt : float
+        Spread of the accelerometers' known orientations about right angles [rad].
+    """
+
+    position: float = 0.002
+    angle: float = float(np.deg2rad(0.5))
+    gain: float = 0.01
+    cross_axis: float = 0.01
+    acceleration_own: float = 0.002
+    acceleration_norm: float = 0.00015
+    acceleration_floor: float = 0.005
+    cell_gain: float = 0.01
+    cell_cross: float = 0.015
+    cell_shunt: float = 0.06
+    force_own: float = 0.002
+    force_norm: float = 0.00015
+    force_floor: float = 0.01
+    shaker_angle: float = float(np.deg2rad(0.5))
+    shaker_gain: float = 0.005
+    bench_frequency: float = 248.0
+    bench_flexibility: float = 0.05
+    tilt: float = 0.15
+
+
+@dataclass(frozen=True, eq=False)
+class Instrumentation:
+    """What the sensors truly do.
+
+    Parameters
+    ----------
+    sensing : array, shape (n_channel, 6)
+        Acceleration of the powertrain to the accelerometers' channels.
+    cell_transfer : array, shape (n_mount, 3, 3)
+        Force at the virtual point to the cell's channels.
+    side_acceleration_gain, side_cell_gain : array, shape (n_side,)
+        Of the sensors on the wishbone mounts.
+    """
+
+    sensing: RealArray
+    cell_transfer: RealArray
+    side_acceleration_gain: RealArray
+    side_cell_gain: RealArray
+
+    def __post_init__(self) -> None:
+        freeze_arrays(self)
+
+
+@dataclass(frozen=True, eq=False)
+class LaboratoryKnowledge:
+    """What the laboratory believes of its sensors.
+
+    Parameters
+    ----------
+    sensor_forward : array, shape (n_channel, 6)
+        Nominal positions and orientations of the accelerometers.
+    point_forward : array, shape (3 n_mount, 6)
+        Virtual points of the mounts.
+    force_transfer : array, shape (n_mount, 3, 3)
+        Force transfer matrices, measured with the shaker.
+    """
+
+    sensor_forward: RealArray
+    point_forward: RealArray
+    force_transfer: RealArray
+
+    def __post_init__(self) -> None:
+        freeze_arrays(self)
+
+
+@dataclass(frozen=True, eq=False)
+class RawChannels:
+    """Order spectra of one run as the sensors deliver them.
+
+    Parameters
+    ----------
+    frequency : array, shape (f,)
+        [Hz].
+    acceleration : array, shape (f, n_channel)
+        Of the powertrain, three channels per accelerometer [m/s²].
+    cell_force : array, shape (f, 3 n_mount)
+        [N].
+    side_acceleration, side_force : array, shape (f, n_side)
+        At the wishbone mounts [m/s²], [N].
+    """
+
+    frequency: RealArray
+    acceleration: ComplexArray
+    cell_force: ComplexArray
+    side_acceleration: ComplexArray
+    side_force: ComplexArray
+
+    def __post_init__(self) -> None:
+        freeze_arrays(self)
+
+
+def draw_instrumentation(
+    bench: VirtualBench, budget: ErrorBudget, generator: np.random.Generator
+) -> tuple[Instrumentation, LaboratoryKnowledge]:
+    """Mount the sensors with their errors.
+
+    Parameters
+    ----------
+    bench : VirtualBench
+        Where they sit.
+    budget : ErrorBudget
+        How large the errors are.
+    generator : Generator
+        Draws them.
+
+    Returns
+    -------
+    Instrumentation, LaboratoryKnowledge
+        The truth and what the laboratory works with.
+    """
+    nominal = np.array(
+        [
+            position + np.array(offset)
+            for name, position in zip(bench.mount_names, bench.positions, strict=True)
+            for offset in ACCELEROMETER_OFFSETS[name]
+        ]
+    )
+    n_sensor, n_mount = len(nominal), len(bench.positions)
+    quarter_turns = np.pi / 2 * generator.integers(4, size=n_sensor)
+    upright = Rotation.from_rotvec(np.outer(quarter_turns, [0.0, 0.0, 1.0]))
+    tilted = Rotation.from_rotvec(generator.normal(0, budget.tilt, (n_sensor, 3)))
+    known = upright * tilted
+    placed = nominal + generator.normal(0, budget.position, nominal.shape)
+    true = known * Rotation.from_rotvec(generator.normal(0, budget.angle, (n_sensor, 3)))
+    sensitivity = _sensitivity(budget.gain, budget.cross_axis, n_sensor, generator)
+    felt = forward_matrices(placed, true.as_matrix()).reshape(n_sensor, 3, 6)
+
+    cells = _sensitivity(budget.cell_gain, budget.cell_cross, n_mount, generator)
+    cells = cells - budget.cell_shunt * np.eye(3)
+    misaligned = Rotation.from_rotvec(generator.normal(0, budget.shaker_angle, (n_mount * 3, 3)))
+    pushes = misaligned.apply(np.tile(np.eye(3), (n_mount, 1))).reshape(n_mount, 3, 3)
+    shaker_gain = 1 + generator.normal(0, budget.shaker_gain, (n_mount, 3))
+    # column a = what the cell answers to a push along a, per newton that the shaker states
+    force_transfer = cells @ pushes.swapaxes(1, 2) / shaker_gain[:, None, :]
+
+    n_side = len(SIDES)
+    instrumentation = Instrumentation(
+        sensing=(sensitivity @ felt).reshape(3 * n_sensor, 6),
+        cell_transfer=cells,
+        side_acceleration_gain=1 + generator.normal(0, budget.gain, n_side),
+        side_cell_gain=1 + generator.normal(0, budget.shaker_gain, n_side),
+    )
+    knowledge = LaboratoryKnowledge(
+        sensor_forward=forward_matrices(nominal, known.as_matrix()),
+        point_forward=forward_matrices(bench.positions),
+        force_transfer=force_transfer,
+    )
+    return instrumentation, knowledge
+
+
+def _sensitivity(
+    gain: float, cross: float, n_sensor: int, generator: np.random.Generator
+) -> RealArray:
+    """Draw gains on the diagonal and cross-axis sensitivity beside it, shape (n_sensor, 3, 3)."""
+    diagonal = np.eye(3) * (1 + generator.normal(0, gain, (n_sensor, 1, 3)))
+    beside = cross * generator.uniform(-1, 1, (n_sensor, 3, 3)) * (1 - np.eye(3))
+    return np.asarray(diagonal + beside)
+
+
+def measure(
+    instrumentation: Instrumentation,
+    run: OperatingRun,
+    budget: ErrorBudget,
+    generator: np.random.Generator,
+) -> RawChannels:
+    """Record one run with the bench's sensors.
+
+    Parameters
+    ----------
+    instrumentation : Instrumentation
+        The true sensors.
+    run : OperatingRun
+        What really happens.
+    budget : ErrorBudget
+        Noise and the flexibility of the bench.
+    generator : Generator
+        Draws the noise.
+    """
+    n_line = run.frequency.size
+    to_acceleration = -((2 * np.pi * run.frequency[:, None]) ** 2)
+    acceleration = (to_acceleration * run.powertrain.motion) @ instrumentation.sensing.T
+    flexible = 1 + budget.bench_flexibility * (run.frequency / budget.bench_frequency) ** 2
+    mount_force = run.powertrain.force.reshape(n_line, -1, 3)
+    cell_force = np.einsum("mab,fmb->fma", instrumentation.cell_transfer, mount_force)
+    cell_force = cell_force.reshape(n_line, -1) * flexible[:, None]
+    side_acceleration = (
+        to_acceleration * run.wheel_end.displacement * instrumentation.side_acceleration_gain
+    )
+    side_force = run.wheel_end.force * instrumentation.side_cell_gain
+    of_acceleration = (
+        budget.acceleration_own,
+        budget.acceleration_norm,
+        budget.acceleration_floor,
+    )
+    of_force = (budget.force_own, budget.force_norm, budget.force_floor)
+    return RawChannels(
+        frequency=run.frequency,
+        acceleration=acceleration + _noise(acceleration, 3, of_acceleration, generator),
+        cell_force=cell_force + _noise(cell_force, 3, of_force, generator),
+        side_acceleration=side_acceleration
+        + _noise(side_acceleration, 1, of_acceleration, generator),
+        side_force=side_force + _noise(side_force, 1, of_force, generator),
+    )
+
+
+def _noise(
+    signal: ComplexArray,
+    n_axis: int,
+    levels: tuple[float, float, float],
+    generator: np.random.Generator,
+) -> ComplexArray:
+    """Order-tracking leakage and floor of one kind of channel.
+
+    Neighbouring lines share part of their time window, hence the weights 1/2, 1, 1/2.
+    """
+    own, of_norm, floor = levels
+    n_line, n_channel = signal.shape
+    shape = (n_line + 2, n_channel)
+    white = (generator.normal(size=shape) + 1j * generator.normal(size=shape)) / np.sqrt(2)
+    leaked = (0.5 * white[:-2] + white[1:-1] + 0.5 * white[2:]) / np.sqrt(1.5)
+    per_sensor = np.linalg.norm(signal.reshape(n_line, -1, n_axis), axis=2)
+    norm = np.repeat(per_sensor, n_axis, axis=1)
+    amplitude = np.sqrt((own * np.abs(signal)) ** 2 + (of_norm * norm) ** 2 + floor**2)
+    return np.asarray(leaked * amplitude)

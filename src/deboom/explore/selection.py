@@ -1,0 +1,192 @@
+"""Choosing from a front: named picks, variables without effect, indifference intervals."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from deboom.errors import InputError
+from deboom.explore.arrays import RealArray
+from deboom.explore.design_space import DesignSpace
+from deboom.explore.evaluate import Evaluate, responses
+from deboom.explore.robust import Robust, RobustValues
+
+
+@dataclass(frozen=True)
+class Picks:
+    """Rows of a front that have a name.
+
+    Parameters
+    ----------
+    best_mean, best_sigma : int
+        Smallest `mean_sum` and smallest `sigma_sum`; of equals the better in the other objective.
+    knee : int
+        Where a little of one objective costs most of the other, see `pick`.
+    """
+
+    best_mean: int
+    best_sigma: int
+    knee: int
+
+
+def pick(values: RobustValues) -> Picks:
+    """Return the named rows of a front.
+
+    Parameters
+    ----------
+    values : RobustValues
+        A front, or a front evaluated again; rows that failed are passed over.
+
+    Returns
+    -------
+    Picks
+
+    Raises
+    ------
+    InputError
+        No row that could be computed.
+
+    Notes
+    -----
+    The knee is the row farthest from the chord between best mean and best sigma, on the side of
+    the ideal point, after both objectives are scaled to run from 0 to 1 along the chord (I. Das,
+    "On characterizing the 'knee' of the Pareto curve", Structural Optimization 18, 1999). A front
+    without any row on that side has its knee at best mean.
+    """
+    rows = np.flatnonzero(~values.failed)
+    if rows.size == 0:
+        raise InputError("no design of this front could be computed: there is nothing to pick")
+    mean, sigma = values.objectives[rows].T
+    best_mean = np.lexsort((sigma, mean))[0]
+    best_sigma = np.lexsort((mean, sigma))[0]
+    mean_span = mean[best_sigma] - mean[best_mean]
+    sigma_span = sigma[best_mean] - sigma[best_sigma]
+    knee = best_mean
+    if mean_span > 0.0 and sigma_span > 0.0:
+        along_mean = (mean - mean[best_mean]) / mean_span
+        along_sigma = (sigma - sigma[best_sigma]) / sigma_span
+        depth = 1.0 - along_mean - along_sigma
+        depth[best_mean] = 0.0
+        knee = np.argmax(depth) if depth.max() > 0.0 else best_mean
+    return Picks(*(int(rows[row]) for row in (best_mean, best_sigma, knee)))
+
+
+def variables_without_effect(evaluate: Evaluate, space: DesignSpace) -> tuple[str, ...]:
+    """Return the variables that no response depends on ("no requirement").
+
+    Parameters
+    ----------
+    evaluate : Evaluate
+        The model.
+    space : DesignSpace
+        Its variables and bounds.
+
+    Returns
+    -------
+    tuple of str
+        Variables whose lower and upper bound give the same responses, bit for bit, at the nominal
+        design and at two designs between the bounds. A weak variable is not among them: see
+        `indifference_intervals`.
+    """
+    pattern = np.where(np.arange(space.n_variables) % 2 == 0, 0.25, 0.75)
+    span = space.upper - space.lower
+    same = span > 0.0  # what cannot move has not been shown to have no effect
+    for base in (space.nominal, space.lower + pattern * span, space.upper - pattern * span):
+        at_bound = []
+        for bound in (space.lower, space.upper):
+            designs = np.tile(base, (space.n_variables, 1))
+            np.fill_diagonal(designs, bound)
+            # one call per bound: both bounds of a variable sit in the same row of equal batches,
+            # where a matrix product rounds alike
+            at_bound.append(responses(evaluate, designs))
+        same &= np.all(at_bound[0] == at_bound[1], axis=1)
+    return tuple(name for name, alike in zip(space.names, same, strict=True) if alike)
+
+
+def at_nominal(designs: RealArray, space: DesignSpace, variables: Sequence[str]) -> RealArray:
+    """Return designs, shape (n, k), with the named variables back at their nominal values.
+
+    Raises
+    ------
+    InputError
+        A variable that the space does not have.
+    """
+    changed = space.checked(designs).copy()
+    for name in variables:
+        if name not in space.names:
+            raise InputError(f"no design variable '{name}': there are {list(space.names)}")
+        column = space.names.index(name)
+        changed[:, column] = space.nominal[column]
+    return changed
+
+
+def indifference_intervals(
+    robust: Robust, design: RealArray, change: float, n_points: int = 21
+) -> tuple[RealArray, RealArray]:
+    """Return how far each variable may move alone before the mean moves noticeably.
+
+    Parameters
+    ----------
+    robust : Robust
+        Such as `RobustResponse`.
+    design : array, shape (k,)
+        A pick, within the bounds of the space [units of the space].
+    change : float
+        What counts as noticeable: change of `mean_sum` per response [response unit].
+    n_points : int
+        Values of each variable that are tried, evenly from bound to bound.
+
+    Returns
+    -------
+    lower, upper : array, shape (k,)
+        Ends of the interval around the design [units of the space]. Within the interval
+        ``|mean_sum - mean_sum(design)| / r`` stays below `change` at every value tried; its ends
+        are interpolated between the last value within and the first beyond, or are the bounds of
+        the space.
+
+    Raises
+    ------
+    InputError
+        A design outside the bounds or one that fails; a change that is not positive; fewer than
+        2 points.
+    """
+    space = robust.space
+    base = space.checked(np.atleast_2d(design))[0]
+    if np.any((base < space.lower) | (base > space.upper)):
+        raise InputError("indifference intervals belong to a design within the bounds of its space")
+    if not change > 0.0 or n_points < 2:
+        raise InputError(
+            f"an indifference of {change:g} over {n_points} points cannot be found: "
+            "take a positive change and at least 2 points"
+        )
+    grid = np.linspace(space.lower, space.upper, n_points).T
+    columns = np.arange(space.n_variables)
+    scan = np.tile(base, (space.n_variables, n_points, 1))
+    scan[columns, :, columns] = grid
+    values = robust(np.vstack([base, scan.reshape(-1, space.n_variables)]))
+    if values.failed[0]:
+        raise InputError("the design whose indifference intervals are asked for fails itself")
+    limit = change * values.mean.shape[1]
+    moved = np.abs(values.mean_sum[1:] - values.mean_sum[0]).reshape(grid.shape)
+    intervals = np.empty((space.n_variables, 2))
+    for interval, start, points, movement in zip(intervals, base, grid, moved, strict=True):
+        below, above = points < start, points > start
+        interval[0] = _reach(start, points[below][::-1], movement[below][::-1], limit)
+        interval[1] = _reach(start, points[above], movement[above], limit)
+    return intervals[:, 0], intervals[:, 1]
+
+
+def _reach(start: float, points: RealArray, moved: RealArray, limit: float) -> float:
+    """Return how far along `points`, which lead away from `start`, `moved` stays below `limit`."""
+    path = np.concatenate([[start], points])
+    height = np.concatenate([[0.0], moved])
+    beyond = np.flatnonzero(~(height < limit))  # a failed design, NaN, counts as beyond
+    if beyond.size == 0:
+        return float(path[-1])
+    last, first = beyond[0] - 1, beyond[0]
+    if np.isnan(height[first]):
+        return float(path[last])
+    fraction = (limit - height[last]) / (height[first] - height[last])
+    return float(path[last] + fraction * (path[first] - path[last]))

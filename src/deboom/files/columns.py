@@ -1,0 +1,204 @@
+"""Channels of a platform, chosen from UFF files by their DoF and checked against the table."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+
+from deboom.errors import InputError
+from deboom.files.tables import QUANTITY_UNIT, ChannelRow
+from deboom.files.uff import UffFunction, find, read_uff
+from deboom.files.units import parse_unit
+
+_FRF = (4,)
+_SPECTRA = (0, 12, 27)
+"""UFF function types that hold complex spectra: general, spectrum, order function."""
+
+
+@dataclass(frozen=True, eq=False)
+class Columns:
+    """Channels of one quantity from one file.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    rows : tuple of ChannelRow
+        One per column.
+    functions : tuple of UffFunction
+        The same columns as they were read.
+    """
+
+    path: Path
+    rows: tuple[ChannelRow, ...]
+    functions: tuple[UffFunction, ...]
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Channel names."""
+        return tuple(row.channel for row in self.rows)
+
+    @property
+    def values(self) -> npt.NDArray[np.complex128]:
+        """Values along the positive axes, shape (n_frequency, n_channel), in SI."""
+        signed = [row.sign * f.values for row, f in zip(self.rows, self.functions, strict=True)]
+        return np.stack(signed, axis=-1).astype(np.complex128)
+
+
+def noise_transfer_columns(
+    path: Path, item: str, ear_node: int, rows: Sequence[ChannelRow]
+) -> Columns:
+    """Choose the noise transfer functions of a vehicle.
+
+    Parameters
+    ----------
+    path : Path
+        UFF file.
+    item : str
+        Whose it is, for messages.
+    ear_node : int
+        Response node.
+    rows : sequence of ChannelRow
+        The paths, in the order wanted.
+
+    Raises
+    ------
+    InputError
+        A path without its function, or with one of another type, unit or quantity.
+    """
+    functions = read_uff(path)
+
+    def choose(row: ChannelRow) -> UffFunction:
+        return find(
+            functions,
+            response_node=ear_node,
+            response_direction="scalar",
+            reference_node=row.node,
+            reference_direction=row.direction,
+            ordinate="pressure",
+        )
+
+    return _columns(path, item, rows, choose, _FRF)
+
+
+def operating_columns(
+    path: Path, item: str, order: float, rows: Sequence[ChannelRow]
+) -> tuple[Columns, ...]:
+    """Choose the operating spectra of a load case: displacement, then force.
+
+    Parameters
+    ----------
+    path : Path
+        UFF file.
+    item : str
+        Whose it is, for messages.
+    order : float
+        Engine order of the spectra [1]; a first ID line ``order <number> …`` must agree.
+    rows : sequence of ChannelRow
+        The channels of both quantities, each in the order wanted.
+
+    Raises
+    ------
+    InputError
+        A channel without its function, or with one of another type, unit, quantity or order.
+    """
+    functions = read_uff(path)
+
+    def choose(row: ChannelRow) -> UffFunction:
+        function = find(
+            functions,
+            response_node=row.node,
+            response_direction=row.direction,
+            ordinate=row.quantity,
+        )
+        match = re.match(r"order\s+(\d+(?:\.\d+)?)", function.id_lines[0])
+        if match and float(match[1]) != order:
+            raise InputError(
+                f"it is of order {match[1]}, but the dominant_order of the engine is {order:g}: "
+                "correct the wrong one"
+            )
+        return function
+
+    return tuple(
+        _columns(path, item, [row for row in rows if row.quantity == quantity], choose, _SPECTRA)
+        for quantity in ("displacement", "force")
+    )
+
+
+def common_axis(files: Sequence[Columns]) -> npt.NDArray[np.float64]:
+    """Return the frequency lines that all functions share [Hz]; the first function sets them.
+
+    Raises
+    ------
+    InputError
+        Axes that differ (both files and the first differing value are named), or no frequency.
+    """
+    first = files[0].functions[0]
+    lines = first.abscissa
+    for columns in files:
+        for function in columns.functions:
+            if function.abscissa_quantity != "frequency":
+                raise InputError(
+                    f"{columns.path} ({function.dof}): the abscissa is "
+                    f"{function.abscissa_quantity}: export it over frequency in Hz"
+                )
+            if not np.array_equal(lines, function.abscissa):
+                raise InputError(
+                    f"the frequency axes of {files[0].path} ({first.dof}) and {columns.path} "
+                    f"({function.dof}) differ: {_first_difference(lines, function.abscissa)}; "
+                    "measure or export both on the same lines"
+                )
+    return lines
+
+
+def _first_difference(a: npt.NDArray[np.float64], b: npt.NDArray[np.float64]) -> str:
+    n = min(a.size, b.size)
+    different = np.flatnonzero(a[:n] != b[:n])
+    if not different.size:
+        return f"{a.size} and {b.size} lines"
+    i = int(different[0])
+    return f"line {i + 1} is {a[i]:.9g} Hz and {b[i]:.9g} Hz"
+
+
+def _columns(
+    path: Path,
+    item: str,
+    rows: Sequence[ChannelRow],
+    choose: Callable[[ChannelRow], UffFunction],
+    types: tuple[int, ...],
+) -> Columns:
+    functions = []
+    for row in rows:
+        try:
+            function = choose(row)
+            _check(function, row, types)
+        except InputError as error:
+            what = f"{item}, {row.quantity} of '{row.channel}'"
+            raise InputError(f"{path}: {what}: {error}") from None
+        functions.append(function)
+    return Columns(path, tuple(rows), tuple(functions))
+
+
+def _check(function: UffFunction, row: ChannelRow, types: tuple[int, ...]) -> None:
+    if function.function_type not in types:
+        known = " or ".join(map(str, types))
+        raise InputError(f"UFF function type {function.function_type}: export it as type {known}")
+    if not np.iscomplexobj(function.values):
+        raise InputError("its values are real: export real and imaginary part, phase is needed")
+    if not function.ordinate_unit:
+        raise InputError(
+            "it has no unit: write a unit label or a data set 164 into the file (the channel table "
+            f"says '{row.unit.label}')"
+        )
+    if function.unit != QUANTITY_UNIT[row.quantity]:
+        raise InputError(f"it is in '{function.unit}': export it in {QUANTITY_UNIT[row.quantity]}")
+    if not np.isclose(parse_unit(function.file_unit).factor, row.unit.factor, rtol=1e-9, atol=0):
+        raise InputError(
+            f"it is in '{function.file_unit}', but the channel table says '{row.unit.label}': "
+            "correct the wrong one"
+        )

@@ -1,0 +1,286 @@
+"""The file ``platform.toml``: strict keys in, one clear sentence out when a key is wrong."""
+
+from __future__ import annotations
+
+import difflib
+import json
+import tomllib
+from pathlib import Path, PurePosixPath
+from typing import Annotated, Any, Literal
+
+import numpy as np
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError
+
+from deboom.errors import InputError
+from deboom.files.atomic import replace_text
+
+
+def _plain_name(name: str) -> str:
+    if not name or any(character.isspace() for character in name):
+        raise ValueError("a name needs at least one character and no blanks")
+    return name
+
+
+def _inside(name: str) -> str:
+    path = PurePosixPath(name)
+    if not name or path.is_absolute() or ".." in path.parts or "\\" in name or ":" in name:
+        raise ValueError("a file is named relative to the platform folder, with / and without ..")
+    return name
+
+
+def _symmetric_positive(rows: Matrix3) -> Matrix3:
+    matrix = np.array(rows)
+    if not np.array_equal(matrix, matrix.T) or np.any(np.linalg.eigvalsh(matrix) <= 0):
+        raise ValueError("an inertia tensor is symmetric and positive definite")
+    return rows
+
+
+Name = Annotated[str, AfterValidator(_plain_name)]
+RelativePath = Annotated[str, AfterValidator(_inside)]
+Positive = Annotated[float, Field(gt=0)]
+NotNegative = Annotated[float, Field(ge=0)]
+# TOML has arrays only, no tuples: the container is converted, its items stay strict
+Row3 = Annotated[tuple[float, float, float], Field(strict=False)]
+Matrix3 = Annotated[tuple[Row3, Row3, Row3], Field(strict=False)]
+
+
+class _Strict(BaseModel):
+    model_config = ConfigDict(extra="forbid", strict=True, frozen=True, allow_inf_nan=False)
+
+
+class Engine(_Strict):
+    """The engine and its gearbox."""
+
+    cylinders: Annotated[int, Field(ge=1)]
+    """Number of cylinders."""
+    dominant_order: Positive
+    """Engine order of the operating spectra [cycles per revolution]."""
+    total_ratios: Annotated[tuple[Positive, ...], Field(strict=False, min_length=1)]
+    """Engine speed over wheel speed, gear 1 first [1]."""
+
+
+class Powertrain(_Strict):
+    """Nominal rigid-body data from the data sheet, with tolerances."""
+
+    mass_kg: Positive
+    """Mass [kg]."""
+    mass_tolerance_kg: NotNegative
+    """Half width [kg]."""
+    inertia_kg_m2: Annotated[Matrix3, AfterValidator(_symmetric_positive)]
+    """Matrix entries about the centre of gravity, vehicle axes [kg m²]."""
+    inertia_tolerance: NotNegative
+    """Half width relative to the diagonal [1]."""
+    centre_of_gravity_tolerance_m: NotNegative
+    """Half width per axis [m]."""
+
+
+class MountEntry(_Strict):
+    """One mount."""
+
+    name: Name
+    """Short, such as ``TSM``."""
+    description: str
+    """In words, for the report."""
+    pieces: Annotated[tuple[Name, ...], Field(strict=False, min_length=2)] | None = None
+    """Pieces that share the part number; left out for a single piece."""
+    transfer_axes: Annotated[tuple[Literal["x", "y", "z"], ...], Field(strict=False)]
+    """Axes whose force reaches the cabin."""
+
+    @property
+    def piece_names(self) -> tuple[str, ...]:
+        """Names of the pieces; ``("",)`` for a single one."""
+        return self.pieces or ("",)
+
+
+class VehicleEntry(_Strict):
+    """One vehicle and the file of its noise transfer functions."""
+
+    name: Name
+    """Such as ``U06-1``."""
+    group: Name
+    """Vehicles of one body, such as ``U06``."""
+    noise_transfer: RelativePath
+    """UFF file."""
+    ear_node: Annotated[int, Field(ge=1)]
+    """Response node of the driver's ear in that file."""
+
+
+class LoadCaseEntry(_Strict):
+    """One run and the file of its operating spectra."""
+
+    name: Name
+    """Short key, such as ``g5_wot220``."""
+    title: str
+    """In words, for the report."""
+    gear: Annotated[int, Field(ge=1)]
+    """Gear of the run."""
+    torque_limit_nm: Positive
+    """Engine torque limit [N m]."""
+    operating: RelativePath
+    """UFF file."""
+
+
+class PlatformFile(_Strict):
+    """The whole file ``platform.toml``."""
+
+    format: Literal[1]
+    """Version of this format."""
+    name: Name
+    """Short key of the platform."""
+    title: str
+    """What a reader calls it."""
+    description: str
+    """A paragraph for the report."""
+    mount_table: RelativePath
+    """CSV with the positions of the mounts."""
+    channel_table: RelativePath
+    """CSV that says which UFF node and direction is which channel."""
+    default_load_case: Name
+    """Name of the load case that is meant when none is asked for."""
+    engine: Engine
+    """Engine and gearbox."""
+    powertrain: Powertrain
+    """Nominal rigid-body data."""
+    mounts: Annotated[tuple[MountEntry, ...], Field(strict=False, min_length=1)]
+    """In the order of the design variables."""
+    vehicles: Annotated[tuple[VehicleEntry, ...], Field(strict=False, min_length=1)]
+    """In the order of the report."""
+    load_cases: Annotated[tuple[LoadCaseEntry, ...], Field(strict=False, min_length=1)]
+    """In the order of the report."""
+
+
+_SECTIONS: dict[str, type[_Strict]] = {
+    "engine": Engine,
+    "powertrain": Powertrain,
+    "mounts": MountEntry,
+    "vehicles": VehicleEntry,
+    "load_cases": LoadCaseEntry,
+}
+
+
+def load_platform_file(path: Path) -> PlatformFile:
+    """Read and check ``platform.toml``.
+
+    Parameters
+    ----------
+    path : Path
+        The TOML file.
+
+    Returns
+    -------
+    PlatformFile
+        Every key checked for its name, type and range.
+
+    Raises
+    ------
+    InputError
+        The file is missing or is not TOML; a key is unknown, missing, mistyped or out of range; two
+        items share a name; a gear has no ratio; the default load case does not exist.
+    """
+    try:
+        text = path.read_text(encoding="utf-8")
+    except OSError as error:
+        raise InputError(f"{path} cannot be read ({error.strerror}): check the path") from None
+    except UnicodeDecodeError:
+        raise InputError(f"{path} is not UTF-8 text: save it as UTF-8") from None
+    return _parsed(path, text)
+
+
+def dump_platform_file(path: Path, platform: PlatformFile) -> None:
+    """Write ``platform.toml``; what is written is read back and compared first.
+
+    Raises
+    ------
+    InputError
+        The content would be refused on reading, or the file cannot be written.
+    """
+    text = _toml(platform)
+    if _parsed(path, text) != platform:
+        raise InputError(f"{path}: the text would not read back as it was given; nothing written")
+    replace_text(path, text)
+
+
+def _parsed(path: Path, text: str) -> PlatformFile:
+    try:
+        platform = PlatformFile.model_validate(tomllib.loads(text))
+    except tomllib.TOMLDecodeError as error:
+        raise InputError(f"{path} is not TOML: {error}") from None
+    except ValidationError as error:
+        raise InputError(f"{path}: {_sentence(error)}") from None
+    _check_names(path, platform)
+    return platform
+
+
+def _sentence(error: ValidationError) -> str:
+    """Say the most helpful one of pydantic's errors: an unknown key explains a missing one."""
+    details = error.errors(include_url=False)
+    detail = next((d for d in details if d["type"] == "extra_forbidden"), details[0])
+    section, key = _place(detail["loc"])
+    where = f"key '{key}' in {section}"
+    if detail["type"] == "extra_forbidden":
+        known = _SECTIONS.get(str(detail["loc"][0]), PlatformFile).model_fields
+        close = difflib.get_close_matches(key, known, n=1, cutoff=0.5)
+        remedy = f"did you mean '{close[0]}'?" if close else f"use {', '.join(known)}"
+        return f"unknown {where}; {remedy}"
+    if detail["type"] == "missing":
+        return f"{where} is missing: add it"
+    rule = detail["msg"].removeprefix("Value error, ")
+    return f"{where} is {json.dumps(detail['input'], default=str)}: {rule[:1].lower()}{rule[1:]}"
+
+
+def _place(location: tuple[int | str, ...]) -> tuple[str, str]:
+    first, *rest = location
+    section = "the top level"
+    if rest and first in _SECTIONS:
+        section = f"[{first}]"
+        if isinstance(rest[0], int):
+            section = f"[[{first}]] {rest[0] + 1}"
+            rest = rest[1:]
+        first, *rest = rest or [first]
+    return section, str(first) + "".join(f"[{i}]" for i in rest if isinstance(i, int))
+
+
+def _check_names(path: Path, platform: PlatformFile) -> None:
+    named: list[tuple[str, list[str]]] = [
+        ("[[mounts]]", [mount.name for mount in platform.mounts]),
+        ("[[vehicles]]", [vehicle.name for vehicle in platform.vehicles]),
+        ("[[load_cases]]", [case.name for case in platform.load_cases]),
+    ]
+    for mount in platform.mounts:
+        named.append((f"pieces of mount {mount.name}", list(mount.piece_names)))
+        named.append((f"transfer_axes of mount {mount.name}", list(mount.transfer_axes)))
+    for section, names in named:
+        doubled = next((name for name in names if names.count(name) > 1), None)
+        if doubled is not None:
+            raise InputError(f"{path}: two {section} are named '{doubled}': keep or rename one")
+    for case in platform.load_cases:
+        if case.gear > len(platform.engine.total_ratios):
+            raise InputError(
+                f"{path}: load case '{case.name}' is in gear {case.gear}, but total_ratios in "
+                f"[engine] has {len(platform.engine.total_ratios)} gears: add the ratio"
+            )
+    known = [case.name for case in platform.load_cases]
+    if platform.default_load_case not in known:
+        raise InputError(
+            f"{path}: default_load_case '{platform.default_load_case}' is not among the load cases "
+            f"{', '.join(known)}: name one of them"
+        )
+
+
+def _toml(platform: PlatformFile) -> str:
+    content = platform.model_dump(exclude_none=True)
+    sections = {key: content.pop(key) for key in _SECTIONS}
+    lines = [f"{key} = {_value(value)}" for key, value in content.items()]
+    for section, entries in sections.items():
+        is_list = not isinstance(entries, dict)
+        for entry in entries if is_list else (entries,):
+            lines += ["", f"[[{section}]]" if is_list else f"[{section}]"]
+            lines += [f"{key} = {_value(value)}" for key, value in entry.items()]
+    return "\n".join(lines) + "\n"
+
+
+def _value(value: Any) -> str:
+    if isinstance(value, tuple | list):
+        return f"[{', '.join(map(_value, value))}]"
+    # JSON's numbers and strings are TOML's, too
+    return json.dumps(value, ensure_ascii=False)

@@ -1,0 +1,264 @@
+"""Run folders: the only place that studies write to.
+
+``<out>/<study>/<run>.unfinished/`` exists from the start of a run and is renamed to
+``<out>/<study>/<run>/`` at its end, so a folder without the suffix is always complete.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import platform
+import re
+import shutil
+import subprocess
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from importlib import metadata
+from pathlib import Path, PurePosixPath
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from deboom.errors import InputError
+from deboom.files.atomic import replace_bytes
+
+UNFINISHED = ".unfinished"
+
+
+@dataclass(frozen=True)
+class Run:
+    """A run that has started.
+
+    Parameters
+    ----------
+    folder : Path
+        ``<out>/<study>/<run>.unfinished``.
+    seed : int
+        Of the run.
+    created : tuple of Path
+        Folders that did not exist before, outermost first; `discard` takes them away again.
+    """
+
+    folder: Path
+    seed: int
+    created: tuple[Path, ...]
+
+    def save_table(self, name: str, table: pd.DataFrame) -> None:
+        """Save a table as CSV: UTF-8, Unix line ends, floats that read back exactly.
+
+        Parameters
+        ----------
+        name : str
+            File name within the run folder, such as ``front.csv``.
+        table : DataFrame
+            Columns ``name [unit]``; the index is not saved.
+        """
+        self.save_text(name, table.to_csv(index=False, lineterminator="\n"))
+
+    def save_json(self, name: str, content: Mapping[str, Any]) -> None:
+        """Save a mapping as JSON, UTF-8.
+
+        Raises
+        ------
+        ValueError
+            A number that is not finite: JSON has no word for it.
+        """
+        text = json.dumps(content, indent=2, ensure_ascii=False, allow_nan=False, default=_plain)
+        self.save_text(name, text + "\n")
+
+    def save_text(self, name: str, text: str) -> None:
+        """Save text as UTF-8 with the line ends it has."""
+        self.save_bytes(name, text.encode("utf-8"))
+
+    def save_bytes(self, name: str, data: bytes) -> None:
+        """Save a file, complete or not at all; folders such as ``figures/`` are made.
+
+        Raises
+        ------
+        InputError
+            The name leaves the run folder, or the file cannot be written.
+        """
+        relative = PurePosixPath(name)
+        if not relative.name or relative.is_absolute() or ".." in relative.parts or "\\" in name:
+            raise InputError(f"'{name}' is not a file name within the run folder {self.folder}")
+        path = self.folder / relative
+        # not parents of the run folder: a finished run has moved, and must not come back half
+        if relative.parent != PurePosixPath("."):
+            path.parent.mkdir(parents=True, exist_ok=True)
+        replace_bytes(path, data)
+
+    def discard(self) -> None:
+        """Remove the folder, and those above it that this run has made and nobody else uses."""
+        shutil.rmtree(self.folder, ignore_errors=True)
+        _remove_empty(self.created)
+
+
+def start_run(out: Path, study: str, *, seed: int) -> Run:
+    """Create ``<out>/<study>/<run>.unfinished/``, before any work is done.
+
+    The name of the run, such as ``2026-11-21_104530_seed1``, is the time (UTC) and the seed; a
+    second run of the same second gets ``_2``.
+
+    Parameters
+    ----------
+    out : Path
+        Folder of all results; made when missing.
+    study : str
+        Name of the study: letters, digits, ``_`` and ``-``.
+    seed : int
+        From 1.
+
+    Returns
+    -------
+    Run
+        Takes files until `finish_run`.
+
+    Raises
+    ------
+    InputError
+        A seed below 1, a study name that is no folder name, or a folder that cannot be written.
+    """
+    if isinstance(seed, bool) or not isinstance(seed, int) or seed < 1:
+        raise InputError(f"seed {seed!r} of study {study}: choose a whole number from 1")
+    if not re.fullmatch(r"[\w-]+", study, re.ASCII):
+        raise InputError(f"study name '{study}': use letters, digits, _ and -")
+    parent = out / study
+    created = tuple(f for f in reversed((parent, *parent.parents)) if not f.exists())
+    try:
+        parent.mkdir(parents=True, exist_ok=True)
+        folder = _new_folder(parent, f"{datetime.now(UTC):%Y-%m-%d_%H%M%S}_seed{seed}")
+    except OSError as error:
+        _remove_empty(created)
+        raise InputError(
+            f"the output folder {out} cannot be written ({error.strerror or error}): choose "
+            "another with --out"
+        ) from None
+    return Run(folder, seed, created)
+
+
+def finish_run(run: Run) -> Path:
+    """Rename ``<run>.unfinished`` to ``<run>`` and return the finished folder.
+
+    Raises
+    ------
+    InputError
+        The folder cannot be renamed.
+    """
+    final = _final(run.folder)
+    try:
+        run.folder.rename(final)
+    except OSError as error:
+        raise InputError(
+            f"{run.folder} is complete but cannot be renamed ({error.strerror or error}): close "
+            "programs that use it and rename it by hand"
+        ) from None
+    return final
+
+
+def environment_record(packages: Sequence[str]) -> dict[str, Any]:
+    """Record what the numbers depend on beside input and seed.
+
+    Parameters
+    ----------
+    packages : sequence of str
+        Distribution names.
+
+    Returns
+    -------
+    dict
+        ``python``, ``platform``, ``packages`` (name → version, null when not installed) and ``git``
+        (``revision`` and ``dirty`` of deboom's own checkout; null for an installed package).
+    """
+    return {
+        "python": platform.python_version(),
+        "platform": platform.platform(),
+        "packages": {name: _version(name) for name in packages},
+        "git": _git_state(Path(__file__)),
+    }
+
+
+def hash_files(paths: Iterable[Path], relative_to: Path) -> dict[str, str]:
+    """Return the SHA-256 of files under their path from a folder, in the order of these names.
+
+    Raises
+    ------
+    InputError
+        A file cannot be read.
+    """
+    hashes = {}
+    for path in paths:
+        try:
+            with path.open("rb") as file:
+                digest = hashlib.file_digest(file, "sha256").hexdigest()
+        except OSError as error:
+            raise InputError(f"{path} cannot be read ({error.strerror}): check the path") from None
+        hashes[_relative_name(path, relative_to)] = digest
+    return dict(sorted(hashes.items()))
+
+
+def _new_folder(parent: Path, name: str) -> Path:
+    number = 1
+    while True:
+        folder = parent / f"{name}{'' if number == 1 else f'_{number}'}{UNFINISHED}"
+        number += 1
+        try:
+            folder.mkdir()
+        except FileExistsError:
+            continue
+        # asked after mkdir: a run of the same name may have finished just before it
+        if not _final(folder).exists():
+            return folder
+        folder.rmdir()
+
+
+def _remove_empty(folders: Sequence[Path]) -> None:
+    for folder in reversed(folders):
+        if folder.is_dir() and not any(folder.iterdir()):
+            folder.rmdir()
+
+
+def _final(folder: Path) -> Path:
+    return folder.with_name(folder.name.removesuffix(UNFINISHED))
+
+
+def _relative_name(path: Path, folder: Path) -> str:
+    try:
+        return Path(os.path.relpath(path, folder)).as_posix()
+    except ValueError:  # another drive on Windows
+        return path.name
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, np.generic | np.ndarray):
+        return value.tolist()
+    if isinstance(value, Path):
+        return value.as_posix()
+    raise TypeError(f"{type(value).__name__} has no form in JSON")
+
+
+def _version(name: str) -> str | None:
+    try:
+        return metadata.version(name)
+    except metadata.PackageNotFoundError:
+        return None
+
+
+def _git_state(file: Path) -> dict[str, Any] | None:
+    """Ask the checkout that tracks a file; a surrounding, unrelated one does not count."""
+
+    def git(*arguments: str) -> str:
+        command = ["git", "-C", str(file.parent), *arguments]
+        result = subprocess.run(
+            command, capture_output=True, text=True, encoding="utf-8", timeout=20, check=True
+        )
+        return result.stdout.strip()
+
+    try:
+        git("ls-files", "--error-unmatch", file.name)
+        return {"revision": git("rev-parse", "HEAD"), "dirty": bool(git("status", "--porcelain"))}
+    except (OSError, subprocess.SubprocessError):
+        return None

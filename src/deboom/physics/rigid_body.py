@@ -1,0 +1,370 @@
+"""Kinematics of a rigid body, its mass and stiffness at a point, and its modes on springs.
+
+Motions are stacked ``(x, y, z, rx, ry, rz)``, loads ``(fx, fy, fz, mx, my, mz)``. Everything that
+is called a forward matrix maps the motion of the body to the motion of a point; its transpose
+maps forces at the point to loads on the body.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from deboom.errors import InputError
+from deboom.physics.arrays import RealArray, RealOrComplexArray
+
+
+def skew(vector: npt.ArrayLike) -> RealArray:
+    """Matrix of the cross product: ``skew(r) @ b = r × b``.
+
+    Parameters
+    ----------
+    vector : array, shape (..., 3)
+
+    Returns
+    -------
+    array, shape (..., 3, 3)
+        Antisymmetric, of the unit of `vector`.
+    """
+    x, y, z = np.moveaxis(np.asarray(vector, dtype=float), -1, 0)
+    zero = np.zeros_like(x)
+    rows = [[zero, -z, y], [z, zero, -x], [-y, x, zero]]
+    return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
+
+
+def axial_vector(matrix: npt.ArrayLike) -> RealArray:
+    """Vector of the antisymmetric part of a matrix: the inverse of `skew`.
+
+    Parameters
+    ----------
+    matrix : array, shape (3, 3)
+
+    Returns
+    -------
+    array, shape (3,)
+        Of the unit of `matrix`.
+    """
+    array = np.asarray(matrix, dtype=float)
+    part = (array - array.T) / 2
+    return np.array([part[2, 1], part[0, 2], part[1, 0]])
+
+
+def rotation_matrix(angles: npt.ArrayLike) -> RealArray:
+    """Rotation ``R = Rz Ry Rx`` that turns local into global components.
+
+    Parameters
+    ----------
+    angles : array, shape (..., 3)
+        About the fixed axes x, then y, then z [rad].
+
+    Returns
+    -------
+    array, shape (..., 3, 3)
+        Columns are the local axes seen from the global ones [1].
+
+    Notes
+    -----
+    The order is the one in which the axial axes of all mounts of the thesis's table 10 point to the
+    compressor's axis.
+    """
+    angles = np.asarray(angles, dtype=float)
+    (cx, cy, cz), (sx, sy, sz) = (np.moveaxis(f(angles), -1, 0) for f in (np.cos, np.sin))
+    rows = [
+        [cz * cy, cz * sy * sx - sz * cx, cz * sy * cx + sz * sx],
+        [sz * cy, sz * sy * sx + cz * cx, sz * sy * cx - cz * sx],
+        [-sy, cy * sx, cy * cx],
+    ]
+    return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
+
+
+def point_acceleration(
+    position: npt.ArrayLike,
+    acceleration: npt.ArrayLike,
+    angular_acceleration: npt.ArrayLike,
+    angular_velocity: npt.ArrayLike,
+) -> RealArray:
+    """Acceleration of a point of a rigid body, with the centripetal term.
+
+    Parameters
+    ----------
+    position : array, shape (..., 3)
+        Of the point, from the reference point of the body [m].
+    acceleration : array, shape (..., 3)
+        Of the reference point [m/s²].
+    angular_acceleration : array, shape (..., 3)
+        [rad/s²].
+    angular_velocity : array, shape (..., 3)
+        [rad/s].
+
+    Returns
+    -------
+    array, shape (..., 3)
+        [m/s²].
+
+    Notes
+    -----
+    ``a_i = a_B + α × r + ω × (ω × r)``. Thesis, eq. 14-18, writes ω where the angular acceleration
+    α is meant and leaves the last term out: for a harmonic rotation of amplitude φ it is φ times
+    the second one, and it answers at twice the frequency. The linear rest is `forward_matrix`.
+    """
+    lever = np.asarray(position, dtype=float)
+    omega = np.asarray(angular_velocity, dtype=float)
+    alpha = np.asarray(angular_acceleration, dtype=float)
+    reference = np.asarray(acceleration, dtype=float)
+    return reference + np.cross(alpha, lever) + np.cross(omega, np.cross(omega, lever))
+
+
+def forward_matrix(position: npt.ArrayLike) -> RealArray:
+    """Motion of a body → motion of one of its points, ``V = [I, skew(r)ᵀ]``.
+
+    Parameters
+    ----------
+    position : array, shape (3,)
+        Of the point, from the reference point of the body [m].
+
+    Returns
+    -------
+    array, shape (3, 6)
+        Rows x, y, z of the point; columns x, y, z, rx, ry, rz of the body [1, m/rad].
+
+    Notes
+    -----
+    Thesis, eq. 19-21 and 28: a row block, printed there as a column stack. Exact for accelerations
+    but for the centripetal term, and for displacements of small rotation.
+    """
+    return forward_matrices(np.reshape(position, (1, 3)))
+
+
+def forward_matrices(
+    positions: npt.ArrayLike, orientations: npt.ArrayLike | None = None
+) -> RealArray:
+    """Forward matrices of several points, one below the other.
+
+    Parameters
+    ----------
+    positions : array, shape (n, 3)
+        From the reference point of the body [m].
+    orientations : array, shape (n, 3, 3), optional
+        Rotation matrix of each sensor or mount, its local axes as columns; by default all are
+        parallel to the body's axes.
+
+    Returns
+    -------
+    array, shape (3 n, 6)
+        Motion of the body → motion of the points, in their local axes [1, m/rad].
+
+    Raises
+    ------
+    InputError
+        Not three coordinates per point, or not one orientation per point.
+
+    Notes
+    -----
+    ``V_i' = R_iᵀ [I, skew(r_i)ᵀ]``: thesis, eq. 22-26, which uses one symbol for all R_i and one
+    for V_i and V_i'. The rank is 6 from three points that are not on one line; two points leave
+    the rotation about the line through them undetermined, although V is then square.
+    """
+    positions = np.asarray(positions, dtype=float)
+    if positions.ndim != 2 or positions.shape[1] != 3:
+        raise InputError(f"positions have shape (n, 3), not {positions.shape}")
+    n_points = positions.shape[0]
+    identity = np.broadcast_to(np.eye(3), (n_points, 3, 3))
+    forward = np.concatenate([identity, -skew(positions)], axis=2)
+    if orientations is not None:
+        rotations = np.asarray(orientations, dtype=float)
+        if rotations.shape != (n_points, 3, 3):
+            raise InputError(
+                f"orientations of {n_points} points have shape ({n_points}, 3, 3), "
+                f"not {rotations.shape}"
+            )
+        forward = np.swapaxes(rotations, 1, 2) @ forward
+    return forward.reshape(3 * n_points, 6)
+
+
+def shift_matrix(position: npt.ArrayLike) -> RealArray:
+    """Motion of a body at point E → its motion at the origin O, ``δ_O = χ δ_E``.
+
+    Parameters
+    ----------
+    position : array, shape (3,)
+        Of E, from O [m].
+
+    Returns
+    -------
+    array, shape (6, 6)
+        ``χ = [[I, skew(r)], [0, I]]`` [1, m].
+
+    Notes
+    -----
+    From the same χ follow all shifts of thesis, eq. 3-5: loads ``F_E = χᵀ F_O``, stiffness and mass
+    ``K_E = χᵀ K_O χ``. Eq. 5 prints χ and χ⁻¹ in the place of χᵀ, which makes K_E asymmetric.
+    """
+    chi = np.eye(6)
+    chi[:3, 3:] = skew(position)
+    return chi
+
+
+def shift_load(load: RealOrComplexArray, position: npt.ArrayLike) -> RealOrComplexArray:
+    """Load on a body, from the origin to another point, ``F_E = χᵀ F_O``.
+
+    Parameters
+    ----------
+    load : array, shape (..., 6)
+        Forces and moments about the origin [N, N m].
+    position : array, shape (3,)
+        Of the new point, from the origin [m].
+
+    Returns
+    -------
+    array, shape (..., 6)
+        The same forces, and moments about the new point [N, N m].
+    """
+    return load @ shift_matrix(position)
+
+
+def shift_stiffness(stiffness: RealOrComplexArray, position: npt.ArrayLike) -> RealOrComplexArray:
+    """6×6 stiffness or mass, from the origin to another point, ``K_E = χᵀ K_O χ``.
+
+    Parameters
+    ----------
+    stiffness : array, shape (..., 6, 6)
+        At the origin [N/m, N/rad, N m/rad], or a mass matrix.
+    position : array, shape (3,)
+        Of the new point, from the origin [m].
+
+    Returns
+    -------
+    array, shape (..., 6, 6)
+        At the new point.
+    """
+    chi = shift_matrix(position)
+    return chi.T @ stiffness @ chi
+
+
+def mount_stiffness_matrix(
+    positions: npt.ArrayLike,
+    stiffness: npt.ArrayLike,
+    orientations: npt.ArrayLike | None = None,
+) -> RealOrComplexArray:
+    """6×6 stiffness of a body on mounts, ``K = Σ V_iᵀ diag(k_i) V_i``.
+
+    Parameters
+    ----------
+    positions : array, shape (n, 3)
+        Of the mounts, from the reference point of the body [m].
+    stiffness : array, shape (..., n, 3) or (..., 3 n)
+        Of each mount along its three axes, real or complex [N/m]. Leading axes, such as frequency
+        lines, are kept. Last axes of (n, 3) are always read as the first form.
+    orientations : array, shape (n, 3, 3), optional
+        Rotation matrix of each mount; by default the mounts' axes are those of the body.
+
+    Returns
+    -------
+    array, shape (..., 6, 6)
+        At the reference point, symmetric [N/m, N/rad, N m/rad].
+
+    Raises
+    ------
+    InputError
+        Not three stiffnesses per mount.
+
+    Notes
+    -----
+    Thesis, eq. 2 (its lower left block is the transpose of the upper right one) and eq. 44, whose
+    assembly over the mounts is not written there. Mounts have no rotational stiffness of their own.
+    """
+    forward = forward_matrices(positions, orientations)
+    n_mounts = forward.shape[0] // 3
+    values = np.asarray(stiffness)
+    if values.shape[-2:] == (n_mounts, 3):
+        values = values.reshape(*values.shape[:-2], 3 * n_mounts)
+    if values.ndim == 0 or values.shape[-1] != 3 * n_mounts:
+        raise InputError(
+            f"{n_mounts} mounts need stiffnesses of shape (..., {n_mounts}, 3) or "
+            f"(..., {3 * n_mounts}), not {values.shape}"
+        )
+    matrix: RealOrComplexArray = forward.T @ (values[..., :, np.newaxis] * forward)
+    return matrix
+
+
+def mass_matrix(
+    mass: float, inertia: npt.ArrayLike, centre: npt.ArrayLike = (0.0, 0.0, 0.0)
+) -> RealArray:
+    """6×6 mass matrix of a rigid body at the reference point.
+
+    Parameters
+    ----------
+    mass : float
+        [kg].
+    inertia : array, shape (3, 3)
+        About the centre of gravity [kg m²].
+    centre : array, shape (3,)
+        Centre of gravity, from the reference point [m].
+
+    Returns
+    -------
+    array, shape (6, 6)
+        [kg, kg m, kg m²].
+
+    Notes
+    -----
+    Thesis, eq. 39-41, with the moment ``r × F``; the inertia is about the centre of gravity.
+    """
+    at_centre = np.zeros((6, 6))
+    at_centre[:3, :3] = mass * np.eye(3)
+    at_centre[3:, 3:] = inertia
+    # the reference point lies at -centre, seen from the centre of gravity
+    return np.asarray(shift_stiffness(at_centre, -np.asarray(centre, dtype=float)), dtype=float)
+
+
+def rigid_body_modes(
+    mass_matrix: npt.ArrayLike, stiffness: npt.ArrayLike
+) -> tuple[RealArray, RealArray]:
+    """Undamped modes of a body on springs.
+
+    Parameters
+    ----------
+    mass_matrix : array, shape (n, n)
+        Symmetric, positive definite [kg, kg m, kg m²].
+    stiffness : array, shape (..., n, n)
+        Real and symmetric, at the same point [N/m, N/rad, N m/rad]; of a complex stiffness pass
+        the real part.
+
+    Returns
+    -------
+    frequency : array, shape (..., n)
+        Increasing [Hz]; 0 for a free direction.
+    shapes : array, shape (..., n, n)
+        One mode per column, ``Ψᵀ M Ψ = I``; the entry that moves most, weighted by the square
+        root of its mass or inertia, is positive.
+
+    Raises
+    ------
+    InputError
+        Complex stiffness, asymmetric matrices, a mass matrix that is not positive definite, or a
+        stiffness with a negative direction.
+    """
+    mass, springs = np.asarray(mass_matrix), np.asarray(stiffness)
+    if np.iscomplexobj(mass) or np.iscomplexobj(springs):
+        raise InputError("undamped modes need real matrices: pass the real part of the stiffness")
+    for matrix, name in ((mass, "mass matrix"), (springs, "stiffness")):
+        if not np.allclose(matrix, np.swapaxes(matrix, -1, -2), rtol=0, atol=1e-9 * _top(matrix)):
+            raise InputError(f"the {name} is not symmetric")
+    try:
+        factor = np.linalg.cholesky(mass)
+    except np.linalg.LinAlgError:
+        raise InputError("the mass matrix is not positive definite") from None
+    half_solved = np.linalg.solve(factor, springs)
+    whitened = np.linalg.solve(factor, np.swapaxes(half_solved, -1, -2))
+    squared, vectors = np.linalg.eigh((whitened + np.swapaxes(whitened, -1, -2)) / 2)
+    # rounding may leave a free direction slightly negative; more than that is an unstable body
+    if np.any(squared < -1e-9 * np.abs(squared).max(axis=-1, keepdims=True)):
+        raise InputError("the stiffness has a negative direction, so the body is not stable on it")
+    shapes = np.linalg.solve(factor.T, vectors)
+    weighted = np.sqrt(np.diag(mass))[:, np.newaxis] * np.abs(shapes)
+    moves_most = np.take_along_axis(shapes, weighted.argmax(axis=-2, keepdims=True), axis=-2)
+    return np.sqrt(np.maximum(squared, 0.0)) / (2 * np.pi), shapes * np.sign(moves_most)
+
+
+def _top(matrix: RealArray) -> float:
+    return float(np.max(np.abs(matrix)))

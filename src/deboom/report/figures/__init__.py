@@ -1,0 +1,19 @@
+"""The only door to matplotlib: functions of plain arrays that return the bytes of a PNG.
+
+matplotlib is imported inside the functions, so that importing a study stays fast; pyplot is never
+used and no global setting survives a call. The same arguments give the same bytes.
+"""
+
+from deboom.report.figures.changes import per_vehicle_change
+from deboom.report.figures.front import pareto_front
+from deboom.report.figures.levels import spl_curves
+from deboom.report.figures.progress import convergence
+from deboom.report.figures.stiffness import stiffness_bars
+
+__all__ = [
+    "convergence",
+    "pareto_front",
+    "per_vehicle_change",
+    "spl_curves",
+    "stiffness_bars",
+]

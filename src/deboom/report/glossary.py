@@ -1,0 +1,69 @@
+"""The words of our pages, explained for a reader who has never met us."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+GLOSSARY: Mapping[str, str] = {
+    "booming noise": (
+        "The low drone in the cabin at full load and low engine speed. The engine's torque pulses "
+        "(its firing order) shake the powertrain; the mounts pass forces on to the body, and body "
+        "panels press on the air of the cabin."
+    ),
+    "SPL": (
+        "Sound pressure level at the driver's ear in dB(A): decibels re 20 µPa, weighted by "
+        "how well the ear hears each frequency. 3 dB less is half the sound energy."
+    ),
+    "SPLV": (
+        "The booming index of one vehicle: the sum of its SPL over all frequency lines of the "
+        "band. Divided by the number of lines it is the mean SPL, which is easier to read; the "
+        "figures show that."
+    ),
+    "booming peak": (
+        "A local maximum of the SPL curve that stands out by at least 6 dB (its prominence): the "
+        "engine speed at which a passenger complains."
+    ),
+    "stiffness factor": (
+        "The design variable. It scales the dynamic stiffness of one mount in one axis, over the "
+        "whole curve of dynamic stiffness against static force; 1 is today's part, 0.8 is 20 % "
+        "softer. The loss factor stays. It means the curve, with stops re-tuned, not merely a "
+        "softer rubber in the same shape."
+    ),
+    "dynamic stiffness": (
+        "Force per displacement under vibration, here as its magnitude in N/mm at a stated "
+        "frequency and load. It is not the static stiffness of a data sheet."
+    ),
+    "tolerance": (
+        "Manufacturing scatter of a mount's stiffness around its own value, drawn at random many "
+        "times for each design. Its half width counts as three standard deviations."
+    ),
+    "σ": (
+        "Standard deviation over the tolerance: how far parts that are all within their drawing "
+        "make nominally identical vehicles differ."
+    ),
+    "Pareto front": (
+        "The designs that no other one beats in both objectives at once: whoever wants a lower "
+        "mean level must accept more scatter, and the reverse. Each point is a complete set of "
+        "mount stiffnesses."
+    ),
+    "knee": "The design of the front after which a further gain in one objective costs most in "
+    "the other: the usual compromise.",
+    "no requirement": (
+        "The stiffness of this mount in this axis has no influence on the result. It may keep its "
+        "present value; nothing needs to be held for the sake of booming."
+    ),
+    "no noticeable difference": (
+        "The range of one stiffness, all others kept, within which the result does not change by "
+        "more than its own uncertainty. Inside it the supplier is free."
+    ),
+    "noise transfer function": (
+        "Sound pressure at the ear per force at one mount and axis of one vehicle, in Pa/N, "
+        "measured on the vehicle without its engine."
+    ),
+    "prescribed motion": (
+        "The engine's motion at the mounts is taken as measured and kept while stiffnesses "
+        "change. In high gears this tends to understate the effect of a change (on the virtual "
+        "test bench by 20 to 25 % in gears 5 to 7)."
+    ),
+}
+"""Definition by term."""

@@ -1,0 +1,443 @@
+import re
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from deboom.errors import InputError
+from deboom.files.uff import AxisDriftWarning, UffFunction, find, read_uff, set_types, write_uff
+from deboom.files.uff_function import DIRECTIONS
+
+LINES = 20.0 + 0.25 * np.arange(9)
+
+
+def spectrum(**changes):
+    values = np.exp(0.3j * np.arange(LINES.size)) * np.linspace(1e-7, 3.0, LINES.size)
+    function = UffFunction(
+        abscissa=LINES,
+        values=values,
+        function_type=0,
+        response_node=11,
+        response_direction="+x",
+        reference_node=0,
+        reference_direction="scalar",
+        ordinate="force",
+        ordinate_unit="N",
+        denominator="none",
+        denominator_unit="",
+        id_lines=("order 1.5 at a virtual point", "bench 1"),
+        response_name="EnM",
+    )
+    return replace(function, **changes)
+
+
+def transfer_function(**changes):
+    return spectrum(
+        function_type=4,
+        response_node=901,
+        response_direction="scalar",
+        response_name="ear",
+        reference_node=11,
+        reference_direction="-z",
+        reference_name="EnM",
+        ordinate="pressure",
+        ordinate_unit="Pa",
+        denominator="force",
+        denominator_unit="N",
+        **changes,
+    )
+
+
+def edit(path, old, new, count=1):
+    text = path.read_bytes()
+    assert text.count(old) >= 1
+    path.write_bytes(text.replace(old, new, count))
+
+
+def same(a, b, rtol=0.0):
+    np.testing.assert_array_equal(a.abscissa, b.abscissa)
+    np.testing.assert_allclose(b.values, a.values, rtol=rtol, atol=0)
+    for name in (
+        "function_type response_node response_direction reference_node reference_direction "
+        "ordinate ordinate_unit denominator denominator_unit id_lines response_name "
+        "reference_name abscissa_quantity"
+    ).split():
+        assert getattr(a, name) == getattr(b, name), name
+
+
+# ---- round trips
+
+
+@pytest.mark.parametrize("binary", [False, True])
+def test_what_is_written_reads_back(tmp_path, binary):
+    given_functions = [spectrum(), transfer_function(), spectrum(values=LINES**2, response_node=12)]
+    write_uff(tmp_path / "a.uff", given_functions, binary=binary)
+    read = read_uff(tmp_path / "a.uff")
+    assert set_types(tmp_path / "a.uff") == (164, 58, 58, 58)
+    for a, b in zip(given_functions, read, strict=True):
+        same(a, b, rtol=0 if binary else 5e-12)
+    assert [f.unit for f in read] == ["N", "Pa/N", "N"]
+    assert read[2].values.dtype == np.float64
+
+
+@pytest.mark.parametrize("direction", DIRECTIONS.values())
+def test_every_direction_round_trips(tmp_path, direction):
+    unit = "rad" if "r" in direction and direction != "scalar" else "m"
+    function = spectrum(response_direction=direction, ordinate="displacement", ordinate_unit=unit)
+    write_uff(tmp_path / "a.uff", [function])
+    same(function, read_uff(tmp_path / "a.uff")[0], rtol=5e-12)
+
+
+def test_time_records_round_trip(tmp_path):
+    record = spectrum(
+        abscissa=np.arange(64) / 1000.0,
+        values=np.sin(np.arange(64)),
+        function_type=1,
+        abscissa_quantity="",
+        ordinate="acceleration",
+        ordinate_unit="m/s^2",
+    )
+    assert record.abscissa_quantity == "time"
+    write_uff(tmp_path / "a.uff", [record])
+    read = read_uff(tmp_path / "a.uff")[0]
+    np.testing.assert_allclose(read.abscissa, record.abscissa, rtol=1e-12)
+    assert read.abscissa_quantity == "time"
+
+
+def test_an_uneven_abscissa_round_trips_in_ascii_and_is_refused_in_binary(tmp_path):
+    uneven = np.array([10.0, 12.5, 16.0, 20.0, 25.0, 31.5, 40.0, 50.0, 63.0])
+    for values in (np.arange(9.0), np.arange(9) * (1 + 2j)):
+        function = spectrum(abscissa=uneven, values=values)
+        write_uff(tmp_path / "a.uff", [function])
+        same(function, read_uff(tmp_path / "a.uff")[0], rtol=5e-12)
+    with pytest.raises(InputError, match=r"b\.uff: node 11 \+x force: an uneven .*write ASCII"):
+        write_uff(tmp_path / "b.uff", [function], binary=True)
+    assert not (tmp_path / "b.uff").exists()
+
+
+@settings(max_examples=25, deadline=None)
+@given(
+    values=st.lists(
+        st.complex_numbers(max_magnitude=1e30, allow_nan=False, allow_infinity=False),
+        min_size=2,
+        max_size=11,
+    ),
+    node=st.integers(0, 2**31 - 1),
+    name=st.from_regex(r"\A[A-Za-z][A-Za-z0-9 _+\-]{0,8}[A-Za-z0-9]\Z").filter("NONE".__ne__),
+    line=st.text(st.characters(min_codepoint=33, max_codepoint=126), max_size=80).filter(
+        "NONE".__ne__
+    ),
+    binary=st.booleans(),
+)
+def test_any_function_round_trips(tmp_path_factory, values, node, name, line, binary):
+    path = tmp_path_factory.mktemp("uff") / "a.uff"
+    function = spectrum(
+        abscissa=20.0 + np.arange(len(values)),
+        values=np.array(values),
+        response_node=node,
+        response_name=name,
+        id_lines=(line,),
+    )
+    write_uff(path, [function], binary=binary)
+    (read,) = read_uff(path)
+    scale = np.max(np.abs(np.array(values)))
+    np.testing.assert_allclose(read.values, function.values, rtol=1e-11, atol=1e-11 * scale)
+    assert (read.response_node, read.response_name) == (node, name)
+    assert read.id_lines[0] == line
+
+
+def test_writing_replaces_an_old_file_and_leaves_nothing_else(tmp_path):
+    path = tmp_path / "a.uff"
+    path.write_text("old")
+    write_uff(path, [spectrum()])
+    assert len(read_uff(path)) == 1
+    assert [p.name for p in tmp_path.iterdir()] == ["a.uff"]
+
+
+def test_a_failed_writing_keeps_the_old_file(tmp_path):
+    path = tmp_path / "a.uff"
+    path.write_text("old")
+    with pytest.raises(InputError):
+        write_uff(path, [spectrum(), spectrum(response_name="longer than ten")])
+    assert path.read_text() == "old"
+    assert [p.name for p in tmp_path.iterdir()] == ["a.uff"]
+
+
+# ---- refused on writing
+
+
+@pytest.mark.parametrize(
+    ("changes", "sentence"),
+    [
+        ({"response_name": "Wheel hub L"}, "'Wheel hub L' does not fit its field of 10"),
+        ({"reference_name": "Zylinderkopf"}, "'Zylinderkopf' does not fit its field of 10"),
+        ({"response_name": "Rä"}, "plain ASCII"),
+        ({"id_lines": ("x" * 81,)}, "does not fit its field of 80"),
+        ({"id_lines": ("two\nlines",)}, "does not fit its field of 80"),
+        ({"id_lines": ("    -1",)}, "would not read back"),
+        ({"id_lines": ("NONE",)}, "would not read back"),
+        ({"ordinate_unit": ""}, "force is in no unit; convert it to N"),
+        ({"ordinate_unit": "kN"}, "force is in kN; convert it to N"),
+        ({"response_direction": "+rx"}, "force is in N; convert it to N m"),
+        ({"ordinate": "displacement", "ordinate_unit": "mm"}, "is in mm; convert it to m"),
+        ({"ordinate": "unknown", "ordinate_unit": ""}, "unknown has no unit; write '1'"),
+        ({"ordinate": "loudness"}, "unknown quantity 'loudness'"),
+        ({"denominator_unit": "N"}, "unit 'N' of a denominator that is 'none'"),
+        ({"function_type": 12}, "function type 12 cannot be written"),
+        ({"response_node": -1}, "node -1 is not between 0"),
+        ({"reference_node": 2**31}, "node 2147483648 is not between 0"),
+    ],
+)
+def test_what_would_not_read_back_is_refused(tmp_path, changes, sentence):
+    with pytest.raises(InputError, match=re.escape(sentence)) as caught:
+        write_uff(tmp_path / "a.uff", [spectrum(**changes)])
+    assert str(tmp_path / "a.uff") in str(caught.value)
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf, 1j * np.nan])
+def test_a_value_that_is_not_finite_is_refused_with_its_place(bad):
+    values = np.ones(9, dtype=complex)
+    values[4] = bad
+    with pytest.raises(InputError, match=r"node 11 \+x force: the value of line 5 is"):
+        spectrum(values=values)
+
+
+def test_bad_shapes_axes_directions_and_id_lines_are_refused():
+    with pytest.raises(InputError, match="one equal length of at least 2"):
+        spectrum(values=np.ones(8))
+    with pytest.raises(InputError, match="one equal length of at least 2"):
+        spectrum(values=np.ones(1), abscissa=np.ones(1))
+    with pytest.raises(InputError, match=r"does not increase after line 2 \(2, then 2\)"):
+        spectrum(abscissa=np.array([1.0, 2.0, 2.0]), values=np.ones(3))
+    with pytest.raises(InputError, match="unknown direction 'x'"):
+        spectrum(response_direction="x")
+    with pytest.raises(InputError, match="6 ID lines"):
+        spectrum(id_lines=("a",) * 6)
+
+
+def test_a_function_owns_its_arrays():
+    values = np.ones(9)
+    function = spectrum(values=values)
+    values[0] = 7.0
+    assert function.values[0] == 1.0
+    with pytest.raises(ValueError, match="read-only"):
+        function.values[0] = 2.0
+
+
+def test_no_function_and_no_folder_are_refused(tmp_path):
+    with pytest.raises(InputError, match="no function to write"):
+        write_uff(tmp_path / "a.uff", [])
+    with pytest.raises(InputError, match=r"absent.a\.uff cannot be written"):
+        write_uff(tmp_path / "absent" / "a.uff", [spectrum()])
+
+
+def test_a_small_drift_of_the_axis_warns_and_a_large_one_is_refused(tmp_path):
+    # a third of a hertz keeps 6 digits: 0.333333, short by 3.3e-7 Hz per line
+    thirds = spectrum(abscissa=20 + np.arange(121) / 3, values=np.ones(121, dtype=complex))
+    with pytest.warns(AxisDriftWarning, match=r"errs by 4e-05, 0\.00012 of a line spacing"):
+        write_uff(tmp_path / "a.uff", [thirds])
+    n = 60_001
+    fine = spectrum(abscissa=np.arange(n) / 3, values=np.ones(n))
+    with pytest.raises(InputError, match=r"0\.06 of a line spacing \(bound 0\.05\); choose a step"):
+        write_uff(tmp_path / "b.uff", [fine])
+    assert not (tmp_path / "b.uff").exists()
+
+
+def test_a_time_axis_is_judged_by_its_phase(tmp_path):
+    def record(seconds):
+        n = int(seconds * 51_200)
+        return spectrum(
+            abscissa=np.arange(n) / 51_200,
+            values=np.zeros(n),
+            function_type=1,
+            abscissa_quantity="time",
+        )
+
+    with pytest.warns(AxisDriftWarning, match=r"0\.129 deg at 140 Hz \(bound 1 deg\)"):
+        write_uff(tmp_path / "a.uff", [record(1.0)], binary=True)
+    with pytest.raises(InputError, match=r"1\.\d+ deg at 140 Hz \(bound 1 deg\)"):
+        write_uff(tmp_path / "b.uff", [record(10.0)], binary=True)
+
+
+def test_steps_of_six_digits_do_not_warn(tmp_path):
+    # warnings are errors in the tests
+    lines = np.linspace(20.0, 80.0, 241)
+    write_uff(tmp_path / "a.uff", [spectrum(abscissa=lines, values=np.ones(241))])
+    np.testing.assert_array_equal(read_uff(tmp_path / "a.uff")[0].abscissa, lines)
+
+
+# ---- refused on reading
+
+
+def test_missing_empty_and_foreign_files_are_refused(tmp_path):
+    with pytest.raises(InputError, match=r"no\.uff cannot be read \(No such file"):
+        read_uff(tmp_path / "no.uff")
+    for content, sentence in (
+        (b"", "is empty"),
+        (b" \n", "is empty"),
+        (b"frequency;pressure\n20;1\n", "is not a UFF file"),
+        (b"\x89PNG\r\n\x1a\n" + bytes(200), "is not a UFF file"),
+        (b"    -1\n    -1\n", "set 1 states no type"),
+        (b"    -1\nnot a number\n    -1\n", "set 1 states no type"),
+        (b"    -1\n    58\ntoo short\n    -1\n", "set 1 is damaged"),
+        (b"    -1\n    15\n    -1\n", "holds no function (data set 58), only sets 15"),
+    ):
+        (tmp_path / "a.uff").write_bytes(content)
+        with pytest.raises(InputError, match=re.escape(sentence)) as caught:
+            read_uff(tmp_path / "a.uff")
+        assert "a.uff" in str(caught.value)
+
+
+@pytest.mark.parametrize("binary", [False, True])
+def test_a_file_cut_anywhere_is_refused_or_lacks_whole_functions(tmp_path, binary):
+    whole, cut = tmp_path / "whole.uff", tmp_path / "cut.uff"
+    functions = [spectrum(response_node=node) for node in (11, 12, 13)]
+    write_uff(whole, functions, binary=binary)
+    data = whole.read_bytes()
+    n_read = set()
+    for end in range(0, len(data), 7):
+        cut.write_bytes(data[:end])
+        try:
+            read = read_uff(cut)
+        except InputError:
+            continue
+        n_read.add(len(read))
+        for function, original in zip(read, functions, strict=False):
+            same(original, function, rtol=5e-12)
+    assert n_read <= {1, 2, 3}
+
+
+def test_fewer_or_more_values_than_announced_are_refused(tmp_path):
+    write_uff(tmp_path / "a.uff", [spectrum()])
+    for announced, held in ((b"        10", "10 values are announced and 9"), (b"         8", "8")):
+        edit(tmp_path / "a.uff", b"\n         6         9", b"\n         6" + announced)
+        with pytest.raises(InputError, match=f"set 2: node 11 \\+x: {held}"):
+            read_uff(tmp_path / "a.uff")
+        edit(tmp_path / "a.uff", b"\n         6" + announced, b"\n         6         9")
+
+
+@pytest.mark.parametrize(
+    "bad", [b"                 NaN", b"            Infinity", b"1.0e+400".rjust(20)]
+)
+def test_a_single_bad_number_is_refused_with_its_place(tmp_path, bad):
+    write_uff(tmp_path / "a.uff", [spectrum(values=np.full(9, 2.0 + 0j))])
+    edit(tmp_path / "a.uff", b"   2.00000000000e+00", bad)
+    with pytest.raises(InputError, match=r"a\.uff: set 2: node 11 \+x force: the value of line 1"):
+        read_uff(tmp_path / "a.uff")
+
+
+def test_text_among_the_numbers_and_an_unknown_direction_are_refused(tmp_path):
+    write_uff(tmp_path / "a.uff", [spectrum(values=np.full(9, 2.0 + 0j))])
+    text = (tmp_path / "a.uff").read_bytes()
+    edit(tmp_path / "a.uff", b"   2.00000000000e+00", b"               twice")
+    with pytest.raises(InputError, match="set 2 is damaged"):
+        read_uff(tmp_path / "a.uff")
+    (tmp_path / "a.uff").write_bytes(text)
+    edit(tmp_path / "a.uff", b"        11   1", b"        11   9")
+    with pytest.raises(InputError, match="direction 9 is not a UFF direction"):
+        read_uff(tmp_path / "a.uff")
+
+
+# ---- units
+
+
+FORCE_LABEL = b"force                N   "
+
+
+@pytest.fixture
+def newtons(tmp_path):
+    path = tmp_path / "a.uff"
+    write_uff(path, [spectrum(values=np.full(9, 2.0 + 0j))])
+    return path
+
+
+def without_units(path):
+    """Take out data set 164, as most vendors leave it."""
+    data = path.read_bytes()
+    path.write_bytes(data[data.index(b"    -1\n    58") :])
+
+
+def scaled_units(path, length, force):
+    edit(path, b"   1.0000000000000000D+00" * 2, b"%25.16E%25.16E" % (length, force))
+
+
+def test_a_label_other_than_si_is_converted(newtons):
+    without_units(newtons)
+    edit(newtons, FORCE_LABEL, b"force                kN  ")
+    (read,) = read_uff(newtons)
+    assert (read.ordinate_unit, read.file_unit, read.unit) == ("N", "kN", "N")
+    np.testing.assert_allclose(read.values, 2000.0)
+
+
+def test_a_file_without_label_and_without_164_has_no_unit(newtons):
+    without_units(newtons)
+    edit(newtons, FORCE_LABEL, b"force                NONE")
+    (read,) = read_uff(newtons)
+    assert (read.ordinate_unit, read.file_unit) == ("", "")
+
+
+def test_164_alone_gives_the_unit(newtons):
+    edit(newtons, FORCE_LABEL, b"force                NONE")
+    (read,) = read_uff(newtons)
+    assert (read.ordinate_unit, read.file_unit) == ("N", "N")
+
+
+def test_a_label_is_believed_only_when_164_says_the_same(newtons):
+    scaled_units(newtons, 1000.0, 1e-3)
+    with pytest.raises(InputError, match="label says 'N', but data set 164 states another unit"):
+        read_uff(newtons)
+    edit(newtons, FORCE_LABEL, b"force                kN  ")
+    np.testing.assert_allclose(read_uff(newtons)[0].values, 2000.0)
+
+
+def test_164_other_than_si_without_a_label_is_refused(newtons):
+    scaled_units(newtons, 1000.0, 1e-3)
+    edit(newtons, FORCE_LABEL, b"force                NONE")
+    with pytest.raises(InputError, match="no unit label and data set 164 is not SI; export it"):
+        read_uff(newtons)
+
+
+def test_two_different_164_and_senseless_factors_are_refused(newtons):
+    data = newtons.read_bytes()
+    scaled_units(newtons, 1000.0, 1.0)
+    newtons.write_bytes(data + newtons.read_bytes())
+    with pytest.raises(InputError, match="data sets 164 state different units"):
+        read_uff(newtons)
+    newtons.write_bytes(data)
+    scaled_units(newtons, 0.0, 1.0)
+    with pytest.raises(InputError, match=r"states length 0\.0"):
+        read_uff(newtons)
+
+
+def test_a_label_of_another_quantity_is_refused(newtons):
+    without_units(newtons)
+    edit(newtons, FORCE_LABEL, b"force                mm  ")
+    with pytest.raises(InputError, match="force is labelled 'mm', which is no unit of it"):
+        read_uff(newtons)
+
+
+def test_an_unknown_label_is_kept_as_it_stands(newtons):
+    without_units(newtons)
+    edit(newtons, FORCE_LABEL, b"force                lbf ")
+    (read,) = read_uff(newtons)
+    assert (read.ordinate_unit, read.values[0]) == ("lbf", 2.0)
+
+
+# ---- choosing
+
+
+def test_functions_are_found_by_dof_and_never_by_place():
+    functions = [spectrum(), transfer_function(), spectrum(ordinate="general", ordinate_unit="1")]
+    assert find(functions, response_node=901) is functions[1]
+    assert find(functions, reference_node=11, reference_direction="-z") is functions[1]
+    assert find(functions[::-1], response_node=11, ordinate="force") is functions[0]
+    with pytest.raises(InputError, match="2 functions have response node 11, response direction"):
+        find(functions, response_node=11, response_direction="+x")
+    with pytest.raises(InputError, match=r"no function has response node 5; there are node 11 \+x"):
+        find(functions, response_node=5)
+    many = [spectrum(response_node=node) for node in range(1, 9)]
+    with pytest.raises(InputError, match=r"and 5 more$"):
+        find(many, response_node=99)

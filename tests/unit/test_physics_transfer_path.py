@@ -1,0 +1,86 @@
+import numpy as np
+import pytest
+
+from deboom.errors import InputError
+from deboom.physics.coupling import (
+    assembled_frf,
+    blocked_force,
+    blocked_force_on_rig,
+    interface_force,
+    mounted_source,
+)
+from deboom.physics.transfer_path import contributions, partial_sums, pressure
+
+BODY = np.broadcast_to(np.diag([2.0, 4.0]), (5, 2, 2))
+
+
+def test_contributions_keep_the_phase():
+    ntf = np.array([[1j, 2.0]])
+    force = np.array([[3.0, 1 - 1j]])
+    np.testing.assert_allclose(contributions(ntf, force), [[3j, 2 - 2j]])
+    np.testing.assert_allclose(pressure(ntf, force), [2 + 1j])
+
+
+def test_paths_can_cancel():
+    assert pressure([[1.0, 1.0]], [[2.0, -2.0]]) == 0
+
+
+def test_several_ears():
+    ntf = np.arange(12.0).reshape(2, 3, 2)
+    force = np.array([[1.0, 2.0], [3.0, 4.0]])
+    result = pressure(ntf, force)
+    assert result.shape == (2, 3)
+    np.testing.assert_allclose(result[1], [6 * 3 + 7 * 4, 8 * 3 + 9 * 4, 10 * 3 + 11 * 4])
+
+
+def test_equal_springs_share_the_blocked_motion():
+    free = np.ones((5, 2))
+    np.testing.assert_allclose(blocked_force(BODY, free), np.tile([0.5, 0.25], (5, 1)))
+    np.testing.assert_allclose(interface_force(BODY, BODY, free), np.tile([0.25, 0.125], (5, 1)))
+    np.testing.assert_allclose(assembled_frf(BODY, BODY, BODY, BODY), BODY / 2)
+
+
+def test_mounts_add_their_compliance_on_the_diagonal():
+    mounts = np.tile([0.5, 0.25], (5, 1))
+    np.testing.assert_allclose(mounted_source(BODY, mounts), 2 * BODY)
+
+
+@pytest.mark.parametrize(
+    ("ntf", "force"),
+    [((4, 2), (4, 3)), ((4, 2), (5, 2)), ((4,), (4,)), ((4, 1, 2), (4, 1, 2)), ((4, 2, 3), (4, 2))],
+)
+def test_paths_that_do_not_belong_together_are_refused(ntf, force):
+    with pytest.raises(InputError, match="same lines first and the same paths last"):
+        contributions(np.ones(ntf), np.ones(force))
+
+
+@pytest.mark.parametrize(
+    "groups", [[[0, 1]], [[0, 1], [1, 2]], [[0, 1], [2, 3]], [[0], [1, 2, -1]]]
+)
+def test_groups_hold_every_path_once(groups):
+    with pytest.raises(InputError, match="paths 0 to 2 exactly once"):
+        partial_sums(np.ones((4, 3)), groups)
+
+
+@pytest.mark.parametrize(
+    "call",
+    [
+        lambda: mounted_source(np.ones((5, 2)), np.ones((5, 2))),
+        lambda: mounted_source(BODY, np.ones((5, 3))),
+        lambda: interface_force(np.ones((5, 2, 3)), BODY, np.ones((5, 2))),
+        lambda: interface_force(BODY, BODY[:4], np.ones((5, 2))),
+        lambda: interface_force(BODY, BODY, np.ones((5, 3))),
+        lambda: blocked_force(BODY, np.ones(5)),
+        lambda: blocked_force_on_rig(BODY, np.ones((4, 2)), np.ones((5, 2))),
+        lambda: assembled_frf(BODY[:, :, :1], BODY, BODY, BODY),
+        lambda: assembled_frf(BODY, BODY, BODY, BODY[:, :1]),
+    ],
+)
+def test_shapes_that_do_not_belong_together_are_refused(call):
+    with pytest.raises(InputError, match=r"shape \("):
+        call()
+
+
+def test_a_mount_without_stiffness_is_refused():
+    with pytest.raises(InputError, match="carries no force"):
+        mounted_source(BODY, np.zeros((5, 2)))

@@ -1,0 +1,142 @@
+"""A-weighting against IEC 61672-1: its table, its analogue filter, and a real meter's readings."""
+
+import csv
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy import signal
+
+from deboom.physics.sound_level import a_weighting, energy_sum, spl, unweighted_level
+
+DATA = Path(__file__).parents[1] / "data" / "iec61672-cirrus"
+
+# The standard's table starts at 10 Hz. Below it the meter weights by these two, the values at the
+# nominal frequencies.
+BELOW_THE_TABLE = {6.3: -85.4, 8.0: -77.6}
+
+
+@pytest.fixture(scope="module")
+def table():
+    with (DATA / "iec_61672_1_2013.csv").open(newline="") as file:
+        rows = list(csv.DictReader(file))
+    columns = {key: np.array([float(row[key]) for row in rows]) for key in ("n", "nominal", "A")}
+    assert columns["n"].size == 34
+    return columns
+
+
+def meter(name):
+    """Band's nominal frequency [Hz] and its Z, A and C levels [dB]."""
+    bands, levels = [], []
+    with (DATA / name).open(newline="") as file:
+        for row in csv.DictReader(file):
+            if not row["Band"].endswith("Hz"):
+                continue
+            number = row["Band"].removesuffix("Hz")
+            bands.append(
+                1000 * float(number.removesuffix("k")) if number.endswith("k") else float(number)
+            )
+            levels.append([float(row[key].removesuffix(" dB")) for key in ("Value", "A", "C")])
+    return np.array(bands), np.array(levels).T
+
+
+def test_table_at_exact_mid_band_frequencies(table):
+    exact = 1000 * 10 ** (table["n"] / 10)
+    # half a digit of the printed table is 0.05 dB: all of the difference is rounding
+    np.testing.assert_allclose(a_weighting(exact), table["A"], rtol=0, atol=0.05)
+
+
+def test_nominal_frequencies_are_not_what_the_table_is_for(table):
+    difference = np.abs(a_weighting(table["nominal"]) - table["A"])
+    assert table["nominal"][difference.argmax()] == 16
+    assert difference.max() == pytest.approx(0.278, abs=1e-3)
+
+
+def test_poles_follow_from_the_relations_of_annex_e():
+    low, high, a_pole, reference = 10**1.5, 10**3.9, 10**2.45, 1000.0
+    half = np.sqrt(0.5)
+    b = reference**2 + (low * high / reference) ** 2 - half * (low**2 + high**2)
+    b /= 1 - half
+    root = np.sqrt(b**2 - 4 * (low * high) ** 2)
+    first, fourth = np.sqrt((-b - root) / 2), np.sqrt((-b + root) / 2)
+    second, third = (3 - np.sqrt(5)) / 2 * a_pole, (3 + np.sqrt(5)) / 2 * a_pole
+    # the rounded values that the standard prints
+    np.testing.assert_allclose(
+        [first, second, third, fourth], [20.60, 107.7, 737.9, 12194.0], rtol=5e-4
+    )
+
+    poles = -2 * np.pi * np.array([first, first, second, third, fourth, fourth])
+    frequency = np.geomspace(5, 20000, 200)
+    response = np.abs(
+        signal.freqs_zpk(np.zeros(4), poles, 1.0, 2 * np.pi * np.append(frequency, 1000))[1]
+    )
+    np.testing.assert_allclose(
+        a_weighting(frequency), 20 * np.log10(response[:-1] / response[-1]), rtol=0, atol=1e-10
+    )
+
+
+def test_thesis_prints_an_amplitude_ratio_two_decibels_low():
+    def printed(f):
+        squared = f**2
+        return (12194**2 * squared**2) / (
+            (squared + 20.59**2)
+            * np.sqrt(squared + 107.6**2)
+            * np.sqrt(squared + 737.8**2)
+            * (squared + 12194**2)
+        )
+
+    frequency = np.geomspace(10, 20000, 400)
+    # as printed, "A(f)" is no level: 0.794 at 1 kHz, where the weighting is 0 dB
+    assert printed(1000.0) == pytest.approx(0.794, abs=5e-4)
+    # in decibels the normalisation is missing, all lines are 2.0 dB low
+    difference = 20 * np.log10(printed(frequency)) - a_weighting(frequency)
+    np.testing.assert_allclose(difference, -2.0, rtol=0, atol=0.012)
+    # the misprinted corner values alone hardly matter
+    normalised = 20 * np.log10(printed(frequency) / printed(1000.0))
+    np.testing.assert_allclose(normalised, a_weighting(frequency), rtol=0, atol=0.012)
+
+
+@pytest.mark.parametrize(
+    ("name", "sums"),
+    [
+        ("overall_oct_zac_comma_2dec.csv", (41.68, 36.07, 40.76)),
+        ("overall_third_zac_comma_2dec.csv", (54.58, 35.17, 43.75)),
+    ],
+)
+def test_readings_of_a_sound_level_meter(table, name, sums):
+    bands, (z_level, a_level, c_level) = meter(name)
+    printed = dict(zip(table["nominal"], table["A"], strict=True)) | BELOW_THE_TABLE
+    weighting = np.array([printed[band] for band in bands])
+    np.testing.assert_allclose(a_level, z_level + weighting, rtol=0, atol=0.01)
+
+    exact = dict(zip(table["nominal"], 1000 * 10 ** (table["n"] / 10), strict=True))
+    frequency = np.array([exact.get(band, band) for band in bands])
+    ours = z_level + a_weighting(frequency)
+    np.testing.assert_allclose(a_level, ours, rtol=0, atol=0.06)
+
+    totals = [energy_sum(level) for level in (z_level, a_level, c_level)]
+    np.testing.assert_allclose(totals, sums, rtol=0, atol=0.005)
+    assert energy_sum(ours) == pytest.approx(sums[1], abs=0.03)
+
+
+def test_one_pascal_peak_at_one_kilohertz():
+    time = np.arange(48000) / 48000
+    record = 1.0 * np.cos(2 * np.pi * 1000 * time + 0.4)
+    level_of_record = 20 * np.log10(np.sqrt(np.mean(record**2)) / 20e-6)
+    assert level_of_record == pytest.approx(90.97, abs=0.005)
+    assert spl([1.0 * np.exp(0.4j)], [1000.0])[0] == pytest.approx(level_of_record, abs=1e-9)
+    assert unweighted_level(1j) == pytest.approx(level_of_record, abs=1e-9)
+
+
+@pytest.mark.parametrize("frequency", [25.0, 37.5, 60.0, 140.0])
+def test_weighted_level_of_a_tone_in_time(frequency):
+    """An A-weighting filter runs over the record; its rms gives the level without our formula."""
+    rate = 48000
+    time = np.arange(3 * rate) / rate
+    record = 0.2 * np.cos(2 * np.pi * frequency * time)
+    poles = -2 * np.pi * np.array([20.598997, 20.598997, 107.65265, 737.86223, 12194.22, 12194.22])
+    gain = 1 / np.abs(signal.freqs_zpk(np.zeros(4), poles, 1.0, [2 * np.pi * 1000])[1][0])
+    digital = signal.bilinear_zpk(np.zeros(4), poles, gain, rate)
+    filtered = signal.sosfilt(signal.zpk2sos(*digital), record)[rate:]
+    level = 20 * np.log10(np.sqrt(np.mean(filtered**2)) / 20e-6)
+    assert spl([0.2], [frequency])[0] == pytest.approx(level, abs=0.01)

@@ -1,5 +1,5 @@
 import re
-from dataclasses import replace
+from dataclasses import fields, replace
 
 import numpy as np
 import pytest
@@ -7,8 +7,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from deboom.errors import InputError
+from deboom.files import uff
 from deboom.files.uff import AxisDriftWarning, UffFunction, find, read_uff, set_types, write_uff
 from deboom.files.uff_function import DIRECTIONS
+from deboom.files.uff_set58 import set_58
 
 LINES = 20.0 + 0.25 * np.arange(9)
 
@@ -59,12 +61,9 @@ def edit(path, old, new, count=1):
 def same(a, b, rtol=0.0):
     np.testing.assert_array_equal(a.abscissa, b.abscissa)
     np.testing.assert_allclose(b.values, a.values, rtol=rtol, atol=0)
-    for name in (
-        "function_type response_node response_direction reference_node reference_direction "
-        "ordinate ordinate_unit denominator denominator_unit id_lines response_name "
-        "reference_name abscissa_quantity"
-    ).split():
-        assert getattr(a, name) == getattr(b, name), name
+    for field in fields(a):
+        if field.name not in ("abscissa", "values", "file_unit"):
+            assert getattr(a, field.name) == getattr(b, field.name), field.name
 
 
 # ---- round trips
@@ -163,6 +162,19 @@ def test_a_failed_writing_keeps_the_old_file(tmp_path):
         write_uff(path, [spectrum(), spectrum(response_name="longer than ten")])
     assert path.read_text() == "old"
     assert [p.name for p in tmp_path.iterdir()] == ["a.uff"]
+
+
+def test_a_file_that_does_not_read_back_as_it_was_given_never_appears(tmp_path, monkeypatch):
+    def shifted(function, binary):
+        return {**set_58(function, binary), "rsp_node": 0}
+
+    monkeypatch.setattr(uff, "set_58", shifted)
+    with pytest.raises(InputError, match="rsp_node 11 reads back as 0; nothing was written"):
+        write_uff(tmp_path / "a.uff", [spectrum()])
+    monkeypatch.setattr(uff, "set_58", lambda *_: {"type": 999})
+    with pytest.raises(InputError, match=r"the sets read back as \[164\]; nothing was written"):
+        write_uff(tmp_path / "a.uff", [spectrum()])
+    assert list(tmp_path.iterdir()) == []
 
 
 # ---- refused on writing
@@ -436,7 +448,9 @@ def test_functions_are_found_by_dof_and_never_by_place():
     assert find(functions[::-1], response_node=11, ordinate="force") is functions[0]
     with pytest.raises(InputError, match="2 functions have response node 11, response direction"):
         find(functions, response_node=11, response_direction="+x")
-    with pytest.raises(InputError, match=r"no function has response node 5; there are node 11 \+x"):
+    with pytest.raises(
+        InputError, match=r"no function has response node 5: export it or .*; there are node 11 \+x"
+    ):
         find(functions, response_node=5)
     many = [spectrum(response_node=node) for node in range(1, 9)]
     with pytest.raises(InputError, match=r"and 5 more$"):

@@ -148,6 +148,7 @@ def test_a_stiffness_that_turns_nan_is_reported_and_not_returned():
     [
         ({"relaxation": 0.0}, "relaxation"),
         ({"relaxation": 1.5}, "relaxation"),
+        ({"max_iterations": 0}, "max_iterations"),
         ({"start": 0.0}, "above 0"),
         ({"start": np.nan}, "above 0"),
     ],

@@ -233,7 +233,7 @@ def test_eq_26_27_three_points_off_a_line_are_needed(rng):
 
 
 def point_masses(rng):
-    """A body of many masses, with its centre of gravity away from the reference point."""
+    """Make a body of many masses, with its centre of gravity away from the reference point."""
     positions = rng.normal(size=(300, 3)) * [0.08, 0.05, 0.04] + [0.01, -0.02, 0.015]
     masses = rng.uniform(0.01, 0.03, size=300)
     centre = masses @ positions / masses.sum()
@@ -270,9 +270,7 @@ def test_eq_44_assembly_of_rotated_mounts():
 
 def test_table_10_order_of_rotations():
     """Only with R = Rz Ry Rx do the axial axes of all three mounts point to the x axis."""
-    positions = np.array(
-        [[-143.41, 0.10, 8.16], [-14.83, -67.94, 76.49], [-14.84, 67.09, 76.49]]
-    )
+    positions = np.array([[-143.41, 0.10, 8.16], [-14.83, -67.94, 76.49], [-14.84, 67.09, 76.49]])
     angles = np.radians([[0, 0, 180], [0, 45, 90], [0, 135, 90]])
     axial = rotation_matrix(angles)[:, :, 0]
     np.testing.assert_allclose(axial[0], [-1, 0, 0], atol=1e-12)

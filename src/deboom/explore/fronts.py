@@ -122,6 +122,32 @@ class Verification:
     sigma_bias_percent: float
 
 
+def verification_response(
+    robust: RobustResponse, n_samples: int = 1024, *, seed: int
+) -> RobustResponse:
+    """Return a robust response with draws that a search never saw.
+
+    Parameters
+    ----------
+    robust : RobustResponse
+        Of the search: model, space and the meaning of the mean are taken from it, its sample is
+        not.
+    n_samples : int
+        Scrambled Sobol points, a power of two.
+    seed : int
+        From 1 upwards. The same seed as the search's gives independent draws all the same.
+
+    Raises
+    ------
+    InputError
+        See `sobol_sample`.
+    """
+    sample = sobol_sample(
+        robust.space.n_variables, n_samples, seed=seed, purpose="verification sample"
+    )
+    return replace(robust, sample=sample)
+
+
 def verify(
     front: ParetoFront, robust: RobustResponse, n_samples: int = 1024, *, seed: int
 ) -> Verification:
@@ -132,22 +158,16 @@ def verify(
     front : ParetoFront
         Of the search.
     robust : RobustResponse
-        Of the search: model, space and the meaning of the mean are taken from it, its sample is
-        not.
-    n_samples : int
-        A power of two.
-    seed : int
-        From 1 upwards. The same seed as the search's gives independent draws all the same.
+        Of the search.
+    n_samples, seed : int
+        See `verification_response`.
 
     Raises
     ------
     InputError
         See `sobol_sample`; an empty front; a front that fails altogether under the new draws.
     """
-    sample = sobol_sample(
-        robust.space.n_variables, n_samples, seed=seed, purpose="verification sample"
-    )
-    values = replace(robust, sample=sample)(front.designs)
+    values = verification_response(robust, n_samples, seed=seed)(front.designs)
     ok = np.flatnonzero(~values.failed)
     if ok.size == 0:
         raise InputError(

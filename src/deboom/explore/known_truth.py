@@ -149,9 +149,15 @@ def exact_objectives(
 
 
 def exact_front(
-    problem: SeparableProblem, space: DesignSpace, n_weights: int = 300, n_grid: int = 801
+    problem: SeparableProblem,
+    space: DesignSpace,
+    n_weights: int = 1000,
+    n_shares: int = 40,
+    n_grid: int = 801,
 ) -> RealArray:
     """Return points of the true Pareto front, shape (n, 2), sorted by the first objective.
+
+    With the defaults their hypervolume is within 0.2 % of the limit of many points.
 
     Parameters
     ----------
@@ -159,28 +165,30 @@ def exact_front(
     space : DesignSpace
         Its bounds and tolerances.
     n_weights : int
-        Weights between mean and variance, evenly on a logarithmic scale.
+        Weights between mean and variance, denser where designs change faster.
+    n_shares : int
+        Steps in which the weight of the variance is shared out between the responses.
     n_grid : int
         Values per variable, evenly from bound to bound.
 
     Notes
     -----
-    Minimisers of ``Σ_r mean_r + λ Σ_r share_r variance_r`` over all weights λ and all shares
-    between the responses, in steps of 1/20. Whatever is best in mean and in the sum of standard
-    deviations is among them where the front of mean and variances is convex.
+    Minimisers of ``Σ_r mean_r + λ Σ_r share_r variance_r``. A design that minimises
+    ``Σ_r mean_r + μ Σ_r σ_r`` is among them, with ``λ share_r = μ / (2 σ_r)``, because a square
+    root lies below its tangents.
     """
     grid = np.linspace(space.lower, space.upper, n_grid)
     mean_terms, variance_terms = problem.exact_terms(grid, space.relative_sigma)
     mean = mean_terms.sum(axis=1)
     n_responses = mean_terms.shape[1]
     designs = []
-    for parts in itertools.product(range(21), repeat=n_responses):
-        if sum(parts) != 20:
+    for parts in itertools.product(range(n_shares + 1), repeat=n_responses):
+        if sum(parts) != n_shares:
             continue
-        variance = np.einsum("r,nrk->nk", np.array(parts) / 20.0, variance_terms)
+        variance = np.einsum("r,nrk->nk", np.array(parts) / n_shares, variance_terms)
         exchange = -np.diff(mean, axis=0) / np.diff(variance, axis=0)
-        lowest, highest = np.percentile(exchange[exchange > 0.0], [0.1, 99.9])
-        for weight in np.geomspace(lowest, highest, n_weights):
+        # each rate of exchange is the weight at which one variable moves by one step of the grid
+        for weight in np.quantile(exchange[exchange > 0.0], np.linspace(0.0, 1.0, n_weights)):
             best = np.argmin(mean + weight * variance, axis=0)
             designs.append(grid[best, np.arange(space.n_variables)])
     objectives = exact_objectives(problem, space, np.array(designs))

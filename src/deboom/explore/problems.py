@@ -41,9 +41,9 @@ class RobustProblem(Problem):
     Examples
     --------
     >>> from pymoo.optimize import minimize
-    >>> from deboom.explore import known_truth, robust, tolerance_samples
+    >>> from deboom.explore import design_space, known_truth, robust, tolerance_samples
     >>> model = known_truth.quad2(4, seed=1)
-    >>> space = known_truth.factor_space(model)
+    >>> space = design_space.stiffness_factor_space(model.variable_names)
     >>> sample = tolerance_samples.sobol_sample(space.n_variables, seed=1)
     >>> problem = RobustProblem(robust.RobustResponse(model, space, sample))
     >>> result = minimize(problem, NSGA2(20), ("n_gen", 10), seed=1)

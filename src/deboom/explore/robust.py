@@ -140,9 +140,13 @@ class RobustResponse:
             failed=np.isnan(errors[:, 0]),
         )
 
+    def made(self, design: RealArray) -> RealArray:
+        """Return one design (k,) as it is made, draw by draw, shape (n_samples, k)."""
+        return design * (1.0 + self.space.relative_sigma * self.sample.normals(design))
+
     def _one_design(self, design: RealArray) -> RealArray:
         """Return means, standard deviations and both standard errors; all NaN if it failed."""
-        made = design * (1.0 + self.space.relative_sigma * self.sample.normals(design))
+        made = self.made(design)
         failed = np.full(2 * len(self.evaluate.response_names) + 2, np.nan)
         try:
             mean, sigma, mean_error, sigma_error = sample_statistics(responses(self.evaluate, made))

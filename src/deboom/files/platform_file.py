@@ -219,7 +219,7 @@ def _sentence(error: ValidationError) -> str:
     where = f"key '{key}' in {section}"
     if detail["type"] == "extra_forbidden":
         known = _SECTIONS.get(str(detail["loc"][0]), PlatformFile).model_fields
-        close = difflib.get_close_matches(key, known, n=1, cutoff=0.5)
+        close = difflib.get_close_matches(key, known, n=1)
         remedy = f"did you mean '{close[0]}'?" if close else f"use {', '.join(known)}"
         return f"unknown {where}; {remedy}"
     if detail["type"] == "missing":

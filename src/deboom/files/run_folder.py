@@ -80,15 +80,15 @@ class Run:
         Raises
         ------
         InputError
-            The name leaves the run folder, or the file cannot be written.
+            The name leaves the run folder, the run is finished, or the file cannot be written.
         """
         relative = PurePosixPath(name)
         if not relative.name or relative.is_absolute() or ".." in relative.parts or "\\" in name:
             raise InputError(f"'{name}' is not a file name within the run folder {self.folder}")
+        if not self.folder.is_dir():
+            raise InputError(f"{self.folder} is gone: the run is finished or discarded")
         path = self.folder / relative
-        # not parents of the run folder: a finished run has moved, and must not come back half
-        if relative.parent != PurePosixPath("."):
-            path.parent.mkdir(parents=True, exist_ok=True)
+        path.parent.mkdir(parents=True, exist_ok=True)
         replace_bytes(path, data)
 
     def discard(self) -> None:

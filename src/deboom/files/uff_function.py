@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 import numpy.typing as npt
@@ -62,8 +62,8 @@ class UffFunction:
         (node, direction and line are named), an unknown direction, more than five ID lines.
     """
 
-    abscissa: RealArray
-    values: RealArray | ComplexArray
+    abscissa: RealArray = field(repr=False)
+    values: RealArray | ComplexArray = field(repr=False)
     function_type: int
     response_node: int
     response_direction: str
@@ -174,4 +174,7 @@ def find(
         raise InputError(f"{len(found)} functions have {wish or 'no condition'}: keep one of them")
     there = sorted({f.dof for f in functions})
     more = f" and {len(there) - 3} more" if len(there) > 3 else ""
-    raise InputError(f"no function has {wish}; there are {'; '.join(there[:3])}{more}")
+    raise InputError(
+        f"no function has {wish}: export it or correct the DoF; there are "
+        f"{'; '.join(there[:3])}{more}"
+    )

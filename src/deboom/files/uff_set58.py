@@ -219,9 +219,11 @@ def function_of(content: Mapping[str, Any], scale: tuple[float, float] | None) -
     below = _unit(where, denominator, content["orddenom_axis_units_lab"], reference, scale)
     if denominator == "unknown" and not below.label:
         denominator = "none"
+    with np.errstate(invalid="ignore", over="ignore"):  # refused with its line number below
+        values = content["data"] * (above.factor / below.factor)
     return UffFunction(
         abscissa=content["x"] * axis.factor,
-        values=content["data"] * (above.factor / below.factor),
+        values=values,
         function_type=content["func_type"],
         response_node=content["rsp_node"],
         response_direction=response,

@@ -83,7 +83,7 @@ def parse_unit(label: str) -> Unit:
         (above, factor_above), (below, factor_below) = _TO_SI[numerator], _TO_SI[denominator]
         return Unit(label, f"{above}/{below}", factor_above / factor_below)
     if not text:
-        raise InputError(f"a unit is missing: write one of {', '.join(_TO_SI)} or a ratio of two")
+        raise InputError("a unit is missing: write one, such as mm, N or Pa/N")
     raise InputError(
         f"unknown unit {label!r}: use one of {', '.join(_TO_SI)} or a ratio of two, such as Pa/N"
     )

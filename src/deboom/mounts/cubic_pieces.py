@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
+from functools import cache
 from itertools import combinations_with_replacement
 
 import numpy as np
@@ -11,12 +11,14 @@ import numpy.typing as npt
 from scipy.stats import t as student
 
 from deboom.errors import InputError
+from deboom.mounts.named_arrays import freeze
 from deboom.physics.arrays import RealArray
 
-_FIELD_TYPES = {"split_feature": int, "blend_width": float}
+Exponents = npt.NDArray[np.int64]
 
 
-def cubic_exponents(n_features: int) -> npt.NDArray[np.int64]:
+@cache
+def cubic_exponents(n_features: int) -> Exponents:
     """Exponents of the complete cubic polynomial.
 
     Parameters
@@ -33,12 +35,15 @@ def cubic_exponents(n_features: int) -> npt.NDArray[np.int64]:
     -----
     Thesis, eq. 32, for three variables: 20 terms (it prints 19 of them).
     """
-    terms = [
-        np.bincount(np.array(chosen, dtype=int), minlength=n_features)
-        for degree in range(4)
-        for chosen in combinations_with_replacement(range(n_features), degree)
-    ]
-    return np.array(terms, dtype=np.int64)
+    exponents = np.array(
+        [
+            np.bincount(np.array(chosen, dtype=int), minlength=n_features)
+            for degree in range(4)
+            for chosen in combinations_with_replacement(range(n_features), degree)
+        ]
+    )
+    exponents.setflags(write=False)
+    return exponents
 
 
 def cubic_terms(scaled: RealArray) -> RealArray:
@@ -57,7 +62,7 @@ def cubic_terms(scaled: RealArray) -> RealArray:
     return _monomials(scaled, cubic_exponents(scaled.shape[1]))
 
 
-def _monomials(scaled: RealArray, exponents: npt.NDArray[np.int64]) -> RealArray:
+def _monomials(scaled: RealArray, exponents: Exponents) -> RealArray:
     powers = np.stack([np.ones_like(scaled), scaled, scaled**2, scaled**3])
     terms = np.ones((len(scaled), len(exponents)))
     for feature in range(scaled.shape[1]):
@@ -79,11 +84,13 @@ class PiecewiseCubic:
         Width about each split point over which one piece hands over to the next, linearly, in
         the unit of that variable.
     centre, half_range : array, shape (n_pieces, n_features)
-        Scaling of each piece's variables to [-1, 1] over its own data.
+        Scaling of each piece's variables to [-1, 1] over its own rows.
     coefficients : array, shape (n_pieces, n_terms, n_outputs)
         Of the terms in scaled variables.
     leverage_factor : array, shape (n_pieces, n_terms, n_terms)
         ``L`` with ``h = |a L|²`` the leverage of a row of terms ``a``.
+    leverage_limit : array, shape (n_pieces,)
+        Largest leverage of a row that was fitted.
     variance : array, shape (n_pieces, n_outputs)
         Of the residuals at unit weight; not finite without degrees of freedom.
     degrees_of_freedom : array, shape (n_pieces,)
@@ -91,7 +98,8 @@ class PiecewiseCubic:
 
     Notes
     -----
-    Outside of the data the polynomials go on; `deboom.mounts.training_region` says where that is.
+    Outside of the data the polynomials go on. `TrainingRegion` and :meth:`leverage_ratio` say where
+    that is.
     """
 
     split_feature: int
@@ -101,48 +109,75 @@ class PiecewiseCubic:
     half_range: RealArray
     coefficients: RealArray
     leverage_factor: RealArray
+    leverage_limit: RealArray
     variance: RealArray
     degrees_of_freedom: RealArray
 
     def __post_init__(self) -> None:
-        for field in fields(self):
-            if field.name not in _FIELD_TYPES:
-                array = np.array(getattr(self, field.name), dtype=float)
-                array.setflags(write=False)
-                object.__setattr__(self, field.name, array)
+        freeze(self, "split_points", "centre", "half_range", "coefficients", "leverage_factor")
+        freeze(self, "leverage_limit", "variance", "degrees_of_freedom")
+        object.__setattr__(self, "split_feature", int(self.split_feature))
+        object.__setattr__(self, "blend_width", float(self.blend_width))
 
     @property
     def n_pieces(self) -> int:
         """Number of pieces."""
         return len(self.centre)
 
+    @property
+    def n_coefficients(self) -> int:
+        """Number of coefficients of all pieces and outputs."""
+        return self.coefficients.size
+
     def __call__(self, X: RealArray) -> RealArray:
         """Values at `X` (n, n_features), shape (n, n_outputs)."""
         share, _ = self._shares(X)
-        pieces = np.stack(
-            [
-                cubic_terms(self._scaled(X, k)) @ self.coefficients[k]
-                for k in range(self.n_pieces)
-            ]
-        )
-        return np.asarray(np.einsum("kn,kno->no", share, pieces))
+        values = np.zeros((len(X), self.coefficients.shape[2]))
+        for k in range(self.n_pieces):
+            values += share[k][:, np.newaxis] * (self._terms(X, k) @ self.coefficients[k])
+        return values
 
     def gradient(self, X: RealArray) -> RealArray:
-        """Derivative by every variable at `X` (n, n_features), shape (n, n_features, n_outputs)."""
+        """Derivative by each variable at `X` (n, n_features), shape (n, n_features, n_outputs)."""
         share, slope = self._shares(X)
         exponents = cubic_exponents(X.shape[1])
         gradient = np.zeros((*X.shape, self.coefficients.shape[2]))
         for k in range(self.n_pieces):
-            scaled = self._scaled(X, k)
+            scaled = (X - self.centre[k]) / self.half_range[k]
             for feature in range(X.shape[1]):
                 lowered = exponents.copy()
                 lowered[:, feature] = np.maximum(lowered[:, feature] - 1, 0)
-                weighted = exponents[:, feature, np.newaxis] * self.coefficients[k]
-                by_scaled = _monomials(scaled, lowered) @ weighted
-                gradient[:, feature] += share[k][:, None] * by_scaled / self.half_range[k, feature]
-            value = _monomials(scaled, exponents) @ self.coefficients[k]
+                power = exponents[:, feature] / self.half_range[k, feature]
+                derived = _monomials(scaled, lowered) @ (power[:, np.newaxis] * self.coefficients[k])
+                gradient[:, feature] += share[k][:, np.newaxis] * derived
+            value = self._terms(X, k) @ self.coefficients[k]
             gradient[:, self.split_feature] += slope[k][:, np.newaxis] * value
         return gradient
+
+    def leverage_ratio(self, X: RealArray) -> RealArray:
+        """Leverage over the largest of the rows fitted, worst of the pieces in charge.
+
+        Parameters
+        ----------
+        X : array, shape (n, n_features)
+            Where.
+
+        Returns
+        -------
+        array, shape (n,)
+            Above 1 the polynomial is no longer held by data, even amid the ranges of all variables.
+
+        Notes
+        -----
+        Hidden extrapolation: Montgomery, Peck and Vining, Introduction to Linear Regression
+        Analysis, 3.8.
+        """
+        share, _ = self._shares(X)
+        ratios = [
+            np.where(share[k] > 0, self._leverage(X, k) / self.leverage_limit[k], 0.0)
+            for k in range(self.n_pieces)
+        ]
+        return np.asarray(np.max(ratios, axis=0))
 
     def half_width(self, X: RealArray, coverage: float, weight: RealArray) -> RealArray:
         """Half width of the interval that covers one new observation.
@@ -174,14 +209,11 @@ class PiecewiseCubic:
         if not 0 < coverage < 1:
             raise InputError(f"a coverage lies between 0 and 1, not {coverage}")
         if np.any(self.degrees_of_freedom < 1):
-            raise InputError(
-                "a fit with as many terms as rows has no residuals: an interval needs more data"
-            )
+            raise InputError("as many terms as rows leave no residuals: an interval needs more rows")
         share, _ = self._shares(X)
         half_width = np.zeros((len(X), self.coefficients.shape[2]))
         for k in range(self.n_pieces):
-            projected = cubic_terms(self._scaled(X, k)) @ self.leverage_factor[k]
-            spread = np.sqrt(1 / weight + np.sum(projected**2, axis=1))
+            spread = np.sqrt(1 / weight + self._leverage(X, k))
             quantile = student.ppf(0.5 + coverage / 2, self.degrees_of_freedom[k])
             half_width += np.outer(share[k] * quantile * spread, np.sqrt(self.variance[k]))
         return half_width
@@ -194,39 +226,28 @@ class PiecewiseCubic:
             variance=factor**2 * self.variance,
         )
 
-    def to_arrays(self) -> dict[str, npt.NDArray[np.generic]]:
-        """Every field as a named array; `from_arrays` gives the same object back, bit for bit."""
-        return {field.name: np.asarray(getattr(self, field.name)) for field in fields(self)}
+    def _terms(self, X: RealArray, piece: int) -> RealArray:
+        return cubic_terms((X - self.centre[piece]) / self.half_range[piece])
 
-    @classmethod
-    def from_arrays(cls, arrays: Mapping[str, npt.NDArray[np.generic]]) -> PiecewiseCubic:
-        """Build the object from the arrays of `to_arrays`; InputError names what is missing."""
-        values = {}
-        for field in fields(cls):
-            if field.name not in arrays:
-                raise InputError(f"no array {field.name}: a piecewise cubic needs all its arrays")
-            kind = _FIELD_TYPES.get(field.name)
-            values[field.name] = kind(arrays[field.name]) if kind else arrays[field.name]
-        return cls(**values)
-
-    def _scaled(self, X: RealArray, piece: int) -> RealArray:
-        return (X - self.centre[piece]) / self.half_range[piece]
+    def _leverage(self, X: RealArray, piece: int) -> RealArray:
+        projected = self._terms(X, piece) @ self.leverage_factor[piece]
+        return np.asarray(np.sum(projected**2, axis=1))
 
     def _shares(self, X: RealArray) -> tuple[RealArray, RealArray]:
         """Share of each piece at each row, and its slope along the split variable."""
         position = X[:, self.split_feature]
-        # handed over from piece k to piece k + 1: 0 before the split point, 1 behind it
-        behind = np.ones((self.n_pieces + 1, len(X)))
-        slope = np.zeros_like(behind)
-        behind[-1] = 0.0
+        # how far each split point lies behind: 0 before it, 1 beyond
+        passed = np.zeros((self.n_pieces + 1, len(X)))
+        slope = np.zeros_like(passed)
+        passed[0] = 1.0
         for k, split in enumerate(self.split_points, start=1):
             if self.blend_width > 0:
                 ramp = (position - split) / self.blend_width + 0.5
-                behind[k] = np.clip(ramp, 0.0, 1.0)
+                passed[k] = np.clip(ramp, 0.0, 1.0)
                 slope[k] = ((ramp > 0) & (ramp < 1)) / self.blend_width
             else:
-                behind[k] = position > split
-        return behind[:-1] - behind[1:], slope[:-1] - slope[1:]
+                passed[k] = position > split
+        return passed[:-1] - passed[1:], slope[:-1] - slope[1:]
 
 
 def fit_pieces(
@@ -265,8 +286,9 @@ def fit_pieces(
 
     Notes
     -----
-    Orthogonal triangularisation and a singular value decomposition of the triangle; terms that the
-    rows cannot tell apart get the shortest coefficients. No normal equations.
+    Orthogonal triangularisation and a singular value decomposition of the triangle, no normal
+    equations. Terms that the rows cannot tell apart get the shortest coefficients, and their
+    directions a very large leverage.
     """
     position = X[:, split_feature]
     blend_width = overlap * float(np.ptp(position))
@@ -294,20 +316,22 @@ def _fit_one(X: RealArray, y: RealArray, weight: RealArray) -> tuple[RealArray, 
     terms = cubic_terms((X - centre) / half_range)
     root = np.sqrt(weight)[:, np.newaxis]
     n_rows, n_terms = terms.shape
-    triangle = np.linalg.qr(np.hstack([root * terms, root * y]), mode="r")
+    reduced = np.linalg.qr(np.hstack([root * terms, root * y]), mode="r")
+    triangle = np.zeros((max(len(reduced), n_terms), reduced.shape[1]))
+    triangle[: len(reduced)] = reduced
     left, singular, right = np.linalg.svd(triangle[:, :n_terms], full_matrices=False)
-    rank = int(np.sum(singular > singular[0] * max(n_rows, n_terms) * np.finfo(float).eps))
-    leverage_factor = np.zeros((n_terms, n_terms))
-    leverage_factor[:, :rank] = right[:rank].T / singular[:rank]
+    smallest = singular[0] * max(n_rows, n_terms) * np.finfo(float).eps
+    rank = int(np.sum(singular > smallest))
+    leverage_factor = right.T / np.maximum(singular, smallest)
     coefficients = leverage_factor[:, :rank] @ (left[:, :rank].T @ triangle[:, n_terms:])
-    degrees_of_freedom = n_rows - rank
     squares = np.sum((root * (y - terms @ coefficients)) ** 2, axis=0)
-    variance = squares / degrees_of_freedom if degrees_of_freedom else np.full_like(squares, np.nan)
+    freedom = n_rows - rank
     return (
         centre,
         half_range,
         coefficients,
         leverage_factor,
-        variance,
-        np.array(float(degrees_of_freedom)),
+        np.max(np.sum((terms @ leverage_factor) ** 2, axis=1)),
+        squares / freedom if freedom else np.full_like(squares, np.nan),
+        np.array(float(freedom)),
     )

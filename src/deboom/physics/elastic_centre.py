@@ -10,7 +10,7 @@ from scipy.linalg import solve_triangular
 
 from deboom.errors import InputError
 from deboom.physics.arrays import RealArray
-from deboom.physics.rigid_body import axial_vector, shift_stiffness
+from deboom.physics.rigid_body import shift_stiffness
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,7 +103,7 @@ def centre_of_stiffness(stiffness: npt.ArrayLike) -> ElasticCentre:
     matrix = _checked(stiffness)
     translation, coupling = matrix[:3, :3], matrix[:3, 3:]
     lever = np.trace(translation) * np.eye(3) - translation
-    return _centre_at(matrix, -np.linalg.solve(lever, 2 * axial_vector(coupling)))
+    return _centre_at(matrix, -np.linalg.solve(lever, _axial(coupling)))
 
 
 def centre_of_compliance(stiffness: npt.ArrayLike) -> ElasticCentre:
@@ -134,10 +134,15 @@ def centre_of_compliance(stiffness: npt.ArrayLike) -> ElasticCentre:
     Ciblak and Lipkin, see `centre_of_stiffness`.
     """
     matrix = _checked(stiffness)
-    compliance = np.linalg.inv(matrix)
+    compliance = np.asarray(np.linalg.inv(matrix), dtype=float)
     rotation, coupling = compliance[3:, 3:], compliance[:3, 3:]
     lever = np.trace(rotation) * np.eye(3) - rotation
-    return _centre_at(matrix, np.linalg.solve(lever, 2 * axial_vector(coupling)))
+    return _centre_at(matrix, np.linalg.solve(lever, _axial(coupling)))
+
+
+def _axial(block: RealArray) -> RealArray:
+    """Vector a with ``block − blockᵀ = skew(a)``: the sum of e_i × block e_i."""
+    return np.asarray(np.cross(np.eye(3), block.T).sum(axis=0))
 
 
 def _centre_at(stiffness: RealArray, position: RealArray) -> ElasticCentre:

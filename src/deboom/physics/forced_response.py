@@ -207,7 +207,7 @@ def amplitude_dependent_response(
     Raises
     ------
     InputError
-        A start or a relaxation out of range, or loads that do not fit.
+        An option out of range, or loads that do not fit.
     ConvergenceError
         No steady state within `max_iterations`, or a stiffness that is not finite; with the
         frequency of the line.
@@ -215,12 +215,14 @@ def amplitude_dependent_response(
     Notes
     -----
     Fixed point ``ln X ← ln |T q(K(X))|``. A line rests once it has converged, so that its result
-    does not depend, but for rounding, on the lines solved beside it. Where rubber softens with amplitude, as mounts
-    do, the fixed point is unique; a strongly stiffening spring can have several, and the one found
-    then depends on `start`. One harmonic stands for the motion.
+    does not depend, but for rounding, on the lines solved beside it. The mild softening of rubber
+    leaves one fixed point; a strongly nonlinear spring can have several, and `start` then decides
+    which one is found. One harmonic stands for the motion.
     """
     if not 0 < relaxation <= 1:
         raise InputError(f"relaxation lies above 0 and up to 1, not {relaxation}")
+    if max_iterations < 1:
+        raise InputError(f"max_iterations is at least 1, not {max_iterations}")
     lines = np.asarray(frequency, dtype=float)
     to_motion = np.asarray(motion, dtype=float)
     load = np.asarray(force, dtype=complex)

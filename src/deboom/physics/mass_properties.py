@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from deboom.errors import InputError
 from deboom.physics.arrays import RealArray
-from deboom.physics.rigid_body import axial_vector, mass_matrix, skew
+from deboom.physics.rigid_body import mass_matrix, skew
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,7 +64,8 @@ def mass_properties(matrix: npt.ArrayLike, tolerance: float = 1e-6) -> RigidBody
     if not np.all(np.linalg.eigvalsh(symmetric) > 0):
         raise InputError("the mass matrix is not positive definite, so it is not that of a body")
     mass = float(np.trace(symmetric[:3, :3])) / 3
-    centre = axial_vector(symmetric[3:, :3]) / mass
+    # the coupling block is mass · skew(centre), and Σ e_i × skew(c) e_i = 2 c
+    centre = np.cross(np.eye(3), symmetric[3:, :3].T).sum(axis=0) / (2 * mass)
     inertia = symmetric[3:, 3:] - mass * skew(centre) @ skew(centre).T
     unit = np.repeat([1.0, np.sqrt(np.trace(symmetric[3:, 3:]) / (3 * mass))], 3)
     deviation = (matrix - mass_matrix(mass, inertia, centre)) / np.outer(unit, unit)

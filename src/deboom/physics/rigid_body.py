@@ -32,23 +32,6 @@ def skew(vector: npt.ArrayLike) -> RealArray:
     return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
 
 
-def axial_vector(matrix: npt.ArrayLike) -> RealArray:
-    """Vector of the antisymmetric part of a matrix: the inverse of `skew`.
-
-    Parameters
-    ----------
-    matrix : array, shape (3, 3)
-
-    Returns
-    -------
-    array, shape (3,)
-        Of the unit of `matrix`.
-    """
-    array = np.asarray(matrix, dtype=float)
-    part = (array - array.T) / 2
-    return np.array([part[2, 1], part[0, 2], part[1, 0]])
-
-
 def rotation_matrix(angles: npt.ArrayLike) -> RealArray:
     """Rotation ``R = Rz Ry Rx`` that turns local into global components.
 
@@ -64,8 +47,7 @@ def rotation_matrix(angles: npt.ArrayLike) -> RealArray:
 
     Notes
     -----
-    The order is the one in which the axial axes of all mounts of the thesis's table 10 point to the
-    compressor's axis.
+    In this order the axial axes of all mounts of the thesis's table 10 meet the compressor's axis.
     """
     angles = np.asarray(angles, dtype=float)
     (cx, cy, cz), (sx, sy, sz) = (np.moveaxis(f(angles), -1, 0) for f in (np.cos, np.sin))
@@ -91,10 +73,8 @@ def point_acceleration(
         Of the point, from the reference point of the body [m].
     acceleration : array, shape (..., 3)
         Of the reference point [m/s²].
-    angular_acceleration : array, shape (..., 3)
-        [rad/s²].
-    angular_velocity : array, shape (..., 3)
-        [rad/s].
+    angular_acceleration, angular_velocity : array, shape (..., 3)
+        Of the body [rad/s², rad/s].
 
     Returns
     -------
@@ -125,7 +105,7 @@ def forward_matrix(position: npt.ArrayLike) -> RealArray:
     Returns
     -------
     array, shape (3, 6)
-        Rows x, y, z of the point; columns x, y, z, rx, ry, rz of the body [1, m/rad].
+        [1, m/rad].
 
     Notes
     -----
@@ -217,7 +197,7 @@ def shift_load(load: RealOrComplexArray, position: npt.ArrayLike) -> RealOrCompl
     Returns
     -------
     array, shape (..., 6)
-        The same forces, and moments about the new point [N, N m].
+        [N, N m].
     """
     return load @ shift_matrix(position)
 
@@ -270,8 +250,8 @@ def mount_stiffness_matrix(
 
     Notes
     -----
-    Thesis, eq. 2 (its lower left block is the transpose of the upper right one) and eq. 44, whose
-    assembly over the mounts is not written there. Mounts have no rotational stiffness of their own.
+    Thesis, eq. 2 (whose lower left block is the transpose of the upper right one) and 44. Mounts
+    have no rotational stiffness of their own.
     """
     forward = forward_matrices(positions, orientations)
     n_mounts = forward.shape[0] // 3
@@ -348,7 +328,8 @@ def rigid_body_modes(
     if np.iscomplexobj(mass) or np.iscomplexobj(springs):
         raise InputError("undamped modes need real matrices: pass the real part of the stiffness")
     for matrix, name in ((mass, "mass matrix"), (springs, "stiffness")):
-        if not np.allclose(matrix, np.swapaxes(matrix, -1, -2), rtol=0, atol=1e-9 * _top(matrix)):
+        asymmetry = np.abs(matrix - np.swapaxes(matrix, -1, -2))
+        if np.max(asymmetry) > 1e-9 * np.max(np.abs(matrix)):
             raise InputError(f"the {name} is not symmetric")
     try:
         factor = np.linalg.cholesky(mass)
@@ -364,7 +345,3 @@ def rigid_body_modes(
     weighted = np.sqrt(np.diag(mass))[:, np.newaxis] * np.abs(shapes)
     moves_most = np.take_along_axis(shapes, weighted.argmax(axis=-2, keepdims=True), axis=-2)
     return np.sqrt(np.maximum(squared, 0.0)) / (2 * np.pi), shapes * np.sign(moves_most)
-
-
-def _top(matrix: RealArray) -> float:
-    return float(np.max(np.abs(matrix)))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import base64
+import re
 import struct
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -198,7 +199,8 @@ def _columns(table: Table) -> tuple[Column, ...]:
 
 
 def _paragraphs(text: str) -> list[str]:
-    return [" ".join(block.split()) for block in text.split("\n\n") if block.strip()]
+    blocks = (" ".join(block.split()) for block in re.split(r"\n\s*\n", text))
+    return [block for block in blocks if block]
 
 
 def _facts(provenance: Mapping[str, object]) -> dict[str, str]:
@@ -208,8 +210,12 @@ def _facts(provenance: Mapping[str, object]) -> dict[str, str]:
         if name in ("command", "inputs"):
             continue
         inner = value.items() if isinstance(value, Mapping) else [(name, value)]
-        facts.update({str(key).replace("_", " "): _fact(item) for key, item in inner})
+        facts.update({_fact_name(str(key)): _fact(item) for key, item in inner})
     return facts
+
+
+def _fact_name(key: str) -> str:
+    return re.sub(r"_s$", " [s]", key).replace("_", " ")
 
 
 def _fact(value: object) -> str:

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
 UNIT_DECIMALS: Mapping[str, int] = {
     "Hz": 2,
     "rpm": 0,
+    "1": 3,
     "dB(A)": 1,
     "dB": 2,
     "%": 1,
@@ -41,11 +42,11 @@ class Column:
 
 
 def split_label(label: str) -> tuple[str, str]:
-    """Split ``name [unit]``; the unit is empty where there is none or where it is ``1``."""
+    """Split ``name [unit]``; the unit is empty where there is none."""
     match = _LABEL.match(label)
     if match is None:
         return label, ""
-    return match["name"], "" if match["unit"] == "1" else match["unit"]
+    return match["name"], match["unit"]
 
 
 def text_columns(frame: pd.DataFrame, decimals: Mapping[str, int]) -> tuple[Column, ...]:
@@ -81,14 +82,15 @@ def text_columns(frame: pd.DataFrame, decimals: Mapping[str, int]) -> tuple[Colu
 
 def _column(label: str, values: Sequence[object], decimals: int | None) -> Column:
     name, unit = split_label(label)
+    shown = "" if unit == "1" else unit
     known = [value for value in values if value is not None]
     numbers = [value for value in known if _is_number(value)]
     if not numbers or len(numbers) < len(known):
-        return Column(name, unit, False, tuple(_word(value) for value in values))
+        return Column(name, shown, False, tuple(_word(value) for value in values))
     if decimals is None:
         decimals = _default_decimals(numbers, unit)
     cells = (_number(value, decimals) if _is_number(value) else _MISSING for value in values)
-    return Column(name, unit, True, tuple(cells))
+    return Column(name, shown, True, tuple(cells))
 
 
 def _is_number(value: object) -> TypeGuard[float]:

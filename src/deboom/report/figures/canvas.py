@@ -53,13 +53,16 @@ def finite(figure_name: str, arrays: Mapping[str, npt.ArrayLike]) -> dict[str, R
     Raises
     ------
     InputError
-        Arrays of different lengths, or a value that is not finite: a plot would drop it silently.
+        Arrays of different lengths, an empty one, or a value that is not finite: a plot would drop
+        it silently.
     """
     checked = {name: np.asarray(values, dtype=float) for name, values in arrays.items()}
     lengths = {name: len(values) for name, values in checked.items()}
     if len(set(lengths.values())) > 1:
         raise InputError(f"figure {figure_name}: arrays of different lengths {lengths}")
     for name, values in checked.items():
+        if values.size == 0:
+            raise InputError(f"figure {figure_name}: {name} is empty, there is nothing to draw")
         if not np.isfinite(values).all():
             where = [int(place) for place in np.argwhere(~np.isfinite(values))[0]]
             raise InputError(f"figure {figure_name}: {name} is not finite at index {where}")

@@ -13,6 +13,7 @@ from deboom.report.style import FULL_WIDTH, INK, signed
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.lines import Line2D
 
 
 def per_vehicle_change(
@@ -63,14 +64,29 @@ def per_vehicle_change(
         },
     )
     paint = [colours[name] for name in vehicles]
-    with styled_figure(FULL_WIDTH, 1.0 + 0.3 * len(vehicles)) as figure:
+    with styled_figure(FULL_WIDTH, 1.2 + 0.3 * len(vehicles)) as figure:
         left, right = figure.subplots(1, 2, sharex=True, sharey=True)
         _bars(left, rows["level_change"], rows["level_sigma"], paint, level_label)
         _bars(right, rows["energy_change"], rows["energy_sigma"], paint, energy_label)
         left.set_yticks(range(len(vehicles)), vehicles)
         left.set_ylim(len(vehicles) - 0.4, -0.6)
         left.set_xlim(*_limits(rows))
+        figure.legend(handles=[_sigma_handle()], loc="outside lower right")
         return png(figure)
+
+
+def _sigma_handle() -> Line2D:
+    from matplotlib.lines import Line2D
+
+    return Line2D(
+        [],
+        [],
+        color=INK,
+        linewidth=1.0,
+        marker="|",
+        markersize=4.5,
+        label="± one standard deviation over the tolerance",
+    )
 
 
 def _limits(rows: Mapping[str, RealArray]) -> tuple[float, float]:
@@ -79,7 +95,7 @@ def _limits(rows: Mapping[str, RealArray]) -> tuple[float, float]:
     highs = [rows[f"{what}_change"] + rows[f"{what}_sigma"] for what in ("level", "energy")]
     low, high = min(0.0, float(np.min(lows))), max(0.0, float(np.max(highs)))
     room = 0.17 * max(high - low, 0.1)
-    return low - (room if low < 0.0 else 0.0), high + (room if high > 0.0 else 0.0)
+    return low - (room if low < 0.0 else 0.0), high + (room if high > 0.0 or low == 0.0 else 0.0)
 
 
 def _bars(
@@ -88,16 +104,15 @@ def _bars(
     from matplotlib.ticker import MaxNLocator
 
     places = np.arange(change.size)
-    axes.barh(places, change, height=0.6, color=list(paint))
-    whiskers = axes.errorbar(change, places, xerr=sigma, fmt="none", ecolor=INK, elinewidth=0.9)
-    for line in whiskers.get_children():
-        line.set_path_effects(halo(2.2))
+    axes.barh(places - 0.1, change, height=0.42, color=list(paint))
     axes.axvline(0.0, color=INK, linewidth=0.9)
     for place, value, spread in zip(places, change, sigma, strict=True):
+        ends = [value - spread, value + spread]
+        axes.plot(ends, [place + 0.26] * 2, "|-", color=INK, linewidth=1.0, markersize=4.5)
         side = -1 if value < 0 else 1
         axes.annotate(
             signed(value, 1),
-            (value + side * spread, place),
+            (value, place - 0.1),
             xytext=(4 * side, 0),
             textcoords="offset points",
             ha="right" if side < 0 else "left",

@@ -57,7 +57,8 @@ def pareto_front(
         {"mean": mean, "sigma": sigma, "mean_error": mean_error, "sigma_error": sigma_error},
     )
     finite("pareto_front", {"baseline": baseline})
-    chosen = finite("pareto_front", {name: place for name, place in picks.items()})
+    finite("pareto_front", picks)
+    chosen = _by_place(picks)
     order = np.argsort(front["mean"], kind="stable")
     points = np.column_stack([front["mean"], front["sigma"]])[order]
     with styled_figure(FULL_WIDTH, 4.0) as figure:
@@ -75,7 +76,7 @@ def pareto_front(
             label=f"Pareto front, {len(points)} designs (± standard error)",
         )
         axes.plot(*baseline, "X", color=INK, markersize=8, zorder=4)
-        for place, position in enumerate(chosen.values()):
+        for place, position in enumerate(chosen):
             axes.plot(
                 *position,
                 marker=_PICK_MARKERS[place % len(_PICK_MARKERS)],
@@ -92,10 +93,20 @@ def pareto_front(
         freeze_layout(figure)
         place_labels(
             axes,
-            np.array([baseline, *chosen.values()]),
-            ["baseline", *chosen],
+            np.array([baseline, *chosen]),
+            ["baseline", *chosen.values()],
             [INK] + [VEHICLE_PALETTE[1]] * len(chosen),
             obstacles=points,
             size=9.0,
         )
         return png(figure)
+
+
+def _by_place(
+    picks: Mapping[str, tuple[float, float]],
+) -> dict[tuple[float, float], str]:
+    """Join the names of picks that are one and the same design."""
+    joined: dict[tuple[float, float], str] = {}
+    for name, place in picks.items():
+        joined[place] = f"{joined[place]}, {name}" if place in joined else name
+    return joined

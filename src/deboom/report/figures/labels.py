@@ -19,7 +19,7 @@ _DIRECTIONS = ((0, 1), (1, 1), (-1, 1), (1, 0), (-1, 0), (1, -1), (-1, -1), (0, 
 _DISTANCES = (5.0, 11.0, 18.0, 27.0, 38.0, 52.0)  # pt
 _PLACES = tuple((distance, direction) for distance in _DISTANCES for direction in _DIRECTIONS)
 _LEADER_FROM = 12.0  # pt
-_CLEARANCE = 3.0  # pixels
+_CLEARANCE = 6.0  # pixels
 _HORIZONTAL: tuple[Literal["center", "left", "right"], ...] = ("center", "left", "right")
 _VERTICAL: tuple[Literal["center", "bottom", "top"], ...] = ("center", "bottom", "top")
 

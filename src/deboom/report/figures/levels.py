@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 
 _PANEL_HEIGHT = {1: 2.9, 2: 1.85, 3: 1.6}  # in, by the number of columns
 _RANGE = 50.0  # dB below the loudest line; deeper notches leave the panel
+_HEADROOM = 9.0  # dB above the loudest line, for marker and label
 _ABOVE = 1.8  # dB between a curve and the tip that points at its peak
 _SAME_PEAK = 1.5  # Hz; a peak that stayed where it was is labelled once
 
@@ -147,7 +148,7 @@ def _level_axis(axes: Axes, frequency: RealArray, levels: RealArray) -> None:
     """Grid of 10 dB with 5 dB between; the panels share it."""
     from matplotlib.ticker import MultipleLocator
 
-    highest = 5.0 * np.ceil((levels.max() + 6.0) / 5.0)
+    highest = 5.0 * np.ceil((levels.max() + _HEADROOM) / 5.0)
     lowest = 5.0 * np.floor(max(levels.min(), levels.max() - _RANGE) / 5.0)
     axes.set_ylim(lowest, highest)
     axes.set_xlim(frequency[0], frequency[-1])

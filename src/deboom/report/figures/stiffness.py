@@ -98,7 +98,7 @@ def stiffness_bars(
             if not free:
                 _bar(bars, row, float(chosen[place]), interval[place], colours[mount_of(name)])
             _numbers(table, row, float(nominal[place]), float(chosen[place]), free)
-        _finish(bars, rows, variables, (float(low.min()), float(high.max())))
+        _finish(bars, rows, variables, (min(low.min(), 1.0), max(high.max(), 1.0)))
         _headings(table, stiffness_label)
         figure.legend(handles=_legend_handles(), loc="outside lower left", ncols=3)
         return png(figure)

@@ -1,0 +1,170 @@
+"""The numbers behind the report of a robust front: picks, levels, peaks, stiffnesses."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+import numpy.typing as npt
+
+from deboom.explore.fronts import Verification, verification_response
+from deboom.explore.problems import SearchResult
+from deboom.explore.robust import RobustResponse, RobustValues
+from deboom.explore.selection import (
+    at_nominal,
+    indifference_intervals,
+    pick,
+    variables_without_effect,
+)
+from deboom.files.platform import Platform
+from deboom.measurement.load_case import LoadCase
+from deboom.mounts.operating_stiffness import mean_operating_stiffness
+from deboom.vehicles.booming_index import BoomingIndex
+from deboom.vehicles.booming_peaks import PeakChange, compare_peaks
+from deboom.vehicles.synthesis import levels, mean_energy_level
+
+RealArray = npt.NDArray[np.float64]
+
+ENERGY_BAND = (25.0, 40.0)
+"""Band of the energy level that stands beside SPLV [Hz]."""
+NOTICEABLE = 0.1
+"""Change of the mean level of the lines that counts as noticeable [dB]."""
+N_PER_MM = 1e-3
+"""From N/m to N/mm."""
+
+
+@dataclass(frozen=True, eq=False)
+class RobustFront:
+    """A search over a platform's mounts, verified, with everything its report needs.
+
+    Levels are those of the first load case; objectives are those of all.
+
+    Parameters
+    ----------
+    platform : Platform
+        As measured.
+    index : BoomingIndex
+        What was evaluated.
+    robust : RobustResponse
+        How it was made robust.
+    search : SearchResult
+        What was found.
+    verification : Verification
+        The found front, re-evaluated.
+    """
+
+    platform: Platform
+    index: BoomingIndex
+    robust: RobustResponse
+    search: SearchResult
+    verification: Verification
+
+    @property
+    def vehicles(self) -> tuple[str, ...]:
+        """Names of the vehicles the search served."""
+        return self.index.response_names
+
+    @property
+    def variables(self) -> tuple[str, ...]:
+        """Names of the design variables."""
+        return self.index.variable_names
+
+    @property
+    def load_case(self) -> LoadCase:
+        """The load case whose levels are shown."""
+        return self.platform.load_case(self.index.contributions[0].load_case)
+
+    @property
+    def frequency(self) -> RealArray:
+        """Lines of the band, shape (n_frequency,) [Hz]."""
+        return self.index.contributions[0].frequency
+
+    @property
+    def per_line(self) -> float:
+        """Factor from a sum over vehicles and lines to the mean over both [1]."""
+        return 1.0 / (self.index.n_lines * len(self.vehicles))
+
+    @cached_property
+    def without_effect(self) -> tuple[str, ...]:
+        """Variables that no vehicle's SPLV depends on."""
+        return variables_without_effect(self.index, self.robust.space)
+
+    @cached_property
+    def picks(self) -> dict[str, int]:
+        """Rows of the front by name of the pick, chosen on verified values."""
+        rows = pick(self.verification.values)
+        return {
+            "best mean": rows.best_mean,
+            "best sigma": rows.best_sigma,
+            "knee": rows.knee,
+        }
+
+    @cached_property
+    def pick_designs(self) -> dict[str, RealArray]:
+        """Design of each pick, shape (n_variable,); variables without effect are at nominal [1]."""
+        designs = at_nominal(
+            self.verification.values.designs, self.robust.space, self.without_effect
+        )
+        return {name: designs[row] for name, row in self.picks.items()}
+
+    @cached_property
+    def _verified_response(self) -> RobustResponse:
+        check = self.verification
+        return verification_response(self.robust, check.n_samples, seed=check.seed)
+
+    @cached_property
+    def baseline(self) -> RobustValues:
+        """The nominal design under the verification's draws; one row."""
+        return self._verified_response(self.robust.space.nominal[np.newaxis, :])
+
+    def shown_levels(self, design: RealArray) -> RealArray:
+        """SPL of one design without scatter, shape (n_vehicle, n_frequency) [dB(A)]."""
+        return levels(self.index.contributions[0], design[np.newaxis, :])[0]
+
+    def splv_change(self, design: RealArray) -> RealArray:
+        """Change of SPLV over the number of lines, shape (n_vehicle,) [dB]."""
+        both = self.index(np.stack([self.robust.space.nominal, design]))
+        return np.asarray((both[1] - both[0]) / self.index.n_lines)
+
+    def energy_change(self, design: RealArray) -> RealArray:
+        """Change of the mean energy level of `ENERGY_BAND`, shape (n_vehicle,) [dB]."""
+        nominal = self.robust.space.nominal
+        before, after = (
+            mean_energy_level(self.shown_levels(x), self.frequency, ENERGY_BAND)
+            for x in (nominal, design)
+        )
+        return np.asarray(after - before)
+
+    def energy_sigma(self, design: RealArray) -> RealArray:
+        """Scatter of the energy level over the verification's draws, shape (n_vehicle,) [dB]."""
+        response = self._verified_response
+        made = design * (1.0 + response.space.relative_sigma * response.sample.normals(design))
+        level = levels(self.index.contributions[0], made)
+        energy = mean_energy_level(level, self.frequency, ENERGY_BAND)
+        return np.asarray(energy.std(axis=0, ddof=1))
+
+    def peak_changes(self, design: RealArray) -> dict[str, tuple[PeakChange, ...]]:
+        """Booming peaks of each vehicle at nominal and in one design."""
+        before, after = self.shown_levels(self.robust.space.nominal), self.shown_levels(design)
+        return {
+            name: compare_peaks(before[row], after[row], self.frequency, self.load_case.order)
+            for row, name in enumerate(self.vehicles)
+        }
+
+    @cached_property
+    def nominal_stiffness(self) -> RealArray:
+        """Mean |K| over the band at factor 1, shape (n_variable,) [N/mm]; nan where not measured."""
+        band = (float(self.frequency[0]), float(self.frequency[-1]))
+        by_mount = [
+            mean_operating_stiffness(mount, self.load_case, band) for mount in self.platform.mounts
+        ]
+        return np.concatenate(by_mount) * N_PER_MM
+
+    @cached_property
+    def indifference(self) -> RealArray:
+        """Interval of each variable around best mean without a noticeable change, shape (k, 2)."""
+        change = NOTICEABLE * self.index.n_lines
+        return np.column_stack(
+            indifference_intervals(self.robust, self.pick_designs["best mean"], change)
+        )

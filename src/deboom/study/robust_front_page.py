@@ -1,0 +1,261 @@
+"""Figures and page of a robust front, for a reader who builds mounts."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+import pandas as pd
+
+from deboom.report import figures
+from deboom.report.page import Headline, Page, Picture, Section, Table
+from deboom.report.style import mount_colours, signed, vehicle_colours
+from deboom.study.robust_front import ENERGY_BAND, NOTICEABLE, RobustFront
+
+MOTION_WARNING = (
+    "The powertrain's motion is prescribed: it stays as measured while stiffnesses change. This "
+    "understates the benefit by 20 to 25 % in high gears and is not good below 30 Hz in low gears."
+)
+FACTOR_WARNING = (
+    "A stiffness factor scales the whole curve of dynamic stiffness over static force, with the "
+    "stops re-tuned. A merely softer rubber in the same shape rides deeper into its stops and "
+    "loses most of the benefit (on the virtual test bench 0.8 dB are left of 3 dB)."
+)
+TERMS = (
+    "booming noise",
+    "SPL",
+    "SPLV",
+    "booming peak",
+    "stiffness factor",
+    "dynamic stiffness",
+    "tolerance",
+    "σ",
+    "Pareto front",
+    "knee",
+    "no requirement",
+    "no noticeable difference",
+    "noise transfer function",
+    "prescribed motion",
+)
+
+
+def front_figures(study: RobustFront) -> dict[str, bytes]:
+    """Draw all pictures of the page; file stem → PNG."""
+    values, scale = study.verification.values, study.per_line
+    design = study.pick_designs["best mean"]
+    nominal = study.robust.space.nominal
+    all_vehicles = vehicle_colours([vehicle.name for vehicle in study.platform.vehicles])
+    peaks = study.peak_changes(design)
+    row, n_lines = study.picks["best mean"], study.index.n_lines
+    low, high = (f"{edge:g}" for edge in ENERGY_BAND)
+    first, last = study.frequency[0], study.frequency[-1]
+    return {
+        "pareto_front": figures.pareto_front(
+            values.mean_sum * scale,
+            values.sigma_sum * scale,
+            values.standard_error_mean_sum * scale,
+            values.standard_error_sigma_sum * scale,
+            (float(study.baseline.mean_sum[0]) * scale, float(study.baseline.sigma_sum[0]) * scale),
+            {
+                name: (float(values.mean_sum[at]) * scale, float(values.sigma_sum[at]) * scale)
+                for name, at in study.picks.items()
+            },
+            mean_label="mean level over vehicles and lines [dB(A)]",
+            sigma_label="its σ over the tolerance [dB]",
+        ),
+        "spl_curves": figures.spl_curves(
+            study.frequency,
+            study.load_case.order,
+            study.shown_levels(nominal),
+            study.shown_levels(design),
+            study.vehicles,
+            [[c.before.frequency for c in peaks[v] if c.before] for v in study.vehicles],
+            [[c.after.frequency for c in peaks[v] if c.after] for v in study.vehicles],
+            all_vehicles,
+        ),
+        "stiffness_bars": figures.stiffness_bars(
+            study.variables,
+            design,
+            study.robust.space.lower,
+            study.robust.space.upper,
+            study.nominal_stiffness,
+            [name in study.without_effect for name in study.variables],
+            study.indifference,
+            mount_colours([mount.name for mount in study.platform.mounts]),
+            stiffness_label=f"mean |K|, {first:g}–{last:g} Hz [N/mm]",
+        ),
+        "per_vehicle_change": figures.per_vehicle_change(
+            study.vehicles,
+            study.splv_change(design),
+            values.sigma[row] / n_lines,
+            study.energy_change(design),
+            study.energy_sigma(design),
+            all_vehicles,
+            level_label="change of the mean level [dB]",
+            energy_label=f"change of energy {low}–{high} Hz [dB]",
+        ),
+        "convergence": figures.convergence(
+            np.arange(1, study.search.hypervolume.size + 1),
+            study.search.hypervolume * scale**2,
+        ),
+    }
+
+
+def front_page(
+    study: RobustFront, tables: Mapping[str, pd.DataFrame], pictures: Mapping[str, bytes]
+) -> Page:
+    """Compose the page from the study's tables and figures."""
+    check, search = study.verification, study.search
+    changes = study.splv_change(study.pick_designs["best mean"])
+    peaks = tables["peaks"]["change [dB]"]
+    sigma_drop = tables["picks"]["change of sigma [%]"].min()
+    first, last = study.frequency[0], study.frequency[-1]
+    sampler = study.robust.sample
+    half = study.robust.space.tolerance.max()
+    cases = ", ".join(
+        f"{study.platform.load_case(case.load_case).title} (weight {weight:.3g})"
+        for case, weight in zip(study.index.contributions, study.index.weights, strict=True)
+    )
+    return Page(
+        title="Robust mount stiffnesses",
+        question=(
+            f"Which stiffnesses make {_listed(study.vehicles)} quiet between {first:g} and "
+            f"{last:g} Hz, and keep them quiet when parts scatter within ±{100 * half:.0f} %?"
+        ),
+        headlines=(
+            Headline(
+                f"{signed(float(changes.min()), 1)} … {signed(float(changes.max()), 1)} dB",
+                "change of the mean level per vehicle, best mean",
+            ),
+            Headline(f"{signed(float(peaks.min()), 1)} dB", "largest fall of a booming peak"),
+            Headline(f"{signed(float(sigma_drop), 0)} %", "scatter between cars, best σ"),
+            Headline(
+                f"{signed(check.sigma_bias_percent, 1)} %",
+                "bias of the search's σ, verified",
+            ),
+        ),
+        terms=TERMS,
+        warnings=tuple(filter(None, (MOTION_WARNING, FACTOR_WARNING, sampler.warning))),
+        sections=(
+            Section(
+                "What was asked, and with which data",
+                f"{study.platform.title}: {study.platform.description}\n\n"
+                f"Vehicles: {_listed(study.vehicles)}. Load cases: {cases}. Lines: "
+                f"{study.index.n_lines} between {first:g} and {last:g} Hz, engine order "
+                f"{study.load_case.order:g}.\n\n"
+                f"Design variables: {len(study.variables)} stiffness factors, each between "
+                f"{study.robust.space.lower.min():g} and {study.robust.space.upper.max():g}. "
+                f"Manufacturing scatter: ±{100 * half:.0f} % of the design's own stiffness as three "
+                f"standard deviations, {sampler.n_samples} draws ({sampler.kind}).\n\n"
+                "Two objectives, both as small as possible: the sum over the vehicles of the mean "
+                "SPLV, and the sum of its standard deviation σ. The figures show both divided by "
+                "the number of vehicles and lines, so that they read as dB of one line.",
+            ),
+            Section(
+                "The front",
+                f"{search.n_evaluated} designs were evaluated, {search.n_failed} failed; "
+                f"{len(search.front)} are on the front. All points shown were evaluated again with "
+                f"{check.n_samples} independent draws: the search had its σ wrong by "
+                f"{signed(check.sigma_bias_percent, 2)} % and its mean by "
+                f"{signed(check.mean_bias * study.per_line, 3)} dB on average.",
+                figures=(
+                    _picture(
+                        pictures,
+                        "pareto_front",
+                        "Both objectives of every design of the front, with today's mounts and "
+                        "the named picks. Bars are ± one standard error.",
+                    ),
+                ),
+                tables=(
+                    Table(
+                        tables["picks"],
+                        "Today's mounts and the named designs, per vehicle and line.",
+                        {"mean level [dB(A)]": 2, "sigma of the level [dB]": 3},
+                    ),
+                ),
+            ),
+            Section(
+                "What the driver hears",
+                f"{study.load_case.title}. Best mean against today's mounts, without scatter.",
+                figures=(
+                    _picture(
+                        pictures,
+                        "spl_curves",
+                        "Sound pressure level at the driver's ear, one panel per vehicle: "
+                        "frequency below, engine speed above.",
+                    ),
+                ),
+                tables=(
+                    Table(
+                        tables["peaks"],
+                        "Booming peaks: local maxima with a prominence of 6 dB or more, before and "
+                        "after. A dash: no such peak within 1.5 Hz any more, the level is the "
+                        "highest one there.",
+                    ),
+                ),
+            ),
+            Section(
+                "What the supplier should build",
+                "The stiffnesses of best mean within their bounds, and beside them those of the "
+                "other picks. Nominal is the mean magnitude of the dynamic stiffness measured in "
+                f"operation ({study.load_case.title}).",
+                figures=(
+                    _picture(
+                        pictures,
+                        "stiffness_bars",
+                        "Chosen stiffness of every mount and axis. The thin bracket spans the range "
+                        f"within which the mean level stays within {NOTICEABLE} dB.",
+                    ),
+                ),
+                tables=(
+                    Table(
+                        tables["stiffness"],
+                        "Stiffness factors and stiffnesses of the named designs.",
+                        {c: 2 for c in tables["stiffness"] if c.endswith("[1]")},
+                    ),
+                ),
+            ),
+            Section(
+                "Per vehicle",
+                "What best mean changes in each vehicle, and how much the manufacturing scatter "
+                "moves it.",
+                figures=(
+                    _picture(
+                        pictures,
+                        "per_vehicle_change",
+                        "Change against today's mounts; whiskers are ± one σ of the scatter.",
+                    ),
+                ),
+                tables=(
+                    Table(
+                        tables["vehicles"],
+                        "Levels are means over the lines; changes of single designs are without "
+                        "scatter.",
+                    ),
+                ),
+            ),
+            Section(
+                "How the search went",
+                f"NSGA-II, {search.hypervolume.size} generations, "
+                f"{search.seconds:.1f} s, kernel {study.index.kernel.name}.",
+                figures=(
+                    _picture(
+                        pictures,
+                        "convergence",
+                        "Hypervolume of the front over the generations; flat means that more "
+                        "generations would not have helped.",
+                    ),
+                ),
+            ),
+        ),
+    )
+
+
+def _picture(pictures: Mapping[str, bytes], stem: str, caption: str) -> Picture:
+    return Picture(pictures[stem], alt=caption, caption=caption)
+
+
+def _listed(names: tuple[str, ...]) -> str:
+    if len(names) == 1:
+        return names[0]
+    return f"{', '.join(names[:-1])} and {names[-1]}"

@@ -1,0 +1,200 @@
+"""Booming peaks of a level curve, and what became of them in another design."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+from scipy.signal import find_peaks
+
+from deboom.errors import InputError
+from deboom.physics.arrays import RealArray
+from deboom.physics.orders import rpm_of_frequency
+
+PROMINENCE = 6.0
+"""How far a peak rises above the higher of the two valleys beside it, at least [dB]."""
+
+TOLERANCE = 1.5
+"""How far a peak may move between two designs and still be the same one [Hz]."""
+
+
+@dataclass(frozen=True)
+class BoomingPeak:
+    """A local maximum of the level that stands out.
+
+    Parameters
+    ----------
+    frequency : float
+        Of its line [Hz].
+    rpm : float
+        Engine speed at which the order has that frequency [1/min].
+    level : float
+        [dB(A)].
+    prominence : float
+        Above the higher of the two valleys that part it from higher ground or the end of the band
+        [dB].
+    """
+
+    frequency: float
+    rpm: float
+    level: float
+    prominence: float
+
+
+@dataclass(frozen=True)
+class PeakChange:
+    """One peak before and after.
+
+    Parameters
+    ----------
+    frequency : float
+        Of the peak before, or where there was none of the peak after [Hz].
+    before, after : BoomingPeak or None
+        None where the curve has no booming peak near the other one's.
+    level_before, level_after : float
+        Of the peak, or where there is none the highest level within the tolerance of the other
+        curve's peak [dB(A)].
+    """
+
+    frequency: float
+    before: BoomingPeak | None
+    after: BoomingPeak | None
+    level_before: float
+    level_after: float
+
+
+def booming_peaks(
+    level: npt.ArrayLike,
+    frequency: npt.ArrayLike,
+    order: float,
+    prominence: float = PROMINENCE,
+) -> tuple[BoomingPeak, ...]:
+    """Return the booming peaks of one level curve, by rising frequency.
+
+    Parameters
+    ----------
+    level : array_like, shape (n_frequency,)
+        SPL of each line, finite [dB(A)].
+    frequency : array_like, shape (n_frequency,)
+        [Hz].
+    order : float
+        Engine order of the curve [1].
+    prominence : float
+        Least prominence of a booming peak, above 0 [dB].
+
+    Returns
+    -------
+    tuple of BoomingPeak
+
+    Raises
+    ------
+    InputError
+        Shapes that differ, a level that is not finite, a prominence or order that is not positive.
+
+    Notes
+    -----
+    Topographic prominence of `scipy.signal.find_peaks`. The first and the last line are no peaks:
+    the curve could rise beyond them.
+    """
+    curve, lines = _checked_curve(level, frequency)
+    if not prominence > 0:
+        raise InputError(f"a prominence of {prominence} dB finds no peaks: give more than 0 dB")
+    positions, properties = find_peaks(curve, prominence=prominence)
+    return tuple(
+        BoomingPeak(
+            frequency=float(lines[position]),
+            rpm=float(rpm_of_frequency(lines[position], order)),
+            level=float(curve[position]),
+            prominence=float(rise),
+        )
+        for position, rise in zip(positions, properties["prominences"], strict=True)
+    )
+
+
+def compare_peaks(
+    level_before: npt.ArrayLike,
+    level_after: npt.ArrayLike,
+    frequency: npt.ArrayLike,
+    order: float,
+    prominence: float = PROMINENCE,
+    tolerance: float = TOLERANCE,
+) -> tuple[PeakChange, ...]:
+    """Return the booming peaks of two curves, paired by frequency.
+
+    Peaks are compared with peaks, never line by line: where one curve has a notch, the difference
+    of a line says nothing about booming.
+
+    Parameters
+    ----------
+    level_before, level_after : array_like, shape (n_frequency,)
+        SPL of each line, finite [dB(A)].
+    frequency : array_like, shape (n_frequency,)
+        [Hz].
+    order : float
+        Engine order of the curves [1].
+    prominence : float
+        Least prominence of a booming peak, above 0 [dB].
+    tolerance : float
+        Largest distance of two peaks that are the same one [Hz].
+
+    Returns
+    -------
+    tuple of PeakChange
+        By rising frequency; each peak of either curve once. The closest peaks are paired first.
+
+    Raises
+    ------
+    InputError
+        See `booming_peaks`; a tolerance that is negative.
+    """
+    if not tolerance >= 0:
+        raise InputError(f"a tolerance of {tolerance} Hz pairs no peaks: give at least 0 Hz")
+    before = booming_peaks(level_before, frequency, order, prominence)
+    after = booming_peaks(level_after, frequency, order, prominence)
+    partner = _closest_pairs(before, after, tolerance)
+    curve_before, lines = _checked_curve(level_before, frequency)
+    curve_after, _ = _checked_curve(level_after, frequency)
+
+    def highest(curve: RealArray, peak: BoomingPeak) -> float:
+        return float(curve[np.abs(lines - peak.frequency) <= tolerance].max())
+
+    changes = []
+    for old in before:
+        new = partner.get(old)
+        level = new.level if new else highest(curve_after, old)
+        changes.append(PeakChange(old.frequency, old, new, old.level, level))
+    for new in set(after) - set(partner.values()):
+        level = highest(curve_before, new)
+        changes.append(PeakChange(new.frequency, None, new, level, new.level))
+    return tuple(sorted(changes, key=lambda change: change.frequency))
+
+
+def _closest_pairs(
+    before: Sequence[BoomingPeak], after: Sequence[BoomingPeak], tolerance: float
+) -> dict[BoomingPeak, BoomingPeak]:
+    """Pair peaks within the tolerance, each at most once, the closest two first."""
+    candidates = sorted(
+        (abs(old.frequency - new.frequency), old.frequency, new.frequency, old, new)
+        for old in before
+        for new in after
+    )
+    partner: dict[BoomingPeak, BoomingPeak] = {}
+    for distance, _, _, old, new in candidates:
+        if distance <= tolerance and old not in partner and new not in partner.values():
+            partner[old] = new
+    return partner
+
+
+def _checked_curve(level: npt.ArrayLike, frequency: npt.ArrayLike) -> tuple[RealArray, RealArray]:
+    curve, lines = np.asarray(level, dtype=float), np.asarray(frequency, dtype=float)
+    if curve.ndim != 1 or curve.shape != lines.shape:
+        raise InputError(
+            f"a level curve of shape {curve.shape} over frequencies of shape {lines.shape}: give "
+            "one level per line"
+        )
+    if not np.isfinite(curve).all():
+        line = lines[np.flatnonzero(~np.isfinite(curve))[0]]
+        raise InputError(f"the level at {line:g} Hz is not finite: a peak has no height beside it")
+    return curve, lines

@@ -1,0 +1,276 @@
+"""Vehicles, and what each mount contributes to the pressure in each of them."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from deboom.errors import InputError
+from deboom.measurement.channels import Frf, Spectrum
+from deboom.measurement.load_case import LoadCase
+from deboom.mounts.mount import Mount
+from deboom.physics import transfer_path
+from deboom.physics.arrays import ComplexArray, RealArray
+
+Band = tuple[float, float]
+
+
+@dataclass(frozen=True, eq=False)
+class Vehicle:
+    """The receiver: a body with its noise transfer functions to one ear.
+
+    Parameters
+    ----------
+    name : str
+        Such as ``U06-1``.
+    group : str
+        Body variant or series, such as ``U06``.
+    noise_transfer : Frf
+        One output, the ear; one input per path, ``<mount> <axis>`` [Pa/N].
+
+    Raises
+    ------
+    InputError
+        Another unit than Pa/N, or not exactly one output.
+    """
+
+    name: str
+    group: str
+    noise_transfer: Frf
+
+    def __post_init__(self) -> None:
+        if self.noise_transfer.unit != "Pa/N":
+            raise InputError(
+                f"vehicle {self.name}: noise transfer functions are in "
+                f"{self.noise_transfer.unit}, convert them to Pa/N"
+            )
+        if len(self.noise_transfer.outputs) != 1:
+            raise InputError(
+                f"vehicle {self.name}: noise transfer functions to "
+                f"{list(self.noise_transfer.outputs)}: select() the one ear that counts"
+            )
+
+
+@dataclass(frozen=True, eq=False)
+class Fleet:
+    """The population that one mount design has to serve.
+
+    Parameters
+    ----------
+    vehicles : sequence of Vehicle
+        At least one, each with a name of its own.
+
+    Raises
+    ------
+    InputError
+        No vehicle, or a doubled name.
+    """
+
+    vehicles: tuple[Vehicle, ...]
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "vehicles", tuple(self.vehicles))
+        if not self.vehicles:
+            raise InputError("a fleet without vehicles: give at least one")
+        _refuse_doubled(self.names, "vehicle")
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Name of each vehicle."""
+        return tuple(vehicle.name for vehicle in self.vehicles)
+
+    def group(self, name: str) -> Fleet:
+        """Return the vehicles of one group.
+
+        Raises
+        ------
+        InputError
+            No vehicle of that group.
+        """
+        members = tuple(vehicle for vehicle in self.vehicles if vehicle.group == name)
+        if not members:
+            groups = sorted({vehicle.group for vehicle in self.vehicles})
+            raise InputError(f"no vehicle of group {name!r} in the fleet: choose one of {groups}")
+        return Fleet(members)
+
+
+@dataclass(frozen=True, eq=False)
+class PathContributions:
+    """Complex pressure at the ears per unit stiffness factor, with the motion prescribed.
+
+    The pressure of a design x is ``p_vf = Σ_k values_vfk x_k``.
+
+    Parameters
+    ----------
+    load_case : str
+        Name of the load case whose motion it is.
+    frequency : array, shape (n_frequency,)
+        Lines of the band [Hz].
+    values : array, shape (n_vehicle, n_frequency, n_variable)
+        One column per design variable; exactly zero where an axis does not transmit [Pa].
+    vehicle_names, variable_names : tuple of str
+        Names of the first and of the last axis.
+    """
+
+    load_case: str
+    frequency: RealArray
+    values: ComplexArray
+    vehicle_names: tuple[str, ...]
+    variable_names: tuple[str, ...]
+
+    def __post_init__(self) -> None:
+        for name in ("frequency", "values"):
+            array = getattr(self, name).copy()
+            array.setflags(write=False)
+            object.__setattr__(self, name, array)
+        shape = (len(self.vehicle_names), self.frequency.size, len(self.variable_names))
+        if self.values.shape != shape:
+            raise InputError(
+                f"load case {self.load_case}: contributions of shape {self.values.shape} for "
+                f"{shape} vehicles, lines and variables"
+            )
+
+
+def path_forces(mounts: Sequence[Mount], load_case: LoadCase) -> Spectrum:
+    """Return the force of each path on the body, the pieces of a mount summed coherently.
+
+    Parameters
+    ----------
+    mounts : sequence of Mount
+        Their transfer axes are the paths.
+    load_case : LoadCase
+        Forces at the virtual point of each piece.
+
+    Returns
+    -------
+    Spectrum
+        Channels ``<mount> <axis>``, in the order of the mounts [N].
+
+    Raises
+    ------
+    InputError
+        A mount of which a transfer axis was not measured, or no path at all.
+    """
+    paths = [path for mount in mounts for path in mount.paths]
+    if not paths:
+        raise InputError("no mount transmits anything: give transfer_axes to at least one")
+    force = load_case.force
+    columns = []
+    for mount in mounts:
+        for axis in mount.transfer_axes:
+            missing = [name for name in mount.channels(axis) if name not in force.channels]
+            if missing:
+                raise InputError(
+                    f"load case {load_case.name}: no force of {missing} for mount {mount.name}: "
+                    "measure these channels or take the axis out of transfer_axes"
+                )
+            columns.append(force.select(mount.channels(axis)).values.sum(axis=1))
+    return Spectrum(force.frequency, np.column_stack(columns), tuple(paths), force.unit)
+
+
+def path_contributions(
+    fleet: Fleet,
+    mounts: Sequence[Mount],
+    load_case: LoadCase,
+    band: Band = (20.0, 60.0),
+) -> PathContributions:
+    """Return what each stiffness factor contributes to the pressure in each vehicle.
+
+    Parameters
+    ----------
+    fleet : Fleet
+        Noise transfer functions of each vehicle.
+    mounts : sequence of Mount
+        Every mount has three design variables, one per axis.
+    load_case : LoadCase
+        Operating motion and force.
+    band : (lower, upper)
+        Both edges belong to the band [Hz].
+
+    Returns
+    -------
+    PathContributions
+
+    Raises
+    ------
+    InputError
+        A band without lines; lines of a vehicle and of the load case that differ (nothing is
+        interpolated); paths that a vehicle lacks, or has beyond those of the mounts.
+
+    Notes
+    -----
+    ``C_vfk = Y_vf,path(k) F_f,path(k)`` with ``F = Σ_pieces K s``: thesis, eq. 12, 13 and 35, for
+    one factor per mount and axis. The motion s is *prescribed*: it stays as measured while the
+    factor x scales the stiffness, so the path's force is ``x K s = x f``, the measured force times
+    the factor, whatever K and s are on their own. This is conservative in the gears 5 to 7, where
+    the coupled powertrain answers with another motion and a 20 to 25 % larger effect; it is not
+    valid below 30 Hz in low gears.
+    """
+    variables = [variable for mount in mounts for variable in mount.variables]
+    _refuse_doubled(variables, "design variable")
+    forces = path_forces(mounts, load_case)
+    inside = _lines_inside(forces.frequency, band, f"load case {load_case.name}")
+    frequency = forces.frequency[inside]
+    columns = [variables.index(path) for path in forces.channels]
+    values = np.zeros((len(fleet.vehicles), frequency.size, len(variables)), dtype=complex)
+    for vehicle, row in zip(fleet.vehicles, values, strict=True):
+        transfer = _transfer_functions(vehicle, forces.channels)
+        lines = _lines_inside(transfer.frequency, band, f"vehicle {vehicle.name}")
+        if not np.array_equal(transfer.frequency[lines], frequency):
+            raise InputError(
+                f"vehicle {vehicle.name}: its noise transfer functions have other lines than load "
+                f"case {load_case.name} between {band[0]:g} and {band[1]:g} Hz "
+                f"({_difference(transfer.frequency[lines], frequency)}): bring both to the same "
+                "lines, nothing is interpolated here"
+            )
+        ear = transfer.values[lines, 0, :]
+        row[:, columns] = transfer_path.contributions(ear, forces.values[inside])
+    return PathContributions(load_case.name, frequency, values, fleet.names, tuple(variables))
+
+
+def _transfer_functions(vehicle: Vehicle, paths: Sequence[str]) -> Frf:
+    """Return the vehicle's transfer functions of exactly these paths, in this order."""
+    inputs = vehicle.noise_transfer.inputs
+    missing = [path for path in paths if path not in inputs]
+    if missing:
+        raise InputError(
+            f"vehicle {vehicle.name}: no noise transfer function of {missing}, there are "
+            f"{list(inputs)}: measure these paths or take them out of transfer_axes"
+        )
+    surplus = [name for name in inputs if name not in paths]
+    if surplus:
+        raise InputError(
+            f"vehicle {vehicle.name}: noise transfer functions of {surplus} belong to no transfer "
+            "axis of the mounts: add the axes to transfer_axes or leave these paths out"
+        )
+    return vehicle.noise_transfer.select(inputs=paths)
+
+
+def _lines_inside(frequency: RealArray, band: Band, whose: str) -> npt.NDArray[np.bool_]:
+    inside = (frequency >= band[0]) & (frequency <= band[1])
+    if not inside.any():
+        raise InputError(
+            f"{whose}: no line between {band[0]:g} and {band[1]:g} Hz: give a band inside the "
+            f"measured {frequency[0]:g} to {frequency[-1]:g} Hz, lower edge first"
+        )
+    return inside
+
+
+def _difference(found: RealArray, wanted: RealArray) -> str:
+    """Say in words where two frequency axes part."""
+    n_common = min(found.size, wanted.size)
+    different = np.flatnonzero(found[:n_common] != wanted[:n_common])
+    if different.size:
+        first = different[0]
+        return f"first {float(found[first])!r} against {float(wanted[first])!r} Hz"
+    return f"{found.size} against {wanted.size} lines"
+
+
+def _refuse_doubled(names: Sequence[str], what: str) -> None:
+    doubled = sorted(name for name, count in Counter(names).items() if count > 1)
+    if doubled:
+        raise InputError(f"duplicated {what} {doubled}: every {what} needs a name of its own")

@@ -1,0 +1,80 @@
+"""Fleets: frozen, drawn, and changed panel by panel."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from deboom.bench.fleet import load_fleet
+from deboom.bench.fleet_prior import draw_fleet, modified_body
+
+BODY = load_fleet(1).bodies["U06-1"]
+NOTHING = np.zeros(8)
+
+
+def fields_of(body):
+    return (
+        body.frequencies,
+        body.damping_ratios,
+        body.shapes_at_paths,
+        body.shapes_at_panels,
+        body.local_stiffness,
+    )
+
+
+def same(one, other):
+    return all(map(np.array_equal, fields_of(one), fields_of(other)))
+
+
+def test_three_groups_of_five_in_every_fleet():
+    names = [f"{group}-{number}" for group in ("U06", "F39", "F45") for number in range(1, 6)]
+    assert list(load_fleet(1).bodies) == names
+    assert list(load_fleet(7).bodies) == names
+
+
+def test_one_seed_one_fleet():
+    first, again, other = draw_fleet(7), draw_fleet(7), draw_fleet(8)
+    assert all(same(first[name], again[name]) for name in first)
+    assert not any(same(first[name], other[name]) for name in first)
+
+
+def test_a_fleet_cannot_be_changed():
+    fleet = load_fleet(1)
+    with pytest.raises(TypeError):
+        fleet.bodies["U06-1"] = BODY
+    with pytest.raises(ValueError, match="read-only"):
+        BODY.frequencies[0] = 1.0
+
+
+def test_changing_nothing_changes_nothing():
+    unchanged = modified_body(BODY, NOTHING, NOTHING)
+    for before, after in zip(fields_of(BODY), fields_of(unchanged), strict=True):
+        assert after == pytest.approx(before, rel=1e-12, abs=1e-15)
+
+
+@pytest.mark.parametrize("panel", range(8))
+def test_mass_lowers_and_stiffness_raises_every_frequency(panel):
+    # Rayleigh: no frequency may move the other way
+    change = np.zeros(8)
+    change[panel] = 1.0
+    heavier = modified_body(BODY, 5.0 * change, NOTHING).frequencies
+    stiffer = modified_body(BODY, NOTHING, 2e5 * change).frequencies
+    assert np.all(heavier <= BODY.frequencies + 1e-9)
+    assert np.all(stiffer >= BODY.frequencies - 1e-9)
+    assert heavier.sum() < BODY.frequencies.sum() - 1e-3
+    assert stiffer.sum() > BODY.frequencies.sum() + 1e-3
+
+
+def test_factors_on_local_shape_and_damping():
+    factor, damping = np.linspace(0.5, 1.5, 10), np.linspace(0.5, 2.0, 8)
+    changed = modified_body(BODY, NOTHING, NOTHING, factor, damping)
+    assert changed.shapes_at_paths == pytest.approx(BODY.shapes_at_paths * factor)
+    assert changed.damping_ratios == pytest.approx(BODY.damping_ratios * damping)
+    assert changed.shapes_at_panels == pytest.approx(BODY.shapes_at_panels)
+
+
+def test_a_body_that_loses_its_panels_keeps_a_lowest_frequency_and_damping():
+    flimsy = replace(BODY, damping_ratios=np.zeros(8))
+    changed = modified_body(flimsy, NOTHING, np.full(8, -1e7))
+    assert changed.frequencies.min() == pytest.approx(8.0)
+    assert np.all(changed.damping_ratios == 0.01)

@@ -1,0 +1,167 @@
+"""Picks by hand, variables without effect bit for bit, indifference in closed form."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from deboom.errors import InputError
+from deboom.explore.design_space import stiffness_factor_space
+from deboom.explore.evaluate import ResponseFunction
+from deboom.explore.robust import RobustResponse, RobustValues
+from deboom.explore.selection import (
+    Picks,
+    at_nominal,
+    indifference_intervals,
+    pick,
+    variables_without_effect,
+)
+from deboom.explore.tolerance_samples import sobol_sample
+
+
+def rows(*objectives):
+    """Values with the objectives given as (mean_sum, sigma_sum); None is a failed design."""
+    failed = np.array([pair is None for pair in objectives])
+    pairs = np.array([(np.nan, np.nan) if pair is None else pair for pair in objectives], float)
+    zeros = np.zeros(len(pairs))
+    return RobustValues(
+        zeros[:, None], pairs[:, :1], pairs[:, 1:], pairs[:, 0], pairs[:, 1], zeros, zeros, failed
+    )
+
+
+def test_the_knee_is_farthest_from_the_chord_towards_the_ideal():
+    assert pick(rows((0, 10), (1, 3), (5, 2), (10, 0))) == Picks(best_mean=0, best_sigma=3, knee=1)
+
+
+def test_the_knee_does_not_depend_on_units():
+    scaled = rows((0, 10e3), (1e-3, 3e3), (5e-3, 2e3), (10e-3, 0))
+    assert pick(scaled).knee == 1
+
+
+def test_picks_need_no_order_and_pass_over_failed_rows():
+    assert pick(rows(None, (10, 0), (1, 3), None, (0, 10))) == Picks(4, 1, 2)
+
+
+def test_of_equal_means_the_smaller_sigma_is_picked():
+    assert pick(rows((0, 10), (0, 9), (4, 1), (6, 1))) == Picks(1, 2, 1)
+
+
+def test_a_front_that_bulges_away_has_its_knee_at_best_mean():
+    assert pick(rows((0, 10), (6, 8), (10, 0))).knee == 0
+
+
+def test_a_single_design_is_every_pick():
+    assert pick(rows((3, 2))) == Picks(0, 0, 0)
+
+
+def test_nothing_to_pick_is_said():
+    with pytest.raises(InputError, match="nothing to pick"):
+        pick(rows(None, None))
+
+
+SPACE = stiffness_factor_space(("a", "b", "c", "d"))
+
+
+def model(function, n_responses=2):
+    names = tuple(f"u{r}" for r in range(n_responses))
+    return ResponseFunction(function, SPACE.names, names, "dB")
+
+
+def test_variables_without_effect_are_found_and_weak_ones_are_not():
+    weights = np.array([[1.0, 2.0], [0.0, 0.0], [0.0, 1e-12], [0.0, 0.0]])
+    found = variables_without_effect(model(lambda designs: designs @ weights), SPACE)
+    assert found == ("b", "d")
+
+
+def test_an_effect_that_shows_only_away_from_the_nominal_design_counts():
+    def product(designs):
+        return np.column_stack([(designs[:, 0] - 1.0) * designs[:, 1], designs[:, 2]])
+
+    assert variables_without_effect(model(product), SPACE) == ("d",)
+
+
+def test_a_variable_that_cannot_move_is_not_said_to_be_without_effect():
+    held = replace(SPACE, lower=np.array([0.8, 1.0, 0.8, 0.8]), upper=np.array([1.2, 1, 1.2, 1.2]))
+    constant = model(lambda designs: np.ones((len(designs), 2)))
+    assert variables_without_effect(constant, held) == ("a", "c", "d")
+
+
+def test_a_model_that_fails_at_a_bound_is_not_said_to_be_without_effect():
+    failing = model(lambda designs: np.full((len(designs), 2), np.nan))
+    assert variables_without_effect(failing, SPACE) == ()
+
+
+def test_back_to_nominal():
+    designs = np.array([[0.9, 0.9, 0.9, 0.9], [1.1, 1.1, 1.1, 1.1]])
+    np.testing.assert_array_equal(
+        at_nominal(designs, SPACE, ("b", "d")), [[0.9, 1, 0.9, 1], [1.1, 1, 1.1, 1]]
+    )
+    assert designs[0, 1] == 0.9
+    with pytest.raises(InputError, match="no design variable 'e'"):
+        at_nominal(designs, SPACE, ("e",))
+
+
+def robust(function, n_responses=2):
+    exact = replace(SPACE, tolerance=np.zeros(4))
+    return RobustResponse(model(function, n_responses), exact, sobol_sample(4, 2, seed=1))
+
+
+def steep_flat_none_oneway(designs):
+    a, b, _, d = designs.T
+    one = 10.0 * a + 0.1 * b + np.where(d > 1.0, 20.0 * (d - 1.0), 0.0)
+    return np.column_stack([one, one])
+
+
+def test_indifference_intervals_in_closed_form():
+    lower, upper = indifference_intervals(
+        robust(steep_flat_none_oneway), np.ones(4), change=0.5, n_points=17
+    )
+    np.testing.assert_allclose(lower, [0.95, 0.8, 0.8, 0.8], atol=1e-12)
+    np.testing.assert_allclose(upper, [1.05, 1.2, 1.2, 1.025], atol=1e-12)
+
+
+def test_the_change_is_counted_per_response():
+    one = robust(lambda designs: 10.0 * designs[:, :1], n_responses=1)
+    three = robust(lambda designs: np.repeat(10.0 * designs[:, :1], 3, axis=1), n_responses=3)
+    for response in (one, three):
+        lower, upper = indifference_intervals(response, np.full(4, 1.013), change=0.7)
+        np.testing.assert_allclose([lower[0], upper[0]], [0.943, 1.083], atol=1e-12)
+
+
+def test_only_the_interval_around_the_design_counts():
+    wave = robust(lambda designs: np.repeat(np.sin(40.0 * designs[:, :1]), 2, axis=1))
+    lower, upper = indifference_intervals(wave, np.ones(4), change=0.3, n_points=401)
+    crossings = np.linspace(0.8, 1.2, 100_001)
+    within = np.abs(np.sin(40.0 * crossings) - np.sin(40.0)) < 0.3
+    centre = 50_000
+    expected_lower = crossings[centre - np.argmin(within[centre::-1])]
+    expected_upper = crossings[centre + np.argmin(within[centre:])]
+    np.testing.assert_allclose([lower[0], upper[0]], [expected_lower, expected_upper], atol=2e-4)
+    assert within[:20_000].any()  # it comes back further out, which must not count
+
+
+def test_a_failed_design_ends_the_interval():
+    def narrow(designs):
+        return np.where(designs[:, :1] > 1.1, np.nan, np.ones((len(designs), 2)))
+
+    lower, upper = indifference_intervals(robust(narrow), np.ones(4), 1.0, n_points=9)
+    np.testing.assert_allclose([lower[0], upper[0]], [0.8, 1.1])
+
+
+@pytest.mark.parametrize(
+    ("design", "change", "n_points", "words"),
+    [
+        (np.full(4, 1.3), 0.1, 21, "within the bounds"),
+        (np.ones(4), 0.0, 21, "positive change"),
+        (np.ones(4), 0.1, 1, "at least 2 points"),
+    ],
+)
+def test_bad_questions_are_refused(design, change, n_points, words):
+    with pytest.raises(InputError, match=words):
+        indifference_intervals(robust(steep_flat_none_oneway), design, change, n_points)
+
+
+def test_a_design_that_fails_has_no_intervals():
+    broken = robust(lambda designs: np.full((len(designs), 2), np.nan))
+    with pytest.raises(InputError, match="fails itself"):
+        indifference_intervals(broken, np.ones(4), 0.1)

@@ -1,0 +1,458 @@
+import re
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from deboom.errors import InputError
+from deboom.files.platform import read_platform
+from deboom.files.platform_file import PlatformFile, dump_platform_file
+from deboom.files.tables import (
+    ChannelRow,
+    MountRow,
+    write_channel_table,
+    write_mount_table,
+)
+from deboom.files.uff import UffFunction, read_uff, write_uff
+from deboom.files.units import parse_unit
+
+LINES = 20.0 + 0.5 * np.arange(5)
+NODE = {"TSM": 11, "Du left": 21, "Du right": 22, "Du": 31}
+CHANNELS = ("TSM x", "TSM y", "TSM z", "Du left x", "Du right x")
+PATHS = ("TSM x", "TSM z", "Du x")
+
+
+def noise(*key):
+    """Values that tell each function of the platform from all others."""
+    phase = np.array([sum(map(ord, "".join(key)))]) * 0.01
+    return (1 + LINES / 100) * np.exp(1j * (phase + LINES))
+
+
+def split(channel):
+    *owner, axis = channel.split()
+    return " ".join(owner), axis
+
+
+def transfer_functions(vehicle):
+    functions = []
+    for path in PATHS:
+        mount, axis = split(path)
+        functions.append(
+            UffFunction(
+                abscissa=LINES,
+                values=noise(vehicle, path),
+                function_type=4,
+                response_node=901,
+                response_direction="scalar",
+                reference_node=NODE[mount],
+                reference_direction=f"+{axis}",
+                ordinate="pressure",
+                ordinate_unit="Pa",
+                denominator="force",
+                denominator_unit="N",
+                response_name="driver ear",
+            )
+        )
+    return functions
+
+
+def operating_spectra(case):
+    functions = []
+    for quantity, unit in (("force", "N"), ("displacement", "m")):
+        for channel in CHANNELS:
+            owner, axis = split(channel)
+            functions.append(
+                UffFunction(
+                    abscissa=LINES,
+                    values=noise(case, channel, quantity),
+                    function_type=0,
+                    response_node=NODE[owner],
+                    response_direction=f"+{axis}",
+                    reference_node=0,
+                    reference_direction="scalar",
+                    ordinate=quantity,
+                    ordinate_unit=unit,
+                    denominator="none",
+                    denominator_unit="",
+                    id_lines=("order 1.5 at the virtual point",),
+                )
+            )
+    return functions
+
+
+def channel_rows():
+    rows = []
+    for quantity, unit in (("displacement", "m"), ("force", "N")):
+        for channel in CHANNELS:
+            owner, axis = split(channel)
+            mount, _, piece = owner.partition(" ")
+            rows.append((channel, quantity, mount, piece, axis, NODE[owner], f"+{axis}", unit))
+    for path in PATHS:
+        mount, axis = split(path)
+        rows.append(
+            (path, "noise transfer function", mount, "", axis, NODE[mount], f"+{axis}", "Pa/N")
+        )
+    return [ChannelRow(*row[:-1], parse_unit(row[-1])) for row in rows]
+
+
+def write_tiny_platform(folder):
+    (folder / "ntf").mkdir(parents=True)
+    file = PlatformFile.model_validate(
+        {
+            "format": 1,
+            "name": "tiny",
+            "title": "Tiny platform",
+            "description": "Two mounts, three vehicles, two runs.",
+            "mount_table": "mounts.csv",
+            "channel_table": "channels.csv",
+            "default_load_case": "g5",
+            "engine": {"cylinders": 3, "dominant_order": 1.5, "total_ratios": [16.0, 9.0, 3.5]},
+            "powertrain": {
+                "mass_kg": 193.5,
+                "mass_tolerance_kg": 1.0,
+                "inertia_kg_m2": [[11.0, 0.0, 0.0], [0.0, 6.8, 0.0], [0.0, 0.0, 9.6]],
+                "inertia_tolerance": 0.02,
+                "centre_of_gravity_tolerance_m": 0.002,
+            },
+            "mounts": [
+                {"name": "TSM", "description": "strut", "transfer_axes": ["x", "z"]},
+                {
+                    "name": "Du",
+                    "description": "wishbone",
+                    "pieces": ["left", "right"],
+                    "transfer_axes": ["x"],
+                },
+            ],
+            "vehicles": [
+                {"name": v, "group": g, "noise_transfer": f"ntf/{v}.uff", "ear_node": 901}
+                for v, g in (("A-1", "A"), ("A-2", "A"), ("B-1", "B"))
+            ],
+            "load_cases": [
+                {
+                    "name": name,
+                    "title": f"gear {gear}",
+                    "gear": gear,
+                    "torque_limit_nm": 220.0,
+                    "operating": f"{name}.uff",
+                }
+                for name, gear in (("g5", 3), ("g2", 2))
+            ],
+        }
+    )
+    dump_platform_file(folder / "platform.toml", file)
+    write_mount_table(
+        folder / "mounts.csv",
+        [
+            MountRow("TSM", "", (0.2, -0.06, -0.27)),
+            MountRow("Du", "left", (-0.5, -0.3, -0.1)),
+            MountRow("Du", "right", (-0.5, 0.3, -0.1)),
+        ],
+    )
+    write_channel_table(folder / "channels.csv", channel_rows())
+    for vehicle in file.vehicles:
+        write_uff(folder / vehicle.noise_transfer, transfer_functions(vehicle.name))
+    for case in file.load_cases:
+        write_uff(folder / case.operating, operating_spectra(case.name))
+    return folder
+
+
+@pytest.fixture
+def folder(tmp_path):
+    return write_tiny_platform(tmp_path / "tiny")
+
+
+def edit(path, old, new, count=1):
+    text = path.read_bytes()
+    assert old.encode() in text
+    path.write_bytes(text.replace(old.encode(), new.encode(), count))
+
+
+# ---- what is read
+
+
+def test_a_platform_is_read_in_the_order_of_its_mounts(folder):
+    platform = read_platform(folder)
+    assert (platform.name, platform.title, platform.folder) == ("tiny", "Tiny platform", folder)
+    tsm, du = platform.mounts
+    assert tsm.positions == ((0.2, -0.06, -0.27),)
+    assert (du.pieces, du.positions[1]) == (("left", "right"), (-0.5, 0.3, -0.1))
+    for vehicle in platform.vehicles:
+        frf = vehicle.noise_transfer
+        assert (frf.outputs, frf.inputs, frf.unit) == (("driver ear",), PATHS, "Pa/N")
+        for i, path in enumerate(PATHS):
+            np.testing.assert_allclose(frf.values[:, 0, i], noise(vehicle.name, path), rtol=1e-11)
+    for case in platform.load_cases:
+        for spectrum, quantity in ((case.displacement, "displacement"), (case.force, "force")):
+            assert spectrum.channels == CHANNELS
+            np.testing.assert_array_equal(spectrum.frequency, LINES)
+            for i, channel in enumerate(CHANNELS):
+                wanted = noise(case.name, channel, quantity)
+                np.testing.assert_allclose(spectrum.values[:, i], wanted, rtol=1e-11)
+    g5 = platform.load_case("g5")
+    assert (g5.gear, g5.total_ratio, g5.torque_limit, g5.order) == (3, 3.5, 220.0, 1.5)
+    assert platform.default_load_case == "g5"
+
+
+def test_every_file_that_was_read_is_listed_once(folder):
+    there = {path for path in folder.rglob("*") if path.is_file()}
+    platform = read_platform(folder)
+    assert set(platform.input_files) == there
+    assert len(platform.input_files) == len(there) == 8
+
+
+def test_load_cases_and_groups_are_chosen_by_name(folder):
+    platform = read_platform(folder)
+    assert platform.load_case("g2").gear == 2
+    assert [vehicle.name for vehicle in platform.group("A")] == ["A-1", "A-2"]
+    with pytest.raises(InputError, match=r"platform\.toml: there is no load case 'g7': use g5, g2"):
+        platform.load_case("g7")
+    with pytest.raises(InputError, match="there is no group of vehicles 'C': use A, B"):
+        platform.group("C")
+
+
+def test_the_order_in_a_file_and_further_functions_change_nothing(folder):
+    before = read_platform(folder).load_case("g5").force
+    further = replace(operating_spectra("g5")[0], response_node=77, abscissa=LINES + 1)
+    write_uff(folder / "g5.uff", [further, *operating_spectra("g5")[::-1]])
+    after = read_platform(folder).load_case("g5").force
+    np.testing.assert_array_equal(before.values, after.values)
+    np.testing.assert_array_equal(before.frequency, after.frequency)
+
+
+def test_a_channel_measured_against_its_axis_changes_sign(folder):
+    before = read_platform(folder)
+    edit(folder / "channels.csv", "TSM z,force,TSM,,z,11,+z", "TSM z,force,TSM,,z,11,-z")
+    edit(folder / "channels.csv", "function,TSM,,z,11,+z", "function,TSM,,z,11,-z")
+    for case in ("g5", "g2"):
+        turned = [
+            replace(f, response_direction="-z")
+            if (f.response_direction, f.ordinate) == ("+z", "force")
+            else f
+            for f in operating_spectra(case)
+        ]
+        write_uff(folder / f"{case}.uff", turned)
+    for vehicle in ("A-1", "A-2", "B-1"):
+        turned = [
+            replace(f, reference_direction="-z") if f.reference_direction == "+z" else f
+            for f in transfer_functions(vehicle)
+        ]
+        write_uff(folder / "ntf" / f"{vehicle}.uff", turned)
+    after = read_platform(folder)
+    signs = np.array([1, 1, -1, 1, 1])
+    wanted = before.load_case("g5").force.values * signs
+    np.testing.assert_array_equal(after.load_case("g5").force.values, wanted)
+    wanted = before.vehicles[0].noise_transfer.values * np.array([1, -1, 1])
+    np.testing.assert_array_equal(after.vehicles[0].noise_transfer.values, wanted)
+
+
+def without_units_set(path):
+    data = path.read_bytes()
+    path.write_bytes(data[data.index(b"    -1\n    58") :])
+
+
+def test_a_file_in_mm_is_converted_when_file_and_table_both_say_so(folder):
+    before = read_platform(folder).load_case("g5")
+    text = (folder / "channels.csv").read_text()
+    (folder / "channels.csv").write_text(re.sub(r"(displacement,.*),m\n", r"\1,mm\n", text))
+    for case in ("g5", "g2"):
+        without_units_set(folder / f"{case}.uff")
+        edit(folder / f"{case}.uff", "displacement         m ", "displacement         mm", -1)
+    after = read_platform(folder).load_case("g5")
+    np.testing.assert_allclose(after.displacement.values, 1e-3 * before.displacement.values)
+    np.testing.assert_array_equal(after.force.values, before.force.values)
+
+
+# ---- what is refused: one sentence with file, item and remedy
+
+
+def refused(folder, *words):
+    before = {path: path.read_bytes() for path in folder.rglob("*") if path.is_file()}
+    with pytest.raises(InputError) as caught:
+        read_platform(folder)
+    for word in words:
+        assert word in str(caught.value)
+    assert "\n" not in str(caught.value)
+    assert before == {path: path.read_bytes() for path in folder.rglob("*") if path.is_file()}
+
+
+def test_a_missing_vehicle_file(folder):
+    (folder / "ntf" / "A-2.uff").unlink()
+    refused(folder, "A-2.uff cannot be read", "check the path")
+
+
+def test_a_missing_platform(tmp_path):
+    refused(tmp_path, "platform.toml cannot be read (No such file", "check the path")
+
+
+def test_a_missing_path_of_a_vehicle(folder):
+    write_uff(folder / "ntf" / "B-1.uff", transfer_functions("B-1")[:2])
+    refused(folder, "B-1.uff: vehicle B-1, noise transfer function of 'Du x'", "node 31")
+
+
+def test_a_doubled_path_of_a_vehicle(folder):
+    write_uff(folder / "ntf" / "B-1.uff", transfer_functions("B-1") * 2)
+    refused(folder, "vehicle B-1", "'TSM x'", "2 functions have", "keep one")
+
+
+def test_the_wrong_ear(folder):
+    edit(folder / "platform.toml", "ear_node = 901", "ear_node = 902")
+    refused(folder, "vehicle A-1", "no function has response node 902", "there are node 901 scalar")
+
+
+def test_a_missing_channel_of_a_load_case(folder):
+    write_uff(folder / "g2.uff", operating_spectra("g2")[1:])
+    refused(folder, "g2.uff: load case g2, force of 'TSM x'", "no function has", "node 11")
+
+
+@pytest.mark.parametrize(
+    ("lines", "words"),
+    [
+        (LINES + 0.125, ("line 1 is 20 Hz and 20.125 Hz",)),
+        (np.array([20, 20.5, 21, 21.625, 22.0]), ("line 4 is 21.5 Hz and 21.625 Hz",)),
+        (20 + 0.5 * np.arange(6), ("5 and 6 lines",)),
+        (20 + 0.5 * np.arange(4), ("5 and 4 lines",)),
+    ],
+)
+def test_frequency_axes_that_differ(folder, lines, words):
+    functions = [replace(f, abscissa=lines, values=lines + 1j) for f in operating_spectra("g2")]
+    write_uff(folder / "g2.uff", functions)
+    refused(folder, "ntf/A-1.uff (node 901", "g2.uff (node 11 +x displacement)", "differ", *words)
+
+
+def test_a_frequency_axis_that_differs_within_one_file(folder):
+    functions = transfer_functions("A-1")
+    functions[2] = replace(functions[2], abscissa=LINES + 5)
+    write_uff(folder / "ntf" / "A-1.uff", functions)
+    refused(folder, "reference node 11 +x", "reference node 31 +x", "20 Hz and 25 Hz")
+
+
+def test_a_time_record_instead_of_a_spectrum(folder):
+    functions = [replace(f, abscissa_quantity="time") for f in operating_spectra("g5")]
+    write_uff(folder / "g5.uff", functions)
+    refused(folder, "g5.uff", "the abscissa is time: export it over frequency")
+
+
+@pytest.mark.parametrize("bad", ["NaN", "inf", "1e999"])
+@pytest.mark.parametrize("name", ["ntf/A-2.uff", "g2.uff"])
+def test_a_single_line_that_is_not_finite(folder, name, bad):
+    path = folder / name
+    number = re.search(rb"Hz.*?\n {2,3}\S+e[+-]\d+( {2,3}\S+e[+-]\d+)", path.read_bytes(), re.S)
+    edit(path, number[1].decode(), bad.rjust(len(number[1])))
+    refused(folder, path.name, "set 2", "the value of line 1 is", "export it again")
+
+
+@pytest.mark.parametrize("name", ["ntf/A-2.uff", "g2.uff"])
+def test_truncated_and_empty_files(folder, name):
+    path = folder / name
+    data = path.read_bytes()
+    path.write_bytes(data[: len(data) // 2])
+    refused(folder, path.name, "truncated", "export it again")
+    path.write_bytes(b"")
+    refused(folder, path.name, "is empty", "export it again")
+
+
+def test_displacement_without_a_unit_in_the_table(folder):
+    edit(
+        folder / "channels.csv",
+        "TSM x,displacement,TSM,,x,11,+x,m",
+        "TSM x,displacement,TSM,,x,11,+x,",
+    )
+    refused(folder, "channels.csv line 2, displacement channel 'TSM x'", "a unit is missing")
+
+
+def test_displacement_without_a_unit_in_the_file(folder):
+    without_units_set(folder / "g5.uff")
+    edit(folder / "g5.uff", "displacement         m   ", "displacement         NONE")
+    refused(folder, "g5.uff: load case g5, displacement of 'TSM x'", "no unit", "data set 164")
+
+
+def test_a_table_in_mm_against_a_file_in_m(folder):
+    edit(
+        folder / "channels.csv",
+        "TSM x,displacement,TSM,,x,11,+x,m",
+        "TSM x,displacement,TSM,,x,11,+x,mm",
+    )
+    refused(folder, "'TSM x'", "it is in 'm', but the channel table says 'mm'", "correct the wrong")
+
+
+def test_a_pressure_that_is_not_per_force(folder):
+    functions = [
+        replace(f, denominator="none", denominator_unit="") for f in transfer_functions("A-1")
+    ]
+    write_uff(folder / "ntf" / "A-1.uff", functions)
+    refused(folder, "vehicle A-1", "it is in 'Pa': export it in Pa/N")
+
+
+def test_magnitudes_and_other_function_types(folder):
+    magnitudes = [replace(f, values=np.abs(f.values)) for f in operating_spectra("g5")]
+    write_uff(folder / "g5.uff", magnitudes)
+    refused(folder, "load case g5", "its values are real", "phase is needed")
+    write_uff(folder / "g5.uff", [replace(f, function_type=2) for f in operating_spectra("g5")])
+    refused(folder, "load case g5", "UFF function type 2: export it as type 0 or 12 or 27")
+
+
+def test_another_engine_order(folder):
+    functions = [replace(f, id_lines=("order 2.0",)) for f in operating_spectra("g5")]
+    write_uff(folder / "g5.uff", functions)
+    refused(folder, "load case g5", "it is of order 2.0", "dominant_order of the engine is 1.5")
+
+
+@pytest.mark.parametrize(
+    ("pattern", "new", "words"),
+    [
+        (r"TSM z,force.*\n", "", ("no force channel 'TSM z'", "add its row")),
+        (r"TSM y,force.*\n", "", ("no force channel 'TSM y'", "add its row")),
+        (r"TSM y,disp.*\n", "", ("no displacement channel 'TSM y'",)),
+        (r"Du right x,disp.*\n", "", ("no displacement channel 'Du right x'",)),
+        (r"Du x,noise.*\n", "", ("no noise transfer function channel 'Du x'", "transfer_axes")),
+        (r"Du (left|right) x,.*\n", "", ("mount 'Du' has no channel: add 'Du left x'",)),
+        (r"\Z", "Du y,noise transfer function,Du,,y,31,+y,Pa/N\n", ("'Du y' fits no mount",)),
+        (r"\Z", "CTSM x,force,CTSM,,x,41,+x,N\n", ("force channel 'CTSM x' fits no mount",)),
+        (r"\Z", "TSM x,force,TSM,,x,42,+x,N\n", ("channel 'TSM x' is duplicated",)),
+    ],
+)
+def test_channels_that_do_not_fit_the_mounts(folder, pattern, new, words):
+    path = folder / "channels.csv"
+    text = path.read_text()
+    changed = re.sub(pattern, new, text)
+    assert changed != text
+    path.write_text(changed)
+    refused(folder, "channels.csv", *words)
+
+
+def test_mounts_that_do_not_fit(folder):
+    edit(folder / "mounts.csv", "Du,right", "Du,rear")
+    refused(folder, "mounts.csv: mount 'Du', piece 'rear' is not in", "correct its name or add it")
+    edit(folder / "mounts.csv", "Du,rear,-0.5,0.3,-0.1\n", "")
+    refused(folder, "mounts.csv: no row for mount 'Du', piece 'right': add its position")
+
+
+def test_a_platform_without_any_path(folder):
+    text = (folder / "platform.toml").read_text()
+    (folder / "platform.toml").write_text(re.sub(r"transfer_axes = .*", "transfer_axes = []", text))
+    text = (folder / "channels.csv").read_text()
+    (folder / "channels.csv").write_text(re.sub(r".*noise.*\n", "", text))
+    refused(folder, "no mount of platform.toml has a transfer axis: name one")
+
+
+def test_a_wrong_key_and_an_unknown_default_load_case(folder):
+    edit(folder / "platform.toml", "gear = 2", "gaer = 2")
+    refused(folder, "unknown key 'gaer' in [[load_cases]] 2; did you mean 'gear'?")
+    edit(folder / "platform.toml", "gaer = 2", "gear = 2")
+    edit(folder / "platform.toml", 'default_load_case = "g5"', 'default_load_case = "g9"')
+    refused(folder, "default_load_case 'g9' is not among the load cases g5, g2: name one of them")
+
+
+def test_a_path_out_of_the_folder(folder):
+    edit(folder / "platform.toml", '"g2.uff"', '"../g2.uff"')
+    refused(folder, "'operating' in [[load_cases]] 2", "relative to the platform folder")
+
+
+def test_nothing_depends_on_who_wrote_the_file(folder):
+    """Binary files give the same platform to the last bit that ASCII keeps."""
+    before = read_platform(folder)
+    for path in folder.rglob("*.uff"):
+        write_uff(path, read_uff(path), binary=True)
+    after = read_platform(folder)
+    for a, b in zip(before.vehicles, after.vehicles, strict=True):
+        np.testing.assert_array_equal(a.noise_transfer.values, b.noise_transfer.values)

@@ -1,0 +1,210 @@
+import hashlib
+import json
+import os
+import re
+import sys
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from deboom.errors import InputError
+from deboom.files import run_folder
+from deboom.files.run_folder import environment_record, finish_run, hash_files, start_run
+
+
+def names(folder):
+    return sorted(path.relative_to(folder).as_posix() for path in folder.rglob("*"))
+
+
+def test_a_run_is_unfinished_until_it_is_finished(tmp_path):
+    run = start_run(tmp_path / "results", "front", seed=3)
+    assert run.folder.is_dir()
+    assert run.folder.parent == tmp_path / "results" / "front"
+    assert re.fullmatch(r"\d{4}-\d\d-\d\d_\d{6}_seed3\.unfinished", run.folder.name)
+    run.save_text("note.txt", "µm\n")
+    final = finish_run(run)
+    assert final.name == run.folder.name.removesuffix(".unfinished")
+    assert names(tmp_path / "results" / "front") == [final.name, f"{final.name}/note.txt"]
+    assert (final / "note.txt").read_bytes() == "µm\n".encode()
+
+
+def test_names_are_unique_within_a_second_and_sort_by_time(tmp_path, monkeypatch):
+    class Clock(run_folder.datetime):
+        second = 30
+
+        @classmethod
+        def now(cls, tz=None):
+            return cls(2026, 11, 21, 10, 45, cls.second, tzinfo=tz)
+
+    monkeypatch.setattr(run_folder, "datetime", Clock)
+    first = finish_run(start_run(tmp_path, "front", seed=1))
+    second = start_run(tmp_path, "front", seed=1)
+    third = start_run(tmp_path, "front", seed=1)
+    Clock.second = 31
+    fourth = start_run(tmp_path, "front", seed=1)
+    finished = [first, *(finish_run(run) for run in (second, third, fourth))]
+    assert [path.name for path in finished] == [
+        "2026-11-21_104530_seed1",
+        "2026-11-21_104530_seed1_2",
+        "2026-11-21_104530_seed1_3",
+        "2026-11-21_104531_seed1",
+    ]
+    assert sorted(finished) == finished
+
+
+def test_tables_keep_every_bit_and_unix_line_ends(tmp_path):
+    run = start_run(tmp_path, "front", seed=1)
+    values = np.random.default_rng(1).standard_normal(50) * 10.0 ** np.arange(-25, 25)
+    table = pd.DataFrame({"vehicle": ["Ä,1"] * 50, "level [dB(A)]": values, "n [1]": range(50)})
+    run.save_table("front.csv", table)
+    data = (run.folder / "front.csv").read_bytes()
+    assert data.startswith(b"vehicle,level [dB(A)],n [1]\n")
+    assert b"\r" not in data
+    back = pd.read_csv(run.folder / "front.csv", dtype=str)
+    assert [float(text) for text in back["level [dB(A)]"]] == list(values)
+
+
+def test_json_takes_numpy_and_refuses_nan(tmp_path):
+    run = start_run(tmp_path, "front", seed=1)
+    content = {"n": np.int64(3), "x": np.float64(0.1), "a": np.arange(2.0), "p": Path("a") / "b"}
+    run.save_json("summary.json", content)
+    text = (run.folder / "summary.json").read_text(encoding="utf-8")
+    assert json.loads(text) == {"n": 3, "x": 0.1, "a": [0.0, 1.0], "p": "a/b"}
+    with pytest.raises(ValueError, match="Out of range float"):
+        run.save_json("bad.json", {"x": float("nan")})
+    with pytest.raises(TypeError, match="set has no form in JSON"):
+        run.save_json("bad.json", {"x": {1}})
+    assert names(run.folder) == ["summary.json"]
+
+
+def test_folders_inside_a_run_are_made_and_those_outside_are_refused(tmp_path):
+    run = start_run(tmp_path, "front", seed=1)
+    run.save_bytes("figures/front.png", b"\x89PNG")
+    run.save_bytes("figures/front.png", b"\x89PNG2")
+    assert names(run.folder) == ["figures", "figures/front.png"]
+    assert (run.folder / "figures" / "front.png").read_bytes() == b"\x89PNG2"
+    for name in ("../a.txt", "/tmp/a.txt", "figures/../../a.txt", "a\\b.txt", ""):
+        with pytest.raises(InputError, match="is not a file name within the run folder"):
+            run.save_text(name, "x")
+    assert names(run.folder) == ["figures", "figures/front.png"]
+
+
+def test_a_finished_run_takes_no_more_files(tmp_path):
+    run = start_run(tmp_path, "front", seed=1)
+    final = finish_run(run)
+    for name in ("late.txt", "figures/late.png"):
+        with pytest.raises(InputError, match="is gone: the run is finished or discarded"):
+            run.save_text(name, "x")
+    assert list(tmp_path.glob("*/*")) == [final]
+    with pytest.raises(InputError, match="cannot be renamed"):
+        finish_run(run)
+
+
+def test_a_discarded_run_leaves_nothing_that_it_made(tmp_path):
+    run = start_run(tmp_path / "a" / "b", "front", seed=1)
+    run.save_bytes("figures/front.png", b"1")
+    run.discard()
+    assert names(tmp_path) == []
+    (tmp_path / "results").mkdir()
+    kept = finish_run(start_run(tmp_path / "results", "front", seed=1))
+    start_run(tmp_path / "results", "front", seed=1).discard()
+    start_run(tmp_path / "results", "other", seed=1).discard()
+    assert names(tmp_path) == ["results", "results/front", f"results/front/{kept.name}"]
+
+
+@pytest.mark.parametrize("seed", [0, -1, True, 1.0, "1", None])
+def test_a_seed_below_one_or_of_another_type_is_refused(tmp_path, seed):
+    with pytest.raises(InputError, match="choose a whole number from 1"):
+        start_run(tmp_path / "results", "front", seed=seed)
+    assert names(tmp_path) == []
+
+
+@pytest.mark.parametrize("study", ["", "..", "a/b", "a b", "é"])
+def test_a_study_name_that_is_no_folder_name_is_refused(tmp_path, study):
+    with pytest.raises(InputError, match="use letters, digits, _ and -"):
+        start_run(tmp_path / "results", study, seed=1)
+    assert names(tmp_path) == []
+
+
+def test_an_output_that_is_a_file_is_refused(tmp_path):
+    (tmp_path / "results").write_text("a file")
+    for out in (tmp_path / "results", tmp_path / "results" / "deeper"):
+        with pytest.raises(InputError, match=r"cannot be written .*: choose another with --out"):
+            start_run(out, "front", seed=1)
+    assert names(tmp_path) == ["results"]
+
+
+def test_a_folder_without_permission_is_refused_and_nothing_stays(tmp_path, monkeypatch):
+    """The mode bits of a folder do not stop root, so the operating system's answer is played."""
+    make = Path.mkdir
+
+    def no_runs(path, *arguments, **options):
+        if path.name.endswith(".unfinished"):
+            raise PermissionError(13, "Permission denied")
+        make(path, *arguments, **options)
+
+    monkeypatch.setattr(Path, "mkdir", no_runs)
+    with pytest.raises(InputError, match=r"results cannot be written \(Permission denied\)"):
+        start_run(tmp_path / "results", "front", seed=1)
+    assert names(tmp_path) == []
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="mode bits mean nothing there")
+@pytest.mark.skipif(hasattr(os, "geteuid") and os.geteuid() == 0, reason="root may write anywhere")
+def test_a_read_only_folder_is_refused(tmp_path):
+    tmp_path.chmod(0o500)
+    try:
+        with pytest.raises(InputError, match="cannot be written"):
+            start_run(tmp_path / "results", "front", seed=1)
+    finally:
+        tmp_path.chmod(0o700)
+
+
+def test_files_are_hashed_under_their_relative_names(tmp_path):
+    (tmp_path / "data").mkdir()
+    (tmp_path / "data" / "b.uff").write_bytes(b"b")
+    (tmp_path / "a.toml").write_bytes(b"a")
+    paths = [tmp_path / "data" / "b.uff", tmp_path / "a.toml"]
+    assert hash_files(paths, relative_to=tmp_path) == {
+        "a.toml": hashlib.sha256(b"a").hexdigest(),
+        "data/b.uff": hashlib.sha256(b"b").hexdigest(),
+    }
+    assert list(hash_files(paths, relative_to=tmp_path)) == ["a.toml", "data/b.uff"]
+    with pytest.raises(InputError, match=r"no\.uff cannot be read"):
+        hash_files([tmp_path / "no.uff"], relative_to=tmp_path)
+
+
+def test_the_environment_names_versions_and_revision():
+    record = environment_record(("numpy", "no-such-package"))
+    assert record["packages"] == {"numpy": np.__version__, "no-such-package": None}
+    assert record["python"] == ".".join(map(str, sys.version_info[:3]))
+    assert json.loads(json.dumps(record)) == record
+
+
+def test_the_revision_is_of_the_checkout_that_tracks_the_package(tmp_path, monkeypatch):
+    def git(*arguments):
+        run_folder.subprocess.run(
+            ["git", "-c", "user.name=t", "-c", "user.email=t@t", *arguments],
+            cwd=tmp_path,
+            check=True,
+            capture_output=True,
+        )
+
+    module = tmp_path / "module.py"
+    module.write_text("x = 1\n")
+    monkeypatch.setattr(run_folder, "__file__", str(module))
+    monkeypatch.setenv("GIT_CEILING_DIRECTORIES", str(tmp_path.parent))
+    assert environment_record(())["git"] is None
+    git("init")
+    assert environment_record(())["git"] is None  # there, but not tracked: an unrelated checkout
+    git("add", "module.py")
+    git("commit", "-m", "first")
+    record = environment_record(())["git"]
+    assert re.fullmatch("[0-9a-f]{40}", record["revision"])
+    assert record["dirty"] is False
+    module.write_text("x = 2\n")
+    assert environment_record(())["git"] == {**record, "dirty": True}
+    monkeypatch.setenv("PATH", "")
+    assert environment_record(())["git"] is None

@@ -1,0 +1,184 @@
+import re
+
+import pytest
+
+from deboom.errors import InputError
+from deboom.files.tables import (
+    ChannelRow,
+    MountRow,
+    read_channel_table,
+    read_mount_table,
+    write_channel_table,
+    write_mount_table,
+)
+from deboom.files.units import parse_unit
+
+MOUNTS = """\
+mount,piece,x [mm],y [mm],z [m]
+TSM,,200,-60,-0.27
+
+Du,left,-500.5,-300,-0.1
+Du,right,-500.5,300,-0.1
+"""
+CHANNELS = """\
+channel,quantity,mount,piece,axis,node,direction,unit
+TSM x,displacement,TSM,,x,11,+x,m
+TSM x,force,TSM,,x,11,+x,kN
+Du left x,displacement,Du,left,x,21,-x,µm
+Du x,noise transfer function,Du,,x,31,+x,Pa/N
+"""
+
+
+@pytest.fixture
+def mounts(tmp_path):
+    path = tmp_path / "mounts.csv"
+    path.write_text(MOUNTS, encoding="utf-8")
+    return path
+
+
+@pytest.fixture
+def channels(tmp_path):
+    path = tmp_path / "channels.csv"
+    path.write_text(CHANNELS, encoding="utf-8")
+    return path
+
+
+def edit(path, old, new):
+    text = path.read_text(encoding="utf-8")
+    assert old in text
+    path.write_text(text.replace(old, new, 1), encoding="utf-8")
+
+
+def test_positions_are_converted_by_the_unit_of_each_column(mounts):
+    tsm, left, right = read_mount_table(mounts)
+    assert (tsm.mount, tsm.piece) == ("TSM", "")
+    assert tsm.position == pytest.approx((0.2, -0.06, -0.27))
+    assert (left.mount, left.piece, right.piece) == ("Du", "left", "right")
+    assert left.position == pytest.approx((-0.5005, -0.3, -0.1))
+
+
+def test_a_spreadsheet_export_with_byte_order_mark_and_blanks_is_read(mounts):
+    text = MOUNTS.replace(",", " , ").replace("\n", "\r\n")
+    mounts.write_bytes(b"\xef\xbb\xbf" + text.encode())
+    assert read_mount_table(mounts)[0].position == pytest.approx((0.2, -0.06, -0.27))
+
+
+def test_mount_tables_round_trip(tmp_path):
+    rows = (MountRow("TSM", "", (0.1, 1 / 3, -2e-9)), MountRow("Du", "left", (1.0, 2.0, 3.0)))
+    write_mount_table(tmp_path / "a.csv", rows)
+    assert read_mount_table(tmp_path / "a.csv") == rows
+    assert (tmp_path / "a.csv").read_bytes().startswith(b"mount,piece,x [m],y [m],z [m]\nTSM,,0.1,")
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "sentence"),
+    [
+        ("x [mm]", "x", "column 'x' has no unit: write 'x [mm]' or [m]"),
+        ("x [mm]", "x []", "column 'x []': a unit is missing"),
+        ("x [mm]", "x [inch]", "column 'x [inch]': unknown unit 'inch'"),
+        ("x [mm]", "x [N]", "column 'x [N]' is not in m or a multiple of it"),
+        ("x [mm]", "y [mm]", "column 'x' is missing; the columns are mount, piece, x, y, z"),
+        ("piece", "part", "column 'piece' is missing"),
+        ("mount,piece,x [mm],", "mount,piece,x [mm],x [mm],", "column 'x' is unknown or doubled"),
+        ("200,-60", "200;-60", "column 'x': '200;-60' is no finite number"),
+        ("200", "2OO", "mounts.csv line 2, column 'x': '2OO' is no finite number"),
+        ("-500.5,300", ",300", "mounts.csv line 5, column 'x': '' is no finite number"),
+        ("200", "nan", "mounts.csv line 2, column 'x': 'nan' is no finite number"),
+        ("200", "inf", "'inf' is no finite number"),
+        (",-0.27", "", "mounts.csv line 2, column 'z': '' is no finite number"),
+        (
+            ",-0.27",
+            ",-0.27,9",
+            "no comma-separated table: Error tokenizing data. C error: Expected",
+        ),
+        ("right", "left", "mounts.csv line 5: 'Du left' comes twice: keep one"),
+        ("TSM,", ",", "mounts.csv line 2: column 'mount' is empty: fill it in"),
+    ],
+)
+def test_a_bad_mount_table_is_refused_with_row_and_column(mounts, old, new, sentence):
+    edit(mounts, old, new)
+    with pytest.raises(InputError, match=re.escape(sentence)) as caught:
+        read_mount_table(mounts)
+    assert str(mounts) in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+def test_a_doubled_or_unknown_column_is_refused(mounts):
+    mounts.write_text("mount,piece,x [m],x [mm],y [m],z [m]\nTSM,,1,1,1,1\n", encoding="utf-8")
+    with pytest.raises(InputError, match="column 'x' is unknown or doubled"):
+        read_mount_table(mounts)
+    mounts.write_text("mount,piece,x [m],y [m],z [m],note\nTSM,,1,1,1,1\n", encoding="utf-8")
+    with pytest.raises(InputError, match="column 'note' is unknown or doubled"):
+        read_mount_table(mounts)
+    mounts.write_text("mount;piece;x [m];y [m];z [m]\nTSM;;1;1;1\n", encoding="utf-8")
+    with pytest.raises(InputError, match="are mount, piece, x, y, z, separated by commas"):
+        read_mount_table(mounts)
+
+
+def test_missing_empty_and_foreign_tables_are_refused(tmp_path):
+    path = tmp_path / "mounts.csv"
+    with pytest.raises(InputError, match=r"mounts\.csv cannot be read \(No such file"):
+        read_mount_table(path)
+    path.write_bytes(b"")
+    with pytest.raises(InputError, match=r"mounts\.csv is empty"):
+        read_mount_table(path)
+    path.write_bytes(b"mount,piece,x [m]\xff\n")
+    with pytest.raises(InputError, match=r"mounts\.csv is not UTF-8"):
+        read_mount_table(path)
+    path.write_bytes(b"mount,piece,x [m],y [m],z [m]\n\n")
+    with pytest.raises(InputError, match="has a header and no rows"):
+        read_mount_table(path)
+
+
+def test_channels_carry_their_unit_and_sign(channels):
+    x, force, left, path = read_channel_table(channels)
+    assert (x.channel, x.node, x.direction, x.sign) == ("TSM x", 11, "+x", 1.0)
+    assert (force.quantity, force.unit.si, force.unit.factor) == ("force", "N", 1000.0)
+    assert (left.piece, left.unit.factor, left.sign) == ("left", 1e-6, -1.0)
+    assert (path.quantity, path.node) == ("noise transfer function", 31)
+
+
+def test_channel_tables_round_trip(tmp_path):
+    rows = (
+        ChannelRow("Du left x", "force", "Du", "left", "x", 21, "-x", parse_unit("kN")),
+        ChannelRow("TSM z", "displacement", "TSM", "", "z", 11, "+z", parse_unit("mm")),
+    )
+    write_channel_table(tmp_path / "a.csv", rows)
+    assert read_channel_table(tmp_path / "a.csv") == rows
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "sentence"),
+    [
+        ("11,+x,m\n", "11,+x,\n", "line 2, displacement channel 'TSM x': a unit is missing"),
+        ("11,+x,m\n", "11,+x,inch\n", "line 2, displacement channel 'TSM x': unknown unit 'inch'"),
+        ("kN", "mm", "line 3: force channel 'TSM x' is in 'mm', which is no unit of it: use N"),
+        ("Pa/N", "Pa", "'Du x' is in 'Pa', which is no unit of it: use Pa/N or a multiple"),
+        (
+            "force,TSM,,x,11,+x,kN",
+            "displacement,TSM,,x,12,+x,m",
+            "line 3: displacement channel 'TSM x' is duplicated, it stands in line 2 already",
+        ),
+        (
+            "Du left x,displacement,Du,left,x,21,-x,",
+            "Du left x,displacement,Du,left,x,11,+x,",
+            "line 4: displacement node 11 +x is duplicated, it stands in line 2 already: keep one",
+        ),
+        ("force", "pressure", "line 3: unknown quantity 'pressure', use displacement, force,"),
+        ("TSM x,disp", "TSM y,disp", "line 2: channel 'TSM y' of mount 'TSM', piece '', axis 'x'"),
+        ("TSM,,x,11,+x,m", "TSM,,u,11,+x,m", "line 2: unknown axis 'u', use x, y, z"),
+        ("11,+x,m", "11,+y,m", "has direction '+y': use +x or -x"),
+        ("11,+x,m", "11,x,m", "has direction 'x', which is no direction: use +x or -x"),
+        ("11,+x,m", "11.5,+x,m", "node '11.5' is no whole number from 1"),
+        ("11,+x,m", "0,+x,m", "node '0' is no whole number from 1"),
+        ("11,+x,m", "eleven,+x,m", "line 2, column 'node': 'eleven' is no finite number"),
+        ("function,Du,,", "function,Du,left,", "leave piece empty instead of 'left'"),
+        ("TSM x,displacement,TSM", "TSM x,displacement,", "line 2: column 'mount' is empty"),
+        ("direction", "dir", "column 'direction' is missing"),
+    ],
+)
+def test_a_bad_channel_table_is_refused_with_its_row(channels, old, new, sentence):
+    edit(channels, old, new)
+    with pytest.raises(InputError, match=re.escape(sentence)) as caught:
+        read_channel_table(channels)
+    assert str(channels) in str(caught.value)

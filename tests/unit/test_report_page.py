@@ -1,0 +1,228 @@
+"""The page: one self-contained, accessible file that no input can break out of."""
+
+import base64
+import re
+from dataclasses import replace
+from html.parser import HTMLParser
+
+import pandas as pd
+import pytest
+
+from deboom.errors import InputError
+from deboom.report.figures import convergence
+from deboom.report.glossary import GLOSSARY
+from deboom.report.page import Headline, Page, Picture, Section, Table, render_page
+
+PNG = convergence([1, 2, 3], [0.1, 0.2, 0.25], hypervolume_label="hypervolume [1]")
+VOID = {"meta", "img", "br", "link", "input", "hr"}
+TABLE = pd.DataFrame({"vehicle": ["U06-1", "U06-2"], "change [dB]": [-2.849, 0.2], "n": [3, 4]})
+
+
+class Document(HTMLParser):
+    """Elements with their attributes and text; refuses tags that do not close in order."""
+
+    def __init__(self, html):
+        super().__init__()
+        self.open = []
+        self.elements = []
+        self.feed(html)
+        self.close()
+        assert self.open == []
+
+    def handle_starttag(self, tag, attrs):
+        """Note an element; its text follows."""
+        self.elements.append((tag, dict(attrs), []))
+        if tag not in VOID:
+            self.open.append((tag, self.elements[-1]))
+
+    def handle_endtag(self, tag):
+        """Refuse a tag that closes another one."""
+        assert self.open.pop()[0] == tag
+
+    def handle_data(self, data):
+        """Give the text to every open element."""
+        for _, element in self.open:
+            element[2].append(data)
+
+    def every(self, tag):
+        """Attributes and text of every element of one kind."""
+        return [
+            (attributes, " ".join("".join(text).split()))
+            for name, attributes, text in self.elements
+            if name == tag
+        ]
+
+
+def page(**changes):
+    picture = Picture(PNG, alt="A rising curve.", caption="The search has settled.")
+    section = Section("The front", "First paragraph.\n\nSecond one.", (picture,), ())
+    whole = Page(
+        title="Robust front",
+        question="Which mounts?",
+        sections=(section, Section("Levels", "All.", tables=(Table(TABLE, "Per vehicle."),))),
+        headlines=(Headline("−2.8 dB", "U06-1"),),
+        terms=("SPL", "σ"),
+        warnings=("TSM x stops at its bound.",),
+        provenance={
+            "command": "deboom run studies/front.py --seed 1",
+            "seed": 1,
+            "environment": {
+                "python": "3.11.7",
+                "packages": {"numpy": "2.4.6", "pymoo": None},
+                "git": {"revision": "abc", "dirty": False},
+            },
+            "inputs": {"data/platform.toml": "0123abcd"},
+            "wall_time_s": 31.4,
+        },
+    )
+    return replace(whole, **changes)
+
+
+def test_page_is_one_file_without_scripts_links_or_outside_references():
+    html = render_page(page())
+    assert not re.search(r"https?://|//[a-z]|@import|url\(", html.replace(_data_uris(html), ""))
+    document = Document(html)
+    tags = {tag for tag, _, _ in document.elements}
+    assert not tags & {"script", "link", "iframe", "object", "embed", "base", "form"}
+    for _, attributes, _ in document.elements:
+        assert attributes.get("src", "data:").startswith("data:")
+        assert attributes.get("href", "#").startswith("#")
+
+
+def _data_uris(html):
+    return re.search(r"data:image/png;base64,[A-Za-z0-9+/=]+", html).group()
+
+
+def test_picture_is_embedded_unchanged_with_alt_text_size_and_caption():
+    document = Document(render_page(page()))
+    ((attributes, _),) = document.every("img")
+    encoded = attributes["src"].removeprefix("data:image/png;base64,")
+    assert base64.b64decode(encoded) == PNG
+    assert attributes["alt"] == "A rising curve."
+    assert (attributes["width"], attributes["height"]) == ("467", "333")
+    assert document.every("figcaption")[0][1] == "Figure 1. The search has settled."
+
+
+def test_table_has_scoped_headers_units_and_right_aligned_numbers():
+    document = Document(render_page(page()))
+    columns = [(text, a.get("class")) for a, text in document.every("th") if a["scope"] == "col"]
+    assert columns == [("vehicle", None), ("change [dB]", "numeric"), ("n", "numeric")]
+    rows = [text for a, text in document.every("th") if a["scope"] == "row"]
+    assert rows[:2] == ["U06-1", "U06-2"]
+    numbers = [text for a, text in document.every("td") if a.get("class") == "numeric"]
+    assert numbers == ["−2.85", "3", "0.20", "4"]
+    assert document.every("caption")[0][1] == "Table 1. Per vehicle."
+
+
+def test_page_names_its_language_title_and_one_main_heading():
+    document = Document(render_page(page()))
+    assert document.every("html")[0][0]["lang"] == "en"
+    assert document.every("title")[0][1] == "Robust front"
+    assert [text for _, text in document.every("h1")] == ["Robust front"]
+    identifiers = [a["id"] for _, a, _ in document.elements if "id" in a]
+    assert len(identifiers) == len(set(identifiers))
+    for _, attributes, _ in document.elements:
+        assert attributes.get("aria-labelledby", identifiers[0]) in identifiers
+
+
+def test_all_words_of_the_page_are_there():
+    document = Document(render_page(page()))
+    ((_, text),) = document.every("main")
+    for words in (
+        "Which mounts?",
+        "−2.8 dB",
+        "First paragraph.",
+        "Second one.",
+        "TSM x stops at its bound.",
+        "How to read this page",
+        GLOSSARY["SPL"],
+        "deboom run studies/front.py --seed 1",
+        "numpy 2.4.6, pymoo none",
+        "revision abc, dirty no",
+        "wall time [s]31.4",
+        "0123abcd",
+    ):
+        assert words in text, words
+    paragraphs = [text for _, text in document.every("p")]
+    assert paragraphs.count("First paragraph.") == paragraphs.count("Second one.") == 1
+
+
+def test_boxes_stay_away_when_they_have_nothing_to_say():
+    document = Document(render_page(page(warnings=(), terms=(), headlines=(), provenance={})))
+    tags = {tag for tag, _, _ in document.elements}
+    assert not tags & {"aside", "footer", "nav", "ul"}
+
+
+def test_long_page_has_a_table_of_contents_whose_links_lead_somewhere():
+    sections = tuple(Section(f"Part {place}", "Text.") for place in range(1, 6))
+    document = Document(render_page(page(sections=sections)))
+    links = [(a["href"], text) for a, text in document.every("a")]
+    assert links == [(f"#section-{place}", f"Part {place}") for place in range(1, 6)]
+    headings = {a["id"]: text for a, text in document.every("h2") if "id" in a}
+    assert all(headings[target.removeprefix("#")] == text for target, text in links)
+
+
+EVIL = "</style><script>alert(1)</script>\"'><img src=x onerror=alert(1)> & [dB]"
+
+
+def test_no_input_can_add_markup():
+    clean = Document(render_page(page()))
+    frame = pd.DataFrame({EVIL: [EVIL, "b"], "x [m]": [1.0, 2.0], f"n{EVIL}": ["a", "b"]})
+    picture = Picture(PNG, alt=EVIL, caption=EVIL)
+    evil = page(
+        title=EVIL,
+        question=EVIL,
+        headlines=(Headline(EVIL, EVIL),),
+        warnings=(EVIL,),
+        sections=(
+            Section(EVIL, f"{EVIL}\n\nb", (picture,), ()),
+            Section(EVIL, EVIL, tables=(Table(frame, EVIL),)),
+        ),
+        provenance={
+            "command": "a b c d e f",
+            "seed": EVIL,
+            "environment": {EVIL: EVIL, "packages": {EVIL: EVIL}, "git": {"a": EVIL}},
+            "inputs": {EVIL: EVIL},
+            "wall_time_s": 1,
+        },
+    )
+    html = render_page(evil)
+    assert "<script" not in html
+    assert "<img src=x" not in html
+    tags = [tag for tag, _, _ in Document(html).elements]
+    assert tags.count("img") == 1
+    assert set(tags) == {tag for tag, _, _ in clean.elements}
+    assert Document(html).every("img")[0][0]["alt"] == EVIL
+
+
+def test_same_page_gives_the_same_file():
+    assert render_page(page()) == render_page(page())
+
+
+def test_figures_and_tables_are_numbered_through_the_page():
+    picture = Picture(PNG, alt="Curve.", caption="Words.")
+    section = Section("Part", "Text.", (picture, picture), (Table(TABLE, "T."),))
+    document = Document(render_page(page(sections=(section, section))))
+    captions = [text.split(".")[0] for _, text in document.every("figcaption")]
+    assert captions == ["Figure 1", "Figure 2", "Figure 3", "Figure 4"]
+    assert [text for _, text in document.every("caption")] == ["Table 1. T.", "Table 2. T."]
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"terms": ("SPL", "loudness")}, "does not explain \\['loudness'\\]"),
+        (
+            {"sections": (Section("A", "B", (Picture(b"GIF89a", "alt", "Front"),)),)},
+            "'Front' is not a PNG",
+        ),
+        ({"sections": (Section("A", "B", (Picture(PNG, " ", "Front"),)),)}, "needs an alt text"),
+        (
+            {"sections": (Section("A", "B", (), (Table(TABLE, "T", {"x": 1}),)),)},
+            "decimals for unknown columns \\['x'\\]",
+        ),
+    ],
+)
+def test_bad_input_is_refused_in_words(changes, message):
+    with pytest.raises(InputError, match=message):
+        render_page(page(**changes))

@@ -1,0 +1,86 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from deboom.errors import InputError
+from deboom.vehicles.booming_peaks import BoomingPeak, booming_peaks, compare_peaks
+
+LINES = np.arange(20.0, 61.0)
+
+
+def _curve(*corners):
+    """Level curve through (Hz, dB) corners."""
+    frequency, level = zip(*corners, strict=True)
+    return np.interp(LINES, frequency, level)
+
+
+BEFORE = _curve((20, 50), (30, 70), (35, 60), (45, 75), (50, 70), (55, 74), (60, 55))
+
+
+def test_prominence_is_the_rise_above_the_higher_valley():
+    first, second = booming_peaks(BEFORE, LINES, 1.5)
+    # 30 Hz falls to 60 before 45 Hz rises higher; 45 Hz is the summit, 55 dB the higher end
+    assert first == BoomingPeak(30.0, 1200.0, 70.0, 10.0)
+    assert second == BoomingPeak(45.0, 1800.0, 75.0, 20.0)
+
+
+def test_a_lower_threshold_finds_the_small_peak_as_well():
+    peaks = booming_peaks(BEFORE, LINES, 1.5, prominence=4.0)
+    assert [(peak.frequency, peak.prominence) for peak in peaks][-1] == (55.0, 4.0)
+
+
+def test_the_ends_of_the_band_are_no_peaks():
+    assert booming_peaks(_curve((20, 80), (40, 50), (60, 80)), LINES, 2.0) == ()
+
+
+def test_peaks_are_paired_by_frequency_and_not_line_by_line():
+    after = _curve((20, 50), (31, 66), (35, 58), (45, 72), (49, 71), (60, 55))
+    one, two = compare_peaks(BEFORE, after, LINES, 1.5)
+    assert (one.before.frequency, one.after.frequency) == (30.0, 31.0)
+    assert (one.frequency, one.level_before, one.level_after) == (30.0, 70.0, 66.0)
+    assert (two.before.frequency, two.after.frequency) == (45.0, 45.0)
+
+
+def test_a_peak_that_is_gone_shows_the_highest_level_near_it():
+    after = _curve((20, 50), (45, 75), (60, 55))
+    gone, stays = compare_peaks(BEFORE, after, LINES, 1.5)
+    assert gone.after is None
+    assert gone.level_after == after[LINES == 31.0][0]
+    assert stays.after.level == 75.0
+
+
+def test_a_new_peak_is_listed_at_its_own_frequency():
+    before = _curve((20, 50), (45, 75), (60, 55))
+    new, _ = compare_peaks(before, BEFORE, LINES, 1.5)
+    assert new.before is None
+    assert (new.frequency, new.level_after) == (30.0, 70.0)
+    assert new.level_before == before[LINES == 31.0][0]
+
+
+def test_each_peak_is_paired_once_the_closest_first():
+    before = _curve((20, 40), (40, 70), (60, 40))
+    after = _curve((20, 40), (38, 70), (39, 60), (41, 72), (60, 40))
+    new, kept = compare_peaks(before, after, LINES, 1.5, tolerance=2.5)
+    assert (new.frequency, new.before) == (38.0, None)
+    assert (kept.before.frequency, kept.after.frequency) == (40.0, 41.0)
+
+
+@pytest.mark.parametrize(
+    ("level", "options", "message"),
+    [
+        (np.ones(3), {}, r"level curve of shape \(3,\)"),
+        (np.where(LINES == 33.0, -np.inf, 60.0), {}, "level at 33 Hz is not finite"),
+        (BEFORE, {"prominence": 0.0}, "prominence of 0.0 dB"),
+        (BEFORE, {"order": 0.0}, "order 0.0 is not positive"),
+    ],
+)
+def test_refuses(level, options, message):
+    arguments = {"order": 1.5, **options}
+    with pytest.raises(InputError, match=message):
+        booming_peaks(level, LINES, **arguments)
+
+
+def test_refuses_a_negative_tolerance():
+    with pytest.raises(InputError, match=r"tolerance of -1.0 Hz"):
+        compare_peaks(BEFORE, BEFORE, LINES, 1.5, tolerance=-1.0)

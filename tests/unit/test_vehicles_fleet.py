@@ -1,0 +1,200 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from deboom.errors import InputError
+from deboom.measurement.channels import Frf, Spectrum
+from deboom.measurement.load_case import LoadCase
+from deboom.mounts.mount import Mount
+from deboom.vehicles.fleet import (
+    Fleet,
+    PathContributions,
+    Vehicle,
+    path_contributions,
+    path_forces,
+)
+
+LINES = np.array([18.0, 20.0, 40.0, 60.0, 62.0])
+STRUT = Mount("TSM", "torque strut", ("",), ((0.2, 0.0, -0.3),), ("x", "z"))
+WISHBONE = Mount("Du", "wishbone", ("left", "right"), ((0.0, -0.7, 0.0), (0.0, 0.7, 0.0)), ("x",))
+MOUNTS = (STRUT, WISHBONE)
+CHANNELS = ("TSM x", "TSM y", "TSM z", "Du left x", "Du right x")
+PATHS = ("TSM x", "TSM z", "Du x")
+
+
+def _random(shape, seed):
+    rng = np.random.default_rng(seed)
+    return rng.normal(size=shape) + 1j * rng.normal(size=shape)
+
+
+def _load_case(frequency=LINES, channels=CHANNELS, name="g5"):
+    shape = (frequency.size, len(channels))
+    displacement = Spectrum(frequency, _random(shape, 1), channels, "m")
+    force = Spectrum(frequency, _random(shape, 2), channels, "N")
+    return LoadCase(name, "5th gear", 5, 3.4, 220.0, 1.5, displacement, force)
+
+
+def _vehicle(name="A-1", group="A", frequency=LINES, paths=PATHS, seed=3):
+    values = _random((frequency.size, 1, len(paths)), seed)
+    return Vehicle(name, group, Frf(frequency, values, ("ear",), paths, "Pa/N"))
+
+
+def test_contributions_are_transfer_function_times_force_summed_over_pieces():
+    case, vehicle = _load_case(), _vehicle()
+    found = path_contributions(Fleet((vehicle,)), MOUNTS, case)
+    inside = slice(1, 4)
+    ntf, force = vehicle.noise_transfer.values[inside, 0], case.force.values[inside]
+    wishbone = force[:, 3] + force[:, 4]
+    expected = np.zeros((1, 3, 6), dtype=complex)
+    expected[0, :, 0] = ntf[:, 0] * force[:, 0]
+    expected[0, :, 2] = ntf[:, 1] * force[:, 2]
+    expected[0, :, 3] = ntf[:, 2] * wishbone
+    np.testing.assert_array_equal(found.frequency, [20.0, 40.0, 60.0])
+    np.testing.assert_allclose(found.values, expected, rtol=1e-15)
+    assert found.variable_names == ("TSM x", "TSM y", "TSM z", "Du x", "Du y", "Du z")
+    assert found.vehicle_names == ("A-1",)
+    assert found.load_case == "g5"
+
+
+def test_axes_that_do_not_transmit_are_exactly_zero_columns():
+    found = path_contributions(Fleet((_vehicle(),)), MOUNTS, _load_case())
+    null = [found.variable_names.index(name) for name in ("TSM y", "Du y", "Du z")]
+    assert not found.values[:, :, null].any()
+    assert found.values[:, :, [0, 2, 3]].all()
+
+
+def test_order_of_the_paths_in_a_vehicle_does_not_matter():
+    vehicle = _vehicle()
+    turned = vehicle.noise_transfer.select(inputs=PATHS[::-1])
+    other = Vehicle("A-1", "A", turned)
+    case = _load_case()
+    one, two = (path_contributions(Fleet((v,)), MOUNTS, case) for v in (vehicle, other))
+    np.testing.assert_array_equal(one.values, two.values)
+
+
+def test_vehicles_may_be_measured_beyond_the_band_as_they_like():
+    wide, narrow = LINES, LINES[1:4]
+    fleet = Fleet((_vehicle(frequency=narrow),))
+    found = path_contributions(fleet, MOUNTS, _load_case(frequency=wide))
+    assert found.frequency.size == 3
+
+
+def test_path_forces_carry_the_names_of_the_paths():
+    assert path_forces(MOUNTS, _load_case()).channels == PATHS
+
+
+def test_group_keeps_the_members_in_order():
+    fleet = Fleet((_vehicle("A-1"), _vehicle("B-1", group="B"), _vehicle("A-2")))
+    assert fleet.group("A").names == ("A-1", "A-2")
+    with pytest.raises(InputError, match=r"no vehicle of group 'C' .*\['A', 'B'\]"):
+        fleet.group("C")
+
+
+def test_contributions_are_read_only_copies():
+    values = np.ones((1, 1, 1), dtype=complex)
+    found = PathContributions("g5", np.array([20.0]), values, ("A-1",), ("TSM x",))
+    values[:] = 2.0
+    assert found.values[0, 0, 0] == 1.0
+    with pytest.raises(ValueError, match="read-only"):
+        found.values[:] = 0.0
+
+
+def test_contributions_of_another_shape_are_refused():
+    with pytest.raises(InputError, match=r"g5: contributions of shape \(1, 1, 1\) for \(1, 1, 2\)"):
+        PathContributions("g5", np.array([20.0]), np.ones((1, 1, 1)), ("A-1",), ("x", "y"))
+
+
+@pytest.mark.parametrize(
+    ("vehicles", "message"),
+    [
+        ((), "without vehicles"),
+        ((_vehicle("A-1"), _vehicle("A-1")), r"duplicated vehicle \['A-1'\]"),
+    ],
+)
+def test_fleet_refuses(vehicles, message):
+    with pytest.raises(InputError, match=message):
+        Fleet(vehicles)
+
+
+def test_vehicle_refuses_another_unit_and_several_ears():
+    frf = _vehicle().noise_transfer
+    with pytest.raises(InputError, match="vehicle A-1: .*in m/s²/N, convert them to Pa/N"):
+        Vehicle("A-1", "A", Frf(frf.frequency, frf.values, frf.outputs, frf.inputs, "m/s²/N"))
+    two = np.concatenate([frf.values, frf.values], axis=1)
+    with pytest.raises(InputError, match=r"vehicle A-1: .*\['left', 'right'\].*select"):
+        Vehicle("A-1", "A", Frf(frf.frequency, two, ("left", "right"), frf.inputs, "Pa/N"))
+
+
+@pytest.mark.parametrize(
+    ("fleet", "mounts", "case", "band", "message"),
+    [
+        (
+            Fleet((_vehicle(paths=("TSM x", "Du x")),)),
+            MOUNTS,
+            _load_case(),
+            (20.0, 60.0),
+            r"vehicle A-1: no noise transfer function of \['TSM z'\]",
+        ),
+        (
+            Fleet((_vehicle(paths=(*PATHS, "Du y")),)),
+            MOUNTS,
+            _load_case(),
+            (20.0, 60.0),
+            r"vehicle A-1: noise transfer functions of \['Du y'\] belong to no transfer axis",
+        ),
+        (
+            Fleet((_vehicle(),)),
+            MOUNTS,
+            _load_case(channels=CHANNELS[:4]),
+            (20.0, 60.0),
+            r"load case g5: no force of \['Du right x'\] for mount Du",
+        ),
+        (
+            Fleet((_vehicle(frequency=LINES * (1 + 1e-15)),)),
+            MOUNTS,
+            _load_case(),
+            (19.0, 61.0),
+            r"vehicle A-1: .*load case g5 between 19 and 61 Hz \(first 20.000000000000.* against "
+            r"20.0 Hz\).*nothing is interpolated",
+        ),
+        (
+            Fleet((_vehicle(frequency=LINES[:3]),)),
+            MOUNTS,
+            _load_case(),
+            (20.0, 60.0),
+            r"vehicle A-1: .*2 against 3 lines",
+        ),
+        (
+            Fleet((_vehicle(),)),
+            MOUNTS,
+            _load_case(),
+            (41.0, 59.0),
+            r"load case g5: no line between 41 and 59 Hz.*18 to 62 Hz",
+        ),
+        (
+            Fleet((_vehicle(frequency=LINES + 0.5),)),
+            MOUNTS,
+            _load_case(),
+            (40.0, 40.0),
+            r"vehicle A-1: no line between 40 and 40 Hz",
+        ),
+        (
+            Fleet((_vehicle(),)),
+            (STRUT, STRUT),
+            _load_case(),
+            (20.0, 60.0),
+            r"duplicated design variable \['TSM x', 'TSM y', 'TSM z'\]",
+        ),
+        (
+            Fleet((_vehicle(),)),
+            (Mount("TSM", "strut", ("",), ((0.0, 0.0, 0.0),), ()),),
+            _load_case(),
+            (20.0, 60.0),
+            "no mount transmits anything",
+        ),
+    ],
+)
+def test_path_contributions_refuse(fleet, mounts, case, band, message):
+    with pytest.raises(InputError, match=message):
+        path_contributions(fleet, mounts, case, band)

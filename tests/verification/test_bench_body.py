@@ -1,0 +1,86 @@
+"""Noise transfer functions of the bench against equations that share no code with them."""
+
+import numpy as np
+import pytest
+
+from deboom.bench.body import Body, noise_transfer, receptance
+from deboom.bench.fleet import load_fleet
+from deboom.bench.fleet_prior import modified_body
+
+FLEET = load_fleet(1)
+BODY, CABIN = FLEET.bodies["U06-1"], FLEET.cabin
+FREQUENCY = np.linspace(5.0, 90.0, 35)
+
+
+def test_noise_transfer_against_the_coupled_equations_in_time():
+    """Modes and cabin mode as one first-order system ``x' = A x + B f``, ``p = C x + D x'``."""
+    modes, paths = BODY.shapes_at_paths.shape
+    structure, cavity = np.arange(modes), 2 * modes
+    n = 2 * modes + 2
+    a, b = np.zeros((n, n)), np.zeros((n, paths))
+    for m in structure:
+        wn = 2 * np.pi * BODY.frequencies[m]
+        a[m, modes + m] = 1
+        a[modes + m, m] = -(wn**2)
+        a[modes + m, modes + m] = -2 * BODY.damping_ratios[m] * wn
+    b[modes + structure] = BODY.shapes_at_paths
+    # q'' + 2ζω_c q' + ω_c² q = 2 ρc²/V Σ ψ A u'': pressure mode of a cavity with moving walls
+    wc = 2 * np.pi * CABIN.frequency
+    push = 2 * CABIN.bulk_modulus / CABIN.volume * CABIN.panel_areas * CABIN.panel_shape
+    a[cavity, cavity + 1] = 1
+    a[cavity + 1, cavity] = -(wc**2)
+    a[cavity + 1, cavity + 1] = -2 * CABIN.damping_ratio * wc
+    panel_acceleration = BODY.shapes_at_panels.T @ a[modes : 2 * modes]
+    a[cavity + 1] += push @ panel_acceleration
+    b[cavity + 1] = push @ (BODY.shapes_at_panels.T @ BODY.shapes_at_paths)
+    compression = CABIN.bulk_modulus / CABIN.volume * CABIN.panel_areas
+    c = np.zeros(n)
+    c[structure] = compression @ BODY.shapes_at_panels.T
+    c[cavity] = CABIN.ear_shape
+    expected = np.array([c @ np.linalg.solve(2j * np.pi * f * np.eye(n) - a, b) for f in FREQUENCY])
+    assert noise_transfer(BODY, CABIN, FREQUENCY) == pytest.approx(expected, rel=1e-9)
+
+
+def test_noise_transfer_at_rest_is_compression_by_the_static_shape():
+    static = BODY.shapes_at_panels.T @ np.diag((2 * np.pi * BODY.frequencies) ** -2.0)
+    static = static @ BODY.shapes_at_paths
+    expected = CABIN.bulk_modulus / CABIN.volume * CABIN.panel_areas @ static
+    assert noise_transfer(BODY, CABIN, np.array([1e-4]))[0] == pytest.approx(expected, rel=1e-6)
+
+
+def test_receptance_is_reciprocal_passive_and_flexible_between_its_modes():
+    matrix = receptance(BODY, FREQUENCY)
+    assert matrix == pytest.approx(matrix.transpose(0, 2, 1), rel=1e-12)
+    # with e^{+jωt} a passive receptance has a negative imaginary part
+    assert np.all(np.linalg.eigvalsh(matrix.imag) < 1e-16)
+    stiffly = np.diagonal(receptance(BODY, np.array([1e6]))[0]).real
+    assert stiffly == pytest.approx(1 / BODY.local_stiffness, rel=1e-6)
+
+
+@pytest.mark.parametrize(("mass", "stiffness"), [(3.0, 0.0), (0.0, 4e5), (20.0, 1e6), (-2.0, 0.0)])
+def test_a_changed_panel_against_the_rank_one_update_of_its_receptance(mass, stiffness):
+    undamped = Body(
+        BODY.frequencies,
+        np.zeros(8),
+        BODY.shapes_at_paths,
+        BODY.shapes_at_panels,
+        BODY.local_stiffness,
+    )
+    panel, change = 4, np.eye(8)[4]
+    changed = modified_body(undamped, mass * change, stiffness * change)
+    # Sherman and Morrison: H' = H - h h / (1/z + h_dd), z = Δk - ω² Δm
+    h = undamped.modal_receptance(FREQUENCY)
+    at_panel = undamped.shapes_at_panels[:, panel]
+    to_panel = (h * at_panel) @ undamped.shapes_at_paths
+    direct = (h * at_panel) @ at_panel
+    z = stiffness - (2 * np.pi * FREQUENCY) ** 2 * mass
+    update = np.einsum("fp,fq->fpq", to_panel, to_panel) / (1 / z + direct)[:, None, None]
+    expected = receptance(undamped, FREQUENCY) - update
+    quiet = Body(
+        changed.frequencies,
+        np.zeros(8),
+        changed.shapes_at_paths,
+        changed.shapes_at_panels,
+        changed.local_stiffness,
+    )
+    assert receptance(quiet, FREQUENCY) == pytest.approx(expected, rel=1e-7, abs=1e-18)

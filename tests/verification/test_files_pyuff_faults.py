@@ -1,0 +1,156 @@
+"""The documented faults of pyuff 2.5.8, each shown closed by the door in front of it.
+
+The files are judged here with a reader of their own, so that a fault cannot hide in the shared
+code: set starts and ends counted in the bytes, headers cut by their columns.
+"""
+
+import re
+import struct
+import time
+
+import numpy as np
+import pytest
+
+from deboom.errors import InputError
+from deboom.files.uff import UffFunction, read_uff, write_uff
+
+LINES = 20.0 + 0.25 * np.arange(241)
+
+
+def functions(n, complex_values=True, lines=LINES):
+    rng = np.random.default_rng(1)
+    values = rng.standard_normal((n, lines.size))
+    if complex_values:
+        values = values + 1j * rng.standard_normal((n, lines.size))
+    return [
+        UffFunction(
+            abscissa=lines,
+            values=values[i],
+            function_type=4,
+            response_node=i + 1,
+            response_direction="-rz",
+            reference_node=1000 + i,
+            reference_direction="+y",
+            ordinate="acceleration",
+            ordinate_unit="rad/s^2",
+            denominator="force",
+            denominator_unit="N",
+            response_name="ten letter",
+        )
+        for i in range(n)
+    ]
+
+
+def blocks(data):
+    """Cut a file into its sets: 58b by the announced bytes, others at their closing -1."""
+    found = []
+    while data:
+        assert data.startswith(b"    -1\n")
+        header = data.split(b"\n", 2)[1]
+        if header.startswith(b"    58b"):
+            end_of_header = [m.end() for m in re.finditer(b"\n", data)][12]
+            end = end_of_header + int(header[31:43])
+        else:
+            end = data.index(b"    -1\n", 7)
+        assert data[end:].startswith(b"    -1\n")
+        found.append(data[:end])
+        data = data[end + 7 :]
+    return found
+
+
+@pytest.mark.parametrize("binary", [False, True])
+@pytest.mark.parametrize("complex_values", [False, True])
+def test_all_sets_stand_between_single_separators(tmp_path, binary, complex_values):
+    """Fault a: 'overwrite' doubles the -1 and destroys the first binary set."""
+    written = functions(3, complex_values)
+    write_uff(tmp_path / "a.uff", written, binary=binary)
+    write_uff(tmp_path / "a.uff", written, binary=binary)  # over an existing file, too
+    sets = blocks((tmp_path / "a.uff").read_bytes())
+    kinds = [s.split(b"\n")[1][:7].strip() for s in sets]
+    assert kinds == [b"164", *[b"58b" if binary else b"58"] * 3]
+
+
+def test_binary_sets_announce_their_true_bytes(tmp_path):
+    """A complex set announced 8 N bytes and holds 16 N; other readers count on the number."""
+    (written,) = functions(1)
+    write_uff(tmp_path / "a.uff", [written], binary=True)
+    block = blocks((tmp_path / "a.uff").read_bytes())[1]
+    payload = block[[m.end() for m in re.finditer(b"\n", block)][12] :]
+    assert len(payload) == 16 * LINES.size
+    numbers = struct.unpack(f"<{2 * LINES.size}d", payload)
+    np.testing.assert_array_equal(np.array(numbers).view(complex), written.values)
+
+
+@pytest.mark.parametrize("binary", [False, True])
+def test_ten_letters_fit_and_eleven_are_refused(tmp_path, binary):
+    """Fault b: an 11th letter shifts node and direction, which read back as 0."""
+    (written,) = functions(1)
+    write_uff(tmp_path / "a.uff", [written], binary=binary)
+    record = blocks((tmp_path / "a.uff").read_bytes())[1].split(b"\n")[7]
+    assert record[31:41] == b"ten letter"
+    assert int(record[41:51]) == 1
+    assert int(record[51:55]) == -6
+    assert int(record[66:76]) == 1000
+    assert int(record[76:80]) == 2
+    for name in ("response_name", "reference_name"):
+        fields = {**vars(written), name: "eleven char"}
+        with pytest.raises(InputError, match="'eleven char' does not fit its field of 10"):
+            write_uff(tmp_path / "b.uff", [UffFunction(**fields)], binary=binary)
+
+
+def test_a_gap_in_the_data_never_becomes_zero():
+    """Fault c: NaN became 0 and inf 1.8e308 on writing."""
+    for bad in (np.nan, np.inf):
+        fields = {**vars(functions(1)[0]), "values": np.where(LINES == 30.0, bad, 1.0)}
+        with pytest.raises(InputError, match=r"node 1 -rz .* the value of line 41 is (nan|inf)"):
+            UffFunction(**fields)
+
+
+def test_the_axis_that_drifts_a_minute_of_sound_is_refused(tmp_path):
+    """Fault d: 51.2 kHz is stored as a step of 1.95312e-05 s, 0.154 ms in 60 s."""
+    n = 60 * 51_200
+    record = UffFunction(
+        abscissa=np.arange(n) / 51_200,
+        values=np.zeros(n),
+        function_type=1,
+        response_node=1,
+        response_direction="+x",
+        reference_node=0,
+        reference_direction="scalar",
+        ordinate="acceleration",
+        ordinate_unit="m/s^2",
+        denominator="none",
+        denominator_unit="",
+    )
+    with pytest.raises(InputError, match=r"errs by 0\.000154 s, 7\.74 deg at 140 Hz"):
+        write_uff(tmp_path / "a.uff", [record], binary=True)
+
+
+def test_the_time_of_writing_grows_with_the_number_of_sets(tmp_path):
+    """Fault e: the whole file was read again after every set, so time grew with its square."""
+
+    def seconds(n):
+        written = functions(n, lines=LINES[:5])
+        begin = time.perf_counter()
+        write_uff(tmp_path / "a.uff", written)
+        return (time.perf_counter() - begin) / n
+
+    seconds(10)
+    small = min(seconds(50) for _ in range(3))
+    assert min(seconds(800) for _ in range(2)) < 3.0 * small
+
+
+@pytest.mark.parametrize("binary", [False, True])
+def test_units_are_always_written(tmp_path, binary):
+    """Fault f: unit fields may be left out; then writing fails or the file has no unit."""
+    write_uff(tmp_path / "a.uff", functions(1), binary=binary)
+    units, function = blocks((tmp_path / "a.uff").read_bytes())
+    lines = units.split(b"\n")
+    assert lines[1].strip() == b"164"
+    assert int(lines[2][:10]) == 1
+    assert [float(f.replace(b"D", b"e")) for f in lines[3].split()] == [1.0, 1.0, 1.0]
+    records = function.split(b"\n")[9:12]
+    assert [int(record[:10]) for record in records] == [18, 12, 13]
+    assert [record[46:66].strip() for record in records] == [b"Hz", b"rad/s^2", b"N"]
+    (read,) = read_uff(tmp_path / "a.uff")
+    assert read.unit == "rad/s^2/N"

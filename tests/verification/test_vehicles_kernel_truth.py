@@ -1,0 +1,109 @@
+"""The numpy kernel against plain loops, long double, and data that break a plain product."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from deboom.vehicles.kernel_numpy import NUMPY
+
+WITHIN = 1e-9
+"""What a kernel may be off, of the sum over all lines [dB]."""
+
+
+def _loop(contributions, designs):
+    """``Σ_f 20 lg |Σ_k x_k C_fk|`` with Python's own complex numbers."""
+    return np.array(
+        [
+            [
+                math.fsum(
+                    20.0
+                    * math.log10(abs(sum(x * c for x, c in zip(design, line, strict=True))))
+                    for line in vehicle
+                )
+                for vehicle in contributions.tolist()
+            ]
+            for design in designs.tolist()
+        ]
+    )
+
+
+def _long_double(contributions, designs):
+    x = designs.astype(np.longdouble)
+    real = np.einsum("vfk,dk->dvf", contributions.real.astype(np.longdouble), x)
+    imaginary = np.einsum("vfk,dk->dvf", contributions.imag.astype(np.longdouble), x)
+    return (10 * np.log10(real**2 + imaginary**2)).sum(axis=-1).astype(float)
+
+
+def _random(n_vehicle, n_lines, n_variable, seed):
+    rng = np.random.default_rng(seed)
+    shape = (n_vehicle, n_lines, n_variable)
+    return 1e-3 * (rng.normal(size=shape) + 1j * rng.normal(size=shape))
+
+
+def _perturbed(n, n_variable, seed):
+    """Designs within 20 % and their manufacturing scatter of 5 %."""
+    rng = np.random.default_rng(seed)
+    shape = (n, n_variable)
+    return rng.uniform(0.8, 1.2, shape) * (1 + 0.05 * rng.normal(size=shape))
+
+
+@pytest.mark.parametrize(("n_lines", "n_variable"), [(1, 2), (41, 12), (161, 12), (401, 21)])
+def test_random_data_agree_with_loops(n_lines, n_variable):
+    contributions = _random(3, n_lines, n_variable, seed=n_lines)
+    designs = _perturbed(7, n_variable, seed=2)
+    found = NUMPY.prepare(contributions)(designs)
+    np.testing.assert_allclose(found, _loop(contributions, designs), rtol=0, atol=WITHIN)
+
+
+@pytest.mark.parametrize("depth", [40.0, 60.0, 80.0])
+def test_notches_at_every_line_agree_with_long_double(depth):
+    """The nominal design cancels at all lines, down to `depth` dB below its largest path."""
+    contributions = _random(5, 161, 12, seed=4)
+    rest = contributions[:, :, :-1].sum(axis=2)
+    largest = np.abs(contributions).max(axis=2)
+    phase = np.exp(2j * np.pi * np.random.default_rng(5).uniform(size=largest.shape))
+    contributions[:, :, -1] = -rest + 10 ** (-depth / 20) * largest * phase
+    near = 1 + np.outer([0.0, 1e-5, 1e-4, 1e-3], np.random.default_rng(6).normal(size=12))
+    designs = np.vstack([near, _perturbed(100, 12, seed=7)])
+    found = NUMPY.prepare(contributions)(designs)
+    np.testing.assert_allclose(found, _long_double(contributions, designs), rtol=0, atol=WITHIN)
+
+
+@pytest.mark.parametrize("factor", [1e-200, 1e-100, 1e-12, 1e12, 1e100, 1e200])
+def test_extreme_contributions_and_extreme_designs_shift_the_sum_and_no_more(factor):
+    contributions, designs = _random(2, 161, 12, seed=8), _perturbed(9, 12, seed=9)
+    shift = 161 * 20 * math.log10(factor)
+    expected = _loop(contributions, designs) + shift
+    for found in (
+        NUMPY.prepare(contributions * factor)(designs),
+        NUMPY.prepare(contributions)(designs * factor),
+    ):
+        np.testing.assert_allclose(found, expected, rtol=1e-14, atol=WITHIN)
+
+
+@pytest.mark.parametrize("decades", np.arange(5.0, 12.0, 0.125))
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_products_that_leave_the_range_on_the_way_and_come_back(decades, sign):
+    """Quiet lines first and loud lines after them, or the other way round.
+
+    The product of |p|² is near 1 at its end. On the way it reaches 10^(±40 decades): the smallest
+    doubles, where digits get lost one by one, then zero, or infinity.
+    """
+    contributions = np.zeros((1, 160, 2), dtype=complex)
+    rng = np.random.default_rng(10)
+    contributions[0, :80, 0] = np.exp(2j * np.pi * rng.uniform(size=80)) * rng.uniform(0.5, 1, 80)
+    contributions[0, 80:, 1] = np.exp(2j * np.pi * rng.uniform(size=80)) * rng.uniform(0.5, 1, 80)
+    quiet = 10.0 ** (-sign * decades)
+    designs = np.array([[quiet, 1 / quiet], [1.0, 1.0], [quiet, 1.0]])
+    found = NUMPY.prepare(contributions)(designs)
+    np.testing.assert_allclose(found, _loop(contributions, designs), rtol=1e-14, atol=WITHIN)
+
+
+def test_one_path_200_decades_below_another_still_counts_alone():
+    contributions = np.array([[[1.0, 3e-200], [1.0, 4e-200j]]])
+    found = NUMPY.prepare(contributions)(np.array([[0.0, 1.0], [1.0, 1.0]]))
+    expected = 20 * (math.log10(12.0) - 400)
+    np.testing.assert_allclose(found[:, 0], [expected, 0.0], rtol=1e-14, atol=1e-12)

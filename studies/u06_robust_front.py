@@ -1,8 +1,8 @@
-"""Which mount stiffnesses make the five U06 vehicles quiet, and keep them quiet as parts scatter?
+"""Which mount stiffnesses make the U06 vehicles quiet, and keep them so as parts scatter?
 
 Robust optimisation of the 12 stiffness factors of engine (EnM), gearbox (GeM), torque strut (TSM)
-and wishbone (Du) mounts with NSGA-II: minimise the sum over the vehicles of the mean SPLV (20-60 Hz)
-and of its standard deviation over the manufacturing tolerance. Motion is prescribed, as measured.
+and wishbone (Du) mounts with NSGA-II: minimise the sum over the vehicles of the mean SPLV, 20 to
+60 Hz, and of its standard deviation over the manufacturing tolerance. Motion is prescribed.
 
 What it showed, with seed 1 on the virtual platform: a softer torque strut and softer wishbone
 mounts, with a stiffer engine mount, take about 3 dB per line off U06-1 to U06-4. U06-5 carries a
@@ -53,9 +53,7 @@ def main(
     generations: Annotated[int, Option(help="Generations of NSGA-II.")] = 100,
     population: Annotated[int, Option(help="Designs per generation.")] = 100,
     samples: Annotated[int, Option(help="Tolerance draws per design; a power of two.")] = 128,
-    sampler: Annotated[
-        Sampler, Option(help="How draws are made; fresh: the thesis.")
-    ] = Sampler.sobol,
+    sampler: Annotated[Sampler, Option(help="Tolerance draws; fresh: the thesis.")] = Sampler.sobol,
     tolerance: Annotated[float, Option(help="Half width of the scatter, 3 sigma [1].")] = 0.15,
     nominal_mean: Annotated[bool, Option(help="Level of the design itself as mean.")] = False,
     load_case: Annotated[list[str] | None, Option(help="name or name=weight; repeatable.")] = None,

@@ -6,6 +6,10 @@ is missed is printed as missed.
 
 from __future__ import annotations
 
+import time
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
 import numpy as np
 from scipy.stats import qmc
 
@@ -17,6 +21,7 @@ from deboom.bench.laboratory import evaluate
 from deboom.bench.operating_run import OperatingRun, full_load_run
 from deboom.bench.parameters import load_bench
 from deboom.bench.platform_layout import LOAD_CASES
+from deboom.bench.platform_writer import write_platform
 from deboom.bench.sensors import ErrorBudget, draw_instrumentation, measure
 from deboom.physics.sound_level import spl
 
@@ -31,7 +36,21 @@ def claims() -> list[Claim]:
     bench = load_bench()
     runs = [full_load_run(bench, c.gear, c.torque_limit, FREQUENCY) for c in LOAD_CASES]
     fifth = full_load_run(bench, 5, 220.0, FREQUENCY)
-    return [_strut(), _transfer_spread(), *_stiffness(runs), *_fleets(fifth)]
+    return [_writing(), _strut(), _transfer_spread(), *_stiffness(runs), *_fleets(fifth)]
+
+
+def _writing() -> Claim:
+    with TemporaryDirectory() as scratch:
+        begin = time.perf_counter()
+        folder = write_platform(Path(scratch) / "platform", seed=1)
+        seconds = time.perf_counter() - begin
+        size = sum(path.stat().st_size for path in folder.rglob("*") if path.is_file()) / 1e6
+    return Claim(
+        "write the shipped platform [s], size of its files [MB]",
+        "at most 20 s and 20 MB",
+        f"{seconds:.1f} s and {size:.1f} MB",
+        seconds <= 20 and size <= 20,
+    )
 
 
 def _strut() -> Claim:

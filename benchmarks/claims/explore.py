@@ -14,8 +14,8 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
-from claims import Claim
 
+from claims import Claim
 from deboom.explore.arrays import RealArray
 from deboom.explore.design_space import stiffness_factor_space
 from deboom.explore.fronts import hypervolume, verify

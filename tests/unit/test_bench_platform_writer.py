@@ -49,7 +49,7 @@ def test_small_plain_text_and_explained(written):
 def test_the_readers_take_it_and_the_truth_is_not_asked_for(written):
     before = read_platform(written)
     assert not any("truth" in path.parts for path in before.input_files)
-    assert len(before.vehicles) == 15
+    assert len(before.fleet.vehicles) == 15
     assert [case.name for case in before.load_cases] == [
         "g5_wot120",
         "g5_wot220",

@@ -176,7 +176,7 @@ def test_a_platform_is_read_in_the_order_of_its_mounts(folder):
     tsm, du = platform.mounts
     assert tsm.positions == ((0.2, -0.06, -0.27),)
     assert (du.pieces, du.positions[1]) == (("left", "right"), (-0.5, 0.3, -0.1))
-    for vehicle in platform.vehicles:
+    for vehicle in platform.fleet.vehicles:
         frf = vehicle.noise_transfer
         assert (frf.outputs, frf.inputs, frf.unit) == (("driver ear",), PATHS, "Pa/N")
         for i, path in enumerate(PATHS):
@@ -203,11 +203,11 @@ def test_every_file_that_was_read_is_listed_once(folder):
 def test_load_cases_and_groups_are_chosen_by_name(folder):
     platform = read_platform(folder)
     assert platform.load_case("g2").gear == 2
-    assert [vehicle.name for vehicle in platform.group("A")] == ["A-1", "A-2"]
+    assert [vehicle.name for vehicle in platform.fleet.group("A").vehicles] == ["A-1", "A-2"]
     with pytest.raises(InputError, match=r"platform\.toml: there is no load case 'g7': use g5, g2"):
         platform.load_case("g7")
     with pytest.raises(InputError, match="there is no group of vehicles 'C': use A, B"):
-        platform.group("C")
+        platform.fleet.group("C")
 
 
 def test_the_order_in_a_file_and_further_functions_change_nothing(folder):
@@ -241,8 +241,8 @@ def test_a_channel_measured_against_its_axis_changes_sign(folder):
     signs = np.array([1, 1, -1, 1, 1])
     wanted = before.load_case("g5").force.values * signs
     np.testing.assert_array_equal(after.load_case("g5").force.values, wanted)
-    wanted = before.vehicles[0].noise_transfer.values * np.array([1, -1, 1])
-    np.testing.assert_array_equal(after.vehicles[0].noise_transfer.values, wanted)
+    wanted = before.fleet.vehicles[0].noise_transfer.values * np.array([1, -1, 1])
+    np.testing.assert_array_equal(after.fleet.vehicles[0].noise_transfer.values, wanted)
 
 
 def without_units_set(path):
@@ -454,5 +454,5 @@ def test_nothing_depends_on_who_wrote_the_file(folder):
     for path in folder.rglob("*.uff"):
         write_uff(path, read_uff(path), binary=True)
     after = read_platform(folder)
-    for a, b in zip(before.vehicles, after.vehicles, strict=True):
+    for a, b in zip(before.fleet.vehicles, after.fleet.vehicles, strict=True):
         np.testing.assert_array_equal(a.noise_transfer.values, b.noise_transfer.values)

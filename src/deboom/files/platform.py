@@ -7,7 +7,7 @@ node, direction and quantity, never by their place in a file.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -26,28 +26,9 @@ from deboom.files.tables import (
 from deboom.measurement.channels import Frf, Spectrum
 from deboom.measurement.load_case import LoadCase
 from deboom.mounts.mount import AXES, Mount
+from deboom.vehicles.fleet import Fleet, Vehicle
 
 PLATFORM_FILE = "platform.toml"
-
-
-@dataclass(frozen=True, eq=False)
-class VehicleData:
-    """One vehicle of the platform.
-
-    Parameters
-    ----------
-    name : str
-        Such as ``U06-1``.
-    group : str
-        Vehicles of one body, such as ``U06``.
-    noise_transfer : Frf
-        From a force at each path, inputs ``<mount> <axis>``, to the pressure at the driver's ear
-        [Pa/N].
-    """
-
-    name: str
-    group: str
-    noise_transfer: Frf
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,8 +43,9 @@ class Platform:
         Where it was read from.
     mounts : tuple of Mount
         In the order of the design variables.
-    vehicles : tuple of VehicleData
-        Receivers.
+    fleet : Fleet
+        The vehicles, each with its noise transfer functions from a force at each path, inputs
+        ``<mount> <axis>``, to the pressure at the driver's ear.
     load_cases : tuple of LoadCase
         All on the same frequency lines as the noise transfer functions.
     default_load_case : str
@@ -77,7 +59,7 @@ class Platform:
     description: str
     folder: Path
     mounts: tuple[Mount, ...]
-    vehicles: tuple[VehicleData, ...]
+    fleet: Fleet
     load_cases: tuple[LoadCase, ...]
     default_load_case: str
     input_files: tuple[Path, ...]
@@ -93,25 +75,9 @@ class Platform:
         for case in self.load_cases:
             if case.name == name:
                 return case
-        raise self._unknown("load case", name, [case.name for case in self.load_cases])
-
-    def group(self, name: str) -> tuple[VehicleData, ...]:
-        """Return the vehicles of a group, in the order of the platform.
-
-        Raises
-        ------
-        InputError
-            No vehicle belongs to this group.
-        """
-        found = tuple(vehicle for vehicle in self.vehicles if vehicle.group == name)
-        if found:
-            return found
-        groups = dict.fromkeys(vehicle.group for vehicle in self.vehicles)
-        raise self._unknown("group of vehicles", name, groups)
-
-    def _unknown(self, what: str, name: str, known: Iterable[str]) -> InputError:
-        return InputError(
-            f"{self.folder / PLATFORM_FILE}: there is no {what} '{name}': use {', '.join(known)}"
+        known = ", ".join(case.name for case in self.load_cases)
+        raise InputError(
+            f"{self.folder / PLATFORM_FILE}: there is no load case '{name}': use {known}"
         )
 
 
@@ -171,19 +137,21 @@ def read_platform(folder: Path) -> Platform:
         description=file.description,
         folder=folder,
         mounts=mounts,
-        vehicles=tuple(
-            VehicleData(
-                entry.name,
-                entry.group,
-                Frf(
-                    frequency,
-                    columns.values[:, np.newaxis, :],
-                    (columns.functions[0].response_name or f"node {entry.ear_node}",),
-                    columns.names,
-                    "Pa/N",
-                ),
+        fleet=Fleet(
+            tuple(
+                Vehicle(
+                    entry.name,
+                    entry.group,
+                    Frf(
+                        frequency,
+                        columns.values[:, np.newaxis, :],
+                        (columns.functions[0].response_name or f"node {entry.ear_node}",),
+                        columns.names,
+                        "Pa/N",
+                    ),
+                )
+                for entry, columns in zip(file.vehicles, noise_transfer, strict=True)
             )
-            for entry, columns in zip(file.vehicles, noise_transfer, strict=True)
         ),
         load_cases=tuple(
             LoadCase(

@@ -80,7 +80,7 @@ class TrainingRegion:
         """Which variables of `X` (n, n_features) lie in their range, same shape."""
         # rounding alone must not put a row of a constant variable outside
         slack = MARGIN * (self.upper - self.lower) + 1e-12 * np.abs(self.upper)
-        return np.asarray((X >= self.lower - slack) & (X <= self.upper + slack))
+        return np.asarray((self.lower - slack <= X) & (self.upper + slack >= X))
 
     def contains(self, X: RealArray) -> npt.NDArray[np.bool_]:
         """Whether each row of `X` (n, n_features) lies in the region, shape (n,)."""

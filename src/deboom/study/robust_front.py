@@ -78,7 +78,7 @@ class RobustFront:
     @property
     def frequency(self) -> RealArray:
         """Lines of the band, shape (n_frequency,) [Hz]."""
-        return self.index.contributions[0].frequency
+        return np.asarray(self.index.contributions[0].frequency)
 
     @property
     def per_line(self) -> float:
@@ -120,7 +120,7 @@ class RobustFront:
 
     def shown_levels(self, design: RealArray) -> RealArray:
         """SPL of one design without scatter, shape (n_vehicle, n_frequency) [dB(A)]."""
-        return levels(self.index.contributions[0], design[np.newaxis, :])[0]
+        return np.asarray(levels(self.index.contributions[0], design[np.newaxis, :])[0])
 
     def splv_change(self, design: RealArray) -> RealArray:
         """Change of SPLV over the number of lines, shape (n_vehicle,) [dB]."""
@@ -154,7 +154,7 @@ class RobustFront:
 
     @cached_property
     def nominal_stiffness(self) -> RealArray:
-        """Mean |K| over the band at factor 1, shape (n_variable,) [N/mm]; nan where not measured."""
+        """Mean |K| over the band at factor 1, shape (n_variable,) [N/mm]; nan: not measured."""
         band = (float(self.frequency[0]), float(self.frequency[-1]))
         by_mount = [
             mean_operating_stiffness(mount, self.load_case, band) for mount in self.platform.mounts

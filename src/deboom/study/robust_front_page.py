@@ -44,7 +44,7 @@ def front_figures(study: RobustFront) -> dict[str, bytes]:
     values, scale = study.verification.values, study.per_line
     design = study.pick_designs["best mean"]
     nominal = study.robust.space.nominal
-    all_vehicles = vehicle_colours([vehicle.name for vehicle in study.platform.vehicles])
+    all_vehicles = vehicle_colours(study.platform.fleet.names)
     peaks = study.peak_changes(design)
     row, n_lines = study.picks["best mean"], study.index.n_lines
     low, high = (f"{edge:g}" for edge in ENERGY_BAND)
@@ -97,6 +97,7 @@ def front_figures(study: RobustFront) -> dict[str, bytes]:
         "convergence": figures.convergence(
             np.arange(1, study.search.hypervolume.size + 1),
             study.search.hypervolume * scale**2,
+            hypervolume_label="hypervolume [dB²]",
         ),
     }
 
@@ -145,8 +146,8 @@ def front_page(
                 f"{study.load_case.order:g}.\n\n"
                 f"Design variables: {len(study.variables)} stiffness factors, each between "
                 f"{study.robust.space.lower.min():g} and {study.robust.space.upper.max():g}. "
-                f"Manufacturing scatter: ±{100 * half:.0f} % of the design's own stiffness as three "
-                f"standard deviations, {sampler.n_samples} draws ({sampler.kind}).\n\n"
+                f"Manufacturing scatter: ±{100 * half:.0f} % of the design's own stiffness as "
+                f"three standard deviations, {sampler.n_samples} draws ({sampler.kind}).\n\n"
                 "Two objectives, both as small as possible: the sum over the vehicles of the mean "
                 "SPLV, and the sum of its standard deviation σ. The figures show both divided by "
                 "the number of vehicles and lines, so that they read as dB of one line.",
@@ -203,15 +204,15 @@ def front_page(
                     _picture(
                         pictures,
                         "stiffness_bars",
-                        "Chosen stiffness of every mount and axis. The thin bracket spans the range "
-                        f"within which the mean level stays within {NOTICEABLE} dB.",
+                        "Chosen stiffness of every mount and axis. The thin bracket spans the "
+                        f"range within which the mean level stays within {NOTICEABLE} dB.",
                     ),
                 ),
                 tables=(
                     Table(
                         tables["stiffness"],
                         "Stiffness factors and stiffnesses of the named designs.",
-                        {c: 2 for c in tables["stiffness"] if c.endswith("[1]")},
+                        {str(c): 2 for c in tables["stiffness"] if str(c).endswith("[1]")},
                     ),
                 ),
             ),

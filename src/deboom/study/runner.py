@@ -6,12 +6,11 @@ import ast
 import importlib.util
 import inspect
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from enum import Enum
 from pathlib import Path
-from types import ModuleType
 from typing import Annotated, Any, get_type_hints
 
 import typer
@@ -55,7 +54,29 @@ def question_of(path: Path) -> str:
     return " ".join(docstring.split("\n\n")[0].split())
 
 
-def load_study(path: Path) -> ModuleType:
+@dataclass(frozen=True)
+class Study:
+    """A study script, imported.
+
+    Parameters
+    ----------
+    path : Path
+        The script.
+    question : str
+        What it asks.
+    description : str
+        Its whole docstring.
+    main : callable
+        Typed arguments in, `StudyResult` out.
+    """
+
+    path: Path
+    question: str
+    description: str
+    main: Callable[..., StudyResult]
+
+
+def load_study(path: Path) -> Study:
     """Import a study script by its path.
 
     Raises
@@ -63,7 +84,7 @@ def load_study(path: Path) -> ModuleType:
     InputError
         The file is missing, has no docstring or no function ``main``.
     """
-    question_of(path)
+    question = question_of(path)
     spec = importlib.util.spec_from_file_location(f"deboom_study_{path.stem}", path)
     if spec is None or spec.loader is None:
         raise InputError(f"{path}: a study is a Python file (*.py)")
@@ -71,7 +92,7 @@ def load_study(path: Path) -> ModuleType:
     spec.loader.exec_module(module)
     if not callable(getattr(module, "main", None)):
         raise InputError(f"{path}: a study has a function main(...) that returns a StudyResult")
-    return module
+    return Study(path, question, inspect.getdoc(module) or question, module.main)
 
 
 def _plain(value: Any) -> Any:
@@ -84,13 +105,13 @@ def _plain(value: Any) -> Any:
     return value
 
 
-def run_study(path: Path, out: Path, arguments: Mapping[str, Any]) -> Path:
+def run_study(study: Study, out: Path, arguments: Mapping[str, Any]) -> Path:
     """Run one study and write its run folder.
 
     Parameters
     ----------
-    path : Path
-        The study script.
+    study : Study
+        From `load_study`.
     out : Path
         Folder that gets ``<study>/<run>/``.
     arguments : mapping
@@ -106,17 +127,17 @@ def run_study(path: Path, out: Path, arguments: Mapping[str, Any]) -> Path:
     InputError
         Bad input, with nothing left in ``out``. Any other failure leaves ``<run>.unfinished``.
     """
-    module = load_study(path)
+    path = study.path
     run = start_run(out, path.stem, seed=arguments["seed"])
     begin = time.perf_counter()
     try:
-        result = module.main(**arguments)
+        result = study.main(**arguments)
     except InputError:
         run.discard()
         raise
     record = {
         "study": path.stem,
-        "question": question_of(path),
+        "question": study.question,
         "seed": arguments["seed"],
         "arguments": {name: _plain(value) for name, value in arguments.items()},
         "environment": environment_record(PACKAGES),
@@ -159,11 +180,11 @@ def _provenance(record: Mapping[str, Any]) -> dict[str, Any]:
 
 def study_command(path: Path) -> typer.Typer:
     """Build the command of one study: its ``main``'s typed arguments become options."""
-    module = load_study(path)
-    hints = get_type_hints(module.main, include_extras=True)
+    study = load_study(path)
+    hints = get_type_hints(study.main, include_extras=True)
     parameters = [
         parameter.replace(kind=inspect.Parameter.KEYWORD_ONLY, annotation=hints[name])
-        for name, parameter in inspect.signature(module.main).parameters.items()
+        for name, parameter in inspect.signature(study.main).parameters.items()
     ]
     out = inspect.Parameter(
         "out",
@@ -177,11 +198,11 @@ def study_command(path: Path) -> typer.Typer:
     def command(**options: Any) -> None:
         folder = options.pop("out")
         with one_sentence_errors():
-            typer.echo(run_study(path, folder, options).as_posix())
+            typer.echo(run_study(study, folder, options).as_posix())
 
     command.__signature__ = inspect.Signature([*parameters, out])  # type: ignore[attr-defined]
     command.__annotations__ = {**{p.name: p.annotation for p in parameters}, "out": out.annotation}
-    command.__doc__ = inspect.getdoc(module)
+    command.__doc__ = study.description
     app = typer.Typer(add_completion=False, rich_markup_mode=None, pretty_exceptions_enable=False)
     app.command()(command)
     return app

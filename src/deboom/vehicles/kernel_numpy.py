@@ -181,7 +181,7 @@ def _multiply_lines(pressure: RealArray, out: RealArray) -> None:
     n_lines = len(pressure) // 2
     square, imaginary = pressure[:n_lines], pressure[n_lines:]
     whole = n_lines - n_lines % PRODUCTS
-    with np.errstate(over="raise", under="raise", invalid="raise"):
+    with np.errstate(over="raise", under="raise"):
         np.multiply(pressure, pressure, out=pressure)
         np.add(square, imaginary, out=square)
         np.multiply.reduce(square[:whole].reshape(-1, out.size), axis=0, out=out)

@@ -13,12 +13,12 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 import pandas as pd
-from interleaved import quiet_seconds
 from threadpoolctl import threadpool_limits
 
 from deboom.physics.arrays import ComplexArray, RealArray
-from deboom.physics.sound_level import REFERENCE_PRESSURE, spl, splv
+from deboom.physics.sound_level import REFERENCE_PRESSURE, spl
 from deboom.vehicles.kernel_numpy import NUMPY
+from interleaved import quiet_seconds
 
 PEAK = np.sqrt(2.0) * REFERENCE_PRESSURE
 SIDE = 320

@@ -10,8 +10,9 @@ from __future__ import annotations
 import platform
 from types import ModuleType
 
-import kernel
 import numpy as np
+
+import kernel
 
 TABLES: tuple[ModuleType, ...] = (kernel,)
 

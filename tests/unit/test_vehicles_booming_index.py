@@ -138,7 +138,7 @@ def test_refuses_a_line_to_which_nothing_contributes():
     values = ONE.values.copy()
     values[1, 4] = 0.0
     case = PathContributions("g5", FREQUENCY, values, VEHICLES, VARIABLES)
-    with pytest.raises(InputError, match="load case g5: no path .* in vehicle U06-2 at 24 Hz"):
+    with pytest.raises(InputError, match=r"load case g5: no path .* in vehicle U06-2 at 24 Hz"):
         BoomingIndex((case,), (1.0,), NUMPY)
 
 

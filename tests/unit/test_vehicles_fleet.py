@@ -119,7 +119,7 @@ def test_fleet_refuses(vehicles, message):
 
 def test_vehicle_refuses_another_unit_and_several_ears():
     frf = _vehicle().noise_transfer
-    with pytest.raises(InputError, match="vehicle A-1: .*in m/s²/N, convert them to Pa/N"):
+    with pytest.raises(InputError, match=r"vehicle A-1: .*in m/s²/N, convert them to Pa/N"):
         Vehicle("A-1", "A", Frf(frf.frequency, frf.values, frf.outputs, frf.inputs, "m/s²/N"))
     two = np.concatenate([frf.values, frf.values], axis=1)
     with pytest.raises(InputError, match=r"vehicle A-1: .*\['left', 'right'\].*select"):

@@ -61,7 +61,9 @@ def test_silence_is_minus_infinity_of_that_design_and_vehicle_only():
     contributions[0, 3] = [1.0, -1.0]
     contributions[1, :, 1] = 2.0
     found = NUMPY.prepare(contributions)(np.array([[1.0, 1.0], [1.0, 0.5], [2.0, 2.0]]))
-    np.testing.assert_array_equal(np.isneginf(found), [[True, False], [False, False], [True, False]])
+    np.testing.assert_array_equal(
+        np.isneginf(found), [[True, False], [False, False], [True, False]]
+    )
     assert found[1, 1] == pytest.approx(5 * 20 * np.log10(2.0))
 
 

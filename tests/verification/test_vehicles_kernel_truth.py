@@ -19,8 +19,7 @@ def _loop(contributions, designs):
         [
             [
                 math.fsum(
-                    20.0
-                    * math.log10(abs(sum(x * c for x, c in zip(design, line, strict=True))))
+                    20.0 * math.log10(abs(sum(x * c for x, c in zip(design, line, strict=True))))
                     for line in vehicle
                 )
                 for vehicle in contributions.tolist()

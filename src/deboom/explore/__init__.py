@@ -1,4 +1,4 @@
 """Designs in, responses out: robustness, optimisation, selection.
 
-Depends on: numpy and pandas only; it never sees physics.
+Depends on: numpy and scipy, pymoo behind `problems`, moocore behind `fronts`; it knows no physics.
 """

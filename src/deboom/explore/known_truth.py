@@ -163,7 +163,7 @@ def exact_front(
     ----------
     problem : SeparableProblem
     space : DesignSpace
-        Its bounds and tolerances.
+        Its bounds, apart, and tolerances, above 0.
     n_weights : int
         Weights between mean and variance, denser where designs change faster.
     n_shares : int

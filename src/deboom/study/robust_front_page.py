@@ -38,6 +38,27 @@ TERMS = (
     "prescribed motion",
 )
 
+PEAK_COLUMNS = (
+    "vehicle",
+    "frequency before [Hz]",
+    "speed before [rpm]",
+    "SPL before [dB(A)]",
+    "prominence before [dB]",
+    "frequency after [Hz]",
+    "SPL after [dB(A)]",
+    "change [dB]",
+)
+STIFFNESS_COLUMNS = (
+    "variable",
+    "nominal [N/mm]",
+    "best mean [N/mm]",
+    "best mean from [N/mm]",
+    "best mean to [N/mm]",
+    "best sigma [N/mm]",
+    "knee [N/mm]",
+    "requirement",
+)
+
 
 def front_figures(study: RobustFront) -> dict[str, bytes]:
     """Draw all pictures of the page; file stem → PNG."""
@@ -126,10 +147,10 @@ def front_page(
         headlines=(
             Headline(
                 f"{signed(float(changes.min()), 1)} … {signed(float(changes.max()), 1)} dB",
-                "change of the mean level per vehicle, best mean",
+                "mean level per vehicle, best mean",
             ),
             Headline(f"{signed(float(peaks.min()), 1)} dB", "largest fall of a booming peak"),
-            Headline(f"{signed(float(sigma_drop), 0)} %", "scatter between cars, best σ"),
+            Headline(f"{signed(float(sigma_drop), 0)} %", "scatter σ, best sigma"),
             Headline(
                 f"{signed(check.sigma_bias_percent, 1)} %",
                 "bias of the search's σ, verified",
@@ -164,7 +185,8 @@ def front_page(
                         pictures,
                         "pareto_front",
                         "Both objectives of every design of the front, with today's mounts and "
-                        "the named picks. Bars are ± one standard error.",
+                        "the named picks. Bars are ± one standard error as if the draws were "
+                        "independent, an upper bound for Sobol draws.",
                     ),
                 ),
                 tables=(
@@ -188,10 +210,11 @@ def front_page(
                 ),
                 tables=(
                     Table(
-                        tables["peaks"],
+                        tables["peaks"][list(PEAK_COLUMNS)],
                         "Booming peaks: local maxima with a prominence of 6 dB or more, before and "
                         "after. A dash: no such peak within 1.5 Hz any more, the level is the "
                         "highest one there.",
+                        {"prominence before [dB]": 1, "change [dB]": 1},
                     ),
                 ),
             ),
@@ -210,9 +233,10 @@ def front_page(
                 ),
                 tables=(
                     Table(
-                        tables["stiffness"],
-                        "Stiffness factors and stiffnesses of the named designs.",
-                        {str(c): 2 for c in tables["stiffness"] if str(c).endswith("[1]")},
+                        tables["stiffness"][list(STIFFNESS_COLUMNS)],
+                        "Stiffnesses of the named designs. From and to: the range around best mean "
+                        f"within which the mean level stays within {NOTICEABLE} dB.",
+                        {c: 0 for c in STIFFNESS_COLUMNS if c.endswith("[N/mm]")},
                     ),
                 ),
             ),
@@ -230,8 +254,9 @@ def front_page(
                 tables=(
                     Table(
                         tables["vehicles"],
-                        "Levels are means over the lines; changes of single designs are without "
-                        "scatter.",
+                        "Before: today's mounts; after: best mean. Levels are means over the lines "
+                        "and over the scatter, changes are those of the designs without scatter; "
+                        f"energy is that of {ENERGY_BAND[0]:g} to {ENERGY_BAND[1]:g} Hz.",
                     ),
                 ),
             ),

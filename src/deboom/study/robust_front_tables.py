@@ -86,8 +86,8 @@ def stiffness_table(study: RobustFront) -> pd.DataFrame:
     for name, design in designs.items():
         table[f"{name} factor [1]"] = design
         table[f"{name} [N/mm]"] = nominal * design
-    table["best mean, no noticeable difference from [1]"] = np.where(free, np.nan, interval[:, 0])
-    table["to [1]"] = np.where(free, np.nan, interval[:, 1])
+    for column, end in (("from", 0), ("to", 1)):
+        table[f"best mean {column} [N/mm]"] = np.where(free, np.nan, nominal * interval[:, end])
     table["requirement"] = np.where(free, NO_REQUIREMENT, "as chosen")
     return pd.DataFrame(table)
 
@@ -100,13 +100,13 @@ def vehicle_change_table(study: RobustFront) -> pd.DataFrame:
     return pd.DataFrame(
         {
             "vehicle": list(study.vehicles),
-            "mean level at nominal [dB(A)]": study.baseline.mean[0] / n_lines,
-            "mean level at best mean [dB(A)]": values.mean[row] / n_lines,
-            "change without scatter [dB]": study.splv_change(design),
-            "sigma at nominal [dB]": study.baseline.sigma[0] / n_lines,
-            "sigma at best mean [dB]": values.sigma[row] / n_lines,
-            "energy change 25–40 Hz [dB]": study.energy_change(design),
-            "sigma of that energy [dB]": study.energy_sigma(design),
+            "level before [dB(A)]": study.baseline.mean[0] / n_lines,
+            "level after [dB(A)]": values.mean[row] / n_lines,
+            "change [dB]": study.splv_change(design),
+            "sigma before [dB]": study.baseline.sigma[0] / n_lines,
+            "sigma after [dB]": values.sigma[row] / n_lines,
+            "energy change [dB]": study.energy_change(design),
+            "sigma of energy [dB]": study.energy_sigma(design),
         }
     )
 

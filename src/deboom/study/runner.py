@@ -99,7 +99,9 @@ def _plain(value: Any) -> Any:
     if isinstance(value, Enum):
         return value.value
     if isinstance(value, Path):
-        return value.as_posix()
+        here = Path.cwd()
+        inside = value.is_absolute() and value.is_relative_to(here)
+        return (value.relative_to(here) if inside else value).as_posix()
     if isinstance(value, list | tuple):
         return [_plain(item) for item in value]
     return value
@@ -115,7 +117,7 @@ def run_study(study: Study, out: Path, arguments: Mapping[str, Any]) -> Path:
     out : Path
         Folder that gets ``<study>/<run>/``.
     arguments : mapping
-        Keyword arguments of the study's ``main``; ``seed`` among them.
+        Keyword arguments of the study's ``main``; its defaults complete them.
 
     Returns
     -------
@@ -128,6 +130,9 @@ def run_study(study: Study, out: Path, arguments: Mapping[str, Any]) -> Path:
         Bad input, with nothing left in ``out``. Any other failure leaves ``<run>.unfinished``.
     """
     path = study.path
+    bound = inspect.signature(study.main).bind(**arguments)
+    bound.apply_defaults()
+    arguments = bound.arguments
     run = start_run(out, path.stem, seed=arguments["seed"])
     begin = time.perf_counter()
     try:

@@ -1,0 +1,112 @@
+"""The front study at a tiny budget, through the same door as a user."""
+
+import json
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pandas as pd
+import pytest
+
+from deboom.study.runner import load_study, run_study
+
+STUDY = Path(__file__).parents[2] / "studies" / "u06_robust_front.py"
+PLATFORM = STUDY.parent / "data" / "u06_f39_f45"
+BUDGET = {"seed": 1, "generations": 12, "population": 24, "samples": 32}
+
+
+def run(out, **changes):
+    return run_study(load_study(STUDY), out, {**BUDGET, **changes})
+
+
+@pytest.fixture(scope="module")
+def finished(tmp_path_factory):
+    """One run that several tests look at."""
+    return run(tmp_path_factory.mktemp("results"))
+
+
+def test_best_mean_quietens_every_u06_vehicle_but_the_one_with_the_battery(finished):
+    summary = json.loads((finished / "summary.json").read_text())
+    changes = [summary[f"splv_change_db_per_line_U06-{n}"] for n in range(1, 6)]
+    assert max(changes[:4]) < -1.0  # 288 designs only; the full budget reaches -2.6 dB and better
+    assert changes[4] < 0.5
+
+
+def test_the_run_folder_is_complete_and_says_where_it_comes_from(finished):
+    assert finished.parent.name == "u06_robust_front"
+    names = {path.relative_to(finished).as_posix() for path in finished.rglob("*")}
+    assert {
+        "front.csv",
+        "designs.csv",
+        "per_vehicle.csv",
+        "summary.json",
+        "run.json",
+        "report.html",
+        "figures/pareto_front.png",
+        "figures/spl_curves.png",
+        "figures/stiffness_bars.png",
+    } <= names
+    record = json.loads((finished / "run.json").read_text())
+    assert record["seed"] == 1
+    assert record["arguments"]["generations"] == 12
+    assert record["arguments"]["kernel"] == "numpy"
+    assert record["study_text"] == STUDY.read_text(encoding="utf-8")
+    assert len(record["inputs_sha256"]) == 24
+    assert all(len(digest) == 64 for digest in record["inputs_sha256"].values())
+
+
+def test_tables_have_units_and_belong_together(finished):
+    front = pd.read_csv(finished / "front.csv")
+    designs = pd.read_csv(finished / "designs.csv")
+    per_vehicle = pd.read_csv(finished / "per_vehicle.csv")
+    assert list(designs.columns[1:]) == [
+        f"{mount} {axis} [1]" for mount in ("EnM", "GeM", "TSM", "Du") for axis in "xyz"
+    ]
+    assert designs.filter(like="[1]").stack().between(0.8, 1.2).all()
+    assert len(front) == len(designs) == len(per_vehicle) / 5
+    total = per_vehicle.groupby("point")["SPLV mean [dB(A)]"].sum().to_numpy()
+    assert total == pytest.approx(front["SPLV mean sum [dB(A)]"].to_numpy(), rel=1e-12)
+    assert set(front["pick"].dropna()) <= {"best mean", "best sigma", "knee"}
+
+
+def test_variables_without_effect_return_to_nominal(finished):
+    stiffness = pd.read_csv(finished / "stiffness.csv").set_index("variable")
+    assert list(stiffness.index[stiffness["requirement"] == "no requirement"]) == ["Du y", "Du z"]
+    assert (stiffness.loc[["Du y", "Du z"]].filter(like="factor") == 1.0).all(axis=None)
+
+
+def test_the_same_seed_gives_the_same_bytes_and_truth_is_never_read(finished, tmp_path):
+    platform = tmp_path / "platform"
+    shutil.copytree(PLATFORM, platform, ignore=shutil.ignore_patterns("truth"))
+    assert (PLATFORM / "truth").is_dir()
+    again = run(tmp_path / "results", platform=platform)
+    for name in ("front.csv", "designs.csv", "per_vehicle.csv", "stiffness.csv", "peaks.csv"):
+        assert (again / name).read_bytes() == (finished / name).read_bytes(), name
+
+
+def test_another_seed_another_front(finished, tmp_path):
+    other = run(tmp_path, seed=2)
+    assert (other / "front.csv").read_bytes() != (finished / "front.csv").read_bytes()
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"load_case": ["g5_wot120=1", "g6_wot220=0.5"]},
+        {"group": "F39", "tolerance": 0.45},
+        {"nominal_mean": True},
+    ],
+)
+def test_options_change_what_is_asked(tmp_path, changes):
+    folder = run(tmp_path, generations=2, population=8, **changes)
+    assert json.loads((folder / "summary.json").read_text())["n_evaluated"] == 16
+
+
+def test_the_script_runs_on_its_own_and_prints_its_folder_last(tmp_path):
+    command = [sys.executable, str(STUDY), "--generations", "1", "--population", "8"]
+    command += ["--samples", "16", "--out", str(tmp_path)]
+    done = subprocess.run(command, capture_output=True, text=True, check=True, timeout=120)
+    folder = Path(done.stdout.splitlines()[-1])
+    assert (folder / "report.html").is_file()
+    assert folder.parent == tmp_path / "u06_robust_front"

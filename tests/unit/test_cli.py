@@ -1,0 +1,121 @@
+"""The command line as a user meets it: help that teaches, one sentence for bad input."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+import deboom
+from deboom.cli import app
+
+ROOT = Path(__file__).parents[2]
+STUDY = ROOT / "studies" / "u06_robust_front.py"
+PLATFORM = ROOT / "studies" / "data" / "u06_f39_f45"
+TINY = ["--generations", "1", "--population", "8", "--samples", "16"]
+
+
+@pytest.fixture
+def cli(monkeypatch):
+    """Call the command line in this process; returns exit code, standard output and error."""
+    monkeypatch.chdir(ROOT)
+
+    def call(*arguments):
+        return CliRunner().invoke(app, [str(argument) for argument in arguments])
+
+    return call
+
+
+def test_help_starts_without_heavy_imports():
+    heavy = ("pandas", "matplotlib", "seaborn", "pymoo", "SALib", "numba", "plotly", "scipy")
+    code = (
+        "import sys\nfrom deboom.cli import app\n"
+        "try:\n    app(['--help'])\nexcept SystemExit:\n    pass\n"
+        f"print([name for name in {heavy!r} if name in sys.modules], file=sys.stderr)"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert "deboom studies" in done.stdout
+    assert done.stderr.strip() == "[]"
+
+
+def test_help_teaches(cli):
+    assert "bench" in cli("--help").output
+    assert "own options" in cli("run", "--help").output
+    assert "own options" in cli("run").output
+    text = cli("run", STUDY, "--help").output
+    assert "Which mount stiffnesses" in text
+    for option in ("--seed", "--generations", "--population", "--samples", "--kernel", "--out"):
+        assert option in text
+    assert "frozen fleet" in cli("bench", "write", "--help").output
+
+
+def test_version(cli):
+    assert cli("--version").output.strip() == f"deboom {deboom.__version__}"
+
+
+def test_studies_are_listed_with_their_questions(cli):
+    text = cli("studies").output
+    assert "studies/u06_robust_front.py" in text
+    assert "Which mount stiffnesses" in text
+
+
+def refused(result, *words):
+    """One sentence on standard error, exit code 2, no traceback."""
+    assert result.exit_code == 2, result.output
+    assert len(result.stderr.strip().splitlines()) == 1, result.stderr
+    for word in words:
+        assert word in result.stderr
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (["--seed", "0"], ["seed 0", "from 1"]),
+        (["--load-case", "g9"], ["g9", "g5_wot220"]),
+        (["--load-case", "g5_wot220=-1"], ["g5_wot220=-1", "above 0"]),
+        (["--group", "U07"], ["U07", "U06"]),
+        (["--samples", "100"], ["100", "128"]),
+        (["--tolerance", "-0.1"], ["tolerance"]),
+        (["--population", "1"], ["population"]),
+    ],
+)
+def test_bad_options_end_with_one_sentence_and_write_nothing(cli, tmp_path, options, words):
+    out = tmp_path / "results"
+    refused(cli("run", STUDY, *TINY, "--out", out, *options), *words)
+    assert not out.exists()
+
+
+def test_missing_study_and_file_that_is_no_study(cli, tmp_path):
+    refused(cli("run", "studies/nothing.py"), "studies/nothing.py", "deboom studies")
+    script = tmp_path / "script.py"
+    script.write_text("print('no study')\n")
+    refused(cli("run", script), "docstring")
+    script.write_text('"""A question?"""\n')
+    refused(cli("run", script), "main")
+    script.write_text("def main(:\n")
+    refused(cli("run", script), "line 1")
+
+
+def test_output_folder_that_cannot_be_written(cli, tmp_path):
+    blocked = tmp_path / "file"
+    blocked.write_text("")
+    refused(cli("run", STUDY, *TINY, "--out", blocked / "results"), "file", "--out")
+
+
+def test_bench_refuses_seed_0_and_a_folder_in_use(cli, tmp_path):
+    refused(cli("bench", "write", tmp_path / "new", "--seed", 0), "seed")
+    assert not (tmp_path / "new").exists()
+    (tmp_path / "mine.txt").write_text("keep")
+    refused(cli("bench", "write", tmp_path), "not empty")
+    assert (tmp_path / "mine.txt").read_text() == "keep"
+
+
+def test_bench_writes_a_platform_that_a_study_reads(cli, tmp_path):
+    folder = tmp_path / "platform"
+    written = cli("bench", "write", folder, "--seed", "2")
+    assert written.exit_code == 0
+    assert Path(written.stdout.splitlines()[-1]) == folder
+    done = cli("run", STUDY, *TINY, "--platform", folder, "--out", tmp_path / "results")
+    assert done.exit_code == 0, done.stderr
+    assert (Path(done.stdout.splitlines()[-1]) / "summary.json").is_file()

@@ -1,0 +1,117 @@
+"""Each fault of a platform's files, through the command line: one sentence, nothing written.
+
+The sentences themselves are tested in the files room; here it is the whole way that counts.
+"""
+
+import shutil
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+from deboom.cli import app
+
+ROOT = Path(__file__).parents[2]
+STUDY = ROOT / "studies" / "u06_robust_front.py"
+PLATFORM = ROOT / "studies" / "data" / "u06_f39_f45"
+
+
+def replaced(name, old, new, count=1):
+    """Return a fault: change a text in one file."""
+
+    def fault(folder):
+        path = folder / name
+        text = path.read_bytes()
+        assert old.encode() in text, f"{old} is not in {name}"
+        path.write_bytes(text.replace(old.encode(), new.encode(), count))
+
+    return fault
+
+
+def removed(name):
+    """Return a fault: a file is gone."""
+    return lambda folder: (folder / name).unlink()
+
+
+def cut(name, share):
+    """Return a fault: a file ends early."""
+
+    def fault(folder):
+        path = folder / name
+        content = path.read_bytes()
+        path.write_bytes(content[: int(share * len(content))])
+
+    return fault
+
+
+def first_value(name, text):
+    """Return a fault: the first ordinate of a UFF file reads otherwise (20 characters wide)."""
+
+    def fault(folder):
+        path = folder / name
+        lines = path.read_text(encoding="utf-8").splitlines(keepends=True)
+        start = next(i for i, line in enumerate(lines) if line.strip() == "58") + 12
+        lines[start] = text.rjust(20) + lines[start][20:]
+        path.write_text("".join(lines), encoding="utf-8", newline="")
+
+    return fault
+
+
+VEHICLE = "noise_transfer/U06-2.uff"
+FAULTS = {
+    "missing vehicle file": (removed(VEHICLE), ["U06-2.uff"]),
+    "missing platform file": (removed("platform.toml"), ["platform.toml"]),
+    "missing path": (
+        replaced("platform.toml", 'transfer_axes = ["x"]', 'transfer_axes = ["x", "y"]'),
+        ["Du", "y"],
+    ),
+    "empty UFF": (cut(VEHICLE, 0.0), ["U06-2.uff", "empty"]),
+    "truncated UFF": (cut(VEHICLE, 0.55), ["U06-2.uff"]),
+    "NaN": (first_value(VEHICLE, "NaN"), ["U06-2.uff"]),
+    "one infinite line": (first_value(VEHICLE, "Infinity"), ["U06-2.uff"]),
+    "unit missing": (replaced("channels.csv", ",m\n", ",\n"), ["channels.csv", "unit"]),
+    "length unit missing": (replaced("mounts.csv", "x [m]", "x"), ["mounts.csv", "x"]),
+    "unknown key": (replaced("platform.toml", "gear = 5", "gaer = 5"), ["gaer", "gear"]),
+    "missing key": (
+        replaced("platform.toml", "default_load_case", "#default_load_case"),
+        ["default_load_case"],
+    ),
+    "mistyped key": (replaced("platform.toml", "gear = 5", 'gear = "five"'), ["gear"]),
+    "doubled channel": (
+        replaced("channels.csv", "EnM y,displacement", "EnM x,displacement"),
+        ["channels.csv", "EnM"],
+    ),
+}
+
+
+@pytest.mark.parametrize("name", FAULTS)
+def test_fault_is_named_and_nothing_is_written(name, tmp_path):
+    fault, words = FAULTS[name]
+    platform = tmp_path / "platform"
+    shutil.copytree(PLATFORM, platform, ignore=shutil.ignore_patterns("truth"))
+    fault(platform)
+    out = tmp_path / "results"
+    result = CliRunner().invoke(
+        app, ["run", str(STUDY), "--platform", str(platform), "--out", str(out)]
+    )
+    assert result.exit_code == 2, result.output
+    assert len(result.stderr.strip().splitlines()) == 1, result.stderr
+    for word in words:
+        assert word in result.stderr
+    assert not out.exists()
+
+
+def test_frequency_axes_that_differ_are_refused(tmp_path):
+    platform = tmp_path / "platform"
+    shutil.copytree(PLATFORM, platform, ignore=shutil.ignore_patterns("truth"))
+    path = platform / VEHICLE
+    text = path.read_text(encoding="utf-8")
+    path.write_text(text.replace("2.50000e-01", "2.50100e-01"), encoding="utf-8", newline="")
+    assert path.read_text(encoding="utf-8") != text
+    out = tmp_path / "results"
+    result = CliRunner().invoke(
+        app, ["run", str(STUDY), "--platform", str(platform), "--out", str(out)]
+    )
+    assert result.exit_code == 2
+    assert "U06-2.uff" in result.stderr
+    assert not out.exists()

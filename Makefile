@@ -6,7 +6,7 @@ BIN := $(VENV)/bin
 READY := $(VENV)/.ready
 EXTRAS := fast,cluster,interactive,modal,dev
 
-.PHONY: study test lint bench validate constraints clean
+.PHONY: study test lint bench validate pictures constraints clean
 
 study: $(READY)
 	$(BIN)/deboom run studies/u06_robust_front.py
@@ -25,6 +25,9 @@ bench: $(READY)
 
 validate: $(READY)
 	$(BIN)/python benchmarks/validate.py
+
+pictures: $(READY)
+	$(BIN)/python benchmarks/pictures.py
 
 constraints: $(READY)
 	$(BIN)/uv pip compile pyproject.toml --all-extras --universal --python-version 3.11 \

@@ -41,7 +41,7 @@ class Shape:
 
 
 SHAPES = (
-    Shape("100 draws x 5 vehicles x 321 lines", 100, 5, 321, 12, 12, 32),
+    Shape("100 draws x 5 vehicles x 321 lines", 100, 5, 321, 12, 12, 5),
     Shape("128 draws x 5 vehicles x 161 lines, as shipped", 128, 5, 161, 12, 10, 1),
 )
 

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import shutil
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -32,6 +30,7 @@ from deboom.bench.platform_readme import readme_text
 from deboom.bench.sensors import ErrorBudget, draw_instrumentation, measure
 from deboom.bench.truth_files import write_truth
 from deboom.bench.vehicle_measurement import TransferErrors, measured_noise_transfer
+from deboom.bench.whole_folder import complete_or_not_at_all
 from deboom.errors import InputError
 from deboom.files.atomic import replace_text
 from deboom.files.platform_file import dump_platform_file
@@ -66,45 +65,13 @@ def write_platform(folder: Path, seed: int, progress: Progress | None = None) ->
     """
     if seed < 1:
         raise InputError(f"seed {seed} is refused: seeds are whole numbers from 1")
-    with _complete_or_not_at_all(Path(folder)) as unfinished:
+    with complete_or_not_at_all(Path(folder)) as unfinished:
         _write_files(unfinished, seed, progress or _silent)
     return Path(folder)
 
 
 def _silent(done: int, total: int, text: str) -> None:
     """Tell nobody."""
-
-
-@contextmanager
-def _complete_or_not_at_all(folder: Path) -> Iterator[Path]:
-    """Give a sibling folder to write to, and rename it to `folder` at the end."""
-    target = folder.resolve()
-    if target.exists() and not target.is_dir():
-        raise InputError(f"{folder} is a file: name a new or an empty folder")
-    if target.is_dir() and any(target.iterdir()):
-        raise InputError(f"{folder} is not empty: name a new or an empty folder")
-    unfinished = target.with_name(f"{target.name}.unfinished")
-    try:
-        unfinished.mkdir(parents=True)
-    except FileExistsError:
-        raise InputError(f"{unfinished} is left from a run that was stopped: delete it") from None
-    except OSError as error:
-        raise InputError(
-            f"{folder} cannot be written ({error.strerror or error}): name another folder"
-        ) from None
-    try:
-        yield unfinished
-        if target.is_dir():
-            # a rename onto an existing folder is refused on Windows
-            target.rmdir()
-        unfinished.rename(target)
-    except BaseException as error:
-        shutil.rmtree(unfinished, ignore_errors=True)
-        if isinstance(error, OSError):
-            raise InputError(
-                f"{folder} cannot be written ({error.strerror or error}): name another folder"
-            ) from None
-        raise
 
 
 def _write_files(folder: Path, seed: int, progress: Progress) -> None:

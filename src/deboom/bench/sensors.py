@@ -173,10 +173,10 @@ def draw_instrumentation(
     known = upright * tilted
     placed = nominal + generator.normal(0, budget.position, nominal.shape)
     true = known * Rotation.from_rotvec(generator.normal(0, budget.angle, (n_sensor, 3)))
-    sensitivity = _sensitivity(budget.gain, budget.cross_axis, n_sensor, generator)
+    sensitivity = sensitivity_matrices(budget.gain, budget.cross_axis, n_sensor, generator)
     felt = forward_matrices(placed, true.as_matrix()).reshape(n_sensor, 3, 6)
 
-    cells = _sensitivity(budget.cell_gain, budget.cell_cross, n_mount, generator)
+    cells = sensitivity_matrices(budget.cell_gain, budget.cell_cross, n_mount, generator)
     cells = cells - budget.cell_shunt * np.eye(3)
     misaligned = Rotation.from_rotvec(generator.normal(0, budget.shaker_angle, (n_mount * 3, 3)))
     pushes = misaligned.apply(np.tile(np.eye(3), (n_mount, 1))).reshape(n_mount, 3, 3)
@@ -199,10 +199,25 @@ def draw_instrumentation(
     return instrumentation, knowledge
 
 
-def _sensitivity(
+def sensitivity_matrices(
     gain: float, cross: float, n_sensor: int, generator: np.random.Generator
 ) -> RealArray:
-    """Draw gains on the diagonal and cross-axis sensitivity beside it, shape (n_sensor, 3, 3)."""
+    """Draw gains on the diagonal and cross-axis sensitivity beside it.
+
+    Parameters
+    ----------
+    gain, cross : float
+        Standard deviation of the gains; the cross-axis sensitivity is uniform within ± this [1].
+    n_sensor : int
+        Triaxial sensors.
+    generator : Generator
+        Draws both.
+
+    Returns
+    -------
+    array, shape (n_sensor, 3, 3)
+        What each axis of a sensor delivers per input along each axis [1].
+    """
     diagonal = np.eye(3) * (1 + generator.normal(0, gain, (n_sensor, 1, 3)))
     beside = cross * generator.uniform(-1, 1, (n_sensor, 3, 3)) * (1 - np.eye(3))
     return np.asarray(diagonal + beside)
@@ -246,15 +261,15 @@ def measure(
     of_force = (budget.force_own, budget.force_norm, budget.force_floor)
     return RawChannels(
         frequency=run.frequency,
-        acceleration=acceleration + _noise(acceleration, 3, of_acceleration, generator),
-        cell_force=cell_force + _noise(cell_force, 3, of_force, generator),
+        acceleration=acceleration + order_noise(acceleration, 3, of_acceleration, generator),
+        cell_force=cell_force + order_noise(cell_force, 3, of_force, generator),
         side_acceleration=side_acceleration
-        + _noise(side_acceleration, 1, of_acceleration, generator),
-        side_force=side_force + _noise(side_force, 1, of_force, generator),
+        + order_noise(side_acceleration, 1, of_acceleration, generator),
+        side_force=side_force + order_noise(side_force, 1, of_force, generator),
     )
 
 
-def _noise(
+def order_noise(
     signal: ComplexArray,
     n_axis: int,
     levels: tuple[float, float, float],
@@ -262,6 +277,24 @@ def _noise(
 ) -> ComplexArray:
     """Order-tracking leakage and floor of one kind of channel.
 
+    Parameters
+    ----------
+    signal : array, shape (f, n_channel)
+        Without noise, sensor after sensor.
+    n_axis : int
+        Channels per sensor.
+    levels : (own, norm, floor)
+        Noise per own amplitude [1], per norm of the sensor's axes [1], floor [unit of `signal`].
+    generator : Generator
+        Draws it.
+
+    Returns
+    -------
+    array, shape (f, n_channel)
+        Complex noise [unit of `signal`].
+
+    Notes
+    -----
     Neighbouring lines share part of their time window, hence the weights 1/2, 1, 1/2.
     """
     own, of_norm, floor = levels

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from deboom.errors import InputError
-from deboom.explore.arrays import BoolArray, RealArray
+from deboom.explore.arrays import BoolArray, RealArray, frozen_copy
 from deboom.explore.robust import RobustResponse, RobustValues
 from deboom.explore.tolerance_samples import sobol_sample
 
@@ -120,6 +120,9 @@ class Verification:
     seed: int
     mean_bias: float
     sigma_bias_percent: float
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "nondominated", frozen_copy(self.nondominated))
 
 
 def verification_response(

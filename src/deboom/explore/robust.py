@@ -179,18 +179,19 @@ def sample_statistics(values: RealArray) -> tuple[RealArray, RealArray, float, f
     with np.errstate(over="ignore", invalid="ignore"):
         # measured from the first draw, a response without scatter has a sigma of exactly zero
         offset = values - values[0]
-        centre = offset.mean(axis=0)
+        centre = offset.sum(axis=0) / n_samples
         deviation = offset - centre
         square = deviation * deviation
-        variance = square.sum(axis=0) / (n_samples - 1)
-        sigma = np.sqrt(variance)
-        weight = np.divide(0.5, sigma, out=np.zeros_like(sigma), where=sigma > 0.0)
+        sigma = np.sqrt(square.sum(axis=0) / (n_samples - 1))
+        weight = np.divide(0.5, sigma, out=np.zeros(sigma.size), where=sigma > 0.0)
+        # einsum, not @: the threads of a BLAS library may change the last bit
         mean_error = standard_error(deviation.sum(axis=1))
-        sigma_error = standard_error(square @ weight)
+        sigma_error = standard_error(np.einsum("tr,r->t", square, weight))
     return values[0] + centre, sigma, mean_error, sigma_error
 
 
 def standard_error(influence: RealArray) -> float:
     """Return the standard error of a mean from its terms, shape (n_samples,), ``n > 1``."""
-    centred = influence - influence.mean()
-    return float(np.sqrt(centred @ centred / (influence.size * (influence.size - 1))))
+    centred = influence - influence.sum() / influence.size
+    spread = np.einsum("t,t->", centred, centred)
+    return float(np.sqrt(spread / (influence.size * (influence.size - 1))))

@@ -138,11 +138,13 @@ class PiecewiseCubicRegressor(RegressorMixin, BaseEstimator):
 
     def predict(self, X: npt.ArrayLike) -> RealArray:
         """Values at `X` (n, n_features), shaped like the `y` of the fit."""
-        return self._shaped(self.model_(self._checked(X)))
+        rows = self._checked(X)
+        return self._shaped(self.model_(rows))
 
     def gradient(self, X: npt.ArrayLike) -> RealArray:
         """Derivatives at `X` (n, n_features): (n, n_features), with (…, n_outputs) for several."""
-        return self._shaped(self.model_.gradient(self._checked(X)))
+        rows = self._checked(X)
+        return self._shaped(self.model_.gradient(rows))
 
     def prediction_interval(
         self,

@@ -88,7 +88,11 @@ def stiffness_table(study: RobustFront) -> pd.DataFrame:
         table[f"{name} [N/mm]"] = nominal * design
     for column, end in (("from", 0), ("to", 1)):
         table[f"best mean {column} [N/mm]"] = np.where(free, np.nan, nominal * interval[:, end])
-    table["requirement"] = np.where(free, NO_REQUIREMENT, "as chosen")
+    space = study.robust.space
+    anywhere = (interval[:, 0] <= space.lower) & (interval[:, 1] >= space.upper)
+    table["requirement"] = np.select(
+        [free, anywhere], [NO_REQUIREMENT, "any in bounds"], "as chosen"
+    )
     return pd.DataFrame(table)
 
 

@@ -1,0 +1,95 @@
+"""Where the campaign's sensors sit, what they are called, and their nodes in the UFF files."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from deboom.bench.operating_run import SIDES
+from deboom.bench.parameters import VirtualBench
+from deboom.bench.platform_layout import WISHBONE_POSITIONS
+from deboom.bench.sensors import ACCELEROMETER_OFFSETS
+from deboom.physics.arrays import RealArray
+
+ACCELEROMETER_MODEL = "B&K 4321"
+CELL_MODEL = "Kistler 9077C"
+
+CELL_OFFSETS = {
+    "EnM": ((0.0, -0.06, -0.05), (0.0, 0.06, -0.05)),
+    "GeM": ((0.0, -0.06, -0.05), (0.0, 0.06, -0.05)),
+    "TSM": ((0.0, -0.04, -0.04), (0.0, 0.04, -0.04)),
+}
+"""Where the force cells sit, from the virtual point of their mount [m]."""
+
+CELL_SHARES = (0.55, 0.45)
+"""Share of the mount force that each of its cells carries: their stiffnesses differ [1]."""
+
+SIDE_ACCELEROMETER_OFFSET = np.array([0.04, 0.0, 0.03])
+SIDE_CELL_OFFSET = np.array([-0.03, 0.0, -0.02])
+"""From the virtual point of a wishbone mount [m]."""
+
+SIDE_CELL_ANGLES = (0.0, 8.0, 5.0)
+"""The cells lie on the mounting face of the wishbone: about x, y, z [deg]."""
+
+FIRST_ACCELEROMETER_NODE = 1
+FIRST_CELL_NODE = 31
+ENGINE_NODE = 201
+"""Engine torque about +ry and engine speed as a scalar."""
+
+
+@dataclass(frozen=True, eq=False)
+class Place:
+    """The place of one sensor.
+
+    Parameters
+    ----------
+    sensor : str
+        Such as ``A1`` or ``C1``.
+    mount, piece : str
+        What it belongs to.
+    node : int
+        In the UFF files.
+    position : array, shape (3,)
+        From the true centre of gravity of the powertrain [m].
+    """
+
+    sensor: str
+    mount: str
+    piece: str
+    node: int
+    position: RealArray
+
+
+def accelerometer_places(bench: VirtualBench) -> tuple[Place, ...]:
+    """Return two accelerometers per powertrain mount, then one per wishbone mount."""
+    return _places(
+        bench, "A", FIRST_ACCELEROMETER_NODE, ACCELEROMETER_OFFSETS, SIDE_ACCELEROMETER_OFFSET
+    )
+
+
+def cell_places(bench: VirtualBench) -> tuple[Place, ...]:
+    """Return the cells under the powertrain mounts, then one per wishbone mount."""
+    return _places(bench, "C", FIRST_CELL_NODE, CELL_OFFSETS, SIDE_CELL_OFFSET)
+
+
+def _places(
+    bench: VirtualBench,
+    letter: str,
+    first_node: int,
+    offsets: dict[str, tuple[tuple[float, float, float], ...]],
+    side_offset: RealArray,
+) -> tuple[Place, ...]:
+    where = [
+        (mount, "", position + np.array(offset))
+        for mount, position in zip(bench.mount_names, bench.positions, strict=True)
+        for offset in offsets[mount]
+    ]
+    where += [
+        ("Du", side, np.array(position) + side_offset)
+        for side, position in zip(SIDES, WISHBONE_POSITIONS, strict=True)
+    ]
+    return tuple(
+        Place(f"{letter}{number}", mount, piece, first_node + number - 1, position)
+        for number, (mount, piece, position) in enumerate(where, 1)
+    )

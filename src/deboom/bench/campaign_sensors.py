@@ -1,0 +1,292 @@
+"""The campaign's sensors: what they truly do, the position sheet, and what they deliver."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from deboom.bench.campaign_layout import (
+    CELL_OFFSETS,
+    CELL_SHARES,
+    SIDE_CELL_ANGLES,
+    accelerometer_places,
+    cell_places,
+)
+from deboom.bench.campaign_plan import CampaignErrors
+from deboom.bench.frozen import freeze_arrays
+from deboom.bench.operating_run import SIDES, OperatingRun
+from deboom.bench.parameters import VirtualBench
+from deboom.bench.sensors import ErrorBudget, order_noise, sensitivity_matrices
+from deboom.physics.arrays import ComplexArray, RealArray
+from deboom.physics.rigid_body import forward_matrices, rotation_matrix, skew
+
+ANGLE_DIGITS = 1
+"""The position sheet states angles to 0.1 degree."""
+
+
+@dataclass(frozen=True, eq=False)
+class CampaignSensors:
+    """What all sensors of a bench truly do, drawn once for all its runs.
+
+    Parameters
+    ----------
+    accelerometer_angles, cell_angles : array, shape (n_sensor, 3)
+        Known orientations, about the fixed axes x, then y, then z [deg].
+    true_positions : array, shape (n_accelerometer, 3)
+        Of the accelerometers [m].
+    true_orientations : array, shape (n_accelerometer, 3, 3)
+        Columns are the sensor's axes [1].
+    sensitivity : array, shape (n_accelerometer, 3, 3)
+        Gain and cross-axis sensitivity [1].
+    cells : array, shape (n_mount, n_cell, 3, 3)
+        Force at the virtual point of a powertrain mount to the channels of each of its cells [1].
+    side_cells : array, shape (n_side, 3, 3)
+        Force on a wishbone mount to the channels of its cell [1].
+    pushes : array, shape (n_mount, 3, 3)
+        Column a is the force at the virtual point per newton that the shaker states along a [1].
+    drift : array, shape (n_mount,)
+        Relative change of the cells from one shaker repeat to the next [1].
+    """
+
+    accelerometer_angles: RealArray
+    cell_angles: RealArray
+    true_positions: RealArray
+    true_orientations: RealArray
+    sensitivity: RealArray
+    cells: RealArray
+    side_cells: RealArray
+    pushes: RealArray
+    drift: RealArray
+
+    def __post_init__(self) -> None:
+        freeze_arrays(self)
+
+    @property
+    def sensing(self) -> RealArray:
+        """Acceleration of the powertrain to its accelerometers' channels, (n_channel, 6)."""
+        on_powertrain = slice(None, -len(SIDES))
+        felt = forward_matrices(
+            self.true_positions[on_powertrain], self.true_orientations[on_powertrain]
+        )
+        return np.asarray((self.sensitivity[on_powertrain] @ felt.reshape(-1, 3, 6)).reshape(-1, 6))
+
+    @property
+    def side_sensing(self) -> RealArray:
+        """Acceleration of a wheel end along x to its accelerometer's channels, (n_side, 3)."""
+        sides = slice(-len(SIDES), None)
+        return np.asarray(
+            (self.sensitivity[sides] @ self.true_orientations[sides].swapaxes(1, 2))[:, :, 0]
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class RecordedRun:
+    """Order spectra and slow channels of one run as they are recorded.
+
+    Parameters
+    ----------
+    acceleration : array, shape (f, n_channel)
+        Three channels per accelerometer, in sensor axes [m/s²].
+    cell_force : array, shape (f, n_channel)
+        Three channels per cell, in sensor axes [N].
+    static_force : array, shape (f, n_direction)
+        Quasi-static force of each direction, both wishbone mounts last [N].
+    engine_torque : array, shape (f,)
+        [N m].
+    """
+
+    acceleration: ComplexArray
+    cell_force: ComplexArray
+    static_force: RealArray
+    engine_torque: RealArray
+
+    def __post_init__(self) -> None:
+        freeze_arrays(self)
+
+
+def draw_campaign_sensors(
+    bench: VirtualBench, errors: CampaignErrors, seed: np.random.SeedSequence
+) -> CampaignSensors:
+    """Mount accelerometers, cells and shaker with their errors.
+
+    Parameters
+    ----------
+    bench : VirtualBench
+        Where they sit.
+    errors : CampaignErrors
+        How large the errors are.
+    seed : SeedSequence
+        Draws accelerometers, cells and shaker independently of each other.
+    """
+    chain = errors.chain
+    for_accelerometers, for_cells, for_shaker = map(np.random.default_rng, seed.spawn(3))
+
+    nominal = np.array([place.position for place in accelerometer_places(bench)])
+    angles = _known_angles(len(nominal), chain.tilt, for_accelerometers)
+    known = Rotation.from_matrix(rotation_matrix(np.deg2rad(angles)))
+    turned = Rotation.from_rotvec(for_accelerometers.normal(0, chain.angle, nominal.shape))
+    placed = nominal + for_accelerometers.normal(0, chain.position, nominal.shape)
+    sensitivity = sensitivity_matrices(
+        chain.gain, chain.cross_axis, len(nominal), for_accelerometers
+    )
+
+    n_mount = len(bench.mount_names)
+    n_cell = len(cell_places(bench)) - len(SIDES)
+    side_angles = np.tile(SIDE_CELL_ANGLES, (len(SIDES), 1))
+    cell_angles = np.vstack([_known_angles(n_cell, 0.0, for_cells), side_angles])
+    turns = np.asarray(rotation_matrix(np.deg2rad(cell_angles))).swapaxes(1, 2)
+    gains = sensitivity_matrices(chain.cell_gain, chain.cell_cross, n_cell, for_cells)
+    in_parallel = (gains - chain.cell_shunt * np.eye(3)) @ turns[:n_cell]
+    shares = [cell_distribution(np.array(CELL_OFFSETS[name])) for name in bench.mount_names]
+    cells = in_parallel.reshape(n_mount, -1, 3, 3) @ np.array(shares)
+    side_gains = sensitivity_matrices(
+        errors.side_cell_gain, errors.side_cell_cross, len(SIDES), for_cells
+    )
+
+    misaligned = Rotation.from_rotvec(for_shaker.normal(0, chain.shaker_angle, (3 * n_mount, 3)))
+    directions = misaligned.apply(np.tile(np.eye(3), (n_mount, 1))).reshape(n_mount, 3, 3)
+    stated = 1 + for_shaker.normal(0, chain.shaker_gain, (n_mount, 3))
+    return CampaignSensors(
+        accelerometer_angles=angles,
+        cell_angles=cell_angles,
+        true_positions=placed,
+        true_orientations=(known * turned).as_matrix(),
+        sensitivity=sensitivity,
+        cells=cells,
+        side_cells=side_gains @ turns[n_cell:],
+        pushes=directions.swapaxes(1, 2) / stated[:, None, :],
+        drift=for_shaker.normal(0, errors.shaker_drift, n_mount),
+    )
+
+
+def _known_angles(n_sensor: int, tilt: float, generator: np.random.Generator) -> RealArray:
+    """Quarter turns about z and a tilt [rad], as the position sheet states them [deg]."""
+    angles = np.rad2deg(generator.normal(0, tilt, (n_sensor, 3)))
+    angles[:, 2] += 90.0 * generator.integers(4, size=n_sensor)
+    return np.asarray(np.round(angles, ANGLE_DIGITS))
+
+
+def cell_distribution(offsets: RealArray) -> RealArray:
+    """Distribute the force at a virtual point over the cells below it.
+
+    Parameters
+    ----------
+    offsets : array, shape (n_cell, 3)
+        Of the cells from the virtual point [m].
+
+    Returns
+    -------
+    array, shape (n_cell, 3, 3)
+        Force at the virtual point to the force on each cell; they add up to the identity [1].
+
+    Notes
+    -----
+    A rigid adapter on cells of the stiffness shares w_i, at d_i from their centre c::
+
+        F_i = w_i (f + θ × d_i),  θ = (Σ w_i d̃_iᵀ d̃_i)⁺ (-c × f)
+
+    A moment about the line through two cells is carried inside the cells and not measured.
+    """
+    shares = np.array(CELL_SHARES)
+    centre = shares @ offsets
+    arms = skew(offsets - centre)
+    turning = np.einsum("c,cba,cbd->ad", shares, arms, arms)
+    turn = -np.linalg.pinv(turning, rcond=1e-9, hermitian=True) @ skew(centre)
+    return np.asarray(shares[:, None, None] * (np.eye(3) - arms @ turn))
+
+
+def flexibility(chain: ErrorBudget, frequency: RealArray) -> RealArray:
+    """Return the force on the cells per force on a rigid bench, below the bench's first mode."""
+    return np.asarray(1 + chain.bench_flexibility * (frequency / chain.bench_frequency) ** 2)
+
+
+def answered(sensors: CampaignSensors, run: OperatingRun, errors: CampaignErrors) -> RecordedRun:
+    """Return what the sensors would deliver of a run without any noise."""
+    n_line = run.frequency.size
+    to_acceleration = -((2 * np.pi * run.frequency[:, None]) ** 2)
+    powertrain = (to_acceleration * run.powertrain.motion) @ sensors.sensing.T
+    sides = (to_acceleration * run.wheel_end.displacement) * sensors.side_sensing.reshape(1, -1)
+    force = run.powertrain.force.reshape(n_line, -1, 3)
+    cells = np.einsum("mcab,fmb->fmca", sensors.cells, force).reshape(n_line, -1)
+    side_cells = run.wheel_end.force * sensors.side_cells[:, :, 0].reshape(1, -1)
+    flexible = flexibility(errors.chain, run.frequency)[:, None]
+    return RecordedRun(
+        acceleration=np.hstack([powertrain, sides]),
+        cell_force=np.hstack([flexible * cells, side_cells]),
+        static_force=np.zeros((n_line, len(run.channels))),
+        engine_torque=run.engine_torque,
+    )
+
+
+def record(
+    sensors: CampaignSensors,
+    run: OperatingRun,
+    static_force: RealArray,
+    errors: CampaignErrors,
+    generator: np.random.Generator,
+) -> RecordedRun:
+    """Record one run.
+
+    Parameters
+    ----------
+    sensors : CampaignSensors
+        Of the bench.
+    run : OperatingRun
+        What really happens.
+    static_force : array, shape (f, n_direction)
+        What really preloads each direction [N].
+    errors : CampaignErrors
+        Noise, and the flexibility of the bench.
+    generator : Generator
+        Draws the noise.
+    """
+    clean, chain = answered(sensors, run, errors), errors.chain
+    of_acceleration = (chain.acceleration_own, chain.acceleration_norm, chain.acceleration_floor)
+    of_force = (chain.force_own, chain.force_norm, chain.force_floor)
+    return RecordedRun(
+        acceleration=clean.acceleration
+        + order_noise(clean.acceleration, 3, of_acceleration, generator),
+        cell_force=clean.cell_force + order_noise(clean.cell_force, 3, of_force, generator),
+        static_force=static_force + generator.normal(0, errors.static_force, static_force.shape),
+        engine_torque=run.engine_torque
+        + generator.normal(0, errors.torque, run.engine_torque.shape),
+    )
+
+
+def shaker_answer(
+    sensors: CampaignSensors,
+    mount: int,
+    axis: int,
+    repeat: int,
+    frequency: RealArray,
+    errors: CampaignErrors,
+    generator: np.random.Generator,
+) -> ComplexArray:
+    """Push with the shaker at the virtual point of one mount along one axis.
+
+    Parameters
+    ----------
+    sensors : CampaignSensors
+        Of the bench.
+    mount, axis : int
+        Place and nominal direction.
+    repeat : int
+        From 1; the cells drift from one to the next.
+    frequency : array, shape (f,)
+        [Hz].
+    errors : CampaignErrors
+        Noise, and the flexibility of the bench.
+    generator : Generator
+        Draws the noise.
+
+    Returns
+    -------
+    array, shape (f, n_channel)
+        Channels of the mount's cells per newton that the shaker states [1].
+    """
+    answer = (sensors.cells[mount] @ sensors.pushes[mount, :, axis]).reshape(-1)
+    answer = answer * (1 + sensors.drift[mount] * (repeat - 1))
+    clean = np.outer(flexibility(errors.chain, frequency), answer).astype(complex)
+    return clean + order_noise(clean, 3, (0.0, errors.shaker_noise, 0.0), generator)

@@ -206,7 +206,7 @@ def test_load_cases_and_groups_are_chosen_by_name(folder):
     assert [vehicle.name for vehicle in platform.fleet.group("A").vehicles] == ["A-1", "A-2"]
     with pytest.raises(InputError, match=r"platform\.toml: there is no load case 'g7': use g5, g2"):
         platform.load_case("g7")
-    with pytest.raises(InputError, match="there is no group of vehicles 'C': use A, B"):
+    with pytest.raises(InputError, match="no vehicle of group 'C' in the fleet"):
         platform.fleet.group("C")
 
 

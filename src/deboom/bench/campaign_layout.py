@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -77,7 +78,7 @@ def _places(
     bench: VirtualBench,
     letter: str,
     first_node: int,
-    offsets: dict[str, tuple[tuple[float, float, float], ...]],
+    offsets: Mapping[str, tuple[tuple[float, float, float], ...]],
     side_offset: RealArray,
 ) -> tuple[Place, ...]:
     where = [

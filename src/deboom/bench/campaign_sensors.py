@@ -202,8 +202,10 @@ def flexibility(chain: ErrorBudget, frequency: RealArray) -> RealArray:
     return np.asarray(1 + chain.bench_flexibility * (frequency / chain.bench_frequency) ** 2)
 
 
-def answered(sensors: CampaignSensors, run: OperatingRun, errors: CampaignErrors) -> RecordedRun:
-    """Return what the sensors would deliver of a run without any noise."""
+def clean_channels(
+    sensors: CampaignSensors, run: OperatingRun, chain: ErrorBudget
+) -> tuple[ComplexArray, ComplexArray]:
+    """Find what accelerometers [m/s²] and cells [N] deliver of a run without any noise."""
     n_line = run.frequency.size
     to_acceleration = -((2 * np.pi * run.frequency[:, None]) ** 2)
     powertrain = (to_acceleration * run.powertrain.motion) @ sensors.sensing.T
@@ -211,13 +213,8 @@ def answered(sensors: CampaignSensors, run: OperatingRun, errors: CampaignErrors
     force = run.powertrain.force.reshape(n_line, -1, 3)
     cells = np.einsum("mcab,fmb->fmca", sensors.cells, force).reshape(n_line, -1)
     side_cells = run.wheel_end.force * sensors.side_cells[:, :, 0].reshape(1, -1)
-    flexible = flexibility(errors.chain, run.frequency)[:, None]
-    return RecordedRun(
-        acceleration=np.hstack([powertrain, sides]),
-        cell_force=np.hstack([flexible * cells, side_cells]),
-        static_force=np.zeros((n_line, len(run.channels))),
-        engine_torque=run.engine_torque,
-    )
+    flexible = flexibility(chain, run.frequency)[:, None]
+    return np.hstack([powertrain, sides]), np.hstack([flexible * cells, side_cells])
 
 
 def record(
@@ -242,13 +239,13 @@ def record(
     generator : Generator
         Draws the noise.
     """
-    clean, chain = answered(sensors, run, errors), errors.chain
+    chain = errors.chain
+    acceleration, cell_force = clean_channels(sensors, run, chain)
     of_acceleration = (chain.acceleration_own, chain.acceleration_norm, chain.acceleration_floor)
     of_force = (chain.force_own, chain.force_norm, chain.force_floor)
     return RecordedRun(
-        acceleration=clean.acceleration
-        + order_noise(clean.acceleration, 3, of_acceleration, generator),
-        cell_force=clean.cell_force + order_noise(clean.cell_force, 3, of_force, generator),
+        acceleration=acceleration + order_noise(acceleration, 3, of_acceleration, generator),
+        cell_force=cell_force + order_noise(cell_force, 3, of_force, generator),
         static_force=static_force + generator.normal(0, errors.static_force, static_force.shape),
         engine_torque=run.engine_torque
         + generator.normal(0, errors.torque, run.engine_torque.shape),

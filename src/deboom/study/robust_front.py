@@ -138,8 +138,7 @@ class RobustFront:
 
     def energy_sigma(self, design: RealArray) -> RealArray:
         """Scatter of the energy level over the verification's draws, shape (n_vehicle,) [dB]."""
-        response = self._verified_response
-        made = design * (1.0 + response.space.relative_sigma * response.sample.normals(design))
+        made = self._verified_response.made(design)
         level = levels(self.index.contributions[0], made)
         energy = mean_energy_level(level, self.frequency, ENERGY_BAND)
         return np.asarray(energy.std(axis=0, ddof=1))

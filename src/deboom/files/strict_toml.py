@@ -1,0 +1,138 @@
+"""TOML files with strict keys: one clear sentence when a key is wrong, and nothing written that
+would not read back.
+"""
+
+from __future__ import annotations
+
+import difflib
+import json
+import tomllib
+from pathlib import Path
+from types import UnionType
+from typing import Annotated, Any, TypeVar, Union, get_args, get_origin
+
+from pydantic import BaseModel, ConfigDict, ValidationError
+
+from deboom.errors import InputError
+from deboom.files.atomic import replace_text
+
+
+class StrictModel(BaseModel):
+    """Keys of a TOML file or of one of its sections: no unknown key, no conversion of types."""
+
+    model_config = ConfigDict(extra="forbid", strict=True, frozen=True, allow_inf_nan=False)
+
+
+_Model = TypeVar("_Model", bound=StrictModel)
+
+
+def load_toml(path: Path, model: type[_Model]) -> _Model:
+    """Read and check a TOML file.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    model : type
+        Its keys; fields that are models, or tuples of models, are its sections.
+
+    Raises
+    ------
+    InputError
+        The file is missing or no TOML; a key is unknown, missing, mistyped or out of range.
+    """
+    try:
+        text = path.read_text(encoding="utf-8")
+    except OSError as error:
+        raise InputError(f"{path} cannot be read ({error.strerror}): check the path") from None
+    except UnicodeDecodeError:
+        raise InputError(f"{path} is not UTF-8 text: save it as UTF-8") from None
+    return _parsed(path, text, model)
+
+
+def dump_toml(path: Path, content: StrictModel) -> None:
+    """Write a TOML file; what is written is read back and compared first.
+
+    Raises
+    ------
+    InputError
+        The content would be refused on reading, or the file cannot be written.
+    """
+    text = _toml(content)
+    if _parsed(path, text, type(content)) != content:
+        raise InputError(f"{path}: the text would not read back as it was given; nothing written")
+    replace_text(path, text)
+
+
+def _sections(model: type[BaseModel]) -> dict[str, type[BaseModel]]:
+    """Fields that are models or tuples of models."""
+    found = {name: _model_in(field.annotation) for name, field in model.model_fields.items()}
+    return {name: section for name, section in found.items() if section is not None}
+
+
+def _model_in(annotation: Any) -> type[BaseModel] | None:
+    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+        return annotation
+    if get_origin(annotation) in (tuple, Annotated, Union, UnionType):
+        return next(filter(None, map(_model_in, get_args(annotation))), None)
+    return None
+
+
+def _parsed(path: Path, text: str, model: type[_Model]) -> _Model:
+    try:
+        return model.model_validate(tomllib.loads(text))
+    except tomllib.TOMLDecodeError as error:
+        raise InputError(f"{path} is not TOML: {error}") from None
+    except ValidationError as error:
+        raise InputError(f"{path}: {_sentence(error, model)}") from None
+
+
+def _sentence(error: ValidationError, model: type[BaseModel]) -> str:
+    """Say the most helpful one of pydantic's errors: an unknown key explains a missing one."""
+    details = error.errors(include_url=False)
+    detail = next((d for d in details if d["type"] == "extra_forbidden"), details[0])
+    sections = _sections(model)
+    section, key = _place(detail["loc"], sections)
+    where = f"key '{key}' in {section}"
+    if detail["type"] == "extra_forbidden":
+        known = sections.get(str(detail["loc"][0]), model).model_fields
+        close = difflib.get_close_matches(key, known, n=1)
+        remedy = f"did you mean '{close[0]}'?" if close else f"use {', '.join(known)}"
+        return f"unknown {where}; {remedy}"
+    if detail["type"] == "missing":
+        return f"{where} is missing: add it"
+    rule = detail["msg"].removeprefix("Value error, ")
+    return f"{where} is {json.dumps(detail['input'], default=str)}: {rule[:1].lower()}{rule[1:]}"
+
+
+def _place(
+    location: tuple[int | str, ...], sections: dict[str, type[BaseModel]]
+) -> tuple[str, str]:
+    first, *rest = location
+    section = "the top level"
+    if rest and first in sections:
+        section = f"[{first}]"
+        if isinstance(rest[0], int):
+            section = f"[[{first}]] {rest[0] + 1}"
+            rest = rest[1:]
+        first, *rest = rest or [first]
+    return section, str(first) + "".join(f"[{i}]" for i in rest if isinstance(i, int))
+
+
+def _toml(content: BaseModel) -> str:
+    values = content.model_dump(exclude_none=True)
+    sections = {key: values.pop(key) for key in _sections(type(content)) if key in values}
+    lines = [f"{key} = {_value(value)}" for key, value in values.items()]
+    for section, entries in sections.items():
+        is_list = not isinstance(entries, dict)
+        for entry in entries if is_list else (entries,):
+            lines += ["", f"[[{section}]]" if is_list else f"[{section}]"]
+            lines += [f"{key} = {_value(value)}" for key, value in entry.items()]
+    return "\n".join(lines) + "\n"
+
+
+def _value(value: Any) -> str:
+    if isinstance(value, tuple | list):
+        return f"[{', '.join(map(_value, value))}]"
+    # JSON's numbers and strings are TOML's, too
+    return json.dumps(value, ensure_ascii=False)

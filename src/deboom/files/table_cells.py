@@ -1,0 +1,180 @@
+"""Tables of text cells from CSV and Excel files, their columns and units checked.
+
+A length or an angle carries its unit in the header of its column: ``x [mm]``, ``rz [deg]``.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from zipfile import BadZipFile
+
+import pandas as pd
+
+from deboom.errors import InputError
+from deboom.files.units import Unit, parse_unit
+
+_WITH_UNIT = re.compile(r"(?P<name>[^\[\]]+?)\s*\[(?P<unit>[^\[\]]*)\]")
+_ANGLES = {"rad": 1.0, "deg": math.pi / 180.0, "°": math.pi / 180.0}
+
+
+@dataclass(frozen=True)
+class Row:
+    """One row of a table.
+
+    Parameters
+    ----------
+    path : Path
+        Of the table.
+    line : int
+        In the file; the header is line 1.
+    cells : mapping of str to str
+        Column name, without its unit, to text.
+    units : mapping of str to Unit
+        Of the columns that have one.
+    """
+
+    path: Path
+    line: int
+    cells: Mapping[str, str]
+    units: Mapping[str, Unit]
+
+    def error(self, sentence: str) -> InputError:
+        """Return an error that names file and line."""
+        return InputError(f"{self.path} line {self.line}: {sentence}")
+
+    def filled(self, column: str) -> str:
+        """Return the text of a cell that must not be empty.
+
+        Raises
+        ------
+        InputError
+            It is empty.
+        """
+        if not self.cells[column]:
+            raise self.error(f"column '{column}' is empty: fill it in")
+        return self.cells[column]
+
+    def number(self, column: str) -> float:
+        """Return a finite number, in SI where its column has a unit.
+
+        Raises
+        ------
+        InputError
+            It is no number, or not finite.
+        """
+        text = self.cells[column]
+        try:
+            number = float(text)
+        except ValueError:
+            number = math.nan
+        if not math.isfinite(number):
+            raise self.error(
+                f"column '{column}': '{text}' is no finite number (decimal point, no thousands "
+                "separator)"
+            )
+        return number * (self.units[column].factor if column in self.units else 1.0)
+
+
+def read_rows(path: Path, plain: Sequence[str], with_unit: Mapping[str, str]) -> tuple[Row, ...]:
+    """Read a table from a CSV file or from the first sheet of an Excel file.
+
+    Parameters
+    ----------
+    path : Path
+        ``.csv`` or ``.xlsx``.
+    plain : sequence of str
+        Columns without a unit; all must be there, in any order.
+    with_unit : mapping of str to str
+        Columns with a unit in their header, and the SI unit of it; columns of one SI unit must
+        share one unit.
+
+    Returns
+    -------
+    tuple of Row
+        Rows that are not empty.
+
+    Raises
+    ------
+    InputError
+        The file is missing or no table; a column is missing, unknown or doubled, or one that needs
+        a unit has none, another quantity's, or another one than its neighbours; no row.
+    """
+    cells = _cells(path)
+    header = [text.strip() for text in cells.iloc[0]]
+    names, units = [], {}
+    for text in header:
+        match = _WITH_UNIT.fullmatch(text)
+        name = match["name"] if match else text
+        names.append(name)
+        if name in with_unit:
+            if not match:
+                example = "deg" if with_unit[name] == "rad" else "mm"
+                raise InputError(f"{path}: column '{text}' has no unit: write '{text} [{example}]'")
+            units[name] = _column_unit(path, text, match["unit"], with_unit[name])
+    wanted = [*plain, *with_unit]
+    for name in (*wanted, *names):
+        if names.count(name) != 1 or name not in wanted:
+            state = "is missing" if name not in names else "is unknown or doubled"
+            raise InputError(
+                f"{path}: column '{name}' {state}; the columns are {', '.join(wanted)}"
+            )
+    for name, unit in units.items():
+        other = next(o for o in with_unit if with_unit[o] == with_unit[name])
+        if units[other].factor != unit.factor:
+            raise InputError(
+                f"{path}: units are mixed: '{other}' is in {units[other].label} and '{name}' in "
+                f"{unit.label}; use one for both"
+            )
+    rows = []
+    for line, row in enumerate(cells.iloc[1:].itertuples(index=False), 2):
+        texts = [str(text).strip() for text in row]
+        if any(texts):
+            rows.append(Row(path, line, dict(zip(names, texts, strict=True)), units))
+    if not rows:
+        raise InputError(f"{path} has a header and no rows: add one row per item")
+    return tuple(rows)
+
+
+def _cells(path: Path) -> pd.DataFrame:
+    try:
+        if path.suffix.lower() == ".xlsx":
+            table = pd.read_excel(path, header=None, dtype=str, keep_default_na=False)
+        else:
+            # without a header, so that pandas neither renames doubled columns nor makes an index
+            table = pd.read_csv(
+                path,
+                header=None,
+                dtype=str,
+                keep_default_na=False,
+                skip_blank_lines=False,
+                encoding="utf-8-sig",
+            )
+    except OSError as error:
+        raise InputError(f"{path} cannot be read ({error.strerror}): check the path") from None
+    except UnicodeDecodeError:
+        raise InputError(f"{path} is not UTF-8 text: save it as UTF-8") from None
+    except pd.errors.EmptyDataError:
+        raise InputError(f"{path} is empty: export it again") from None
+    except (pd.errors.ParserError, BadZipFile, ValueError) as error:
+        raise InputError(f"{path} is no table of cells: {str(error).strip()}") from None
+    if table.empty:
+        raise InputError(f"{path} is empty: export it again")
+    return table.fillna("")
+
+
+def _column_unit(path: Path, column: str, label: str, si: str) -> Unit:
+    if si == "rad":
+        if label not in _ANGLES:
+            raise InputError(f"{path}: column '{column}': an angle is in deg or rad")
+        return Unit(label, "rad", _ANGLES[label])
+    try:
+        unit = parse_unit(label)
+    except InputError as error:
+        raise InputError(f"{path}: column '{column}': {error}") from None
+    if unit.si != si:
+        raise InputError(f"{path}: column '{column}' is not in {si} or a multiple of it")
+    return unit

@@ -4,12 +4,14 @@ The sentences themselves are tested in the files room; here it is the whole way 
 """
 
 import shutil
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 from typer.testing import CliRunner
 
 from deboom.cli import app
+from deboom.files.uff import read_uff, write_uff
 
 ROOT = Path(__file__).parents[2]
 STUDY = ROOT / "studies" / "u06_robust_front.py"
@@ -57,6 +59,20 @@ def first_value(name, text):
     return fault
 
 
+def forces_turned(name, node):
+    """Return a fault: all forces of one node have the opposite sign."""
+
+    def fault(folder):
+        path = folder / name
+        functions = [
+            replace(f, values=-f.values) if f.response_node == node and f.ordinate == "force" else f
+            for f in read_uff(path)
+        ]
+        write_uff(path, functions)
+
+    return fault
+
+
 VEHICLE = "noise_transfer/U06-2.uff"
 FAULTS = {
     "missing vehicle file": (removed(VEHICLE), ["U06-2.uff"]),
@@ -77,6 +93,10 @@ FAULTS = {
         ["default_load_case"],
     ),
     "mistyped key": (replaced("platform.toml", "gear = 5", 'gear = "five"'), ["gear"]),
+    "negative stiffness": (
+        forces_turned("operating/g5_wot220.uff", node=103),
+        ["TSM x", "negative stiffness", "sign"],
+    ),
     "doubled channel": (
         replaced("channels.csv", "EnM y,displacement", "EnM x,displacement"),
         ["channels.csv", "EnM"],

@@ -25,8 +25,12 @@ CAMPAIGN_QUANTITIES = {
     "static force": ("force", "N"),
     "engine torque": ("force", "N m"),
     "engine speed": ("rpm", "rpm"),
+    "tacho": ("general", "1"),
 }
-"""Quantities of the channel table: the word of the UFF ordinate and the SI unit."""
+"""Quantities of the channel table: the word of the UFF ordinate and the SI unit.
+
+The engine speed belongs to runs over an engine order, the tacho signal to runs over time.
+"""
 
 _AXES = ("x", "y", "z")
 _ANGLES = ("rx", "ry", "rz")

@@ -1,6 +1,4 @@
-"""TOML files with strict keys: one clear sentence when a key is wrong, and nothing written that
-would not read back.
-"""
+"""TOML files with strict keys: a wrong key is named, and what is written reads back."""
 
 from __future__ import annotations
 

@@ -247,7 +247,7 @@ class Campaign:
     mount_sets : tuple of str
         Parts that were on the bench.
     runs : tuple of OperatingRun
-        All on one frequency axis.
+        Frequency axes may differ from run to run.
     shaker_runs : tuple of ShakerRun
         Three axes for each mount (piece) that occurs; cells of a mount without are taken as they
         read.

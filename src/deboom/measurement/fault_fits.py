@@ -15,24 +15,24 @@ from deboom.measurement.sensors import SENSOR_AXES
 from deboom.physics.arrays import RealArray
 from deboom.physics.rigid_body import forward_matrices
 
-DEAD_BELOW = 0.1
-"""Share of the expected signal below which a channel counts as dead."""
-REVERSED_WITHIN = 0.2
-"""How far from −1 a factor may lie and still be called a reversed sign."""
-AS_GOOD = 1.05
-"""Ratio of two misfits (squared) up to which the simpler explanation is preferred."""
+LARGEST_TILT = 30.0
+"""Rotation beyond which an orientation is more likely a mix-up of axes [degrees]."""
 
 
 class Fault(Enum):
-    """Kinds of fault that leave-one-out can tell apart."""
+    """Kinds of fault that can be told apart."""
 
     SIGN = "reversed sign"
     DEAD = "dead channel"
-    GAIN = "wrong sensitivity"
     AXES = "swapped axes"
+    GAIN = "wrong sensitivity"
     OFFSET = "wrong position"
     TILT = "wrong orientation"
     UNEXPLAINED = "unexplained"
+
+
+FITTED = 4
+"""Complexity of a fault with a fitted size; that of a mix-up is the number of channels changed."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,13 +48,16 @@ class FaultFit:
     detail : str
         Its size, in words.
     forward : array, shape (n_channel, n_motion)
-        Forward matrix of all channels with the fault as a fact.
+        Forward matrix of all channels with the fault taken as a fact.
+    complexity : int
+        By which equally good explanations are ranked, the simplest first.
     """
 
     fault: Fault
     channels: tuple[str, ...]
     detail: str
     forward: RealArray
+    complexity: int
 
 
 def fault_fits(
@@ -63,7 +66,7 @@ def fault_fits(
     measured: RealArray,
     motion: RealArray,
 ) -> Iterator[FaultFit]:
-    """Fit every kind of fault to one sensor or impact, the simplest kinds first.
+    """Fit every kind of fault to one sensor or impact.
 
     Parameters
     ----------
@@ -78,61 +81,51 @@ def fault_fits(
 
     Notes
     -----
-    Factor of a channel, offset and rotation of a sensor are linear least squares or a Procrustes
-    problem, once the motion is known from the others. A sensor with channels switched off is not
-    asked for its axes and orientation.
+    Once the motion is known from the others, the factor of a channel and the offset of a sensor are
+    linear least squares, its rotation is a Procrustes problem, and of the ways to mix up three
+    axes there are 48. A sensor with channels switched off is not asked for axes and orientation; a
+    single channel of a triaxial sensor, which the others cannot do without, only for its factor.
     """
     expected = geometry.forward[rows] @ motion
     for row, shown, wanted in zip(rows, measured, expected, strict=True):
-        if np.any(wanted != 0):
-            yield _factor(geometry, int(row), float(shown @ wanted / (wanted @ wanted)))
+        energy = float(wanted @ wanted)
+        if energy > 0:
+            yield from _factors(geometry, int(row), float(shown @ wanted) / energy)
     if len(rows) == len(SENSOR_AXES):
-        yield _axes(geometry, rows, measured, expected)
-    yield _offset(geometry, rows, measured - expected, motion)
-    if len(rows) == len(SENSOR_AXES):
-        yield _tilt(geometry, rows, measured, motion)
+        yield from _axes(geometry, rows)
+        yield from _tilt(geometry, rows, measured, motion)
+    if len(rows) == len(geometry.rows_of(geometry.owners[rows[0]])):
+        yield _offset(geometry, rows, measured - expected, motion)
 
 
-def _factor(geometry: ChannelGeometry, row: int, factor: float) -> FaultFit:
-    forward = geometry.forward
-    forward[row] *= factor
-    fault = Fault.GAIN
-    if abs(factor + 1.0) < REVERSED_WITHIN:
-        fault = Fault.SIGN
-    elif abs(factor) < DEAD_BELOW:
-        fault = Fault.DEAD
-    detail = f"shows {factor:.3g} times what the others imply"
-    return FaultFit(fault, (geometry.channels[row],), detail, forward)
+def _factors(geometry: ChannelGeometry, row: int, fitted: float) -> Iterator[FaultFit]:
+    """One channel reversed, dead, or of another sensitivity."""
+    detail = f"shows {fitted:.3g} times what the others imply"
+    for fault, factor, complexity in (
+        (Fault.SIGN, -1.0, 1),
+        (Fault.DEAD, 0.0, 1),
+        (Fault.GAIN, fitted, FITTED),
+    ):
+        forward = geometry.forward
+        forward[row] *= factor
+        yield FaultFit(fault, (geometry.channels[row],), detail, forward, complexity)
 
 
-def _axes(
-    geometry: ChannelGeometry,
-    rows: npt.NDArray[np.intp],
-    measured: RealArray,
-    expected: RealArray,
-) -> FaultFit:
-    """Of all ways to mix up three axes, the one with the fewest changes that fits."""
-    turns = list(_signed_permutations())
-    misfits = np.array([np.sum((measured - turn @ expected) ** 2) for turn in turns])
-    plausible = [t for t, m in zip(turns, misfits, strict=True) if m <= AS_GOOD * misfits.min()]
-    turn = max(plausible, key=np.trace)
-    forward = geometry.forward
-    forward[rows] = turn @ forward[rows]
-    changed = [
-        (channel, ("" if turn[axis].sum() > 0 else "−") + SENSOR_AXES[int(np.argmax(abs(turn[axis])))])
-        for axis, channel in enumerate(geometry.channels[row] for row in rows)
-        if turn[axis, axis] != 1.0
-    ]
-    detail = ", ".join(f"{channel} carries {carried}" for channel, carried in changed)
-    return FaultFit(Fault.AXES, tuple(channel for channel, _ in changed), detail, forward)
-
-
-def _signed_permutations() -> Iterator[RealArray]:
-    """All 3×3 signed permutations that change more than one axis."""
-    for order, signs in product(permutations(range(3)), product((1.0, -1.0), repeat=3)):
-        turn = np.array(signs)[:, np.newaxis] * np.eye(3)[list(order)]
-        if np.count_nonzero(np.diag(turn) == 1.0) < 2:
-            yield turn
+def _axes(geometry: ChannelGeometry, rows: npt.NDArray[np.intp]) -> Iterator[FaultFit]:
+    """All ways to mix up three axes and their signs that change more than one channel."""
+    channels = [geometry.channels[row] for row in rows]
+    for order, signs in product(permutations(range(3)), product((1, -1), repeat=3)):
+        changed = [axis for axis in range(3) if (order[axis], signs[axis]) != (axis, 1)]
+        if len(changed) < 2:
+            continue
+        forward = geometry.forward
+        forward[rows] = np.array(signs)[:, np.newaxis] * forward[rows[list(order)]]
+        carried = [
+            f"{channels[axis]} carries {'' if signs[axis] > 0 else '−'}{SENSOR_AXES[order[axis]]}"
+            for axis in changed
+        ]
+        names = tuple(channels[axis] for axis in changed)
+        yield FaultFit(Fault.AXES, names, ", ".join(carried), forward, complexity=len(changed))
 
 
 def _offset(
@@ -153,7 +146,9 @@ def _offset(
         f"({x:+.1f}, {y:+.1f}, {z:+.1f}) mm"
     )
     channels = tuple(geometry.channels[row] for row in rows)
-    return FaultFit(Fault.OFFSET, channels, detail, replace(geometry, levers=levers).forward)
+    return FaultFit(
+        Fault.OFFSET, channels, detail, replace(geometry, levers=levers).forward, FITTED
+    )
 
 
 def _tilt(
@@ -161,16 +156,22 @@ def _tilt(
     rows: npt.NDArray[np.intp],
     measured: RealArray,
     motion: RealArray,
-) -> FaultFit:
+) -> Iterator[FaultFit]:
     """Rotation between sheet and sensor, by the Procrustes problem of the two accelerations."""
     directions = geometry.directions[rows]
     here = forward_matrices(geometry.levers[rows[:1]]) @ motion[:6]
     left, _, right = np.linalg.svd(directions.T @ measured @ here.T)
-    handed = np.diag([1.0, 1.0, np.linalg.det(left @ right)])
-    rotation = left @ handed @ right
+    proper = np.diag([1.0, 1.0, np.linalg.det(left @ right)])
+    rotation = left @ proper @ right
+    degrees = np.degrees(np.arccos(np.clip((np.trace(rotation) - 1.0) / 2.0, -1.0, 1.0)))
+    if degrees > LARGEST_TILT:
+        return
     turned = geometry.directions.copy()
     turned[rows] = directions @ rotation
-    degrees = np.degrees(np.arccos(np.clip((np.trace(rotation) - 1.0) / 2.0, -1.0, 1.0)))
-    detail = f"is turned by {degrees:.1f}° against the position sheet"
-    channels = tuple(geometry.channels[row] for row in rows)
-    return FaultFit(Fault.TILT, channels, detail, replace(geometry, directions=turned).forward)
+    yield FaultFit(
+        Fault.TILT,
+        tuple(geometry.channels[row] for row in rows),
+        f"is turned by {degrees:.1f}° against the position sheet",
+        replace(geometry, directions=turned).forward,
+        FITTED,
+    )

@@ -22,9 +22,7 @@ class RunDirection(Enum):
     FALLING = "falling"
 
 
-def rising_runs(
-    run: Sequence[str], direction: Mapping[str, RunDirection]
-) -> npt.NDArray[np.bool_]:
+def rising_runs(run: Sequence[str], direction: Mapping[str, RunDirection]) -> npt.NDArray[np.bool_]:
     """Lines of the runs with rising torque.
 
     Parameters
@@ -83,8 +81,8 @@ def torque_slope(
     Raises
     ------
     InputError
-        Shapes that differ, values that are not finite, time that does not increase, or a window with
-        fewer than five lines.
+        Shapes that differ, values that are not finite, time that does not increase, or a window
+        with fewer than five lines.
     """
     t, torques = np.asarray(time, dtype=float), np.asarray(torque, dtype=float)
     if t.ndim != 1 or t.shape != torques.shape or t.size == 0:

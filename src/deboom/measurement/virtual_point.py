@@ -56,7 +56,7 @@ class VirtualPoint:
         return self.geometry.channels
 
     def reproject(self, channels: npt.ArrayLike) -> ComplexArray:
-        """What a rigid body (with the chosen modes) would have shown, ``V V⁺ a``.
+        """Return what a rigid body (with the chosen modes) would have shown, ``V V⁺ a``.
 
         Parameters
         ----------

@@ -2,22 +2,13 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
-from typing import Any
-
-import numpy as np
-import numpy.typing as npt
 
 from deboom.errors import InputError
-from deboom.measurement.campaign import StaticCurve
-from deboom.measurement.channels import ComplexArray, RealArray
-from deboom.mounts.mount import AXES, Mount
-from deboom.mounts.named_arrays import NamedArrays
-
-Setting = str | int | float | bool | None
-TextArray = npt.NDArray[np.str_]
+from deboom.mounts.characterised_direction import CharacterisedDirection
+from deboom.mounts.mount import Mount
+from deboom.mounts.stored_values import check_text, finite_number, numbers_with_units
 
 
 @dataclass(frozen=True)
@@ -50,11 +41,11 @@ class CampaignRecord:
     inputs_sha256: Mapping[str, str]
 
     def __post_init__(self) -> None:
-        _check_text("campaign", self.name, needed=True)
+        check_text("campaign", self.name, needed=True)
         owner = f"campaign {self.name}"
-        object.__setattr__(self, "order", _number(owner, "order", self.order))
+        object.__setattr__(self, "order", finite_number(owner, "order", self.order))
         object.__setattr__(self, "runs", tuple(self.runs))
-        object.__setattr__(self, "tolerances", _with_units(owner, self.tolerances))
+        object.__setattr__(self, "tolerances", numbers_with_units(owner, self.tolerances))
         object.__setattr__(self, "inputs_sha256", dict(self.inputs_sha256))
 
 
@@ -89,182 +80,12 @@ class MountIdentity:
     def __post_init__(self) -> None:
         for field in fields(self):
             needed = field.name in ("campaign", "mount", "variant")
-            _check_text(field.name, getattr(self, field.name), needed)
+            check_text(field.name, getattr(self, field.name), needed)
 
     def __str__(self) -> str:
         known = {"part number": self.part_number, "supplier": self.supplier, "serial": self.serial}
         details = "".join(f", {name} {value}" for name, value in known.items() if value)
         return f"{self.mount} {self.variant} of campaign {self.campaign}{details}"
-
-
-@dataclass(frozen=True, eq=False)
-class MapPoints:
-    """Measured dynamic stiffness of one direction, point by point.
-
-    Parameters
-    ----------
-    preload : array, shape (n,)
-        Static force in the direction [N].
-    amplitude : array, shape (n,)
-        Of the displacement at the virtual point, peak [m].
-    frequency : array, shape (n,)
-        [Hz].
-    dynamic_stiffness : array, shape (n,)
-        Complex ``f / s`` [N/m].
-    confidence : array, shape (n,)
-        From 0 (masked: not to be used) to 1 [1].
-    run : sequence of str, length n
-        Operating run of each point, with the piece where a mount has several.
-
-    Raises
-    ------
-    InputError
-        Unequal lengths, a value that is not finite, a confidence outside of 0 … 1.
-    """
-
-    preload: RealArray
-    amplitude: RealArray
-    frequency: RealArray
-    dynamic_stiffness: ComplexArray
-    confidence: RealArray
-    run: TextArray
-
-    def __post_init__(self) -> None:
-        for name in ("preload", "amplitude", "frequency", "confidence"):
-            _freeze(self, name, np.float64)
-        _freeze(self, "dynamic_stiffness", np.complex128)
-        runs = np.array([str(run) for run in self.run], dtype=np.str_)
-        runs.setflags(write=False)
-        object.__setattr__(self, "run", runs)
-        shapes = {field.name: getattr(self, field.name).shape for field in fields(self)}
-        if len(set(shapes.values())) != 1 or self.frequency.ndim != 1:
-            raise InputError(f"map points need arrays of one equal length, they have {shapes}")
-        if np.any((self.confidence < 0) | (self.confidence > 1)):
-            raise InputError("map points: a confidence lies between 0 and 1")
-
-    def __len__(self) -> int:
-        return self.frequency.size
-
-
-@dataclass(frozen=True, eq=False)
-class FittedSurface:
-    """A response surface K(preload, amplitude, frequency) as named arrays.
-
-    Parameters
-    ----------
-    model : str
-        Type that builds itself from the arrays, such as ``DynamicStiffnessSurface``.
-    variables : tuple of str
-        Its variables in their order, such as ``("preload", "amplitude", "frequency")``.
-    units : tuple of str
-        SI unit of each variable. Values are in N/m.
-    lower, upper : array, shape (n_variables,)
-        Range of each variable over the training points, in its unit.
-    arrays : mapping of str to array
-        All that the model needs, its training hull included.
-    settings : mapping of str to str, int, float, bool or None
-        How it was fitted.
-
-    Raises
-    ------
-    InputError
-        Counts that disagree, ranges that are not finite, an array of Python objects.
-    """
-
-    model: str
-    variables: tuple[str, ...]
-    units: tuple[str, ...]
-    lower: RealArray
-    upper: RealArray
-    arrays: Mapping[str, npt.NDArray[Any]]
-    settings: Mapping[str, Setting]
-
-    def __post_init__(self) -> None:
-        _check_text("model of a surface", self.model, needed=True)
-        object.__setattr__(self, "variables", tuple(self.variables))
-        object.__setattr__(self, "units", tuple(self.units))
-        for name in ("lower", "upper"):
-            _freeze(self, name, np.float64)
-        shape = (len(self.variables),)
-        if not (len(self.units),) == self.lower.shape == self.upper.shape == shape:
-            raise InputError(
-                f"surface {self.model}: {len(self.variables)} variables need as many units and "
-                f"bounds, it has {len(self.units)}, {self.lower.shape} and {self.upper.shape}"
-            )
-        object.__setattr__(self, "arrays", _frozen_arrays(self.model, self.arrays))
-        for name, value in self.settings.items():
-            if isinstance(value, float) and not math.isfinite(value):
-                raise InputError(f"surface {self.model}: its setting {name} is {value}")
-        object.__setattr__(self, "settings", dict(self.settings))
-
-
-@dataclass(frozen=True)
-class DirectionQuality:
-    """How far the stiffness of one direction may be believed.
-
-    Parameters
-    ----------
-    identified : bool
-        False where the error budget leaves the direction unknown.
-    half_width_95 : float, optional
-        Of the 95 % band of K by the error budget, relative to |K| [1]; None without a budget.
-    r2_real, r2_imag, r2_force : float, optional
-        Coefficient of determination of the surface for Re K, Im K and the force, at most 1 [1].
-
-    Raises
-    ------
-    InputError
-        A number that is not finite: None stands for not known.
-    """
-
-    identified: bool
-    half_width_95: float | None = None
-    r2_real: float | None = None
-    r2_imag: float | None = None
-    r2_force: float | None = None
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "identified", bool(self.identified))
-        for field in fields(self)[1:]:
-            value = getattr(self, field.name)
-            if value is not None:
-                object.__setattr__(self, field.name, _number("quality", field.name, value))
-
-
-@dataclass(frozen=True, eq=False)
-class CharacterisedDirection:
-    """One direction of a characterised mount.
-
-    Parameters
-    ----------
-    axis : str
-        ``x``, ``y`` or ``z``.
-    map_points : MapPoints
-        None at all where the mount was never loaded in this direction.
-    quality : DirectionQuality
-        Believe it or not.
-    surface : FittedSurface, optional
-        None where none could be fitted.
-    static_curve : StaticCurve, optional
-        Quasi-static force over deflection, as the supplier sent it.
-
-    Raises
-    ------
-    InputError
-        An unknown axis; identified, and yet without a surface.
-    """
-
-    axis: str
-    map_points: MapPoints
-    quality: DirectionQuality
-    surface: FittedSurface | None = None
-    static_curve: StaticCurve | None = None
-
-    def __post_init__(self) -> None:
-        if self.axis not in AXES:
-            raise InputError(f"unknown axis {self.axis!r}, use {', '.join(AXES)}")
-        if self.quality.identified and self.surface is None:
-            raise InputError(f"direction {self.axis} is identified, but it has no surface")
 
 
 @dataclass(frozen=True, eq=False)
@@ -297,7 +118,9 @@ class CharacterisedMount:
     def __post_init__(self) -> None:
         owner = str(self.identity)
         object.__setattr__(self, "directions", tuple(self.directions))
-        object.__setattr__(self, "quality", _with_units(owner, self.quality))
+        object.__setattr__(self, "quality", numbers_with_units(owner, self.quality))
+        for text in (self.mount.name, self.mount.description, *self.mount.pieces):
+            check_text(f"{owner}: text", text, needed=False)
         if self.mount.name != self.identity.mount:
             raise InputError(f"{owner}: its geometry is that of mount {self.mount.name}")
         axes = [direction.axis for direction in self.directions]
@@ -324,39 +147,3 @@ class CharacterisedMount:
                 return direction
         there = ", ".join(direction.axis for direction in self.directions)
         raise InputError(f"{self.identity}: it has no direction {axis!r}, use {there}")
-
-
-def _check_text(what: str, text: str, needed: bool) -> None:
-    if (needed and not text) or (text and not text.isprintable()):
-        raise InputError(f"{what} {text!r} is not a name: use printable characters")
-
-
-def _number(owner: str, name: str, value: float) -> float:
-    number = float(value)
-    if not math.isfinite(number):
-        raise InputError(f"{owner}: {name} is {number}; leave out what is not known")
-    return number
-
-
-def _with_units(owner: str, numbers: Mapping[str, float]) -> dict[str, float]:
-    for name in numbers:
-        if not (name.endswith("]") and " [" in name):
-            raise InputError(f"{owner}: {name!r} lacks its unit; write it as in 'position [m]'")
-    return {name: _number(owner, name, value) for name, value in numbers.items()}
-
-
-def _freeze(value: object, name: str, dtype: type[np.generic]) -> None:
-    array = np.array(getattr(value, name), dtype=dtype)
-    if not np.all(np.isfinite(array)):
-        raise InputError(f"{type(value).__name__}: {name} holds a value that is not finite")
-    array.setflags(write=False)
-    object.__setattr__(value, name, array)
-
-
-def _frozen_arrays(owner: str, arrays: Mapping[str, npt.NDArray[Any]]) -> NamedArrays:
-    frozen = {name: np.array(array) for name, array in arrays.items()}
-    for name, array in frozen.items():
-        if array.dtype.kind not in "biufcU":
-            raise InputError(f"surface {owner}: array {name} is of {array.dtype}, not of numbers")
-        array.setflags(write=False)
-    return frozen

@@ -4,14 +4,15 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from math import comb
-from numbers import Integral, Real
-from typing import Literal
+from numbers import Integral
+from typing import Any, Literal
 
 import numpy as np
 import numpy.typing as npt
 
 from deboom.errors import InputError
-from deboom.mounts.cubic_pieces import PiecewiseCubic, fit_pieces
+from deboom.mounts.cubic_least_squares import fit_pieces
+from deboom.mounts.cubic_pieces import PiecewiseCubic
 from deboom.mounts.cubic_segments import IntArray, Segments
 from deboom.mounts.cubic_splits import (
     cross_validated_splits,
@@ -67,9 +68,9 @@ class PieceOptions:
             _whole_number("pieces", self.pieces, 1, ' or "cv"')
         if self.min_rows is not None:
             _whole_number("min_rows", self.min_rows, 1)
-        if not (isinstance(self.threshold, Real) and self.threshold > 0):
+        if not self.threshold > 0:
             raise InputError(f"threshold is a relative error above 0, not {self.threshold!r}")
-        if not (isinstance(self.overlap, Real) and 0 <= self.overlap < 1):
+        if not 0 <= self.overlap < 1:
             raise InputError(f"overlap is a fraction of at least 0 and below 1: {self.overlap!r}")
         if isinstance(self.split, str) and self.split not in ("least-squares", "threshold"):
             raise InputError(
@@ -109,7 +110,7 @@ def fit_piecewise_cubic(
     InputError
         A split variable that does not exist, split points that do not increase within its range.
     """
-    n_rows, n_features = X.shape
+    n_features = X.shape[1]
     if options.split_feature >= n_features:
         raise InputError(
             f"split_feature {options.split_feature} does not exist: there are {n_features} "
@@ -165,6 +166,6 @@ def _given_points(split: npt.ArrayLike, position: RealArray) -> RealArray:
     return points
 
 
-def _whole_number(name: str, value: object, least: int, others: str = "") -> None:
-    if not isinstance(value, Integral) or isinstance(value, bool) or value < least:
+def _whole_number(name: str, value: Any, least: int, others: str = "") -> None:
+    if not isinstance(value, Integral) or value < least:
         raise InputError(f"{name} is a whole number of at least {least}{others}, not {value!r}")

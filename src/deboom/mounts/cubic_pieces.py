@@ -70,6 +70,13 @@ def _monomials(scaled: RealArray, exponents: Exponents) -> RealArray:
     return terms
 
 
+def scaling(X: RealArray) -> tuple[RealArray, RealArray]:
+    """Centre and half range of each column; a constant column gets the half range 1."""
+    low, high = X.min(axis=0), X.max(axis=0)
+    half_range = (high - low) / 2
+    return (low + high) / 2, np.where(half_range > 0, half_range, 1.0)
+
+
 @dataclass(frozen=True, eq=False)
 class PiecewiseCubic:
     """Complete cubics side by side along one variable, blended where they meet.
@@ -87,8 +94,12 @@ class PiecewiseCubic:
         Scaling of each piece's variables to [-1, 1] over its own rows.
     coefficients : array, shape (n_pieces, n_terms, n_outputs)
         Of the terms in scaled variables.
-    leverage_factor : array, shape (n_pieces, n_terms, n_terms)
-        ``L`` with ``h = |a L|²`` the leverage of a row of terms ``a``.
+    directions : array, shape (n_pieces, n_terms, n_directions)
+        Right singular vectors of the rows of terms fitted, zero columns beyond the rank.
+    inverse_singular : array, shape (n_pieces, n_directions)
+        Their inverse singular values, 0 beyond the rank [1].
+    unseen_leverage : array, shape (n_pieces,)
+        Leverage of a unit step across all directions: as good as infinite.
     leverage_limit : array, shape (n_pieces,)
         Largest leverage of a row that was fitted.
     variance : array, shape (n_pieces, n_outputs)
@@ -108,14 +119,17 @@ class PiecewiseCubic:
     centre: RealArray
     half_range: RealArray
     coefficients: RealArray
-    leverage_factor: RealArray
+    directions: RealArray
+    inverse_singular: RealArray
+    unseen_leverage: RealArray
     leverage_limit: RealArray
     variance: RealArray
     degrees_of_freedom: RealArray
 
     def __post_init__(self) -> None:
-        freeze(self, "split_points", "centre", "half_range", "coefficients", "leverage_factor")
-        freeze(self, "leverage_limit", "variance", "degrees_of_freedom")
+        freeze(self, "split_points", "centre", "half_range", "coefficients", "directions")
+        freeze(self, "inverse_singular", "unseen_leverage", "leverage_limit")
+        freeze(self, "variance", "degrees_of_freedom")
         object.__setattr__(self, "split_feature", int(self.split_feature))
         object.__setattr__(self, "blend_width", float(self.blend_width))
 
@@ -138,7 +152,7 @@ class PiecewiseCubic:
         return values
 
     def gradient(self, X: RealArray) -> RealArray:
-        """Derivative by each variable at `X` (n, n_features), shape (n, n_features, n_outputs)."""
+        """Differentiate by each variable at `X` (n, n_features): (n, n_features, n_outputs)."""
         share, slope = self._shares(X)
         exponents = cubic_exponents(X.shape[1])
         gradient = np.zeros((*X.shape, self.coefficients.shape[2]))
@@ -148,7 +162,9 @@ class PiecewiseCubic:
                 lowered = exponents.copy()
                 lowered[:, feature] = np.maximum(lowered[:, feature] - 1, 0)
                 power = exponents[:, feature] / self.half_range[k, feature]
-                derived = _monomials(scaled, lowered) @ (power[:, np.newaxis] * self.coefficients[k])
+                derived = _monomials(scaled, lowered) @ (
+                    power[:, np.newaxis] * self.coefficients[k]
+                )
                 gradient[:, feature] += share[k][:, np.newaxis] * derived
             value = self._terms(X, k) @ self.coefficients[k]
             gradient[:, self.split_feature] += slope[k][:, np.newaxis] * value
@@ -209,7 +225,9 @@ class PiecewiseCubic:
         if not 0 < coverage < 1:
             raise InputError(f"a coverage lies between 0 and 1, not {coverage}")
         if np.any(self.degrees_of_freedom < 1):
-            raise InputError("as many terms as rows leave no residuals: an interval needs more rows")
+            raise InputError(
+                "as many terms as rows leave no residuals: an interval needs more rows"
+            )
         share, _ = self._shares(X)
         half_width = np.zeros((len(X), self.coefficients.shape[2]))
         for k in range(self.n_pieces):
@@ -219,7 +237,7 @@ class PiecewiseCubic:
         return half_width
 
     def scaled(self, factor: float) -> PiecewiseCubic:
-        """The same pieces with every value multiplied by `factor`."""
+        """Multiply every value by `factor`."""
         return replace(
             self,
             coefficients=factor * self.coefficients,
@@ -230,8 +248,12 @@ class PiecewiseCubic:
         return cubic_terms((X - self.centre[piece]) / self.half_range[piece])
 
     def _leverage(self, X: RealArray, piece: int) -> RealArray:
-        projected = self._terms(X, piece) @ self.leverage_factor[piece]
-        return np.asarray(np.sum(projected**2, axis=1))
+        return leverage(
+            self._terms(X, piece),
+            self.directions[piece],
+            self.inverse_singular[piece],
+            float(self.unseen_leverage[piece]),
+        )
 
     def _shares(self, X: RealArray) -> tuple[RealArray, RealArray]:
         """Share of each piece at each row, and its slope along the split variable."""
@@ -250,88 +272,29 @@ class PiecewiseCubic:
         return passed[:-1] - passed[1:], slope[:-1] - slope[1:]
 
 
-def fit_pieces(
-    X: RealArray,
-    y: RealArray,
-    weight: RealArray,
-    split_feature: int,
-    split_points: RealArray,
-    overlap: float,
-) -> PiecewiseCubic:
-    """Least-squares cubics on both sides of given split points.
+def leverage(
+    terms: RealArray, directions: RealArray, inverse_singular: RealArray, unseen: float
+) -> RealArray:
+    """Leverage of rows of terms in a least-squares fit, also where it has less than full rank.
 
     Parameters
     ----------
-    X : array, shape (n, n_features)
-        Variables.
-    y : array, shape (n, n_outputs)
-        Observations.
-    weight : array, shape (n,)
-        Positive; inverse to the variance of each row.
-    split_feature : int
-        Column that is cut.
-    split_points : array, shape (n_pieces - 1,)
-        Increasing, in the unit of that column.
-    overlap : float
-        Fraction of the column's range over which neighbours share rows and are blended.
+    terms : array, shape (n, n_terms)
+        Rows ``a``.
+    directions : array, shape (n_terms, n_directions)
+        Right singular vectors ``v`` of the rows fitted.
+    inverse_singular : array, shape (n_directions,)
+        ``1/s`` [1].
+    unseen : float
+        Leverage of a unit step across all directions.
 
     Returns
     -------
-    PiecewiseCubic
-
-    Raises
-    ------
-    InputError
-        A piece without rows.
-
-    Notes
-    -----
-    Orthogonal triangularisation and a singular value decomposition of the triangle, no normal
-    equations. Terms that the rows cannot tell apart get the shortest coefficients, and their
-    directions a very large leverage.
+    array, shape (n,)
+        ``h = Σ (a·v/s)²``, and what the rows fitted never saw on top.
     """
-    position = X[:, split_feature]
-    blend_width = overlap * float(np.ptp(position))
-    bounds = np.concatenate([[-np.inf], np.asarray(split_points, dtype=float), [np.inf]])
-    pieces = []
-    for low, high in zip(bounds[:-1], bounds[1:], strict=True):
-        # a piece owns its upper end, as the shares do when nothing is blended
-        rows = (position > low - blend_width / 2) & (position <= high + blend_width / 2)
-        if not rows.any():
-            raise InputError(f"no rows between the split points {low:g} and {high:g}")
-        pieces.append(_fit_one(X[rows], y[rows], weight[rows]))
-    stacked = (np.stack(column) for column in zip(*pieces, strict=True))
-    return PiecewiseCubic(split_feature, bounds[1:-1], blend_width, *stacked)
-
-
-def scaling(X: RealArray) -> tuple[RealArray, RealArray]:
-    """Centre and half range of each column; a constant column gets the half range 1."""
-    low, high = X.min(axis=0), X.max(axis=0)
-    half_range = (high - low) / 2
-    return (low + high) / 2, np.where(half_range > 0, half_range, 1.0)
-
-
-def _fit_one(X: RealArray, y: RealArray, weight: RealArray) -> tuple[RealArray, ...]:
-    centre, half_range = scaling(X)
-    terms = cubic_terms((X - centre) / half_range)
-    root = np.sqrt(weight)[:, np.newaxis]
-    n_rows, n_terms = terms.shape
-    reduced = np.linalg.qr(np.hstack([root * terms, root * y]), mode="r")
-    triangle = np.zeros((max(len(reduced), n_terms), reduced.shape[1]))
-    triangle[: len(reduced)] = reduced
-    left, singular, right = np.linalg.svd(triangle[:, :n_terms], full_matrices=False)
-    smallest = singular[0] * max(n_rows, n_terms) * np.finfo(float).eps
-    rank = int(np.sum(singular > smallest))
-    leverage_factor = right.T / np.maximum(singular, smallest)
-    coefficients = leverage_factor[:, :rank] @ (left[:, :rank].T @ triangle[:, n_terms:])
-    squares = np.sum((root * (y - terms @ coefficients)) ** 2, axis=0)
-    freedom = n_rows - rank
-    return (
-        centre,
-        half_range,
-        coefficients,
-        leverage_factor,
-        np.max(np.sum((terms @ leverage_factor) ** 2, axis=1)),
-        squares / freedom if freedom else np.full_like(squares, np.nan),
-        np.array(float(freedom)),
-    )
+    along = terms @ directions
+    along_squared = np.sum((along * inverse_singular) ** 2, axis=1)
+    if np.count_nonzero(inverse_singular) < len(directions):
+        along_squared += unseen * np.sum((terms - along @ directions.T) ** 2, axis=1)
+    return np.asarray(along_squared)

@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from deboom.mounts.cubic_pieces import fit_pieces
+from deboom.mounts.cubic_least_squares import fit_pieces
 from deboom.mounts.cubic_segments import IntArray, Segments
 from deboom.mounts.training_region import TrainingRegion
 from deboom.physics.arrays import RealArray
@@ -78,7 +78,8 @@ def threshold_splits(segments: Segments, max_pieces: int, threshold: float) -> R
     def choose(edges: IntArray, squares: RealArray) -> IntArray | None:
         error = segments.relative_error(edges, squares)
         room_behind = np.isfinite(squares[:, -1, 0])
-        begin, chosen = 0, []
+        begin = 0
+        chosen: list[int] = []
         while len(chosen) < max_pieces - 1 and not error[begin, -1] <= threshold:
             reached = np.flatnonzero((error[begin] <= threshold) & room_behind)
             if not reached.size:
@@ -134,9 +135,9 @@ def cross_validated_splits(
     decides. Of the numbers of pieces whose score is worse than the best by less than one standard
     error of that difference over the folds, the smallest is taken.
     """
-    found = least_squares_splits(
-        Segments(X, y, weight, split_feature, min_rows), max_pieces
-    )
+    found = least_squares_splits(Segments(X, y, weight, split_feature, min_rows), max_pieces)
+    if len(found) == 1:
+        return found[0]
     spread = y.std(axis=0)
     scale = np.where(spread > 0, spread, 1.0)
     scores = []
@@ -165,9 +166,7 @@ def cross_validated_splits(
     return found[best]
 
 
-def _refined(
-    segments: Segments, edges: IntArray, chosen: IntArray, choose: Chooser
-) -> RealArray:
+def _refined(segments: Segments, edges: IntArray, chosen: IntArray, choose: Chooser) -> RealArray:
     """Repeat the choice between ever closer cuts until there are no closer ones."""
     while chosen.size:
         finer = segments.finer_edges(edges, chosen)
@@ -192,4 +191,5 @@ def _best_cuts(edges: IntArray, squares: RealArray, n_pieces: int) -> IntArray |
     cuts = [len(edges) - 1]
     for step in reversed(came_from):
         cuts.append(int(step[cuts[-1]]))
-    return edges[np.array(cuts[:0:-1])]
+    inner: IntArray = edges[np.array(cuts[:0:-1])]
+    return inner

@@ -5,7 +5,7 @@ from __future__ import annotations
 import io
 import zipfile
 from collections.abc import Callable
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from sqlalchemy import JSON, Connection, Dialect, ForeignKey, LargeBinary, String, UniqueConstraint
@@ -14,6 +14,7 @@ from sqlalchemy.types import TypeDecorator
 
 from deboom.errors import InputError
 from deboom.mounts.named_arrays import NamedArrays
+from deboom.mounts.stored_values import LONGEST_TEXT
 
 MIGRATIONS: tuple[Callable[[Connection], None], ...] = ()
 """Step n takes a library from version n + 1 to n + 2; all steps run in one transaction."""
@@ -55,15 +56,18 @@ class Npz(TypeDecorator[NamedArrays]):
     impl = LargeBinary(2**30)
     cache_ok = True
 
-    def process_bind_param(self, value: NamedArrays | None, dialect: Dialect) -> bytes | None:
+    def process_bind_param(self, value: NamedArrays | None, _dialect: Dialect) -> bytes | None:
         """Write the arrays."""
         if value is None:
             return None
         buffer = io.BytesIO()
-        np.savez(buffer, **value)
+        with zipfile.ZipFile(buffer, "w") as archive:
+            for name, array in value.items():
+                with archive.open(f"{name}.npy", "w") as entry:
+                    np.lib.format.write_array(entry, np.asanyarray(array), allow_pickle=False)
         return buffer.getvalue()
 
-    def process_result_value(self, value: bytes | None, dialect: Dialect) -> NamedArrays | None:
+    def process_result_value(self, value: bytes | None, _dialect: Dialect) -> NamedArrays | None:
         """Read the arrays; a checksum guards each of them."""
         if value is None:
             return None
@@ -79,11 +83,11 @@ class Npz(TypeDecorator[NamedArrays]):
 class Base(DeclarativeBase):
     """All tables of a library."""
 
-    type_annotation_map = {  # noqa: RUF012 - SQLAlchemy reads it from the class
+    type_annotation_map: ClassVar[dict[Any, Any]] = {
         dict[str, Any]: JSON,
         list[Any]: JSON,
         NamedArrays: Npz,
-        str: String(255),
+        str: String(LONGEST_TEXT),
     }
 
 
@@ -119,9 +123,7 @@ class MountRow(Base):
     """A characterised mount."""
 
     __tablename__ = "deboom_mount"
-    __table_args__ = (
-        UniqueConstraint("campaign_id", "mount", "variant", "part_number", "serial"),
-    )
+    __table_args__ = (UniqueConstraint("campaign_id", "mount", "variant", "part_number", "serial"),)
     id: Mapped[int] = mapped_column(primary_key=True)
     campaign_id: Mapped[int] = mapped_column(ForeignKey("deboom_campaign.id", ondelete="CASCADE"))
     mount: Mapped[str]

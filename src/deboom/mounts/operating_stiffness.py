@@ -10,6 +10,53 @@ from deboom.measurement.load_case import LoadCase
 from deboom.mounts.mount import AXES, Mount
 from deboom.physics.dynamic_stiffness import dynamic_stiffness
 
+LEAST_LOSS_FACTOR = -0.05
+"""Below this a mount would drive the powertrain. A direction that hardly moves reads slightly
+negative when sensors are half a degree askew, so zero itself is no sign of a fault [1]."""
+
+
+def refuse_active_mounts(load_case: LoadCase) -> None:
+    """Refuse a run in which a mount has a negative stiffness or a negative loss.
+
+    Real mounts only store and lose energy. A negative stiffness means force and displacement of
+    opposite signs; a negative loss means conjugated spectra (factor e^{-jωt}) or a phase error.
+
+    Parameters
+    ----------
+    load_case : LoadCase
+        Measured run.
+
+    Raises
+    ------
+    InputError
+        Names load case, channel and what to check.
+
+    Notes
+    -----
+    Judged by the stiffness that fits all lines best, ``K = Σ f s* / Σ |s|²``, so that the noise of
+    single lines does not count.
+    """
+    for name, force, displacement in zip(
+        load_case.force.channels,
+        load_case.force.values.T,
+        load_case.displacement.values.T,
+        strict=True,
+    ):
+        stiffness = np.vdot(displacement, force) / np.vdot(displacement, displacement).real
+        if not stiffness.real > 0.0:
+            raise InputError(
+                f"load case {load_case.name}: channel '{name}' has a negative stiffness of "
+                f"{stiffness.real * 1e-3:.3g} N/mm over all lines: check the sign of its force and "
+                "its displacement"
+            )
+        loss = stiffness.imag / stiffness.real
+        if loss < LEAST_LOSS_FACTOR:
+            raise InputError(
+                f"load case {load_case.name}: channel '{name}' has a negative loss factor of "
+                f"{loss:.3g} over all lines: check its phase, and that the spectra have the factor "
+                "e^(+jωt)"
+            )
+
 
 def mean_operating_stiffness(
     mount: Mount, load_case: LoadCase, band: tuple[float, float]
@@ -46,8 +93,8 @@ def mean_operating_stiffness(
     lines = (frequency >= band[0]) & (frequency <= band[1])
     if not lines.any():
         raise InputError(
-            f"load case {load_case.name}: no line between {band[0]} and {band[1]} Hz; "
-            f"the run covers {frequency[0]} to {frequency[-1]} Hz"
+            f"load case {load_case.name}: no line between {band[0]:g} and {band[1]:g} Hz; "
+            f"the run covers {frequency[0]:g} to {frequency[-1]:g} Hz"
         )
     stiffness = np.full(len(AXES), np.nan)
     for place, axis in enumerate(AXES):

@@ -22,14 +22,15 @@ class PiecewiseCubicRegressor(RegressorMixin, BaseEstimator):
     split_feature : int, default 0
         Column that is cut into pieces.
     pieces : int or "cv", default 2
-        Number of pieces, fewer if the rows or the threshold do not call for them (`n_pieces_` tells);
-        "cv" chooses between 1 and `max_pieces` by cross-validation.
+        Number of pieces, fewer if the rows or the threshold do not call for them (`n_pieces_`
+        tells); "cv" chooses between 1 and `max_pieces` by cross-validation.
     split : "least-squares", "threshold" or sequence of float, default "least-squares"
         How split points are found, or the split points themselves (then `pieces` has no say).
     threshold : float, default 0.03
         For "threshold": relative rms error that a piece may have.
     overlap : float, default 0.02
-        Fraction of the range of the split variable over which neighbours share rows and are blended.
+        Fraction of the range of the split variable over which neighbours share rows and are
+        blended.
     max_pieces : int, default 5
         For "cv".
     folds : int, default 5
@@ -52,8 +53,8 @@ class PiecewiseCubicRegressor(RegressorMixin, BaseEstimator):
 
     Notes
     -----
-    `predict` follows the polynomials everywhere, as scikit-learn expects; ask `supported` where that
-    is extrapolation. `fit` takes several outputs; they share their split points.
+    `predict` follows the polynomials everywhere, as scikit-learn expects; ask `supported` where
+    that is extrapolation. `fit` takes several outputs; they share their split points.
 
     Examples
     --------
@@ -112,12 +113,15 @@ class PiecewiseCubicRegressor(RegressorMixin, BaseEstimator):
         -------
         self
         """
-        X, y = validate_data(
+        rows: RealArray
+        rows, observed = validate_data(
             self, X, y, dtype=np.float64, multi_output=True, y_numeric=True
         )
-        weight = _check_sample_weight(sample_weight, X, dtype=np.float64, ensure_non_negative=True)
+        weight = _check_sample_weight(
+            sample_weight, rows, dtype=np.float64, ensure_non_negative=True
+        )
         kept = weight > 0
-        outputs = np.asarray(y, dtype=float).reshape(len(X), -1)[kept]
+        outputs = np.asarray(observed, dtype=float).reshape(len(rows), -1)
         options = PieceOptions(
             split_feature=self.split_feature,
             pieces=self.pieces,
@@ -129,11 +133,13 @@ class PiecewiseCubicRegressor(RegressorMixin, BaseEstimator):
             min_rows=self.min_rows,
         )
         labels = None if groups is None else np.asarray(groups)[kept]
-        self.model_ = fit_piecewise_cubic(X[kept], outputs, weight[kept], options, labels)
-        self.region_ = TrainingRegion.around(X[kept], self.reach)
+        self.model_ = fit_piecewise_cubic(
+            rows[kept], outputs[kept], weight[kept], options, labels
+        )
+        self.region_ = TrainingRegion.around(rows[kept], self.reach)
         self.split_points_ = self.model_.split_points
         self.n_pieces_ = self.model_.n_pieces
-        self._one_output = np.ndim(y) == 1
+        self._one_output = np.ndim(observed) == 1
         return self
 
     def predict(self, X: npt.ArrayLike) -> RealArray:
@@ -142,7 +148,7 @@ class PiecewiseCubicRegressor(RegressorMixin, BaseEstimator):
         return self._shaped(self.model_(rows))
 
     def gradient(self, X: npt.ArrayLike) -> RealArray:
-        """Derivatives at `X` (n, n_features): (n, n_features), with (…, n_outputs) for several."""
+        """Differentiate at `X` (n, n_features): (n, n_features), or (…, n_outputs) for several."""
         rows = self._checked(X)
         return self._shaped(self.model_.gradient(rows))
 

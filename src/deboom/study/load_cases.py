@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from deboom.errors import InputError
 from deboom.files.platform import Platform
 from deboom.measurement.load_case import LoadCase
+from deboom.mounts.operating_stiffness import refuse_active_mounts
 
 
 def weighted_load_cases(
@@ -29,7 +30,8 @@ def weighted_load_cases(
     Raises
     ------
     InputError
-        An unknown or repeated name, or a weight that is no number above 0.
+        An unknown or repeated name, a weight that is no number above 0, or a load case in which
+        a mount has a negative stiffness or a negative loss.
     """
     chosen: dict[str, float] = {}
     for request in requests or [platform.default_load_case]:
@@ -43,4 +45,7 @@ def weighted_load_cases(
         if name in chosen:
             raise InputError(f"load case '{name}' is asked for twice: give it one weight")
         chosen[name] = weight
-    return [(platform.load_case(name), weight) for name, weight in chosen.items()]
+    cases = [(platform.load_case(name), weight) for name, weight in chosen.items()]
+    for case, _ in cases:
+        refuse_active_mounts(case)
+    return cases

@@ -63,7 +63,8 @@ def run(
     """Run a study and print the folder of its results as the last line.
 
     Each study brings its own options: `deboom run STUDY --help` explains them. Common to all are
-    --out (where results go, default `results`) and --seed (an integer from 1).
+    --out (where results go, default `results`), --seed (an integer from 1) and --resume RUN (go on
+    with an interrupted run; `deboom list` shows it).
     """
     if study is None or study in ("--help", "-h"):
         typer.echo(context.get_help())
@@ -85,6 +86,22 @@ def studies(
     with one_sentence_errors():
         for path in sorted(folder.glob("*.py")):
             typer.echo(f"{path.as_posix()}\n    {question_of(path)}")
+
+
+@app.command("list")
+def list_(
+    results: Annotated[Path, typer.Argument(help="Folder with results.")] = Path("results"),
+) -> None:
+    """List finished, running and unfinished runs, by study and time.
+
+    An unfinished run was interrupted: `deboom run STUDY --resume RUN` goes on with it.
+    """
+    from deboom.files.run_list import list_runs
+    from deboom.study.runner import one_sentence_errors
+
+    with one_sentence_errors():
+        for entry in list_runs(results):
+            typer.echo(f"{entry.state:10}  {entry.study}  {entry.folder.as_posix()}")
 
 
 @bench_app.command("write")

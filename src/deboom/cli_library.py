@@ -130,9 +130,7 @@ def export(
             serial=serial,
         )
         if not found:
-            raise InputError(
-                f"{opened.name}: no mount fits; `deboom library list` shows what there is"
-            )
+            raise InputError(f"{opened.name}: no mount fits; `deboom library list` shows them all")
         mounts = [opened.load(identity) for identity in found]
         names = {identity.campaign for identity in found}
         campaigns = [record for record in opened.campaigns() if record.name in names]

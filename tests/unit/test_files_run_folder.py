@@ -19,14 +19,18 @@ def names(folder):
 
 
 def test_a_run_is_unfinished_until_it_is_finished(tmp_path):
-    run = start_run(tmp_path / "results", "front", seed=3)
+    run = start_run(tmp_path / "results", "front", seed=3, record={})
     assert run.folder.is_dir()
     assert run.folder.parent == tmp_path / "results" / "front"
     assert re.fullmatch(r"\d{4}-\d\d-\d\d_\d{6}_seed3\.unfinished", run.folder.name)
     run.save_text("note.txt", "µm\n")
     final = finish_run(run)
     assert final.name == run.folder.name.removesuffix(".unfinished")
-    assert names(tmp_path / "results" / "front") == [final.name, f"{final.name}/note.txt"]
+    assert names(tmp_path / "results" / "front") == [
+        final.name,
+        f"{final.name}/note.txt",
+        f"{final.name}/run.json",
+    ]
     assert (final / "note.txt").read_bytes() == "µm\n".encode()
 
 
@@ -39,11 +43,11 @@ def test_names_are_unique_within_a_second_and_sort_by_time(tmp_path, monkeypatch
             return cls(2026, 11, 21, 10, 45, cls.second, tzinfo=tz)
 
     monkeypatch.setattr(run_folder, "datetime", Clock)
-    first = finish_run(start_run(tmp_path, "front", seed=1))
-    second = start_run(tmp_path, "front", seed=1)
-    third = start_run(tmp_path, "front", seed=1)
+    first = finish_run(start_run(tmp_path, "front", seed=1, record={}))
+    second = start_run(tmp_path, "front", seed=1, record={})
+    third = start_run(tmp_path, "front", seed=1, record={})
     Clock.second = 31
-    fourth = start_run(tmp_path, "front", seed=1)
+    fourth = start_run(tmp_path, "front", seed=1, record={})
     finished = [first, *(finish_run(run) for run in (second, third, fourth))]
     assert [path.name for path in finished] == [
         "2026-11-21_104530_seed1",
@@ -55,7 +59,7 @@ def test_names_are_unique_within_a_second_and_sort_by_time(tmp_path, monkeypatch
 
 
 def test_tables_keep_every_bit_and_unix_line_ends(tmp_path):
-    run = start_run(tmp_path, "front", seed=1)
+    run = start_run(tmp_path, "front", seed=1, record={})
     values = np.random.default_rng(1).standard_normal(50) * 10.0 ** np.arange(-25, 25)
     table = pd.DataFrame({"vehicle": ["Ä,1"] * 50, "level [dB(A)]": values, "n [1]": range(50)})
     run.save_table("front.csv", table)
@@ -67,7 +71,7 @@ def test_tables_keep_every_bit_and_unix_line_ends(tmp_path):
 
 
 def test_json_takes_numpy_and_refuses_nan(tmp_path):
-    run = start_run(tmp_path, "front", seed=1)
+    run = start_run(tmp_path, "front", seed=1, record={})
     content = {"n": np.int64(3), "x": np.float64(0.1), "a": np.arange(2.0), "p": Path("a") / "b"}
     run.save_json("summary.json", content)
     text = (run.folder / "summary.json").read_text(encoding="utf-8")
@@ -76,23 +80,23 @@ def test_json_takes_numpy_and_refuses_nan(tmp_path):
         run.save_json("bad.json", {"x": float("nan")})
     with pytest.raises(TypeError, match="set has no form in JSON"):
         run.save_json("bad.json", {"x": {1}})
-    assert names(run.folder) == ["summary.json"]
+    assert names(run.folder) == ["run.json", "summary.json"]
 
 
 def test_folders_inside_a_run_are_made_and_those_outside_are_refused(tmp_path):
-    run = start_run(tmp_path, "front", seed=1)
+    run = start_run(tmp_path, "front", seed=1, record={})
     run.save_bytes("figures/front.png", b"\x89PNG")
     run.save_bytes("figures/front.png", b"\x89PNG2")
-    assert names(run.folder) == ["figures", "figures/front.png"]
+    assert names(run.folder) == ["figures", "figures/front.png", "run.json"]
     assert (run.folder / "figures" / "front.png").read_bytes() == b"\x89PNG2"
     for name in ("../a.txt", "/tmp/a.txt", "figures/../../a.txt", "a\\b.txt", ""):
         with pytest.raises(InputError, match="is not a file name within the run folder"):
             run.save_text(name, "x")
-    assert names(run.folder) == ["figures", "figures/front.png"]
+    assert names(run.folder) == ["figures", "figures/front.png", "run.json"]
 
 
 def test_a_finished_run_takes_no_more_files(tmp_path):
-    run = start_run(tmp_path, "front", seed=1)
+    run = start_run(tmp_path, "front", seed=1, record={})
     final = finish_run(run)
     for name in ("late.txt", "figures/late.png"):
         with pytest.raises(InputError, match="is gone: the run is finished or discarded"):
@@ -103,28 +107,29 @@ def test_a_finished_run_takes_no_more_files(tmp_path):
 
 
 def test_a_discarded_run_leaves_nothing_that_it_made(tmp_path):
-    run = start_run(tmp_path / "a" / "b", "front", seed=1)
+    run = start_run(tmp_path / "a" / "b", "front", seed=1, record={})
     run.save_bytes("figures/front.png", b"1")
     run.discard()
     assert names(tmp_path) == []
     (tmp_path / "results").mkdir()
-    kept = finish_run(start_run(tmp_path / "results", "front", seed=1))
-    start_run(tmp_path / "results", "front", seed=1).discard()
-    start_run(tmp_path / "results", "other", seed=1).discard()
-    assert names(tmp_path) == ["results", "results/front", f"results/front/{kept.name}"]
+    kept = finish_run(start_run(tmp_path / "results", "front", seed=1, record={}))
+    start_run(tmp_path / "results", "front", seed=1, record={}).discard()
+    start_run(tmp_path / "results", "other", seed=1, record={}).discard()
+    folder = f"results/front/{kept.name}"
+    assert names(tmp_path) == ["results", "results/front", folder, f"{folder}/run.json"]
 
 
 @pytest.mark.parametrize("seed", [0, -1, True, 1.0, "1", None])
 def test_a_seed_below_one_or_of_another_type_is_refused(tmp_path, seed):
     with pytest.raises(InputError, match="choose a whole number from 1"):
-        start_run(tmp_path / "results", "front", seed=seed)
+        start_run(tmp_path / "results", "front", seed=seed, record={})
     assert names(tmp_path) == []
 
 
 @pytest.mark.parametrize("study", ["", "..", "a/b", "a b", "é"])
 def test_a_study_name_that_is_no_folder_name_is_refused(tmp_path, study):
     with pytest.raises(InputError, match="use letters, digits, _ and -"):
-        start_run(tmp_path / "results", study, seed=1)
+        start_run(tmp_path / "results", study, seed=1, record={})
     assert names(tmp_path) == []
 
 
@@ -132,7 +137,7 @@ def test_an_output_that_is_a_file_is_refused(tmp_path):
     (tmp_path / "results").write_text("a file")
     for out in (tmp_path / "results", tmp_path / "results" / "deeper"):
         with pytest.raises(InputError, match=r"cannot be written .*: choose another with --out"):
-            start_run(out, "front", seed=1)
+            start_run(out, "front", seed=1, record={})
     assert names(tmp_path) == ["results"]
 
 
@@ -141,13 +146,13 @@ def test_a_folder_without_permission_is_refused_and_nothing_stays(tmp_path, monk
     make = Path.mkdir
 
     def no_runs(path, *arguments, **options):
-        if path.name.endswith(".unfinished"):
+        if path.parent.name == "front":
             raise PermissionError(13, "Permission denied")
         make(path, *arguments, **options)
 
     monkeypatch.setattr(Path, "mkdir", no_runs)
     with pytest.raises(InputError, match=r"results cannot be written \(Permission denied\)"):
-        start_run(tmp_path / "results", "front", seed=1)
+        start_run(tmp_path / "results", "front", seed=1, record={})
     assert names(tmp_path) == []
 
 
@@ -157,7 +162,7 @@ def test_a_read_only_folder_is_refused(tmp_path):
     tmp_path.chmod(0o500)
     try:
         with pytest.raises(InputError, match="cannot be written"):
-            start_run(tmp_path / "results", "front", seed=1)
+            start_run(tmp_path / "results", "front", seed=1, record={})
     finally:
         tmp_path.chmod(0o700)
 

@@ -38,6 +38,8 @@ FIRST_CELL_NODE = 31
 ENGINE_NODE = 201
 """Engine torque about +ry and engine speed as a scalar."""
 
+TACHO_NODE = 202
+
 
 @dataclass(frozen=True, eq=False)
 class Place:

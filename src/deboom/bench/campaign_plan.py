@@ -74,6 +74,52 @@ FALLING_RUNS = tuple(
 )
 
 
+@dataclass(frozen=True)
+class TimeRunPlan:
+    """One run that is recorded over time.
+
+    Parameters
+    ----------
+    mount_set : str
+        On the bench.
+    run : PlannedRun
+        Gear and torque.
+    first_speed, last_speed : float
+        At the start and at the end; rising as `run` says [rpm].
+    duration : float
+        [s].
+    sample_rate : float
+        [Hz].
+    pulses_per_revolution : int
+        Of the tacho.
+
+    Raises
+    ------
+    InputError
+        Speeds that do not go the run's way, or a duration, rate or tacho that is not positive.
+    """
+
+    mount_set: str = "M1"
+    run: PlannedRun = field(default_factory=lambda: PlannedRun(5, 220.0, full_load=True))
+    first_speed: float = 1500.0
+    last_speed: float = 2100.0
+    duration: float = 6.0
+    sample_rate: float = 16384.0
+    pulses_per_revolution: int = 2
+
+    def __post_init__(self) -> None:
+        rises = self.last_speed > self.first_speed
+        if rises != self.run.rising or min(self.first_speed, self.last_speed) <= 0:
+            raise InputError(
+                f"time run {self.run.name}: {self.first_speed:g} to {self.last_speed:g} rpm is "
+                f"not a {'rising' if self.run.rising else 'falling'} run"
+            )
+        if not (self.duration > 0 and self.sample_rate > 0 and self.pulses_per_revolution >= 1):
+            raise InputError(
+                f"time run {self.run.name}: duration, sample rate and pulses must be positive"
+            )
+
+
 @dataclass(frozen=True, eq=False)
 class CampaignPlan:
     """Everything that is to be measured on one bench.
@@ -86,6 +132,8 @@ class CampaignPlan:
         With every mount set.
     shaker_repeats : int
         Of every shaker run, between uses of the bench.
+    time_run : TimeRunPlan or None
+        Recorded over time as well.
     frequency : array, shape (f,)
         Lines of the dominant order [Hz].
 
@@ -98,6 +146,7 @@ class CampaignPlan:
     mount_sets: tuple[str, ...] = ("M1", "M2", "M3", "M4", "M5", MIX)
     runs: tuple[PlannedRun, ...] = (*LOW_GEAR_RUNS, *TRAINING_RUNS, *FALLING_RUNS)
     shaker_repeats: int = 3
+    time_run: TimeRunPlan | None = None
     frequency: RealArray = field(default_factory=lambda: FREQUENCY)
 
     def __post_init__(self) -> None:
@@ -115,6 +164,10 @@ class CampaignPlan:
             raise InputError(
                 f"campaign plan: {self.shaker_repeats} shaker repeats: at least one is needed"
             )
+
+
+FULL_PLAN = CampaignPlan(time_run=TimeRunPlan())
+"""Five mount sets and a mix, gears 3 to 7, rising and falling, and one run over time."""
 
 
 def training_plan(*mount_sets: str) -> CampaignPlan:

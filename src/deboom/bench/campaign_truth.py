@@ -1,81 +1,96 @@
-"""What really happens on the bench in one planned run, in either direction of the speed."""
+"""The exact truth behind a written campaign, for verification only."""
 
 from __future__ import annotations
 
-from dataclasses import fields, replace
+from collections.abc import Sequence
+from pathlib import Path
 
 import numpy as np
 
-from deboom.bench.campaign_plan import PlannedRun
-from deboom.bench.operating_run import BodyState, OperatingRun, operate
+from deboom.bench.campaign_sensors import CampaignSensors
+from deboom.bench.data_sheet import DataSheet
+from deboom.bench.operating_run import OperatingRun
 from deboom.bench.parameters import VirtualBench
-from deboom.bench.suspended_body import static_forces
+from deboom.bench.time_run import TimeSignals
+from deboom.bench.truth_files import write_powertrain_truth
 from deboom.physics.arrays import RealArray
-from deboom.physics.orders import rpm_of_frequency
-
-BEFORE_FALLING = 2.0
-"""Engine torque before a falling run, per largest torque of the run: far enough above it that the
-rubber comes from the loaded side and its hysteresis play is taken up [1]."""
 
 
-def true_run(bench: VirtualBench, planned: PlannedRun, frequency: RealArray) -> OperatingRun:
-    """Run the bench as planned.
+def write_set_truth(
+    path: Path, names: Sequence[str], runs: Sequence[OperatingRun], static: Sequence[RealArray]
+) -> None:
+    """Write the truth of all runs with one mount set.
 
     Parameters
     ----------
-    bench : VirtualBench
-        With its mount set.
-    planned : PlannedRun
-        Gear, torque, direction.
-    frequency : array, shape (f,)
-        Of the dominant order, increasing [Hz].
-
-    Returns
-    -------
-    OperatingRun
-        The truth over `frequency`, whichever way the speed went.
-
-    Raises
-    ------
-    InputError
-        No such gear.
+    path : Path
+        ``.npz``; arrays have the shape (run, f, channel).
+    names : sequence of str
+        Of the runs.
+    runs : sequence of OperatingRun
+        The truth.
+    static : sequence of array, shape (f, n_channel)
+        True static force of every channel [N].
     """
-    torque = engine_torque(bench, planned, frequency)
-    if planned.rising:
-        return operate(bench, planned.gear, torque, frequency)
-    before = BEFORE_FALLING * torque.max()
-    in_time = operate(
-        bench,
-        planned.gear,
-        np.concatenate([[before], torque[::-1]]),
-        np.concatenate([frequency[-1:], frequency[::-1]]),
-    )
-    return replace(
-        in_time,
-        frequency=frequency,
-        engine_torque=torque,
-        powertrain=_without_first_backwards(in_time.powertrain),
-        wheel_end=_without_first_backwards(in_time.wheel_end),
+    np.savez(
+        path,
+        frequency=runs[0].frequency,
+        runs=np.array(names),
+        channels=np.array(runs[0].channels),
+        displacement=np.array([run.displacement for run in runs]),
+        force=np.array([run.force for run in runs]),
+        stiffness=np.array([run.stiffness for run in runs]),
+        motion=np.array([run.powertrain.motion for run in runs]),
+        engine_torque=np.array([run.engine_torque for run in runs]),
+        static_force=np.array(static),
     )
 
 
-def engine_torque(bench: VirtualBench, planned: PlannedRun, frequency: RealArray) -> RealArray:
-    """Return the engine torque of a planned run at every line [N m]."""
-    if not planned.full_load:
-        return np.full(frequency.shape, planned.torque)
-    rpm = rpm_of_frequency(frequency, bench.order_torque.order)
-    return bench.ramp.torque(planned.torque, rpm)
+def write_bench_truth(
+    folder: Path, bench: VirtualBench, sheet: DataSheet, sensors: CampaignSensors
+) -> None:
+    """Write what the sensors truly do and the true powertrain.
+
+    Parameters
+    ----------
+    folder : Path
+        Exists.
+    bench, sheet, sensors
+        What was measured with what.
+    """
+    np.savez(
+        folder / "sensors.npz",
+        positions=sensors.true_positions,
+        orientations=sensors.true_orientations,
+        sensitivity=sensors.sensitivity,
+        cells=sensors.cells,
+        side_cells=sensors.side_cells,
+        pushes=sensors.pushes,
+        drift=sensors.drift,
+    )
+    write_powertrain_truth(folder, bench, sheet)
 
 
-def static_direction_forces(bench: VirtualBench, run: OperatingRun) -> RealArray:
-    """Return the static force of every channel of a run, both sides, shape (f, n_channel) [N]."""
-    powertrain = static_forces(bench.powertrain, run.powertrain.static_deflection)
-    side = static_forces(bench.wheel_end, run.wheel_end.static_deflection)
-    n_side = len(run.channels) - powertrain.shape[1]
-    return np.hstack([powertrain, *[side] * n_side])
+def write_time_truth(path: Path, signals: TimeSignals) -> None:
+    """Write the steady states that a run over time passes through, and its speed.
 
-
-def _without_first_backwards(state: BodyState) -> BodyState:
-    return replace(
-        state, **{field.name: getattr(state, field.name)[:0:-1] for field in fields(state)}
+    Parameters
+    ----------
+    path : Path
+        ``.npz``.
+    signals : TimeSignals
+        With their truth.
+    """
+    np.savez(
+        path,
+        frequency=signals.steady.frequency,
+        acceleration=signals.steady_acceleration,
+        cell_force=signals.steady_cell_force,
+        channels=np.array(signals.steady.channels),
+        displacement=signals.steady.displacement,
+        force=signals.steady.force,
+        stiffness=signals.steady.stiffness,
+        engine_torque=signals.steady.engine_torque,
+        time=signals.time,
+        speed=signals.speed,
     )

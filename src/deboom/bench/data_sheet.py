@@ -19,6 +19,12 @@ INERTIA_TOLERANCE = 0.02
 CENTRE_TOLERANCE = 0.002
 """Of the centre of gravity, per axis [m]."""
 
+WHEEL_END_TOLERANCE = 1.0
+"""Of the mass of one wheel end [kg]."""
+
+WITHIN = 0.9
+"""Share of a tolerance that deviations fill, so that rounding stays inside."""
+
 
 @dataclass(frozen=True, eq=False)
 class DataSheet:
@@ -50,17 +56,21 @@ def draw_data_sheet(bench: VirtualBench, generator: np.random.Generator) -> Data
     bench : VirtualBench
         With the true values.
     generator : Generator
-        Draws the deviations, uniform within 90 % of the tolerances so that rounding stays inside.
-
+        Draws the deviations, uniform within 90 % of the tolerances.
     """
-    within = 0.9
-    mass = bench.mass + within * MASS_TOLERANCE * generator.uniform(-1, 1)
+    mass = bench.mass + WITHIN * MASS_TOLERANCE * generator.uniform(-1, 1)
     radii = np.sqrt(np.diag(bench.inertia))
     upper = np.triu(generator.uniform(-1, 1, (3, 3)))
     deviation = upper + np.triu(upper, 1).T
-    inertia = bench.inertia + within * INERTIA_TOLERANCE * deviation * np.outer(radii, radii)
+    inertia = bench.inertia + WITHIN * INERTIA_TOLERANCE * deviation * np.outer(radii, radii)
     return DataSheet(
         mass=round(mass, 1),
         inertia=np.round(inertia, 3),
-        centre_error=np.round(within * CENTRE_TOLERANCE * generator.uniform(-1, 1, 3), 4),
+        centre_error=np.round(WITHIN * CENTRE_TOLERANCE * generator.uniform(-1, 1, 3), 4),
     )
+
+
+def draw_wheel_end_mass(bench: VirtualBench, generator: np.random.Generator) -> float:
+    """Draw the stated mass of one wheel end [kg], within its tolerance around the true one."""
+    true = float(bench.wheel_end.mass_matrix[0, 0])
+    return round(true + WITHIN * WHEEL_END_TOLERANCE * generator.uniform(-1, 1), 1)

@@ -25,9 +25,16 @@ class OrderTorque:
         Phase against the tacho at high speed, and what is added to it at `low_speed` [rad].
     low_speed, speed_scale : float
         Where and over which speed the phase settles [rpm].
+    inertia : float
+        Reciprocating inertia torque per squared angular speed [kg m²]: ``2 m r²`` at order 2 of
+        four cylinders with the reciprocating mass m per cylinder and the crank radius r.
 
     Notes
     -----
+    With the gas torque ``a + b T`` and, a quarter turn ahead of the tacho, the inertia J::
+
+        M = (a + b T) e^{jφ(n)} + j J ω²
+
     A fit to a zero-dimensional cycle with Wiebe heat release of a 1.5 l three-cylinder engine
     with turbocharger. Order 1.5 of a three-cylinder engine is gas torque alone: its reciprocating
     inertia gives only the orders 3, 6, … Overrun (negative torque) counts as no load.
@@ -40,13 +47,15 @@ class OrderTorque:
     low_speed_phase: float
     low_speed: float
     speed_scale: float
+    inertia: float = 0.0
 
     def torque(self, engine_torque: RealArray, rpm: RealArray) -> ComplexArray:
         """Return the complex peak amplitude [N m] at engine torque [N m] and speed [rpm]."""
         amplitude = self.at_no_load + self.per_torque * np.maximum(engine_torque, 0.0)
         settling = np.exp(-(rpm - self.low_speed) / self.speed_scale)
         phase = self.phase + self.low_speed_phase * settling
-        return np.asarray(amplitude * np.exp(1j * phase), dtype=complex)
+        reciprocating = 1j * self.inertia * (2 * np.pi * rpm / 60) ** 2
+        return np.asarray(amplitude * np.exp(1j * phase) + reciprocating, dtype=complex)
 
 
 @dataclass(frozen=True)

@@ -8,6 +8,7 @@ from deboom.bench.data_sheet import (
     CENTRE_TOLERANCE,
     INERTIA_TOLERANCE,
     MASS_TOLERANCE,
+    WHEEL_END_TOLERANCE,
     DataSheet,
 )
 from deboom.bench.fleet import BenchFleet
@@ -168,8 +169,10 @@ def mount_rows(bench: VirtualBench, sheet: DataSheet) -> list[MountRow]:
     ]
 
 
-def platform_file(bench: VirtualBench, sheet: DataSheet, fleet: BenchFleet) -> PlatformFile:
-    """Return the content of ``platform.toml``."""
+def platform_file(
+    bench: VirtualBench, sheet: DataSheet, wheel_end_mass: float, fleet: BenchFleet
+) -> PlatformFile:
+    """Return the content of ``platform.toml``, with the stated mass of a wheel end [kg]."""
     nodes = ear_nodes(fleet)
     (jxx, jxy, jxz), (jyx, jyy, jyz), (jzx, jzy, jzz) = sheet.inertia.tolist()
     return PlatformFile(
@@ -192,7 +195,10 @@ def platform_file(bench: VirtualBench, sheet: DataSheet, fleet: BenchFleet) -> P
             inertia_tolerance=INERTIA_TOLERANCE,
             centre_of_gravity_tolerance_m=CENTRE_TOLERANCE,
         ),
-        mounts=tuple(_mount_entry(name, bench) for name in (*bench.mount_names, "Du")),
+        mounts=(
+            *(_mount_entry(name, bench) for name in bench.mount_names),
+            _mount_entry("Du", bench, wheel_end_mass),
+        ),
         vehicles=tuple(
             VehicleEntry(
                 name=vehicle,
@@ -215,7 +221,7 @@ def platform_file(bench: VirtualBench, sheet: DataSheet, fleet: BenchFleet) -> P
     )
 
 
-def _mount_entry(name: str, bench: VirtualBench) -> MountEntry:
+def _mount_entry(name: str, bench: VirtualBench, body_mass: float | None = None) -> MountEntry:
     pieces = tuple(point.piece for point in points(bench.mount_names) if point.mount == name)
     axes = {path.axis for path in paths(bench.mount_names) if path.mount == name}
     return MountEntry(
@@ -223,4 +229,6 @@ def _mount_entry(name: str, bench: VirtualBench) -> MountEntry:
         description=MOUNT_DESCRIPTIONS[name],
         pieces=pieces if len(pieces) > 1 else None,
         transfer_axes=tuple(axis for axis in AXES if axis in axes),
+        body_mass_kg=body_mass,
+        body_mass_tolerance_kg=None if body_mass is None else WHEEL_END_TOLERANCE,
     )

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from deboom.bench.body import noise_transfer
-from deboom.bench.data_sheet import draw_data_sheet
+from deboom.bench.data_sheet import draw_data_sheet, draw_wheel_end_mass
 from deboom.bench.fleet import load_fleet
 from deboom.bench.laboratory import evaluate
 from deboom.bench.measurement_files import (
@@ -78,8 +78,10 @@ def _write_files(folder: Path, seed: int, progress: Progress) -> None:
     bench, fleet, budget = load_bench(), load_fleet(seed), ErrorBudget()
     names, order = bench.mount_names, bench.order_torque.order
     # one child per purpose, so that a change of one draw leaves the others as they are
-    for_sheet, for_sensors, for_runs, for_vehicles = np.random.SeedSequence(seed).spawn(4)
+    children = np.random.SeedSequence(seed).spawn(5)
+    for_sheet, for_sensors, for_runs, for_vehicles, for_wheel_end = children
     sheet = draw_data_sheet(bench, np.random.default_rng(for_sheet))
+    wheel_end_mass = draw_wheel_end_mass(bench, np.random.default_rng(for_wheel_end))
     instrumentation, knowledge = draw_instrumentation(
         bench, budget, np.random.default_rng(for_sensors)
     )
@@ -112,5 +114,5 @@ def _write_files(folder: Path, seed: int, progress: Progress) -> None:
     write_mount_table(folder / MOUNT_TABLE, mount_rows(bench, sheet))
     write_channel_table(folder / CHANNEL_TABLE, channel_rows(names))
     replace_text(folder / "README.txt", readme_text(fleet, names, FREQUENCY, order, seed))
-    dump_platform_file(folder / "platform.toml", platform_file(bench, sheet, fleet))
+    dump_platform_file(folder / "platform.toml", platform_file(bench, sheet, wheel_end_mass, fleet))
     progress(total, total, "platform.toml")

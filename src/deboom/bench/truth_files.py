@@ -68,10 +68,24 @@ def write_truth(
         shapes_at_panels=np.array([body.shapes_at_panels for body in bodies]),
         local_stiffness=np.array([body.local_stiffness for body in bodies]),
     )
+    write_powertrain_truth(folder, bench, sheet)
+
+
+def write_powertrain_truth(folder: Path, bench: VirtualBench, sheet: DataSheet) -> None:
+    """Write what the data sheet only approximates, as ``powertrain.json``.
+
+    Parameters
+    ----------
+    folder : Path
+        Exists.
+    bench, sheet
+        The truth, and what is stated of it.
+    """
     powertrain = {
         "mass_kg": bench.mass,
         "inertia_kg_m2": bench.inertia.tolist(),
         "mount_position_m": dict(zip(bench.mount_names, bench.positions.tolist(), strict=True)),
         "centre_of_gravity_from_stated_one_m": sheet.centre_error.tolist(),
+        "wheel_end_mass_kg": float(bench.wheel_end.mass_matrix[0, 0]),
     }
     replace_text(folder / "powertrain.json", json.dumps(powertrain, indent=1) + "\n")

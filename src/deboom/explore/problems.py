@@ -3,21 +3,36 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
 from pymoo.algorithms.moo.nsga2 import NSGA2
+from pymoo.core.population import Population
 from pymoo.core.problem import Problem
 from pymoo.termination.max_gen import MaximumGenerationTermination
 
 from deboom.errors import InputError
-from deboom.explore.arrays import RealArray, frozen_copy
-from deboom.explore.design_space import DesignSpace
-from deboom.explore.fronts import ParetoFront, hypervolume, pareto_front
-from deboom.explore.robust import Robust, RobustValues
+from deboom.explore.archive import Archive, SearchResult
+from deboom.explore.arrays import RealArray
+from deboom.explore.checkpoint import (
+    AnyArray,
+    Arrays,
+    Checkpoint,
+    check_same_search,
+    generator_state,
+    restore_generator,
+)
+from deboom.explore.robust import Robust
 from deboom.explore.seeds import checked_seed
+
+__all__ = ["FAILED_OBJECTIVE", "Progress", "RobustProblem", "SearchResult", "nsga2"]
+
+TRAVELLING = ("mean", "sigma", "standard_error_mean_sum", "standard_error_sigma_sum")
+"""Columns of `RobustValues` that travel with each individual."""
+
+OF_INDIVIDUAL = ("X", "F", "G", "rank", "crowding", *TRAVELLING)
+"""All that the selection, the survival and the reader of an individual can see of it."""
 
 FAILED_OBJECTIVE = 1e30
 """Both objectives of a failed design: finite, because pymoo lets NaN win [response unit]."""
@@ -62,93 +77,8 @@ class RobustProblem(Problem):
         values = self.robust(x)
         out["F"] = np.where(values.failed[:, None], FAILED_OBJECTIVE, values.objectives)
         out["G"] = np.where(values.failed, 1.0, -1.0)[:, None]
-        for name in ("mean", "sigma", "standard_error_mean_sum", "standard_error_sigma_sum"):
+        for name in TRAVELLING:
             out[name] = getattr(values, name)
-
-
-@dataclass(frozen=True, eq=False)
-class SearchResult:
-    """What a search found and how.
-
-    Parameters
-    ----------
-    front : ParetoFront
-        Of all designs seen, not only of the last population.
-    n_evaluated : int
-        Designs evaluated.
-    failed_designs : array, shape (n_failed, k)
-        Designs that could not be computed.
-    hypervolume : array, shape (n_generations,)
-        Of the front after each generation [response unit squared].
-    reference_point : array, shape (2,)
-        Of the hypervolume: the worst objectives in the first generation [response unit].
-    seed : int
-        Of the search.
-    seconds : float
-        Wall time [s].
-    """
-
-    front: ParetoFront
-    n_evaluated: int
-    failed_designs: RealArray
-    hypervolume: RealArray
-    reference_point: RealArray
-    seed: int
-    seconds: float
-
-    def __post_init__(self) -> None:
-        for name in ("failed_designs", "hypervolume", "reference_point"):
-            object.__setattr__(self, name, frozen_copy(np.asarray(getattr(self, name))))
-
-    @property
-    def n_failed(self) -> int:
-        """Designs that could not be computed."""
-        return len(self.failed_designs)
-
-
-class _Archive:
-    """Hands designs on to a robust response and keeps what a search must not lose.
-
-    pymoo asks once per generation.
-    """
-
-    def __init__(self, robust: Robust) -> None:
-        self.robust = robust
-        self.front: ParetoFront | None = None
-        self.n_evaluated = 0
-        self.failed_designs: list[RealArray] = []
-        self.reference_point = np.empty(0)
-        self.hypervolume: list[float] = []
-
-    @property
-    def space(self) -> DesignSpace:
-        return self.robust.space
-
-    def __call__(self, designs: RealArray) -> RobustValues:
-        values = self.robust(designs)
-        self.n_evaluated += len(values)
-        self.failed_designs.append(values.designs[values.failed])
-        if self.front is None:
-            self.reference_point = _worst_objectives(values)
-            self.front = pareto_front(values)
-        else:
-            self.front = pareto_front(self.front, values)
-        self.hypervolume.append(hypervolume(self.front.objectives, self.reference_point))
-        return values
-
-    def summary(self) -> str:
-        n_failed = sum(map(len, self.failed_designs))
-        failed = f", {n_failed} failed" if n_failed else ""
-        return f"hypervolume {self.hypervolume[-1]:.5g}{failed}"
-
-
-def _worst_objectives(values: RobustValues) -> RealArray:
-    if np.all(values.failed):
-        raise InputError(
-            f"none of the {len(values)} designs of the first generation could be computed: "
-            "evaluate the nominal design alone and check the bounds of the design space"
-        )
-    return np.asarray(values.objectives[~values.failed].max(axis=0))
 
 
 def nsga2(
@@ -158,6 +88,7 @@ def nsga2(
     *,
     seed: int,
     progress: Progress | None = None,
+    checkpoint: Checkpoint | None = None,
 ) -> SearchResult:
     """Search the Pareto front of both objectives with NSGA-II.
 
@@ -176,6 +107,9 @@ def nsga2(
         From 1 upwards. The global random generators are neither read nor moved.
     progress : callable, optional
         See `Progress`.
+    checkpoint : Checkpoint, optional
+        Where the search is kept. If a state is found there the search goes on from it, and ends
+        with the same result, bit for bit, as if it had never stopped.
 
     Returns
     -------
@@ -184,7 +118,8 @@ def nsga2(
     Raises
     ------
     InputError
-        Seed 0, too small a population or no generation; a first generation that fails altogether.
+        Seed 0, too small a population or no generation; a first generation that fails altogether;
+        a checkpoint of a search with another seed, population or other variables.
     """
     checked_seed(seed)
     if population < 4 or generations < 1:
@@ -193,22 +128,51 @@ def nsga2(
             "run: take at least 4 designs and 1 generation"
         )
     start = time.perf_counter()
-    archive = _Archive(robust)
+    archive = Archive(robust, checkpoint.store if checkpoint else None)
     algorithm = NSGA2(pop_size=population)
     algorithm.setup(
         RobustProblem(archive), termination=MaximumGenerationTermination(generations), seed=seed
     )
-    while algorithm.has_next():
+    search = {"seed": seed, "population": population, "variables": list(robust.space.names)}
+    found = checkpoint.store.load() if checkpoint else None
+    if found is not None:
+        arrays, facts = found
+        check_same_search(facts, search)
+        archive.restore(arrays, facts)
+        _restore(algorithm, arrays, facts)
+        start -= facts["seconds"]
+    while archive.generation < generations and algorithm.has_next():
         algorithm.next()
+        if checkpoint and checkpoint.due(archive.generation, generations):
+            arrays, facts = _state(algorithm, archive)
+            seconds = {"seconds": time.perf_counter() - start}
+            checkpoint.store.save(arrays, facts | search | seconds)
         if progress is not None:
-            progress(len(archive.hypervolume), generations, archive.summary())
-    assert archive.front is not None  # at least one generation has run
-    return SearchResult(
-        front=archive.front,
-        n_evaluated=archive.n_evaluated,
-        failed_designs=np.concatenate(archive.failed_designs),
-        hypervolume=np.asarray(archive.hypervolume),
-        reference_point=archive.reference_point,
-        seed=seed,
-        seconds=time.perf_counter() - start,
-    )
+            progress(archive.generation, generations, archive.summary())
+    return archive.result(seed, time.perf_counter() - start)
+
+
+def _state(algorithm: Any, archive: Archive) -> tuple[dict[str, AnyArray], dict[str, Any]]:
+    """Return all that the next generation depends on."""
+    arrays, facts = archive.state()
+    for name in OF_INDIVIDUAL:
+        # an infeasible individual may have no rank: None becomes NaN
+        values = np.asarray(algorithm.pop.get(name), dtype=float)
+        arrays[f"population.{name}"] = values
+    facts["iteration"] = algorithm.n_iter
+    facts["evaluations"] = algorithm.evaluator.n_eval
+    facts["random"] = generator_state(algorithm.random_state)
+    return arrays, facts
+
+
+def _restore(algorithm: Any, arrays: Arrays, facts: Mapping[str, Any]) -> None:
+    """Put a new algorithm where another one was when its state was taken."""
+    algorithm.pop = Population.new(**{name: arrays[f"population.{name}"] for name in OF_INDIVIDUAL})
+    for individual in algorithm.pop:
+        individual.evaluated.update(algorithm.evaluator.evaluate_values_of)
+    algorithm.is_initialized = True
+    algorithm.start_time = time.time()
+    algorithm.n_iter = facts["iteration"]
+    algorithm.evaluator.n_eval = facts["evaluations"]
+    restore_generator(algorithm.random_state, facts["random"])
+    algorithm._set_optimum()

@@ -147,7 +147,7 @@ def write_sensor_table(path: Path, rows: Sequence[SensorRow]) -> None:
             (
                 *(row.sensor, row.kind, row.model, row.mount, row.piece),
                 *row.position,
-                *np.rad2deg(row.angles).tolist(),
+                *np.round(np.rad2deg(row.angles), 10).tolist(),
             )
             for row in rows
         ],

@@ -37,6 +37,8 @@ def write_library_xlsx(
 ) -> None:
     """Write mounts as a spreadsheet: one sheet per kind of table, units in the headers, SI.
 
+    Numbers keep 16 digits; JSON keeps them all.
+
     Parameters
     ----------
     path : Path
@@ -60,13 +62,14 @@ def write_library_xlsx(
         "static_curves": static_curve_table(mounts),
         "surfaces": surface_table(mounts),
     }
-    workbook = Workbook(write_only=True)
     for name, table in sheets.items():
         if len(table) >= SHEET_ROWS:
             raise InputError(
                 f"{path}: {name} would have {len(table)} rows and a sheet holds {SHEET_ROWS}: "
                 "export fewer mounts, or JSON"
             )
+    workbook = Workbook(write_only=True)
+    for name, table in sheets.items():
         sheet = workbook.create_sheet(name)
         sheet.append(list(table.columns))
         plain = table.astype(object).where(table.notna(), None)

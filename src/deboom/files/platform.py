@@ -27,6 +27,7 @@ from deboom.measurement.channels import Frf, Spectrum
 from deboom.measurement.load_case import LoadCase
 from deboom.mounts.mount import AXES, Mount
 from deboom.vehicles.fleet import Fleet, Vehicle
+from deboom.vehicles.powertrain import Powertrain
 
 PLATFORM_FILE = "platform.toml"
 
@@ -43,6 +44,8 @@ class Platform:
         Where it was read from.
     mounts : tuple of Mount
         In the order of the design variables.
+    powertrain : Powertrain
+        Nominal mass and inertia, with tolerances, as the data sheet states them.
     fleet : Fleet
         The vehicles, each with its noise transfer functions from a force at each path, inputs
         ``<mount> <axis>``, to the pressure at the driver's ear.
@@ -59,6 +62,7 @@ class Platform:
     description: str
     folder: Path
     mounts: tuple[Mount, ...]
+    powertrain: Powertrain
     fleet: Fleet
     load_cases: tuple[LoadCase, ...]
     default_load_case: str
@@ -137,6 +141,13 @@ def read_platform(folder: Path) -> Platform:
         description=file.description,
         folder=folder,
         mounts=mounts,
+        powertrain=Powertrain(
+            mass=file.powertrain.mass_kg,
+            inertia=np.array(file.powertrain.inertia_kg_m2),
+            mass_tolerance=file.powertrain.mass_tolerance_kg,
+            inertia_tolerance=file.powertrain.inertia_tolerance,
+            centre_tolerance=file.powertrain.centre_of_gravity_tolerance_m,
+        ),
         fleet=Fleet(
             tuple(
                 Vehicle(
@@ -197,6 +208,8 @@ def _mounts(
             pieces=entry.piece_names,
             positions=tuple(position(entry, piece) for piece in entry.piece_names),
             transfer_axes=entry.transfer_axes,
+            body_mass=entry.body_mass_kg,
+            body_mass_tolerance=entry.body_mass_tolerance_kg or 0.0,
         )
         for entry in file.mounts
     )

@@ -9,7 +9,15 @@ from pathlib import Path, PurePosixPath
 from typing import Annotated, Any, Literal
 
 import numpy as np
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError
+from pydantic import (
+    AfterValidator,
+    BaseModel,
+    ConfigDict,
+    Field,
+    ValidationError,
+    ValidationInfo,
+    field_validator,
+)
 
 from deboom.errors import InputError
 from deboom.files.atomic import replace_text
@@ -85,6 +93,20 @@ class MountEntry(_Strict):
     """Pieces that share the part number; left out for a single piece."""
     transfer_axes: Annotated[tuple[Literal["x", "y", "z"], ...], Field(strict=False)]
     """Axes whose force reaches the cabin."""
+    body_mass_kg: Positive | None = None
+    """Mass of the body on each piece where that is not the powertrain, from the data sheet [kg]."""
+    body_mass_tolerance_kg: NotNegative | None = Field(default=None, validate_default=True)
+    """Half width [kg]; stated with the mass."""
+
+    @field_validator("body_mass_tolerance_kg")
+    @classmethod
+    def _mass_and_tolerance(cls, tolerance: float | None, others: ValidationInfo) -> float | None:
+        mass = others.data.get("body_mass_kg")
+        if mass is None and tolerance is not None:
+            raise ValueError("a tolerance needs the key 'body_mass_kg' beside it")
+        if mass is not None and (tolerance is None or tolerance >= mass):
+            raise ValueError("a body mass needs a tolerance below it; state 0.0 for a weighed one")
+        return tolerance
 
     @property
     def piece_names(self) -> tuple[str, ...]:

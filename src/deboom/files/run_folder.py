@@ -1,7 +1,8 @@
 """Run folders: the only place that studies write to.
 
 ``<out>/<study>/<run>.unfinished/`` exists from the start of a run and is renamed to
-``<out>/<study>/<run>/`` at its end, so a folder without the suffix is always complete.
+``<out>/<study>/<run>/`` at its end, so a folder without the suffix is always complete. Both hold
+``run.json`` from their first moment: what was asked for, and in a finished run what was used.
 """
 
 from __future__ import annotations
@@ -11,6 +12,7 @@ import json
 import os
 import platform
 import re
+import secrets
 import shutil
 import subprocess
 from collections.abc import Iterable, Mapping, Sequence
@@ -27,6 +29,7 @@ from deboom.errors import InputError
 from deboom.files.atomic import replace_bytes
 
 UNFINISHED = ".unfinished"
+RECORD = "run.json"
 
 
 @dataclass(frozen=True)
@@ -67,8 +70,7 @@ class Run:
         ValueError
             A number that is not finite: JSON has no word for it.
         """
-        text = json.dumps(content, indent=2, ensure_ascii=False, allow_nan=False, default=_plain)
-        self.save_text(name, text + "\n")
+        self.save_text(name, _json_text(content))
 
     def save_text(self, name: str, text: str) -> None:
         """Save text as UTF-8 with the line ends it has."""
@@ -97,8 +99,8 @@ class Run:
         _remove_empty(self.created)
 
 
-def start_run(out: Path, study: str, *, seed: int) -> Run:
-    """Create ``<out>/<study>/<run>.unfinished/``, before any work is done.
+def start_run(out: Path, study: str, *, seed: int, record: Mapping[str, Any]) -> Run:
+    """Create ``<out>/<study>/<run>.unfinished/`` with its record, before any work is done.
 
     The name of the run, such as ``2026-11-21_104530_seed1``, is the time (UTC) and the seed; a
     second run of the same second gets ``_2``.
@@ -111,6 +113,8 @@ def start_run(out: Path, study: str, *, seed: int) -> Run:
         Name of the study: letters, digits, ``_`` and ``-``.
     seed : int
         From 1.
+    record : mapping
+        What the run was asked for; becomes ``run.json``. The folder never exists without it.
 
     Returns
     -------
@@ -130,7 +134,8 @@ def start_run(out: Path, study: str, *, seed: int) -> Run:
     created = tuple(f for f in reversed((parent, *parent.parents)) if not f.exists())
     try:
         parent.mkdir(parents=True, exist_ok=True)
-        folder = _new_folder(parent, f"{datetime.now(UTC):%Y-%m-%d_%H%M%S}_seed{seed}")
+        name = f"{datetime.now(UTC):%Y-%m-%d_%H%M%S}_seed{seed}"
+        folder = _new_folder(parent, name, _json_text(record))
     except OSError as error:
         _remove_empty(created)
         raise InputError(
@@ -200,19 +205,26 @@ def hash_files(paths: Iterable[Path], relative_to: Path) -> dict[str, str]:
     return dict(sorted(hashes.items()))
 
 
-def _new_folder(parent: Path, name: str) -> Path:
-    number = 1
-    while True:
-        folder = parent / f"{name}{'' if number == 1 else f'_{number}'}{UNFINISHED}"
-        number += 1
-        try:
-            folder.mkdir()
-        except FileExistsError:
-            continue
-        # asked after mkdir: a run of the same name may have finished just before it
-        if not _final(folder).exists():
-            return folder
-        folder.rmdir()
+def _new_folder(parent: Path, name: str, record: str) -> Path:
+    """Fill a folder under a passing name, then give it its own: it never exists without record."""
+    scratch = parent / f".start-{secrets.token_hex(8)}"
+    scratch.mkdir()
+    try:
+        (scratch / RECORD).write_bytes(record.encode("utf-8"))
+        number = 1
+        while True:
+            folder = parent / f"{name}{'' if number == 1 else f'_{number}'}{UNFINISHED}"
+            number += 1
+            if folder.exists() or _final(folder).exists():
+                continue
+            try:
+                return scratch.rename(folder)
+            except OSError:  # another run took the name first: a folder that is not empty stays
+                if not folder.exists():
+                    raise
+    except BaseException:
+        shutil.rmtree(scratch, ignore_errors=True)
+        raise
 
 
 def _remove_empty(folders: Sequence[Path]) -> None:
@@ -230,6 +242,11 @@ def _relative_name(path: Path, folder: Path) -> str:
         return Path(os.path.relpath(path, folder)).as_posix()
     except ValueError:  # another drive on Windows
         return path.name
+
+
+def _json_text(content: Mapping[str, Any]) -> str:
+    text = json.dumps(content, indent=2, ensure_ascii=False, allow_nan=False, default=_plain)
+    return text + "\n"
 
 
 def _plain(value: Any) -> Any:

@@ -1,21 +1,21 @@
-"""Leave-one-out: which sensor contradicts all others, and what is likely to be wrong with it."""
+"""The one sensor that contradicts all others, by name, and what is likely to be wrong with it."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from types import MappingProxyType
 
 import numpy as np
 import numpy.typing as npt
 
-from deboom.errors import InputError
 from deboom.measurement.channel_geometry import ChannelGeometry
 from deboom.measurement.channels import Frf, Spectrum
-from deboom.measurement.conditioning import SINGULAR, characteristic_length, column_scale
 from deboom.measurement.expected_error import error_variance
-from deboom.measurement.fault_fits import Fault, FaultFit, fault_fits
+from deboom.measurement.fault_fits import Fault, fault_fits
+from deboom.measurement.leave_one_out import LeftOut, MotionStates, motion_states
 from deboom.measurement.tolerances import Tolerances
-from deboom.measurement.virtual_point import VirtualPoint
-from deboom.physics.arrays import ComplexArray, RealArray
+from deboom.measurement.virtual_point import VirtualPoint, channel_values
 
 STANDS_OUT = 0.7
 """A suspect stands out if the rest disagrees by less than this share (squared) of all together."""
@@ -32,30 +32,6 @@ disagreement (squared), or by less than this factor; then the simpler one is cho
 BEYOND_DOUBT = 0.15
 """What a reversed or dead channel, once undone, may leave of the disagreement (rms) to be named
 where no whole sensor can be left out."""
-
-
-@dataclass(frozen=True, eq=False)
-class LeaveOneOut:
-    """How well the rest fits a rigid body when one item is left out.
-
-    Parameters
-    ----------
-    items : tuple of str
-        Sensors or impacts; single channels of those that the rest cannot do without.
-    residual : array, shape (n_item,)
-        Rms disagreement of the rest, per degree of freedom left, relative to the rms signal [1].
-    residual_of_all : float
-        The same with nothing left out [1].
-    """
-
-    items: tuple[str, ...]
-    residual: RealArray
-    residual_of_all: float
-
-    def __post_init__(self) -> None:
-        array = np.array(self.residual, dtype=float)
-        array.setflags(write=False)
-        object.__setattr__(self, "residual", array)
 
 
 @dataclass(frozen=True)
@@ -86,14 +62,17 @@ class Suspect:
     residual_undone: float
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True)
 class Diagnosis:
     """Who is the culprit.
 
     Parameters
     ----------
-    leave_one_out : LeaveOneOut
-        The numbers behind it.
+    residual_of_all : float
+        Rms disagreement of all channels, per degree of freedom, relative to the rms signal [1].
+    residual_without : mapping of str to float
+        The same of the rest when one sensor or impact is left out (one channel, where the rest
+        cannot do without its sensor) [1].
     suspect : Suspect or None
         First suspect; None where the data agree to rounding or nothing can be left out.
     named : bool
@@ -102,7 +81,8 @@ class Diagnosis:
         One sentence.
     """
 
-    leave_one_out: LeaveOneOut
+    residual_of_all: float
+    residual_without: Mapping[str, float]
     suspect: Suspect | None
     named: bool
     verdict: str
@@ -132,10 +112,8 @@ def culprit_of_responses(
     See `find_culprit`. Impacts in 18 directions let the six motions vary independently; an engine
     order moves the body in few of them, and a fault that does not show in these stays hidden.
     """
-    if isinstance(measured, Frf):
-        columns = np.moveaxis(measured.select(outputs=point.channels).values, 1, 2)
-        return find_culprit(point.geometry, columns.reshape(-1, len(point.channels)), tolerances)
-    return find_culprit(point.geometry, measured.select(point.channels).values, tolerances)
+    lines = channel_values(point, measured).reshape(-1, len(point.channels))
+    return find_culprit(point.geometry, lines, tolerances)
 
 
 def culprit_of_excitation(point: VirtualPoint, measured: Frf, tolerances: Tolerances) -> Diagnosis:
@@ -149,6 +127,11 @@ def culprit_of_excitation(point: VirtualPoint, measured: Frf, tolerances: Tolera
         Frequency response functions.
     tolerances : Tolerances
         Those of the sensors are taken for the impacts as well.
+
+    Raises
+    ------
+    InputError
+        A missing impact, or no signal.
     """
     rows = measured.select(inputs=point.channels).values
     return find_culprit(point.geometry, rows.reshape(-1, len(point.channels)), tolerances)
@@ -163,8 +146,8 @@ def find_culprit(
     ----------
     geometry : ChannelGeometry
         Where n channels sit.
-    channels : array, shape (n_state, n)
-        What they show, complex; each state (line and excitation) counts alike.
+    channels : array, shape (n_line, n)
+        What they show, complex; each row (line and excitation) counts alike.
     tolerances : Tolerances
         Of placement and calibration.
 
@@ -182,174 +165,85 @@ def find_culprit(
     explain the contradiction equally well the simplest is reported. With three triaxial sensors
     nothing can be left out but single channels; then only a reversed or dead channel is named.
     """
-    values = np.asarray(channels, dtype=complex)
-    if values.ndim != 2 or values.shape[1] != len(geometry.channels):
-        raise InputError(
-            f"{len(geometry.channels)} channels need states of shape (n, "
-            f"{len(geometry.channels)}), not {values.shape}"
-        )
-    search = _Search(geometry, _states(values, geometry.weights))
-    items = search.items()
-    of_all = search.disagreement(geometry.forward)
-    table = LeaveOneOut(
-        tuple(items), np.sqrt([without for _, without in items.values()]), float(np.sqrt(of_all))
-    )
-    if table.residual_of_all < PERFECT:
-        return Diagnosis(table, None, False, "all channels agree to rounding")
+    states = motion_states(geometry, channels)
+    items = states.leave_one_out()
+    of_all = states.disagreement(geometry.forward)
+    residual = float(np.sqrt(of_all))
+    without = MappingProxyType({item.name: float(np.sqrt(item.remaining)) for item in items})
+
+    def no_culprit(reason: str, suspect: Suspect | None = None) -> Diagnosis:
+        return Diagnosis(residual, without, suspect, False, f"no culprit: {reason}")
+
     if not items:
-        return Diagnosis(
-            table, None, False, "no sensor can be left out: there is no redundancy to judge by"
+        return no_culprit("no sensor can be left out, there is no redundancy to judge by")
+    if residual < PERFECT:
+        return no_culprit("all channels agree to rounding")
+    item = min(items, key=lambda item: item.remaining)
+    suspect = _explain(states, item, of_all - item.remaining, tolerances)
+    if item.remaining > STANDS_OUT * of_all:
+        return no_culprit(
+            f"without {item.name}, first suspect, the rest agrees hardly better", suspect
         )
-    name = min(items, key=lambda item: items[item][1])
-    rows, without = items[name]
-    suspect = search.explain(name, rows, without, tolerances)
-    partial = len(rows) < len(geometry.rows_of(geometry.owners[rows[0]]))
-    if without > STANDS_OUT * of_all:
-        verdict = f"no culprit: without {name}, the first suspect, the rest agrees hardly better"
-    elif suspect.significance < SIGNIFICANT:
-        verdict = (
-            f"no culprit: {name} disagrees most, by {suspect.significance:.1f} times what the "
-            f"tolerances let expect ({suspect.fault.value}: it {suspect.detail})"
+    if suspect.significance < SIGNIFICANT:
+        return no_culprit(
+            f"{item.name} disagrees most, by {suspect.significance:.1f} times what the tolerances "
+            f"let expect ({suspect.fault.value}: it {suspect.detail})",
+            suspect,
         )
-    elif partial and not _beyond_doubt(suspect, table):
-        verdict = (
-            f"no culprit: no reversed or dead channel alone explains the disagreement of "
-            f"{100 * table.residual_of_all:.2g} %, and only with a fourth sensor can whole "
-            "sensors be left out"
+    partial = len(item.rows) < len(geometry.rows_of(geometry.owners[item.rows[0]]))
+    certain = suspect.residual_undone < BEYOND_DOUBT * residual
+    if partial and not (certain and suspect.fault in (Fault.SIGN, Fault.DEAD)):
+        return no_culprit(
+            "no reversed or dead channel alone explains the disagreement of "
+            f"{100 * residual:.2g} %, and only with a fourth triaxial sensor can whole sensors be "
+            "left out",
+            suspect,
         )
-    else:
-        verdict = f"{name}: {suspect.fault.value}, {suspect.detail}"
-        return Diagnosis(table, suspect, True, verdict)
-    return Diagnosis(table, suspect, False, verdict)
+    verdict = f"{item.name}: {suspect.fault.value}, {suspect.detail}"
+    return Diagnosis(residual, without, suspect, True, verdict)
 
 
-def _beyond_doubt(suspect: Suspect, table: LeaveOneOut) -> bool:
-    """Whether one channel explains everything although its sensor could not be left out."""
-    remaining = suspect.residual_undone / table.residual_of_all
-    return suspect.fault in (Fault.SIGN, Fault.DEAD) and remaining < BEYOND_DOUBT
-
-
-def _states(values: ComplexArray, weights: RealArray) -> RealArray:
-    """At most n real states of motion that hold all that many complex ones do, shape (n, ≤ n)."""
-    size = np.sqrt(np.average(np.abs(values) ** 2, axis=1, weights=weights))
-    moving = size > 0
-    if not np.any(moving):
-        raise InputError("no channel shows any signal: nothing can be said about a culprit")
-    equal = values[moving] / size[moving, np.newaxis]
-    triangle = np.linalg.qr(np.vstack([equal.real, equal.imag]))[1]
-    return np.asarray(triangle.T / np.sqrt(np.count_nonzero(moving)))
-
-
-class _Search:
-    """The channels and states that all fits of one diagnosis share."""
-
-    def __init__(self, geometry: ChannelGeometry, states: RealArray) -> None:
-        self.geometry = geometry
-        self.states = states
-        self.scale = column_scale(geometry, characteristic_length(geometry))
-        self.root_weights = np.sqrt(geometry.weights / geometry.weights.mean())
-        self.all_rows = np.arange(len(geometry.channels))
-
-    def disagreement(self, forward: RealArray, rows: npt.NDArray[np.intp] | None = None) -> float:
-        """Mean squared residual per degree of freedom left; infinite where none is left."""
-        rows = self.all_rows if rows is None else rows
-        weighted = self.root_weights[rows, np.newaxis] * forward[rows] / self.scale
-        n_channel, n_motion = weighted.shape
-        if n_channel <= n_motion:
-            return float("inf")
-        left, singular, _ = np.linalg.svd(weighted, full_matrices=False)
-        if singular[-1] * SINGULAR < singular[0]:
-            return float("inf")
-        seen = self.root_weights[rows, np.newaxis] * self.states[rows]
-        residual = seen - left @ (left.T @ seen)
-        return float(np.sum(residual**2) / (n_channel - n_motion))
-
-    def items(self) -> dict[str, tuple[npt.NDArray[np.intp], float]]:
-        """All that can be left out, with its channels and the disagreement of the rest."""
-        items: dict[str, tuple[npt.NDArray[np.intp], float]] = {}
-        for owner in dict.fromkeys(self.geometry.owners):
-            rows = self.geometry.rows_of(owner)
-            candidates = {owner: rows} | {self.geometry.channels[r]: np.array([r]) for r in rows}
-            for name, left_out in candidates.items():
-                rest = np.setdiff1d(self.all_rows, left_out)
-                without = self.disagreement(self.geometry.forward, rest)
-                if np.isfinite(without):
-                    items[name] = (left_out, without)
-                    if name == owner:
-                        break
-        return items
-
-    def explain(
-        self, name: str, rows: npt.NDArray[np.intp], without: float, tolerances: Tolerances
-    ) -> Suspect:
-        """Fit all faults to the suspect and choose."""
-        geometry = self.geometry
-        rest = np.setdiff1d(self.all_rows, rows)
-        weighted = self.root_weights[rest, np.newaxis] * geometry.forward[rest] / self.scale
-        inverse = np.linalg.pinv(weighted) * self.root_weights[rest] / self.scale[:, np.newaxis]
-        motion = inverse @ self.states[rest]
-        significance = self._significance(rows, rest, inverse, motion, tolerances)
-        fits = [
-            (self.disagreement(fit.forward), fit)
-            for fit in fault_fits(geometry, rows, self.states[rows], motion)
-        ]
-        best = min((left for left, _ in fits), default=np.inf)
-        excess = self.disagreement(geometry.forward) - without
-        if best > _explained_below(without, excess):
-            return self._unexplained(name, rows, without, excess, significance)
-        limit = max(best + AS_GOOD[0] * excess, AS_GOOD[1] * best)
-        equal = [(left, fit) for left, fit in fits if left <= limit]
-        left, fit = min(equal, key=lambda pair: (pair[1].complexity, pair[0]))
-        return _suspect(name, fit, significance, left)
-
-    def _significance(
-        self,
-        rows: npt.NDArray[np.intp],
-        rest: npt.NDArray[np.intp],
-        inverse: RealArray,
-        motion: RealArray,
-        tolerances: Tolerances,
-    ) -> float:
-        """Root mean square of the contradiction, in standard deviations by the tolerances."""
-        forward = self.geometry.forward
-        contradiction = self.states[rows] - forward[rows] @ motion
-        variance = error_variance(self.geometry, motion, tolerances)
-        implied = forward[rows] @ inverse
-        covariance = np.diag(variance[rows]) + (implied * variance[rest]) @ implied.T
-        if np.linalg.matrix_rank(covariance, hermitian=True) < len(rows):
-            return float("inf")
-        solved = np.linalg.solve(covariance, contradiction)
-        return float(np.sqrt(np.sum(contradiction * solved) / len(rows)))
-
-    def _unexplained(
-        self,
-        name: str,
-        rows: npt.NDArray[np.intp],
-        without: float,
-        excess: float,
-        significance: float,
-    ) -> Suspect:
-        """No fault fits: at least say whether one channel alone carries the disagreement."""
-        alone = {
-            self.geometry.channels[row]: self.disagreement(
-                self.geometry.forward, np.setdiff1d(self.all_rows, row)
-            )
-            for row in rows
-        }
-        channel = min(alone, key=lambda key: alone[key])
-        channels = tuple(alone)
-        if alone[channel] <= _explained_below(without, excess):
-            channels = (channel,)
-        detail = f"{' '.join(channels)} follows none of the others: noise, cable or loose sensor"
-        return Suspect(
-            name, Fault.UNEXPLAINED, channels, detail, significance, float(np.sqrt(without))
-        )
-
-
-def _suspect(name: str, fit: FaultFit, significance: float, left: float) -> Suspect:
-    return Suspect(name, fit.fault, fit.channels, fit.detail, significance, float(np.sqrt(left)))
-
-
-def _explained_below(without: float, excess: float) -> float:
+def _explain(states: MotionStates, item: LeftOut, excess: float, tolerances: Tolerances) -> Suspect:
+    """Fit all faults to the suspect and choose the simplest of the best."""
+    motion = states.inverse_without(item.rows) @ states.values[states.others(item.rows)]
+    significance = _significance(states, item, tolerances)
     share, factor = EXPLAINED
-    return max(without + (1.0 - share) * excess, factor * without)
+    explained = max(item.remaining + (1.0 - share) * excess, factor * item.remaining)
+    fits = [
+        (states.disagreement(fit.forward), fit)
+        for fit in fault_fits(states.geometry, item.rows, states.values[item.rows], motion)
+    ]
+    best = min((left for left, _ in fits), default=np.inf)
+    if best <= explained:
+        share, factor = AS_GOOD
+        equal = [pair for pair in fits if pair[0] <= max(best + share * excess, factor * best)]
+        left, fit = min(equal, key=lambda pair: (pair[1].complexity, pair[0]))
+        undone = float(np.sqrt(left))
+        return Suspect(item.name, fit.fault, fit.channels, fit.detail, significance, undone)
+    # at least say whether one channel alone carries the disagreement
+    alone = {
+        states.geometry.channels[row]: states.disagreement(
+            states.geometry.forward, states.others(np.array([row]))
+        )
+        for row in item.rows
+    }
+    worst = min(alone, key=lambda channel: alone[channel])
+    channels = (worst,) if alone[worst] <= explained else tuple(alone)
+    detail = f"{', '.join(channels)} follows none of the others: noise, cable or loose sensor"
+    undone = float(np.sqrt(item.remaining))
+    return Suspect(item.name, Fault.UNEXPLAINED, channels, detail, significance, undone)
+
+
+def _significance(states: MotionStates, item: LeftOut, tolerances: Tolerances) -> float:
+    """Rms of the contradiction to the rest, in standard deviations by the tolerances of all."""
+    forward, rest = states.geometry.forward, states.others(item.rows)
+    inverse = states.inverse_without(item.rows)
+    motion = inverse @ states.values[rest]
+    variance = error_variance(states.geometry, motion, tolerances)
+    implied = forward[item.rows] @ inverse
+    covariance = np.diag(variance[item.rows]) + (implied * variance[rest]) @ implied.T
+    if np.linalg.matrix_rank(covariance, hermitian=True) < len(item.rows):
+        return float("inf")
+    contradiction = states.values[item.rows] - forward[item.rows] @ motion
+    squared = np.sum(contradiction * np.linalg.solve(covariance, contradiction))
+    return float(np.sqrt(squared / len(item.rows)))

@@ -271,7 +271,8 @@ def _widths(orders: Sequence[float], bandwidth: npt.ArrayLike) -> RealArray:
     widths = np.asarray(bandwidth, dtype=float)
     if widths.shape not in {(), (len(orders),)} or not np.all(widths > 0):
         raise InputError(
-            f"bandwidth {bandwidth} for {len(orders)} orders: give one, or one for each, above 0 Hz"
+            f"bandwidths {widths.tolist()} Hz for {len(orders)} orders: give one above 0 Hz, or one "
+            "for each"
         )
     return np.broadcast_to(widths, len(orders))
 

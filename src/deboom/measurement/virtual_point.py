@@ -12,7 +12,6 @@ from scipy.linalg import solve_triangular
 from deboom.errors import InputError
 from deboom.measurement.channel_geometry import (
     RIGID_LOADS,
-    RIGID_MOTIONS,
     ChannelGeometry,
     sensor_geometry,
 )
@@ -71,6 +70,31 @@ class VirtualPoint:
         return np.asarray(motion @ self.forward.T, dtype=complex)
 
 
+def channel_values(point: VirtualPoint, measured: Spectrum | Frf) -> ComplexArray:
+    """Take the channels of a virtual point of responses out of a measurement.
+
+    Parameters
+    ----------
+    point : VirtualPoint
+        Of the motion sensors.
+    measured : Spectrum or Frf
+        Of their channels, or with them as outputs.
+
+    Returns
+    -------
+    array, shape (n_frequency, n_input, n_channel)
+        One input for a spectrum.
+
+    Raises
+    ------
+    InputError
+        A missing channel.
+    """
+    if isinstance(measured, Frf):
+        return np.moveaxis(measured.select(outputs=point.channels).values, 1, 2)
+    return measured.select(point.channels).values[:, np.newaxis, :]
+
+
 def virtual_point(geometry: ChannelGeometry) -> VirtualPoint:
     """Make the transformation between channels and the motion of their virtual point.
 
@@ -97,10 +121,10 @@ def virtual_point(geometry: ChannelGeometry) -> VirtualPoint:
         owners = list(dict.fromkeys(geometry.owners))
         raise InputError(
             f"virtual point at {geometry.position.tolist()} m: the {len(geometry.channels)} "
-            f"channels of {len(owners)} owners {owners} show {state.rank} of {state.n_motion} "
-            f"motions (scaled condition number infinite at the characteristic length "
-            f"{state.length:.3g} m); missing is the {state.worst_seen}: three triaxial sensors "
-            "that are not on one line are needed"
+            f"channels of {', '.join(owners)} show only {state.rank} of {state.n_motion} motions "
+            f"(scaled condition number infinite, characteristic length {state.length:.3g} m); not "
+            f"seen: {state.worst_seen}; use at least three triaxial sensors that are not on one "
+            "line"
         )
     scale = column_scale(geometry, state.length)
     root_weight = np.sqrt(geometry.weights)
@@ -253,8 +277,3 @@ def virtual_point_frf(
     if excitation is not None:
         values, inputs = values @ excitation.inverse.T, excitation.geometry.loads
     return Frf(measured.frequency, values, outputs, inputs, measured.unit)
-
-
-def rigid_columns(frf: Frf) -> Frf:
-    """Return the 6×6 rigid part of a matrix that may hold flexible modes as well."""
-    return frf.select(RIGID_MOTIONS, RIGID_LOADS)

@@ -9,6 +9,8 @@ import numpy.typing as npt
 
 from deboom.physics.arrays import ComplexArray, RealArray
 
+_CHEBYSHEV = np.cos(np.pi * (np.arange(4) + 0.5) / 4)
+
 
 @dataclass(frozen=True, eq=False)
 class AmplitudeCubic:
@@ -31,13 +33,15 @@ class AmplitudeCubic:
         coefficients.setflags(write=False)
         object.__setattr__(self, "coefficients", coefficients)
 
+    @staticmethod
+    def nodes(lowest: float, highest: float) -> RealArray:
+        """Four amplitudes that determine a cubic well (Chebyshev's), shape (4,) [m]."""
+        return (lowest + highest) / 2 + _span(lowest, highest) / 2 * _CHEBYSHEV
+
     @classmethod
-    def through(
-        cls, nodes: RealArray, values: ComplexArray, lowest: float, highest: float
-    ) -> AmplitudeCubic:
-        """Interpolate `values` (..., 4) [N/m] at four amplitudes `nodes` (4,) [m]."""
-        scaled = (2 * nodes - lowest - highest) / _span(lowest, highest)
-        powers = np.vander(scaled, 4, increasing=True)
+    def through(cls, values: ComplexArray, lowest: float, highest: float) -> AmplitudeCubic:
+        """Interpolate `values` (..., 4) [N/m] at the amplitudes of `nodes`."""
+        powers = np.vander(_CHEBYSHEV, 4, increasing=True)
         return cls(values @ np.linalg.inv(powers).T, lowest, highest)
 
     def __call__(self, amplitude: npt.ArrayLike) -> ComplexArray:

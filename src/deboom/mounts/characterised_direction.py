@@ -13,6 +13,7 @@ from deboom.errors import InputError
 from deboom.measurement.campaign import StaticCurve
 from deboom.measurement.channels import ComplexArray, RealArray
 from deboom.mounts.mount import AXES
+from deboom.mounts.response_surface import DynamicStiffnessSurface
 from deboom.mounts.stored_values import (
     Setting,
     check_text,
@@ -33,6 +34,8 @@ class MapPoints:
     ----------
     preload : array, shape (n,)
         Static force in the direction [N].
+    wheel_torque : array, shape (n,)
+        Engine torque times total ratio [N m].
     amplitude : array, shape (n,)
         Of the displacement at the virtual point, peak [m].
     frequency : array, shape (n,)
@@ -51,6 +54,7 @@ class MapPoints:
     """
 
     preload: RealArray
+    wheel_torque: RealArray
     amplitude: RealArray
     frequency: RealArray
     dynamic_stiffness: ComplexArray
@@ -58,7 +62,7 @@ class MapPoints:
     run: TextArray
 
     def __post_init__(self) -> None:
-        for name in ("preload", "amplitude", "frequency", "confidence"):
+        for name in ("preload", "wheel_torque", "amplitude", "frequency", "confidence"):
             freeze_finite(self, name, np.float64)
         freeze_finite(self, "dynamic_stiffness", np.complex128)
         runs = np.array([str(run) for run in self.run], dtype=np.str_)
@@ -122,6 +126,43 @@ class FittedSurface:
         object.__setattr__(self, "arrays", frozen_arrays(self.model, self.arrays))
         settings = {name: plain_setting(self.model, name, v) for name, v in self.settings.items()}
         object.__setattr__(self, "settings", settings)
+
+    @classmethod
+    def of(cls, surface: DynamicStiffnessSurface, settings: Mapping[str, Setting]) -> FittedSurface:
+        """Take apart a fitted surface; `response_surface` gives it back.
+
+        Parameters
+        ----------
+        surface : DynamicStiffnessSurface
+            As fitted.
+        settings : mapping of str to str, int, float, bool or None
+            How it was fitted.
+        """
+        ranges = surface.ranges
+        return cls(
+            model=type(surface).__name__,
+            variables=tuple(ranges),
+            units=tuple(surface.units[name] for name in ranges),
+            lower=np.array([low for low, _ in ranges.values()]),
+            upper=np.array([high for _, high in ranges.values()]),
+            arrays=surface.to_arrays(),
+            settings=settings,
+        )
+
+    def response_surface(self) -> DynamicStiffnessSurface:
+        """Build the surface, bit for bit as it was.
+
+        Raises
+        ------
+        InputError
+            It is of another model; or of another version, or incomplete.
+        """
+        if self.model != DynamicStiffnessSurface.__name__:
+            raise InputError(
+                f"a surface of model {self.model} cannot be built, only "
+                f"{DynamicStiffnessSurface.__name__}: characterise the mount again"
+            )
+        return DynamicStiffnessSurface.from_arrays(self.arrays)
 
 
 @dataclass(frozen=True)

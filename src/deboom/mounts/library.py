@@ -10,10 +10,10 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
-from typing import Self
+from typing import Self, TypeVar
 
-from sqlalchemy import Select, select
-from sqlalchemy.orm import Session, contains_eager
+from sqlalchemy import Select, delete, select
+from sqlalchemy.orm import Session
 
 from deboom.errors import InputError
 from deboom.mounts.characterised_mount import CampaignRecord, CharacterisedMount, MountIdentity
@@ -32,6 +32,7 @@ from deboom.mounts.library_versions import (
     stored_version,
 )
 
+T = TypeVar("T")
 TIMEOUT = 10.0
 """How long a transaction waits for other programs, unless said otherwise [s]."""
 
@@ -154,7 +155,7 @@ class MountLibrary:
             It is not in the library, or its arrays are damaged.
         """
         with self._reading() as session:
-            row = session.scalars(_row_of(identity)).one_or_none()
+            row = session.scalar(_matching(select(MountRow), identity))
             if row is None:
                 raise InputError(f"{self.name}: {identity} is not in the library")
             return mount_of(row)
@@ -193,15 +194,13 @@ class MountLibrary:
                 for campaign in campaigns
             }
             for value in mounts:
-                there = session.scalars(_row_of(value.identity)).one_or_none()
-                if there is not None:
-                    if not replace:
-                        raise InputError(
-                            f"{self.name}: {value.identity} is there already; replace it, or give "
-                            "the new one another serial"
-                        )
-                    session.delete(there)
-                    session.flush()
+                there = session.scalar(_matching(select(MountRow.id), value.identity))
+                if there is not None and not replace:
+                    raise InputError(
+                        f"{self.name}: {value.identity} is there already; replace it, or give the "
+                        "new one another serial"
+                    )
+                session.execute(delete(MountRow).where(MountRow.id == there))
                 session.add(mount_row(value, parents[value.identity.campaign]))
                 session.flush()
 
@@ -299,18 +298,13 @@ def migrate_library(where: str | Path, *, timeout: float = TIMEOUT) -> tuple[int
         return migrate_tables(session, place.name)
 
 
-def _row_of(identity: MountIdentity) -> Select[MountRow]:
-    return (
-        select(MountRow)
-        .join(MountRow.campaign)
-        .options(contains_eager(MountRow.campaign))
-        .where(
-            CampaignRow.name == identity.campaign,
-            MountRow.mount == identity.mount,
-            MountRow.variant == identity.variant,
-            MountRow.part_number == identity.part_number,
-            MountRow.serial == identity.serial,
-        )
+def _matching(query: Select[T], identity: MountIdentity) -> Select[T]:
+    return query.join(MountRow.campaign).where(
+        CampaignRow.name == identity.campaign,
+        MountRow.mount == identity.mount,
+        MountRow.variant == identity.variant,
+        MountRow.part_number == identity.part_number,
+        MountRow.serial == identity.serial,
     )
 
 

@@ -134,7 +134,7 @@ def _url(where: str | Path) -> URL:
     try:
         url = make_url(str(where))
         backend = url.get_backend_name()
-    except (ArgumentError, NoSuchModuleError):
+    except (ArgumentError, NoSuchModuleError, ValueError):
         raise InputError(
             "the address of a library is a path or a URL such as "
             "postgresql://user@host/database, and this is neither"

@@ -28,6 +28,7 @@ from deboom.mounts.mount import Mount
 FORMAT = "deboom mount library 1"
 _MAP_KEYS = {
     "preload": "preload [N]",
+    "wheel_torque": "wheel_torque [N m]",
     "amplitude": "amplitude [m]",
     "frequency": "frequency [Hz]",
     "dynamic_stiffness": "dynamic_stiffness [N/m]",

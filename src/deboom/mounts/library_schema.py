@@ -29,6 +29,7 @@ UNITS = {
     "direction.r2_imag": "1",
     "direction.r2_force": "1",
     "map.arrays.preload": "N",
+    "map.arrays.wheel_torque": "N m",
     "map.arrays.amplitude": "m",
     "map.arrays.frequency": "Hz",
     "map.arrays.dynamic_stiffness": "N/m",
@@ -135,11 +136,9 @@ class MountRow(Base):
     transfer_axes: Mapped[list[Any]]
     quality: Mapped[dict[str, Any]]
     campaign: Mapped[CampaignRow] = relationship()
-    pieces: Mapped[list[PieceRow]] = relationship(
-        order_by="PieceRow.number", passive_deletes=True, lazy="selectin"
-    )
+    pieces: Mapped[list[PieceRow]] = relationship(order_by="PieceRow.number", lazy="selectin")
     directions: Mapped[list[DirectionRow]] = relationship(
-        order_by="DirectionRow.number", passive_deletes=True, lazy="selectin"
+        order_by="DirectionRow.number", lazy="selectin"
     )
 
 
@@ -171,11 +170,9 @@ class DirectionRow(Base):
     r2_real: Mapped[float | None]
     r2_imag: Mapped[float | None]
     r2_force: Mapped[float | None]
-    map: Mapped[MapRow] = relationship(passive_deletes=True, lazy="selectin")
-    surface: Mapped[SurfaceRow | None] = relationship(passive_deletes=True, lazy="selectin")
-    static_curve: Mapped[StaticCurveRow | None] = relationship(
-        passive_deletes=True, lazy="selectin"
-    )
+    map: Mapped[MapRow] = relationship(lazy="selectin")
+    surface: Mapped[SurfaceRow | None] = relationship(lazy="selectin")
+    static_curve: Mapped[StaticCurveRow | None] = relationship(lazy="selectin")
 
 
 class MapRow(Base):

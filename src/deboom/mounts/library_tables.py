@@ -91,6 +91,7 @@ def map_table(mounts: Sequence[CharacterisedMount]) -> pd.DataFrame:
         columns = {
             "run": points.run,
             "preload [N]": points.preload,
+            "wheel_torque [N m]": points.wheel_torque,
             "amplitude [m]": points.amplitude,
             "frequency [Hz]": points.frequency,
             "dynamic_stiffness_real [N/m]": points.dynamic_stiffness.real,

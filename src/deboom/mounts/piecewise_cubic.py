@@ -133,9 +133,7 @@ class PiecewiseCubicRegressor(RegressorMixin, BaseEstimator):
             min_rows=self.min_rows,
         )
         labels = None if groups is None else np.asarray(groups)[kept]
-        self.model_ = fit_piecewise_cubic(
-            rows[kept], outputs[kept], weight[kept], options, labels
-        )
+        self.model_ = fit_piecewise_cubic(rows[kept], outputs[kept], weight[kept], options, labels)
         self.region_ = TrainingRegion.around(rows[kept], self.reach)
         self.split_points_ = self.model_.split_points
         self.n_pieces_ = self.model_.n_pieces

@@ -15,7 +15,7 @@ from deboom.mounts.amplitude_cubic import AmplitudeCubic
 from deboom.mounts.cubic_fit import PieceOptions, fit_piecewise_cubic
 from deboom.mounts.cubic_pieces import PiecewiseCubic
 from deboom.mounts.named_arrays import NamedArrays, from_arrays, to_arrays
-from deboom.mounts.stiffness_model import StiffnessModel, StiffnessSamples, _points
+from deboom.mounts.stiffness_model import StiffnessModel, StiffnessSamples, broadcast_points
 from deboom.mounts.training_region import REACH, TrainingRegion
 from deboom.physics.arrays import ComplexArray, RealArray
 
@@ -103,16 +103,7 @@ class DynamicStiffnessSurface(StiffnessModel):
         InputError
             Lines that cannot be fitted: shapes, values that are not finite, too few of them.
         """
-        given = None if weights is None else np.asarray(weights, dtype=float)
-        samples = StiffnessSamples(
-            np.asarray(preload, dtype=float),
-            np.asarray(amplitude, dtype=float).astype(complex),
-            np.asarray(frequency, dtype=float),
-            np.asarray(stiffness, dtype=complex),
-            given,
-        )
-        if np.any(samples.displacement.real < 0):
-            raise InputError("a displacement amplitude is a peak value of at least 0 m")
+        samples = StiffnessSamples.of_amplitude(preload, amplitude, frequency, stiffness, weights)
         real, imag = (
             fit_piecewise_cubic(samples.points, part[:, np.newaxis], samples.weights, options, run)
             for part in (samples.stiffness.real, samples.stiffness.imag)
@@ -181,7 +172,7 @@ class DynamicStiffnessSurface(StiffnessModel):
         gains) are not in it; they need an error budget.
         """
         middle = self.predict(preload, amplitude, frequency)
-        points, shape = _points(preload, amplitude, frequency)
+        points, shape = broadcast_points(preload, amplitude, frequency)
         weight = np.broadcast_to(np.asarray(weights, dtype=float), shape).ravel()
         half_widths = [
             part.half_width(points, coverage, weight)[:, 0] for part in (self.real, self.imag)
@@ -208,12 +199,14 @@ class DynamicStiffnessSurface(StiffnessModel):
         At fixed preload the blend of two cubics is a cubic; four values determine it.
         """
         low, high = self.ranges["amplitude"]
-        nodes = (low + high) / 2 + (high - low) / 2 * np.cos(np.pi * (np.arange(4) + 0.5) / 4)
+        nodes = AmplitudeCubic.nodes(low, high)
         fixed = np.broadcast_arrays(
             np.asarray(preload, dtype=float), np.asarray(frequency, dtype=float)
         )
-        points, shape = _points(fixed[0][..., np.newaxis], nodes, fixed[1][..., np.newaxis])
-        return AmplitudeCubic.through(nodes, self._evaluate(points).reshape(shape), low, high)
+        points, shape = broadcast_points(
+            fixed[0][..., np.newaxis], nodes, fixed[1][..., np.newaxis]
+        )
+        return AmplitudeCubic.through(self._evaluate(points).reshape(shape), low, high)
 
     def scaled(self, factor: float) -> DynamicStiffnessSurface:
         """Scale the dynamic stiffness over the same preload, ``K(F0) → x K(F0)``.

@@ -75,6 +75,33 @@ class StiffnessSamples:
         if np.any(columns["weight"] <= 0):
             raise InputError("weights are above 0: leave out lines that do not count")
 
+    @classmethod
+    def of_amplitude(
+        cls,
+        preload: npt.ArrayLike,
+        amplitude: npt.ArrayLike,
+        frequency: npt.ArrayLike,
+        stiffness: npt.ArrayLike,
+        weights: npt.ArrayLike | None = None,
+    ) -> StiffnessSamples:
+        """Build samples whose displacement has no phase, out of its `amplitude` (n,) [m].
+
+        Raises
+        ------
+        InputError
+            As for the class, or a negative amplitude.
+        """
+        displacement = np.asarray(amplitude, dtype=float)
+        if np.any(displacement < 0):
+            raise InputError("a displacement amplitude is a peak value of at least 0 m")
+        return cls(
+            np.asarray(preload, dtype=float),
+            displacement.astype(complex),
+            np.asarray(frequency, dtype=float),
+            np.asarray(stiffness, dtype=complex),
+            None if weights is None else np.asarray(weights, dtype=float),
+        )
+
     def __len__(self) -> int:
         return len(self.preload)
 
@@ -155,7 +182,7 @@ class StiffnessModel(ABC):
             False out of the measured ranges, away from every measured line, and where the measured
             lines do not hold the model.
         """
-        points, shape = _points(preload, amplitude, frequency)
+        points, shape = broadcast_points(preload, amplitude, frequency)
         return (self.region.contains(points) & self._held(points)).reshape(shape)
 
     def predict(
@@ -180,7 +207,7 @@ class StiffnessModel(ABC):
         """
         stiffness, inside = self.predict_masked(preload, amplitude, frequency)
         if not inside.all():
-            points, _ = _points(preload, amplitude, frequency)
+            points, _ = broadcast_points(preload, amplitude, frequency)
             raise InputError(self._complaint(points, inside.ravel()))
         return stiffness
 
@@ -201,7 +228,7 @@ class StiffnessModel(ABC):
         inside : array of bool, of that shape
             As `inside`.
         """
-        points, shape = _points(preload, amplitude, frequency)
+        points, shape = broadcast_points(preload, amplitude, frequency)
         inside = self.region.contains(points) & self._held(points)
         return self._evaluate(points).reshape(shape), inside.reshape(shape)
 
@@ -216,7 +243,9 @@ class StiffnessModel(ABC):
         if not in_range.all():
             column = int(np.argmin(in_range))
             low, high = self.region.lower[column], self.region.upper[column]
-            reason = f"{VARIABLES[column]} was measured from {low:.4g} to {high:.4g} {units[column]}"
+            reason = (
+                f"{VARIABLES[column]} was measured from {low:.4g} to {high:.4g} {units[column]}"
+            )
         elif not self.region.contains(points[[first]])[0]:
             reason = "no line was measured near it"
         else:
@@ -227,9 +256,28 @@ class StiffnessModel(ABC):
         )
 
 
-def _points(
+def broadcast_points(
     preload: npt.ArrayLike, amplitude: npt.ArrayLike, frequency: npt.ArrayLike
 ) -> tuple[RealArray, tuple[int, ...]]:
+    """Stack three variables as rows of points.
+
+    Parameters
+    ----------
+    preload, amplitude, frequency : array, broadcastable to one shape
+        In the units of the model.
+
+    Returns
+    -------
+    points : array, shape (n, 3)
+        One row per element of the common shape.
+    shape : tuple of int
+        The common shape.
+
+    Raises
+    ------
+    InputError
+        Shapes that do not broadcast, values that are not finite.
+    """
     try:
         columns = np.broadcast_arrays(
             *(np.asarray(values, dtype=float) for values in (preload, amplitude, frequency))

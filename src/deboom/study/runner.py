@@ -11,16 +11,37 @@ from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from enum import Enum
 from pathlib import Path
-from typing import Annotated, Any, get_type_hints
+from typing import Annotated, Any, get_args, get_type_hints
 
 import typer
 
 from deboom.errors import InputError
-from deboom.files.run_folder import Run, environment_record, finish_run, hash_files, start_run
+from deboom.files.run_folder import (
+    RECORD,
+    Run,
+    environment_record,
+    finish_run,
+    hash_files,
+    start_run,
+)
+from deboom.files.run_list import find_run
+from deboom.files.run_lock import LOCK, held
 from deboom.report.page import render_page
+from deboom.study.context import RunContext
 from deboom.study.result import StudyResult
+from deboom.study.resume import check_same_code, resumed_arguments
 
-PACKAGES = ("deboom", "numpy", "scipy", "pandas", "pymoo", "moocore", "matplotlib", "seaborn")
+PACKAGES = (
+    "deboom",
+    "numpy",
+    "scipy",
+    "pandas",
+    "pymoo",
+    "moocore",
+    "numba",
+    "matplotlib",
+    "seaborn",
+)
 
 
 @contextmanager
@@ -75,6 +96,25 @@ class Study:
     description: str
     main: Callable[..., StudyResult]
 
+    @property
+    def parameters(self) -> dict[str, inspect.Parameter]:
+        """Parameters of ``main`` that are options, by name, with their types as annotations."""
+        hints = get_type_hints(self.main, include_extras=True)
+        return {
+            name: parameter.replace(annotation=hints[name])
+            for name, parameter in inspect.signature(self.main).parameters.items()
+            if name not in self.context_names
+        }
+
+    @property
+    def context_names(self) -> tuple[str, ...]:
+        """Parameters of ``main`` that take the `RunContext`."""
+        return tuple(
+            name
+            for name, hint in get_type_hints(self.main).items()
+            if RunContext in (hint, *get_args(hint))
+        )
+
 
 def load_study(path: Path) -> Study:
     """Import a study script by its path.
@@ -127,30 +167,82 @@ def run_study(study: Study, out: Path, arguments: Mapping[str, Any]) -> Path:
     Raises
     ------
     InputError
-        Bad input, with nothing left in ``out``. Any other failure leaves ``<run>.unfinished``.
+        Bad input, with nothing left in ``out`` unless there are evaluations to keep. These, and
+        any other failure, leave ``<run>.unfinished`` for `resume_study`.
     """
-    path = study.path
-    bound = inspect.signature(study.main).bind(**arguments)
+    bound = inspect.Signature(list(study.parameters.values())).bind(**arguments)
     bound.apply_defaults()
-    arguments = bound.arguments
-    run = start_run(out, path.stem, seed=arguments["seed"])
-    begin = time.perf_counter()
+    record = _record(study, bound.arguments)
+    run = start_run(out, study.path.stem, seed=bound.arguments["seed"], record=record)
     try:
-        result = study.main(**arguments)
+        return _carry_out(study, run, bound.arguments, record)
     except InputError:
-        run.discard()
+        if {path.name for path in run.folder.iterdir()} <= {RECORD, LOCK}:
+            run.discard()
         raise
-    record = {
-        "study": path.stem,
+
+
+def resume_study(study: Study, out: Path, wanted: str, given: Mapping[str, Any]) -> Path:
+    """Go on with a run that was interrupted.
+
+    Parameters
+    ----------
+    study : Study
+        From `load_study`.
+    out : Path
+        Folder of all results.
+    wanted : str
+        Name of the run, or its folder.
+    given : mapping
+        Arguments that must be those of the run; the run's own complete them.
+
+    Returns
+    -------
+    Path
+        The finished run folder; of a run that was finished already, at once.
+
+    Raises
+    ------
+    InputError
+        No such run, or a run of another option, text, version or input file, each by its name.
+        The run stays as it is.
+    """
+    entry = find_run(out, study.path.stem, wanted)
+    if entry.finished:
+        return entry.folder
+    hints = {name: parameter.annotation for name, parameter in study.parameters.items()}
+    plain = {name: _plain(value) for name, value in given.items()}
+    arguments = resumed_arguments(entry, hints, plain)
+    record = _record(study, arguments)
+    check_same_code(entry, record)
+    return _carry_out(study, entry.run(), arguments, record)
+
+
+def _record(study: Study, arguments: Mapping[str, Any]) -> dict[str, Any]:
+    """Gather what is known of a run before it begins."""
+    return {
+        "study": study.path.stem,
         "question": study.question,
         "seed": arguments["seed"],
         "arguments": {name: _plain(value) for name, value in arguments.items()},
         "environment": environment_record(PACKAGES),
-        "inputs_sha256": hash_files(result.inputs, relative_to=path.resolve().parent),
-        "wall_time_s": round(time.perf_counter() - begin, 3),
-        "study_text": path.read_text(encoding="utf-8"),
+        "study_text": study.path.read_text(encoding="utf-8"),
     }
-    _save(run, result, record)
+
+
+def _carry_out(
+    study: Study, run: Run, arguments: Mapping[str, Any], record: Mapping[str, Any]
+) -> Path:
+    begin = time.perf_counter()
+    here = study.path.resolve().parent
+    context = RunContext(run, relative_to=here)
+    with held(run.folder):
+        result = study.main(**arguments, **dict.fromkeys(study.context_names, context))
+        used = {
+            "inputs_sha256": hash_files(result.inputs, relative_to=here),
+            "wall_time_s": round(time.perf_counter() - begin, 3),
+        }
+        _save(run, result, {**record, **used})
     return finish_run(run)
 
 
@@ -160,7 +252,7 @@ def _save(run: Run, result: StudyResult, record: Mapping[str, Any]) -> None:
     for stem, png in result.figures.items():
         run.save_bytes(f"figures/{stem}.png", png)
     run.save_json("summary.json", dict(result.summary))
-    run.save_json("run.json", dict(record))
+    run.save_json(RECORD, record)
     page = replace(result.page, provenance=_provenance(record))
     run.save_text("report.html", render_page(page))
 
@@ -186,31 +278,51 @@ def _provenance(record: Mapping[str, Any]) -> dict[str, Any]:
 def study_command(path: Path) -> typer.Typer:
     """Build the command of one study: its ``main``'s typed arguments become options."""
     study = load_study(path)
-    hints = get_type_hints(study.main, include_extras=True)
-    parameters = [
-        parameter.replace(kind=inspect.Parameter.KEYWORD_ONLY, annotation=hints[name])
-        for name, parameter in inspect.signature(study.main).parameters.items()
+    options = [
+        parameter.replace(kind=inspect.Parameter.KEYWORD_ONLY)
+        for parameter in study.parameters.values()
     ]
-    out = inspect.Parameter(
-        "out",
-        inspect.Parameter.KEYWORD_ONLY,
-        default=Path("results"),
-        annotation=Annotated[
-            Path, typer.Option(help="Folder that gets <study>/<run>/ with all results.")
-        ],
-    )
+    common = inspect.signature(_common_options).parameters.values()
+    hints = get_type_hints(_common_options, include_extras=True)
+    options += [parameter.replace(annotation=hints[parameter.name]) for parameter in common]
 
-    def command(**options: Any) -> None:
-        folder = options.pop("out")
+    def command(**arguments: Any) -> None:
+        context, out, resume = (arguments.pop(name) for name in ("context", "out", "resume"))
         with one_sentence_errors():
-            typer.echo(run_study(study, folder, options).as_posix())
+            if resume is None:
+                folder = run_study(study, out, arguments)
+            else:
+                given = {
+                    name: value
+                    for name, value in arguments.items()
+                    if context.get_parameter_source(name).name != "DEFAULT"
+                }
+                folder = resume_study(study, out, resume, given)
+            typer.echo(folder.as_posix())
 
-    command.__signature__ = inspect.Signature([*parameters, out])  # type: ignore[attr-defined]
-    command.__annotations__ = {**{p.name: p.annotation for p in parameters}, "out": out.annotation}
+    command.__signature__ = inspect.Signature(options)  # type: ignore[attr-defined]
+    command.__annotations__ = {option.name: option.annotation for option in options}
     command.__doc__ = study.description
     app = typer.Typer(add_completion=False, rich_markup_mode=None, pretty_exceptions_enable=False)
     app.command()(command)
     return app
+
+
+def _common_options(
+    *,
+    context: typer.Context,
+    out: Annotated[
+        Path, typer.Option(help="Folder that gets <study>/<run>/ with all results.")
+    ] = Path("results"),
+    resume: Annotated[
+        str | None,
+        typer.Option(
+            metavar="RUN",
+            help="Go on with an interrupted run, by its name or folder; it keeps its options.",
+        ),
+    ] = None,
+) -> None:
+    """Declare what every study's command takes beside the study's own options."""
 
 
 def run_script(file: str) -> None:

@@ -76,7 +76,7 @@ class Fleet:
         object.__setattr__(self, "vehicles", tuple(self.vehicles))
         if not self.vehicles:
             raise InputError("a fleet without vehicles: give at least one")
-        _refuse_doubled(self.names, "vehicle")
+        refuse_doubled(self.names, "vehicle")
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -211,25 +211,59 @@ def path_contributions(
     valid below 30 Hz in low gears.
     """
     variables = [variable for mount in mounts for variable in mount.variables]
-    _refuse_doubled(variables, "design variable")
+    refuse_doubled(variables, "design variable")
     forces = path_forces(mounts, load_case)
-    inside = _lines_inside(forces.frequency, band, f"load case {load_case.name}")
+    inside = lines_inside(forces.frequency, band, f"load case {load_case.name}")
     frequency = forces.frequency[inside]
     columns = [variables.index(path) for path in forces.channels]
     values = np.zeros((len(fleet.vehicles), frequency.size, len(variables)), dtype=complex)
-    for vehicle, row in zip(fleet.vehicles, values, strict=True):
-        transfer = _transfer_functions(vehicle, forces.channels)
-        lines = _lines_inside(transfer.frequency, band, f"vehicle {vehicle.name}")
+    transfer = path_transfer(fleet, forces.channels, frequency, band, load_case.name)
+    for ear, row in zip(transfer, values, strict=True):
+        row[:, columns] = transfer_path.contributions(ear, forces.values[inside])
+    return PathContributions(load_case.name, frequency, values, fleet.names, tuple(variables))
+
+
+def path_transfer(
+    fleet: Fleet, paths: Sequence[str], frequency: RealArray, band: Band, load_case: str
+) -> ComplexArray:
+    """Return the noise transfer functions of a fleet on the lines of a load case.
+
+    Parameters
+    ----------
+    fleet : Fleet
+        Each vehicle with exactly these paths.
+    paths : sequence of str
+        ``<mount> <axis>``.
+    frequency : array, shape (n_frequency,)
+        Lines of the load case inside the band [Hz].
+    band : (lower, upper)
+        Both edges belong to the band [Hz].
+    load_case : str
+        Its name, for messages.
+
+    Returns
+    -------
+    array, shape (n_vehicle, n_frequency, n_path)
+        [Pa/N].
+
+    Raises
+    ------
+    InputError
+        Paths that a vehicle lacks or has beyond these; lines that differ.
+    """
+    values = np.empty((len(fleet.vehicles), frequency.size, len(paths)), dtype=complex)
+    for vehicle, ear in zip(fleet.vehicles, values, strict=True):
+        transfer = _transfer_functions(vehicle, paths)
+        lines = lines_inside(transfer.frequency, band, f"vehicle {vehicle.name}")
         if not np.array_equal(transfer.frequency[lines], frequency):
             raise InputError(
                 f"vehicle {vehicle.name}: its noise transfer functions have other lines than load "
-                f"case {load_case.name} between {band[0]:g} and {band[1]:g} Hz "
+                f"case {load_case} between {band[0]:g} and {band[1]:g} Hz "
                 f"({_difference(transfer.frequency[lines], frequency)}): bring both to the same "
                 "lines, nothing is interpolated here"
             )
-        ear = transfer.values[lines, 0, :]
-        row[:, columns] = transfer_path.contributions(ear, forces.values[inside])
-    return PathContributions(load_case.name, frequency, values, fleet.names, tuple(variables))
+        ear[:] = transfer.values[lines, 0, :]
+    return values
 
 
 def _transfer_functions(vehicle: Vehicle, paths: Sequence[str]) -> Frf:
@@ -250,7 +284,8 @@ def _transfer_functions(vehicle: Vehicle, paths: Sequence[str]) -> Frf:
     return vehicle.noise_transfer.select(inputs=paths)
 
 
-def _lines_inside(frequency: RealArray, band: Band, whose: str) -> npt.NDArray[np.bool_]:
+def lines_inside(frequency: RealArray, band: Band, whose: str) -> npt.NDArray[np.bool_]:
+    """Say which lines lie in a band, edges included; refuse a band without any, by name."""
     inside = (frequency >= band[0]) & (frequency <= band[1])
     if not inside.any():
         raise InputError(
@@ -270,7 +305,8 @@ def _difference(found: RealArray, wanted: RealArray) -> str:
     return f"{found.size} against {wanted.size} lines"
 
 
-def _refuse_doubled(names: Sequence[str], what: str) -> None:
+def refuse_doubled(names: Sequence[str], what: str) -> None:
+    """Raise `InputError` where a name occurs twice."""
     doubled = sorted(name for name, count in Counter(names).items() if count > 1)
     if doubled:
         raise InputError(f"duplicated {what} {doubled}: every {what} needs a name of its own")

@@ -1,0 +1,163 @@
+"""What a search must not lose: its front, its failures, and every design it has paid for."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, fields
+from typing import Any
+
+import numpy as np
+
+from deboom.errors import InputError
+from deboom.explore.arrays import RealArray, frozen_copy
+from deboom.explore.checkpoint import AnyArray, Arrays, Store
+from deboom.explore.design_space import DesignSpace
+from deboom.explore.fronts import ParetoFront, hypervolume, pareto_front
+from deboom.explore.robust import Robust, RobustValues
+
+COLUMNS = tuple(field.name for field in fields(RobustValues))
+
+
+@dataclass(frozen=True, eq=False)
+class SearchResult:
+    """What a search found and how.
+
+    Parameters
+    ----------
+    front : ParetoFront
+        Of all designs seen, not only of the last population.
+    n_evaluated : int
+        Designs evaluated.
+    failed_designs : array, shape (n_failed, k)
+        Designs that could not be computed.
+    hypervolume : array, shape (n_generations,)
+        Of the front after each generation [product of the objectives' units].
+    reference_point : array, shape (2,)
+        Of the hypervolume: the worst objectives in the first generation [response unit].
+    seed : int
+        Of the search.
+    seconds : float
+        Wall time; of a resumed search, of all its parts up to their last checkpoints [s].
+    """
+
+    front: ParetoFront
+    n_evaluated: int
+    failed_designs: RealArray
+    hypervolume: RealArray
+    reference_point: RealArray
+    seed: int
+    seconds: float
+
+    def __post_init__(self) -> None:
+        for name in ("failed_designs", "hypervolume", "reference_point"):
+            object.__setattr__(self, name, frozen_copy(np.asarray(getattr(self, name))))
+
+    @property
+    def n_failed(self) -> int:
+        """Designs that could not be computed."""
+        return len(self.failed_designs)
+
+
+class Archive:
+    """Hands designs on to a robust response and keeps what a search must not lose.
+
+    A search asks once per generation. With a store, each generation's values are kept at once, and
+    a generation that the store already holds is not computed again.
+
+    Parameters
+    ----------
+    robust : Robust
+        What is searched.
+    store : Store, optional
+        Where values survive the process.
+    """
+
+    def __init__(self, robust: Robust, store: Store | None = None) -> None:
+        self.robust = robust
+        self.store = store
+        self.front: ParetoFront | None = None
+        self.n_evaluated = 0
+        self.failed_designs = np.empty((0, robust.space.n_variables))
+        self.reference_point = np.empty(0)
+        self.hypervolume: list[float] = []
+
+    @property
+    def space(self) -> DesignSpace:
+        """The designs that may be asked for."""
+        return self.robust.space
+
+    @property
+    def generation(self) -> int:
+        """Number of generations seen."""
+        return len(self.hypervolume)
+
+    def __call__(self, designs: RealArray) -> RobustValues:
+        """Return the values of one generation, and keep them."""
+        values = self._values(designs)
+        self.n_evaluated += len(values)
+        self.failed_designs = np.concatenate([self.failed_designs, values.designs[values.failed]])
+        if self.front is None:
+            self.reference_point = _worst_objectives(values)
+            self.front = pareto_front(values)
+        else:
+            self.front = pareto_front(self.front, values)
+        self.hypervolume.append(hypervolume(self.front.objectives, self.reference_point))
+        return values
+
+    def _values(self, designs: RealArray) -> RobustValues:
+        if self.store is None:
+            return self.robust(designs)
+        number = self.generation + 1
+        kept = self.store.kept(number)
+        if kept is not None and np.array_equal(kept["designs"], designs):
+            return RobustValues(**{name: kept[name] for name in COLUMNS})
+        values = self.robust(designs)
+        self.store.keep(number, {name: getattr(values, name) for name in COLUMNS})
+        return values
+
+    def summary(self) -> str:
+        """Return one line of text about the last generation."""
+        n_failed = len(self.failed_designs)
+        failed = f", {n_failed} failed" if n_failed else ""
+        return f"hypervolume {self.hypervolume[-1]:.5g}{failed}"
+
+    def result(self, seed: int, seconds: float) -> SearchResult:
+        """Return what was found; at least one generation must have been seen."""
+        assert self.front is not None
+        return SearchResult(
+            front=self.front,
+            n_evaluated=self.n_evaluated,
+            failed_designs=self.failed_designs,
+            hypervolume=np.asarray(self.hypervolume),
+            reference_point=self.reference_point,
+            seed=seed,
+            seconds=seconds,
+        )
+
+    def state(self) -> tuple[dict[str, AnyArray], dict[str, Any]]:
+        """Return everything kept, as named arrays and as facts that JSON can hold."""
+        assert self.front is not None
+        arrays: dict[str, AnyArray] = {
+            "failed_designs": self.failed_designs,
+            "reference_point": self.reference_point,
+            "hypervolume": np.asarray(self.hypervolume),
+        }
+        arrays |= {f"front.{name}": getattr(self.front, name) for name in COLUMNS}
+        return arrays, {"n_evaluated": self.n_evaluated}
+
+    def restore(self, arrays: Arrays, facts: Mapping[str, Any]) -> None:
+        """Go back to a state of `state`."""
+        self.front = ParetoFront(**{name: arrays[f"front.{name}"] for name in COLUMNS})
+        self.failed_designs = arrays["failed_designs"]
+        self.reference_point = arrays["reference_point"]
+        self.hypervolume = arrays["hypervolume"].tolist()
+        self.n_evaluated = facts["n_evaluated"]
+
+
+def _worst_objectives(values: RobustValues) -> RealArray:
+    if np.all(values.failed):
+        raise InputError(
+            f"none of the {len(values)} designs of the first generation could be computed: "
+            "evaluate the nominal design alone and check the bounds of the design space"
+        )
+    return np.asarray(values.objectives[~values.failed].max(axis=0))

@@ -1,0 +1,294 @@
+"""Force transfer matrix: what the cells below a mount show of a force at its virtual point."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from deboom.errors import InputError
+from deboom.measurement.campaign import AXES, ShakerRun
+from deboom.measurement.channel_geometry import sensor_geometry
+from deboom.measurement.channels import Frf, Spectrum
+from deboom.measurement.sensors import Sensor
+from deboom.measurement.virtual_point import load_at_point
+from deboom.physics.arrays import ComplexArray, RealArray
+from deboom.physics.dynamic_stiffness import force_at_virtual_point
+
+Band = tuple[float, float]
+NO_LENGTH = 1.0
+"""Characteristic length of a matrix without moments: it has nothing to scale [m]."""
+
+
+@dataclass(frozen=True, eq=False)
+class ForceTransferMatrix:
+    """Load on the cells per load at the virtual point, and how constant it is.
+
+    Parameters
+    ----------
+    mount, piece : str
+        Where; the piece of a single one is ``""``.
+    cells : tuple of Sensor
+        Force cells below the mount; their forces are added.
+    position : array, shape (3,)
+        Virtual point about which moments are taken; without moments the middle of the cells [m].
+    length : float
+        Characteristic length that makes moments comparable with forces [m]; 1 without moments.
+    frequency : array, shape (n_frequency,)
+        Lines that were averaged [Hz].
+    response : array, shape (n_frequency, n, n)
+        Mean over the repeats, line by line, n = 3 (forces) or 6 (with moments) [1, m, 1/m].
+    matrix : array, shape (n, n)
+        Mean over lines and repeats.
+    frequency_dependence : array, shape (n, n)
+        Largest deviation of `response` from `matrix` over the lines, relative to the norm of the
+        matrix's column [1].
+    drift : array, shape (n, n)
+        Largest deviation of one repeat's mean over the lines from `matrix`, relative to the same
+        norm [1]; 0 for a single repeat, which cannot show any.
+    repeats : tuple of int, length n
+        How often each column was measured.
+    residual : float
+        Rms deviation of all lines and repeats from `matrix`, relative to its rms column norm [1].
+    condition_number : float
+        Of `matrix`, with moments scaled by `length` [1].
+    """
+
+    mount: str
+    piece: str
+    cells: tuple[Sensor, ...]
+    position: RealArray
+    length: float
+    frequency: RealArray
+    response: ComplexArray
+    matrix: ComplexArray
+    frequency_dependence: RealArray
+    drift: RealArray
+    repeats: tuple[int, ...]
+    residual: float
+    condition_number: float
+
+    def __post_init__(self) -> None:
+        for name in (
+            "position",
+            "frequency",
+            "response",
+            "matrix",
+            "frequency_dependence",
+            "drift",
+        ):
+            array = np.array(getattr(self, name))
+            array.setflags(write=False)
+            object.__setattr__(self, name, array)
+
+    @property
+    def has_moments(self) -> bool:
+        """Whether moments are part of it."""
+        return self.matrix.shape == (6, 6)
+
+    def channels(self) -> tuple[str, ...]:
+        """Names of the force at the virtual point, ``<mount> [<piece>] <axis>``."""
+        return tuple(_point_name(self.mount, self.piece, axis) for axis in AXES)
+
+
+def force_transfer_matrix(
+    runs: Sequence[ShakerRun],
+    cells: Sequence[Sensor],
+    mount: str,
+    piece: str = "",
+    *,
+    band: Band | None = None,
+) -> ForceTransferMatrix:
+    """3×3 force transfer matrix of one mount out of its shaker runs.
+
+    Parameters
+    ----------
+    runs : sequence of ShakerRun
+        Those of other mounts and pieces are not looked at; one or more repeats per axis.
+    cells : sequence of Sensor
+        All force cells below the mount (piece).
+    mount, piece : str
+        Where.
+    band : (float, float), optional
+        Lines to average, from and to [Hz]; by default all.
+
+    Raises
+    ------
+    InputError
+        An axis without a run, a doubled repeat, runs on different lines, a cell that a run lacks,
+        no line in the band, or a matrix without an inverse.
+
+    Notes
+    -----
+    Column a holds the summed cell forces per force of the shaker along a (thesis, eq. 29 and
+    figure 17). A tilted shaker or a wrong force of it is part of the result: its effect belongs
+    into the error budget. Moments are left out; what that costs says `level_without_moments`.
+    """
+    name = _point_name(mount, piece)
+    own = [run for run in runs if (run.mount, run.piece) == (mount, piece)]
+    missing = [axis for axis in AXES if axis not in {run.axis for run in own}]
+    if missing:
+        raise InputError(
+            f"mount {name}: there is no shaker run along {', '.join(missing)}; a force transfer "
+            "matrix needs x, y and z, measure the missing direction"
+        )
+    numbers = [(run.axis, run.repeat) for run in own]
+    doubled = sorted({number for number in numbers if numbers.count(number) > 1})
+    if doubled:
+        raise InputError(f"mount {name}: shaker runs {doubled} (axis, repeat) occur twice")
+    middle = np.mean([cell.position for cell in cells], axis=0) if cells else np.zeros(3)
+    columns = [
+        [
+            cell_load(run.response, cells, middle, name)[:, :3, 0]
+            for run in sorted(own, key=lambda run: run.repeat)
+            if run.axis == axis
+        ]
+        for axis in AXES
+    ]
+    frequency = common_lines([run.response for run in own], name)
+    return averaged_matrix(
+        columns, frequency, cells, mount, piece, position=middle, length=NO_LENGTH, band=band
+    )
+
+
+def operating_force(transfer: ForceTransferMatrix, cell_force: Spectrum) -> Spectrum:
+    """Force at the virtual point out of the cells in operation, ``FTM⁻¹ F_cells``.
+
+    Parameters
+    ----------
+    transfer : ForceTransferMatrix
+        Of the mount.
+    cell_force : Spectrum
+        Holds at least the channels of its cells [N].
+
+    Returns
+    -------
+    Spectrum
+        Channels ``<mount> [<piece>] <axis>`` [N]; a matrix with moments gives the same three, freed
+        from the moments' share.
+
+    Raises
+    ------
+    InputError
+        A missing cell channel.
+    """
+    load = load_at_point(transfer.cells, cell_force, transfer.position).values
+    if transfer.has_moments:
+        scale = load_scale(transfer.length)
+        scaled = transfer.matrix * np.outer(scale, 1 / scale)
+        solved = np.linalg.solve(scaled, (load * scale)[..., np.newaxis])
+        force = np.asarray(solved[:, :3, 0], dtype=complex)
+    else:
+        force = force_at_virtual_point(transfer.matrix, load[:, :3])
+    return Spectrum(cell_force.frequency, force, transfer.channels(), cell_force.unit)
+
+
+def averaged_matrix(
+    columns: Sequence[Sequence[ComplexArray]],
+    frequency: RealArray,
+    cells: Sequence[Sensor],
+    mount: str,
+    piece: str,
+    *,
+    position: RealArray,
+    length: float,
+    band: Band | None,
+) -> ForceTransferMatrix:
+    """Average the measured columns over lines and repeats, and judge how constant they are.
+
+    Parameters
+    ----------
+    columns : sequence of sequence of array, shape (n_frequency, n)
+        For each of n loads, one or more repeats of what the cells show [1, m, 1/m].
+    frequency : array, shape (n_frequency,)
+        [Hz].
+    cells, mount, piece, position, length
+        As in `ForceTransferMatrix`.
+    band : (float, float) or None
+        Lines to average, from and to [Hz].
+
+    Raises
+    ------
+    InputError
+        No line in the band, or a matrix without an inverse.
+    """
+    name = _point_name(mount, piece)
+    lower, upper = band or (-np.inf, np.inf)
+    used = (frequency >= lower) & (frequency <= upper)
+    if not np.any(used):
+        raise InputError(f"mount {name}: no line of its shaker runs lies in {lower}–{upper} Hz")
+    stacks = [np.stack(repeats)[:, used] for repeats in columns]
+    response = np.stack([stack.mean(axis=0) for stack in stacks], axis=2)
+    matrix = response.mean(axis=0)
+    scale = load_scale(length)[: len(columns)]
+    singular = np.linalg.svd(matrix * np.outer(scale, 1 / scale), compute_uv=False)
+    if singular[-1] <= singular[0] * np.finfo(float).eps * len(columns):
+        raise InputError(
+            f"mount {name}: the force transfer matrix has no inverse, the cells do not tell the "
+            "directions of its shaker runs apart"
+        )
+    relative = scale[:, np.newaxis] / np.linalg.norm(scale[:, np.newaxis] * matrix, axis=0)
+    scatter, drift = [], []
+    for column, stack in enumerate(stacks):
+        deviation = relative[:, column] * (stack - matrix[:, column])
+        scatter.append(np.mean(np.sum(np.abs(deviation) ** 2, axis=2)))
+        drift.append(np.abs(deviation.mean(axis=1)).max(axis=0))
+    return ForceTransferMatrix(
+        mount=mount,
+        piece=piece,
+        cells=tuple(cells),
+        position=position,
+        length=length,
+        frequency=frequency[used],
+        response=response,
+        matrix=matrix,
+        frequency_dependence=np.abs(response - matrix).max(axis=0) * relative,
+        drift=np.stack(drift, axis=1),
+        repeats=tuple(len(stack) for stack in stacks),
+        residual=float(np.sqrt(np.mean(scatter))),
+        condition_number=float(singular[0] / singular[-1]),
+    )
+
+
+def cell_load(
+    response: Frf, cells: Sequence[Sensor], position: npt.ArrayLike, name: str
+) -> ComplexArray:
+    """Add the cells' forces and moments per input, shape (n_frequency, 6, n_input).
+
+    Raises
+    ------
+    InputError
+        No cell, or one that was not measured.
+    """
+    if not cells:
+        raise InputError(f"mount {name}: there is no force cell below it")
+    geometry = sensor_geometry(cells, position)
+    missing = [channel for channel in geometry.channels if channel not in response.outputs]
+    if missing:
+        raise InputError(f"mount {name}: a shaker run lacks the cell channels {missing}")
+    return np.asarray(geometry.forward.T @ response.select(outputs=geometry.channels).values)
+
+
+def common_lines(responses: Sequence[Frf], name: str) -> RealArray:
+    """Return the frequency axis that all responses share [Hz].
+
+    Raises
+    ------
+    InputError
+        They do not share one.
+    """
+    frequency = responses[0].frequency
+    if any(not np.array_equal(frequency, response.frequency) for response in responses):
+        raise InputError(f"mount {name}: its shaker runs have different frequency lines")
+    return frequency
+
+
+def load_scale(length: float) -> RealArray:
+    """Weight of three forces and three moments at which they are comparable [1, 1/m]."""
+    return np.array([1.0] * 3 + [1 / length] * 3)
+
+
+def _point_name(*parts: str) -> str:
+    return " ".join(filter(None, parts))

@@ -1,0 +1,164 @@
+"""What the channels of one body recorded over several runs, line below line, and their noise."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, fields, replace
+
+import numpy as np
+import numpy.typing as npt
+
+from deboom.errors import InputError
+from deboom.measurement.campaign import OperatingRun
+from deboom.measurement.channels import Spectrum
+from deboom.measurement.tolerances import Tolerances
+from deboom.mounts.instrumented_body import InstrumentedBody
+from deboom.physics.arrays import ComplexArray, RealArray
+
+DEAD = 1e-3
+"""A channel below this share of the median of its neighbours, over all lines, is dead [1]."""
+
+
+@dataclass(frozen=True, eq=False)
+class BodyRecord:
+    """Lines of several operating runs of one body, one below the other.
+
+    Parameters
+    ----------
+    run : array of str, shape (n,)
+        Name of the run of each line.
+    load_case : array of int, shape (n,)
+        Lines of repeated runs (same gear, torque limit, kind and direction) share a number.
+    frequency : array, shape (n,)
+        [Hz].
+    wheel_torque : array, shape (n,)
+        [N m].
+    static_force : array, shape (n, 3 n_point)
+        Per direction of the body; nan where it was not measured [N].
+    acceleration, acceleration_noise : array, shape (n, n_channel)
+        Complex peak, and standard deviation of its noise by the stated tolerances [m/s²].
+    cell_force, cell_noise : array, shape (n, n_cell_channel)
+        The same of the cells [N].
+    """
+
+    run: npt.NDArray[np.str_]
+    load_case: npt.NDArray[np.int64]
+    frequency: RealArray
+    wheel_torque: RealArray
+    static_force: RealArray
+    acceleration: ComplexArray
+    acceleration_noise: RealArray
+    cell_force: ComplexArray
+    cell_noise: RealArray
+
+    def __len__(self) -> int:
+        return self.frequency.size
+
+    @property
+    def squared_omega(self) -> RealArray:
+        """``ω²`` of each line, shape (n,) [1/s²]."""
+        return (2 * np.pi * self.frequency) ** 2
+
+    @property
+    def lines_in_run(self) -> npt.NDArray[np.int64]:
+        """Number of lines of the run that each line belongs to, shape (n,)."""
+        _, run, count = np.unique(self.run, return_inverse=True, return_counts=True)
+        return np.asarray(count[run], dtype=np.int64)
+
+    def part(self, rows: slice | npt.NDArray[np.bool_]) -> BodyRecord:
+        """Return some of the lines."""
+        names = [field.name for field in fields(self)]
+        return replace(self, **{name: getattr(self, name)[rows] for name in names})
+
+
+def body_record(
+    body: InstrumentedBody, runs: Sequence[OperatingRun], tolerances: Tolerances
+) -> BodyRecord:
+    """Collect what one body's channels recorded.
+
+    Parameters
+    ----------
+    body : InstrumentedBody
+        Whose channels.
+    runs : sequence of OperatingRun
+        At least one.
+    tolerances : Tolerances
+        How noisy the channels are.
+
+    Raises
+    ------
+    InputError
+        A run without one of the channels, no run at all, or a channel that is dead.
+    """
+    if not runs:
+        raise InputError(f"there is no operating run for the {body.name}: measure one")
+    kinds = [(r.gear, r.torque_limit, r.full_load, r.rising) for r in runs]
+    cases = list(dict.fromkeys(kinds))
+    acceleration = [_channels(run, run.acceleration, body.channels) for run in runs]
+    cell_force = [_channels(run, run.cell_force, body.cell_channels) for run in runs]
+    accelerations, forces = np.vstack(acceleration), np.vstack(cell_force)
+    sensors = np.array(body.channel_rows) // 3
+    _refuse_dead_channels(accelerations, body.channels, np.zeros_like(sensors), "acceleration")
+    cells = np.arange(forces.shape[1]) // 3
+    points = np.repeat(np.arange(len(body.points)), [3 * len(p.cells) for p in body.points])
+    _refuse_dead_channels(forces, body.cell_channels, points, "cell force")
+    lines = [run.frequency.size for run in runs]
+    return BodyRecord(
+        run=np.repeat([run.name for run in runs], lines),
+        load_case=np.repeat([cases.index(kind) for kind in kinds], lines),
+        frequency=np.concatenate([run.frequency for run in runs]),
+        wheel_torque=np.concatenate([run.wheel_torque for run in runs]),
+        static_force=np.vstack([_static_force(run, body.directions) for run in runs]),
+        acceleration=accelerations,
+        acceleration_noise=_noise(
+            accelerations,
+            sensors,
+            tolerances.acceleration_own,
+            tolerances.acceleration_norm,
+            tolerances.acceleration_floor,
+        ),
+        cell_force=forces,
+        cell_noise=_noise(
+            forces, cells, tolerances.force_own, tolerances.force_norm, tolerances.force_floor
+        ),
+    )
+
+
+def _channels(run: OperatingRun, spectrum: Spectrum, names: tuple[str, ...]) -> ComplexArray:
+    missing = [name for name in names if name not in spectrum.channels]
+    if missing:
+        raise InputError(
+            f"run {run.name} lacks the channels {missing}: record them, or name them in "
+            "switched_off for all runs"
+        )
+    return spectrum.select(names).values
+
+
+def _static_force(run: OperatingRun, directions: tuple[str, ...]) -> RealArray:
+    columns = np.full((run.frequency.size, len(directions)), np.nan)
+    for place, name in enumerate(directions):
+        if name in run.static_force_names:
+            columns[:, place] = run.static_force[:, run.static_force_names.index(name)]
+    return columns
+
+
+def _noise(
+    values: ComplexArray, sensor: npt.NDArray[np.int64], own: float, norm: float, floor: float
+) -> RealArray:
+    squared = np.abs(values) ** 2
+    same_sensor = (sensor[:, np.newaxis] == sensor).astype(float)
+    return np.asarray(np.sqrt(own**2 * squared + norm**2 * squared @ same_sensor + floor**2))
+
+
+def _refuse_dead_channels(
+    values: ComplexArray, names: tuple[str, ...], group: npt.NDArray[np.int64], what: str
+) -> None:
+    level = np.sqrt(np.mean(np.abs(values) ** 2, axis=0))
+    for place, name in enumerate(names):
+        others = np.median(level[group == group[place]])
+        if level[place] <= DEAD * others or level[place] == 0:
+            raise InputError(
+                f"{what} channel '{name}' is dead: over {len(values)} lines it shows "
+                f"{level[place]:.2g}, the others {others:.2g}; repair it, or name it in "
+                "switched_off if enough others are left"
+            )

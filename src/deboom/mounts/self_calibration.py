@@ -1,0 +1,280 @@
+"""A measuring chain that calibrates itself: rigid motion and Newton's law hold in every run.
+
+Six triaxial sensors on a rigid body show twelve numbers more than it has motions, and the forces
+of its mounts must be its mass times its acceleration. Both hold for every line of every run with
+every mount set, whatever the mounts are; alignment errors alone break them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from deboom.errors import InputError
+from deboom.mounts.alignment import Alignment
+from deboom.mounts.alignment_estimate import AlignmentEstimate, stated_alignment
+from deboom.mounts.body_record import BodyRecord
+from deboom.mounts.named_arrays import freeze
+from deboom.physics.arrays import ComplexArray, RealArray
+from deboom.physics.rigid_body import skew
+
+STEP = 4
+"""Of the lines one in this many is used: neighbours share part of their time window."""
+
+CHUNK = 1600
+"""Lines looked at together; bounds the memory."""
+
+ITERATIONS = 6
+CONVERGED = 0.02
+"""Largest step, in tolerances, at which the iteration ends [1]."""
+
+IMPOSSIBLE = 5.0
+"""A parameter this many tolerances off is a fault, not an error [1]."""
+
+RIGID_MOTION, NEWTON = "rigid motion", "Newton's law"
+
+
+@dataclass(frozen=True, eq=False)
+class FreeBody:
+    """What Newton's law needs to know of a rigid body.
+
+    Parameters
+    ----------
+    mass_matrix : array, shape (6, 6)
+        At the origin of the position sheet, its centre of gravity [kg, kg m²].
+    mass_deviation : float
+        Standard deviation [kg].
+    inertia_deviation : float
+        Standard deviation of entry ij relative to ``√(J_ii J_jj)`` [1].
+    centre_deviation : float
+        Standard deviation of the centre of gravity, per axis [m].
+    torque_axis : array, shape (3,)
+        Of the only other dynamic load, an excitation of unknown amplitude [1].
+    torque_axis_deviation : float
+        Standard deviation of its direction [rad].
+    """
+
+    mass_matrix: RealArray
+    mass_deviation: float
+    inertia_deviation: float
+    centre_deviation: float
+    torque_axis: RealArray
+    torque_axis_deviation: float
+
+    def __post_init__(self) -> None:
+        freeze(self, "mass_matrix", "torque_axis")
+
+    @property
+    def deviations(self) -> RealArray:
+        """Of mass, six moments of inertia, centre of gravity and direction of the torque, (12,)."""
+        radii = np.sqrt(np.diag(self.mass_matrix)[3:])
+        rows, columns = np.triu_indices(3)
+        return np.concatenate(
+            [
+                [self.mass_deviation],
+                self.inertia_deviation * radii[rows] * radii[columns],
+                [self.centre_deviation] * 3,
+                [self.torque_axis_deviation] * 2,
+            ]
+        )
+
+    @property
+    def mass_changes(self) -> RealArray:
+        """Change of the mass matrix per parameter, shape (12, 6, 6)."""
+        changes = np.zeros((12, 6, 6))
+        changes[0, :3, :3] = np.eye(3)
+        for place, (row, column) in enumerate(zip(*np.triu_indices(3), strict=True), 1):
+            changes[place, 3 + row, 3 + column] = changes[place, 3 + column, 3 + row] = 1.0
+        mass = self.mass_matrix[0, 0]
+        for axis, unit in enumerate(np.eye(3)):
+            changes[7 + axis, :3, 3:] = -mass * skew(unit)
+            changes[7 + axis, 3:, :3] = mass * skew(unit)
+        return changes
+
+    @property
+    def across_torque(self) -> RealArray:
+        """Two unit vectors across the torque, shape (2, 3)."""
+        return np.linalg.svd(self.torque_axis[np.newaxis])[2][1:]
+
+
+@dataclass(frozen=True, eq=False)
+class _Equations:
+    """Whitened complex equations ``jacobian @ change of the parameters = residual``.
+
+    Of them `freedom` are independent.
+    """
+
+    group: str
+    jacobian: ComplexArray
+    residual: ComplexArray
+    freedom: int
+
+
+def self_calibrated(
+    alignment: Alignment, records: Sequence[BodyRecord], free_body: FreeBody | None = None
+) -> AlignmentEstimate:
+    """Estimate the alignment of a body's measuring chain from what it recorded.
+
+    Parameters
+    ----------
+    alignment : Alignment
+        Parameters with their stated tolerances.
+    records : sequence of BodyRecord
+        All runs, of whatever mount sets.
+    free_body : FreeBody, optional
+        For Newton's law; without it the rigid motion alone is used.
+
+    Returns
+    -------
+    AlignmentEstimate
+        The stated one where nothing is redundant: a body with a single sensor, or no tolerance.
+
+    Raises
+    ------
+    InputError
+        Channels that contradict each other by far more than the tolerances.
+
+    Notes
+    -----
+    Most probable parameters p, with normal priors of the stated tolerances, under
+
+    - rigid motion: ``(1 − V V⁺) a = 0`` with the forward matrix V(p) of the sensors;
+    - Newton's law: ``M a_B + Σ V_iᵀ f_i`` has no part but the torque, with the forces f(p), the
+      mass matrix and the direction of the torque within their tolerances as well.
+
+    Gauss-Newton on both, weighted by the noise of each line; a group of equations whose reduced χ²
+    exceeds 1 loses weight by it (Birge). The scatter of the force transfer matrices is taken as
+    common to all lines of a run. Seven parameters stay as stated: a common rotation, offset and
+    scale of all sensors change no rigid motion; Newton's law ties them to the cells.
+    """
+    if not alignment.body.is_rigid_body or not np.any(alignment.tolerance > 0):
+        return stated_alignment(alignment)
+    n_own = alignment.tolerance.size
+    deviations = alignment.tolerance
+    if free_body is not None:
+        deviations = np.concatenate([deviations, free_body.deviations])
+    active = deviations > 0
+    prior = np.diag(1 / deviations[active] ** 2)
+    parameters = np.zeros_like(deviations)
+    misfit: dict[str, float] = {}
+    for _ in range(ITERATIONS):
+        normal, gradient, misfit = _normal_equations(alignment, records, free_body, parameters, misfit)
+        curvature = normal[np.ix_(active, active)] + prior
+        step = np.linalg.solve(curvature, gradient[active] - prior @ parameters[active])
+        parameters[active] += step
+        if np.max(np.abs(step) / deviations[active]) < CONVERGED:
+            break
+    covariance = np.zeros((deviations.size, deviations.size))
+    covariance[np.ix_(active, active)] = np.linalg.inv(curvature)
+    _refuse_faults(alignment, parameters[:n_own])
+    return AlignmentEstimate(
+        alignment=alignment,
+        mean=parameters[:n_own],
+        covariance=covariance[:n_own, :n_own],
+        misfit=tuple(misfit.items()),
+    )
+
+
+def _normal_equations(
+    alignment: Alignment,
+    records: Sequence[BodyRecord],
+    free_body: FreeBody | None,
+    parameters: RealArray,
+    misfit: dict[str, float],
+) -> tuple[RealArray, RealArray, dict[str, float]]:
+    """Sum over all lines, with the weights of the last iteration's misfit."""
+    normal = np.zeros((parameters.size, parameters.size))
+    gradient = np.zeros(parameters.size)
+    squares: dict[str, float] = {}
+    counts: dict[str, int] = {}
+    for record in records:
+        for begin in range(0, len(record), CHUNK):
+            part = record.part(slice(begin, begin + CHUNK, STEP))
+            for equations in _equations(alignment, part, free_body, parameters):
+                group, jacobian = equations.group, equations.jacobian
+                # a complex normal deviation of variance 1 has two real ones of variance 1/2
+                weight = 2 / max(1.0, misfit.get(group, 1.0))
+                normal += weight * (jacobian.conj().T @ jacobian).real
+                gradient += weight * (jacobian.conj().T @ equations.residual).real
+                energy = float(np.sum(np.abs(equations.residual) ** 2))
+                squares[group] = squares.get(group, 0.0) + energy
+                counts[group] = counts.get(group, 0) + equations.freedom
+    return normal, gradient, {name: squares[name] / counts[name] for name in squares}
+
+
+def _equations(
+    alignment: Alignment, lines: BodyRecord, free_body: FreeBody | None, parameters: RealArray
+) -> Iterator[_Equations]:
+    own = parameters[: alignment.tolerance.size]
+    forward = alignment.forward(own)
+    inverse = np.linalg.pinv(forward)
+    motion = lines.acceleration @ inverse.T
+    channel_change = np.einsum("kcd,nd->nck", alignment.forward_change, motion)
+
+    white = 1 / lines.acceleration_noise
+    basis = np.linalg.qr(white[:, :, np.newaxis] * forward)[0]
+    columns = np.concatenate([channel_change, lines.acceleration[:, :, np.newaxis]], axis=2)
+    columns = white[:, :, np.newaxis] * columns
+    columns = columns - basis @ (np.swapaxes(basis, 1, 2) @ columns)
+    yield _Equations(
+        RIGID_MOTION,
+        _padded(columns[:, :, :-1], parameters.size),
+        columns[:, :, -1].ravel(),
+        len(lines) * (forward.shape[0] - forward.shape[1]),
+    )
+    if free_body is None:
+        return
+
+    to_load = alignment.body.at_points.T
+    force_matrix = alignment.force_matrix(own)
+    force = lines.cell_force @ force_matrix.T
+    of_body = parameters[own.size :]
+    mass_matrix = free_body.mass_matrix + np.tensordot(of_body, free_body.mass_changes, 1)
+    load = motion @ mass_matrix.T + force @ to_load.T
+    motion_change = -inverse @ channel_change
+    force_change = np.einsum("kpc,nc->npk", alignment.force_change, lines.cell_force)
+    by_mass = np.einsum("kab,nb->nak", free_body.mass_changes, motion)
+    change = np.concatenate([mass_matrix @ motion_change + to_load @ force_change, by_mass], axis=2)
+
+    balanced = np.zeros((5, 6))
+    balanced[:3, :3] = np.eye(3)
+    across, axis = free_body.across_torque, free_body.torque_axis
+    balanced[3:, 3:] = across - np.outer(of_body[-2:], axis)
+    jacobian = balanced @ change
+    for row in range(2):
+        jacobian[:, 3 + row, own.size + of_body.size - 2 + row] -= load[:, 3:] @ axis
+    # what differs between force transfer matrices is common to all lines of a run
+    scatter = np.repeat([point.transfer_scatter for point in alignment.body.points], 3)
+    variance = (
+        lines.acceleration_noise**2 @ np.abs(balanced @ mass_matrix @ inverse).T ** 2
+        + lines.cell_noise**2 @ np.abs(balanced @ to_load @ force_matrix).T ** 2
+        + lines.lines_in_run[:, np.newaxis]
+        * ((scatter * np.abs(force)) ** 2 @ np.abs(balanced @ to_load).T ** 2)
+    )
+    white = 1 / np.sqrt(variance)
+    yield _Equations(
+        NEWTON,
+        (white[:, :, np.newaxis] * jacobian).reshape(-1, parameters.size),
+        -(white * (load @ balanced.T)).ravel(),
+        load.shape[0] * len(balanced),
+    )
+
+
+def _padded(jacobian: ComplexArray, size: int) -> ComplexArray:
+    padded = np.zeros((jacobian.shape[0] * jacobian.shape[1], size), dtype=complex)
+    padded[:, : jacobian.shape[2]] = jacobian.reshape(len(padded), -1)
+    return padded
+
+
+def _refuse_faults(alignment: Alignment, parameters: RealArray) -> None:
+    deviations = np.where(alignment.tolerance > 0, alignment.tolerance, np.inf)
+    worst = int(np.argmax(np.abs(parameters) / deviations))
+    times = abs(parameters[worst]) / deviations[worst]
+    if times > IMPOSSIBLE:
+        raise InputError(
+            f"the channels of the {alignment.body.name} contradict each other: the "
+            f"{alignment.names[worst]} would have to be off by {times:.0f} times its tolerance; "
+            "look for a reversed, swapped or displaced channel there, or switch it off"
+        )

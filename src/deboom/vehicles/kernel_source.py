@@ -1,0 +1,255 @@
+"""Writes the straight-line loops that `deboom.vehicles.kernel_numba` compiles.
+
+A lane is one design. Every loop runs over a fixed number of lanes with the same operations for
+each, without a branch, so the compiler keeps several lanes in one register and the result of a
+design does not depend on its lane. What differs between problems (the number of variables, which
+entries of the 6×6 impedance are zero) is written out here instead of being looped over.
+
+Buffers are flat, row k of a buffer starting at ``k * LANES``: with a constant stride the compiler
+needs few checks for overlap.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+LANES = {"prescribed": 128, "coupled": 64}
+"""Designs side by side: the buffers of the loops stay in the first-level cache."""
+
+N = 6
+"""Degrees of freedom of a rigid body."""
+
+Entry = tuple[int, int]
+
+
+@dataclass(frozen=True)
+class CoupledPattern:
+    """What does not depend on numbers in the equations of motion.
+
+    Parameters
+    ----------
+    directions : tuple of (tuple of int)
+        Degrees of freedom that move each direction of the mounts: the nonzero entries of its row of
+        the forward matrix.
+    inertia : tuple of (int, int)
+        Nonzero entries (row ≥ column) of the mass matrix.
+    transmitting : tuple of int
+        Directions that reach the ear.
+    own_paths : tuple of (tuple of int)
+        Per path of bodies of their own, the pieces that feed it.
+    """
+
+    directions: tuple[tuple[int, ...], ...]
+    inertia: tuple[Entry, ...]
+    transmitting: tuple[int, ...]
+    own_paths: tuple[tuple[int, ...], ...]
+
+    @property
+    def springs(self) -> dict[Entry, list[int]]:
+        """Directions that contribute to each entry (row ≥ column) of the impedance."""
+        found: dict[Entry, list[int]] = {}
+        for direction, freedoms in enumerate(self.directions):
+            for row in freedoms:
+                for column in freedoms:
+                    if column <= row:
+                        found.setdefault((row, column), []).append(direction)
+        return dict(sorted(found.items()))
+
+    @property
+    def n_own(self) -> int:
+        """Number of pieces with a body of their own."""
+        return sum(len(pieces) for pieces in self.own_paths)
+
+    @property
+    def n_variables(self) -> int:
+        """Rows of designs that the loops read: directions, then own paths."""
+        return len(self.directions) + len(self.own_paths)
+
+    @property
+    def n_paths(self) -> int:
+        """Complex forces, up to a factor, that the synthesis reads."""
+        return len(self.transmitting) + len(self.own_paths)
+
+
+def prescribed_source(n_variables: int) -> str:
+    """Source of ``lines(x, table, first, last, product)``: multiplies ``|p|²`` of some lines.
+
+    A row of the table holds the real, then the imaginary parts of the contributions of a line.
+    """
+    real = _sum(f"c{k} * x{k}" for k in range(n_variables))
+    imaginary = _sum(f"c{n_variables + k} * x{k}" for k in range(n_variables))
+    return "\n".join(
+        [
+            f"LANES = {LANES['prescribed']}",
+            "@jit",
+            "def lines(x, table, first, last, product):",
+            "    for line in range(first, last):",
+            *(f"        c{k} = table[line, {k}]" for k in range(2 * n_variables)),
+            "        for lane in range(LANES):",
+            *(f"            x{k} = x[{k} * LANES + lane]" for k in range(n_variables)),
+            f"            re = {real}",
+            f"            im = {imaginary}",
+            "            product[lane] *= re * re + im * im",
+            "",
+        ]
+    )
+
+
+def coupled_source(pattern: CoupledPattern) -> str:
+    """Source of ``solve(x, row, forward, one, w)`` and ``hear(w, table, product)`` for one line.
+
+    `solve` assembles the impedance, factorises it as LDLᵀ without pivoting, and leaves in `w` the
+    forces of the paths up to their stiffness; `hear` multiplies ``|p|²`` of every vehicle. The
+    order of the numbers in `row` is that of `coupled_row`.
+    """
+    body, n_coefficients = _solve_body(pattern)
+    n_forward = sum(len(pattern.directions[i]) for i in pattern.transmitting)
+    n = pattern.n_paths
+    real = _sum(f"c{k} * u{k} - c{n + k} * v{k}" for k in range(n))
+    imaginary = _sum(f"c{n + k} * u{k} + c{k} * v{k}" for k in range(n))
+    return "\n".join(
+        [
+            f"LANES = {LANES['coupled']}",
+            "@jit",
+            "def solve(x, row, forward, one, w):",
+            *(f"    c{k} = row[{k}]" for k in range(n_coefficients)),
+            *(f"    f{k} = forward[{k}]" for k in range(n_forward)),
+            "    for lane in range(LANES):",
+            *(f"        x{k} = x[{k} * LANES + lane]" for k in range(pattern.n_variables)),
+            *(f"        {statement}" for statement in body),
+            "@jit",
+            "def hear(w, table, product):",
+            "    for vehicle in range(table.shape[0]):",
+            *(f"        c{k} = table[vehicle, {k}]" for k in range(2 * n)),
+            "        for lane in range(LANES):",
+            *(f"            u{k} = w[{2 * k} * LANES + lane]" for k in range(n)),
+            *(f"            v{k} = w[{2 * k + 1} * LANES + lane]" for k in range(n)),
+            f"            re = {real}",
+            f"            im = {imaginary}",
+            "            product[vehicle * LANES + lane] *= re * re + im * im",
+            "",
+        ]
+    )
+
+
+def _solve_body(pattern: CoupledPattern) -> tuple[list[str], int]:
+    """Return the statements of one lane, and how many coefficients they read."""
+    coefficients = _Coefficients()
+    statements: list[str] = []
+    springs = pattern.springs
+    for row, column in springs:
+        directions = springs[row, column]
+        real = [f"{coefficients.next()} * x{i}" for i in directions]
+        imaginary = [f"{coefficients.next()} * x{i}" for i in directions]
+        if (row, column) in pattern.inertia:
+            real.append(coefficients.next())
+        statements.append(f"r{row}{column} = {_sum(real)}")
+        statements.append(f"i{row}{column} = {_sum(imaginary)}")
+    for freedom in range(N):
+        statements.append(f"b{freedom} = {coefficients.next()}")
+        statements.append(f"d{freedom} = {coefficients.next()}")
+    statements += factorise_and_solve(springs)
+    statements += _path_statements(pattern, coefficients)
+    return statements, coefficients.count
+
+
+def factorise_and_solve(nonzero: Iterable[Entry]) -> list[str]:
+    """Straight-line LDLᵀ of a complex symmetric matrix, and the solution of one system.
+
+    Parameters
+    ----------
+    nonzero : iterable of (int, int)
+        Entries (row ≥ column) that are there; all others are zero and cost nothing.
+
+    Returns
+    -------
+    list of str
+        Statements in the names r<i><j>, i<i><j> (matrix), b<i>, d<i> (right side, then solution):
+        real and imaginary parts.
+
+    Notes
+    -----
+    No pivoting: the impedance of a damped body on mounts has no small pivots (3e-11 dB over 321
+    lines down to losses fifty times too small).
+    """
+    there = set(nonzero)
+    out: list[str] = []
+    for k in range(N):
+        out.append(f"t = one / (r{k}{k} * r{k}{k} + i{k}{k} * i{k}{k})")
+        out.append(f"g{k} = r{k}{k} * t")
+        out.append(f"h{k} = -i{k}{k} * t")
+        below = [i for i in range(k + 1, N) if (i, k) in there]
+        for i in below:
+            out.append(f"l{i}{k} = r{i}{k} * g{k} - i{i}{k} * h{k}")
+            out.append(f"m{i}{k} = r{i}{k} * h{k} + i{i}{k} * g{k}")
+        for i in below:
+            for j in (j for j in below if j <= i):
+                real = f"l{i}{k} * r{j}{k} - m{i}{k} * i{j}{k}"
+                imaginary = f"l{i}{k} * i{j}{k} + m{i}{k} * r{j}{k}"
+                before = (f"r{i}{j} ", f"i{i}{j} ") if (i, j) in there else ("", "")
+                there.add((i, j))
+                out.append(f"r{i}{j} = {before[0]}- ({real})")
+                out.append(f"i{i}{j} = {before[1]}- ({imaginary})")
+            out += _eliminate(i, k, i, k)
+    for k in range(N):
+        out.append(f"t = b{k} * g{k} - d{k} * h{k}")
+        out.append(f"d{k} = b{k} * h{k} + d{k} * g{k}")
+        out.append(f"b{k} = t")
+    for k in reversed(range(N)):
+        for i in (i for i in range(k + 1, N) if (i, k) in there):
+            out += _eliminate(k, i, i, k)
+    return out
+
+
+def _eliminate(target: int, source: int, i: int, k: int) -> list[str]:
+    """Subtract ``L_ik`` times one entry of the right side from another."""
+    return [
+        f"b{target} = b{target} - (l{i}{k} * b{source} - m{i}{k} * d{source})",
+        f"d{target} = d{target} - (l{i}{k} * d{source} + m{i}{k} * b{source})",
+    ]
+
+
+def _path_statements(pattern: CoupledPattern, coefficients: _Coefficients) -> list[str]:
+    out: list[str] = []
+    path, place = 0, 0
+    for direction in pattern.transmitting:
+        freedoms = pattern.directions[direction]
+        real = _sum(f"f{place + k} * b{a}" for k, a in enumerate(freedoms))
+        imaginary = _sum(f"f{place + k} * d{a}" for k, a in enumerate(freedoms))
+        out.append(f"w[{2 * path} * LANES + lane] = x{direction} * ({real})")
+        out.append(f"w[{2 * path + 1} * LANES + lane] = x{direction} * ({imaginary})")
+        path, place = path + 1, place + len(freedoms)
+    for number, pieces in enumerate(pattern.own_paths):
+        x = f"x{len(pattern.directions) + number}"
+        real_parts, imaginary_parts = [], []
+        for piece in pieces:
+            kr, ki, ar, ai = (coefficients.next() for _ in range(4))
+            out.append(f"p = {x} * {kr} - one")
+            out.append(f"s = {x} * {ki}")
+            out.append(f"t = {x} / (p * p + s * s)")
+            out.append(f"u{piece} = ({ar} * p + {ai} * s) * t")
+            out.append(f"v{piece} = ({ai} * p - {ar} * s) * t")
+            real_parts.append(f"u{piece}")
+            imaginary_parts.append(f"v{piece}")
+        out.append(f"w[{2 * path} * LANES + lane] = {_sum(real_parts)}")
+        out.append(f"w[{2 * path + 1} * LANES + lane] = {_sum(imaginary_parts)}")
+        path += 1
+    return out
+
+
+class _Coefficients:
+    """Counts the numbers that a line of the table holds, in the order in which they are read."""
+
+    def __init__(self) -> None:
+        self.count = 0
+
+    def next(self) -> str:
+        self.count += 1
+        return f"c{self.count - 1}"
+
+
+def _sum(terms: Iterable[str]) -> str:
+    return " + ".join(terms)
+
+

@@ -1,0 +1,98 @@
+"""The library's commands: what they print, write and refuse."""
+
+import subprocess
+import sys
+
+import pytest
+from mounts_library_samples import assert_same, campaign, mount, wishbone
+from typer.testing import CliRunner
+
+from deboom.cli_library import library_app
+from deboom.mounts.library import open_library
+
+
+def call(*arguments):
+    return CliRunner().invoke(library_app, [str(argument) for argument in arguments])
+
+
+@pytest.fixture
+def path(tmp_path):
+    place = tmp_path / "mounts.db"
+    with open_library(place, create=True) as library:
+        library.add([campaign()], [mount(part_number="4711"), wishbone()])
+    return place
+
+
+def test_list_shows_a_line_per_mount(path):
+    done = call("list", path)
+    assert done.exit_code == 0
+    header, *lines = done.output.splitlines()
+    assert header.split() == ["campaign", "mount", "variant", "part_number", "supplier", "serial"]
+    assert [line.split()[:3] for line in lines] == [["spring", "Du", "M3"], ["spring", "TSM", "M3"]]
+    assert call("list", path, "--part-number", "4711").output.count("spring") == 1
+    assert call("list", path, "--variant", "M9").output == "no mount\n"
+
+
+def test_show_says_how_far_each_direction_may_be_believed(path):
+    done = call("show", path, "--mount", "TSM")
+    assert done.exit_code == 0
+    lines = {line[:25].strip(): line[25:].split() for line in done.output.splitlines()}
+    assert "TSM M3 of campaign spring, part number 4711: Drehmomentstütze" in done.output
+    assert "virtual point at x 0.34" in done.output
+    assert "force_transfer_condition_number [1]: " in done.output
+    assert lines["identified"] == ["yes", "NO", "NO"]
+    assert lines["r2_real [1]"] == ["0.9991", "-", "-"]
+    assert lines["half_width_95 [1]"] == ["0.013", "-", "0.4"]
+    assert lines["map_points"] == ["150", "150", "0"]
+    assert lines["frequency_upper [Hz]"] == ["80", "80", "-"]
+
+
+def test_export_and_import_move_a_library_unchanged(path, tmp_path):
+    file = tmp_path / "mounts.json"
+    assert call("export", path, file).output.strip() == file.as_posix()
+    moved = tmp_path / "moved.db"
+    assert call("import", moved, file).output == "2 mounts imported\n"
+    again = call("import", moved, file)
+    assert again.exit_code == 2
+    assert "is there already" in again.output
+    assert call("import", moved, file, "--replace").exit_code == 0
+    with open_library(moved) as library:
+        assert_same(library.load(wishbone().identity), wishbone())
+        assert len(library.identities()) == 2
+
+
+@pytest.mark.parametrize("suffix", ["xlsx", "uff", "UNV"])
+def test_export_writes_what_the_suffix_says(path, tmp_path, suffix):
+    file = tmp_path / f"mounts.{suffix}"
+    assert call("export", path, file, "--mount", "Du").exit_code == 0
+    start = file.read_bytes()[:6]
+    assert start == b"    -1" if suffix != "xlsx" else start[:2] == b"PK"
+
+
+@pytest.mark.parametrize(
+    ("arguments", "sentence"),
+    [
+        (("list", "nowhere.db"), "nowhere.db: there is no such library; check the path"),
+        (("show", "LIBRARY"), "2 mounts fit, say which one"),
+        (("export", "LIBRARY", "m.csv"), "name a file that ends with .xlsx, .json or .uff"),
+        (("export", "LIBRARY", "m.uff", "--mount", "X"), "`deboom library list` shows them all"),
+        (("import", "LIBRARY", "nowhere.json"), "nowhere.json cannot be read"),
+        (("migrate", "nowhere.db"), "there is no such library"),
+    ],
+)
+def test_bad_input_ends_with_one_sentence_and_exit_code_2(path, tmp_path, arguments, sentence):
+    done = call(*(path if argument == "LIBRARY" else argument for argument in arguments))
+    assert done.exit_code == 2
+    (line,) = done.output.splitlines()
+    assert line.startswith("deboom: ")
+    assert sentence in line
+
+
+def test_migrate_says_when_there_is_nothing_to_do(path):
+    assert call("migrate", path).output == "version 1 already, nothing to do\n"
+
+
+def test_the_commands_are_quick_to_start():
+    code = "import sys, deboom.cli_library; print({'numpy', 'sqlalchemy'} & set(sys.modules))"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "set()"

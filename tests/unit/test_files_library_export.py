@@ -1,0 +1,177 @@
+"""Exports of characterised mounts: complete, exact, with units, and nothing left out unsaid."""
+
+import json
+
+import numpy as np
+import openpyxl
+import pytest
+from mounts_library_samples import assert_same, campaign, map_points, mount, wishbone
+
+from deboom.errors import InputError
+from deboom.files import library_export
+from deboom.files.library_export import (
+    read_library_json,
+    write_library_json,
+    write_library_uff,
+    write_library_xlsx,
+)
+from deboom.files.uff import find, read_uff
+from deboom.mounts.characterised_direction import CharacterisedDirection, DirectionQuality
+from deboom.mounts.characterised_mount import CharacterisedMount
+
+MOUNTS = (mount(supplier="=Ø & Söhne"), wishbone())
+
+
+def rows(path, sheet):
+    header, *body = openpyxl.load_workbook(path)[sheet].iter_rows(values_only=True)
+    return [dict(zip(header, row, strict=True)) for row in body]
+
+
+def test_json_gives_back_the_same_bit_for_bit(tmp_path):
+    path = tmp_path / "mounts.json"
+    write_library_json(path, [campaign()], MOUNTS)
+    campaigns, mounts = read_library_json(path)
+    assert_same(campaigns, (campaign(),))
+    assert_same(mounts, MOUNTS)
+    points = json.loads(path.read_text("utf-8"))["mounts"][0]["directions"][0]["map_points"]
+    assert {name for name in points if not name.endswith("]")} == {"run"}
+
+
+@pytest.mark.parametrize(
+    ("spoil", "sentence"),
+    [
+        (
+            lambda d: d.update(format="deboom mount library 2"),
+            "its format is 'deboom mount library 2'",
+        ),
+        (lambda d: d["mounts"][0].pop("pieces"), "the entry 'pieces' is missing; export it again"),
+        (lambda d: d["mounts"][0]["identity"].update(colour="red"), "an entry is of another kind"),
+        (lambda d: d.update(mounts=7), "an entry is of another kind"),
+        (
+            lambda d: d["mounts"][0]["directions"][0]["map_points"]["run"].update(dtype="O"),
+            "an array is of object, not of numbers",
+        ),
+        (
+            lambda d: d["mounts"][0]["directions"][0]["map_points"]["run"].update(shape=[3]),
+            "an entry is of another kind .*reshape",
+        ),
+    ],
+)
+def test_json_that_was_changed_is_refused_by_name(tmp_path, spoil, sentence):
+    path = tmp_path / "mounts.json"
+    write_library_json(path, [campaign()], MOUNTS)
+    document = json.loads(path.read_text("utf-8"))
+    spoil(document)
+    path.write_text(json.dumps(document), "utf-8")
+    with pytest.raises(InputError, match=f"mounts.json: .*{sentence}"):
+        read_library_json(path)
+
+
+def test_files_that_are_no_export_are_refused(tmp_path):
+    path = tmp_path / "mounts.json"
+    with pytest.raises(InputError, match=r"mounts.json cannot be read \(No such file"):
+        read_library_json(path)
+    path.write_text("{")
+    with pytest.raises(InputError, match=r"mounts.json is not JSON"):
+        read_library_json(path)
+    path.write_text("[]")
+    with pytest.raises(InputError, match="its format is None, and this deboom reads 'deboom mount"):
+        read_library_json(path)
+
+
+def test_the_spreadsheet_holds_every_number_with_its_unit(tmp_path):
+    path = tmp_path / "mounts.xlsx"
+    write_library_xlsx(path, [campaign()], MOUNTS)
+
+    points = [row for row in rows(path, "map_points") if row["axis"] == "z"]
+    expected = MOUNTS[0].direction("z").map_points
+    real, imag = "dynamic_stiffness_real [N/m]", "dynamic_stiffness_imag [N/m]"
+    stiffness = np.array([row[real] + 1j * row[imag] for row in points])
+    np.testing.assert_allclose(stiffness, expected.dynamic_stiffness, rtol=1e-15)
+    preload = [row["preload [N]"] for row in points]
+    np.testing.assert_allclose(preload, expected.preload, rtol=1e-15)
+    assert [row["run"] for row in points] == expected.run.tolist()
+
+    directions = rows(path, "directions")
+    assert [row["identified"] for row in directions] == [True, False, False, False]
+    assert [row["r2_real [1]"] for row in directions] == [0.9991, None, None, None]
+    assert directions[0]["frequency_upper [Hz]"] == 80.0
+    assert directions[1]["wheel_torque_upper [N m]"] == 1 / 3
+
+    pieces = rows(path, "mounts")
+    assert [(row["mount"], row["piece"], row["y [m]"]) for row in pieces[1:]] == [
+        ("Du", "left", -0.3),
+        ("Du", "right", 0.3),
+    ]
+    curve = rows(path, "static_curves")
+    assert [row["force [N]"] for row in curve] == MOUNTS[0].direction(
+        "x"
+    ).static_curve.force.tolist()
+    assert rows(path, "quality")[0]["value"] == next(iter(MOUNTS[0].quality.values()))
+    tolerances = {row["tolerance"]: row["value"] for row in rows(path, "campaigns")}
+    assert tolerances == campaign().tolerances
+
+    numbers = [row for row in rows(path, "surfaces") if row["axis"] == "z"]
+    coefficients = [row["value"] for row in numbers if row["name"] == "coefficients"]
+    stored = MOUNTS[0].direction("z").surface.arrays
+    assert coefficients == stored["coefficients"].ravel().tolist()
+    assert [row["value"] for row in numbers if row["name"] == "unit"] == ["N m"]
+    assert [row["value"] for row in numbers if row["name"] == "pieces"] == [2]
+
+
+def test_text_that_looks_like_a_formula_stays_text(tmp_path):
+    path = tmp_path / "mounts.xlsx"
+    write_library_xlsx(path, [campaign()], MOUNTS)
+    cells = [c for row in openpyxl.load_workbook(path)["mounts"].iter_rows() for c in row]
+    assert "=Ø & Söhne" in [cell.value for cell in cells]
+    assert "f" not in {cell.data_type for cell in cells}
+
+
+def test_a_sheet_that_would_overflow_is_refused(tmp_path, monkeypatch):
+    monkeypatch.setattr(library_export, "SHEET_ROWS", 100)
+    with pytest.raises(
+        InputError, match=r"map_points would have 450 rows and a sheet holds 100: exp"
+    ):
+        write_library_xlsx(tmp_path / "mounts.xlsx", [campaign()], MOUNTS)
+    assert not list(tmp_path.iterdir())
+
+
+def test_uff_holds_the_spectra_of_every_run(tmp_path):
+    path = tmp_path / "mounts.uff"
+    assert write_library_uff(path, MOUNTS) == ()
+    functions = read_uff(path)
+    assert len(functions) == 4 * 2 * 3  # quantities, runs, directions with points
+    points = MOUNTS[0].direction("z").map_points
+    lines = points.run == "g5_wot220 falling"
+    here = [f for f in functions if f.id_lines[1] == "run g5_wot220 falling"]
+    stiffness = find(here, response_node=1, response_direction="+z", reference_node=1)
+    assert (stiffness.unit, stiffness.function_type) == ("N/m", 4)
+    np.testing.assert_allclose(stiffness.abscissa, points.frequency[lines], rtol=1e-5)
+    np.testing.assert_allclose(stiffness.values, points.dynamic_stiffness[lines], rtol=1e-11)
+    alone = {"response_node": 1, "response_direction": "+z", "reference_node": 0}
+    for ordinate, unit, values in (
+        ("force", "N", points.preload),
+        ("displacement", "m", points.amplitude),
+        ("general", "1", points.confidence),
+    ):
+        function = find(here, ordinate=ordinate, **alone)
+        assert function.unit == unit
+        np.testing.assert_allclose(function.values, values[lines], rtol=1e-11)
+    assert stiffness.id_lines[2:] == (
+        "campaign spring, variant M3",
+        "part number -, serial -",
+        r"supplier =\xd8 & S\xf6hne",
+    )
+    assert {f.response_node for f in functions} == {1, 2}
+
+
+def test_uff_names_the_runs_it_cannot_hold(tmp_path):
+    def only(n):
+        direction = CharacterisedDirection("x", map_points(1, n), DirectionQuality(False))
+        return CharacterisedMount(MOUNTS[0].identity, MOUNTS[0].mount, (direction,), {})
+
+    path = tmp_path / "mounts.uff"
+    left_out = write_library_uff(path, [only(3)])
+    assert left_out == (f"{MOUNTS[0].identity}, direction x, run g5_wot220 falling",)
+    with pytest.raises(InputError, match="the mounts have no spectra; export xlsx or JSON"):
+        write_library_uff(path, [only(0)])

@@ -44,7 +44,7 @@ def test_show_says_how_far_each_direction_may_be_believed(path):
     assert lines["r2_real [1]"] == ["0.9991", "-", "-"]
     assert lines["half_width_95 [1]"] == ["0.013", "-", "0.4"]
     assert lines["map_points"] == ["150", "150", "0"]
-    assert lines["frequency_upper [Hz]"] == ["80", "80", "-"]
+    assert lines["frequency_upper [Hz]"] == ["57.25", "80", "-"]
 
 
 def test_export_and_import_move_a_library_unchanged(path, tmp_path):

@@ -117,8 +117,8 @@ def test_without_errors_everything_comes_back(tmp_path):
 
 def test_with_errors_stiffness_is_off_by_the_size_of_the_study(tmp_path):
     errors = []
-    for seed in range(1, 9):
-        lines = np.linspace(20.0, 80.0, 61)
+    for seed in range(1, 7):
+        lines = np.linspace(20.0, 80.0, 41)
         plan = CampaignPlan(("M1",), RUNS[:2], shaker_repeats=1, frequency=lines)
         folder = write_campaign(tmp_path / str(seed), seed, plan)
         displacement, force = evaluated(read_campaign(folder))
@@ -170,14 +170,14 @@ def demodulated(run, signal, angle, turns, middle):
 
 
 def test_time_data_carry_the_true_order_on_the_tacho(tmp_path):
-    time_plan = TimeRunPlan(first_speed=1500.0, last_speed=1700.0, duration=2.0)
+    time_plan = TimeRunPlan(first_speed=1500.0, last_speed=1650.0, duration=1.5)
     plan = CampaignPlan(("M1",), RUNS[:1], shaker_repeats=1, time_run=time_plan)
     folder = write_campaign(tmp_path / "time", 2, plan, NO_ERRORS)
     run = read_time_run(folder, "g5_wot220_time")
     with np.load(folder / "truth" / "g5_wot220_time.npz") as data:
         true = dict(data)
     assert run.sample_rate == pytest.approx(16384, rel=1e-6)
-    assert run.acceleration.shape == (32768, 24)
+    assert run.acceleration.shape == (24576, 24)
     above = run.tacho > 0.5
     after = np.flatnonzero(above[1:] & ~above[:-1]) + 1
     share = (0.5 - run.tacho[after - 1]) / (run.tacho[after] - run.tacho[after - 1])
@@ -191,7 +191,7 @@ def test_time_data_carry_the_true_order_on_the_tacho(tmp_path):
         (run.acceleration[:, [0, 1, 2, 15]], true["acceleration"][:, [0, 1, 2, 15]]),
         (run.cell_force[:, [0, 2, 12]], true["cell_force"][:, [0, 2, 12]]),
     ):
-        for speed in (1560.0, 1600.0, 1640.0):
+        for speed in (1560.0, 1590.0):
             middle = angle[np.argmin(np.abs(true["speed"] - speed))]
             amplitude = CubicSpline(true["frequency"], spectra)(run.order * speed / 60)
             for column, expected in zip(signals.T, amplitude):

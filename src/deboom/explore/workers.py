@@ -244,7 +244,7 @@ class _DaskCluster:
 
     @property
     def n_workers(self) -> int:
-        return max(1, sum(self.client.nthreads().values()))
+        return max(1, int(sum(self.client.nthreads().values())))
 
     def compute(self, chunks: Sequence[RealArray]) -> list[RobustValues]:
         from distributed import KilledWorker

@@ -241,12 +241,9 @@ def _driving_point(
 
 def _leave_one_out(what: str, diagnosis: Diagnosis) -> QualityCheck:
     """Contradiction of the first suspect over what the tolerances let expect."""
-    suspect = diagnosis.suspect
-    return QualityCheck(
-        name=f"leave-one-out of {what} (contradiction over tolerance)",
-        number=suspect.significance if suspect else None,
-        limit=SIGNIFICANT if suspect else None,
-        at_most=True,
-        passed=not diagnosis.named if suspect else None,
-        culprit=diagnosis.verdict,
-    )
+    name = f"leave-one-out of {what} (contradiction over tolerance)"
+    if not diagnosis.residual_without:
+        return not_checked(name, diagnosis.verdict)
+    number = diagnosis.suspect.significance if diagnosis.suspect else 0.0
+    passed = not diagnosis.named
+    return QualityCheck(name, number, SIGNIFICANT, True, passed, diagnosis.verdict)

@@ -141,14 +141,14 @@ def _numbers(times: RealArray, name: str) -> _IntArray:
     """Count from the steadiest place outwards; negative where a pulse does not fit."""
     interval = np.diff(times)
     usual = median_filter(interval, size=WINDOW, mode="mirror")
-    elapsed = np.concatenate([[0.0], np.cumsum(interval / usual)])
     unsteady = np.abs(interval / usual - 1)
     worst_of_three = np.max([unsteady[:-2], unsteady[1:-1], unsteady[2:]], axis=0)
     anchor = int(np.argmin(worst_of_three))
     if worst_of_three[anchor] > WHOLE:
         raise InputError(_scattered(name))
-    after = _follow(elapsed[anchor:])
-    before = _follow((elapsed[anchor] - elapsed[: anchor + 1])[::-1])[::-1]
+    period = np.concatenate([usual[:1], (usual[1:] + usual[:-1]) / 2, usual[-1:]])
+    after = _follow(times[anchor:], period[anchor:])
+    before = _follow(-times[anchor::-1], period[anchor::-1])[::-1]
     lost = np.iinfo(np.int64).min
     number = np.concatenate(
         [np.where(before >= 0, -before, lost)[:-1], np.where(after >= 0, after, lost)]
@@ -157,12 +157,12 @@ def _numbers(times: RealArray, name: str) -> _IntArray:
     return np.where(fits, number - number[fits].min(), -1)
 
 
-def _follow(elapsed: RealArray) -> _IntArray:
-    """Count onwards from the first pulse; −1 for a pulse that is not whole intervals away."""
-    number = np.full(elapsed.size, -1, dtype=np.int64)
+def _follow(times: RealArray, period: RealArray) -> _IntArray:
+    """Count onwards from the first pulse; −1 for a pulse that is not whole periods away."""
+    number = np.full(times.size, -1, dtype=np.int64)
     number[0] = last = 0
-    for i in range(1, elapsed.size):
-        step = elapsed[i] - elapsed[last]
+    for i in range(1, times.size):
+        step = 2 * (times[i] - times[last]) / (period[i] + period[last])
         whole = round(step)
         if whole >= 1 and abs(step - whole) <= WHOLE:
             number[i] = number[last] + whole
@@ -200,11 +200,13 @@ def _deviation(times: RealArray, number: _IntArray) -> tuple[RealArray, RealArra
     """Studentised distance of each pulse from the cubic about it, and its interval."""
     begin = np.clip(np.arange(times.size) - WINDOW // 2, 0, times.size - WINDOW)
     neighbours = begin[:, np.newaxis] + np.arange(WINDOW)
-    near = number[neighbours] - number[:, np.newaxis]
-    scaled = near / np.abs(near).max(axis=1, keepdims=True)
-    cubic = scaled[:, :, np.newaxis] ** np.arange(4)
+    # few patterns of gaps occur: one small least-squares problem for each, not for each pulse
+    near, pattern = np.unique(
+        number[neighbours] - number[:, np.newaxis], axis=0, return_inverse=True
+    )
+    cubic = (near / np.abs(near).max(axis=1, keepdims=True))[:, :, np.newaxis] ** np.arange(4)
     # at the pulse itself the cubic has the value of its constant term
-    own_row = np.linalg.pinv(cubic)[:, 0]
+    own_row = np.linalg.pinv(cubic)[pattern, 0]
     fitted = np.sum(own_row * (times[neighbours] - times[:, np.newaxis]), axis=1)
     leverage = own_row[np.arange(times.size), np.arange(times.size) - begin]
     span = np.ptp(times[neighbours], axis=1) / np.ptp(number[neighbours], axis=1)

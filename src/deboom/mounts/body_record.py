@@ -59,12 +59,6 @@ class BodyRecord:
         """``ω²`` of each line, shape (n,) [1/s²]."""
         return (2 * np.pi * self.frequency) ** 2
 
-    @property
-    def lines_in_run(self) -> npt.NDArray[np.int64]:
-        """Number of lines of the run that each line belongs to, shape (n,)."""
-        _, run, count = np.unique(self.run, return_inverse=True, return_counts=True)
-        return np.asarray(count[run], dtype=np.int64)
-
     def part(self, rows: slice | npt.NDArray[np.bool_]) -> BodyRecord:
         """Return some of the lines."""
         names = [field.name for field in fields(self)]

@@ -147,11 +147,16 @@ def cross_validated_splits(
         if not left_out.any():
             continue
         segments = Segments(X[kept], y[kept], weight[kept], split_feature, min_rows)
+        fits = [
+            fit_pieces(X[kept], y[kept], weight[kept], split_feature, split_points, overlap)
+            for split_points in least_squares_splits(segments, len(found))
+        ]
+        held = [pieces.leverage_ratio(X) <= 1 for pieces in fits]
+        left_out &= np.all(held, axis=0)
+        if not left_out.any():
+            continue
         score = np.full(len(found), np.inf)
-        for k, split_points in enumerate(least_squares_splits(segments, len(found))):
-            pieces = fit_pieces(
-                X[kept], y[kept], weight[kept], split_feature, split_points, overlap
-            )
+        for k, pieces in enumerate(fits):
             error = np.sum(((pieces(X[left_out]) - y[left_out]) / scale) ** 2, axis=1)
             score[k] = np.average(error, weights=weight[left_out])
         scores.append(score)

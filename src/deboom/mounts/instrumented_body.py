@@ -37,8 +37,8 @@ class MountPoint:
         Cell channels → force at the virtual point [1].
     calibrated : bool
         Whether a shaker at the virtual point calibrated the cells.
-    transfer_scatter : float
-        Relative rms scatter of the calibration over frequency and repeats [1].
+    transfer_scatter : array, shape (3, 3)
+        Standard deviation of the calibration over frequency and repeats, relative to it [1].
     """
 
     mount: str
@@ -48,10 +48,10 @@ class MountPoint:
     cells: tuple[Sensor, ...]
     force_matrix: RealArray
     calibrated: bool
-    transfer_scatter: float
+    transfer_scatter: RealArray
 
     def __post_init__(self) -> None:
-        freeze(self, "position", "force_matrix")
+        freeze(self, "position", "force_matrix", "transfer_scatter")
 
     @property
     def name(self) -> str:
@@ -203,7 +203,7 @@ def _mount_point(
     summed = np.hstack([cell.orientation for cell in cells])
     transfer = _force_transfer(campaign, owner, mount, piece, cells, summed)
     if transfer is None:
-        return MountPoint(mount, piece, position, axes, cells, summed, False, 0.0)
+        return MountPoint(mount, piece, position, axes, cells, summed, False, np.zeros((3, 3)))
     matrix, scatter = transfer
     force_matrix = np.linalg.solve(matrix, summed)
     return MountPoint(mount, piece, position, axes, cells, force_matrix, True, scatter)
@@ -216,12 +216,13 @@ def _of(switched_off: tuple[str, ...], sensors: tuple[Sensor, ...]) -> list[str]
 
 def _force_transfer(campaign, owner, mount, piece, cells, summed):  # TODO: M's module
     channels = tuple(c for cell in cells for c in cell.channels)
-    columns, scatter = [], []
+    columns = []
     for axis in AXES:
         runs = [r for r in campaign.shaker_runs if (r.mount, r.piece, r.axis) == (mount, piece, axis)]
         if not runs:
             return None
-        answers = np.vstack([(r.response.select(channels).values[:, :, 0] @ summed.T) for r in runs])
-        columns.append(answers.mean(0).real)
-        scatter.append(np.mean(np.abs(answers - answers.mean(0)) ** 2) / np.mean(np.abs(answers) ** 2))
-    return np.array(columns).T, float(np.sqrt(np.mean(scatter)))
+        columns.append(np.vstack([(r.response.select(channels).values[:, :, 0] @ summed.T) for r in runs]))
+    single = np.stack(columns, 2)
+    matrix = single.mean(0).real
+    relative = np.linalg.solve(matrix, single)
+    return matrix, np.sqrt(np.mean(abs(relative-np.eye(3))**2, 0))

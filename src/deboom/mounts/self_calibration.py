@@ -11,6 +11,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.linalg import block_diag
 
 from deboom.errors import InputError
 from deboom.mounts.alignment import Alignment
@@ -145,8 +146,8 @@ def self_calibrated(
       mass matrix and the direction of the torque within their tolerances as well.
 
     Gauss-Newton on both, weighted by the noise of each line; a group of equations whose reduced χ²
-    exceeds 1 loses weight by it (Birge). The scatter of the force transfer matrices is taken as
-    common to all lines of a run. Seven parameters stay as stated: a common rotation, offset and
+    exceeds 1 loses weight by it (Birge). The scatter of the force transfer matrices over frequency
+    is taken as one error common to all lines. Seven parameters stay as stated: a common rotation, offset and
     scale of all sensors change no rigid motion; Newton's law ties them to the cells.
     """
     if not alignment.body.is_rigid_body or not np.any(alignment.tolerance > 0):
@@ -189,10 +190,11 @@ def _normal_equations(
     gradient = np.zeros(parameters.size)
     squares: dict[str, float] = {}
     counts: dict[str, int] = {}
+    n_lines = sum(len(record) for record in records) // STEP
     for record in records:
         for begin in range(0, len(record), CHUNK):
             part = record.part(slice(begin, begin + CHUNK, STEP))
-            for equations in _equations(alignment, part, free_body, parameters):
+            for equations in _equations(alignment, part, free_body, parameters, n_lines):
                 group, jacobian = equations.group, equations.jacobian
                 # a complex normal deviation of variance 1 has two real ones of variance 1/2
                 weight = 2 / max(1.0, misfit.get(group, 1.0))
@@ -205,7 +207,11 @@ def _normal_equations(
 
 
 def _equations(
-    alignment: Alignment, lines: BodyRecord, free_body: FreeBody | None, parameters: RealArray
+    alignment: Alignment,
+    lines: BodyRecord,
+    free_body: FreeBody | None,
+    parameters: RealArray,
+    n_lines: int,
 ) -> Iterator[_Equations]:
     own = parameters[: alignment.tolerance.size]
     forward = alignment.forward(own)
@@ -245,13 +251,11 @@ def _equations(
     jacobian = balanced @ change
     for row in range(2):
         jacobian[:, 3 + row, own.size + of_body.size - 2 + row] -= load[:, 3:] @ axis
-    # what differs between force transfer matrices is common to all lines of a run
-    scatter = np.repeat([point.transfer_scatter for point in alignment.body.points], 3)
+    scatter = block_diag(*[point.transfer_scatter for point in alignment.body.points])
     variance = (
-        lines.acceleration_noise**2 @ np.abs(balanced @ mass_matrix @ inverse).T ** 2
-        + lines.cell_noise**2 @ np.abs(balanced @ to_load @ force_matrix).T ** 2
-        + lines.lines_in_run[:, np.newaxis]
-        * ((scatter * np.abs(force)) ** 2 @ np.abs(balanced @ to_load).T ** 2)
+        lines.acceleration_noise**2 @ (balanced @ mass_matrix @ inverse).T ** 2
+        + lines.cell_noise**2 @ (balanced @ to_load @ force_matrix).T ** 2
+        + n_lines * np.abs(force) ** 2 @ (balanced @ to_load @ scatter).T ** 2
     )
     white = 1 / np.sqrt(variance)
     yield _Equations(

@@ -2,7 +2,7 @@
 
 - The whole evaluation of a block of designs stays in the processor's registers and first cache.
 - The loops are written out for the problem at hand by `deboom.vehicles.kernel_source`.
-- A sum of logarithms is the logarithm of a product, taken once per 96 lines; designs whose
+- A sum of logarithms is the logarithm of a product, taken once per 96 lines (24 in single precision); designs whose
   products come near the end of the range are computed again by the numpy kernel.
 - One thread: workers come from elsewhere.
 
@@ -24,32 +24,26 @@ from deboom.errors import InputError
 from deboom.physics.arrays import ComplexArray, RealArray
 from deboom.vehicles import kernel_source
 from deboom.vehicles.coupled_motion import CoupledMotion
-from deboom.vehicles.kernel_coupled_numpy import (
-    NUMPY_COUPLED,
-    NumpyCoupledSum,
-    line_exponents,
-    scaled_equations,
-)
-from deboom.vehicles.kernel_numpy import NUMPY, NumpyLevelSum
+from deboom.vehicles.kernel_coupled_numpy import NUMPY_COUPLED, NumpyCoupledSum, nonzero_entries
+from deboom.vehicles.kernel_numpy import NUMPY, NumpyLevelSum, line_exponents
 from deboom.vehicles.kernel_source import LANES, CoupledPattern
 from deboom.vehicles.load_case_index import LevelSum
-
-Table = npt.NDArray[np.float64] | npt.NDArray[np.float32]
+from deboom.vehicles.scaled_equations import ScaledEquations, scaled_equations
 
 GROUP = {"float64": 16, "float32": 4}
-"""Lines multiplied before the product is looked at; a power of two below `STORED`."""
+"""Lines multiplied in working precision before their product is looked at."""
 
-STORED = 96
-"""Lines per stored product, in double precision."""
+GROUPS = 6
+"""Groups multiplied in double precision before their product is stored."""
 
 GROUP_RANGE = {"float64": 1e50, "float32": 1e30}
-"""A group's product beyond this, or below its inverse, goes to numpy; six of them fit a double."""
+"""A group's product beyond this, or below its inverse, goes to numpy; `GROUPS` of them fit a double."""
 
 FACTOR_RANGE = 1e3
 """Designs with a largest factor beyond this, or below its inverse, go to numpy at once: between
 these bounds no product can leave the range of the numbers within a group and come back unseen."""
 
-_DRIVERS = '''
+_SHARED = '''
 @jit
 def fill(designs, first, x):
     last = designs.shape[0] - 1
@@ -93,10 +87,10 @@ def run(designs, table, one, group, stored, products, lowest, highest):
 
 _COUPLED = '''
 @jit
-def run(designs, equations, forward, table, n_w, one, group, stored, products, lowest, highest):
+def run(designs, equations, forward, table, one, group, stored, products, lowest, highest):
     n_lines, n_vehicle = table.shape[0], table.shape[1]
     x = np.empty(designs.shape[1] * LANES, designs.dtype)
-    w = np.empty(n_w * LANES, designs.dtype)
+    w = np.empty(table.shape[2] * LANES, designs.dtype)
     product = np.ones(n_vehicle * LANES, designs.dtype)
     total = np.ones(n_vehicle * LANES)
     for first in range(0, products.shape[2], LANES):
@@ -159,12 +153,13 @@ class NumbaLevelSum:
         precision = self.tables[0].dtype
         factors = np.ascontiguousarray(designs[:, self.columns], dtype=precision)
         run, lanes = _compiled(self.pattern)
+        group = GROUP[precision.name]
+        stored = GROUPS * group
         n_vehicle, n_padded = self.scale_level.size, -(-n // lanes) * lanes
-        products = np.empty((n_vehicle, -(-self.n_lines // STORED), n_padded))
+        products = np.empty((n_vehicle, -(-self.n_lines // stored), n_padded))
         lowest = np.full((n_vehicle, n_padded), np.inf, dtype=precision)
         highest = np.zeros((n_vehicle, n_padded), dtype=precision)
-        one, group = precision.type(1), GROUP[precision.name]
-        run(factors, *self.tables, one, group, STORED, products, lowest, highest)
+        run(factors, *self.tables, precision.type(1), group, stored, products, lowest, highest)
 
         limit, size = GROUP_RANGE[precision.name], np.abs(factors).max(axis=1)
         plain = (size > 1.0 / FACTOR_RANGE) & (size < FACTOR_RANGE)
@@ -202,13 +197,13 @@ class NumbaKernel:
         InputError
             Numba is not installed.
         """
-        _numba()
         careful = NUMPY.prepare(contributions)
         active = careful.active
         exponents = line_exponents(contributions)
         scaled = contributions[:, :, active] * np.ldexp(1.0, -exponents)[..., np.newaxis]
         table = np.concatenate([scaled.real, scaled.imag], axis=2).astype(self.precision)
-        prepared = NumbaLevelSum(
+        _compiled(active.size)
+        return NumbaLevelSum(
             pattern=active.size,
             columns=active,
             tables=(np.ascontiguousarray(table),),
@@ -216,7 +211,6 @@ class NumbaKernel:
             scale_level=20.0 * np.log10(2.0) * exponents.sum(axis=1),
             careful=careful,
         )
-        return prepared
 
 
 @dataclass(frozen=True)
@@ -242,20 +236,18 @@ class NumbaCoupledKernel:
         InputError
             Numba is not installed.
         """
-        _numba()
         equations = scaled_equations(motion)
-        pattern, columns = _pattern(motion)
-        table = equations.table(pattern)
+        pattern, columns = _pattern(equations)
+        _compiled(pattern)
+        tables = (
+            _line_table(equations, pattern),
+            _forward_table(equations, pattern),
+            _transfer_table(equations, pattern, columns),
+        )
         return NumbaLevelSum(
             pattern=pattern,
             columns=columns,
-            tables=tuple(
-                [
-                    np.ascontiguousarray(array.astype(self.precision))
-                    for array in table
-                ]
-            )
-            + (2 * pattern.n_paths,),
+            tables=tuple(np.ascontiguousarray(table, dtype=self.precision) for table in tables),
             n_lines=motion.frequency.size,
             scale_level=equations.scale_level,
             careful=NUMPY_COUPLED.prepare(motion),
@@ -273,3 +265,100 @@ NUMBA_COUPLED = NumbaCoupledKernel("numba", "float64")
 
 NUMBA_COUPLED_FLOAT32 = NumbaCoupledKernel("numba float32", "float32")
 """Coupled motion, single precision: errors up to 5e-3 dB in a sum over 321 lines."""
+
+
+def _pattern(equations: ScaledEquations) -> tuple[CoupledPattern, npt.NDArray[np.intp]]:
+    """Return what the loops are written for, and the variable of each row that they read."""
+    own = equations.own_variables
+    own_paths = list(dict.fromkeys(own.tolist()))
+    pattern = CoupledPattern(
+        directions=tuple(tuple(np.flatnonzero(row).tolist()) for row in equations.forward),
+        nonzero=nonzero_entries(equations.forward, equations.mass_matrix),
+        transmitting=tuple(equations.transmitting.tolist()),
+        own_paths=tuple(tuple(np.flatnonzero(own == path).tolist()) for path in own_paths),
+    )
+    return pattern, np.array([*equations.variables, *own_paths], dtype=np.intp)
+
+
+def _line_table(equations: ScaledEquations, pattern: CoupledPattern) -> RealArray:
+    """Lay out the coefficients of each line in the order in which the loops read them."""
+    n_line = len(equations.stiffness)
+    columns: list[RealArray] = []
+    for i, j in pattern.nonzero:
+        springs = pattern.springs(i, j)
+        products = equations.forward[springs, i] * equations.forward[springs, j]
+        stiffness = equations.stiffness[:, springs] * products
+        columns.append(np.full((n_line, 1), -equations.mass_matrix[i, j]))
+        columns += [stiffness.real, stiffness.imag]
+    columns.append(_parts(equations.load))
+    for piece in (piece for pieces in pattern.own_paths for piece in pieces):
+        columns += [_parts(equations.own_stiffness[:, [piece]])]
+        columns += [_parts(equations.own_load[:, [piece]])]
+    return np.concatenate(columns, axis=1)
+
+
+def _parts(values: ComplexArray) -> RealArray:
+    """Return real and imaginary parts side by side, column by column."""
+    return np.stack([values.real, values.imag], axis=-1).reshape(len(values), -1)
+
+
+def _forward_table(equations: ScaledEquations, pattern: CoupledPattern) -> RealArray:
+    rows = [equations.forward[i, list(pattern.directions[i])] for i in pattern.transmitting]
+    return np.concatenate(rows) if rows else np.zeros(1)
+
+
+def _transfer_table(
+    equations: ScaledEquations, pattern: CoupledPattern, columns: npt.NDArray[np.intp]
+) -> RealArray:
+    """Return the transfer of each path, shape (n_frequency, n_vehicle, 2 n_path)."""
+    # the pieces of a mount share its path, thus the transfer function of its first piece
+    firsts = [pieces[0] for pieces in pattern.own_paths]
+    both = [equations.transfer, equations.own_transfer[..., firsts]]
+    table = np.moveaxis(np.concatenate(both, axis=2), 0, 1)
+    return np.concatenate([table.real, table.imag], axis=2)
+
+
+@cache
+def _compiled(pattern: int | CoupledPattern) -> tuple[Callable[..., None], int]:
+    """Compile the loops of a pattern; return their driver and the number of lanes."""
+    if isinstance(pattern, int):
+        kind, source = "prescribed", kernel_source.prescribed_source(pattern) + _PRESCRIBED
+    else:
+        kind, source = "coupled", kernel_source.coupled_source(pattern) + _COUPLED
+    text = _SHARED + source
+    namespace: dict[str, Any] = {
+        "__name__": __name__,
+        "np": np,
+        "jit": _jit(hashlib.sha256(text.encode()).hexdigest()[:16]),
+        "LANES": LANES[kind],
+    }
+    exec(compile(text, kernel_source.__file__, "exec"), namespace)
+    return namespace["run"], LANES[kind]
+
+
+def _jit(digest: str) -> Callable[[Callable[..., None]], Callable[..., None]]:
+    """Return numba's decorator as the loops need it, or say that numba is missing."""
+    try:
+        import numba
+    except ImportError:
+        raise InputError(
+            "the compiled kernel needs numba, which is not installed: pip install deboom[fast], or "
+            "choose the numpy kernel"
+        ) from None
+    # error_model: a branch for a division by zero would keep the loops from being vectorised
+    options: dict[str, Any] = {
+        "fastmath": {"contract", "reassoc", "nsz", "arcp"},
+        "error_model": "numpy",
+        "nogil": True,
+    }
+
+    def jit(function: Callable[..., None]) -> Callable[..., None]:
+        # numba finds what it kept on disk by file and name, so the name holds the content
+        function.__qualname__ = f"{function.__name__}_{digest}"
+        try:
+            compiled: Callable[..., None] = numba.njit(cache=True, **options)(function)
+        except RuntimeError:  # no folder that can be written: compile again in every process
+            compiled = numba.njit(**options)(function)
+        return compiled
+
+    return jit

@@ -74,7 +74,7 @@ class NumpyLevelSum:
         neper = np.empty((len(designs), self.scale_level.size))
         work = _aligned(max(table.shape[1] for table in self.tables), ROWS)
         # some BLAS leave floating-point flags behind that mean nothing
-        with _one_blas_thread(), np.errstate(all="ignore"):
+        with one_blas_thread(), np.errstate(all="ignore"):
             for start in range(0, len(designs), ROWS):
                 rows = designs[start : start + ROWS]
                 neper[start : start + ROWS] = self._block(rows, work)[:, : len(rows)].T
@@ -124,12 +124,9 @@ class NumpyKernel:
 
         Notes
         -----
-        Each line is divided by a power of two next to its nominal ``|p|`` (all factors 1), which
-        rounds nothing. A nominal notch counts as 60 dB below the line's largest contribution.
+        Each line is divided by a power of two, see `line_exponents`, which rounds nothing.
         """
-        nominal = np.abs(contributions.sum(axis=2))
-        largest = np.abs(contributions).max(axis=2)
-        exponents = np.frexp(np.maximum(nominal, 1e-3 * largest))[1]
+        exponents = line_exponents(contributions)
         active = np.flatnonzero(contributions.any(axis=(0, 1)))
         parts = contributions.real[:, :, active], contributions.imag[:, :, active]
         scaled = [np.ldexp(part, -exponents[:, :, np.newaxis]) for part in parts]
@@ -146,6 +143,24 @@ NUMPY = NumpyKernel()
 """Plain numpy in double precision: the default kernel."""
 
 
+def line_exponents(contributions: ComplexArray) -> npt.NDArray[np.int32]:
+    """Return the power of two next to the nominal ``|p|`` of each line.
+
+    Parameters
+    ----------
+    contributions : array, shape (n_vehicle, n_frequency, n_path)
+        Pressure by path with all factors 1 [Pa]. A nominal notch counts as 60 dB below the line's
+        largest contribution.
+
+    Returns
+    -------
+    array of int, shape (n_vehicle, n_frequency)
+    """
+    nominal = np.abs(contributions.sum(axis=2))
+    largest = np.abs(contributions).max(axis=2)
+    return np.frexp(np.maximum(nominal, 1e-3 * largest))[1]
+
+
 @cache
 def _blas_libraries() -> list[LibController]:
     """Return what controls the threads of BLAS; to look for it takes milliseconds."""
@@ -153,7 +168,8 @@ def _blas_libraries() -> list[LibController]:
 
 
 @contextmanager
-def _one_blas_thread() -> Iterator[None]:
+def one_blas_thread() -> Iterator[None]:
+    """Hold BLAS to one thread for a while."""
     libraries = _blas_libraries()
     before = [library.get_num_threads() for library in libraries]
     for library in libraries:

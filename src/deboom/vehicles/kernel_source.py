@@ -32,8 +32,9 @@ class CoupledPattern:
     directions : tuple of (tuple of int)
         Degrees of freedom that move each direction of the mounts: the nonzero entries of its row of
         the forward matrix.
-    inertia : tuple of (int, int)
-        Nonzero entries (row ≥ column) of the mass matrix.
+    nonzero : tuple of (int, int)
+        Entries (row ≥ column) of the impedance that are not always zero, all diagonal ones among
+        them.
     transmitting : tuple of int
         Directions that reach the ear.
     own_paths : tuple of (tuple of int)
@@ -41,25 +42,14 @@ class CoupledPattern:
     """
 
     directions: tuple[tuple[int, ...], ...]
-    inertia: tuple[Entry, ...]
+    nonzero: tuple[Entry, ...]
     transmitting: tuple[int, ...]
     own_paths: tuple[tuple[int, ...], ...]
 
-    @property
-    def springs(self) -> dict[Entry, list[int]]:
-        """Directions that contribute to each entry (row ≥ column) of the impedance."""
-        found: dict[Entry, list[int]] = {}
-        for direction, freedoms in enumerate(self.directions):
-            for row in freedoms:
-                for column in freedoms:
-                    if column <= row:
-                        found.setdefault((row, column), []).append(direction)
-        return dict(sorted(found.items()))
-
-    @property
-    def n_own(self) -> int:
-        """Number of pieces with a body of their own."""
-        return sum(len(pieces) for pieces in self.own_paths)
+    def springs(self, row: int, column: int) -> list[int]:
+        """Directions that contribute to an entry of the impedance."""
+        pairs = enumerate(self.directions)
+        return [number for number, freedoms in pairs if {row, column} <= set(freedoms)]
 
     @property
     def n_variables(self) -> int:
@@ -81,7 +71,6 @@ def prescribed_source(n_variables: int) -> str:
     imaginary = _sum(f"c{n_variables + k} * x{k}" for k in range(n_variables))
     return "\n".join(
         [
-            f"LANES = {LANES['prescribed']}",
             "@jit",
             "def lines(x, table, first, last, product):",
             "    for line in range(first, last):",
@@ -100,8 +89,7 @@ def coupled_source(pattern: CoupledPattern) -> str:
     """Source of ``solve(x, row, forward, one, w)`` and ``hear(w, table, product)`` for one line.
 
     `solve` assembles the impedance, factorises it as LDLᵀ without pivoting, and leaves in `w` the
-    forces of the paths up to their stiffness; `hear` multiplies ``|p|²`` of every vehicle. The
-    order of the numbers in `row` is that of `coupled_row`.
+    forces of the paths up to their stiffness; `hear` multiplies ``|p|²`` of every vehicle.
     """
     body, n_coefficients = _solve_body(pattern)
     n_forward = sum(len(pattern.directions[i]) for i in pattern.transmitting)
@@ -110,9 +98,9 @@ def coupled_source(pattern: CoupledPattern) -> str:
     imaginary = _sum(f"c{n + k} * u{k} + c{k} * v{k}" for k in range(n))
     return "\n".join(
         [
-            f"LANES = {LANES['coupled']}",
             "@jit",
             "def solve(x, row, forward, one, w):",
+            "    zero = one - one",
             *(f"    c{k} = row[{k}]" for k in range(n_coefficients)),
             *(f"    f{k} = forward[{k}]" for k in range(n_forward)),
             "    for lane in range(LANES):",
@@ -134,22 +122,22 @@ def coupled_source(pattern: CoupledPattern) -> str:
 
 
 def _solve_body(pattern: CoupledPattern) -> tuple[list[str], int]:
-    """Return the statements of one lane, and how many coefficients they read."""
+    """Return the statements of one lane, and how many coefficients they read.
+
+    The order of the coefficients: per nonzero entry, minus the mass and the real and imaginary
+    parts of its springs; real and imaginary parts of the load; per body of its own, stiffness and
+    load.
+    """
     coefficients = _Coefficients()
     statements: list[str] = []
-    springs = pattern.springs
-    for row, column in springs:
-        directions = springs[row, column]
-        real = [f"{coefficients.next()} * x{i}" for i in directions]
-        imaginary = [f"{coefficients.next()} * x{i}" for i in directions]
-        if (row, column) in pattern.inertia:
-            real.append(coefficients.next())
-        statements.append(f"r{row}{column} = {_sum(real)}")
-        statements.append(f"i{row}{column} = {_sum(imaginary)}")
+    for row, column in pattern.nonzero:
+        for part, name in (("r", coefficients.next()), ("i", "zero")):
+            springs = [f"{coefficients.next()} * x{i}" for i in pattern.springs(row, column)]
+            statements.append(f"{part}{row}{column} = {_sum([name, *springs])}")
     for freedom in range(N):
         statements.append(f"b{freedom} = {coefficients.next()}")
         statements.append(f"d{freedom} = {coefficients.next()}")
-    statements += factorise_and_solve(springs)
+    statements += factorise_and_solve(pattern.nonzero)
     statements += _path_statements(pattern, coefficients)
     return statements, coefficients.count
 

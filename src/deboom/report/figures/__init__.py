@@ -7,11 +7,16 @@ used and no global setting survives a call. The same arguments give the same byt
 from deboom.report.figures.changes import per_vehicle_change
 from deboom.report.figures.front import pareto_front
 from deboom.report.figures.levels import spl_curves
+from deboom.report.figures.panels import CurvePanel, MapPanel, curve_panels, map_panels
 from deboom.report.figures.progress import convergence
 from deboom.report.figures.stiffness import stiffness_bars
 
 __all__ = [
+    "CurvePanel",
+    "MapPanel",
     "convergence",
+    "curve_panels",
+    "map_panels",
     "pareto_front",
     "per_vehicle_change",
     "spl_curves",

@@ -1,0 +1,118 @@
+"""Whoever computes, the result is the same bits."""
+
+import doctest
+import os
+import signal
+import sys
+from dataclasses import fields, replace
+
+import numpy as np
+import pytest
+
+from deboom.errors import InputError
+from deboom.explore import workers
+from deboom.explore.design_space import stiffness_factor_space
+from deboom.explore.evaluate import ResponseFunction
+from deboom.explore.known_truth import quad2
+from deboom.explore.problems import nsga2
+from deboom.explore.robust import RobustResponse
+from deboom.explore.tolerance_samples import FreshGaussianSampler, sobol_sample
+from deboom.explore.workers import SpreadResponse, workers_for
+
+MODEL = quad2(4, seed=1)
+SPACE = stiffness_factor_space(MODEL.variable_names)
+ROBUST = RobustResponse(MODEL, SPACE, sobol_sample(4, 16, seed=1))
+
+
+def same(one, other):
+    for field in fields(one):
+        np.testing.assert_array_equal(getattr(one, field.name), getattr(other, field.name))
+
+
+class Chunks:
+    """Workers that stand in this process, last chunk first."""
+
+    def __init__(self, robust, n_workers):
+        self.robust, self.n_workers = robust, n_workers
+
+    def compute(self, chunks):
+        assert len(chunks) <= self.n_workers
+        return [self.robust(chunk) for chunk in reversed(chunks)][::-1]
+
+
+@pytest.mark.parametrize("n_workers", [1, 2, 3, 7, 64])
+@pytest.mark.parametrize(
+    "robust", [ROBUST, replace(ROBUST, sample=FreshGaussianSampler(4, seed=1))]
+)
+def test_chunks_of_any_size_give_the_same_rows(n_workers, robust):
+    designs = 0.8 + 0.4 * np.random.default_rng(1).random((23, 4))
+    same(SpreadResponse(SPACE, Chunks(robust, n_workers))(designs), robust(designs))
+
+
+def test_one_worker_is_the_response_itself():
+    with workers_for(ROBUST) as alone:
+        assert alone is ROBUST
+
+
+def test_a_pool_finds_the_same_front_although_a_worker_is_killed():
+    whole = nsga2(ROBUST, 20, 6, seed=1)
+    with workers_for(ROBUST, workers=2) as pooled:
+
+        def progress(number, total, text):
+            if number == 3:
+                victim = next(iter(pooled.pool._executor._processes))
+                os.kill(victim, getattr(signal, "SIGKILL", signal.SIGTERM))
+
+        search = nsga2(pooled, 20, 6, seed=1, progress=progress)
+    same(search.front, whole.front)
+    np.testing.assert_array_equal(search.hypervolume, whole.hypervolume)
+
+
+class Deadly:
+    """A model that takes its process with it."""
+
+    variable_names, response_names, response_unit = ("x1",), ("y1",), "1"
+
+    def __call__(self, designs):
+        os._exit(1)
+
+
+def test_workers_that_always_die_end_the_search_with_a_sentence(monkeypatch):
+    monkeypatch.setattr(workers, "ATTEMPTS", 2)
+    space = stiffness_factor_space(("x1",))
+    deadly = RobustResponse(Deadly(), space, sobol_sample(1, 2, seed=1))
+    with (
+        workers_for(deadly, workers=2) as pooled,
+        pytest.raises(InputError, match="have died 2 times in a row"),
+    ):
+        pooled(np.ones((2, 1)))
+
+
+def test_a_model_that_cannot_travel_is_refused():
+    local = ResponseFunction(lambda x: MODEL(x), MODEL.variable_names, MODEL.response_names, "1")
+    with (
+        pytest.raises(InputError, match="cannot travel to other processes"),
+        workers_for(replace(ROBUST, evaluate=local), workers=2),
+    ):
+        pass
+
+
+def test_what_cannot_be_is_refused():
+    with pytest.raises(InputError, match="0 workers"):
+        workers_for(ROBUST, 0)
+    with pytest.raises(InputError, match="give one of the two"):
+        workers_for(ROBUST, 2, "tcp://127.0.0.1:8786")
+
+
+def test_without_dask_the_remedy_is_named(monkeypatch):
+    monkeypatch.setitem(sys.modules, "distributed", None)
+    with (
+        pytest.raises(InputError, match=r"pip install 'deboom\[cluster\]'"),
+        workers_for(ROBUST, scheduler="tcp://127.0.0.1:8786"),
+    ):
+        pass
+
+
+def test_the_example_in_the_docstring_holds():
+    results = doctest.testmod(workers)
+    assert (results.attempted > 0, results.failed) == (True, 0)

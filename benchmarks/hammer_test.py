@@ -118,7 +118,7 @@ def _readings(
     fault: InjectedFault | None,
     errors: Tolerances,
 ) -> np.ndarray:
-    """What one sensor shows of the motion (n_frequency, n_impact, 6), shape (…, n_impact, 3)."""
+    """Return what one sensor shows of the motion (…, n_impact, 6), shape (…, n_impact, 3)."""
     placed = sensor.position + generator.normal(0, errors.sensor_position, 3)
     turned = (
         sensor.orientation
@@ -137,7 +137,7 @@ def _readings(
 
 
 def _on_surface(generator: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
-    """A point on the surface and the direction into the body."""
+    """Return a point on the surface and the direction into the body."""
     axis, side = generator.integers(3), generator.choice([-1.0, 1.0])
     point = generator.uniform(-0.9, 0.9, 3) * HALF_SIZE
     point[axis] = side * HALF_SIZE[axis]

@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 
 import deboom
+from deboom.cli_library import library_app
 
 app = typer.Typer(
     add_completion=False,
@@ -26,6 +27,7 @@ bench_app = typer.Typer(
     help="The virtual test bench: measurement files that look real, with known truth.",
 )
 app.add_typer(bench_app, name="bench")
+app.add_typer(library_app, name="library")
 
 
 def _print_version(wanted: bool) -> None:

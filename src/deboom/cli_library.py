@@ -178,6 +178,6 @@ def _described(value: CharacterisedMount) -> str:
 def _short(value: object) -> str:
     if isinstance(value, bool):
         return "yes" if value else "NO"
-    if isinstance(value, float):
-        return "-" if value != value else f"{value:.4g}"
-    return str(value)
+    if value is None or value != value:
+        return "-"
+    return f"{value:.4g}" if isinstance(value, float) else str(value)

@@ -58,15 +58,12 @@ def test_when_all_workers_lose_the_response_it_is_sent_again(cluster):
 
 
 def test_a_worker_of_another_version_is_refused(cluster, monkeypatch):
-    there = workers._versions()
-    versions = iter([{**there, "numpy": "1.0"}])
-    monkeypatch.setattr(workers, "_check_workers", workers._check_workers)
-    monkeypatch.setattr(workers.metadata, "version", lambda name: "0.0")
+    monkeypatch.setattr(workers.metadata, "version", lambda _: "0.0")
     with (
         pytest.raises(InputError, match=r"has deboom .*, this process 0\.0"),
         workers_for(ROBUST, scheduler=cluster.scheduler_address),
     ):
-        next(versions)
+        pass
 
 
 def test_nobody_at_the_address(monkeypatch):

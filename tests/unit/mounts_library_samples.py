@@ -103,7 +103,9 @@ def mount(seed=1, *, name="TSM", campaign_name="spring", n=150, **identity):
 
 
 def wishbone(**identity):
-    both = Mount("Du", "", ("left", "right"), ((0.1, -0.3, -0.2), (0.1, 0.3, -0.2)), ("x",))
+    both = Mount(
+        "Du", "", ("left", "right"), ((0.1, -0.3, -0.2), (0.1, 0.3, -0.2)), ("x",), 31.5, 1 / 3
+    )
     content = {"campaign": "spring", "mount": "Du", "variant": "M3"} | identity
     direction = CharacterisedDirection("x", map_points(8), DirectionQuality(False))
     return CharacterisedMount(MountIdentity(**content), both, (direction,), {})

@@ -45,6 +45,9 @@ def test_show_says_how_far_each_direction_may_be_believed(path):
     assert lines["half_width_95 [1]"] == ["0.013", "-", "0.4"]
     assert lines["map_points"] == ["150", "150", "0"]
     assert lines["frequency_upper [Hz]"] == ["57.25", "80", "-"]
+    unknown = call("show", path, "--mount", "Du").output
+    assert "right at x 0.1, y 0.3, z -0.2 m" in unknown
+    assert "None" not in unknown
 
 
 def test_export_and_import_move_a_library_unchanged(path, tmp_path):

@@ -32,7 +32,7 @@ FAILING = replace(
 )
 
 
-class Memory:
+class _Memory:
     """A store that forgets nothing but what it is told to forget, and checks what it is given."""
 
     def __init__(self, keeps_evaluations=True):
@@ -56,7 +56,7 @@ class Memory:
         return self.evaluations.get(number)
 
 
-class Counting:
+class _Counting:
     """Counts the designs that are really computed."""
 
     def __init__(self, robust):
@@ -92,7 +92,7 @@ def same(one, other):
 
 @pytest.fixture(scope="module", params=["all computed", "half fails"])
 def case(request):
-    """A response and its search without any interruption."""
+    """Give a response and its search without any interruption."""
     robust = ROBUST if request.param == "all computed" else FAILING
     return robust, nsga2(robust, 20, 12, seed=3)
 
@@ -101,11 +101,11 @@ def case(request):
 @pytest.mark.parametrize("keeps_evaluations", [True, False])
 def test_killed_after_any_generation_the_front_is_the_same(case, until, keeps_evaluations):
     robust, whole = case
-    store = Memory(keeps_evaluations)
+    store = _Memory(keeps_evaluations)
     with pytest.raises(Killed):
         search(robust, store, until=until)
     assert len(store.states) == until // 5 + (until == 12)
-    again = Counting(robust)
+    again = _Counting(robust)
     same(search(again, store), whole)
     paid = until if keeps_evaluations else (12 if until == 12 else until // 5 * 5)
     assert again.count == 20 * (12 - paid)
@@ -113,7 +113,7 @@ def test_killed_after_any_generation_the_front_is_the_same(case, until, keeps_ev
 
 def test_killed_twice(case):
     robust, whole = case
-    store = Memory()
+    store = _Memory()
     for until in (6, 11):
         with pytest.raises(Killed):
             search(robust, store, until=until)
@@ -122,7 +122,7 @@ def test_killed_twice(case):
 
 def test_every_design_is_kept_with_its_responses(case):
     robust, whole = case
-    store = Memory()
+    store = _Memory()
     search(robust, store)
     designs = np.concatenate([store.evaluations[n]["designs"] for n in range(1, 13)])
     assert len(designs) == whole.n_evaluated
@@ -133,20 +133,20 @@ def test_every_design_is_kept_with_its_responses(case):
 
 def test_kept_designs_that_are_not_those_asked_for_are_computed(case):
     robust, whole = case
-    store = Memory()
+    store = _Memory()
     store.evaluations[1] = {"designs": np.ones((20, 4))}
     same(search(robust, store), whole)
 
 
 def test_a_search_goes_on_for_more_generations():
-    store = Memory()
+    store = _Memory()
     search(ROBUST, store, generations=7)
     longer = search(ROBUST, store, generations=12)
     same(longer, nsga2(ROBUST, 20, 12, seed=3))
 
 
 def test_states_come_every_so_often_and_at_the_end():
-    store = Memory()
+    store = _Memory()
     search(ROBUST, store, generations=7, every=3)
     assert [len(arrays["hypervolume"]) for arrays, _ in store.states] == [3, 6, 7]
     with pytest.raises(InputError, match="every 0 generations"):
@@ -158,7 +158,7 @@ def test_states_come_every_so_often_and_at_the_end():
     [(24, 3, "", "population 20, not 24"), (20, 4, "", "seed 3, not 4"), (20, 3, "z", "variables")],
 )
 def test_the_state_of_another_search_is_refused_by_name(population, seed, names, words):
-    store = Memory()
+    store = _Memory()
     search(ROBUST, store, generations=5)
     model = ResponseFunction(
         MODEL, tuple(n + names for n in MODEL.variable_names), MODEL.response_names, "1"

@@ -22,6 +22,7 @@ from deboom.explore.workers import SpreadResponse, workers_for
 MODEL = quad2(4, seed=1)
 SPACE = stiffness_factor_space(MODEL.variable_names)
 ROBUST = RobustResponse(MODEL, SPACE, sobol_sample(4, 16, seed=1))
+FRESH = replace(ROBUST, sample=FreshGaussianSampler(4, seed=1))
 
 
 def same(one, other):
@@ -29,7 +30,7 @@ def same(one, other):
         np.testing.assert_array_equal(getattr(one, field.name), getattr(other, field.name))
 
 
-class Chunks:
+class _Chunks:
     """Workers that stand in this process, last chunk first."""
 
     def __init__(self, robust, n_workers):
@@ -46,7 +47,7 @@ class Chunks:
 )
 def test_chunks_of_any_size_give_the_same_rows(n_workers, robust):
     designs = 0.8 + 0.4 * np.random.default_rng(1).random((23, 4))
-    same(SpreadResponse(SPACE, Chunks(robust, n_workers))(designs), robust(designs))
+    same(SpreadResponse(SPACE, _Chunks(robust, n_workers))(designs), robust(designs))
 
 
 def test_one_worker_is_the_response_itself():
@@ -68,19 +69,19 @@ def test_a_pool_finds_the_same_front_although_a_worker_is_killed():
     np.testing.assert_array_equal(search.hypervolume, whole.hypervolume)
 
 
-class Deadly:
+class _Deadly:
     """A model that takes its process with it."""
 
     variable_names, response_names, response_unit = ("x1",), ("y1",), "1"
 
-    def __call__(self, designs):
+    def __call__(self, _):
         os._exit(1)
 
 
 def test_workers_that_always_die_end_the_search_with_a_sentence(monkeypatch):
     monkeypatch.setattr(workers, "ATTEMPTS", 2)
     space = stiffness_factor_space(("x1",))
-    deadly = RobustResponse(Deadly(), space, sobol_sample(1, 2, seed=1))
+    deadly = RobustResponse(_Deadly(), space, sobol_sample(1, 2, seed=1))
     with (
         workers_for(deadly, workers=2) as pooled,
         pytest.raises(InputError, match="have died 2 times in a row"),

@@ -105,9 +105,8 @@ def test_chosen_mount_sets_alone_are_read(written):
     assert not any("M1" in path.parts for path in campaign.input_files)
     with pytest.raises(InputError, match="there is no mount set 'M7', use M1, M2"):
         read_campaign(written, mount_sets=["M7"])
-    with pytest.raises(InputError, match="there is no mount set 'M7', use M1, M2"):
-        campaign_m7 = read_campaign(written)
-        campaign_m7 = type(campaign_m7).runs_of(campaign_m7, "M7")
+    with pytest.raises(InputError, match="there is no mount set 'M1', use M2"):
+        campaign.runs_of("M1")
 
 
 def test_units_and_signs_of_the_tables_count(copy):
@@ -130,7 +129,7 @@ def test_units_and_signs_of_the_tables_count(copy):
 
 
 def turned(function):
-    """The same function with the first accelerometer's x channel called -x."""
+    """Call the first accelerometer's x channel -x."""
     if (function.response_node, function.response_direction) != (1, "+x"):
         return function
     fields = {name: getattr(function, name) for name in type(function).__dataclass_fields__}
@@ -145,12 +144,7 @@ def test_an_excel_position_sheet_is_the_same(copy):
     after = read_campaign(copy)
     assert copy / "sensors.xlsx" in after.input_files
     for one, other in zip(before.sensors, after.sensors, strict=True):
-        assert (one.name, one.kind, one.mount, one.piece) == (
-            other.name,
-            other.kind,
-            other.mount,
-            other.piece,
-        )
+        assert (one.name, one.kind, one.piece) == (other.name, other.kind, other.piece)
         assert other.position == pytest.approx(one.position)
         assert other.orientation == pytest.approx(one.orientation)
 
@@ -225,8 +219,10 @@ WRONG_TABLES = {
         "mount 'GeM' has shaker runs along y only: add x, z",
     ),
     "fewer than three accelerometers": (
-        lambda f: [drop_lines(f, "sensors.csv", f"A{n},") for n in (1, 3, 5, 6)]
-        + [drop_lines(f, "channels.csv", f"A{n} ") for n in (1, 3, 5, 6)],
+        lambda f: (
+            [drop_lines(f, "sensors.csv", f"A{n},") for n in (1, 3, 5, 6)]
+            + [drop_lines(f, "channels.csv", f"A{n} ") for n in (1, 3, 5, 6)]
+        ),
         "2 usable accelerometers on the powertrain, fewer than three",
     ),
     "a wishbone without accelerometer": (
@@ -251,11 +247,11 @@ WRONG_TABLES = {
     ),
     "a length without unit": (
         lambda f: replace_text(f, "sensors.csv", "y [m]", "y"),
-        r"column 'y' has no unit: write 'y \[mm\]'",
+        r"column 'y' has no unit: write 'y \[mm\]' or \[m\]",
     ),
     "an angle without unit": (
         lambda f: replace_text(f, "sensors.csv", "ry [deg]", "ry"),
-        r"column 'ry' has no unit: write 'ry \[deg\]'",
+        r"column 'ry' has no unit: write 'ry \[deg\]' or \[rad\]",
     ),
     "an angle in mm": (
         lambda f: replace_text(f, "sensors.csv", "ry [deg]", "ry [mm]"),
@@ -266,7 +262,9 @@ WRONG_TABLES = {
         "units are mixed: 'x' is in m and 'y' in mm",
     ),
     "accelerations in two units": (
-        lambda f: replace_text(f, "channels.csv", "A2 x,acceleration,2,+x,m/s^2", "A2 x,acceleration,2,+x,g"),
+        lambda f: replace_text(
+            f, "channels.csv", "A2 x,acceleration,2,+x,m/s^2", "A2 x,acceleration,2,+x,g"
+        ),
         r"line 5: units are mixed: acceleration 'A1 x' is in m/s\^2 and 'A2 x' in g",
     ),
     "an acceleration in newton": (
@@ -274,11 +272,15 @@ WRONG_TABLES = {
         "acceleration 'A1 x' is in 'N', which is no unit of it",
     ),
     "swapped axes": (
-        lambda f: replace_text(f, "channels.csv", "A1 x,acceleration,1,+x", "A1 x,acceleration,1,+y"),
+        lambda f: replace_text(
+            f, "channels.csv", "A1 x,acceleration,1,+x", "A1 x,acceleration,1,+y"
+        ),
         r"acceleration 'A1 x' has direction '\+y', which is not along 'x': two axes may be swapped",
     ),
     "a doubled channel": (
-        lambda f: replace_text(f, "channels.csv", "A1 y,acceleration,1,+y", "A1 x,acceleration,1,+x"),
+        lambda f: replace_text(
+            f, "channels.csv", "A1 y,acceleration,1,+y", "A1 x,acceleration,1,+x"
+        ),
         "line 3: acceleration 'A1 x' already stands in line 2",
     ),
     "a doubled DoF": (
@@ -339,7 +341,7 @@ WRONG_TABLES = {
     ),
     "a deflection that is no number": (
         lambda f: replace_text(f, "static_curves/M1/TSM_x.csv", "-15.0", "a"),
-        "TSM_x.csv line 2: column 'deflection': 'a' is no finite number",
+        "TSM_x.csv line 2, column 'deflection': 'a' is no finite number",
     ),
 }
 

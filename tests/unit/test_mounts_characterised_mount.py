@@ -1,7 +1,7 @@
 """What may be kept of a mount, and what is refused before it reaches a library."""
 
 import pickle
-from dataclasses import replace
+from dataclasses import MISSING, fields, replace
 
 import numpy as np
 import pytest
@@ -12,15 +12,18 @@ from mounts_library_samples import (
     map_points,
     mount,
     surface,
+    wishbone,
 )
 
 from deboom.errors import InputError
+from deboom.measurement.campaign import StaticCurve
 from deboom.mounts.characterised_direction import (
     CharacterisedDirection,
     DirectionQuality,
     FittedSurface,
 )
-from deboom.mounts.characterised_mount import MountIdentity
+from deboom.mounts.characterised_mount import CampaignRecord, MountIdentity
+from deboom.mounts.mount import Mount
 
 
 def test_an_identity_reads_like_a_label():
@@ -130,3 +133,20 @@ def test_types_are_values_not_views():
     points = replace(map_points(1), preload=preload)
     preload[0] = 5.0
     assert points.preload[0] == 0.0
+
+
+def test_the_samples_leave_no_field_at_its_default():
+    """A field that a store forgets comes back as its default: the samples must show it."""
+    seen = [mount(part_number="7", supplier="S", serial="1"), wishbone()]
+    parts = {
+        Mount: [value.mount for value in seen],
+        MountIdentity: [value.identity for value in seen],
+        DirectionQuality: [d.quality for value in seen for d in value.directions],
+        CharacterisedDirection: [d for value in seen for d in value.directions],
+        StaticCurve: [seen[0].direction("x").static_curve],
+        CampaignRecord: [campaign()],
+    }
+    for kind, values in parts.items():
+        for field in fields(kind):
+            if field.default is not MISSING:
+                assert any(getattr(value, field.name) != field.default for value in values), field

@@ -100,7 +100,8 @@ def test_without_errors_everything_comes_back(tmp_path):
     assert relative(displacement, true["displacement"]) < 1e-9
     assert relative(force, true["force"]) < 1e-9
     assert relative(force / displacement, true["stiffness"]) < 1e-9
-    for run, torque, static in zip(campaign.runs, true["engine_torque"], true["static_force"]):
+    slow = zip(campaign.runs, true["engine_torque"], true["static_force"], strict=True)
+    for run, torque, static in slow:
         assert run.static_force_names == tuple(true["channels"])
         assert run.engine_torque == pytest.approx(torque, abs=1e-9)
         assert run.static_force == pytest.approx(static, abs=1e-9)
@@ -117,7 +118,7 @@ def test_without_errors_everything_comes_back(tmp_path):
 
 def test_with_errors_stiffness_is_off_by_the_size_of_the_study(tmp_path):
     errors = []
-    for seed in range(1, 7):
+    for seed in range(1, 6):
         lines = np.linspace(20.0, 80.0, 41)
         plan = CampaignPlan(("M1",), RUNS[:2], shaker_repeats=1, frequency=lines)
         folder = write_campaign(tmp_path / str(seed), seed, plan)
@@ -139,7 +140,7 @@ def test_the_supplier_measured_the_true_static_curve(tmp_path):
     folder = write_campaign(tmp_path / "curves", 5, plan)
     campaign = read_campaign(folder)
     bench = load_bench()
-    laws = dict(zip(("EnM x", "EnM y", "EnM z"), bench.powertrain.laws[:3]))
+    laws = dict(zip(("EnM x", "EnM y", "EnM z"), bench.powertrain.laws[:3], strict=True))
     scales = []
     for curve in campaign.static_curves:
         if f"{curve.mount} {curve.axis}" in laws:
@@ -194,7 +195,7 @@ def test_time_data_carry_the_true_order_on_the_tacho(tmp_path):
         for speed in (1560.0, 1590.0):
             middle = angle[np.argmin(np.abs(true["speed"] - speed))]
             amplitude = CubicSpline(true["frequency"], spectra)(run.order * speed / 60)
-            for column, expected in zip(signals.T, amplitude):
+            for column, expected in zip(signals.T, amplitude, strict=True):
                 found = demodulated(run, column, angle, 8, middle)
                 assert abs(found / expected - 1) < 3e-3
 

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from scipy import optimize, stats
 
-from deboom.explore import known_truth
+from deboom.explore import known_truth, tolerance_samples
 from deboom.explore.design_space import DesignSpace, stiffness_factor_space
 from deboom.explore.fronts import hypervolume, nondominated, verify
 from deboom.explore.known_truth import exact_front, exact_objectives, exp1, quad2
@@ -56,6 +56,7 @@ def test_moments_of_the_cut_normal_distribution_against_scipy():
 
 def test_without_the_cut_the_classical_formulas_appear(monkeypatch):
     monkeypatch.setattr(known_truth, "TRUNCATION", 37.0)
+    monkeypatch.setattr(tolerance_samples, "TRUNCATION", 37.0)
     sigma, x = 0.05, np.array([[0.83], [1.0], [1.17]])
     quad, _ = instance(quad2, 1)
     (w, c) = quad.weights[:, 0], quad.targets[:, 0]

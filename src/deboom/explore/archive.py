@@ -32,8 +32,8 @@ class SearchResult:
         Designs that could not be computed.
     hypervolume : array, shape (n_generations,)
         Of the front after each generation [product of the objectives' units].
-    reference_point : array, shape (2,)
-        Of the hypervolume: the worst objectives in the first generation [response unit].
+    reference_point : array, shape (m,)
+        Of the hypervolume: the worst objectives in the first generation [their units].
     seed : int
         Of the search.
     seconds : float
@@ -85,6 +85,11 @@ class Archive:
     def space(self) -> DesignSpace:
         """The designs that may be asked for."""
         return self.robust.space
+
+    @property
+    def n_objectives(self) -> int:
+        """How many objectives the values have."""
+        return int(getattr(self.robust, "n_objectives", 2))
 
     @property
     def generation(self) -> int:

@@ -16,9 +16,10 @@ from deboom.explore.tolerance_samples import sobol_sample
 
 @dataclass(frozen=True, eq=False)
 class ParetoFront(RobustValues):
-    """Designs of which none failed and none beats another in both objectives.
+    """Designs of which none failed and none beats another in all objectives.
 
-    Sorted by `mean_sum`, so that `sigma_sum` falls from row to row. `pareto_front` makes it.
+    Sorted by the first objective; of two, the second then falls from row to row. `pareto_front`
+    makes it.
 
     Raises
     ------
@@ -28,9 +29,12 @@ class ParetoFront(RobustValues):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        if np.any(self.failed) or not (
-            np.all(np.diff(self.mean_sum) > 0.0) and np.all(np.diff(self.sigma_sum) < 0.0)
-        ):
+        steps = np.diff(self.objectives, axis=0)
+        if self.objectives.shape[1] == 2:
+            ordered = np.all(steps[:, 0] > 0.0) and np.all(steps[:, 1] < 0.0)
+        else:
+            ordered = np.all(steps[:, 0] >= 0.0) and nondominated(self.objectives).all()
+        if np.any(self.failed) or not ordered:
             raise InputError(
                 "these rows are not a sorted Pareto front: make one with pareto_front(values)"
             )
@@ -51,7 +55,7 @@ def pareto_front(*values: RobustValues) -> ParetoFront:
         field.name: np.concatenate([getattr(part, field.name) for part in values])
         for field in fields(RobustValues)
     }
-    objectives = np.column_stack([merged["mean_sum"], merged["sigma_sum"]])
+    objectives = merged["objectives"]
     keys = np.column_stack([objectives, merged["designs"]])
     order = np.lexsort(keys.T[::-1])
     order = order[~merged["failed"][order]]

@@ -22,7 +22,7 @@ from deboom.explore.design_space import DesignSpace
 from deboom.explore.evaluate import Evaluate
 from deboom.explore.fronts import nondominated
 from deboom.explore.seeds import generator
-from deboom.explore.tolerance_samples import TRUNCATION
+from deboom.explore.tolerance_samples import TRUNCATION, cut_normal_moments
 
 
 class SeparableProblem(Evaluate, Protocol):
@@ -194,14 +194,6 @@ def exact_front(
     objectives = exact_objectives(problem, space, np.array(designs))
     front = objectives[nondominated(objectives)]
     return front[np.argsort(front[:, 0])]
-
-
-def cut_normal_moments() -> tuple[float, float]:
-    """Return the second and fourth moment of the normal distribution cut at ±3 [1]."""
-    inside = 1.0 - 2.0 * ndtr(-TRUNCATION)
-    edge = 2.0 * TRUNCATION * np.exp(-(TRUNCATION**2) / 2.0) / np.sqrt(2.0 * np.pi) / inside
-    second = 1.0 - edge
-    return float(second), float(3.0 * second - TRUNCATION**2 * edge)
 
 
 def cut_normal_mgf(argument: RealArray) -> RealArray:

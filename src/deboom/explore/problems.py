@@ -35,14 +35,14 @@ OF_INDIVIDUAL = ("X", "F", "G", "rank", "crowding", *TRAVELLING)
 """All that the selection, the survival and the reader of an individual can see of it."""
 
 FAILED_OBJECTIVE = 1e30
-"""Both objectives of a failed design: finite, because pymoo lets NaN win [response unit]."""
+"""All objectives of a failed design: finite, because pymoo lets NaN win [response unit]."""
 
 Progress = Callable[[int, int, str], None]
 """Called after each generation with its number, the number of generations, and a line of text."""
 
 
 class RobustProblem(Problem):
-    """A robust response as a pymoo problem: minimise ``[mean_sum, sigma_sum]``.
+    """A robust response as a pymoo problem: minimise its objectives.
 
     A failed design is infeasible (``G > 0``), so that it never beats one that could be computed.
     The columns ``mean``, ``sigma``, ``standard_error_mean_sum`` and ``standard_error_sigma_sum``
@@ -69,7 +69,11 @@ class RobustProblem(Problem):
     def __init__(self, robust: Robust) -> None:
         space = robust.space
         super().__init__(
-            n_var=space.n_variables, n_obj=2, n_ieq_constr=1, xl=space.lower, xu=space.upper
+            n_var=space.n_variables,
+            n_obj=getattr(robust, "n_objectives", 2),
+            n_ieq_constr=1,
+            xl=space.lower,
+            xu=space.upper,
         )
         self.robust = robust
 
@@ -90,7 +94,7 @@ def nsga2(
     progress: Progress | None = None,
     checkpoint: Checkpoint | None = None,
 ) -> SearchResult:
-    """Search the Pareto front of both objectives with NSGA-II.
+    """Search the Pareto front of all objectives with NSGA-II.
 
     Population for population the same as pymoo's ``minimize(RobustProblem(robust),
     NSGA2(population), ("n_gen", generations), seed=seed)``; beyond it, an archive keeps every

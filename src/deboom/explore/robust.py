@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, field, fields
 from typing import Protocol
 
 import numpy as np
@@ -11,7 +11,10 @@ from deboom.errors import InputError
 from deboom.explore.arrays import BoolArray, RealArray, frozen_copy
 from deboom.explore.design_space import DesignSpace
 from deboom.explore.evaluate import Evaluate, responses
+from deboom.explore.moments import Estimator, SAMPLE_MOMENTS
+from deboom.explore.objectives import MEAN_SUM, SIGMA_SUM, Objective
 from deboom.explore.tolerance_samples import ToleranceSampler
+from deboom.explore.tolerance_structure import ToleranceStructure
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,6 +36,8 @@ class RobustValues:
         Of the two sums, for independent draws; an upper bound for Sobol points.
     failed : array of bool, shape (n,)
         Designs with a response that could not be computed somewhere in the scatter.
+    objectives : array, shape (n, m), optional
+        What a search minimises; default are the two sums, ``[mean_sum, sigma_sum]``.
     """
 
     designs: RealArray
@@ -43,22 +48,26 @@ class RobustValues:
     standard_error_mean_sum: RealArray
     standard_error_sigma_sum: RealArray
     failed: BoolArray
+    objectives: RealArray = field(default_factory=lambda: np.empty((0, 0)))
 
     def __post_init__(self) -> None:
-        for field in fields(self):
-            object.__setattr__(self, field.name, frozen_copy(np.asarray(getattr(self, field.name))))
+        if self.objectives.shape[1] == 0:
+            both = np.column_stack([self.mean_sum, self.sigma_sum])
+            object.__setattr__(self, "objectives", both)
+        for column in fields(self):
+            array = np.asarray(getattr(self, column.name))
+            object.__setattr__(self, column.name, frozen_copy(array))
 
     def __len__(self) -> int:
         return len(self.designs)
 
-    @property
-    def objectives(self) -> RealArray:
-        """Both sums, shape (n, 2): what a search minimises."""
-        return np.column_stack([self.mean_sum, self.sigma_sum])
-
 
 class Robust(Protocol):
-    """What a search drives: designs of a space in, `RobustValues` out."""
+    """What a search drives: designs of a space in, `RobustValues` out.
+
+    It may say how many objectives these have, in an attribute ``n_objectives``; without it there
+    are two.
+    """
 
     @property
     def space(self) -> DesignSpace:
@@ -82,38 +91,75 @@ class RobustResponse:
         The draws ``z``.
     nominal_mean : bool
         Take the response of the design itself for its mean, instead of the mean over the sample.
+    estimator : Estimator
+        How mean and standard deviation are read from the draws.
+    objectives : tuple of Objective
+        What a search minimises, at least two.
+    structure : ToleranceStructure, optional
+        What the variables' scatter has in common; default is independent scatter. The sample then
+        has one column per draw of the structure.
 
     Raises
     ------
     InputError
-        Variables of the model, the space and the sample that differ.
+        Variables of the model, the space, the structure and the sample that differ; a structure
+        that would let a variable change its sign; fewer than two objectives.
 
     Notes
     -----
-    A made design is ``x (1 + σ_rel z)``, with σ_rel a third of the tolerance. Standard deviations
-    divide by ``n - 1``. The standard errors come from the scatter, over the draws ``t``, of the
-    influence of one draw on the sum over the responses ``r``: ``Σ_r y_tr`` for the mean and
-    ``Σ_r ((y_tr - mean_r)² - σ_r²) / (2 σ_r)`` for the standard deviation. Summing before taking
-    the scatter keeps the correlation between responses. The draws count as independent: scrambled
-    Sobol points do better, so for them the figures are upper bounds.
+    A made design is ``x (1 + σ_rel z)``, with σ_rel a third of the tolerance. The standard errors
+    take the draws for independent: scrambled Sobol points do better, so for them the figures are
+    upper bounds.
     """
 
     evaluate: Evaluate
     space: DesignSpace
     sample: ToleranceSampler
     nominal_mean: bool = False
+    estimator: Estimator = SAMPLE_MOMENTS
+    objectives: tuple[Objective, ...] = (MEAN_SUM, SIGMA_SUM)
+    structure: ToleranceStructure | None = None
 
     def __post_init__(self) -> None:
+        object.__setattr__(self, "objectives", tuple(self.objectives))
+        if len(self.objectives) < 2:
+            raise InputError("a search for a front needs at least two objectives")
         if self.evaluate.variable_names != self.space.names:
             raise InputError(
                 f"the model has the variables {list(self.evaluate.variable_names)}, the design "
                 f"space {list(self.space.names)}: give both the same names in the same order"
             )
-        if self.sample.n_variables != self.space.n_variables:
+        if self.structure is not None:
+            self._check_structure(self.structure)
+        elif self.sample.n_variables != self.space.n_variables:
             raise InputError(
                 f"the tolerance sample has {self.sample.n_variables} columns for "
                 f"{self.space.n_variables} design variables: draw one column per variable"
             )
+
+    def _check_structure(self, structure: ToleranceStructure) -> None:
+        if structure.names != self.space.names:
+            raise InputError(
+                f"the tolerance structure has the variables {list(structure.names)}, the design "
+                f"space {list(self.space.names)}: give both the same names in the same order"
+            )
+        if self.sample.n_variables != structure.n_draws:
+            raise InputError(
+                f"the tolerance sample has {self.sample.n_variables} columns for a structure of "
+                f"{structure.n_draws} draws: draw one column for each"
+            )
+        reach = self.space.tolerance * structure.largest
+        for name, value in zip(self.space.names, reach, strict=True):
+            if value >= 1.0:
+                raise InputError(
+                    f"the scatter of '{name}' could change its sign: its tolerance, with all draws "
+                    f"of the structure at their limit, is {value:g}; it must stay below 1"
+                )
+
+    @property
+    def n_objectives(self) -> int:
+        """Number m of objectives."""
+        return len(self.objectives)
 
     def __call__(self, designs: RealArray) -> RobustValues:
         """Return the values of the designs, shape (n, k).
@@ -125,10 +171,12 @@ class RobustResponse:
         """
         designs = self.space.checked(designs)
         n_responses = len(self.evaluate.response_names)
-        rows = np.empty((len(designs), 2 * n_responses + 2))
+        rows = np.empty((len(designs), 2 * n_responses + 2 + self.n_objectives))
         for row, design in zip(rows, designs, strict=True):
             row[:] = self._one_design(design)
-        mean, sigma, errors = np.hsplit(rows, [n_responses, 2 * n_responses])
+        mean, sigma, errors, objectives = np.hsplit(
+            rows, [n_responses, 2 * n_responses, 2 * n_responses + 2]
+        )
         return RobustValues(
             designs=designs,
             mean=mean,
@@ -138,60 +186,31 @@ class RobustResponse:
             standard_error_mean_sum=errors[:, 0],
             standard_error_sigma_sum=errors[:, 1],
             failed=np.isnan(errors[:, 0]),
+            objectives=objectives,
         )
 
     def made(self, design: RealArray) -> RealArray:
         """Return one design (k,) as it is made, draw by draw, shape (n_samples, k)."""
-        return design * (1.0 + self.space.relative_sigma * self.sample.normals(design))
+        return self._made(design, self.sample.normals(design))
+
+    def _made(self, design: RealArray, normals: RealArray) -> RealArray:
+        scatter = normals if self.structure is None else self.structure.scatter(normals)
+        return design * (1.0 + self.space.relative_sigma * scatter)
 
     def _one_design(self, design: RealArray) -> RealArray:
-        """Return means, standard deviations and both standard errors; all NaN if it failed."""
-        made = self.made(design)
-        failed = np.full(2 * len(self.evaluate.response_names) + 2, np.nan)
+        """Return moments, their standard errors and the objectives; all NaN if it failed."""
+        normals = self.sample.normals(design)
+        size = 2 * len(self.evaluate.response_names) + 2 + self.n_objectives
+        failed = np.full(size, np.nan)
         try:
-            mean, sigma, mean_error, sigma_error = sample_statistics(responses(self.evaluate, made))
+            values = responses(self.evaluate, self._made(design, normals))
+            if not np.all(np.isfinite(values)):
+                return failed
+            mean, sigma, mean_error, sigma_error = self.estimator(values, normals)
             if self.nominal_mean:
                 mean, mean_error = responses(self.evaluate, design[None, :])[0], 0.0
+            objectives = [objective(values, mean, sigma) for objective in self.objectives]
         except (ArithmeticError, np.linalg.LinAlgError):
             return failed
-        statistics = np.concatenate([mean, sigma, [mean_error, sigma_error]])
+        statistics = np.concatenate([mean, sigma, [mean_error, sigma_error], objectives])
         return statistics if np.all(np.isfinite(statistics)) else failed
-
-
-def sample_statistics(values: RealArray) -> tuple[RealArray, RealArray, float, float]:
-    """Return mean, standard deviation and the standard errors of their sums.
-
-    Parameters
-    ----------
-    values : array, shape (n_samples, r)
-        Responses over the draws of one design.
-
-    Returns
-    -------
-    mean, sigma : array, shape (r,)
-        Of each response.
-    mean_error, sigma_error : float
-        Standard error of the sum of the means and of the sum of the standard deviations. All in
-        the unit of the responses, and not finite where a value is not; see the notes of
-        `RobustResponse`.
-    """
-    n_samples = len(values)
-    with np.errstate(over="ignore", invalid="ignore"):
-        # measured from the first draw, a response without scatter has a sigma of exactly zero
-        offset = values - values[0]
-        centre = offset.sum(axis=0) / n_samples
-        deviation = offset - centre
-        square = deviation * deviation
-        sigma = np.sqrt(square.sum(axis=0) / (n_samples - 1))
-        weight = np.divide(0.5, sigma, out=np.zeros(sigma.size), where=sigma > 0.0)
-        # einsum, not @: the threads of a BLAS library may change the last bit
-        mean_error = standard_error(deviation.sum(axis=1))
-        sigma_error = standard_error(np.einsum("tr,r->t", square, weight))
-    return values[0] + centre, sigma, mean_error, sigma_error
-
-
-def standard_error(influence: RealArray) -> float:
-    """Return the standard error of a mean from its terms, shape (n_samples,), ``n > 1``."""
-    centred = influence - influence.sum() / influence.size
-    spread = np.einsum("t,t->", centred, centred)
-    return float(np.sqrt(spread / (influence.size * (influence.size - 1))))

@@ -56,10 +56,13 @@ class SpreadResponse:
         Of the response that the workers hold.
     pool : Pool
         The workers.
+    n_objectives : int
+        Of that response.
     """
 
     space: DesignSpace
     pool: Pool
+    n_objectives: int = 2
 
     def __call__(self, designs: RealArray) -> RobustValues:
         """Return the values of the designs, shape (n, k): those that one process would give.
@@ -146,7 +149,7 @@ def process_pool(robust: Robust, workers: int) -> Iterator[Robust]:
         ) from None
     pool = _ProcessPool(robust, workers)
     try:
-        yield SpreadResponse(robust.space, pool)
+        yield SpreadResponse(robust.space, pool, getattr(robust, "n_objectives", 2))
     finally:
         pool.close()
 
@@ -177,7 +180,8 @@ def dask_cluster(robust: Robust, scheduler: str) -> Iterator[Robust]:
         ) from None
     with client:
         _check_workers(client, scheduler)
-        yield SpreadResponse(robust.space, _DaskCluster(robust, client))
+        pool = _DaskCluster(robust, client)
+        yield SpreadResponse(robust.space, pool, getattr(robust, "n_objectives", 2))
 
 
 class _ProcessPool:

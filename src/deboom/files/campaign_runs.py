@@ -145,9 +145,10 @@ def _check_order(file: ChannelFile, order: float) -> None:
 def _check_speed(file: ChannelFile, frequency: RealArray, speed: RealArray, order: float) -> None:
     spacing = float(np.min(np.diff(frequency)))
     error = np.abs(frequency_of_order(speed, order) - frequency)
-    worst = int(np.argmax(error))
-    if error[worst] > SPEED_TOLERANCE * spacing:
+    wrong = error > SPEED_TOLERANCE * spacing
+    if wrong.any():
+        first = int(np.argmax(wrong))
         raise file.error(
-            f"the tacho reads {speed[worst]:.6g} rpm at {frequency[worst]:.6g} Hz, which is not "
+            f"the tacho reads {speed[first]:.6g} rpm at {frequency[first]:.6g} Hz, which is not "
             f"order {order:g}: a pulse may be missing; repair the tacho and track the order again"
         )

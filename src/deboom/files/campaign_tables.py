@@ -111,6 +111,8 @@ def read_sensor_table(path: Path) -> tuple[SensorRow, ...]:
     """
     units = dict.fromkeys(_AXES, "m") | dict.fromkeys(_ANGLES, "rad")
     rows = read_rows(path, _SENSOR_COLUMNS, units)
+    for columns in (_AXES, _ANGLES):
+        _check_one_unit(rows[0], columns)
     sensors: dict[str, SensorRow] = {}
     for row in rows:
         name, kind = row.filled("sensor"), row.filled("kind")
@@ -243,6 +245,16 @@ def write_curve(path: Path, deflection: RealArray, force: RealArray) -> None:
     """
     table = pd.DataFrame({"deflection [mm]": 1e3 * deflection, "force [N]": force})
     replace_text(path, table.to_csv(index=False, lineterminator="\n"))
+
+
+def _check_one_unit(row: Row, columns: Sequence[str]) -> None:
+    first, *others = columns
+    for other in others:
+        if row.units[other].factor != row.units[first].factor:
+            raise InputError(
+                f"{row.path}: units are mixed: '{first}' is in {row.units[first].label} and "
+                f"'{other}' in {row.units[other].label}; use one for both"
+            )
 
 
 def _channel(row: Row) -> CampaignChannel:

@@ -142,7 +142,8 @@ def read_evaluations(folder: Path) -> dict[str, AnyArray]:
 
 def _read_npz(path: Path) -> dict[str, AnyArray] | None:
     try:
-        with np.load(path, allow_pickle=False) as archive:
+        # all at once: numpy leaves a damaged file open
+        with np.load(io.BytesIO(path.read_bytes()), allow_pickle=False) as archive:
             return dict(archive)
     except FileNotFoundError:
         return None

@@ -2,25 +2,19 @@
 
 from __future__ import annotations
 
-import difflib
-import json
-import tomllib
 from pathlib import Path, PurePosixPath
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
 import numpy as np
 from pydantic import (
     AfterValidator,
-    BaseModel,
-    ConfigDict,
     Field,
-    ValidationError,
     ValidationInfo,
     field_validator,
 )
 
 from deboom.errors import InputError
-from deboom.files.atomic import replace_text
+from deboom.files.strict_toml import StrictModel, dump_toml, load_toml
 
 
 def _plain_name(name: str) -> str:
@@ -52,11 +46,7 @@ Row3 = Annotated[tuple[float, float, float], Field(strict=False)]
 Matrix3 = Annotated[tuple[Row3, Row3, Row3], Field(strict=False)]
 
 
-class _Strict(BaseModel):
-    model_config = ConfigDict(extra="forbid", strict=True, frozen=True, allow_inf_nan=False)
-
-
-class Engine(_Strict):
+class Engine(StrictModel):
     """The engine and its gearbox."""
 
     cylinders: Annotated[int, Field(ge=1)]
@@ -67,7 +57,7 @@ class Engine(_Strict):
     """Engine speed over wheel speed, gear 1 first [1]."""
 
 
-class Powertrain(_Strict):
+class Powertrain(StrictModel):
     """Nominal rigid-body data from the data sheet, with tolerances."""
 
     mass_kg: Positive
@@ -82,7 +72,7 @@ class Powertrain(_Strict):
     """Half width per axis [m]."""
 
 
-class MountEntry(_Strict):
+class MountEntry(StrictModel):
     """One mount."""
 
     name: Name
@@ -114,7 +104,7 @@ class MountEntry(_Strict):
         return self.pieces or ("",)
 
 
-class VehicleEntry(_Strict):
+class VehicleEntry(StrictModel):
     """One vehicle and the file of its noise transfer functions."""
 
     name: Name
@@ -127,7 +117,7 @@ class VehicleEntry(_Strict):
     """Response node of the driver's ear in that file."""
 
 
-class LoadCaseEntry(_Strict):
+class LoadCaseEntry(StrictModel):
     """One run and the file of its operating spectra."""
 
     name: Name
@@ -142,7 +132,7 @@ class LoadCaseEntry(_Strict):
     """UFF file."""
 
 
-class PlatformFile(_Strict):
+class PlatformFile(StrictModel):
     """The whole file ``platform.toml``."""
 
     format: Literal[1]
@@ -171,15 +161,6 @@ class PlatformFile(_Strict):
     """In the order of the report."""
 
 
-_SECTIONS: dict[str, type[_Strict]] = {
-    "engine": Engine,
-    "powertrain": Powertrain,
-    "mounts": MountEntry,
-    "vehicles": VehicleEntry,
-    "load_cases": LoadCaseEntry,
-}
-
-
 def load_platform_file(path: Path) -> PlatformFile:
     """Read and check ``platform.toml``.
 
@@ -199,13 +180,9 @@ def load_platform_file(path: Path) -> PlatformFile:
         The file is missing or is not TOML; a key is unknown, missing, mistyped or out of range; two
         items share a name; a gear has no ratio; the default load case does not exist.
     """
-    try:
-        text = path.read_text(encoding="utf-8")
-    except OSError as error:
-        raise InputError(f"{path} cannot be read ({error.strerror}): check the path") from None
-    except UnicodeDecodeError:
-        raise InputError(f"{path} is not UTF-8 text: save it as UTF-8") from None
-    return _parsed(path, text)
+    platform = load_toml(path, PlatformFile)
+    _check_names(path, platform)
+    return platform
 
 
 def dump_platform_file(path: Path, platform: PlatformFile) -> None:
@@ -216,50 +193,8 @@ def dump_platform_file(path: Path, platform: PlatformFile) -> None:
     InputError
         The content would be refused on reading, or the file cannot be written.
     """
-    text = _toml(platform)
-    if _parsed(path, text) != platform:
-        raise InputError(f"{path}: the text would not read back as it was given; nothing written")
-    replace_text(path, text)
-
-
-def _parsed(path: Path, text: str) -> PlatformFile:
-    try:
-        platform = PlatformFile.model_validate(tomllib.loads(text))
-    except tomllib.TOMLDecodeError as error:
-        raise InputError(f"{path} is not TOML: {error}") from None
-    except ValidationError as error:
-        raise InputError(f"{path}: {_sentence(error)}") from None
     _check_names(path, platform)
-    return platform
-
-
-def _sentence(error: ValidationError) -> str:
-    """Say the most helpful one of pydantic's errors: an unknown key explains a missing one."""
-    details = error.errors(include_url=False)
-    detail = next((d for d in details if d["type"] == "extra_forbidden"), details[0])
-    section, key = _place(detail["loc"])
-    where = f"key '{key}' in {section}"
-    if detail["type"] == "extra_forbidden":
-        known = _SECTIONS.get(str(detail["loc"][0]), PlatformFile).model_fields
-        close = difflib.get_close_matches(key, known, n=1)
-        remedy = f"did you mean '{close[0]}'?" if close else f"use {', '.join(known)}"
-        return f"unknown {where}; {remedy}"
-    if detail["type"] == "missing":
-        return f"{where} is missing: add it"
-    rule = detail["msg"].removeprefix("Value error, ")
-    return f"{where} is {json.dumps(detail['input'], default=str)}: {rule[:1].lower()}{rule[1:]}"
-
-
-def _place(location: tuple[int | str, ...]) -> tuple[str, str]:
-    first, *rest = location
-    section = "the top level"
-    if rest and first in _SECTIONS:
-        section = f"[{first}]"
-        if isinstance(rest[0], int):
-            section = f"[[{first}]] {rest[0] + 1}"
-            rest = rest[1:]
-        first, *rest = rest or [first]
-    return section, str(first) + "".join(f"[{i}]" for i in rest if isinstance(i, int))
+    dump_toml(path, platform)
 
 
 def _check_names(path: Path, platform: PlatformFile) -> None:
@@ -287,22 +222,3 @@ def _check_names(path: Path, platform: PlatformFile) -> None:
             f"{path}: default_load_case '{platform.default_load_case}' is not among the load cases "
             f"{', '.join(known)}: name one of them"
         )
-
-
-def _toml(platform: PlatformFile) -> str:
-    content = platform.model_dump(exclude_none=True)
-    sections = {key: content.pop(key) for key in _SECTIONS}
-    lines = [f"{key} = {_value(value)}" for key, value in content.items()]
-    for section, entries in sections.items():
-        is_list = not isinstance(entries, dict)
-        for entry in entries if is_list else (entries,):
-            lines += ["", f"[[{section}]]" if is_list else f"[{section}]"]
-            lines += [f"{key} = {_value(value)}" for key, value in entry.items()]
-    return "\n".join(lines) + "\n"
-
-
-def _value(value: Any) -> str:
-    if isinstance(value, tuple | list):
-        return f"[{', '.join(map(_value, value))}]"
-    # JSON's numbers and strings are TOML's, too
-    return json.dumps(value, ensure_ascii=False)

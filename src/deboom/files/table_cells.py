@@ -18,6 +18,7 @@ from deboom.errors import InputError
 from deboom.files.units import Unit, parse_unit
 
 _WITH_UNIT = re.compile(r"(?P<name>[^\[\]]+?)\s*\[(?P<unit>[^\[\]]*)\]")
+_EXAMPLES = {"m": "[mm]' or [m]", "rad": "[deg]' or [rad]"}
 _ANGLES = {"rad": 1.0, "deg": math.pi / 180.0, "°": math.pi / 180.0}
 
 
@@ -72,9 +73,9 @@ class Row:
         except ValueError:
             number = math.nan
         if not math.isfinite(number):
-            raise self.error(
-                f"column '{column}': '{text}' is no finite number (decimal point, no thousands "
-                "separator)"
+            raise InputError(
+                f"{self.path} line {self.line}, column '{column}': '{text}' is no finite number "
+                "(decimal point, no thousands separator)"
             )
         return number * (self.units[column].factor if column in self.units else 1.0)
 
@@ -89,8 +90,7 @@ def read_rows(path: Path, plain: Sequence[str], with_unit: Mapping[str, str]) ->
     plain : sequence of str
         Columns without a unit; all must be there, in any order.
     with_unit : mapping of str to str
-        Columns with a unit in their header, and the SI unit of it; columns of one SI unit must
-        share one unit.
+        Columns with a unit in their header, and the SI unit of it.
 
     Returns
     -------
@@ -101,7 +101,7 @@ def read_rows(path: Path, plain: Sequence[str], with_unit: Mapping[str, str]) ->
     ------
     InputError
         The file is missing or no table; a column is missing, unknown or doubled, or one that needs
-        a unit has none, another quantity's, or another one than its neighbours; no row.
+        a unit has none or another quantity's; no row.
     """
     cells = _cells(path)
     header = [text.strip() for text in cells.iloc[0]]
@@ -112,22 +112,16 @@ def read_rows(path: Path, plain: Sequence[str], with_unit: Mapping[str, str]) ->
         names.append(name)
         if name in with_unit:
             if not match:
-                example = "deg" if with_unit[name] == "rad" else "mm"
-                raise InputError(f"{path}: column '{text}' has no unit: write '{text} [{example}]'")
+                example = _EXAMPLES.get(with_unit[name], f"[{with_unit[name]}]'")
+                raise InputError(f"{path}: column '{text}' has no unit: write '{text} {example}")
             units[name] = _column_unit(path, text, match["unit"], with_unit[name])
     wanted = [*plain, *with_unit]
+    separated = "" if _is_excel(path) else ", separated by commas"
     for name in (*wanted, *names):
         if names.count(name) != 1 or name not in wanted:
             state = "is missing" if name not in names else "is unknown or doubled"
             raise InputError(
-                f"{path}: column '{name}' {state}; the columns are {', '.join(wanted)}"
-            )
-    for name, unit in units.items():
-        other = next(o for o in with_unit if with_unit[o] == with_unit[name])
-        if units[other].factor != unit.factor:
-            raise InputError(
-                f"{path}: units are mixed: '{other}' is in {units[other].label} and '{name}' in "
-                f"{unit.label}; use one for both"
+                f"{path}: column '{name}' {state}; the columns are {', '.join(wanted)}{separated}"
             )
     rows = []
     for line, row in enumerate(cells.iloc[1:].itertuples(index=False), 2):
@@ -139,9 +133,13 @@ def read_rows(path: Path, plain: Sequence[str], with_unit: Mapping[str, str]) ->
     return tuple(rows)
 
 
+def _is_excel(path: Path) -> bool:
+    return path.suffix.lower() == ".xlsx"
+
+
 def _cells(path: Path) -> pd.DataFrame:
     try:
-        if path.suffix.lower() == ".xlsx":
+        if _is_excel(path):
             table = pd.read_excel(path, header=None, dtype=str, keep_default_na=False)
         else:
             # without a header, so that pandas neither renames doubled columns nor makes an index
@@ -160,7 +158,8 @@ def _cells(path: Path) -> pd.DataFrame:
     except pd.errors.EmptyDataError:
         raise InputError(f"{path} is empty: export it again") from None
     except (pd.errors.ParserError, BadZipFile, ValueError) as error:
-        raise InputError(f"{path} is no table of cells: {str(error).strip()}") from None
+        kind = "Excel file" if _is_excel(path) else "comma-separated table"
+        raise InputError(f"{path} is no {kind}: {str(error).strip()}") from None
     if table.empty:
         raise InputError(f"{path} is empty: export it again")
     return table.fillna("")

@@ -147,9 +147,10 @@ def column_scale(geometry: ChannelGeometry, length: float) -> RealArray:
 def _in_words(motion: RealArray, geometry: ChannelGeometry) -> str:
     """Describe a motion at the virtual point: the axis it turns about, the way it goes."""
     shares = np.abs(motion * column_scale(geometry, characteristic_length(geometry)))
-    if shares[len(RIGID_MOTIONS) :].sum() > shares[: len(RIGID_MOTIONS)].sum():
-        mode = geometry.mode_names[int(np.argmax(shares[len(RIGID_MOTIONS) :]))]
-        return f"flexible mode {mode}, which the other motions imitate"
+    of_modes = shares[len(RIGID_MOTIONS) :]
+    if of_modes.sum() > 0.1 * shares.sum():
+        mode = geometry.mode_names[int(np.argmax(of_modes))]
+        return f"flexible mode {mode}, hardly to be told from the other motions"
     shift, turn = motion[:3], motion[3:6]
     angle = float(np.linalg.norm(turn))
     if angle * characteristic_length(geometry) < 0.1 * np.linalg.norm(shift):

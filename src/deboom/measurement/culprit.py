@@ -199,7 +199,8 @@ def find_culprit(
             "left out",
             suspect,
         )
-    verdict = f"{item.name}: {suspect.fault.value}, {suspect.detail}"
+    who = suspect.channels[0] if len(suspect.channels) == 1 else item.name
+    verdict = f"{who}: {suspect.fault.value}, {suspect.detail}"
     return Diagnosis(residual, without, suspect, True, verdict)
 
 

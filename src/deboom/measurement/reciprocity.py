@@ -23,16 +23,20 @@ class Reciprocity:
     likeness : array, shape (n, n)
         Coherence criterion of each entry and its mirror image, mean over the lines: 1 is
         perfect, 0.5 what two unrelated functions have, 0 opposite sign [1].
+    likeness_by_energy : array, shape (n, n)
+        The same with each line weighted by ``|Y_ij|² / |Y_ii Y_jj|``, so that lines at which the
+        entry is nothing but noise do not count [1].
     size : array, shape (n, n)
-        Mean of ``|Y_ij| / √|Y_ii Y_jj|``: what the entry matters; free of units [1].
+        Root of the mean of that weight: how much the entry matters; free of units [1].
     """
 
     names: tuple[str, ...]
     likeness: RealArray
+    likeness_by_energy: RealArray
     size: RealArray
 
     def __post_init__(self) -> None:
-        for name in ("likeness", "size"):
+        for name in ("likeness", "likeness_by_energy", "size"):
             array = np.array(getattr(self, name), dtype=float)
             array.setflags(write=False)
             object.__setattr__(self, name, array)
@@ -48,11 +52,11 @@ class Reciprocity:
         Returns
         -------
         str, float
-            ``x–ry`` and its likeness; an empty name and 1 where all pairs are small.
+            ``x–ry`` and its likeness by energy; an empty name and 1 where all pairs are small.
         """
         rows, columns = np.triu_indices(len(self.names), k=1)
         pairs = [
-            (float(self.likeness[i, j]), f"{self.names[i]}–{self.names[j]}")
+            (float(self.likeness_by_energy[i, j]), f"{self.names[i]}–{self.names[j]}")
             for i, j in zip(rows, columns, strict=True)
             if self.size[i, j] >= smallest
         ]
@@ -89,8 +93,11 @@ def reciprocity(frf: Frf) -> Reciprocity:
         where = frf.outputs[int(np.argwhere(driving == 0)[0, 1])]
         raise InputError(f"the driving point function of {where} is 0: reciprocity needs it")
     reference = np.sqrt(driving[:, :, np.newaxis] * driving[:, np.newaxis, :])
+    comparable, mirror = frf.values / reference, mirrored / reference
+    energy = (np.abs(comparable) ** 2 + np.abs(mirror) ** 2) / 2
     return Reciprocity(
         names=frf.outputs,
         likeness=likeness(frf.values, mirrored).mean(axis=0),
-        size=np.mean((np.abs(frf.values) + np.abs(mirrored)) / (2 * reference), axis=0),
+        likeness_by_energy=likeness(comparable, mirror, axis=0),
+        size=np.sqrt(energy.mean(axis=0)),
     )

@@ -10,7 +10,7 @@ import numpy.typing as npt
 from deboom.errors import InputError
 from deboom.physics.arrays import RealArray
 
-LEAST_PULSES = 8
+LEAST_PULSES = 10
 """Fewer say too little about a speed that changes."""
 HYSTERESIS = 0.2
 """Of the swing, where none is given: what the voltage must fall back by to count anew."""
@@ -63,7 +63,7 @@ def pulse_times(
     Raises
     ------
     InputError
-        A signal that is constant, not finite, or has fewer than eight pulses.
+        A signal that is constant, not finite, or has fewer than ten pulses.
 
     Notes
     -----

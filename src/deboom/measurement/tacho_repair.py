@@ -13,24 +13,28 @@ from scipy.ndimage import median_filter
 
 from deboom.errors import InputError
 from deboom.measurement.tacho import LEAST_PULSES
+from deboom.measurement.tacho_numbering import (
+    LONGEST_GAP,
+    OUTLIER,
+    UNEVEN,
+    WINDOW,
+    IntArray,
+    deviation_from_neighbours,
+    local_period,
+    number_pulses,
+    robust_spread,
+    without_displaced,
+)
 from deboom.physics.arrays import RealArray
 
-WINDOW = 9
-"""Intervals (and pulses) over which a shaft's speed is compared with itself."""
-WHOLE = 0.25
-"""How far an interval may be from a whole number of local intervals."""
-LONGEST_GAP = 5
-"""Pulses missing in a row that can still be counted."""
+MISCOUNT = 0.35
+"""Pulses by which a gap may differ from its count."""
 MOST_REPAIRED = 0.2
 """Share of pulses beyond which a signal is refused."""
 LARGEST_CHANGE = 1.5
-"""Ratio of neighbouring intervals beyond which a shaft stops or turns back."""
-OUTLIER = 6.0
-"""Robust standard deviations by which a displaced pulse is off."""
-LEAST_OUTLIER = 0.005
-"""Of an interval: smaller displacements are left in."""
-
-_IntArray = npt.NDArray[np.int64]
+"""Ratio of neighbouring intervals beyond which pulses are not trusted."""
+FASTEST_CHANGE = 1.8
+"""Ratio of the running medians nine intervals apart that is a stop and no run-up, once refused."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,7 +48,8 @@ class PulseTrain:
     times : array, shape (n_pulse,)
         Increasing [s].
     number : array of int, shape (n_pulse,)
-        Count of each pulse from the first; a step above 1 bridges missing pulses.
+        Count of each pulse from the first that fits, dropped or not; a step above 1 bridges missing
+        pulses.
     pulses_per_revolution : int
         Of the tacho.
     dropped : array, shape (n_dropped,)
@@ -56,7 +61,7 @@ class PulseTrain:
 
     name: str
     times: RealArray
-    number: _IntArray
+    number: IntArray
     pulses_per_revolution: int
     dropped: RealArray
     missing: RealArray
@@ -98,29 +103,29 @@ def repair_pulses(
     Raises
     ------
     InputError
-        Fewer than eight pulses, times that do not increase, intervals that no smooth speed
-        explains, a gap of more than five pulses, more than a fifth of the pulses bad, or a speed
-        that changes by more than half between two pulses: the shaft stops or turns back, which one
-        tacho cannot tell apart.
+        Fewer than ten pulses, times that do not increase, intervals that no smooth speed
+        explains, a gap that cannot be counted, more than a fifth of the pulses bad, or a shaft that
+        stops or turns back.
 
     Notes
     -----
-    Intervals are compared with their running median over nine. From the steadiest place outwards a
-    pulse is taken if it lies within a quarter of an interval of a whole number of intervals after
-    the last one taken. Then each is compared with the cubic through its eight neighbours, and
-    dropped if it is off by six robust standard deviations and 0.5 % of an interval.
+    Intervals are compared with their running median over nine. Out of all chains of pulses that are
+    about whole numbers of intervals apart, the one that needs the fewest repairs is taken. Then each
+    pulse is compared with the cubic through its eight neighbours, and dropped if it is off by six
+    robust standard deviations and 0.5 % of an interval; near an end the outermost goes.
     """
     raw = _checked_times(times, pulses_per_revolution, name)
-    number = _numbers(raw, name)
-    taken = _without_displaced(raw, number, number >= 0)
-    count = number[taken]
+    number = number_pulses(raw)
+    taken = without_displaced(raw, number)
+    count, kept = number[taken], raw[taken]
     if count.size < LEAST_PULSES:
-        raise InputError(_scattered(name))
-    kept = raw[taken]
+        raise InputError(_stop(raw, name) or _scattered(name))
     absent = np.setdiff1d(np.arange(count[0], count[-1] + 1), count)
     missing = np.interp(absent, count, kept)
-    train = PulseTrain(name, kept, count - count[0], pulses_per_revolution, raw[~taken], missing)
-    _refuse_hopeless(train)
+    train = PulseTrain(name, kept, count, pulses_per_revolution, raw[~taken], missing)
+    problem = _miscounted(train) or _too_many(train) or _jumping(train)
+    if problem:
+        raise InputError(_stop(raw, name) or problem)
     return train
 
 
@@ -137,109 +142,59 @@ def _checked_times(times: npt.ArrayLike, pulses_per_revolution: int, name: str) 
     return raw
 
 
-def _numbers(times: RealArray, name: str) -> _IntArray:
-    """Count from the steadiest place outwards; negative where a pulse does not fit."""
-    interval = np.diff(times)
-    usual = median_filter(interval, size=WINDOW, mode="mirror")
-    unsteady = np.abs(interval / usual - 1)
-    worst_of_three = np.max([unsteady[:-2], unsteady[1:-1], unsteady[2:]], axis=0)
-    anchor = int(np.argmin(worst_of_three))
-    if worst_of_three[anchor] > WHOLE:
-        raise InputError(_scattered(name))
-    period = np.concatenate([usual[:1], (usual[1:] + usual[:-1]) / 2, usual[-1:]])
-    after = _follow(times[anchor:], period[anchor:])
-    before = _follow(-times[anchor::-1], period[anchor::-1])[::-1]
-    lost = np.iinfo(np.int64).min
-    number = np.concatenate(
-        [np.where(before >= 0, -before, lost)[:-1], np.where(after >= 0, after, lost)]
+def _stop(raw: RealArray, name: str) -> str:
+    """Name a stop or a reversal: the intervals themselves grow too fast for a run-up."""
+    # over two intervals at a time: a pulse that bounces is no stop
+    pair = raw[2:] - raw[:-2]
+    erratic = np.median(np.abs(np.diff(np.log(pair)))) > UNEVEN
+    usual = np.log(median_filter(pair, size=WINDOW, mode="mirror"))
+    change = np.abs(usual[WINDOW:] - usual[:-WINDOW])
+    if erratic or change.size == 0 or change.max() < np.log(FASTEST_CHANGE):
+        return ""
+    where = raw[int(np.argmax(change)) + WINDOW // 2]
+    return (
+        f"{name}: the shaft stops or turns back near {where:.3f} s, which one tacho cannot tell "
+        "apart, or most pulses there are false: cut the record there"
     )
-    fits = number > lost
-    return np.where(fits, number - number[fits].min(), -1)
 
 
-def _follow(times: RealArray, period: RealArray) -> _IntArray:
-    """Count onwards from the first pulse; −1 for a pulse that is not whole periods away."""
-    number = np.full(times.size, -1, dtype=np.int64)
-    number[0] = last = 0
-    for i in range(1, times.size):
-        step = 2 * (times[i] - times[last]) / (period[i] + period[last])
-        whole = round(step)
-        if whole >= 1 and abs(step - whole) <= WHOLE:
-            number[i] = number[last] + whole
-            last = i
-    return number
-
-
-def _without_displaced(
-    times: RealArray, number: _IntArray, taken: npt.NDArray[np.bool_]
-) -> npt.NDArray[np.bool_]:
-    """Drop the worst pulse of each neighbourhood until all lie on a smooth course."""
-    taken = taken.copy()
-    while np.count_nonzero(taken) > WINDOW:
-        position = np.flatnonzero(taken)
-        deviation, interval = _deviation(times[position], number[position])
-        bad = deviation > np.maximum(OUTLIER * _spread(deviation), LEAST_OUTLIER * interval)
-        worst = deviation >= _largest_nearby(deviation)
-        if not np.any(bad & worst):
-            break
-        taken[position[bad & worst]] = False
-    return taken
-
-
-def _spread(deviation: RealArray) -> float:
-    """Robust standard deviation of unsigned, normally distributed deviations."""
-    return 1.4826 * float(np.median(deviation))
-
-
-def _largest_nearby(deviation: RealArray) -> RealArray:
-    padded = np.pad(deviation, WINDOW // 2, constant_values=0)
-    return np.asarray(np.lib.stride_tricks.sliding_window_view(padded, WINDOW).max(axis=1))
-
-
-def _deviation(times: RealArray, number: _IntArray) -> tuple[RealArray, RealArray]:
-    """Studentised distance of each pulse from the cubic about it, and its interval."""
-    begin = np.clip(np.arange(times.size) - WINDOW // 2, 0, times.size - WINDOW)
-    neighbours = begin[:, np.newaxis] + np.arange(WINDOW)
-    # few patterns of gaps occur: one small least-squares problem for each, not for each pulse
-    near, pattern = np.unique(
-        number[neighbours] - number[:, np.newaxis], axis=0, return_inverse=True
-    )
-    cubic = (near / np.abs(near).max(axis=1, keepdims=True))[:, :, np.newaxis] ** np.arange(4)
-    # at the pulse itself the cubic has the value of its constant term
-    own_row = np.linalg.pinv(cubic)[pattern, 0]
-    fitted = np.sum(own_row * (times[neighbours] - times[:, np.newaxis]), axis=1)
-    leverage = own_row[np.arange(times.size), np.arange(times.size) - begin]
-    span = np.ptp(times[neighbours], axis=1) / np.ptp(number[neighbours], axis=1)
-    return np.abs(fitted) / np.sqrt(1 - np.minimum(leverage, 0.999)), span
-
-
-def _refuse_hopeless(train: PulseTrain) -> None:
-    name, times = train.name, train.times
+def _miscounted(train: PulseTrain) -> str:
     step = np.diff(train.number)
-    gap = int(np.argmax(step))
-    if step[gap] > LONGEST_GAP + 1:
-        raise InputError(
-            f"{name}: about {step[gap] - 1} pulses are missing between {times[gap]:.3f} and "
-            f"{times[gap + 1]:.3f} s, too many to count: cut the record there"
-        )
-    bad = train.dropped.size + train.missing.size
-    if bad > MOST_REPAIRED * times.size:
-        raise InputError(
-            f"{name}: {train.dropped.size} pulses do not fit and {train.missing.size} are missing "
-            f"beside {times.size} good ones: check the trigger level and the hysteresis"
-        )
-    interval = np.diff(times) / step
+    usual = local_period(train.times, train.number)
+    expected = 2 * np.diff(train.times) / (usual[1:] + usual[:-1])
+    unsafe = (step > LONGEST_GAP + 1) | ((step > 1) & (np.abs(expected - step) > MISCOUNT))
+    if not unsafe.any():
+        return ""
+    gap = int(np.argmax(np.where(unsafe, expected, 0)))
+    return (
+        f"{train.name}: about {expected[gap] - 1:.1f} pulses are missing between "
+        f"{train.times[gap]:.3f} and {train.times[gap + 1]:.3f} s, which cannot be counted safely: "
+        "cut the record there"
+    )
+
+
+def _too_many(train: PulseTrain) -> str:
+    if train.dropped.size + train.missing.size <= MOST_REPAIRED * train.times.size:
+        return ""
+    return (
+        f"{train.name}: {train.dropped.size} pulses do not fit and {train.missing.size} are "
+        f"missing beside {train.times.size} good ones: check the trigger level and the hysteresis"
+    )
+
+
+def _jumping(train: PulseTrain) -> str:
+    interval = np.diff(train.times) / np.diff(train.number)
     change = np.maximum(interval[1:] / interval[:-1], interval[:-1] / interval[1:])
     # intervals of a few samples scatter by rounding alone
-    scatter = OUTLIER * _spread(_deviation(times, train.number)[0])
+    scatter = OUTLIER * robust_spread(deviation_from_neighbours(train.times, train.number)[0])
     change[np.abs(np.diff(interval)) < scatter] = 1.0
-    if change.max() > LARGEST_CHANGE:
-        where = int(np.argmax(change)) + 1
-        raise InputError(
-            f"{name}: the speed changes by a factor of {change.max():.2g} from pulse to pulse at "
-            f"{times[where]:.3f} s: the shaft stops or turns back, or the pulses are false; cut "
-            "the record there"
-        )
+    if change.max() <= LARGEST_CHANGE:
+        return ""
+    return (
+        f"{train.name}: the speed changes by a factor of {change.max():.2g} from pulse to pulse at "
+        f"{train.times[int(np.argmax(change)) + 1]:.3f} s: check the sensor, or cut the record "
+        "there"
+    )
 
 
 def _scattered(name: str) -> str:

@@ -123,8 +123,8 @@ def virtual_point(geometry: ChannelGeometry) -> VirtualPoint:
             f"virtual point at {geometry.position.tolist()} m: the {len(geometry.channels)} "
             f"channels of {', '.join(owners)} show only {state.rank} of {state.n_motion} motions "
             f"(scaled condition number infinite, characteristic length {state.length:.3g} m); not "
-            f"seen: {state.worst_seen}; use at least three triaxial sensors that are not on one "
-            "line"
+            f"seen: {state.worst_seen}; three triaxial sensors, or places of excitation, that are "
+            "not on one line are needed"
         )
     scale = column_scale(geometry, state.length)
     root_weight = np.sqrt(geometry.weights)

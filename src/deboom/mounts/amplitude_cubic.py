@@ -51,7 +51,7 @@ class AmplitudeCubic:
         return np.asarray(c[..., 0] + z * (c[..., 1] + z * (c[..., 2] + z * c[..., 3])))
 
     def derivative(self, amplitude: npt.ArrayLike) -> ComplexArray:
-        """Derivative by the amplitude [N/m²] at `amplitude` [m]."""
+        """Differentiate by the amplitude [N/m²] at `amplitude` [m]."""
         z = self._scaled(amplitude)
         c = self.coefficients
         by_scaled = c[..., 1] + z * (2 * c[..., 2] + z * 3 * c[..., 3])
@@ -59,7 +59,8 @@ class AmplitudeCubic:
 
     def held(self, amplitude: npt.ArrayLike) -> RealArray:
         """Limit `amplitude` [m] to the measured range, for iterations on their way there."""
-        return np.clip(np.asarray(amplitude, dtype=float), self.lowest, self.highest)
+        limited = np.clip(np.asarray(amplitude, dtype=float), self.lowest, self.highest)
+        return np.asarray(limited)
 
     def _scaled(self, amplitude: npt.ArrayLike) -> RealArray:
         z = 2 * np.asarray(amplitude, dtype=float) - self.lowest - self.highest

@@ -35,9 +35,10 @@ def friction_stiffness(relative_amplitude: npt.ArrayLike) -> ComplexArray:
     Notes
     -----
     M. Berg, Vehicle System Dynamics 30 (1998), 197-212: from the turning point (x_s, F_s) on,
-    ``F = F_s + (x - x_s) (F_max - F_s) / (x_2 (1 - F_s/F_max) + x - x_s)``. Over a cycle of amplitude
-    ``r x_2`` the force at the turning points is ``m F_max`` with ``m = (√(1 + 6 r + r²) - 1 - r)/2``.
-    With ``B = 1 + m``, ``c = B + r`` and ``q = √(c² - r²)`` the first Fourier coefficients are::
+    ``F = F_s + (x - x_s) (F_max - F_s) / (x_2 (1 - F_s/F_max) + x - x_s)``. Over a cycle of
+    amplitude ``r x_2`` the force at the turning points is ``m F_max`` with
+    ``m = (√(1 + 6 r + r²) - 1 - r)/2``. With ``B = 1 + m``, ``c = B + r`` and ``q = √(c² - r²)``
+    the first Fourier coefficients are::
 
         Re = 2 B² / (q (c + q))
         Im = 2/(π r²) [2 r - B² ln(1 + 2 r/B)]        (the loss of Berg's eq. 8)

@@ -99,7 +99,7 @@ def fit_piecewise_cubic(
         How many pieces and where they meet.
     groups : array, shape (n,), optional
         Rows of one group (one run) are left out together in the cross-validation. Without it,
-        every `folds`-th row along the split variable is.
+        every `folds`-th row along the split variable is, which suits independent rows only.
 
     Returns
     -------

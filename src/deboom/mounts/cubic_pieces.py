@@ -8,7 +8,7 @@ from itertools import combinations_with_replacement
 
 import numpy as np
 import numpy.typing as npt
-from scipy.stats import t as student
+from scipy.special import stdtrit
 
 from deboom.errors import InputError
 from deboom.mounts.named_arrays import freeze
@@ -232,7 +232,7 @@ class PiecewiseCubic:
         half_width = np.zeros((len(X), self.coefficients.shape[2]))
         for k in range(self.n_pieces):
             spread = np.sqrt(1 / weight + self._leverage(X, k))
-            quantile = student.ppf(0.5 + coverage / 2, self.degrees_of_freedom[k])
+            quantile = stdtrit(self.degrees_of_freedom[k], 0.5 + coverage / 2)
             half_width += np.outer(share[k] * quantile * spread, np.sqrt(self.variance[k]))
         return half_width
 

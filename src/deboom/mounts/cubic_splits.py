@@ -131,9 +131,11 @@ def cross_validated_splits(
 
     Notes
     -----
-    Scored on the rows left out that lie in the region of the others, so that no extrapolation
-    decides. Of the numbers of pieces whose score is worse than the best by less than one standard
-    error of that difference over the folds, the smallest is taken.
+    Scored on the rows left out that the others hold for every number of pieces (region and
+    leverage), so that no extrapolation decides. Of the numbers of pieces whose score is worse than
+    the best by less than one standard error of that difference over the folds, the smallest is
+    taken. Neighbouring lines of one run are no independent witnesses: leave out whole runs, or too
+    many pieces win.
     """
     found = least_squares_splits(Segments(X, y, weight, split_feature, min_rows), max_pieces)
     if len(found) == 1:

@@ -216,13 +216,18 @@ def _of(switched_off: tuple[str, ...], sensors: tuple[Sensor, ...]) -> list[str]
 
 def _force_transfer(campaign, owner, mount, piece, cells, summed):  # TODO: M's module
     channels = tuple(c for cell in cells for c in cell.channels)
-    columns = []
+    smooth = []
     for axis in AXES:
         runs = [r for r in campaign.shaker_runs if (r.mount, r.piece, r.axis) == (mount, piece, axis)]
         if not runs:
             return None
-        columns.append(np.vstack([(r.response.select(channels).values[:, :, 0] @ summed.T) for r in runs]))
-    single = np.stack(columns, 2)
-    matrix = single.mean(0).real
+        column = []
+        for r in runs:
+            y = r.response.select(channels).values[:, :, 0] @ summed.T
+            A = np.vander(r.response.frequency / 100, 3)
+            column.append(A @ np.linalg.lstsq(A, y.real, rcond=None)[0])
+        smooth.append(np.vstack(column))
+    single = np.stack(smooth, 2)
+    matrix = single.mean(0)
     relative = np.linalg.solve(matrix, single)
     return matrix, np.sqrt(np.mean(abs(relative-np.eye(3))**2, 0))

@@ -106,6 +106,8 @@ def _mount(value: CharacterisedMount) -> dict[str, Any]:
         "identity": asdict(value.identity),
         "description": mount.description,
         "transfer_axes": list(mount.transfer_axes),
+        "body_mass [kg]": mount.body_mass,
+        "body_mass_tolerance [kg]": mount.body_mass_tolerance,
         "pieces": [
             {"name": name, "position [m]": [float(x) for x in position]}
             for name, position in zip(mount.pieces, mount.positions, strict=True)
@@ -124,6 +126,8 @@ def _mount_of(entry: Mapping[str, Any]) -> CharacterisedMount:
         pieces=tuple(piece["name"] for piece in entry["pieces"]),
         positions=tuple((x, y, z) for x, y, z in x_y_z),
         transfer_axes=tuple(entry["transfer_axes"]),
+        body_mass=entry["body_mass [kg]"],
+        body_mass_tolerance=entry["body_mass_tolerance [kg]"],
     )
     directions = tuple(_direction_of(identity.mount, item) for item in entry["directions"])
     return CharacterisedMount(identity, mount, directions, entry["quality"])

@@ -57,6 +57,8 @@ def mount_row(value: CharacterisedMount, campaign: CampaignRow) -> MountRow:
         serial=identity.serial,
         description=mount.description,
         transfer_axes=list(mount.transfer_axes),
+        body_mass=mount.body_mass,
+        body_mass_tolerance=mount.body_mass_tolerance,
         quality=dict(value.quality),
         pieces=[
             PieceRow(number=number, name=name, x=float(x), y=float(y), z=float(z))
@@ -76,6 +78,8 @@ def mount_of(row: MountRow) -> CharacterisedMount:
         pieces=tuple(piece.name for piece in row.pieces),
         positions=tuple((piece.x, piece.y, piece.z) for piece in row.pieces),
         transfer_axes=tuple(row.transfer_axes),
+        body_mass=row.body_mass,
+        body_mass_tolerance=row.body_mass_tolerance,
     )
     directions = tuple(_direction_of(mount.name, direction) for direction in row.directions)
     return CharacterisedMount(identity_of(row), mount, directions, row.quality)

@@ -21,6 +21,8 @@ MIGRATIONS: tuple[Callable[[Connection], None], ...] = ()
 
 UNITS = {
     "campaign.engine_order": "1",
+    "mount.body_mass": "kg",
+    "mount.body_mass_tolerance": "kg",
     "piece.x": "m",
     "piece.y": "m",
     "piece.z": "m",
@@ -54,7 +56,7 @@ def current_version() -> int:
 class Npz(TypeDecorator[NamedArrays]):
     """Named arrays as the bytes of an npz file, without pickle."""
 
-    impl = LargeBinary(2**30)
+    impl = LargeBinary
     cache_ok = True
 
     def process_bind_param(self, value: NamedArrays | None, _dialect: Dialect) -> bytes | None:
@@ -75,7 +77,7 @@ class Npz(TypeDecorator[NamedArrays]):
         try:
             with np.load(io.BytesIO(value), allow_pickle=False) as stored:
                 return {name: stored[name] for name in stored.files}
-        except (ValueError, EOFError, zipfile.BadZipFile) as error:
+        except (ValueError, EOFError, RuntimeError, zipfile.BadZipFile) as error:
             raise InputError(
                 f"the library holds damaged arrays ({error}); restore it from a backup"
             ) from None
@@ -84,12 +86,7 @@ class Npz(TypeDecorator[NamedArrays]):
 class Base(DeclarativeBase):
     """All tables of a library."""
 
-    type_annotation_map: ClassVar[dict[Any, Any]] = {
-        dict[str, Any]: JSON,
-        list[Any]: JSON,
-        NamedArrays: Npz,
-        str: String(LONGEST_TEXT),
-    }
+    type_annotation_map: ClassVar[dict[Any, Any]] = {str: String(LONGEST_TEXT)}
 
 
 class VersionRow(Base):
@@ -115,9 +112,9 @@ class CampaignRow(Base):
     id: Mapped[int] = mapped_column(primary_key=True)
     name: Mapped[str] = mapped_column(unique=True)
     engine_order: Mapped[float]
-    runs: Mapped[list[Any]]
-    tolerances: Mapped[dict[str, Any]]
-    inputs_sha256: Mapped[dict[str, Any]]
+    runs: Mapped[list[Any]] = mapped_column(JSON)
+    tolerances: Mapped[dict[str, Any]] = mapped_column(JSON)
+    inputs_sha256: Mapped[dict[str, Any]] = mapped_column(JSON)
 
 
 class MountRow(Base):
@@ -133,8 +130,10 @@ class MountRow(Base):
     supplier: Mapped[str]
     serial: Mapped[str]
     description: Mapped[str]
-    transfer_axes: Mapped[list[Any]]
-    quality: Mapped[dict[str, Any]]
+    transfer_axes: Mapped[list[Any]] = mapped_column(JSON)
+    body_mass: Mapped[float | None]
+    body_mass_tolerance: Mapped[float]
+    quality: Mapped[dict[str, Any]] = mapped_column(JSON)
     campaign: Mapped[CampaignRow] = relationship()
     pieces: Mapped[list[PieceRow]] = relationship(order_by="PieceRow.number", lazy="selectin")
     directions: Mapped[list[DirectionRow]] = relationship(
@@ -183,7 +182,7 @@ class MapRow(Base):
         ForeignKey("deboom_direction.id", ondelete="CASCADE"), primary_key=True
     )
     n_points: Mapped[int]
-    arrays: Mapped[NamedArrays]
+    arrays: Mapped[NamedArrays] = mapped_column(Npz)
 
 
 class SurfaceRow(Base):
@@ -194,12 +193,12 @@ class SurfaceRow(Base):
         ForeignKey("deboom_direction.id", ondelete="CASCADE"), primary_key=True
     )
     model: Mapped[str]
-    variables: Mapped[list[Any]]
-    units: Mapped[list[Any]]
-    lower: Mapped[list[Any]]
-    upper: Mapped[list[Any]]
-    settings: Mapped[dict[str, Any]]
-    arrays: Mapped[NamedArrays]
+    variables: Mapped[list[Any]] = mapped_column(JSON)
+    units: Mapped[list[Any]] = mapped_column(JSON)
+    lower: Mapped[list[Any]] = mapped_column(JSON)
+    upper: Mapped[list[Any]] = mapped_column(JSON)
+    settings: Mapped[dict[str, Any]] = mapped_column(JSON)
+    arrays: Mapped[NamedArrays] = mapped_column(Npz)
 
 
 class StaticCurveRow(Base):
@@ -211,4 +210,4 @@ class StaticCurveRow(Base):
     )
     mount_set: Mapped[str]
     force_uncertainty: Mapped[float]
-    arrays: Mapped[NamedArrays]
+    arrays: Mapped[NamedArrays] = mapped_column(Npz)

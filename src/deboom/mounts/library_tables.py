@@ -45,6 +45,8 @@ def mount_table(mounts: Sequence[CharacterisedMount]) -> pd.DataFrame:
                 **asdict(value.identity),
                 "description": value.mount.description,
                 "transfer_axes": " ".join(value.mount.transfer_axes),
+                "body_mass [kg]": value.mount.body_mass,
+                "body_mass_tolerance [kg]": value.mount.body_mass_tolerance,
                 "piece": piece,
                 "x [m]": x,
                 "y [m]": y,

@@ -20,8 +20,8 @@ from deboom.physics.arrays import ComplexArray
 if TYPE_CHECKING:
     import pandas as pd
 
-Fit = Callable[..., StiffnessModel]
-"""Called with preload, amplitude, frequency and stiffness, as `DynamicStiffnessSurface.fit`."""
+Fit = Callable[[StiffnessSamples], StiffnessModel]
+"""How a model comes out of measured lines."""
 
 PROCESS_LINES = 600
 """Lines that the Gaussian process is fitted to: its effort grows with their cube."""
@@ -29,21 +29,21 @@ PROCESS_LINES = 600
 
 def standard_models() -> dict[str, Fit]:
     """Models worth comparing: cubics in one, two and cross-validated pieces, and alternatives."""
-    surface = DynamicStiffnessSurface.fit
+    fit_surface = DynamicStiffnessSurface.fit
 
-    def cubic(**choice: object) -> Fit:
-        return lambda *lines: surface(*lines, options=PieceOptions(**choice))
+    def cubics(options: PieceOptions) -> Fit:
+        return lambda samples: fit_surface(*samples.lines, options=options, run=samples.run)
 
     return {
-        "one cubic": cubic(pieces=1),
-        "two cubics, threshold": cubic(split="threshold"),
-        "two cubics, least squares": surface,
-        "cubics, cross-validated": cubic(pieces="cv"),
-        "Kelvin-Voigt": KelvinVoigtModel.fit,
-        "Berg": BergModel.fit,
-        "splines": lambda *lines: RegressionModel.fit(*lines, regressor=spline_surface()),
-        "Gaussian process": lambda *lines: RegressionModel.fit(
-            *lines, regressor=gaussian_process(), max_lines=PROCESS_LINES
+        "one cubic": cubics(PieceOptions(pieces=1)),
+        "two cubics, threshold": cubics(PieceOptions(split="threshold")),
+        "two cubics, least squares": cubics(PieceOptions()),
+        "cubics, cross-validated": cubics(PieceOptions(pieces="cv")),
+        "Kelvin-Voigt": lambda samples: KelvinVoigtModel.fit(*samples.lines),
+        "Berg": lambda samples: BergModel.fit(*samples.lines),
+        "splines": lambda samples: RegressionModel.fit(*samples.lines, regressor=spline_surface()),
+        "Gaussian process": lambda samples: RegressionModel.fit(
+            *samples.lines, regressor=gaussian_process(), max_lines=PROCESS_LINES
         ),
     }
 
@@ -61,7 +61,7 @@ def compare_models(
     fits : mapping of str to callable
         Name of each model, and how it is fitted; `standard_models` gives some.
     training : StiffnessSamples
-        Lines to fit.
+        Lines to fit, with the names of their runs where a model is cross-validated.
     check : StiffnessSamples
         Lines to compare with, such as runs held out. Those inside of every model's region count.
     truth : array, shape (n_check,), optional
@@ -82,12 +82,11 @@ def compare_models(
 
     if not fits:
         raise InputError("there are no models to compare")
-    columns = (training.preload, training.amplitude, training.frequency, training.stiffness)
     variables = (check.preload, check.amplitude, check.frequency)
     models, seconds = {}, {}
     for name, fit in fits.items():
         begin = time.perf_counter()
-        models[name] = fit(*columns) if training.weight is None else fit(*columns, training.weight)
+        models[name] = fit(training)
         seconds[name] = time.perf_counter() - begin
     inside = np.all([model.inside(*variables) for model in models.values()], axis=0)
     if not inside.any():

@@ -107,7 +107,8 @@ class PiecewiseCubicRegressor(RegressorMixin, BaseEstimator):
         sample_weight : array, shape (n,), optional
             Inverse to the variance of each row; rows of weight 0 are left out.
         groups : array, shape (n,), optional
-            Rows of one group (one run) are left out together in the cross-validation.
+            Rows of one group (one run) are left out together in the cross-validation; without
+            it, rows count as independent of their neighbours.
 
         Returns
         -------

@@ -74,7 +74,7 @@ class RegressionModel(StiffnessModel):
         preload_unit : str
             ``N`` or ``N m``.
         max_lines : int, optional
-            Only so many lines, evenly picked in their order, where the effort grows with their cube.
+            Only so many lines, evenly picked in their order, where effort grows with their cube.
 
         Returns
         -------

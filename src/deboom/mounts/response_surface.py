@@ -90,7 +90,8 @@ class DynamicStiffnessSurface(StiffnessModel):
         options : PieceOptions
             How many pieces, and where they meet.
         run : array, shape (n,), optional
-            Name of the run of each line; runs are left out as a whole in the cross-validation.
+            Name of the run of each line, for ``PieceOptions(pieces="cv")``: the cross-validation
+            leaves out whole runs.
         reach : float
             How far a line vouches for its surroundings, see `TrainingRegion` [1].
 
@@ -101,11 +102,20 @@ class DynamicStiffnessSurface(StiffnessModel):
         Raises
         ------
         InputError
-            Lines that cannot be fitted: shapes, values that are not finite, too few of them.
+            Lines that cannot be fitted: shapes, values that are not finite, too few of them; or
+            a cross-validation without runs.
         """
-        samples = StiffnessSamples.of_amplitude(preload, amplitude, frequency, stiffness, weights)
+        samples = StiffnessSamples.of_amplitude(
+            preload, amplitude, frequency, stiffness, weights, run
+        )
+        if options.pieces == "cv" and samples.run is None:
+            raise InputError(
+                "the number of pieces is chosen by leaving out whole runs: name each line's run"
+            )
         real, imag = (
-            fit_piecewise_cubic(samples.points, part[:, np.newaxis], samples.weights, options, run)
+            fit_piecewise_cubic(
+                samples.points, part[:, np.newaxis], samples.weights, options, samples.run
+            )
             for part in (samples.stiffness.real, samples.stiffness.imag)
         )
         for part in (real, imag):

@@ -1,4 +1,4 @@
-"""What every model of a mount's operating dynamic stiffness offers, and the samples it is fitted to.
+"""What every model of a mount's operating dynamic stiffness offers, and what it is fitted to.
 
 A model gives the complex stiffness of one direction over preload, displacement amplitude and
 frequency. It knows where it was measured and refuses to speak about anything else.
@@ -35,6 +35,8 @@ class StiffnessSamples:
         Complex dynamic stiffness [N/m].
     weight : array, shape (n,), optional
         Inverse to the variance of each line, 1 if not given [1].
+    run : array of str, shape (n,), optional
+        Name of the run that each line belongs to.
 
     Raises
     ------
@@ -47,6 +49,7 @@ class StiffnessSamples:
     frequency: RealArray
     stiffness: ComplexArray
     weight: RealArray | None = None
+    run: npt.NDArray[np.str_] | None = None
 
     def __post_init__(self) -> None:
         weight = np.ones(np.shape(self.preload)) if self.weight is None else self.weight
@@ -68,6 +71,11 @@ class StiffnessSamples:
                 raise InputError(f"{name} of line {bad[0]} is not finite: leave the line out")
             column.setflags(write=False)
             object.__setattr__(self, name, column)
+        if self.run is not None:
+            runs = np.array(self.run, dtype=np.str_)
+            if runs.shape != self.preload.shape:
+                raise InputError(f"{runs.size} names of runs for {len(self)} lines: one each")
+            object.__setattr__(self, "run", runs)
         if not len(self):
             raise InputError("there are no lines to fit a dynamic stiffness to")
         if np.any(columns["frequency"] <= 0):
@@ -83,6 +91,7 @@ class StiffnessSamples:
         frequency: npt.ArrayLike,
         stiffness: npt.ArrayLike,
         weights: npt.ArrayLike | None = None,
+        run: npt.ArrayLike | None = None,
     ) -> StiffnessSamples:
         """Build samples whose displacement has no phase, out of its `amplitude` (n,) [m].
 
@@ -100,6 +109,7 @@ class StiffnessSamples:
             np.asarray(frequency, dtype=float),
             np.asarray(stiffness, dtype=complex),
             None if weights is None else np.asarray(weights, dtype=float),
+            None if run is None else np.asarray(run, dtype=np.str_),
         )
 
     def __len__(self) -> int:
@@ -119,6 +129,11 @@ class StiffnessSamples:
     def points(self) -> RealArray:
         """Preload, amplitude and frequency, shape (n, 3)."""
         return np.column_stack([self.preload, self.amplitude, self.frequency])
+
+    @property
+    def lines(self) -> tuple[RealArray, RealArray, RealArray, ComplexArray, RealArray]:
+        """Preload, amplitude, frequency, stiffness and weight, as models are fitted to them."""
+        return self.preload, self.amplitude, self.frequency, self.stiffness, self.weights
 
     @property
     def weights(self) -> RealArray:

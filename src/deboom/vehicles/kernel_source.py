@@ -14,7 +14,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
-LANES = {"prescribed": 128, "coupled": 64}
+LANES = {"prescribed": 256, "coupled": 64}
 """Designs side by side: the buffers of the loops stay in the first-level cache."""
 
 N = 6
@@ -63,7 +63,7 @@ class CoupledPattern:
 
 
 def prescribed_source(n_variables: int) -> str:
-    """Source of ``lines(x, table, first, last, product)``: multiplies ``|p|²`` of some lines.
+    """Source of ``lines``, which multiplies ``|p|²`` of some lines of one vehicle.
 
     A row of the table holds the real, then the imaginary parts of the contributions of a line.
     """
@@ -72,14 +72,16 @@ def prescribed_source(n_variables: int) -> str:
     return "\n".join(
         [
             "@jit",
-            "def lines(x, table, first, last, product):",
-            "    for line in range(first, last):",
-            *(f"        c{k} = table[line, {k}]" for k in range(2 * n_variables)),
-            "        for lane in range(LANES):",
-            *(f"            x{k} = x[{k} * LANES + lane]" for k in range(n_variables)),
-            f"            re = {real}",
-            f"            im = {imaginary}",
-            "            product[lane] *= re * re + im * im",
+            "def lines(x, table, first, last, group, product, total, low, high, one):",
+            "    for start in range(first, last, group):",
+            "        for line in range(start, min(start + group, last)):",
+            *(f"            c{k} = table[line, {k}]" for k in range(2 * n_variables)),
+            "            for lane in range(LANES):",
+            *(f"                x{k} = x[{k} * LANES + lane]" for k in range(n_variables)),
+            f"                re = {real}",
+            f"                im = {imaginary}",
+            "                product[lane] *= re * re + im * im",
+            "        settle(product, total, low, high, one)",
             "",
         ]
     )

@@ -1,0 +1,232 @@
+"""A run that is killed goes on, by the same door, and ends with the same files."""
+
+import json
+import re
+import shutil
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+from deboom.cli import app
+from deboom.errors import InputError
+from deboom.files import run_lock
+from deboom.files.checkpoint import read_evaluations
+from deboom.study import runner
+from deboom.study.runner import load_study, resume_study, run_study
+
+STUDY = Path(__file__).parents[2] / "benchmarks" / "quad2_front.py"
+BUDGET = {"seed": 2, "generations": 12, "population": 20}
+
+KILLED_AT = f"""
+import os, signal, sys
+from pathlib import Path
+from deboom.explore import problems
+from deboom.study.runner import load_study, run_study
+
+def killed(*_, **__):
+    os.kill(os.getpid(), signal.SIGKILL)
+
+def search(*arguments, progress, **options):
+    def told(number, total, text):
+        if number == until:
+            killed()
+    return problems.nsga2(*arguments, progress=told, **options)
+
+script, out, until, note = sys.argv[1], Path(sys.argv[2]), int(sys.argv[3]), Path(sys.argv[4])
+study = load_study(Path(script))
+study.main.__globals__["nsga2"] = killed if until == 0 else search
+run_study(study, out, {BUDGET} | {{"note": note}})
+"""
+
+
+@pytest.fixture
+def cli():
+    """Call the command line in this process; returns exit code, standard output and error."""
+    return lambda *words: CliRunner().invoke(app, [str(word) for word in words])
+
+
+@pytest.fixture(scope="module")
+def study():
+    return load_study(STUDY)
+
+
+@pytest.fixture
+def note(tmp_path):
+    """Make a file that counts as an input."""
+    path = tmp_path / "note.txt"
+    path.write_text("as measured")
+    return path
+
+
+def interrupted(monkeypatch, study, out, note, until=6):
+    """Leave a run that ended after some generations, without the cost of a process."""
+    search = study.main.__globals__["nsga2"]
+
+    def stopped(*arguments, progress, **options):
+        def told(number, total, text):
+            if number == until:
+                raise KeyboardInterrupt
+
+        return search(*arguments, progress=told, **options)
+
+    with monkeypatch.context() as patch:
+        patch.setitem(study.main.__globals__, "nsga2", stopped)
+        with pytest.raises(KeyboardInterrupt):
+            run_study(study, out, {**BUDGET, "note": note})
+    (folder,) = (out / "quad2_front").iterdir()
+    assert folder.name.endswith(".unfinished")
+    return folder
+
+
+@pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="there is no kill -9 on this system")
+@pytest.mark.parametrize("until", [0, 3, 7, 12])
+def test_after_kill_9_the_run_goes_on_to_the_identical_front(study, tmp_path, note, until):
+    """Killed before its search, its first state, between two states, and after its search."""
+    out = tmp_path / "results"
+    command = [sys.executable, "-c", KILLED_AT, STUDY, out, str(until), note]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=120)
+    assert done.returncode == -signal.SIGKILL, done.stderr
+    (folder,) = (out / "quad2_front").iterdir()
+    assert (folder / "search" / "state.npz").exists() == (until >= 5)
+    finished = resume_study(study, out, folder.name, {})
+    assert finished == folder.with_name(folder.name.removesuffix(".unfinished"))
+    assert not folder.exists()
+    whole = run_study(study, tmp_path / "whole", {**BUDGET, "note": note})
+    files = sorted(path.relative_to(whole) for path in whole.rglob("*") if path.is_file())
+    assert files == sorted(p.relative_to(finished) for p in finished.rglob("*") if p.is_file())
+    for name in files:
+        if name.name not in ("run.json", "report.html", "state.npz"):  # these hold times
+            assert (finished / name).read_bytes() == (whole / name).read_bytes(), name
+    assert len(read_evaluations(finished / "search")["designs"]) == 240
+
+
+def test_a_finished_run_prints_its_folder(study, cli, tmp_path):
+    finished = run_study(study, tmp_path, BUDGET)
+    before = sorted(tmp_path.rglob("*"))
+    for wanted in (finished, finished.name, f"{finished.name}.unfinished"):
+        done = cli("run", STUDY, "--out", tmp_path, "--resume", wanted)
+        assert (done.exit_code, done.stdout.strip()) == (0, finished.as_posix())
+    assert sorted(tmp_path.rglob("*")) == before
+
+
+def test_list_shows_finished_running_and_unfinished_runs(study, cli, tmp_path, note, monkeypatch):
+    out = tmp_path / "results"
+    assert "no such folder" in cli("list", out).stderr
+    folder = interrupted(monkeypatch, study, out, note)
+    finished = run_study(study, out, BUDGET)
+    shown = cli("list", out)
+    assert shown.exit_code == 0
+    assert f"unfinished  quad2_front  {folder.as_posix()}" in shown.stdout
+    assert re.search(rf"finished +quad2_front  {finished.as_posix()}\n", shown.stdout)
+    with run_lock.held(folder):
+        assert f"running     quad2_front  {folder.as_posix()}" in cli("list", out).stdout
+        with pytest.raises(InputError, match="is being worked on by another process"):
+            resume_study(study, out, folder.name, {})
+    assert resume_study(study, out, str(folder), {}).is_dir()
+    assert "unfinished" not in cli("list", out).stdout
+
+
+def refused(cli, folder, *words, options=()):
+    """One sentence that names what differs; the run stays as it is."""
+    before = {p: p.read_bytes() for p in folder.rglob("*") if p.is_file() and p.name != ".lock"}
+    result = cli("run", STUDY, "--out", folder.parents[1], "--resume", folder.name, *options)
+    assert result.exit_code == 2, result.output
+    assert len(result.stderr.strip().splitlines()) == 1, result.stderr
+    for word in words:
+        assert word in result.stderr
+    after = {p: p.read_bytes() for p in folder.rglob("*") if p.is_file() and p.name != ".lock"}
+    assert after == before
+
+
+def test_another_option_input_version_or_text_is_refused_by_name(
+    study, cli, tmp_path, note, monkeypatch
+):
+    folder = interrupted(monkeypatch, study, tmp_path / "results", note)
+    refused(cli, folder, "--generations 12, not 13", options=["--generations", "13"])
+    refused(cli, folder, "--seed 2, not 3", options=["--seed", "3"])
+    note.write_text("measured again")
+    refused(cli, folder, "note.txt has changed")
+    note.write_text("as measured")
+
+    environment = runner.environment_record
+    for name, change in (
+        ("numpy", lambda r: r["packages"].update(numpy="1.0")),
+        ("deboom", lambda r: r["packages"].update(deboom="9.9")),
+        ("Python", lambda r: r.update(python="3.1")),
+        ("deboom revision", lambda r: r.update(git={"revision": "abc", "dirty": False})),
+    ):
+
+        def other(packages, change=change):
+            record = environment(packages)
+            change(record)
+            return record
+
+        with monkeypatch.context() as patch:
+            patch.setattr(runner, "environment_record", other)
+            refused(cli, folder, f"was started with {name} ")
+
+    record = json.loads((folder / "run.json").read_text())
+    (folder / "run.json").write_text(json.dumps({**record, "study_text": "another"}))
+    refused(cli, folder, "another text of the study quad2_front")
+    (folder / "run.json").write_text(json.dumps({**record, "study": "other"}))
+    refused(cli, folder, "belongs to the study other")
+    (folder / "run.json").write_text(json.dumps({**record, "arguments": {"seed": 2, "old": 1}}))
+    refused(cli, folder, "options that this study does not take")
+    (folder / "run.json").write_text("{")
+    refused(cli, folder, "run.json cannot be read")
+
+
+def test_a_run_that_is_not_there(cli, tmp_path):
+    result = cli("run", STUDY, "--out", tmp_path, "--resume", "2026-11-21_104530_seed1")
+    assert result.exit_code == 2
+    assert "there is none in" in result.stderr
+
+
+def test_options_that_change_nothing_may_change(study, tmp_path, note, monkeypatch):
+    """The run keeps its own options; who computes may be another."""
+    folder = interrupted(monkeypatch, study, tmp_path / "results", note)
+    given = {"workers": 2, "seed": 2}
+    finished = resume_study(study, tmp_path / "results", folder.name, given)
+    record = json.loads((finished / "run.json").read_text())
+    assert record["arguments"]["workers"] == 2
+    assert record["arguments"]["generations"] == 12
+    whole = run_study(study, tmp_path / "whole", {**BUDGET, "note": note})
+    assert (finished / "front.csv").read_bytes() == (whole / "front.csv").read_bytes()
+
+
+def test_half_written_files_of_a_killed_process_go(study, tmp_path, note, monkeypatch):
+    folder = interrupted(monkeypatch, study, tmp_path / "results", note)
+    scratch = folder / "search" / ".write-abc"
+    scratch.mkdir()
+    (scratch / "state.npz").write_bytes(b"PK")
+    finished = resume_study(study, tmp_path / "results", folder.name, {})
+    assert not [path for path in finished.rglob("*") if path.name.startswith(".")]
+
+
+def test_bad_input_after_evaluations_keeps_them(study, tmp_path, note, monkeypatch):
+    folder = interrupted(monkeypatch, study, tmp_path / "results", note)
+    shutil.rmtree(folder)
+    search = study.main.__globals__["nsga2"]
+
+    def loses_its_cluster(*arguments, progress, **options):
+        def told(number, total, text):
+            if number == 3:
+                raise InputError("the cluster is gone")
+
+        return search(*arguments, progress=told, **options)
+
+    monkeypatch.setitem(study.main.__globals__, "nsga2", loses_its_cluster)
+    with pytest.raises(InputError, match="the cluster is gone"):
+        run_study(study, tmp_path / "results", {**BUDGET, "note": note})
+    (folder,) = (tmp_path / "results" / "quad2_front").iterdir()
+    assert len(list((folder / "search" / "evaluations").iterdir())) == 3
+
+
+def test_the_context_is_no_option(cli):
+    text = cli("run", STUDY, "--help").output
+    assert "--resume" in text
+    assert "--run" not in text.replace("--resume", "")

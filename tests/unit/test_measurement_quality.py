@@ -1,0 +1,212 @@
+"""The quality report: order, limits, culprits, what is not checked, and bad input in words."""
+
+import numpy as np
+import pytest
+
+from deboom.errors import InputError
+from deboom.measurement.channel_geometry import impact_geometry, sensor_geometry
+from deboom.measurement.channels import Frf, Spectrum
+from deboom.measurement.coherence import likeness, repeat_coherence
+from deboom.measurement.consistency import geometric_consistency, response_consistency
+from deboom.measurement.culprit import culprit_of_responses
+from deboom.measurement.fault_fits import Fault
+from deboom.measurement.leave_one_out import motion_states
+from deboom.measurement.passivity import passivity
+from deboom.measurement.quality import quality_in_operation, quality_of_frf, quality_of_sheet
+from deboom.measurement.quality_check import QualityLimits, quality_table
+from deboom.measurement.reciprocity import reciprocity
+from deboom.measurement.virtual_point import virtual_point
+from deboom.physics.frf import FrfForm
+from hammer_test import EXACT, InjectedFault, draw_hammer_test, measure
+
+ORDER = [
+    "conditioning",
+    "redundancy",
+    "coherence",
+    "geometric consistency",
+    "specific consistency",
+    "overall consistency",
+    "reciprocity",
+    "passivity",
+    "leave-one-out",
+]
+
+
+@pytest.fixture(scope="module")
+def hammer():
+    generator = np.random.default_rng(21)
+    test = draw_hammer_test(generator)
+    response = virtual_point(sensor_geometry(test.sensors))
+    return test, response, virtual_point(impact_geometry(test.impacts)), generator
+
+
+def reversed_channel(test, generator):
+    fault = InjectedFault(Fault.SIGN, "A2", ("A2 y",), np.zeros(3))
+    return measure(test, generator, fault=fault)
+
+
+def by_name(checks):
+    return {check.name.split(",")[0].split(" (")[0]: check for check in checks}
+
+
+def report(hammer, measured, **options):
+    _, response, excitation, _ = hammer
+    return quality_of_frf(
+        response, excitation, measured, FrfForm.INERTANCE, tolerances=EXACT, **options
+    )
+
+
+def test_a_good_measurement_keeps_all_limits_in_the_stated_order(hammer):
+    test, _, _, generator = hammer
+    measured = measure(test, generator)
+    checks = report(hammer, measured, repeats=(measure(test, generator),))
+    assert [check.passed for check in checks] == [True] * len(checks)
+    ranks = [next(k for k, word in enumerate(ORDER) if c.name.startswith(word)) for c in checks]
+    assert sorted(set(ranks)) == list(range(len(ORDER)))
+    firsts = [ranks.index(rank) for rank in range(len(ORDER))]
+    assert firsts == sorted(firsts)
+    assert all(check.culprit for check in checks)
+
+
+def test_a_reversed_channel_is_flagged_and_named(hammer):
+    test, _, _, generator = hammer
+    checks = by_name(report(hammer, reversed_channel(test, generator)))
+    for name in ("geometric consistency", "specific consistency of sensors"):
+        assert checks[name].passed is False
+        assert checks[name].culprit == "A2 y"
+    assert checks["passivity"].passed is False
+    named = checks["leave-one-out of sensors"]
+    assert named.passed is False
+    assert named.culprit.startswith("A2 y: reversed sign")
+    assert checks["leave-one-out of impacts"].passed is True
+    assert checks["conditioning of sensors"].passed is True
+
+
+def test_limits_are_the_users(hammer):
+    test, _, _, generator = hammer
+    strict = QualityLimits(condition_number=1.0, specific_consistency=0.9999999, reciprocity=1.0)
+    checks = by_name(report(hammer, measure(test, generator), limits=strict))
+    failed = {name for name, check in checks.items() if check.passed is False}
+    assert failed == {
+        "conditioning of sensors",
+        "conditioning of impacts",
+        "specific consistency of sensors",
+        "specific consistency of impacts",
+        "reciprocity",
+    }
+
+
+def test_operation_lists_what_it_cannot_check(hammer):
+    test, response, _, generator = hammer
+    push = measure(test, generator).select(inputs=["I01"])
+    run = Spectrum(push.frequency, push.values[:, :, 0], push.outputs, "m/s^2")
+    checks = by_name(quality_in_operation(response, run, tolerances=EXACT))
+    unchecked = {name: c.culprit for name, c in checks.items() if c.passed is None}
+    assert unchecked == {
+        "coherence of repeats": "needs the same measurement twice",
+        "reciprocity": "needs frequency response functions",
+        "passivity": "needs frequency response functions",
+    }
+    noisy = Spectrum(run.frequency, 1.1 * run.values, run.channels, run.unit)
+    with_repeat = by_name(quality_in_operation(response, run, repeats=(noisy,)))
+    # |1 + 1.1|² / 2 (1 + 1.1²)
+    assert with_repeat["coherence of repeats"].number == pytest.approx(4.41 / 4.42, rel=1e-6)
+
+
+def test_points_apart_have_no_driving_point(hammer):
+    test, response, _, generator = hammer
+    elsewhere = virtual_point(impact_geometry(test.impacts, (0.1, 0.0, 0.0)))
+    checks = quality_of_frf(response, elsewhere, measure(test, generator), FrfForm.INERTANCE)
+    assert [c.passed for c in checks if c.name in ("reciprocity", "passivity")] == [None, None]
+
+
+def test_a_poor_sheet_is_reported_before_measuring(hammer):
+    two = sensor_geometry(hammer[0].sensors[:2])
+    conditioning, redundancy = quality_of_sheet(two)
+    assert conditioning.number == np.inf
+    assert conditioning.passed is False
+    assert conditioning.culprit.startswith("rotation about the axis")
+    assert "mm" in conditioning.name
+    assert redundancy.passed is False or redundancy.number > 0
+
+
+def test_the_table_has_a_row_per_check(hammer):
+    test, _, _, generator = hammer
+    checks = report(hammer, reversed_channel(test, generator))
+    table = quality_table(checks)
+    assert [row["check"] for row in table] == [check.name for check in checks]
+    assert set(table[0]) == {"check", "number [1]", "limit", "verdict", "worst"}
+    verdicts = {row["check"]: row["verdict"] for row in table}
+    assert verdicts["coherence of repeats"] == "not checked"
+    assert verdicts["geometric consistency (error)"] == "look here"
+    limits = {row["check"]: row["limit"] for row in table}
+    assert limits["geometric consistency (error)"] == "≤ 0.02"
+    assert limits["specific consistency of sensors"] == "≥ 0.75"
+    assert limits["coherence of repeats"] == ""
+
+
+def test_silence_is_refused(hammer):
+    _, response, _, _ = hammer
+    silent = Spectrum([1.0, 2.0], np.zeros((2, 18)), response.channels, "m/s^2")
+    for look in (geometric_consistency, response_consistency):
+        with pytest.raises(InputError, match="no channel shows any signal"):
+            look(response, silent)
+    with pytest.raises(InputError, match="nothing can be said about a culprit"):
+        culprit_of_responses(response, silent, EXACT)
+
+
+def test_a_line_of_silence_is_named(hammer):
+    _, response, _, _ = hammer
+    values = np.ones((3, 18))
+    values[1] = 0.0
+    spectrum = Spectrum([10.0, 11.5, 13.0], values, response.channels, "m/s^2")
+    with pytest.raises(InputError, match=r"at 11\.5 Hz"):
+        response_consistency(response, spectrum)
+
+
+@pytest.mark.parametrize(
+    ("call", "words"),
+    [
+        (lambda: likeness([1.0], [1.0, 2.0]), r"shapes \(1,\) and \(2,\) differ"),
+        (lambda: repeat_coherence([[1.0]]), "at least two repeats"),
+        (lambda: repeat_coherence([[1.0], [1.0, 2.0]]), "have one shape"),
+        (lambda: reciprocity(frf(2, 3)), "as many inputs as outputs"),
+        (lambda: reciprocity(frf(2, 2, zero=True)), "driving point function of o1 is 0"),
+        (lambda: passivity(frf(2, 3), FrfForm.INERTANCE, 1.0), "as many inputs as outputs"),
+        (lambda: passivity(frf(2, 2), FrfForm.INERTANCE, 0.0), "is positive, not 0.0 m"),
+        (
+            lambda: passivity(frf(2, 2, zero=True), FrfForm.INERTANCE, 1.0),
+            "driving point function of o1 is 0",
+        ),
+    ],
+)
+def test_bad_input_is_refused_in_words(call, words):
+    with pytest.raises(InputError, match=words):
+        call()
+
+
+def frf(n_output, n_input, *, zero=False):
+    values = np.ones((2, n_output, n_input), dtype=complex)
+    if zero:
+        values[1, 1, 1] = 0.0
+    outputs = tuple(f"o{k}" for k in range(n_output))
+    return Frf([1.0, 2.0], values, outputs, tuple(f"i{k}" for k in range(n_input)), "m/s^2/N")
+
+
+def test_small_pairs_are_not_accused():
+    values = np.tile(np.diag([1.0, 2.0]).astype(complex), (3, 1, 1))
+    values[:, 0, 1], values[:, 1, 0] = 0.01, -0.01
+    small = reciprocity(Frf([1.0, 2.0, 3.0], values, ("x", "y"), ("fx", "fy"), "m/N"))
+    assert small.worst() == ("", 1.0)
+    assert small.worst(smallest=0.0) == ("x–y", 0.0)
+
+
+def test_channels_and_lines_must_agree(hammer):
+    _, response, _, _ = hammer
+    with pytest.raises(InputError, match="18 channels need lines of shape"):
+        motion_states(response.geometry, np.ones((4, 17)))
+
+
+def test_silent_repeats_agree():
+    assert repeat_coherence([[0.0, 1.0], [0.0, 1.0]]) == pytest.approx([1.0, 1.0])
+    assert likeness([0.0], [0.0]) == pytest.approx([1.0])

@@ -1,0 +1,214 @@
+"""Virtual point transformation against rigid bodies whose motion and load are known exactly."""
+
+import numpy as np
+import pytest
+from scipy.optimize import lsq_linear
+
+from deboom.measurement.channel_geometry import impact_geometry, sensor_geometry
+from deboom.measurement.channels import Spectrum
+from deboom.measurement.consistency import (
+    excitation_consistency,
+    geometric_consistency,
+    response_consistency,
+)
+from deboom.measurement.passivity import passivity
+from deboom.measurement.reciprocity import reciprocity
+from deboom.measurement.sensors import Sensor, SensorKind
+from deboom.measurement.virtual_point import (
+    load_at_point,
+    motion_at_mounts,
+    motion_at_point,
+    virtual_point,
+    virtual_point_frf,
+)
+from deboom.physics.frf import FrfForm
+from deboom.physics.rigid_body import shift_matrix
+from hammer_test import draw_hammer_test, measure
+
+SEEDS = (1, 2, 3)
+
+
+@pytest.fixture(scope="module", params=SEEDS)
+def perfect(request):
+    """Hammer test without noise, and random weights of three orders of magnitude."""
+    generator = np.random.default_rng(request.param)
+    test = draw_hammer_test(generator)
+    weights = dict(
+        zip(
+            [c for s in test.sensors for c in s.channels] + [i.name for i in test.impacts],
+            10 ** generator.uniform(-1.5, 1.5, 36),
+            strict=True,
+        )
+    )
+    return test, measure(test, generator, noise=0.0), weights
+
+
+def points(test, weights, position=(0.0, 0.0, 0.0)):
+    channels = [c for s in test.sensors for c in s.channels]
+    return (
+        virtual_point(
+            sensor_geometry(test.sensors, position, weights={c: weights[c] for c in channels})
+        ),
+        virtual_point(
+            impact_geometry(
+                test.impacts, position, weights={i.name: weights[i.name] for i in test.impacts}
+            )
+        ),
+    )
+
+
+def body_motion(generator, n=7):
+    return generator.normal(size=(n, 6)) + 1j * generator.normal(size=(n, 6))
+
+
+def readings(sensors, motion):
+    """By the cross product: a sensor shows its own components of a + α × r."""
+    here = [motion[:, :3] + np.cross(motion[:, 3:], s.position) for s in sensors]
+    return np.hstack([a @ s.orientation for a, s in zip(here, sensors, strict=True)])
+
+
+def spectrum(sensors, values, unit="m/s^2"):
+    names = tuple(c for s in sensors for c in s.channels)
+    return Spectrum(np.arange(20.0, 20.0 + len(values)), values, names, unit)
+
+
+def relative_error(found, truth):
+    return np.max(np.abs(found - truth)) / np.max(np.abs(truth))
+
+
+def test_the_rigid_body_comes_back_from_both_sides(perfect):
+    test, measured, weights = perfect
+    response, excitation = points(test, weights)
+    found = virtual_point_frf(measured, response=response, excitation=excitation)
+    assert relative_error(found.values, test.inertance) < 1e-12
+    assert found.outputs == ("x", "y", "z", "rx", "ry", "rz")
+    assert found.inputs == ("fx", "fy", "fz", "mx", "my", "mz")
+
+
+def test_any_point_of_the_body_can_be_the_virtual_point(perfect):
+    test, measured, weights = perfect
+    position = np.array([0.3, -0.2, 0.15])
+    response, excitation = points(test, weights, position)
+    found = virtual_point_frf(measured, response=response, excitation=excitation)
+    # motion of the point P: δ_P = χ(O − P) δ_O, loads with the transpose
+    chi = shift_matrix(-position)
+    assert relative_error(found.values, chi @ test.inertance @ chi.T) < 1e-11
+
+
+def test_one_side_alone_then_the_other_is_both_at_once(perfect):
+    test, measured, weights = perfect
+    response, excitation = points(test, weights)
+    both = virtual_point_frf(measured, response=response, excitation=excitation)
+    responses_first = virtual_point_frf(measured, response=response)
+    assert responses_first.inputs == measured.inputs
+    in_turn = virtual_point_frf(responses_first, excitation=excitation)
+    forces_first = virtual_point_frf(measured, excitation=excitation)
+    assert forces_first.outputs == measured.outputs
+    assert relative_error(in_turn.values, both.values) < 1e-12
+    assert (
+        relative_error(virtual_point_frf(forces_first, response=response).values, both.values)
+        < 1e-12
+    )
+
+
+def test_perfect_data_have_perfect_quality_whatever_the_weights(perfect):
+    test, measured, weights = perfect
+    response, excitation = points(test, weights)
+    assert max(geometric_consistency(response, measured).values()) < 1e-14
+    for found in (
+        response_consistency(response, measured),
+        excitation_consistency(excitation, measured),
+    ):
+        assert found.overall == pytest.approx(np.ones(measured.frequency.size), abs=1e-12)
+        assert found.specific == pytest.approx(np.ones((measured.frequency.size, 18)), abs=1e-12)
+    at_point = virtual_point_frf(measured, response=response, excitation=excitation)
+    assert reciprocity(at_point).likeness == pytest.approx(np.ones((6, 6)), abs=1e-9)
+    power = passivity(at_point, FrfForm.INERTANCE, 0.1)
+    assert power.active_share == 0.0
+    assert power.margin.min() > 0  # 15 % loss in every mount
+
+
+def test_weighted_least_squares_is_the_least_of_all_sums():
+    generator = np.random.default_rng(4)
+    test = draw_hammer_test(generator, n_sensor=4)
+    values = generator.normal(size=(1, 12)) + 1j * generator.normal(size=(1, 12))
+    channels = [c for s in test.sensors for c in s.channels]
+    weights = dict(zip(channels, 10 ** generator.uniform(-1, 1, 12), strict=True))
+    point = virtual_point(sensor_geometry(test.sensors, weights=weights))
+    found = motion_at_point(point, spectrum(test.sensors, values)).values[0]
+    root = np.sqrt(list(weights.values()))
+    system = root[:, np.newaxis] * point.forward
+    for part in (np.real, np.imag):
+        # an iterative solver of bounded problems, without any bounds
+        best = lsq_linear(system, root * part(values[0]), tol=1e-14)
+        assert part(found) == pytest.approx(best.x, rel=1e-7, abs=1e-9)
+    normal = np.linalg.solve(system.T @ system, system.T @ (root * values[0]))
+    assert found == pytest.approx(normal, rel=1e-10)
+
+
+def test_weights_follow_the_quieter_sensor():
+    generator = np.random.default_rng(5)
+    test = draw_hammer_test(generator)
+    motion = body_motion(generator, 400)
+    quiet, loud = 0.01, 1.0
+    deviation = np.where(np.arange(18) < 12, quiet, loud)
+    noise = generator.normal(size=(2, 400, 18))
+    noisy = readings(test.sensors, motion) + deviation * (noise[0] + 1j * noise[1])
+    names = [c for s in test.sensors for c in s.channels]
+    weights = {name: 1 / sd**2 for name, sd in zip(names, deviation, strict=True)}
+    errors = {}
+    for label, chosen in (("equal", {}), ("weighted", weights)):
+        point = virtual_point(sensor_geometry(test.sensors, weights=chosen))
+        found = motion_at_point(point, spectrum(test.sensors, noisy)).values
+        errors[label] = np.sqrt(np.mean(np.abs(found - motion) ** 2, axis=0) / 2)
+        promised = point.conditioning.noise_gain
+        if label == "weighted":
+            assert errors[label] == pytest.approx(promised, rel=0.1)
+    assert np.all(errors["weighted"] < errors["equal"] / 5)
+
+
+def test_mounts_move_as_the_body_does():
+    generator = np.random.default_rng(6)
+    test = draw_hammer_test(generator)
+    motion = body_motion(generator)
+    point = virtual_point(sensor_geometry(test.sensors, (0.1, 0.2, -0.3)))
+    mounts = {"EnM": (0.05, 0.43, 0.2), "Du left": (0.2, -0.06, -0.27)}
+    found = motion_at_mounts(point, spectrum(test.sensors, readings(test.sensors, motion)), mounts)
+    assert found.channels == (
+        *("EnM x", "EnM y", "EnM z"),
+        *("Du left x", "Du left y", "Du left z"),
+    )
+    truth = np.hstack([motion[:, :3] + np.cross(motion[:, 3:], r) for r in mounts.values()])
+    assert found.values == pytest.approx(truth, rel=1e-11)
+
+
+def test_flexible_modes_come_back_beside_the_rigid_motions():
+    generator = np.random.default_rng(7)
+    test = draw_hammer_test(generator)
+    motion = body_motion(generator)
+    shapes = {"bending": generator.normal(size=18), "torsion": generator.normal(size=18)}
+    amplitude = generator.normal(size=(7, 2)) + 1j * generator.normal(size=(7, 2))
+    shown = readings(test.sensors, motion) + amplitude @ np.array(list(shapes.values()))
+    measured = spectrum(test.sensors, shown)
+    point = virtual_point(sensor_geometry(test.sensors, flexible_modes=shapes))
+    found = motion_at_point(point, measured)
+    assert found.channels[6:] == ("bending", "torsion")
+    assert found.values == pytest.approx(np.hstack([motion, amplitude]), rel=1e-10)
+    assert max(geometric_consistency(point, measured).values()) < 1e-13
+    rigid = virtual_point(sensor_geometry(test.sensors))
+    assert max(geometric_consistency(rigid, measured).values()) > 0.02
+
+
+def test_cells_add_up_to_the_load_that_they_carry():
+    generator = np.random.default_rng(8)
+    sensors = [
+        Sensor(s.name, SensorKind.FORCE_CELL, "", "", "", s.position, s.orientation)
+        for s in draw_hammer_test(generator, n_sensor=3).sensors
+    ]
+    force = generator.normal(size=(5, 3, 3)) + 1j * generator.normal(size=(5, 3, 3))
+    shown = np.hstack([force[:, k] @ s.orientation for k, s in enumerate(sensors)])
+    point = np.array([0.1, -0.2, 0.3])
+    found = load_at_point(sensors, spectrum(sensors, shown, "N"), point)
+    arms = np.array([s.position - point for s in sensors])
+    assert found.values[:, :3] == pytest.approx(force.sum(axis=1), rel=1e-12)
+    assert found.values[:, 3:] == pytest.approx(np.cross(arms, force).sum(axis=1), rel=1e-12)

@@ -191,7 +191,7 @@ def test_cross_validation_over_runs_finds_the_number_of_pieces():
     by_run = PiecewiseCubicRegressor(pieces="cv").fit(X, y, groups=run)
     by_line = PiecewiseCubicRegressor(pieces="cv").fit(X, y)
     assert by_run.n_pieces_ == 3
-    assert by_line.n_pieces_ >= by_run.n_pieces_
+    assert by_line.n_pieces_ > 3
     np.testing.assert_allclose(by_run.split_points_, [0.3, 0.6], atol=0.1)
 
 

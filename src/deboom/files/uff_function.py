@@ -6,12 +6,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
-import numpy.typing as npt
 
 from deboom.errors import InputError
-
-RealArray = npt.NDArray[np.float64]
-ComplexArray = npt.NDArray[np.complex128]
+from deboom.physics.arrays import ComplexArray, RealArray
 
 DIRECTIONS: dict[int, str] = {0: "scalar"} | {
     sign * (axis + 1): f"{'+' if sign > 0 else '-'}{name}"

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from types import MappingProxyType
 
 import numpy as np
@@ -104,12 +105,14 @@ class ChannelGeometry:
         """Names of the forces, moments and generalised forces that belong to `motions`."""
         return (*RIGID_LOADS, *self.mode_names)
 
-    @property
+    @cached_property
     def forward(self) -> RealArray:
         """Motion at the virtual point → channels, shape (n, 6 + number of modes) [1, m, …]."""
         of_points = forward_matrices(self.levers).reshape(-1, 3, 6)
         rigid = np.einsum("ca,cab->cb", self.directions, of_points)
-        return np.hstack([rigid, self.mode_shapes])
+        forward = np.hstack([rigid, self.mode_shapes])
+        forward.setflags(write=False)
+        return forward
 
     def rows_of(self, owner: str) -> npt.NDArray[np.intp]:
         """Return the indices of the channels of one sensor or impact."""

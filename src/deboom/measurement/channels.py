@@ -10,9 +10,8 @@ import numpy as np
 import numpy.typing as npt
 
 from deboom.errors import InputError
+from deboom.physics.arrays import ComplexArray, RealArray
 
-RealArray = npt.NDArray[np.float64]
-ComplexArray = npt.NDArray[np.complex128]
 _T = TypeVar("_T", bound=np.generic)
 
 

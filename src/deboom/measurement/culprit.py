@@ -158,9 +158,9 @@ def find_culprit(
 
     Notes
     -----
-    The consistency of a channel does not point at the culprit: least squares spreads a fault over
-    its neighbours. Without the faulty sensor the rest agrees to its noise. A sensor is named if
-    (1) leaving it out removes a good part of the disagreement, and (2) it contradicts what the
+    The least consistent channel need not be the culprit: least squares spreads a fault over its
+    neighbours. Without the faulty sensor, however, the rest agrees to its noise. A sensor is named
+    if (1) leaving it out removes a good part of the disagreement, and (2) it contradicts what the
     rest implies by more than the tolerances of all sensors together allow. Of all faults that
     explain the contradiction equally well the simplest is reported. With three triaxial sensors
     nothing can be left out but single channels; then only a reversed or dead channel is named.

@@ -106,7 +106,7 @@ def _factors(geometry: ChannelGeometry, row: int, fitted: float) -> Iterator[Fau
         (Fault.DEAD, 0.0, 1),
         (Fault.GAIN, fitted, FITTED),
     ):
-        forward = geometry.forward
+        forward = geometry.forward.copy()
         forward[row] *= factor
         yield FaultFit(fault, (geometry.channels[row],), detail, forward, complexity)
 
@@ -118,7 +118,7 @@ def _axes(geometry: ChannelGeometry, rows: npt.NDArray[np.intp]) -> Iterator[Fau
         changed = [axis for axis in range(3) if (order[axis], signs[axis]) != (axis, 1)]
         if len(changed) < 2:
             continue
-        forward = geometry.forward
+        forward = geometry.forward.copy()
         forward[rows] = np.array(signs)[:, np.newaxis] * forward[rows[list(order)]]
         carried = [
             f"{channels[axis]} carries {'' if signs[axis] > 0 else '−'}{SENSOR_AXES[order[axis]]}"

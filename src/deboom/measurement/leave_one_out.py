@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 import numpy.typing as npt
@@ -50,11 +51,11 @@ class MotionStates:
     geometry: ChannelGeometry
     values: RealArray
 
-    @property
+    @cached_property
     def _root_weights(self) -> RealArray:
         return np.asarray(np.sqrt(self.geometry.weights / self.geometry.weights.mean()))
 
-    @property
+    @cached_property
     def _scale(self) -> RealArray:
         return column_scale(self.geometry, characteristic_length(self.geometry))
 
@@ -105,9 +106,10 @@ class MotionStates:
         found = []
         for owner in dict.fromkeys(self.geometry.owners):
             rows = self.geometry.rows_of(owner)
-            whole = self._left_out(owner, rows)
-            single = [self._left_out(self.geometry.channels[r], np.array([r])) for r in rows]
-            found.extend([whole] if np.isfinite(whole.remaining) else single)
+            found.append(self._left_out(owner, rows))
+            if not np.isfinite(found[-1].remaining) and len(rows) > 1:
+                channels = self.geometry.channels
+                found.extend(self._left_out(channels[row], np.array([row])) for row in rows)
         return tuple(item for item in found if np.isfinite(item.remaining))
 
     def _left_out(self, name: str, rows: Rows) -> LeftOut:

@@ -12,60 +12,13 @@ from scipy.interpolate import CubicSpline
 from deboom.errors import InputError
 from deboom.measurement.channels import Spectrum
 from deboom.measurement.shaft_angle import ShaftAngle
+from deboom.measurement.time_record import TimeRecord
 from deboom.physics.arrays import ComplexArray, RealArray
 from deboom.physics.order_tracking import angular_resample, order_amplitudes, samples_needed
 from deboom.physics.order_tracking_rate import SAMPLES_PER_PERIOD, lower_rate
 from deboom.physics.order_tracking_resolution import hann_bandwidth, hann_noise_bandwidth, smear
 from deboom.physics.orders import frequency_of_order
 from deboom.physics.vold_kalman import noise_bandwidth, vold_kalman
-
-
-@dataclass(frozen=True, eq=False)
-class TimeRecord:
-    """Channels of one unit, sampled together.
-
-    Parameters
-    ----------
-    values : array, shape (n_sample, n_channel)
-        [unit].
-    rate : float
-        Samples per second [Hz].
-    channels : sequence of str
-        Name of each column.
-    unit : str
-        SI unit of all columns.
-    start : float
-        Time of the first sample on the clock of the tacho [s].
-
-    Raises
-    ------
-    InputError
-        Shapes that disagree, a rate that is not positive, or a value that is not finite.
-    """
-
-    values: RealArray
-    rate: float
-    channels: tuple[str, ...]
-    unit: str
-    start: float = 0.0
-
-    def __post_init__(self) -> None:
-        values = np.array(self.values, dtype=float)
-        channels = tuple(self.channels)
-        if values.ndim != 2 or values.shape[1] != len(channels) or values.size == 0:
-            raise InputError(
-                f"a time record of {len(channels)} channels has shape (n_sample, "
-                f"{len(channels)}), not {values.shape}"
-            )
-        if not self.rate > 0:
-            raise InputError(f"a sampling rate of {self.rate} Hz is not positive")
-        bad = ~np.isfinite(values)
-        if bad.any():
-            sample, channel = (int(i) for i in np.argwhere(bad)[0])
-            raise InputError(f"channel {channels[channel]} is not finite at sample {sample}")
-        values.setflags(write=False)
-        object.__setattr__(self, "values", values)
-        object.__setattr__(self, "channels", channels)
 
 
 @dataclass(frozen=True, eq=False)
@@ -271,8 +224,8 @@ def _widths(orders: Sequence[float], bandwidth: npt.ArrayLike) -> RealArray:
     widths = np.asarray(bandwidth, dtype=float)
     if widths.shape not in {(), (len(orders),)} or not np.all(widths > 0):
         raise InputError(
-            f"bandwidths {widths.tolist()} Hz for {len(orders)} orders: give one above 0 Hz, or one "
-            "for each"
+            f"bandwidths {widths.tolist()} Hz for {len(orders)} orders: give one above 0 Hz, or "
+            "one for each order"
         )
     return np.broadcast_to(widths, len(orders))
 

@@ -109,10 +109,10 @@ def repair_pulses(
 
     Notes
     -----
-    Intervals are compared with their running median over nine. Out of all chains of pulses that are
-    about whole numbers of intervals apart, the one that needs the fewest repairs is taken. Then each
-    pulse is compared with the cubic through its eight neighbours, and dropped if it is off by six
-    robust standard deviations and 0.5 % of an interval; near an end the outermost goes.
+    Intervals are compared with their running median over nine. Out of all chains of pulses that
+    are about whole numbers of intervals apart, the one that needs the fewest repairs is taken. Then
+    each pulse is compared with the cubic through its eight neighbours, and dropped if it is off by
+    six robust standard deviations and 0.5 % of an interval; near an end the outermost goes.
     """
     raw = _checked_times(times, pulses_per_revolution, name)
     number = number_pulses(raw)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from deboom.errors import InputError
-from deboom.measurement.channels import RealArray
+from deboom.physics.arrays import RealArray
 
 
 @dataclass(frozen=True, eq=False)

@@ -11,7 +11,6 @@ import numpy.typing as npt
 
 from deboom.errors import InputError
 from deboom.measurement.campaign import StaticCurve
-from deboom.measurement.channels import ComplexArray, RealArray
 from deboom.mounts.mount import AXES
 from deboom.mounts.response_surface import DynamicStiffnessSurface
 from deboom.mounts.stored_values import (
@@ -22,6 +21,7 @@ from deboom.mounts.stored_values import (
     frozen_arrays,
     plain_setting,
 )
+from deboom.physics.arrays import ComplexArray, RealArray
 
 TextArray = npt.NDArray[np.str_]
 

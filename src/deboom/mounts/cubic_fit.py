@@ -146,10 +146,8 @@ def fit_piecewise_cubic(
 
 def _folds(position: RealArray, n_folds: int, groups: npt.ArrayLike | None) -> IntArray:
     if groups is not None:
-        labels = np.asarray(groups)
-        if labels.shape != position.shape:
-            raise InputError(f"{labels.size} group labels for {position.size} rows")
-        return np.asarray(np.unique(labels, return_inverse=True)[1] % n_folds, dtype=np.int64)
+        number = np.unique(np.asarray(groups), return_inverse=True)[1]
+        return np.asarray(number % n_folds, dtype=np.int64)
     fold = np.empty(len(position), dtype=np.int64)
     fold[np.argsort(position, kind="stable")] = np.arange(len(position)) % n_folds
     return fold

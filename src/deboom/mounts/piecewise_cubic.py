@@ -9,6 +9,7 @@ import numpy.typing as npt
 from sklearn.base import BaseEstimator, RegressorMixin
 from sklearn.utils.validation import _check_sample_weight, check_is_fitted, validate_data
 
+from deboom.errors import InputError
 from deboom.mounts.cubic_fit import PieceOptions, fit_piecewise_cubic
 from deboom.mounts.training_region import REACH, TrainingRegion
 from deboom.physics.arrays import RealArray
@@ -133,7 +134,12 @@ class PiecewiseCubicRegressor(RegressorMixin, BaseEstimator):
             folds=self.folds,
             min_rows=self.min_rows,
         )
-        labels = None if groups is None else np.asarray(groups)[kept]
+        labels = None
+        if groups is not None:
+            labels = np.asarray(groups)
+            if labels.shape != weight.shape:
+                raise InputError(f"{labels.size} group labels for {weight.size} rows: one each")
+            labels = labels[kept]
         self.model_ = fit_piecewise_cubic(rows[kept], outputs[kept], weight[kept], options, labels)
         self.region_ = TrainingRegion.around(rows[kept], self.reach)
         self.split_points_ = self.model_.split_points

@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-import numpy.typing as npt
 
 from deboom.explore.fronts import Verification, verification_response
 from deboom.explore.problems import SearchResult
@@ -20,11 +19,10 @@ from deboom.explore.selection import (
 from deboom.files.platform import Platform
 from deboom.measurement.load_case import LoadCase
 from deboom.mounts.operating_stiffness import mean_operating_stiffness
+from deboom.physics.arrays import RealArray
 from deboom.vehicles.booming_index import BoomingIndex
 from deboom.vehicles.booming_peaks import PeakChange, compare_peaks
 from deboom.vehicles.synthesis import levels, mean_energy_level
-
-RealArray = npt.NDArray[np.float64]
 
 ENERGY_BAND = (25.0, 40.0)
 """Band of the energy level that stands beside SPLV [Hz]."""

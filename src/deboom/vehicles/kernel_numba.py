@@ -26,7 +26,7 @@ from deboom.vehicles import kernel_source
 from deboom.vehicles.coupled_motion import CoupledMotion
 from deboom.vehicles.kernel_coupled_numpy import NUMPY_COUPLED, NumpyCoupledSum, nonzero_entries
 from deboom.vehicles.kernel_numpy import NUMPY, NumpyLevelSum, line_exponents
-from deboom.vehicles.kernel_source import LANES, CoupledPattern
+from deboom.vehicles.kernel_source import COUPLED_LANES, PRESCRIBED_LANES, CoupledPattern
 from deboom.vehicles.load_case_index import LevelSum
 from deboom.vehicles.scaled_equations import ScaledEquations, scaled_equations
 
@@ -42,75 +42,6 @@ GROUP_RANGE = {"float64": 1e50, "float32": 1e30}
 FACTOR_RANGE = 1e3
 """Designs with a largest factor beyond this, or below its inverse, go to numpy at once: between
 these bounds no product can leave the range of the numbers within a group and come back unseen."""
-
-_SHARED = '''
-@jit
-def fill(designs, first, x):
-    last = designs.shape[0] - 1
-    for lane in range(LANES):
-        row = min(first + lane, last)
-        for k in range(designs.shape[1]):
-            x[k * LANES + lane] = designs[row, k]
-
-@jit
-def settle(product, total, lowest, highest, one):
-    for at in range(product.size):
-        lowest[at] = min(lowest[at], product[at])
-        highest[at] = max(highest[at], product[at])
-        total[at] *= product[at]
-        product[at] = one
-
-@jit
-def store(total, out):
-    for vehicle in range(out.shape[0]):
-        for lane in range(LANES):
-            out[vehicle, lane] = total[vehicle * LANES + lane]
-            total[vehicle * LANES + lane] = 1.0
-'''
-
-_PRESCRIBED = '''
-@jit
-def run(designs, table, one, group, stored, work, total, products, lowest, highest):
-    n_vehicle, n_lines = table.shape[0], table.shape[1]
-    x, product, low, high = work
-    product[:] = one
-    total[:] = 1.0
-    for first in range(0, products.shape[2], LANES):
-        fill(designs, first, x)
-        for vehicle in range(n_vehicle):
-            low[:] = one
-            high[:] = one
-            for line in range(0, n_lines, stored):
-                end = min(line + stored, n_lines)
-                lines(x, table[vehicle], line, end, group, product, total, low, high, one)
-                store(total, products[vehicle:vehicle + 1, line // stored, first:first + LANES])
-            lowest[vehicle, first:first + LANES] = low
-            highest[vehicle, first:first + LANES] = high
-'''
-
-_COUPLED = '''
-@jit
-def run(designs, equations, forward, table, one, group, stored, work, total, products,
-        lowest, highest):
-    n_lines, n_vehicle = table.shape[0], table.shape[1]
-    x, product, low, high, w = work
-    product[:] = one
-    total[:] = 1.0
-    for first in range(0, products.shape[2], LANES):
-        fill(designs, first, x)
-        low[:] = one
-        high[:] = one
-        for line in range(n_lines):
-            solve(x, equations[line], forward, one, w)
-            hear(w, table[line], product)
-            end = line + 1
-            if end % group == 0 or end == n_lines:
-                settle(product, total, low, high, one)
-                if end % stored == 0 or end == n_lines:
-                    store(total, products[:, line // stored, first:first + LANES])
-        lowest[:, first:first + LANES] = low.reshape(n_vehicle, LANES)
-        highest[:, first:first + LANES] = high.reshape(n_vehicle, LANES)
-'''
 
 
 @dataclass(frozen=True, eq=False)
@@ -215,6 +146,8 @@ class NumbaKernel:
         exponents = line_exponents(contributions)
         scaled = contributions[:, :, active] * np.ldexp(1.0, -exponents)[..., np.newaxis]
         table = np.concatenate([scaled.real, scaled.imag], axis=2).astype(self.precision)
+        if active.size == 0:
+            return careful
         _compiled(active.size)
         return NumbaLevelSum(
             pattern=active.size,
@@ -341,19 +274,12 @@ def _transfer_table(
 @cache
 def _compiled(pattern: int | CoupledPattern) -> tuple[Callable[..., None], int]:
     """Compile the loops of a pattern; return their driver and the number of lanes."""
-    if isinstance(pattern, int):
-        kind, source = "prescribed", kernel_source.prescribed_source(pattern) + _PRESCRIBED
-    else:
-        kind, source = "coupled", kernel_source.coupled_source(pattern) + _COUPLED
-    text = _SHARED + source
-    namespace: dict[str, Any] = {
-        "__name__": __name__,
-        "np": np,
-        "jit": _jit(hashlib.sha256(text.encode()).hexdigest()[:16]),
-        "LANES": LANES[kind],
-    }
+    lanes = PRESCRIBED_LANES if isinstance(pattern, int) else COUPLED_LANES
+    text = kernel_source.source(pattern)
+    jit = _jit(hashlib.sha256(f"{lanes} {text}".encode()).hexdigest()[:16])
+    namespace: dict[str, Any] = {"__name__": __name__, "jit": jit, "LANES": lanes}
     exec(compile(text, kernel_source.__file__, "exec"), namespace)
-    return namespace["run"], LANES[kind]
+    return namespace["run"], lanes
 
 
 def _jit(digest: str) -> Callable[[Callable[..., None]], Callable[..., None]]:

@@ -14,8 +14,78 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
-LANES = {"prescribed": 256, "coupled": 64}
+PRESCRIBED_LANES = 128
+COUPLED_LANES = 64
 """Designs side by side: the buffers of the loops stay in the first-level cache."""
+
+_SHARED = """
+@jit
+def fill(designs, first, x):
+    last = designs.shape[0] - 1
+    for lane in range(LANES):
+        row = min(first + lane, last)
+        for k in range(designs.shape[1]):
+            x[k * LANES + lane] = designs[row, k]
+
+@jit
+def settle(product, total, lowest, highest, one):
+    for at in range(product.size):
+        lowest[at] = min(lowest[at], product[at])
+        highest[at] = max(highest[at], product[at])
+        total[at] *= product[at]
+        product[at] = one
+
+@jit
+def store(total, out):
+    for vehicle in range(out.shape[0]):
+        for lane in range(LANES):
+            out[vehicle, lane] = total[vehicle * LANES + lane]
+            total[vehicle * LANES + lane] = 1.0
+"""
+
+_PRESCRIBED = """
+@jit
+def run(designs, table, one, group, stored, work, total, products, lowest, highest):
+    n_vehicle, n_lines = table.shape[0], table.shape[1]
+    x, product, low, high = work
+    product[:] = one
+    total[:] = 1.0
+    for first in range(0, products.shape[2], LANES):
+        fill(designs, first, x)
+        for vehicle in range(n_vehicle):
+            low[:] = one
+            high[:] = one
+            for line in range(0, n_lines, stored):
+                end = min(line + stored, n_lines)
+                lines(x, table[vehicle], line, end, group, product, total, low, high, one)
+                store(total, products[vehicle:vehicle + 1, line // stored, first:first + LANES])
+            lowest[vehicle, first:first + LANES] = low
+            highest[vehicle, first:first + LANES] = high
+"""
+
+_COUPLED = """
+@jit
+def run(designs, equations, forward, table, one, group, stored, work, total, products,
+        lowest, highest):
+    n_lines, n_vehicle = table.shape[0], table.shape[1]
+    x, product, low, high, w = work
+    product[:] = one
+    total[:] = 1.0
+    for first in range(0, products.shape[2], LANES):
+        fill(designs, first, x)
+        low[:] = one
+        high[:] = one
+        for line in range(n_lines):
+            solve(x, equations[line], forward, one, w)
+            hear(w, table[line], product)
+            end = line + 1
+            if end % group == 0 or end == n_lines:
+                settle(product, total, low, high, one)
+                if end % stored == 0 or end == n_lines:
+                    store(total, products[:, line // stored, first:first + LANES])
+        lowest[:, first:first + LANES] = low.reshape(n_vehicle, LANES)
+        highest[:, first:first + LANES] = high.reshape(n_vehicle, LANES)
+"""
 
 N = 6
 """Degrees of freedom of a rigid body."""
@@ -60,6 +130,25 @@ class CoupledPattern:
     def n_paths(self) -> int:
         """Complex forces, up to a factor, that the synthesis reads."""
         return len(self.transmitting) + len(self.own_paths)
+
+
+def source(pattern: int | CoupledPattern) -> str:
+    """Write the loops of one problem shape.
+
+    Parameters
+    ----------
+    pattern : int or CoupledPattern
+        Number of variables with prescribed motion, or what the equations of motion look like.
+
+    Returns
+    -------
+    str
+        Functions decorated with ``@jit``, among them the driver ``run``; they read the names `jit`
+        and `LANES`.
+    """
+    if isinstance(pattern, int):
+        return _SHARED + prescribed_source(pattern) + _PRESCRIBED
+    return _SHARED + coupled_source(pattern) + _COUPLED
 
 
 def prescribed_source(n_variables: int) -> str:
@@ -241,5 +330,3 @@ class _Coefficients:
 
 def _sum(terms: Iterable[str]) -> str:
     return " + ".join(terms)
-
-

@@ -6,13 +6,16 @@ BIN := $(VENV)/bin
 READY := $(VENV)/.ready
 EXTRAS := fast,cluster,interactive,modal,postgres,dev
 
-.PHONY: study test lint bench validate pictures constraints clean
+.PHONY: study test coverage lint bench validate pictures constraints clean
 
 study: $(READY)
 	$(BIN)/deboom run studies/u06_robust_front.py
 
 test: $(READY)
 	$(BIN)/python -m pytest
+
+coverage: $(READY)
+	$(BIN)/python -m pytest -q --cov=deboom --cov-report=term
 
 lint: $(READY)
 	$(BIN)/ruff check .

@@ -2,7 +2,7 @@
 
 One evaluation is one design: `n_draws` draws x `n_vehicles` vehicles x `n_lines` lines. All rivals
 use one thread and the same random data. The rate of matrix products is that of a square one of
-320 x 320 doubles; only products with variables that have an effect count as work.
+320 x 320 in the same precision; only products with variables that have an effect count as work.
 """
 
 from __future__ import annotations
@@ -17,6 +17,7 @@ from threadpoolctl import threadpool_limits
 
 from deboom.physics.arrays import ComplexArray, RealArray
 from deboom.physics.sound_level import REFERENCE_PRESSURE, spl
+from deboom.vehicles.kernel_numba import NUMBA, NUMBA_FLOAT32
 from deboom.vehicles.kernel_numpy import NUMPY
 from interleaved import quiet_seconds
 
@@ -25,6 +26,7 @@ SIDE = 320
 LOOP = "loop over draws and vehicles, 10 lg |p|²"
 EINSUM = "einsum over everything, 20 lg |p|"
 KERNEL = f"kernel {NUMPY.name}"
+NUMBA_ROW, FLOAT32_ROW = f"kernel {NUMBA.name}", f"kernel {NUMBA_FLOAT32.name}"
 
 
 @dataclass(frozen=True)
@@ -41,7 +43,7 @@ class Shape:
 
 
 SHAPES = (
-    Shape("100 draws x 5 vehicles x 321 lines", 100, 5, 321, 12, 12, 5),
+    Shape("100 draws x 5 vehicles x 321 lines", 100, 5, 321, 12, 12, 32),
     Shape("128 draws x 5 vehicles x 161 lines, as shipped", 128, 5, 161, 12, 10, 1),
 )
 
@@ -93,9 +95,12 @@ def measure(shape: Shape, seconds: float) -> pd.DataFrame:
     # a quarter of the draws keeps the calls of the slow rivals short; folded puts A and p0 into C
     some = one[: shape.n_draws // 4]
     folded = data.contributions * (10 ** (data.weighting / 20) / PEAK)[:, np.newaxis]
-    level_sum = NUMPY.prepare(folded)
+    sums = {
+        f"kernel {kernel.name}": kernel.prepare(folded) for kernel in (NUMPY, NUMBA, NUMBA_FLOAT32)
+    }
     square = np.random.default_rng(2).random((SIDE, SIDE))
-    out = np.empty_like(square)
+    single = square.astype(np.float32)
+    out, single_out = np.empty_like(square), np.empty_like(single)
 
     def as_written(pressure: ComplexArray) -> RealArray:
         return np.asarray(20 * np.log10(np.abs(pressure) / PEAK) + data.weighting)
@@ -114,17 +119,22 @@ def measure(shape: Shape, seconds: float) -> pd.DataFrame:
             len(some) / len(one),
         ),
         EINSUM: (lambda: einsum(folded, one), 1.0),
-        KERNEL: (lambda: level_sum(data.designs), shape.n_designs),
+        KERNEL: (lambda: sums[KERNEL](data.designs), shape.n_designs),
+        NUMBA_ROW: (lambda: sums[NUMBA_ROW](data.designs), shape.n_designs),
+        FLOAT32_ROW: (lambda: sums[FLOAT32_ROW](data.designs), shape.n_designs),
     }
     calls: dict[str, Callable[[], object]] = {name: call for name, (call, _) in rivals.items()}
+    calls["double"] = lambda: square.dot(square, out)
+    calls["single"] = lambda: single.dot(single, single_out)
     # glibc keeps what was freed from now on; without this, large temporaries cost the rivals fresh
     # pages in every call, and einsum up to three times as much
     np.ones(30 * 2**20 // 8)
     with threadpool_limits(1, user_api="blas"):
-        quiet = quiet_seconds({**calls, "square": lambda: square.dot(square, out)}, seconds)
+        quiet = quiet_seconds(calls, seconds)
         exact = loop(data.contributions, one, as_written)
-        error = np.abs(level_sum(one) - exact).max()
-    rate = 2 * SIDE**3 / quiet["square"]
+        errors = {name: np.abs(level_sum(one) - exact).max() for name, level_sum in sums.items()}
+    rate = pd.Series(2 * SIDE**3 / quiet["double"], index=list(rivals))
+    rate[FLOAT32_ROW] = 2 * SIDE**3 / quiet["single"]
     work = 4.0 * shape.n_draws * shape.n_vehicles * shape.n_lines * shape.n_effective
     each = pd.Series({name: quiet[name] / share for name, (_, share) in rivals.items()})
     return pd.DataFrame(
@@ -133,7 +143,7 @@ def measure(shape: Shape, seconds: float) -> pd.DataFrame:
             "x loop": each[LOOP] / each,
             "x einsum": each[EINSUM] / each,
             "of matrix-product rate": work / each / rate,
-            "largest error of the sum [dB]": pd.Series({KERNEL: error}),
+            "largest error of the sum [dB]": pd.Series(errors),
         }
     ).loc[list(rivals)]
 

@@ -13,8 +13,9 @@ from types import ModuleType
 import numpy as np
 
 import kernel
+import kernel_coupled
 
-TABLES: tuple[ModuleType, ...] = (kernel,)
+TABLES: tuple[ModuleType, ...] = (kernel, kernel_coupled)
 
 
 def main() -> None:

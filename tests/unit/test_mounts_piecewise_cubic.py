@@ -81,7 +81,7 @@ def test_a_constant_column_is_harmless_and_guarded():
         model.predict(rows), PiecewiseCubicRegressor().fit(X, Y).predict(X), atol=1e-9
     )
     assert model.supported(rows).all()
-    assert not model.supported(rows + [0, 0, 1e-3]).any()
+    assert not model.supported(rows + np.array([0, 0, 1e-3])).any()
 
 
 def test_rows_of_weight_zero_are_left_out():

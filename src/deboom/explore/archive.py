@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields
 from typing import Any
 
@@ -56,6 +56,40 @@ class SearchResult:
     def n_failed(self) -> int:
         """Designs that could not be computed."""
         return len(self.failed_designs)
+
+
+def merge(searches: Sequence[SearchResult]) -> SearchResult:
+    """Return several searches of one problem, such as of several seeds, as one.
+
+    Parameters
+    ----------
+    searches : sequence of SearchResult
+        At least one.
+
+    Returns
+    -------
+    SearchResult
+        With the front of all fronts, the seed of the first search, counts, failures and seconds
+        added up, and of the hypervolumes only the final one, up to the worst reference point.
+
+    Raises
+    ------
+    InputError
+        No search.
+    """
+    if not searches:
+        raise InputError("there are no searches to merge: bring at least one")
+    front = pareto_front(*(search.front for search in searches))
+    reference = np.max([search.reference_point for search in searches], axis=0)
+    return SearchResult(
+        front=front,
+        n_evaluated=sum(search.n_evaluated for search in searches),
+        failed_designs=np.concatenate([search.failed_designs for search in searches]),
+        hypervolume=np.array([hypervolume(front.objectives, reference)]),
+        reference_point=reference,
+        seed=searches[0].seed,
+        seconds=sum(search.seconds for search in searches),
+    )
 
 
 class Archive:

@@ -1,7 +1,8 @@
-"""Mean and standard deviation from draws: as they come, or with what a straight line explains."""
+"""Mean and standard deviation from draws: as they come, or with a control variate."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import NamedTuple, Protocol
 
@@ -36,15 +37,19 @@ class Estimator(Protocol):
     def kind(self) -> str:
         """In words, for reports and run records."""
 
-    def __call__(self, values: RealArray, normals: RealArray) -> Moments:
-        """Return the moments of the responses, shape (n_samples, r).
+    def __call__(self, normals: RealArray) -> Callable[[RealArray], Moments]:
+        """Return the function that reads the moments of responses to given draws.
 
         Parameters
         ----------
-        values : array, shape (n_samples, r)
-            Responses, draw by draw; where one is not finite, neither are its moments.
         normals : array, shape (n_samples, m)
-            The independent draws that they came from [1].
+            The independent draws [1].
+
+        Returns
+        -------
+        callable
+            From responses, shape (n_samples, r), to their moments; where a response is not finite,
+            neither are its moments.
         """
 
 
@@ -54,84 +59,148 @@ class SampleMoments:
 
     kind: str = "moments of the sample"
 
-    def __call__(self, values: RealArray, normals: RealArray) -> Moments:  # noqa: ARG002
-        """Return the moments."""
-        return sample_statistics(values)
+    def __call__(self, normals: RealArray) -> Callable[[RealArray], Moments]:  # noqa: ARG002
+        """Return `sample_statistics`."""
+        return sample_statistics
 
 
 SAMPLE_MOMENTS = SampleMoments()
 
 
 @dataclass(frozen=True)
-class LinearControlVariate:
-    """Moments with a straight line in the draws as control variate.
+class ControlVariate:
+    """Moments with a simple function of the draws as control variate.
 
-    What a line explains has known moments, whatever the draws were; only what is left over is
-    estimated from the sample. It costs no evaluation, and of responses that are nearly linear
-    within their scatter it takes most of the error.
+    What the function explains has known moments, whatever the draws were; only what is left over
+    is estimated from the sample. It costs no evaluation, and of responses that are nearly linear,
+    or nearly sums of functions of one variable, it takes most of the error.
 
-    Notes
-    -----
-    Least squares give ``y_t = a + β·z_t + e_t``. The mean is ``a`` and the variance ``m2 |β|² +
-    Σ e² / (n - 1 - m)``, with ``m2`` the exact variance of a draw, cut at ±3 (regression
-    estimator, W. G. Cochran, "Sampling Techniques", 3rd ed., 1977, ch. 7). The standard errors
-    come from the scatter of the influences ``Σ_r e_tr`` and ``Σ_r (2 β_r·z_t e_tr + e_tr² -
-    mean(e_r²)) / (2 σ_r)``. The draws must be independent standard-normal columns cut at ±3, such
-    as those of `sobol_sample`.
-    """
-
-    kind: str = "sample moments with a linear control variate"
-
-    def __call__(self, values: RealArray, normals: RealArray) -> Moments:
-        """Return the moments.
-
-        Raises
-        ------
-        InputError
-            Not more draws than a line has coefficients.
-        """
-        intercept, slope, rest = linear_fit(values, normals)
-        n_samples, n_normals = normals.shape
-        with np.errstate(over="ignore", invalid="ignore"):
-            square = rest * rest
-            spare = n_samples - 1 - n_normals
-            explained = cut_normal_moments()[0] * np.einsum("mr,mr->r", slope, slope)
-            sigma = np.sqrt(explained + square.sum(axis=0) / spare)
-            weight = np.divide(0.5, sigma, out=np.zeros(sigma.size), where=sigma > 0.0)
-            line = np.einsum("tm,mr->tr", normals, slope)
-            influence = 2.0 * line * rest + square
-            inflation = np.sqrt((n_samples - 1) / spare)
-            mean_error = inflation * standard_error(rest.sum(axis=1))
-            sigma_error = inflation * standard_error(np.einsum("tr,r->t", influence, weight))
-        return Moments(intercept, sigma, mean_error, sigma_error)
-
-
-def linear_fit(values: RealArray, normals: RealArray) -> tuple[RealArray, RealArray, RealArray]:
-    """Return intercept (r,), slopes (m, r) and residuals (n, r) of a line through draws.
+    Parameters
+    ----------
+    degree : int
+        1: a straight line. 2: a parabola in each draw.
 
     Raises
     ------
     InputError
-        Not more draws than a line has coefficients.
+        Another degree.
+
+    Notes
+    -----
+    Least squares give ``y_t = a + β·φ_t + e_t``, with ``φ = z`` and, for degree 2, ``z² - m2``
+    beside it. The mean is ``a`` and the variance ``Σ_p β_p² var(φ_p) + Σ_t e_t² / (n - 1 - p)``:
+    the ``φ`` are not correlated, and their variances follow from the moments of the cut normal
+    distribution (regression estimator, W. G. Cochran, "Sampling Techniques", 3rd ed., 1977,
+    ch. 7). The standard errors come from the scatter of the influences ``Σ_r e_tr`` and
+    ``Σ_r (2 β_r·φ_t e_tr + e_tr² - mean(e_r²)) / (2 σ_r)``. The draws must be independent
+    standard-normal columns cut at ±3, such as those of `sobol_sample`.
     """
-    n_samples, n_normals = normals.shape
-    if n_samples < n_normals + 2:
-        raise InputError(
-            f"{n_samples} draws of {n_normals} variables are too few for a linear control "
-            f"variate: take at least {n_normals + 2}"
-        )
-    with np.errstate(over="ignore", invalid="ignore"):
-        # measured from the first draw, a response without scatter has a slope of exactly zero
-        offset = values - values[0]
-        centre = offset.sum(axis=0) / n_samples
-        middle = normals.sum(axis=0) / n_samples
-        draws = normals - middle
+
+    degree: int = 1
+
+    def __post_init__(self) -> None:
+        if self.degree not in (1, 2):
+            raise InputError(f"a control variate of degree {self.degree}: take 1 or 2")
+
+    @property
+    def kind(self) -> str:
+        """In words."""
+        return f"sample moments with a control variate of degree {self.degree}"
+
+    def __call__(self, normals: RealArray) -> FittedMoments:
+        """Prepare the fit to given draws, shape (n_samples, m).
+
+        Raises
+        ------
+        InputError
+            Not more draws than the function has coefficients.
+        """
+        second, fourth = cut_normal_moments()
+        terms, variance = normals, np.full(normals.shape[1], second)
+        if self.degree == 2:
+            terms = np.hstack([normals, normals**2 - second])
+            variance = np.concatenate([variance, np.full(normals.shape[1], fourth - second**2)])
+        n_samples, n_terms = terms.shape
+        if n_samples < n_terms + 2:
+            raise InputError(
+                f"{n_samples} draws are too few for a control variate of degree {self.degree} in "
+                f"{normals.shape[1]} draws per part: take at least {n_terms + 2}"
+            )
+        spread = terms - terms.sum(axis=0) / n_samples
         # einsum, not @: the threads of a BLAS library may change the last bit
-        gram = np.einsum("tm,tl->ml", draws, draws)
-        slope = np.linalg.solve(gram, np.einsum("tm,tr->mr", draws, offset))
-        rest = offset - centre - np.einsum("tm,mr->tr", draws, slope)
-        intercept = values[0] + centre - np.einsum("m,mr->r", middle, slope)
-    return intercept, slope, rest
+        gram = np.einsum("tp,tq->pq", spread, spread)
+        return FittedMoments(terms, variance, np.linalg.solve(gram, spread.T))
+
+
+class Fit(NamedTuple):
+    """A function of the draws through the responses of one design.
+
+    Attributes
+    ----------
+    intercept : array, shape (r,)
+        Mean of the function [response unit].
+    slope : array, shape (p, r)
+        Coefficients of the terms [response unit].
+    rest : array, shape (n_samples, r)
+        What is left over [response unit].
+    explained : array, shape (p, r)
+        Variance of each term [response unit squared].
+    unexplained : array, shape (r,)
+        Variance of what is left over [response unit squared].
+    """
+
+    intercept: RealArray
+    slope: RealArray
+    rest: RealArray
+    explained: RealArray
+    unexplained: RealArray
+
+
+@dataclass(frozen=True, eq=False)
+class FittedMoments:
+    """A control variate, prepared for one set of draws.
+
+    Parameters
+    ----------
+    terms : array, shape (n_samples, p)
+        What the function is made of, draw by draw; term p belongs to draw p modulo m [1].
+    variance : array, shape (p,)
+        Exact variance of each term; their exact means are zero [1].
+    solver : array, shape (p, n_samples)
+        From responses to the coefficients of the terms [1].
+    """
+
+    terms: RealArray
+    variance: RealArray
+    solver: RealArray
+
+    def fit(self, values: RealArray) -> Fit:
+        """Return the function through the responses, shape (n_samples, r)."""
+        n_samples, n_terms = self.terms.shape
+        with np.errstate(over="ignore", invalid="ignore"):
+            # measured from the first draw, a response without scatter has a slope of exactly zero
+            offset = values - values[0]
+            slope = np.einsum("pt,tr->pr", self.solver, offset)
+            above = offset - np.einsum("tp,pr->tr", self.terms, slope)
+            intercept = above.sum(axis=0) / n_samples
+            rest = above - intercept
+            unexplained = (rest * rest).sum(axis=0) / (n_samples - 1 - n_terms)
+            explained = slope * slope * self.variance[:, None]
+        return Fit(values[0] + intercept, slope, rest, explained, unexplained)
+
+    def __call__(self, values: RealArray) -> Moments:
+        """Return the moments of the responses, shape (n_samples, r)."""
+        fit = self.fit(values)
+        n_samples, n_terms = self.terms.shape
+        with np.errstate(over="ignore", invalid="ignore"):
+            sigma = np.sqrt(fit.explained.sum(axis=0) + fit.unexplained)
+            weight = np.divide(0.5, sigma, out=np.zeros(sigma.size), where=sigma > 0.0)
+            curve = np.einsum("tp,pr->tr", self.terms, fit.slope)
+            influence = fit.rest * (2.0 * curve + fit.rest)
+            inflation = float(np.sqrt((n_samples - 1) / (n_samples - 1 - n_terms)))
+            mean_error = inflation * standard_error(fit.rest.sum(axis=1))
+            sigma_error = inflation * standard_error(np.einsum("tr,r->t", influence, weight))
+        return Moments(fit.intercept, sigma, mean_error, sigma_error)
 
 
 def sample_statistics(values: RealArray) -> Moments:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field, fields
+from functools import cached_property
 from typing import Protocol
 
 import numpy as np
@@ -11,9 +13,9 @@ from deboom.errors import InputError
 from deboom.explore.arrays import BoolArray, RealArray, frozen_copy
 from deboom.explore.design_space import DesignSpace
 from deboom.explore.evaluate import Evaluate, responses
-from deboom.explore.moments import Estimator, SAMPLE_MOMENTS
+from deboom.explore.moments import SAMPLE_MOMENTS, Estimator, Moments
 from deboom.explore.objectives import MEAN_SUM, SIGMA_SUM, Objective
-from deboom.explore.tolerance_samples import ToleranceSampler
+from deboom.explore.tolerance_samples import ToleranceSample, ToleranceSampler
 from deboom.explore.tolerance_structure import ToleranceStructure
 
 
@@ -197,6 +199,13 @@ class RobustResponse:
         scatter = normals if self.structure is None else self.structure.scatter(normals)
         return design * (1.0 + self.space.relative_sigma * scatter)
 
+    @cached_property
+    def _shared_moments(self) -> Callable[[RealArray], Moments] | None:
+        """The estimator, prepared once for draws that all designs share."""
+        return (
+            self.estimator(self.sample.values) if isinstance(self.sample, ToleranceSample) else None
+        )
+
     def _one_design(self, design: RealArray) -> RealArray:
         """Return moments, their standard errors and the objectives; all NaN if it failed."""
         normals = self.sample.normals(design)
@@ -206,7 +215,8 @@ class RobustResponse:
             values = responses(self.evaluate, self._made(design, normals))
             if not np.all(np.isfinite(values)):
                 return failed
-            mean, sigma, mean_error, sigma_error = self.estimator(values, normals)
+            moments = self._shared_moments or self.estimator(normals)
+            mean, sigma, mean_error, sigma_error = moments(values)
             if self.nominal_mean:
                 mean, mean_error = responses(self.evaluate, design[None, :])[0], 0.0
             objectives = [objective(values, mean, sigma) for objective in self.objectives]

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
 
 from deboom.errors import InputError
 from deboom.explore.arrays import RealArray
@@ -46,7 +47,7 @@ def pick(values: RobustValues) -> Picks:
     Raises
     ------
     InputError
-        No row that could be computed.
+        No row that could be computed, or another number of objectives than two.
 
     Notes
     -----
@@ -55,9 +56,12 @@ def pick(values: RobustValues) -> Picks:
     "On characterizing the 'knee' of the Pareto curve", Structural Optimization 18, 1999). A front
     without any row on that side has its knee at best mean.
     """
-    rows = np.flatnonzero(~values.failed)
-    if rows.size == 0:
-        raise InputError("no design of this front could be computed: there is nothing to pick")
+    rows = _computed_rows(values)
+    if values.objectives.shape[1] != 2:
+        raise InputError(
+            f"best mean, best sigma and knee belong to two objectives, not to "
+            f"{values.objectives.shape[1]}: use compromise or pseudo_weight_pick"
+        )
     mean, sigma = values.objectives[rows].T
     best_mean = np.lexsort((sigma, mean))[0]
     best_sigma = np.lexsort((mean, sigma))[0]
@@ -71,6 +75,91 @@ def pick(values: RobustValues) -> Picks:
         depth[best_mean] = 0.0
         knee = np.argmax(depth) if depth.max() > 0.0 else best_mean
     return Picks(*(int(rows[row]) for row in (best_mean, best_sigma, knee)))
+
+
+def compromise(values: RobustValues, weights: npt.ArrayLike) -> int:
+    """Return the row that is closest to the ideal point.
+
+    Parameters
+    ----------
+    values : RobustValues
+        A front, or a front evaluated again; rows that failed are passed over.
+    weights : array, shape (m,)
+        Importance of each objective, above 0; only their ratios count [1].
+
+    Raises
+    ------
+    InputError
+        Weights of another number or not above 0; no row that could be computed.
+
+    Notes
+    -----
+    The smallest of ``max_i w_i (f_i - ideal_i) / (nadir_i - ideal_i)`` over the front, the
+    weighted Chebyshev distance (M. Zeleny, "Compromise programming", 1973); of equals the one with
+    the smallest sum. An objective that does not change along the front does not count.
+    """
+    weight = _checked_weights(values, weights)
+    rows, scaled = _scaled_objectives(values)
+    distance = scaled * weight
+    return int(rows[np.lexsort((distance.sum(axis=1), distance.max(axis=1)))[0]])
+
+
+def pseudo_weight_pick(values: RobustValues, weights: npt.ArrayLike) -> int:
+    """Return the row whose place on the front is closest to wanted weights.
+
+    Parameters
+    ----------
+    values : RobustValues
+        A front, or a front evaluated again; rows that failed are passed over.
+    weights : array, shape (m,)
+        Importance of each objective, above 0; only their ratios count [1].
+
+    Raises
+    ------
+    InputError
+        Weights of another number or not above 0; no row that could be computed.
+
+    Notes
+    -----
+    The pseudo weight of a row is its distance from the worst value of each objective, scaled to
+    the front and to the sum 1 (K. Deb, "Multi-Objective Optimization using Evolutionary
+    Algorithms", 2001, eq. 8.5). The best row in one objective, worst in the others, has the whole
+    weight there.
+    """
+    weight = _checked_weights(values, weights)
+    rows, scaled = _scaled_objectives(values)
+    place = 1.0 - scaled
+    total = place.sum(axis=1, keepdims=True)
+    place = np.divide(place, total, out=np.zeros_like(place), where=total > 0.0)
+    return int(rows[np.argmin(((place - weight) ** 2).sum(axis=1))])
+
+
+def _checked_weights(values: RobustValues, weights: npt.ArrayLike) -> RealArray:
+    weight = np.asarray(weights, dtype=float)
+    if weight.shape != values.objectives.shape[1:] or not np.all((weight > 0) & (weight < np.inf)):
+        raise InputError(
+            f"the weights {weight.tolist()} do not weigh {values.objectives.shape[1]} objectives: "
+            "give one number above 0 for each"
+        )
+    return np.asarray(weight / weight.sum())
+
+
+def _scaled_objectives(values: RobustValues) -> tuple[npt.NDArray[np.intp], RealArray]:
+    """Return the rows that did not fail, and their objectives from 0 (ideal) to 1 (nadir)."""
+    rows = _computed_rows(values)
+    objectives = values.objectives[rows]
+    ideal = objectives.min(axis=0)
+    span = objectives.max(axis=0) - ideal
+    return rows, np.divide(
+        objectives - ideal, span, out=np.zeros_like(objectives), where=span > 0.0
+    )
+
+
+def _computed_rows(values: RobustValues) -> npt.NDArray[np.intp]:
+    rows = np.flatnonzero(~values.failed)
+    if rows.size == 0:
+        raise InputError("no design of this front could be computed: there is nothing to pick")
+    return rows
 
 
 def variables_without_effect(evaluate: Evaluate, space: DesignSpace) -> tuple[str, ...]:

@@ -22,6 +22,8 @@ class ToleranceStructure:
     loadings : array, shape (k, m)
         Scatter of the variables is ``loadings @ draws``, in standard deviations of each [1]. Rows
         have length 1, so that every variable keeps its own tolerance.
+    draw_names : tuple of str, length m
+        What each draw stands for, such as a part or a batch.
 
     Raises
     ------
@@ -36,13 +38,14 @@ class ToleranceStructure:
 
     names: tuple[str, ...]
     loadings: RealArray
+    draw_names: tuple[str, ...]
 
     def __post_init__(self) -> None:
         loadings = np.asarray(self.loadings, dtype=float)
-        if loadings.ndim != 2 or len(loadings) != len(self.names):
+        if loadings.shape != (len(self.names), len(self.draw_names)):
             raise InputError(
-                f"loadings of shape {loadings.shape} for {len(self.names)} variables: give one row "
-                "per variable and one column per draw"
+                f"loadings of shape {loadings.shape} for {len(self.names)} variables and "
+                f"{len(self.draw_names)} draws: give one row per variable and one column per draw"
             )
         length = np.sqrt(np.einsum("km,km->k", loadings, loadings))
         for name, size in zip(self.names, length, strict=True):
@@ -85,13 +88,12 @@ def shared_parts(names: Sequence[str], parts: Mapping[str, Sequence[str]]) -> To
         An unknown variable, or one that belongs to two parts.
     """
     _check_groups(names, parts)
-    of = {name: part for part, members in parts.items() for name in members}
-    # a variable without a part is a part of its own, under a key that no part can have
-    sources = list(dict.fromkeys(of.get(name, (name,)) for name in names))
-    loadings = np.zeros((len(names), len(sources)))
+    of = {name: f"part {part}" for part, members in parts.items() for name in members}
+    draws = list(dict.fromkeys(of.get(name, name) for name in names))
+    loadings = np.zeros((len(names), len(draws)))
     for row, name in enumerate(names):
-        loadings[row, sources.index(of.get(name, (name,)))] = 1.0
-    return ToleranceStructure(tuple(names), loadings)
+        loadings[row, draws.index(of.get(name, name))] = 1.0
+    return ToleranceStructure(tuple(names), loadings, tuple(draws))
 
 
 def batches(
@@ -118,13 +120,12 @@ def batches(
         raise InputError(
             f"a correlation of {correlation:g} between the axes of a mount: take one from 0 to 1"
         )
-    own, batch = np.zeros((2, len(names), len(names)))[0], np.zeros((len(names), len(parts)))
-    members = [set(variables) for variables in parts.values()]
-    for row, name in enumerate(names):
-        shared = [column for column, group in enumerate(members) if name in group]
-        own[row, row] = np.sqrt(1.0 - correlation) if shared else 1.0
-        batch[row, shared] = np.sqrt(correlation)
-    return ToleranceStructure(tuple(names), np.hstack([own, batch]))
+    shared = np.array([[name in members for members in parts.values()] for name in names], float)
+    shared = shared.reshape(len(names), len(parts))
+    own = np.diag(np.sqrt(1.0 - correlation * shared.sum(axis=1)))
+    loadings = np.hstack([own, np.sqrt(correlation) * shared])
+    draws = (*names, *(f"batch {part}" for part in parts))
+    return ToleranceStructure(tuple(names), loadings, draws)
 
 
 def correlated(names: Sequence[str], correlation: RealArray) -> ToleranceStructure:
@@ -159,7 +160,8 @@ def correlated(names: Sequence[str], correlation: RealArray) -> ToleranceStructu
         )
     loadings = (vector * np.sqrt(np.maximum(value, 0.0))) @ vector.T
     length = np.sqrt(np.einsum("km,km->k", loadings, loadings))
-    return ToleranceStructure(tuple(names), loadings / length[:, None])
+    draws = tuple(f"draw {number}" for number in range(1, size + 1))
+    return ToleranceStructure(tuple(names), loadings / length[:, None], draws)
 
 
 def _check_groups(names: Sequence[str], parts: Mapping[str, Sequence[str]]) -> None:

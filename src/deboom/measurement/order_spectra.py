@@ -54,6 +54,12 @@ class OrderSpectrum:
     sweep_rate: RealArray
     settled: npt.NDArray[np.bool_]
 
+    def __post_init__(self) -> None:
+        for field in ("rpm", "time", "bandwidth", "noise_bandwidth", "sweep_rate", "settled"):
+            array = np.array(getattr(self, field))
+            array.setflags(write=False)
+            object.__setattr__(self, field, array)
+
     @property
     def smear(self) -> RealArray:
         """Finest ripple over frequency that is kept, at 1/√2 of its size, shape (n_line,) [Hz]."""

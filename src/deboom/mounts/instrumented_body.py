@@ -10,6 +10,7 @@ from scipy.linalg import block_diag
 from deboom.errors import InputError
 from deboom.measurement.campaign import AXES, Campaign
 from deboom.measurement.channel_geometry import sensor_geometry
+from deboom.measurement.force_transfer import ForceTransferMatrix, force_transfer_matrix
 from deboom.measurement.sensors import SENSOR_AXES, Sensor, SensorKind
 from deboom.measurement.virtual_point import virtual_point
 from deboom.mounts.named_arrays import freeze
@@ -182,9 +183,7 @@ def _single_sensor_body(campaign: Campaign, point: MountPoint) -> InstrumentedBo
             f"switched off are {off}"
         )
     sensor = sensors[0]
-    return InstrumentedBody(
-        point.name, sensors, sensor.channels, sensor.orientation.T, (point,)
-    )
+    return InstrumentedBody(point.name, sensors, sensor.channels, sensor.orientation.T, (point,))
 
 
 def _mount_point(
@@ -201,11 +200,11 @@ def _mount_point(
             "together: repair them, or leave the mount out of the campaign"
         )
     summed = np.hstack([cell.orientation for cell in cells])
-    transfer = _force_transfer(campaign, owner, mount, piece, cells, summed)
-    if transfer is None:
+    if not any((run.mount, run.piece) == (mount, piece) for run in campaign.shaker_runs):
         return MountPoint(mount, piece, position, axes, cells, summed, False, np.zeros((3, 3)))
-    matrix, scatter = transfer
-    force_matrix = np.linalg.solve(matrix, summed)
+    transfer = force_transfer_matrix(campaign.shaker_runs, cells, mount, piece)
+    force_matrix = np.linalg.solve(transfer.matrix.real, summed)
+    scatter = _transfer_scatter(transfer)
     return MountPoint(mount, piece, position, axes, cells, force_matrix, True, scatter)
 
 
@@ -214,20 +213,18 @@ def _of(switched_off: tuple[str, ...], sensors: tuple[Sensor, ...]) -> list[str]
     return [name for name in switched_off if name in own]
 
 
-def _force_transfer(campaign, owner, mount, piece, cells, summed):  # TODO: M's module
-    channels = tuple(c for cell in cells for c in cell.channels)
-    smooth = []
-    for axis in AXES:
-        runs = [r for r in campaign.shaker_runs if (r.mount, r.piece, r.axis) == (mount, piece, axis)]
-        if not runs:
-            return None
-        column = []
-        for r in runs:
-            y = r.response.select(channels).values[:, :, 0] @ summed.T
-            A = np.vander(r.response.frequency / 100, 3)
-            column.append(A @ np.linalg.lstsq(A, y.real, rcond=None)[0])
-        smooth.append(np.vstack(column))
-    single = np.stack(smooth, 2)
-    matrix = single.mean(0)
-    relative = np.linalg.solve(matrix, single)
-    return matrix, np.sqrt(np.mean(abs(relative-np.eye(3))**2, 0))
+def _transfer_scatter(transfer: ForceTransferMatrix) -> RealArray:
+    """Systematic part of what a force transfer matrix does over frequency and repeats.
+
+    Notes
+    -----
+    A parabola over frequency keeps the smooth part (the bench gives way) and leaves the noise of
+    single lines, which is no error of the mean.
+    """
+    matrix = transfer.matrix.real
+    relative = np.linalg.solve(matrix, transfer.response).reshape(transfer.frequency.size, -1)
+    lines = transfer.frequency / transfer.frequency[-1]
+    terms = np.vander(lines, min(3, lines.size))
+    smooth = terms @ np.linalg.lstsq(terms, relative, rcond=None)[0]
+    deviation = smooth.reshape(-1, 3, 3) - np.eye(3)
+    return np.sqrt(np.mean(np.abs(deviation) ** 2, axis=0) + transfer.drift**2)

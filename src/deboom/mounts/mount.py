@@ -60,8 +60,8 @@ class Mount:
             raise InputError(f"mount {self.name}: a body mass tolerance without a body mass")
         if self.body_mass is not None and not 0.0 <= tolerance < self.body_mass < math.inf:
             raise InputError(
-                f"mount {self.name}: a body of {self.body_mass} ± {tolerance} kg: give a mass above "
-                "0 and a smaller tolerance of at least 0"
+                f"mount {self.name}: a body of {self.body_mass} ± {tolerance} kg: give a mass "
+                "above 0 and a smaller tolerance of at least 0"
             )
 
     @property

@@ -24,7 +24,7 @@ from deboom.physics.rigid_body import skew
 STEP = 4
 """Of the lines one in this many is used: neighbours share part of their time window."""
 
-FIDELITY = 5e-4
+FIDELITY = 2e-4
 """What rigid body and linear alignment leave unexplained, per norm of a sensor, common to all
 lines: products of two errors of a per cent [1]."""
 
@@ -165,7 +165,9 @@ def self_calibrated(
     parameters = np.zeros_like(deviations)
     misfit: dict[str, float] = {}
     for _ in range(ITERATIONS):
-        normal, gradient, misfit = _normal_equations(alignment, records, free_body, parameters, misfit)
+        normal, gradient, misfit = _normal_equations(
+            alignment, records, free_body, parameters, misfit
+        )
         curvature = normal[np.ix_(active, active)] + prior
         step = np.linalg.solve(curvature, gradient[active] - prior @ parameters[active])
         parameters[active] += step

@@ -13,8 +13,8 @@ SAMPLES_PER_PERIOD = 10
 """Of the highest frequency of interest; keeps the angular resampling to 2e-6."""
 LEAST_SAMPLES_PER_PERIOD = 4
 """Below this a record is refused."""
-_RIPPLE = 100.0
-"""Deviation of the passband from 1, and of the stopband from 0 [dB]."""
+_RIPPLE = 110.0
+"""Deviation of the passband from 1 and of the stopband from 0 that the filter is made for [dB]."""
 
 
 def lower_rate(

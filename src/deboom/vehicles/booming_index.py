@@ -65,7 +65,7 @@ class BoomingIndex(LoadCaseIndex[PathContributions, LevelSumKernel]):
         return self.kernel.prepare(case.values)
 
     def _transmits(self, case: PathContributions) -> npt.NDArray[np.bool_]:
-        return case.values.any(axis=2)
+        return np.asarray(case.values.any(axis=2))
 
     def _pressure(self, case: PathContributions, designs: RealArray) -> ComplexArray:
         return pressure(case, designs)

@@ -12,7 +12,8 @@ import numpy.typing as npt
 from deboom.measurement.load_case import LoadCase
 from deboom.mounts.mount import Mount
 from deboom.physics.arrays import ComplexArray, RealArray
-from deboom.vehicles.coupled_motion import CoupledMotion, coupled_motion
+from deboom.vehicles.coupled_identification import coupled_motion
+from deboom.vehicles.coupled_motion import CoupledMotion
 from deboom.vehicles.fleet import Band, Fleet
 from deboom.vehicles.load_case_index import LevelSum, LoadCaseIndex
 from deboom.vehicles.powertrain import Powertrain
@@ -62,7 +63,8 @@ class CoupledIndex(LoadCaseIndex[CoupledMotion, CoupledKernel]):
         return self.kernel.prepare(case)
 
     def _transmits(self, case: CoupledMotion) -> npt.NDArray[np.bool_]:
-        return case.transfer.any(axis=2) | case.own_transfer.any(axis=2)
+        both = np.concatenate([case.transfer, case.own_transfer], axis=2)
+        return np.asarray(both.any(axis=2))
 
     def _pressure(self, case: CoupledMotion, designs: RealArray) -> ComplexArray:
         return case.pressure(designs)
@@ -103,7 +105,7 @@ def coupled_index(
     Raises
     ------
     InputError
-        See `deboom.vehicles.coupled_motion.coupled_motion` and `CoupledIndex`.
+        See `deboom.vehicles.coupled_identification.coupled_motion` and `CoupledIndex`.
     """
     cases = tuple(coupled_motion(fleet, mounts, powertrain, case, band) for case, _ in load_cases)
     return CoupledIndex(cases, tuple(weight for _, weight in load_cases), kernel)

@@ -2,8 +2,8 @@
 
 - The whole evaluation of a block of designs stays in the processor's registers and first cache.
 - The loops are written out for the problem at hand by `deboom.vehicles.kernel_source`.
-- A sum of logarithms is the logarithm of a product, taken once per 96 lines (48 in single precision); designs whose
-  products come near the end of the range are computed again by the numpy kernel.
+- A sum of logarithms is the logarithm of a product, taken once per 96 lines (48 in single
+  precision); designs whose products come near the end of the range go to the numpy kernel.
 - One thread: workers come from elsewhere.
 
 Compiling takes seconds, once per problem shape and machine: numba keeps the result on disk.
@@ -37,7 +37,8 @@ GROUPS = 6
 """Groups multiplied in double precision before their product is stored."""
 
 GROUP_RANGE = {"float64": 1e50, "float32": 1e30}
-"""A group's product beyond this, or below its inverse, goes to numpy; `GROUPS` of them fit a double."""
+"""Designs with a group's product beyond this, or below its inverse, go to numpy; `GROUPS` of them
+fit a double."""
 
 FACTOR_RANGE = 1e3
 """Designs with a largest factor beyond this, or below its inverse, go to numpy at once: between
@@ -188,7 +189,7 @@ class NumbaCoupledKernel:
         tables = (
             _line_table(equations, pattern),
             _forward_table(equations, pattern),
-            _transfer_table(equations, pattern, columns),
+            _transfer_table(equations, pattern),
         )
         return NumbaLevelSum(
             pattern=pattern,
@@ -260,9 +261,7 @@ def _forward_table(equations: ScaledEquations, pattern: CoupledPattern) -> RealA
     return np.concatenate(rows) if rows else np.zeros(1)
 
 
-def _transfer_table(
-    equations: ScaledEquations, pattern: CoupledPattern, columns: npt.NDArray[np.intp]
-) -> RealArray:
+def _transfer_table(equations: ScaledEquations, pattern: CoupledPattern) -> RealArray:
     """Return the transfer of each path, shape (n_frequency, n_vehicle, 2 n_path)."""
     # the pieces of a mount share its path, thus the transfer function of its first piece
     firsts = [pieces[0] for pieces in pattern.own_paths]

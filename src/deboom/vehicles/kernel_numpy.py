@@ -158,7 +158,7 @@ def line_exponents(contributions: ComplexArray) -> npt.NDArray[np.int32]:
     """
     nominal = np.abs(contributions.sum(axis=2))
     largest = np.abs(contributions).max(axis=2)
-    return np.frexp(np.maximum(nominal, 1e-3 * largest))[1]
+    return np.asarray(np.frexp(np.maximum(nominal, 1e-3 * largest))[1])
 
 
 @cache

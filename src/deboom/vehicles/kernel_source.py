@@ -11,7 +11,7 @@ needs few checks for overlap.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 PRESCRIBED_LANES = 128

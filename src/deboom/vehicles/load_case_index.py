@@ -20,7 +20,7 @@ class LevelSum(Protocol):
     """What a kernel makes of one load case; a process pool can carry it."""
 
     def __call__(self, designs: RealArray) -> RealArray:
-        """Return ``Σ_f 20 lg |p_vf|`` of designs (n, n_variable), shape (n, n_vehicle) [dB re 1 Pa].
+        """Return ``Σ_f 20 lg |p_vf|`` of designs (n, n_variable), (n, n_vehicle) [dB re 1 Pa].
 
         The row of a design depends on that design alone, bit for bit. It is not finite when the
         pressure of a line is exactly zero.

@@ -56,7 +56,8 @@ class Powertrain:
         symmetric = np.array_equal(self.inertia, self.inertia.T)
         if not symmetric or np.linalg.eigvalsh(self.inertia)[0] <= 0:
             raise InputError(
-                f"powertrain: inertia {self.inertia.tolist()} is not symmetric and positive definite"
+                f"powertrain: inertia {self.inertia.tolist()} is not symmetric and positive "
+                "definite: check its entries"
             )
         if min(self.mass_tolerance, self.inertia_tolerance, self.centre_tolerance) < 0:
             raise InputError("powertrain: a tolerance is negative: give its half width")

@@ -116,13 +116,12 @@ def loop(motion: CoupledMotion, rows: RealArray) -> RealArray:
 def flops_per_line(level_sum: object, n_vehicles: int) -> int:
     """Count the additions, multiplications and divisions of one lane and line of the solution."""
     text = kernel_source.coupled_source(level_sum.pattern)  # type: ignore[attr-defined]
-    solve, hear = (
+    *solve, hear = (
         sum(map(_is_arithmetic, ast.walk(node)))
         for node in ast.walk(ast.parse("def jit(f): pass\n" + text))
-        if isinstance(node, ast.For) and isinstance(node.target, ast.Name)
-        if node.target.id == "lane"
+        if isinstance(node, ast.For) and getattr(node.target, "id", "") == "lane"
     )
-    return solve + n_vehicles * (hear + 1)
+    return sum(solve) + n_vehicles * (hear + 1)
 
 
 def _is_arithmetic(node: ast.AST) -> bool:

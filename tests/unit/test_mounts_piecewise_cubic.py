@@ -19,7 +19,6 @@ Y = np.tanh(4 * X[:, 0]) + 0.2 * X[:, 1]
 @parametrize_with_checks(
     [
         PiecewiseCubicRegressor(),
-        PiecewiseCubicRegressor(split="threshold"),
         PiecewiseCubicRegressor(pieces="cv", max_pieces=3),
     ]
 )
@@ -135,6 +134,14 @@ def test_options_without_sense_are_refused(options, words):
 def test_group_labels_of_another_length_are_refused():
     with pytest.raises(InputError, match="3 group labels for 400 rows"):
         PiecewiseCubicRegressor(pieces="cv").fit(X, Y, groups=["a", "b", "c"])
+
+
+def test_groups_that_say_nothing_about_each_other_are_refused():
+    for groups in (np.zeros(len(X)), X[:, 0] > 0):
+        with pytest.raises(InputError, match="cannot be cross-validated"):
+            PiecewiseCubicRegressor(pieces="cv", reach=0.1).fit(
+                X * [1 + 5 * (X[:, :1] > 0)][0], Y, groups=groups
+            )
 
 
 @pytest.mark.parametrize("coverage", [0.0, 1.0, 95.0])

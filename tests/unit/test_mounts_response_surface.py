@@ -247,7 +247,7 @@ def test_element_models_share_the_interface(model):
 
 @pytest.mark.parametrize("regressor", [gaussian_process, spline_surface])
 def test_regression_models_share_the_interface(regressor):
-    fitted = RegressionModel.fit(*LINES, regressor=regressor(), max_lines=150)
+    fitted = RegressionModel.fit(*LINES, regressor=regressor(), max_lines=100)
     stiffness = fitted.predict(*POINTS)
     assert stiffness.shape == (3,)
     assert fitted.predict(-700.0, 2e-4, 40.0).shape == ()

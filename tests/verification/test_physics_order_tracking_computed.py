@@ -44,7 +44,7 @@ def test_constants_of_the_hann_window():
 
 @pytest.mark.parametrize("per_revolution", [100, 128])
 def test_constant_speed_is_a_windowed_fourier_transform(per_revolution):
-    """1800 1/min at 3 kHz: 100 samples in a revolution, so that order lines are lines of the DFT."""
+    """1800 1/min at 3 kHz: 100 samples in a revolution, so order lines are lines of the DFT."""
     rng = np.random.default_rng(1)
     orders = np.array([0.5, 1.0, 1.5, 3.0, 4.5])
     amplitudes = rng.normal(size=(5, 2)) + 1j * rng.normal(size=(5, 2))
@@ -128,7 +128,7 @@ def test_a_changing_amplitude_is_averaged_over_the_window():
 
 
 def test_stated_smear_is_what_a_ripple_loses():
-    """Ripple over frequency with the stated period comes out at 1/√2; one four times as long stays."""
+    """A ripple with the stated period comes out at 1/√2; one four times as long stays."""
     order, revolutions, middle = 3.0, 12.0, 1500.0
     time, angle, rpm = run_up(1200.0, 1800.0, 12.0)
     sweep = order / 60 * np.gradient(rpm, time)[0]

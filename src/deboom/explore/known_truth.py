@@ -74,6 +74,10 @@ class Quad2:
             [(designs - c) ** 2 @ w for w, c in zip(self.weights, self.targets, strict=True)]
         )
 
+    def gradient(self, designs: RealArray) -> RealArray:
+        """Return the derivatives of the responses, shape (n, 2, k)."""
+        return 2.0 * self.weights * (designs[:, None, :] - self.targets)
+
     def exact_terms(self, designs: RealArray, sigma: RealArray) -> tuple[RealArray, RealArray]:
         """Return the terms of mean and variance, each of shape (n, 2, k)."""
         second, fourth = cut_normal_moments()
@@ -114,6 +118,10 @@ class Exp1:
     def __call__(self, designs: RealArray) -> RealArray:
         """Return the response, shape (n, 1)."""
         return -(np.exp(designs * self.rates) @ self.weights)[:, None]
+
+    def gradient(self, designs: RealArray) -> RealArray:
+        """Return the derivatives of the response, shape (n, 1, k)."""
+        return -(np.exp(designs * self.rates) * self.weights * self.rates)[:, None, :]
 
     def exact_terms(self, designs: RealArray, sigma: RealArray) -> tuple[RealArray, RealArray]:
         """Return the terms of mean and variance, each of shape (n, 1, k)."""

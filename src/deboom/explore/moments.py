@@ -92,8 +92,9 @@ class ControlVariate:
     the ``φ`` are not correlated, and their variances follow from the moments of the cut normal
     distribution (regression estimator, W. G. Cochran, "Sampling Techniques", 3rd ed., 1977,
     ch. 7). The standard errors come from the scatter of the influences ``Σ_r e_tr`` and
-    ``Σ_r (2 β_r·φ_t e_tr + e_tr² - mean(e_r²)) / (2 σ_r)``. The draws must be independent
-    standard-normal columns cut at ±3, such as those of `sobol_sample`.
+    ``Σ_r (2 β_r·φ_t e_tr + e_tr²) / (2 σ_r)``, each ``e_t`` divided by one minus its leverage (the
+    jackknife; J. G. MacKinnon and H. White, Journal of Econometrics 29, 1985). The draws must be
+    independent standard-normal columns cut at ±3, such as those of `sobol_sample`.
     """
 
     degree: int = 1
@@ -129,7 +130,9 @@ class ControlVariate:
         spread = terms - terms.sum(axis=0) / n_samples
         # einsum, not @: the threads of a BLAS library may change the last bit
         gram = np.einsum("tp,tq->pq", spread, spread)
-        return FittedMoments(terms, variance, np.linalg.solve(gram, spread.T))
+        solver = np.linalg.solve(gram, spread.T)
+        leverage = 1.0 / n_samples + np.einsum("tp,pt->t", spread, solver)
+        return FittedMoments(terms, variance, solver, leverage)
 
 
 class Fit(NamedTuple):
@@ -168,11 +171,14 @@ class FittedMoments:
         Exact variance of each term; their exact means are zero [1].
     solver : array, shape (p, n_samples)
         From responses to the coefficients of the terms [1].
+    leverage : array, shape (n_samples,)
+        How much each response draws the function to itself, 0 to 1 [1].
     """
 
     terms: RealArray
     variance: RealArray
     solver: RealArray
+    leverage: RealArray
 
     def fit(self, values: RealArray) -> Fit:
         """Return the function through the responses, shape (n_samples, r)."""
@@ -191,15 +197,15 @@ class FittedMoments:
     def __call__(self, values: RealArray) -> Moments:
         """Return the moments of the responses, shape (n_samples, r)."""
         fit = self.fit(values)
-        n_samples, n_terms = self.terms.shape
         with np.errstate(over="ignore", invalid="ignore"):
             sigma = np.sqrt(fit.explained.sum(axis=0) + fit.unexplained)
             weight = np.divide(0.5, sigma, out=np.zeros(sigma.size), where=sigma > 0.0)
             curve = np.einsum("tp,pr->tr", self.terms, fit.slope)
-            influence = fit.rest * (2.0 * curve + fit.rest)
-            inflation = float(np.sqrt((n_samples - 1) / (n_samples - 1 - n_terms)))
-            mean_error = inflation * standard_error(fit.rest.sum(axis=1))
-            sigma_error = inflation * standard_error(np.einsum("tr,r->t", influence, weight))
+            # as large as the rest would be, had its draw been left out of the fit
+            rest = fit.rest / (1.0 - self.leverage)[:, None]
+            mean_error = standard_error(rest.sum(axis=1))
+            influence = rest * (2.0 * curve + rest)
+            sigma_error = standard_error(np.einsum("tr,r->t", influence, weight))
         return Moments(fit.intercept, sigma, mean_error, sigma_error)
 
 

@@ -109,7 +109,7 @@ class ShaftAngle:
 
     def _fine_times(self) -> RealArray:
         """At least eight times per pulse interval; the spline is almost straight in between."""
-        return np.linspace(self.begin, self.end, 8 * int(self.pulses.number[-1]) + 1)
+        return np.linspace(self.begin, self.end, 8 * int(np.ptp(self.pulses.number)) + 1)
 
 
 def shaft_angle(

@@ -91,8 +91,10 @@ def without_displaced(times: RealArray, number: IntArray) -> npt.NDArray[np.bool
     taken = number >= 0
     while np.count_nonzero(taken) > WINDOW:
         position = np.flatnonzero(taken)
-        deviation, interval = deviation_from_neighbours(times[position], number[position])
-        bad = deviation > np.maximum(OUTLIER * robust_spread(deviation), LEAST_OUTLIER * interval)
+        deviation, interval = _deviation_from_neighbours(times[position], number[position])
+        # the median of unsigned normal deviations is 1/1.4826 of their standard deviation
+        spread = 1.4826 * np.median(deviation)
+        bad = deviation > np.maximum(OUTLIER * spread, LEAST_OUTLIER * interval)
         worst = np.flatnonzero(bad & (deviation >= maximum_filter1d(deviation, WINDOW)))
         if worst.size == 0:
             break
@@ -103,22 +105,8 @@ def without_displaced(times: RealArray, number: IntArray) -> npt.NDArray[np.bool
     return taken
 
 
-def deviation_from_neighbours(times: RealArray, number: IntArray) -> tuple[RealArray, RealArray]:
-    """Return how far each pulse is from the course of its neighbours.
-
-    Parameters
-    ----------
-    times, number : array, shape (n,)
-        Increasing, n ≥ 9 [s].
-
-    Returns
-    -------
-    deviation : array, shape (n,)
-        Distance from the cubic of least squares through nine pulses about it, divided by the
-        standard deviation that it has for pulses with unit scatter [s].
-    interval : array, shape (n,)
-        Mean time from number to number [s].
-    """
+def _deviation_from_neighbours(times: RealArray, number: IntArray) -> tuple[RealArray, RealArray]:
+    """Studentised distance of each pulse from the cubic about it, and the interval there [s]."""
     begin = np.clip(np.arange(times.size) - WINDOW // 2, 0, times.size - WINDOW)
     neighbours = begin[:, np.newaxis] + np.arange(WINDOW)
     # few patterns of gaps occur: one small least-squares problem for each, not for each pulse
@@ -132,22 +120,6 @@ def deviation_from_neighbours(times: RealArray, number: IntArray) -> tuple[RealA
     leverage = own_row[np.arange(times.size), np.arange(times.size) - begin]
     interval = np.ptp(times[neighbours], axis=1) / np.ptp(number[neighbours], axis=1)
     return np.abs(fitted) / np.sqrt(1 - np.minimum(leverage, 0.999)), interval
-
-
-def robust_spread(deviation: RealArray) -> float:
-    """Return the standard deviation of unsigned, normally distributed deviations, by their median.
-
-    Parameters
-    ----------
-    deviation : array, shape (n,)
-        Any unit.
-
-    Returns
-    -------
-    float
-        Same unit.
-    """
-    return 1.4826 * float(np.median(deviation))
 
 
 def _cheapest_chain(times: RealArray, period: RealArray) -> IntArray:

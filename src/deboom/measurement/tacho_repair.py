@@ -15,14 +15,11 @@ from deboom.errors import InputError
 from deboom.measurement.tacho import LEAST_PULSES
 from deboom.measurement.tacho_numbering import (
     LONGEST_GAP,
-    OUTLIER,
     UNEVEN,
     WINDOW,
     IntArray,
-    deviation_from_neighbours,
     local_period,
     number_pulses,
-    robust_spread,
     without_displaced,
 )
 from deboom.physics.arrays import RealArray
@@ -30,9 +27,7 @@ from deboom.physics.arrays import RealArray
 MISCOUNT = 0.35
 """Pulses by which a gap may differ from its count."""
 MOST_REPAIRED = 0.2
-"""Share of pulses beyond which a signal is refused."""
-LARGEST_CHANGE = 1.5
-"""Ratio of neighbouring intervals beyond which pulses are not trusted."""
+"""Pulses dropped, and missing, per good one beyond which a signal is refused."""
 FASTEST_CHANGE = 1.8
 """Ratio of the running medians nine intervals apart that is a stop and no run-up, once refused."""
 
@@ -48,8 +43,8 @@ class PulseTrain:
     times : array, shape (n_pulse,)
         Increasing [s].
     number : array of int, shape (n_pulse,)
-        Count of each pulse from the first that fits, dropped or not; a step above 1 bridges missing
-        pulses.
+        Count of each pulse from the one nearest to the first that was triggered; a step above 1
+        bridges missing pulses.
     pulses_per_revolution : int
         Of the tacho.
     dropped : array, shape (n_dropped,)
@@ -104,8 +99,8 @@ def repair_pulses(
     ------
     InputError
         Fewer than ten pulses, times that do not increase, intervals that no smooth speed
-        explains, a gap that cannot be counted, more than a fifth of the pulses bad, or a shaft that
-        stops or turns back.
+        explains, a gap that cannot be counted, too many bad pulses, or a shaft that stops or turns
+        back.
 
     Notes
     -----
@@ -122,8 +117,12 @@ def repair_pulses(
         raise InputError(_stop(raw, name) or _scattered(name))
     absent = np.setdiff1d(np.arange(count[0], count[-1] + 1), count)
     missing = np.interp(absent, count, kept)
+    # the first pulse triggered is the zero mark, even if it is displaced and left out
+    count = count - count[0] + round((kept[0] - raw[0]) / local_period(kept, count)[0])
     train = PulseTrain(name, kept, count, pulses_per_revolution, raw[~taken], missing)
-    problem = _miscounted(train) or _too_many(train) or _jumping(train)
+    problem = (
+        _too_many(train, train.dropped) or _miscounted(train) or _too_many(train, train.missing)
+    )
     if problem:
         raise InputError(_stop(raw, name) or problem)
     return train
@@ -173,27 +172,12 @@ def _miscounted(train: PulseTrain) -> str:
     )
 
 
-def _too_many(train: PulseTrain) -> str:
-    if train.dropped.size + train.missing.size <= MOST_REPAIRED * train.times.size:
+def _too_many(train: PulseTrain, bad: RealArray) -> str:
+    if bad.size <= MOST_REPAIRED * train.times.size:
         return ""
     return (
         f"{train.name}: {train.dropped.size} pulses do not fit and {train.missing.size} are "
         f"missing beside {train.times.size} good ones: check the trigger level and the hysteresis"
-    )
-
-
-def _jumping(train: PulseTrain) -> str:
-    interval = np.diff(train.times) / np.diff(train.number)
-    change = np.maximum(interval[1:] / interval[:-1], interval[:-1] / interval[1:])
-    # intervals of a few samples scatter by rounding alone
-    scatter = OUTLIER * robust_spread(deviation_from_neighbours(train.times, train.number)[0])
-    change[np.abs(np.diff(interval)) < scatter] = 1.0
-    if change.max() <= LARGEST_CHANGE:
-        return ""
-    return (
-        f"{train.name}: the speed changes by a factor of {change.max():.2g} from pulse to pulse at "
-        f"{train.times[int(np.argmax(change)) + 1]:.3f} s: check the sensor, or cut the record "
-        "there"
     )
 
 

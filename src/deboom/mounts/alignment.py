@@ -25,7 +25,6 @@ class ErrorSource(Enum):
     SHAKER_ANGLE = "shaker angle"
     SHAKER_GAIN = "shaker gain"
     CELL_GAIN = "cell gain"
-    NOISE = "noise"
 
 
 @dataclass(frozen=True, eq=False)
@@ -187,13 +186,17 @@ def _force_errors(
         for felt in range(3):
             change = np.zeros_like(point.force_matrix)
             change[felt] = point.force_matrix[pushed]
+            # the mean of a matrix that is not quite constant stands for every line
+            scatter = point.transfer_scatter[felt, pushed]
             if felt == pushed:
                 what = f"force of the shaker at {point.name} along {'xyz'[pushed]}"
-                errors.append((what, ErrorSource.SHAKER_GAIN, tolerances.shaker_gain, change))
+                deviation = np.hypot(tolerances.shaker_gain, scatter)
+                errors.append((what, ErrorSource.SHAKER_GAIN, deviation, change))
             else:
                 what = (
                     f"angle of the shaker at {point.name} along {'xyz'[pushed]} towards "
                     f"{'xyz'[felt]}"
                 )
-                errors.append((what, ErrorSource.SHAKER_ANGLE, tolerances.shaker_angle, change))
+                deviation = np.hypot(tolerances.shaker_angle, scatter)
+                errors.append((what, ErrorSource.SHAKER_ANGLE, deviation, change))
     return errors

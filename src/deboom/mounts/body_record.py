@@ -33,6 +33,8 @@ class BodyRecord:
         [Hz].
     wheel_torque : array, shape (n,)
         [N m].
+    wheel_torque_noise : array, shape (n,)
+        Standard deviation of the reading [N m].
     static_force : array, shape (n, 3 n_point)
         Per direction of the body; nan where it was not measured [N].
     acceleration, acceleration_noise : array, shape (n, n_channel)
@@ -45,6 +47,7 @@ class BodyRecord:
     load_case: npt.NDArray[np.int64]
     frequency: RealArray
     wheel_torque: RealArray
+    wheel_torque_noise: RealArray
     static_force: RealArray
     acceleration: ComplexArray
     acceleration_noise: RealArray
@@ -59,10 +62,30 @@ class BodyRecord:
         """``ω²`` of each line, shape (n,) [1/s²]."""
         return (2 * np.pi * self.frequency) ** 2
 
-    def part(self, rows: slice | npt.NDArray[np.bool_]) -> BodyRecord:
+    def part(self, rows: slice | npt.NDArray[np.intp] | npt.NDArray[np.bool_]) -> BodyRecord:
         """Return some of the lines."""
         names = [field.name for field in fields(self)]
         return replace(self, **{name: getattr(self, name)[rows] for name in names})
+
+    def repeated_lines(self) -> list[npt.NDArray[np.intp]]:
+        """Lines of equal load case and frequency: one array (n, n_repeat) per number of repeats."""
+        cases = np.column_stack([self.load_case, self.frequency])
+        _, group, count = np.unique(cases, axis=0, return_inverse=True, return_counts=True)
+        rows = np.argsort(group, kind="stable")
+        repeats = count[group[rows]]
+        return [rows[repeats == n].reshape(-1, n) for n in np.unique(count)]
+
+    def mean_over_repeats(self) -> BodyRecord:
+        """Average repeated lines, in the order of `repeated_lines`."""
+        lines = self.repeated_lines()
+        mean = self.part(np.concatenate([repeats[:, 0] for repeats in lines]))
+        averaged = {}
+        for name in ("wheel_torque", "static_force", "acceleration", "cell_force"):
+            averaged[name] = np.concatenate([getattr(self, name)[r].mean(axis=1) for r in lines])
+        for name in ("wheel_torque_noise", "acceleration_noise", "cell_noise"):
+            noise = [getattr(self, name)[r[:, 0]] / np.sqrt(r.shape[1]) for r in lines]
+            averaged[name] = np.concatenate(noise)
+        return replace(mean, **averaged)
 
 
 def body_record(
@@ -102,6 +125,7 @@ def body_record(
         load_case=np.repeat([cases.index(kind) for kind in kinds], lines),
         frequency=np.concatenate([run.frequency for run in runs]),
         wheel_torque=np.concatenate([run.wheel_torque for run in runs]),
+        wheel_torque_noise=np.repeat([tolerances.torque * r.total_ratio for r in runs], lines),
         static_force=np.vstack([_static_force(run, body.directions) for run in runs]),
         acceleration=accelerations,
         acceleration_noise=_noise(

@@ -14,7 +14,7 @@ COARSE_BLOCKS = 48
 """Blocks of about the same number of rows in the first search."""
 
 ZOOM_CUTS = 16
-"""Candidates on each side of a cut in every refinement."""
+"""Candidates on each side of a cut in every refinement of the search."""
 
 RIDGE = 1e-10
 """Keeps the squares defined where rows cannot tell terms apart; far below any noise."""
@@ -42,6 +42,8 @@ class Segments:
         Every place where the split variable changes, and both ends.
     divisible : bool
         Whether there are rows for two segments.
+    total : float
+        Weighted squares of the observations about 0, in units of each output's variance.
     """
 
     def __init__(
@@ -56,6 +58,7 @@ class Segments:
         self._output_scale = np.where(spread > 0, spread, 1.0)
         terms = cubic_terms((X[order] - centre) / half_range)
         root = np.sqrt(weight[order])[:, np.newaxis]
+        self.total = float(np.sum((root * y[order] / self._output_scale) ** 2))
         self._rows = root * np.hstack([terms, y[order] / self._output_scale])
         # equal rows count once, so that a repeated row and a doubled weight mean the same
         is_new = np.zeros(len(order), dtype=np.int64)
@@ -78,16 +81,12 @@ class Segments:
         nearest = np.searchsorted(self._distinct_before[self.cuts], wanted)
         return np.unique(self.cuts[np.minimum(nearest, len(self.cuts) - 1)])
 
-    def finer_edges(self, edges: IntArray, chosen: IntArray) -> IntArray:
-        """Cuts between the neighbours of the chosen ones among `edges`, with both ends."""
-        finer = [self.cuts[[0, -1]], chosen]
-        for cut in chosen:
-            here = int(np.searchsorted(edges, cut))
-            for low, high in ((edges[here - 1], cut), (cut, edges[here + 1])):
-                between = self.cuts[(self.cuts >= low) & (self.cuts <= high)]
-                picked = np.linspace(0, len(between) - 1, ZOOM_CUTS + 1).round().astype(int)
-                finer.append(between[picked])
-        return np.unique(np.concatenate(finer))
+    def edges_near(self, chosen: IntArray, radius: int) -> IntArray:
+        """Pick up to 32 cuts within `radius` cuts of each chosen one, with both ends."""
+        steps = np.linspace(-radius, radius, 2 * ZOOM_CUTS + 1).round().astype(np.int64)
+        places = np.searchsorted(self.cuts, chosen)[:, np.newaxis] + steps
+        inside = np.clip(places, 0, len(self.cuts) - 1).ravel()
+        return np.unique(np.concatenate([self.cuts[[0, -1]], self.cuts[inside]]))
 
     def squares(self, edges: IntArray) -> RealArray:
         """Weighted squares that one cubic leaves between two edges.
@@ -126,6 +125,12 @@ class Segments:
         counts = self._distinct_before[edges]
         squares[counts[np.newaxis, :] - counts[:, np.newaxis] < self._min_rows] = np.inf
         return squares
+
+    def left_over(self, cuts: IntArray) -> float:
+        """Weighted squares that separate cubics leave between the given cuts, as `squares`."""
+        edges = np.concatenate([self.cuts[:1], cuts, self.cuts[-1:]])
+        squares = self.squares(edges)
+        return float(sum(squares[k, k + 1].sum() for k in range(len(edges) - 1)))
 
     def relative_error(self, edges: IntArray, squares: RealArray) -> RealArray:
         """Rms error over mean absolute value between two edges, the worst of the outputs.

@@ -6,12 +6,16 @@ from collections.abc import Callable
 
 import numpy as np
 
+from deboom.errors import InputError
 from deboom.mounts.cubic_least_squares import fit_pieces
-from deboom.mounts.cubic_segments import IntArray, Segments
+from deboom.mounts.cubic_segments import ZOOM_CUTS, IntArray, Segments
 from deboom.mounts.training_region import TrainingRegion
 from deboom.physics.arrays import RealArray
 
 Chooser = Callable[[IntArray, RealArray], IntArray | None]
+
+EXACT = 1e-18
+"""Squares left over squares of the observations, below which more pieces describe only rounding."""
 
 
 def least_squares_splits(segments: Segments, max_pieces: int) -> list[RealArray]:
@@ -27,7 +31,7 @@ def least_squares_splits(segments: Segments, max_pieces: int) -> list[RealArray]
     Returns
     -------
     list of array, shape (n_pieces - 1,)
-        For 1, 2, … pieces, as far as there are rows for them.
+        For 1, 2, … pieces, as far as there are rows for them and errors to describe.
 
     Notes
     -----
@@ -35,9 +39,9 @@ def least_squares_splits(segments: Segments, max_pieces: int) -> list[RealArray]
     18, 2003), then the same between ever closer cuts about the chosen ones, down to single rows:
     the global optimum between blocks, a local one inside of them.
     """
-    found = [np.empty(0)]
+    found = [np.empty(0, dtype=np.int64)]
     if max_pieces == 1 or not segments.divisible:
-        return found
+        return [np.empty(0)]
     edges = segments.coarse_edges()
     squares = segments.squares(edges)
     for n_pieces in range(2, max_pieces + 1):
@@ -46,10 +50,10 @@ def least_squares_splits(segments: Segments, max_pieces: int) -> list[RealArray]
             return _best_cuts(edges, squares, n)
 
         chosen = choose(edges, squares)
-        if chosen is None:
+        if chosen is None or segments.left_over(found[-1]) <= EXACT * segments.total:
             break
         found.append(_refined(segments, edges, chosen, choose))
-    return found
+    return [segments.split_points(cuts) for cuts in found]
 
 
 def threshold_splits(segments: Segments, max_pieces: int, threshold: float) -> RealArray | None:
@@ -93,7 +97,9 @@ def threshold_splits(segments: Segments, max_pieces: int, threshold: float) -> R
         return np.empty(0)
     edges = segments.coarse_edges()
     chosen = choose(edges, segments.squares(edges))
-    return None if chosen is None else _refined(segments, edges, chosen, choose)
+    if chosen is None:
+        return None
+    return segments.split_points(_refined(segments, edges, chosen, choose))
 
 
 def cross_validated_splits(
@@ -129,6 +135,11 @@ def cross_validated_splits(
     -------
     array, shape (n_pieces - 1,)
 
+    Raises
+    ------
+    InputError
+        Fewer than two folds that lie in the region of the others.
+
     Notes
     -----
     Scored on the rows left out that the others hold for every number of pieces (region and
@@ -145,8 +156,9 @@ def cross_validated_splits(
     scores = []
     for number in np.unique(fold):
         kept, left_out = fold != number, fold == number
-        left_out &= TrainingRegion.around(X[kept]).contains(X)
-        if not left_out.any():
+        if kept.any():
+            left_out &= TrainingRegion.around(X[kept]).contains(X)
+        if not (kept.any() and left_out.any()):
             continue
         segments = Segments(X[kept], y[kept], weight[kept], split_feature, min_rows)
         fits = [
@@ -163,7 +175,10 @@ def cross_validated_splits(
             score[k] = np.average(error, weights=weight[left_out])
         scores.append(score)
     if len(scores) < 2:
-        return found[0]
+        raise InputError(
+            "the number of pieces cannot be cross-validated: the runs left out lie where the "
+            "others were not measured; ask for a number of pieces"
+        )
     by_fold = np.array(scores)
     best = int(np.argmin(by_fold.mean(axis=0)))
     for k in range(best):
@@ -173,15 +188,18 @@ def cross_validated_splits(
     return found[best]
 
 
-def _refined(segments: Segments, edges: IntArray, chosen: IntArray, choose: Chooser) -> RealArray:
-    """Repeat the choice between ever closer cuts until there are no closer ones."""
+def _refined(segments: Segments, edges: IntArray, chosen: IntArray, choose: Chooser) -> IntArray:
+    """Repeat the choice between ever closer cuts about the chosen ones, down to single rows."""
+    places = np.searchsorted(segments.cuts, edges)
+    radius = int(np.max(np.diff(places)))
     while chosen.size:
-        finer = segments.finer_edges(edges, chosen)
-        again = choose(finer, segments.squares(finer))
-        if again is None or (np.array_equal(again, chosen) and np.array_equal(finer, edges)):
+        near = segments.edges_near(chosen, radius)
+        again = choose(near, segments.squares(near))
+        chosen = chosen if again is None else again
+        if radius <= ZOOM_CUTS:
             break
-        edges, chosen = finer, again
-    return segments.split_points(chosen)
+        radius = max(radius // 8, ZOOM_CUTS)
+    return chosen
 
 
 def _best_cuts(edges: IntArray, squares: RealArray, n_pieces: int) -> IntArray | None:

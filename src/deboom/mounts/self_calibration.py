@@ -150,9 +150,9 @@ def self_calibrated(
       mass matrix and the direction of the torque within their tolerances as well.
 
     Gauss-Newton on both, weighted by the noise of each line; a group of equations whose reduced χ²
-    exceeds 1 loses weight by it (Birge). The scatter of the force transfer matrices over frequency
-    is taken as one error common to all lines. Seven parameters stay as stated: a common rotation, offset and
-    scale of all sensors change no rigid motion; Newton's law ties them to the cells.
+    exceeds 1 loses weight by it (Birge). The scatter of the force transfer matrices is taken as one
+    error common to all lines. Seven parameters show in no rigid motion: a common rotation, offset
+    and scale of all sensors; Newton's law ties them to the cells.
     """
     if not alignment.body.is_rigid_body or not np.any(alignment.tolerance > 0):
         return stated_alignment(alignment)

@@ -99,8 +99,8 @@ class NumbaLevelSum:
         highest = np.ones((n_vehicle, n_padded), dtype=precision)
         rows = [factors.shape[1], 1, 1, 1]
         if isinstance(self.pattern, CoupledPattern):
-            n_force = 2 * self.pattern.n_paths
-            rows = [factors.shape[1], n_vehicle, n_vehicle, n_vehicle, n_force]
+            n_entry, n_path = len(self.pattern.nonzero), self.pattern.n_paths
+            rows = [factors.shape[1], *[n_vehicle] * 3, 2 * n_entry, 2 * 6, 2 * n_path]
         work = tuple(_aligned(n_rows * lanes, precision) for n_rows in rows)
         total = _aligned(rows[1] * lanes, np.dtype(np.float64))
         one = precision.type(1)

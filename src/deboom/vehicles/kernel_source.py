@@ -68,7 +68,7 @@ _COUPLED = """
 def run(designs, equations, forward, table, one, group, stored, work, total, products,
         lowest, highest):
     n_lines, n_vehicle = table.shape[0], table.shape[1]
-    x, product, low, high, w = work
+    x, product, low, high, z, q, w = work
     product[:] = one
     total[:] = 1.0
     for first in range(0, products.shape[2], LANES):
@@ -76,7 +76,7 @@ def run(designs, equations, forward, table, one, group, stored, work, total, pro
         low[:] = one
         high[:] = one
         for line in range(n_lines):
-            solve(x, equations[line], forward, one, w)
+            solve(x, equations[line], forward, one, z, q, w)
             hear(w, table[line], product)
             end = line + 1
             if end % group == 0 or end == n_lines:
@@ -177,33 +177,40 @@ def prescribed_source(n_variables: int) -> str:
 
 
 def coupled_source(pattern: CoupledPattern) -> str:
-    """Source of ``solve(x, row, forward, one, w)`` and ``hear(w, table, product)`` for one line.
+    """Source of ``solve``, which leaves in `w` the forces of the paths, and of ``hear``.
 
-    `solve` assembles the impedance, factorises it as LDLᵀ without pivoting, and leaves in `w` the
-    forces of the paths up to their stiffness; `hear` multiplies ``|p|²`` of every vehicle.
+    `solve` assembles the impedance of one line in `z`, factorises it as LDLᵀ without pivoting into
+    the motion `q`, and leaves in `w` the forces of the paths up to their stiffness; `hear`
+    multiplies ``|p|²`` of every vehicle. Several short loops instead of one: each keeps the numbers
+    of the line in registers. Their order in `row`: per nonzero entry, minus the mass and the real
+    and imaginary parts of its springs; real and imaginary parts of the load; per body of its own,
+    stiffness and load.
     """
-    body, n_coefficients = _solve_body(pattern)
-    n_forward = sum(len(pattern.directions[i]) for i in pattern.transmitting)
+    numbers = _Numbers("row")
+    body = [line for entry in pattern.nonzero for line in _assembly(pattern, entry, numbers)]
+    body += _elimination(pattern, numbers)
+    forward = _Numbers("forward")
+    for path, direction in enumerate(pattern.transmitting):
+        body += _displacement(path, direction, pattern.directions[direction], forward)
+    for number, pieces in enumerate(pattern.own_paths):
+        row = len(pattern.directions) + number
+        body += _own_path(len(pattern.transmitting) + number, row, pieces, numbers)
     n = pattern.n_paths
     real = _sum(f"c{k} * u{k} - c{n + k} * v{k}" for k in range(n))
     imaginary = _sum(f"c{n + k} * u{k} + c{k} * v{k}" for k in range(n))
     return "\n".join(
         [
             "@jit",
-            "def solve(x, row, forward, one, w):",
+            "def solve(x, row, forward, one, z, q, w):",
             "    zero = one - one",
-            *(f"    c{k} = row[{k}]" for k in range(n_coefficients)),
-            *(f"    f{k} = forward[{k}]" for k in range(n_forward)),
-            "    for lane in range(LANES):",
-            *(f"        x{k} = x[{k} * LANES + lane]" for k in range(pattern.n_variables)),
-            *(f"        {statement}" for statement in body),
+            *(f"    {line}" for line in body),
             "@jit",
             "def hear(w, table, product):",
             "    for vehicle in range(table.shape[0]):",
             *(f"        c{k} = table[vehicle, {k}]" for k in range(2 * n)),
             "        for lane in range(LANES):",
-            *(f"            u{k} = w[{2 * k} * LANES + lane]" for k in range(n)),
-            *(f"            v{k} = w[{2 * k + 1} * LANES + lane]" for k in range(n)),
+            *(f"            {_load(f'u{k}', 'w', 2 * k)}" for k in range(n)),
+            *(f"            {_load(f'v{k}', 'w', 2 * k + 1)}" for k in range(n)),
             f"            re = {real}",
             f"            im = {imaginary}",
             "            product[vehicle * LANES + lane] *= re * re + im * im",
@@ -212,25 +219,83 @@ def coupled_source(pattern: CoupledPattern) -> str:
     )
 
 
-def _solve_body(pattern: CoupledPattern) -> tuple[list[str], int]:
-    """Return the statements of one lane, and how many coefficients they read.
+def _assembly(pattern: CoupledPattern, entry: Entry, numbers: _Numbers) -> list[str]:
+    """One entry of the impedance: minus the mass, plus springs times factors."""
+    springs, place = pattern.springs(*entry), pattern.nonzero.index(entry)
+    mass = numbers.next()
+    parts = [[f"{numbers.next()} * x{i}" for i in springs] for _ in range(2)]
+    return [
+        *numbers.taken(),
+        "for lane in range(LANES):",
+        *(f"    {_load(f'x{i}', 'x', i)}" for i in springs),
+        f"    {_store('z', 2 * place, _sum([mass, *parts[0]]))}",
+        f"    {_store('z', 2 * place + 1, _sum(parts[1] or ['zero']))}",
+    ]
 
-    The order of the coefficients: per nonzero entry, minus the mass and the real and imaginary
-    parts of its springs; real and imaginary parts of the load; per body of its own, stiffness and
-    load.
-    """
-    coefficients = _Coefficients()
-    statements: list[str] = []
-    for row, column in pattern.nonzero:
-        for part, name in (("r", coefficients.next()), ("i", "zero")):
-            springs = [f"{coefficients.next()} * x{i}" for i in pattern.springs(row, column)]
-            statements.append(f"{part}{row}{column} = {_sum([name, *springs])}")
-    for freedom in range(N):
-        statements.append(f"b{freedom} = {coefficients.next()}")
-        statements.append(f"d{freedom} = {coefficients.next()}")
-    statements += factorise_and_solve(pattern.nonzero)
-    statements += _path_statements(pattern, coefficients)
-    return statements, coefficients.count
+
+def _elimination(pattern: CoupledPattern, numbers: _Numbers) -> list[str]:
+    load = [f"{part}{k} = {numbers.next()}" for k in range(N) for part in "bd"]
+    entries = [f"{i}{j}" for i, j in pattern.nonzero]
+    return [
+        *numbers.taken(),
+        "for lane in range(LANES):",
+        *(f"    {_load(f'r{ij}', 'z', 2 * k)}" for k, ij in enumerate(entries)),
+        *(f"    {_load(f'i{ij}', 'z', 2 * k + 1)}" for k, ij in enumerate(entries)),
+        *(f"    {statement}" for statement in load),
+        *(f"    {statement}" for statement in factorise_and_solve(pattern.nonzero)),
+        *(f"    {_store('q', 2 * k, f'b{k}')}" for k in range(N)),
+        *(f"    {_store('q', 2 * k + 1, f'd{k}')}" for k in range(N)),
+    ]
+
+
+def _displacement(
+    path: int, direction: int, freedoms: tuple[int, ...], forward: _Numbers
+) -> list[str]:
+    """Factor times displacement of one direction."""
+    lever = [forward.next() for _ in freedoms]
+    parts = (
+        _sum(f"{c} * {part}{a}" for c, a in zip(lever, freedoms, strict=True)) for part in "bd"
+    )
+    real, imaginary = (f"t * ({part})" for part in parts)
+    return [
+        *forward.taken(),
+        "for lane in range(LANES):",
+        f"    {_load('t', 'x', direction)}",
+        *(f"    {_load(f'b{a}', 'q', 2 * a)}" for a in freedoms),
+        *(f"    {_load(f'd{a}', 'q', 2 * a + 1)}" for a in freedoms),
+        f"    {_store('w', 2 * path, real)}",
+        f"    {_store('w', 2 * path + 1, imaginary)}",
+    ]
+
+
+def _own_path(path: int, row: int, pieces: tuple[int, ...], numbers: _Numbers) -> list[str]:
+    """Sum of the forces of pieces with a body of their own, ``x a / (x k - 1)``."""
+    lane: list[str] = []
+    for piece in pieces:
+        kr, ki, ar, ai = (numbers.next() for _ in range(4))
+        lane += [
+            f"p = f * {kr} - one",
+            f"s = f * {ki}",
+            "t = f / (p * p + s * s)",
+            f"u{piece} = ({ar} * p + {ai} * s) * t",
+            f"v{piece} = ({ai} * p - {ar} * s) * t",
+        ]
+    return [
+        *numbers.taken(),
+        "for lane in range(LANES):",
+        f"    {_load('f', 'x', row)}",
+        *(f"    {statement}" for statement in lane),
+        f"    {_store('w', 2 * path, _sum(f'u{piece}' for piece in pieces))}",
+        f"    {_store('w', 2 * path + 1, _sum(f'v{piece}' for piece in pieces))}",
+    ]
+
+
+def _load(name: str, buffer: str, row: int) -> str:
+    return f"{name} = {buffer}[{row} * LANES + lane]"
+
+
+def _store(buffer: str, row: int, value: str) -> str:
+    return f"{buffer}[{row} * LANES + lane] = {value}"
 
 
 def factorise_and_solve(nonzero: Iterable[Entry]) -> list[str]:
@@ -289,43 +354,23 @@ def _eliminate(target: int, source: int, i: int, k: int) -> list[str]:
     ]
 
 
-def _path_statements(pattern: CoupledPattern, coefficients: _Coefficients) -> list[str]:
-    out: list[str] = []
-    path, place = 0, 0
-    for direction in pattern.transmitting:
-        freedoms = pattern.directions[direction]
-        real = _sum(f"f{place + k} * b{a}" for k, a in enumerate(freedoms))
-        imaginary = _sum(f"f{place + k} * d{a}" for k, a in enumerate(freedoms))
-        out.append(f"w[{2 * path} * LANES + lane] = x{direction} * ({real})")
-        out.append(f"w[{2 * path + 1} * LANES + lane] = x{direction} * ({imaginary})")
-        path, place = path + 1, place + len(freedoms)
-    for number, pieces in enumerate(pattern.own_paths):
-        x = f"x{len(pattern.directions) + number}"
-        real_parts, imaginary_parts = [], []
-        for piece in pieces:
-            kr, ki, ar, ai = (coefficients.next() for _ in range(4))
-            out.append(f"p = {x} * {kr} - one")
-            out.append(f"s = {x} * {ki}")
-            out.append(f"t = {x} / (p * p + s * s)")
-            out.append(f"u{piece} = ({ar} * p + {ai} * s) * t")
-            out.append(f"v{piece} = ({ai} * p - {ar} * s) * t")
-            real_parts.append(f"u{piece}")
-            imaginary_parts.append(f"v{piece}")
-        out.append(f"w[{2 * path} * LANES + lane] = {_sum(real_parts)}")
-        out.append(f"w[{2 * path + 1} * LANES + lane] = {_sum(imaginary_parts)}")
-        path += 1
-    return out
+class _Numbers:
+    """Names the numbers of one array in the order in which the loops read them."""
 
-
-class _Coefficients:
-    """Counts the numbers that a line of the table holds, in the order in which they are read."""
-
-    def __init__(self) -> None:
-        self.count = 0
+    def __init__(self, array: str) -> None:
+        self._array = array
+        self._count = 0
+        self._named = 0
 
     def next(self) -> str:
-        self.count += 1
-        return f"c{self.count - 1}"
+        """Return the name of the next number."""
+        self._count += 1
+        return f"{self._array[0]}{self._count - 1}_"
+
+    def taken(self) -> list[str]:
+        """Return the statements that read the numbers named since the last call."""
+        start, self._named = self._named, self._count
+        return [f"{self._array[0]}{k}_ = {self._array}[{k}]" for k in range(start, self._count)]
 
 
 def _sum(terms: Iterable[str]) -> str:

@@ -1,0 +1,271 @@
+"""What alignment, calibration and noise leave unknown of a mount's dynamic stiffness."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from types import MappingProxyType
+
+import numpy as np
+
+from deboom.errors import InputError
+from deboom.measurement.campaign import AXES
+from deboom.mounts.alignment import Alignment, ErrorSource
+from deboom.mounts.alignment_estimate import AlignmentEstimate, stated_alignment
+from deboom.mounts.body_record import BodyRecord
+from deboom.mounts.cubic_least_squares import fit_pieces
+from deboom.mounts.cubic_pieces import PiecewiseCubic
+from deboom.mounts.named_arrays import freeze
+from deboom.mounts.operating_map import OperatingMap, Preload
+from deboom.mounts.response_surface import DynamicStiffnessSurface
+from deboom.physics.arrays import ComplexArray, RealArray
+
+IDENTIFIED = 0.15
+"""Largest half width of the 95 % band of a direction that counts as identified [1]."""
+
+COVERAGE = 0.95
+TWO_SIDED = 1.959964
+"""Standard deviations on both sides that hold `COVERAGE` of a normal distribution [1]."""
+
+LEAST_DRAWS = 200
+LINES_PER_SOURCE = 300
+"""Lines on which each source of error is looked at alone."""
+
+
+@dataclass(frozen=True, eq=False)
+class DirectionBudget:
+    """Uncertainty of the surface of one direction at the lines that it was fitted to.
+
+    Parameters
+    ----------
+    name : str
+        ``<mount> <axis>``.
+    lower, upper : array, shape (n,)
+        95 % band of |K| about the surface, relative to it, per line [1].
+    imag_half_width : array, shape (n,)
+        Half width of the 95 % band of Im K relative to |Im K|, per line [1].
+    misfit : float
+        Rms part of the surface's residuals that noise does not explain, relative to |K|; it is in
+        the band [1].
+    repeatability : float
+        Half width of the 95 % band of one line of one run by noise alone, median [1].
+    sources : mapping of ErrorSource to float
+        Half width of the 95 % band by each stated tolerance alone, median over lines [1].
+    stated_half_width : float
+        The same by all stated tolerances together, without self-calibration [1].
+    """
+
+    name: str
+    lower: RealArray
+    upper: RealArray
+    imag_half_width: RealArray
+    misfit: float
+    repeatability: float
+    sources: Mapping[ErrorSource, float]
+    stated_half_width: float
+
+    def __post_init__(self) -> None:
+        freeze(self, "lower", "upper", "imag_half_width")
+        object.__setattr__(self, "sources", MappingProxyType(dict(self.sources)))
+
+    @property
+    def half_width_95(self) -> float:
+        """Half width of the 95 % band of |K|, median over the lines [1]."""
+        return float(np.median(self.upper - self.lower) / 2)
+
+    @property
+    def imag_half_width_95(self) -> float:
+        """Half width of the 95 % band of Im K, median over the lines [1]."""
+        return float(np.median(self.imag_half_width))
+
+    @property
+    def identified(self) -> bool:
+        """Whether the band is narrow enough to speak of a measured stiffness."""
+        return self.half_width_95 <= IDENTIFIED
+
+
+def error_budget(
+    estimates: Sequence[AlignmentEstimate],
+    records: Sequence[BodyRecord],
+    maps: Mapping[str, OperatingMap],
+    surfaces: Mapping[str, DynamicStiffnessSurface],
+    variable: Preload,
+    static_force_noise: float,
+    *,
+    seed: int,
+    n_draws: int = LEAST_DRAWS,
+) -> dict[str, DirectionBudget]:
+    """Propagate what is unknown of the measuring chains into the response surfaces.
+
+    Parameters
+    ----------
+    estimates : sequence of AlignmentEstimate
+        One per body, stated or calibrated.
+    records : sequence of BodyRecord
+        What the maps were made of, in the same order.
+    maps, surfaces : mapping by ``<mount> <axis>``
+        Measured and fitted; a direction without surface gets no budget.
+    variable : Preload
+        Of the surfaces.
+    static_force_noise : float
+        Standard deviation of a static force reading [N].
+    seed : int
+        From 1.
+    n_draws : int
+        Measuring chains that are drawn, at least 200.
+
+    Returns
+    -------
+    dict of str to DirectionBudget
+
+    Raises
+    ------
+    InputError
+        A seed below 1, too few draws.
+
+    Notes
+    -----
+    A chain that is drawn replaces the laboratory's knowledge, not the recordings: what would the
+    stiffness be, if the sensors were like this? Noise is drawn line by line for displacement, force
+    and preload. To each draw a surface with the same split points is fitted. Quantiles over the
+    draws, joined in squares with the misfit of the surface, give the band.
+    """
+    if seed < 1:
+        raise InputError(f"seed {seed} is refused: seeds are whole numbers from 1")
+    if n_draws < LEAST_DRAWS:
+        raise InputError(f"{n_draws} draws do not give a 95 % band: take at least {LEAST_DRAWS}")
+    generator = np.random.default_rng(seed)
+    chains: list[_DrawnChain] = []
+    alone: dict[ErrorSource | None, list[_DrawnChain]] = {}
+    for estimate, record in zip(estimates, records, strict=True):
+        alignment, mean = estimate.alignment, record.mean_over_repeats()
+        chains.append(_DrawnChain.of(alignment, mean, estimate.draw(n_draws, generator)))
+        stated = stated_alignment(alignment).draw(n_draws, generator)
+        some = mean.part(slice(None, None, max(1, len(mean) // LINES_PER_SOURCE)))
+        for source in (None, *dict.fromkeys(alignment.sources)):
+            acting = [source in (None, one) for one in alignment.sources]
+            chain = _DrawnChain.of(alignment, some, stated * acting)
+            alone.setdefault(source, []).append(chain)
+    budgets = {}
+    for name, surface in surfaces.items():
+        own = [chain for chain in chains if name in chain.columns]
+        drawn = np.vstack([chain.stiffness(name, generator) for chain in own])
+        widths = {
+            source: _half_width_alone(name, [c for c in of_source if name in c.columns])
+            for source, of_source in alone.items()
+            if any(name in c.columns for c in of_source)
+        }
+        noise = static_force_noise
+        if variable is Preload.WHEEL_TORQUE:
+            noise = np.concatenate([chain.record.wheel_torque_noise for chain in own])
+        budgets[name] = _direction_budget(
+            maps[name], surface, drawn, widths, variable, noise, generator
+        )
+    return budgets
+
+
+@dataclass(frozen=True, eq=False)
+class _DrawnChain:
+    """One body's channels → motion and force at its points, for each of t drawn alignments."""
+
+    columns: Mapping[str, int]
+    record: BodyRecord
+    motion: RealArray
+    force: RealArray
+
+    @classmethod
+    def of(cls, alignment: Alignment, record: BodyRecord, parameters: RealArray) -> _DrawnChain:
+        columns = {
+            f"{point.mount} {axis}": 3 * place + AXES.index(axis)
+            for place, point in enumerate(alignment.body.points)
+            for axis in point.axes
+        }
+        return cls(
+            columns,
+            record,
+            alignment.motion_matrix(parameters),
+            alignment.force_matrix(parameters),
+        )
+
+    def stiffness(self, name: str, generator: np.random.Generator | None = None) -> ComplexArray:
+        """Stiffness of a direction for every line and draw, shape (n, t) [N/m]."""
+        motion, force = self.motion[:, self.columns[name]], self.force[:, self.columns[name]]
+        record = self.record
+        omega = record.squared_omega[:, np.newaxis]
+        moved = -(record.acceleration @ motion.T) / omega
+        pushed = record.cell_force @ force.T
+        if generator is not None:
+            of_motion = np.sqrt(record.acceleration_noise**2 @ motion.mean(axis=0) ** 2)
+            of_force = np.sqrt(record.cell_noise**2 @ force.mean(axis=0) ** 2)
+            moved += (of_motion[:, np.newaxis] / omega) * _complex_normals(moved.shape, generator)
+            pushed += of_force[:, np.newaxis] * _complex_normals(pushed.shape, generator)
+        return np.asarray(pushed / moved)
+
+
+def _complex_normals(shape: tuple[int, ...], generator: np.random.Generator) -> ComplexArray:
+    parts = generator.standard_normal((2, *shape))
+    return np.asarray((parts[0] + 1j * parts[1]) / np.sqrt(2))
+
+
+def _half_width_alone(name: str, pieces: Sequence[_DrawnChain]) -> float:
+    """Half width by one source, median over lines; pieces of a mount are averaged."""
+    magnitudes = [np.abs(chain.stiffness(name)) for chain in pieces]
+    relative = np.mean([m / np.median(m, axis=1, keepdims=True) for m in magnitudes], axis=0)
+    return float(np.median(_half_width(relative)))
+
+
+def _half_width(values: RealArray) -> RealArray:
+    lower, upper = np.quantile(values, [(1 - COVERAGE) / 2, (1 + COVERAGE) / 2], axis=1)
+    return np.asarray((upper - lower) / 2)
+
+
+def _direction_budget(
+    measured: OperatingMap,
+    surface: DynamicStiffnessSurface,
+    drawn: ComplexArray,
+    widths: Mapping[ErrorSource | None, float],
+    variable: Preload,
+    preload_noise: float | RealArray,
+    generator: np.random.Generator,
+) -> DirectionBudget:
+    used = ~measured.near_floor
+    samples = measured.samples(variable)
+    points, drawn = samples.points, drawn[used]
+    noise = np.broadcast_to(preload_noise, used.shape)[used, np.newaxis]
+    shift = noise * generator.standard_normal(drawn.shape)
+    refitted = [
+        _refitted(part, points, values - part.gradient(points)[:, part.split_feature] * shift)
+        for part, values in ((surface.real, drawn.real), (surface.imag, drawn.imag))
+    ]
+    fitted = surface.predict_masked(*points.T)[0]
+    magnitude = np.hypot(*refitted) / np.abs(fitted)[:, np.newaxis] - 1
+    lower, upper = np.quantile(magnitude, [(1 - COVERAGE) / 2, (1 + COVERAGE) / 2], axis=1)
+
+    relative_noise = (measured.displacement_noise[used] / samples.amplitude) ** 2 + (
+        measured.force_noise[used] / np.abs(samples.force)
+    ) ** 2
+    residual = np.abs(samples.stiffness) / np.abs(fitted) - 1
+    # half of the variance of a complex noise lies along the magnitude
+    misfit = np.sqrt(max(0.0, float(np.mean(residual**2) - np.median(relative_noise) / 2)))
+    middle = (lower + upper) / 2
+    half_width = np.hypot((upper - lower) / 2, TWO_SIDED * misfit)
+    return DirectionBudget(
+        name=measured.name,
+        lower=middle - half_width,
+        upper=middle + half_width,
+        imag_half_width=_half_width(refitted[1]) / np.abs(fitted.imag),
+        misfit=misfit,
+        repeatability=TWO_SIDED * float(np.median(np.sqrt(relative_noise / 2))),
+        sources={source: width for source, width in widths.items() if source is not None},
+        stated_half_width=widths[None],
+    )
+
+
+def _refitted(part: PiecewiseCubic, points: RealArray, values: RealArray) -> RealArray:
+    """Values at `points` of cubics fitted to `values` (n, t) with the same split points."""
+    spread = np.ptp(points[:, part.split_feature])
+    overlap = part.blend_width / spread if spread > 0 else 0.0
+    weight = np.ones(len(points))
+    return fit_pieces(points, values, weight, part.split_feature, part.split_points, overlap)(
+        points
+    )

@@ -1,0 +1,197 @@
+"""Shaft angle and speed from damaged tachos, against the motion that made the pulses."""
+
+import numpy as np
+import pytest
+
+from deboom.errors import InputError
+from deboom.measurement.shaft_angle import shaft_angle
+from deboom.measurement.tacho import Edge, pulse_times
+from deboom.measurement.tacho_repair import repair_pulses
+
+RATE = 16384.0
+
+
+START, SLOPE, DURATION, LATE = 12.0, 7.6, 5.0, 1 / 3
+"""Linear run-up [rev/s, rev/s², s]; the first pulse comes a third of a revolution late."""
+
+
+def revolution(time):
+    return START * time + SLOPE * time**2 / 2 - LATE
+
+
+def speed(time):
+    return 60 * (START + SLOPE * time)
+
+
+def pulses(per_revolution=1):
+    turned = np.arange(int(revolution(DURATION) * per_revolution) + 1) / per_revolution + LATE
+    return (np.sqrt(START**2 + 2 * SLOPE * turned) - START) / SLOPE
+
+
+def worst_angle(shaft):
+    """Largest error of the angle [deg]."""
+    time = np.linspace(shaft.begin, shaft.end, 3001)
+    return np.rad2deg(np.abs(shaft.angle(time) - 2 * np.pi * revolution(time)).max())
+
+
+def voltage(turned, *, width=0.2, edge=0.0):
+    """Pulses of 5 V over 0.2 V; the rising edge is straight and `edge` revolutions wide."""
+    within = np.mod(turned + 0.5, 1.0) - 0.5
+    if np.all(edge == 0.0):
+        return 0.2 + 4.8 * ((within >= 0) & (within < width))
+    rise = np.clip(within / edge + 0.5, 0, 1)
+    return 0.2 + 4.8 * rise * np.clip((width - within) / edge + 0.5, 0, 1)
+
+
+def test_clean_pulses_give_angle_and_speed():
+    shaft = shaft_angle(repair_pulses(pulses()))
+    assert worst_angle(shaft) < 1e-3
+    time = np.linspace(shaft.begin, shaft.end, 101)
+    np.testing.assert_allclose(shaft.rpm(time), speed(time), rtol=1e-5)
+    np.testing.assert_allclose(shaft.rpm_rate(time), 60 * SLOPE, rtol=2e-3)
+    wanted = np.array([900.0, 1500.0, 2800.0])
+    np.testing.assert_allclose(speed(shaft.time_at(wanted)), wanted, rtol=1e-5)
+
+
+def test_voltage_with_edges_of_two_samples_is_read_between_samples():
+    time = np.arange(int(DURATION * RATE)) / RATE
+    edge = 2 * speed(time) / 60 / RATE
+    times = pulse_times(voltage(revolution(time), edge=edge), RATE)
+    # an edge two samples wide is straight between the samples about its middle
+    np.testing.assert_allclose(times, pulses()[: times.size], atol=0.01 / RATE)
+    assert worst_angle(shaft_angle(repair_pulses(times))) < 0.02
+
+
+def test_perfect_steps_are_late_by_half_a_sample():
+    time = np.arange(int(DURATION * RATE)) / RATE
+    times = pulse_times(voltage(revolution(time)), RATE)
+    delay = (times - pulses()[: times.size]) * RATE
+    assert np.abs(delay).max() <= 0.5 + 1e-9
+    shaft = shaft_angle(repair_pulses(times))
+    # half a sample at 50 rev/s is 0.55 degrees
+    assert worst_angle(shaft) < 0.6
+
+
+def test_inverted_pulses_noise_and_offset():
+    rng = np.random.default_rng(2)
+    time = np.arange(int(DURATION * RATE)) / RATE
+    edge = 4 * speed(time) / 60 / RATE
+    signal = -3 - voltage(revolution(time), edge=edge) + rng.normal(0, 0.1, time.size)
+    times = pulse_times(signal, RATE, edge=Edge.FALLING, start=10.0) - 10.0
+    assert times.size == pulses()[pulses() < time[-1]].size
+    assert worst_angle(shaft_angle(repair_pulses(times))) < 0.2
+
+
+def test_missing_doubled_and_displaced_pulses_are_named():
+    true = pulses()
+    damaged = np.delete(true, [20, 50, 51, 52, 100])
+    damaged[70] += 0.2 * (true[75] - true[74])
+    stray = [0.5 * (true[10] + true[11]), true[30] + 0.0007]
+    train = repair_pulses(np.sort(np.append(damaged, stray)))
+    np.testing.assert_allclose(train.dropped, np.sort([*stray, damaged[70]]))
+    assert train.times.size == true.size - 6
+    np.testing.assert_allclose(train.times, np.delete(true, [20, 50, 51, 52, 74, 100]))
+    np.testing.assert_array_equal(
+        np.setdiff1d(np.arange(true.size), train.number), [20, 50, 51, 52, 74, 100]
+    )
+    np.testing.assert_allclose(train.missing, true[[20, 50, 51, 52, 74, 100]], atol=2e-3)
+    assert "3 dropped" in train.report()
+    assert "6 missing" in train.report()
+    assert worst_angle(shaft_angle(train)) < 1e-3
+
+
+def test_sixty_teeth_with_two_left_out():
+    true = pulses(60)
+    tooth = np.arange(true.size) % 60
+    train = repair_pulses(true[tooth < 58], 60)
+    assert train.dropped.size == 0
+    assert train.missing.size == np.count_nonzero(tooth[: train.number[-1]] >= 58)
+    assert worst_angle(shaft_angle(train)) < 1e-3
+
+
+def test_jitter_is_averaged_and_stated():
+    """Gaussian jitter of 20 µs; the angle errs by less than it, and the residual tells its size."""
+    rng = np.random.default_rng(4)
+    true = pulses()
+    jitter = rng.normal(0, 20e-6, true.size)
+    shaft = shaft_angle(repair_pulses(true + jitter))
+    smooth = shaft_angle(repair_pulses(true + jitter), knot_spacing=16)
+    through = shaft_angle(repair_pulses(true + jitter), knot_spacing=0)
+    in_angle = 2 * np.pi * speed(true) / 60 * jitter
+    assert shaft.jitter == pytest.approx(np.sqrt(np.mean(in_angle**2)), rel=0.25)
+    time = np.linspace(shaft.begin, shaft.end, 3001)
+
+    def error(course):
+        return np.sqrt(np.mean((course.angle(time) - 2 * np.pi * revolution(time)) ** 2))
+
+    assert through.jitter < 1e-9
+    assert error(smooth) < 0.45 * error(through)
+    assert error(smooth) < error(shaft) < 0.7 * error(through)
+
+
+def test_unevenness_within_a_cycle_does_not_bend_the_angle():
+    """Torsion of 1 degree at order 1.5 on a wheel with 60 teeth: the mean rotation comes out."""
+    time = np.arange(int(DURATION * 65536)) / 65536
+    smooth = revolution(time)
+    shaken = smooth + np.sin(2 * np.pi * 1.5 * smooth) / 360
+    count = np.arange(int(shaken[-1] * 60))
+    shaft = shaft_angle(repair_pulses(np.interp(count / 60, shaken, time), 60))
+    assert np.rad2deg(shaft.jitter) == pytest.approx(1 / np.sqrt(2), rel=0.05)
+    inside = np.linspace(shaft.begin + 0.3, shaft.end - 0.1, 2001)
+    error = np.rad2deg(shaft.angle(inside) - 2 * np.pi * revolution(inside))
+    assert np.abs(error - error.mean()).max() < 0.15
+
+
+def test_the_zero_mark_can_be_named():
+    """Half a turn at order 1.5 between two pulses: the phase of a half order needs a mark."""
+    train = repair_pulses(pulses())
+    first, second = shaft_angle(train), shaft_angle(train, zero_time=train.times[1] + 0.01)
+    time = np.linspace(1, 4, 7)
+    np.testing.assert_allclose(first.angle(time) - second.angle(time), 2 * np.pi, atol=1e-9)
+    turned = np.exp(1.5j * (first.angle(time) - second.angle(time)))
+    np.testing.assert_allclose(turned, -1, atol=1e-8)
+
+
+@pytest.mark.parametrize("shift", [-0.3, 0.1, 0.3])
+def test_a_first_pulse_that_is_left_out_keeps_the_zero_mark(shift):
+    true = pulses()
+    displaced = true.copy()
+    displaced[0] -= shift * (true[1] - true[0])
+    train = repair_pulses(displaced)
+    assert train.dropped[0] == displaced[0]
+    assert train.number[0] == 1
+    assert worst_angle(shaft_angle(train)) < 1e-3
+
+
+@pytest.mark.parametrize("seed", range(1, 13))
+def test_damage_at_random_is_repaired_or_refused_but_never_wrong(seed):
+    """Up to 5 % missing, 4 % stray and 2 % displaced pulses, jitter of 0.2 % of an interval."""
+    rng = np.random.default_rng(seed)
+    per_revolution = int(rng.choice([1, 2, 60]))
+    true = pulses(per_revolution)
+    interval = np.gradient(true)
+    times = true + 0.002 * interval * rng.normal(size=true.size)
+    moved = rng.random(true.size) < rng.uniform(0, 0.02)
+    times[moved] += rng.uniform(-0.4, 0.4, moved.sum()) * interval[moved]
+    times = times[rng.random(true.size) >= rng.uniform(0, 0.05)]
+    stray = rng.uniform(times[0], times[-1], int(rng.uniform(0, 0.04) * true.size))
+    try:
+        train = repair_pulses(np.unique(np.append(times, stray)), per_revolution)
+    except InputError:
+        pytest.fail("this much damage is to be repaired")
+    shaft = shaft_angle(train)
+    time = np.linspace(shaft.begin, shaft.end, 3001)
+    pulses_off = per_revolution * (shaft.angle(time) / (2 * np.pi) - revolution(time))
+    assert np.ptp(pulses_off) < 0.06
+
+
+@pytest.mark.parametrize("seed", range(1, 31))
+def test_a_shaft_that_turns_back_is_refused(seed):
+    """Slows down evenly, stops anywhere between two pulses and turns back."""
+    rng = np.random.default_rng(seed)
+    fast, braking = rng.uniform(8, 40), rng.uniform(2, 20)
+    turned = np.arange(int(fast**2 / 2 / braking)) + rng.uniform(0, 1)
+    away = np.sqrt(2 * turned / braking)
+    times = np.unique(np.concatenate([-away, away]))
+    with pytest.raises(InputError, match=r"turns back|fit no smooth speed|are needed"):
+        shaft_angle(repair_pulses(times))

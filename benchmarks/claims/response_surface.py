@@ -8,6 +8,7 @@ Errors are rms of |K_model/K_true − 1|.
 import time
 
 import numpy as np
+from scipy.ndimage import gaussian_filter1d
 from scipy.spatial import Delaunay
 from sklearn.utils.estimator_checks import check_estimator
 
@@ -47,6 +48,7 @@ def claims() -> list[Claim]:
     return [
         *_accuracy(runs),
         *_pieces(runs),
+        _cross_validation(runs),
         *_guard(runs),
         _interval(runs),
         *_alternatives(runs),
@@ -123,17 +125,6 @@ def _pieces(runs) -> list[Claim]:
     high, low = _samples(runs, TRAINING_RUNS, "TSM x"), _samples(runs, LOW_GEARS, "TSM x")
     best, threshold = _error(_fit(high), high), _error(_fit(high, split="threshold"), high)
     two, chosen = _fit(low), _fit(low, pieces="cv")
-    check = _samples(runs, UNTRAINED, "TSM x")
-    by_run, by_line = [], []
-    for seed in SEEDS[:3]:
-        noisy = _with_noise(low.stiffness, seed).real
-        for groups, results in ((low.run, by_run), (None, by_line)):
-            model = PiecewiseCubicRegressor(pieces="cv").fit(low.points, noisy, groups=groups)
-            error = (model.predict(check.points) - check.stiffness.real) / np.abs(check.stiffness)
-            results.append((model.n_pieces_, 100 * np.sqrt(np.mean(error**2))))
-    (pieces_run, error_run), (pieces_line, error_line) = (
-        zip(*results, strict=True) for results in (by_run, by_line)
-    )
     return [
         Claim(
             "TSM x, split by least squares against the thesis's 3 % threshold",
@@ -148,21 +139,34 @@ def _pieces(runs) -> list[Claim]:
             f"two {_error(two, low):.2f} %",
             _error(chosen, low) <= 1 < _error(two, low),
         ),
-        Claim(
-            f"the same with {100 * NOISE:g} % noise, true error of Re K on runs never trained: pieces "
-            "chosen by leaving out runs (or single lines)",
-            "≤ 1 %",
-            f"{max(error_run):.2f} % with {sorted(pieces_run)} pieces "
-            f"({max(error_line):.2f} % with {sorted(pieces_line)})",
-            max(error_run) <= 1,
-        ),
     ]
 
 
-def _with_noise(stiffness, seed):
-    generator = np.random.default_rng(seed)
-    noise = generator.normal(size=stiffness.size) + 1j * generator.normal(size=stiffness.size)
-    return stiffness + NOISE * np.abs(stiffness) * noise
+def _cross_validation(runs) -> Claim:
+    """Noise that neighbouring lines share, as order tracking leaves it; check runs held out."""
+    training = _samples(runs, [plan for plan in TRAINING_RUNS if plan not in CHECK], "EnM x")
+    check = _samples(runs, CHECK, "EnM x")
+    outcomes = []
+    for seed in SEEDS[:4]:
+        noise = np.random.default_rng(seed).normal(size=(len(training) // 241, 241))
+        noise = gaussian_filter1d(noise, 4.0, axis=1)
+        noise *= NOISE / noise.std()
+        noisy = training.stiffness.real + noise.ravel() * np.abs(training.stiffness)
+        for groups in (training.run, None):
+            model = PiecewiseCubicRegressor(pieces="cv").fit(training.points, noisy, groups=groups)
+            answered = model.supported(check.points)
+            error = (model.predict(check.points) - check.stiffness.real) / np.abs(check.stiffness)
+            rms = 100 * np.sqrt(np.mean(error[answered] ** 2))
+            outcomes.append((rms, 100 * answered.mean(), model.n_pieces_))
+    by_run, by_line = (tuple(zip(*side, strict=True)) for side in (outcomes[::2], outcomes[1::2]))
+    return Claim(
+        f"EnM x, {100 * NOISE:g} % noise shared by neighbouring lines, true error of Re K on runs "
+        "held out: pieces chosen by leaving out runs, or (wrongly) single lines",
+        "≤ 1 %, ≥ 85 % of lines answered",
+        f"{max(by_run[0]):.2f} %, {min(by_run[1]):.0f} %, {sorted(by_run[2])} pieces "
+        f"(lines: {max(by_line[0]):.2f} %, {min(by_line[1]):.0f} %, {sorted(by_line[2])})",
+        max(by_run[0]) <= 1 and min(by_run[1]) >= 85,
+    )
 
 
 def _guard(runs) -> list[Claim]:
@@ -294,10 +298,10 @@ def _alternatives(runs) -> list[Claim]:
 
 def _berg() -> Claim:
     """Berg's rule from turning point to turning point against the closed form."""
-    per_cycle = 5000
+    per_cycle = 10000
     phase = 2 * np.pi * np.arange(12 * per_cycle) / per_cycle
     worst = 0.0
-    for amplitude in (0.01, 0.3, 3.0):
+    for amplitude in (0.05, 0.4, 3.0):
         displacement = amplitude * np.sin(phase)
         force, turned_at, turned_with, direction = 0.0, 0.0, 0.0, 1.0
         record = np.zeros(phase.size)

@@ -5,7 +5,7 @@ at 8 designs drawn over the bounds, from 128 shared Sobol points of 4 seeds, aga
 A control variate of degree 1 is a straight line in the draws, of degree 2 a parabola in each.
 
 The others belong to 20 instances each of QUAD2 and EXP1, 12 variables in ±20 %, made with ±15 %:
-NSGA-II with 100 designs × 200 generations and σ from 128 shared Sobol points, degree 2. Kept is the
+NSGA-II with 100 designs × 150 generations and σ from 128 shared Sobol points, degree 2. Kept is the
 true hypervolume of the designs found against that of the true front, both scaled to its ideal and
 nadir, up to (1.1, 1.1). Both problems are sums over the variables, which a control variate of
 degree 2 suits better than it will suit a real model: hence the first figures.
@@ -80,7 +80,7 @@ def front_kept(task: tuple[str, int]) -> tuple[float, float]:
     space = stiffness_factor_space(problem.variable_names)
     sample = sobol_sample(12, seed=seed)
     robust = RobustResponse(problem, space, sample, estimator=ControlVariate(2))
-    front = nsga2(robust, 100, 200, seed=seed).front
+    front = nsga2(robust, 100, 150, seed=seed).front
     truth = exact_objectives(problem, space, front.designs)
     best = exact_front(problem, space)
     ideal, nadir = best.min(axis=0), best.max(axis=0)

@@ -3,6 +3,8 @@
 import os
 import signal
 from dataclasses import fields
+from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -15,6 +17,7 @@ from deboom.explore.problems import nsga2
 from deboom.explore.robust import RobustResponse
 from deboom.explore.tolerance_samples import sobol_sample
 from deboom.explore.workers import workers_for
+from deboom.study.runner import load_study, run_study
 
 distributed = pytest.importorskip("distributed")
 
@@ -49,6 +52,29 @@ def test_a_worker_killed_mid_run_changes_nothing(cluster):
     np.testing.assert_array_equal(search.hypervolume, whole.hypervolume)
 
 
+def test_one_process_two_and_a_cluster_write_the_same_files(cluster, tmp_path):
+    study = load_study(Path(__file__).parents[2] / "benchmarks" / "quad2_front.py")
+    folders = [
+        run_study(study, tmp_path / name, {"generations": 4, "population": 12, **who})
+        for name, who in (
+            ("alone", {}),
+            ("pool", {"workers": 2}),
+            ("cluster", {"scheduler": cluster.scheduler_address}),
+        )
+    ]
+    files = [
+        {
+            path.relative_to(folder): path.read_bytes()
+            for path in folder.rglob("*")
+            # these hold times
+            if path.is_file() and path.name not in ("run.json", "report.html", "state.npz")
+        }
+        for folder in folders
+    ]
+    assert Path("front.csv") in files[0]
+    assert files[0] == files[1] == files[2]
+
+
 def test_when_all_workers_lose_the_response_it_is_sent_again(cluster):
     designs = 0.8 + 0.4 * np.random.default_rng(1).random((9, 4))
     with workers_for(ROBUST, scheduler=cluster.scheduler_address) as spread:
@@ -73,3 +99,14 @@ def test_nobody_at_the_address(monkeypatch):
         workers_for(ROBUST, scheduler="tcp://127.0.0.1:9"),
     ):
         pass
+
+
+def test_a_cluster_without_workers():
+    class Empty:
+        scheduler = SimpleNamespace(address="tcp://node7:8786")
+
+        def wait_for_workers(self, n_workers, timeout):
+            raise TimeoutError
+
+    with pytest.raises(InputError, match="has no worker: start one with `dask worker tcp://node7"):
+        workers._wait_for_a_worker(Empty())

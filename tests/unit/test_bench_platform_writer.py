@@ -1,10 +1,12 @@
 """The written platform: complete or not there, repeatable, and refused with a sentence."""
 
+import json
 import tomllib
 
 import numpy as np
 import pytest
 
+from deboom.bench.data_sheet import WHEEL_END_TOLERANCE
 from deboom.bench.platform_writer import write_platform
 from deboom.errors import InputError
 from deboom.files.platform import read_platform
@@ -68,6 +70,19 @@ def test_the_tables_name_every_axis_that_transmits(written):
     axes = {mount["name"]: mount["transfer_axes"] for mount in platform["mounts"]}
     assert axes == {"EnM": [*"xyz"], "GeM": [*"xyz"], "TSM": [*"xyz"], "Du": ["x"]}
     assert platform["mounts"][3]["pieces"] == ["left", "right"]
+
+
+def test_the_data_sheet_states_the_wheel_end_within_its_tolerance(written, tmp_path):
+    other = write_platform(tmp_path / "other", seed=4)
+    stated = []
+    for folder in (written, other):
+        toml = tomllib.loads((folder / "platform.toml").read_text(encoding="utf-8"))
+        assert ["body_mass_kg" in mount for mount in toml["mounts"]] == [False, False, False, True]
+        assert toml["mounts"][3]["body_mass_tolerance_kg"] == WHEEL_END_TOLERANCE
+        stated.append(toml["mounts"][3]["body_mass_kg"])
+    truth = json.loads((written / "truth" / "powertrain.json").read_text(encoding="utf-8"))
+    assert max(abs(mass - truth["wheel_end_mass_kg"]) for mass in stated) <= WHEEL_END_TOLERANCE
+    assert stated[0] != stated[1]
 
 
 def test_the_truth_needs_no_pickle(written):

@@ -70,8 +70,8 @@ def test_polished_designs_dominate_and_the_front_nears_the_truth(make):
         truth = exact_objectives(robust.evaluate, robust.space, values.designs)
         least = np.interp(truth[:, 1], best[::-1, 1], best[::-1, 0])
         gaps.append(np.median(truth[:, 0] - least) / np.ptp(best[:, 0]))
-    assert gaps[0] > 0.03
-    assert -0.002 < gaps[1] < 0.1 * gaps[0]
+    assert gaps[0] > 0.01
+    assert -0.002 < gaps[1] < 0.2 * gaps[0]
 
 
 def test_a_design_that_cannot_be_improved_stays():

@@ -121,6 +121,8 @@ def write_tiny_platform(folder):
                     "description": "wishbone",
                     "pieces": ["left", "right"],
                     "transfer_axes": ["x"],
+                    "body_mass_kg": 40.2,
+                    "body_mass_tolerance_kg": 1.0,
                 },
             ],
             "vehicles": [
@@ -176,6 +178,12 @@ def test_a_platform_is_read_in_the_order_of_its_mounts(folder):
     tsm, du = platform.mounts
     assert tsm.positions == ((0.2, -0.06, -0.27),)
     assert (du.pieces, du.positions[1]) == (("left", "right"), (-0.5, 0.3, -0.1))
+    assert (tsm.body_mass, du.body_mass, du.body_mass_tolerance) == (None, 40.2, 1.0)
+    sheet = platform.powertrain
+    assert (sheet.mass, sheet.mass_tolerance) == (193.5, 1.0)
+    assert (sheet.inertia_tolerance, sheet.centre_tolerance) == (0.02, 0.002)
+    np.testing.assert_array_equal(sheet.inertia, np.diag([11.0, 6.8, 9.6]))
+    np.testing.assert_array_equal(sheet.centre, np.zeros(3))
     for vehicle in platform.fleet.vehicles:
         frf = vehicle.noise_transfer
         assert (frf.outputs, frf.inputs, frf.unit) == (("driver ear",), PATHS, "Pa/N")

@@ -83,6 +83,17 @@ def test_what_is_dumped_loads_as_the_same_values(path, tmp_path):
     assert sorted(p.name for p in tmp_path.iterdir()) == ["copy.toml", "platform.toml"]
 
 
+def test_a_mount_may_carry_a_body_of_its_own(path, tmp_path):
+    text = path.read_text(encoding="utf-8")
+    own = 'transfer_axes = ["x"]\nbody_mass_kg = 40.2\nbody_mass_tolerance_kg = 1.0'
+    path.write_text(text.replace('transfer_axes = ["x"]', own), encoding="utf-8")
+    platform = load_platform_file(path)
+    assert [mount.body_mass_kg for mount in platform.mounts] == [None, 40.2]
+    assert [mount.body_mass_tolerance_kg for mount in platform.mounts] == [None, 1.0]
+    dump_platform_file(tmp_path / "copy.toml", platform)
+    assert load_platform_file(tmp_path / "copy.toml") == platform
+
+
 def test_what_would_be_refused_is_not_dumped(path, tmp_path):
     platform = load_platform_file(path)
     cases = (platform.load_cases[1],)
@@ -126,6 +137,27 @@ def test_what_would_be_refused_is_not_dumped(path, tmp_path):
         ("[11.0, -0.06", "[true, -0.06", "key 'inertia_kg_m2[0][0]' in [powertrain] is true"),
         ('transfer_axes = ["x"]', 'transfer_axes = "x"', "'transfer_axes' in [[mounts]] 2"),
         ('title = "5th gear"', "title = 5", "key 'title' in [[load_cases]] 1 is 5: input should"),
+        # a body of its own
+        (
+            'transfer_axes = ["x"]',
+            'transfer_axes = ["x"]\nbody_mass_kg = 40.0',
+            "key 'body_mass_tolerance_kg' in [[mounts]] 2 is null: a body mass needs a tolerance",
+        ),
+        (
+            'transfer_axes = ["x"]',
+            'transfer_axes = ["x"]\nbody_mass_kg = 4.0\nbody_mass_tolerance_kg = 5.0',
+            "is 5.0: a body mass needs a tolerance below it",
+        ),
+        (
+            'transfer_axes = ["x"]',
+            'transfer_axes = ["x"]\nbody_mass_tolerance_kg = 1.0',
+            "is 1.0: a tolerance needs the key 'body_mass_kg' beside it",
+        ),
+        (
+            'transfer_axes = ["x"]',
+            'transfer_axes = ["x"]\nbody_mass_kg = 0.0\nbody_mass_tolerance_kg = 0.0',
+            "key 'body_mass_kg' in [[mounts]] 2 is 0.0: input should be greater than 0",
+        ),
         # ranges
         ("format = 1", "format = 2", "key 'format' in the top level is 2: input should be 1"),
         ("gear = 6", "gear = 0", "is 0: input should be greater than or equal to 1"),

@@ -56,7 +56,7 @@ def test_level_and_hysteresis_can_be_set():
         (np.sort(np.append(RISING, RISING + 0.0008)), 1, "fit no smooth speed"),
         (np.random.default_rng(1).uniform(0, 6, 150).cumsum(), 1, "fit no smooth speed"),
         (np.sort(np.append(STEADY, STEADY[::3] + 0.013)), 1, "do not fit and 0 are missing"),
-        (np.append(STEADY, STEADY[-1] + np.arange(1, 60) / 40), 1, "do not fit and 0 are missing"),
+        (np.append(STEADY, STEADY[-1] + np.arange(1, 60) / 40), 1, "104 pulses do not fit"),
     ],
 )
 def test_pulses_that_make_no_shaft(times, per_revolution, message):

@@ -4,6 +4,7 @@ import io
 
 import numpy as np
 import pytest
+from sklearn.neighbors import KNeighborsRegressor
 
 from deboom.errors import InputError
 from deboom.mounts.agreement import agreement, r_squared
@@ -262,6 +263,8 @@ def test_regression_models_refuse_what_they_cannot_do():
         RegressionModel.fit(*LINES, np.arange(1.0, N + 1), regressor=spline_surface())
     with pytest.raises(InputError, match="max_lines is at least 2"):
         RegressionModel.fit(*LINES, regressor=spline_surface(), max_lines=1)
+    with pytest.raises(InputError, match="KNeighborsRegressor does not tell its number"):
+        RegressionModel.fit(*LINES, regressor=KNeighborsRegressor())
 
 
 def test_friction_refuses_a_negative_amplitude():

@@ -42,6 +42,16 @@ def test_weights_average_the_load_cases_and_are_normalised():
     np.testing.assert_allclose(found(DESIGNS), expected, rtol=0, atol=1e-10)
 
 
+def test_levels_of_each_load_case():
+    index = BoomingIndex((ONE, TWO), (1.0, 3.0), NUMPY)
+    assert index.load_case_names == ("g5", "g6")
+    np.testing.assert_array_equal(index.frequency, FREQUENCY)
+    np.testing.assert_array_equal(index.levels(DESIGNS), levels(ONE, DESIGNS))
+    np.testing.assert_array_equal(index.levels(DESIGNS, "g6"), levels(TWO, DESIGNS))
+    with pytest.raises(InputError, match=r"no load case 'g7' in the index: use one of"):
+        index.levels(DESIGNS, "g7")
+
+
 def test_a_load_case_of_weight_zero_takes_no_part():
     silent = PathContributions("g7", FREQUENCY, np.zeros((3, 41, 4)), VEHICLES, VARIABLES)
     found = BoomingIndex((silent, ONE), (0.0, 2.0), NUMPY)

@@ -65,15 +65,14 @@ def test_null_factors_have_no_effect_at_all():
     assert not index.gradient(DESIGNS)[:, :, 10:].any()
 
 
-def test_gradient_obeys_euler_for_a_common_factor_of_all_stiffness_mass_and_load():
-    """``p`` is homogeneous of degree 1 where all bodies are massless: then x K v q = load."""
+def test_without_inertia_a_common_factor_changes_no_level():
+    """Forces then balance the load whatever the stiffness, and ``Σ_k x_k ∂SPLV/∂x_k = 0``."""
     light = replace(
         ONE,
         mass_matrix=1e-9 * ONE.mass_matrix,
         own_mass=1e-9 * ONE.own_mass,
     )
     found = CoupledIndex((light,), (1.0,), NUMPY_COUPLED).gradient(DESIGNS)
-    # without inertia the forces balance the load whatever the common factor: no change of level
     common = np.einsum("dvk,dk->dv", found, DESIGNS)
     np.testing.assert_allclose(common, 0.0, atol=1e-3)
 

@@ -28,13 +28,13 @@ MOTION, COUPLED_DESIGNS = bench.problem(SHAPE), bench.designs(SHAPE)
 pytest.importorskip("numba", reason="the extra 'fast' is not installed")
 
 
-def _contributions(n_variable=4, n_lines=101, seed=1):
+def _contributions(n_variable=10, n_lines=101, seed=1):
     rng = np.random.default_rng(seed)
     shape = (3, n_lines, n_variable)
     return rng.normal(size=shape) + 1j * rng.normal(size=shape)
 
 
-def _designs(n, n_variable=4, seed=2):
+def _designs(n, n_variable=10, seed=2):
     return np.random.default_rng(seed).uniform(0.6, 1.4, (n, n_variable))
 
 
@@ -72,10 +72,12 @@ def test_neighbours_out_of_range_change_no_bit_and_are_right_themselves(which):
 
 @pytest.mark.parametrize("kernel", [NUMBA, NUMBA_FLOAT32])
 def test_quiet_and_loud_lines_leave_to_the_careful_kernel(kernel):
-    """A design that kills one path turns 40 lines down by 400 dB, another turns them up."""
-    contributions = _contributions(2)
-    contributions[:, :40, 0] *= 1e-20
-    designs = np.array([[1.0, 0.0], [1.0, 1.0], [1.0, 2.0], [0.0, 1.0]])
+    """A design that switches one path off turns 40 lines down by 400 dB."""
+    contributions = _contributions()
+    contributions[:, :40, :9] *= 1e-20
+    designs = np.ones((4, 10))
+    designs[:, 9] = [0.0, 1.0, 2.0, 1.0]
+    designs[3, :9] = 0.0
     found = kernel.prepare(contributions)(designs)
     exact = NUMPY.prepare(contributions)(designs)
     np.testing.assert_allclose(found[0], exact[0], rtol=1e-12)
@@ -83,18 +85,20 @@ def test_quiet_and_loud_lines_leave_to_the_careful_kernel(kernel):
 
 
 def test_silence_is_minus_infinity_of_that_design_only():
-    contributions = np.ones((2, 5, 2), dtype=complex)
-    contributions[0, 3] = [1.0, -1.0]
-    found = NUMBA.prepare(contributions)(np.array([[1.0, 1.0], [1.0, 0.5]]))
-    np.testing.assert_array_equal(np.isneginf(found), [[True, False], [False, False]])
+    contributions = _contributions()
+    contributions[0, 3] = [1.0, -1.0, *np.zeros(8)]
+    designs = np.ones((2, 10))
+    designs[1, 1] = 0.5
+    found = NUMBA.prepare(contributions)(designs)
+    np.testing.assert_array_equal(np.isneginf(found), [[True, False, False], [False] * 3])
     silent = np.zeros((1, 5, 2), dtype=complex)
     assert np.isneginf(NUMBA.prepare(silent)(np.ones((3, 2)))).all()
 
 
 def test_variables_without_effect_have_none():
-    contributions = _contributions(6)
+    contributions = _contributions(12)
     contributions[:, :, [1, 4]] = 0.0
-    designs = _designs(50, 6)
+    designs = _designs(50, 12)
     level_sum = NUMBA.prepare(contributions)
     other = designs.copy()
     other[:, [1, 4]] = 1e300

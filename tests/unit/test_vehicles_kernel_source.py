@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from deboom.vehicles.kernel_source import CoupledPattern, factorise_and_solve, source
+from deboom.vehicles.kernel_ldlt_source import factorise_and_solve
+from deboom.vehicles.kernel_source import CoupledPattern, source
 
 DENSE = [(i, j) for i in range(6) for j in range(i + 1)]
 MOUNTS = [(k, k) for k in range(6)] + [(4, 0), (5, 0), (3, 1), (5, 1), (3, 2), (4, 2)]

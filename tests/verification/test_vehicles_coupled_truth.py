@@ -15,7 +15,7 @@ from deboom.physics.forced_response import forced_response
 from deboom.physics.rigid_body import mass_matrix, mount_stiffness_matrix
 from deboom.physics.sound_level import spl
 from deboom.vehicles.coupled_identification import coupled_motion
-from deboom.vehicles.coupled_index import CoupledIndex
+from deboom.vehicles.coupled_index import CoupledIndex, coupled_index
 from deboom.vehicles.fleet import path_contributions
 from deboom.vehicles.kernel_coupled_numpy import NUMPY_COUPLED
 from deboom.vehicles.synthesis import levels
@@ -119,8 +119,8 @@ def _true_motion(platform, load_case):
 def test_bench_truth_resolved_is_met_within_measurement_error(platform, drawn_designs, load_case):
     """Change of SPLV a line by a design, against the truth with the same transfer functions.
 
-    The files carry sensor, shaker and data-sheet errors; prescribed motion is several times as far
-    off.
+    The files carry sensor, shaker and data-sheet errors; prescribed motion is more than ten times
+    as far off.
     """
     fleet, case = platform.fleet.group("U06"), platform.load_case(load_case)
     motion = coupled_motion(fleet, platform.mounts, platform.powertrain, case)
@@ -137,8 +137,8 @@ def test_bench_truth_resolved_is_met_within_measurement_error(platform, drawn_de
     }
     change = {name: (level[1:] - level[0]).mean(axis=-1) for name, level in found.items()}
     error = {name: np.std(change[name] - change["true"]) for name in ("coupled", "prescribed")}
-    assert error["coupled"] <= 0.05
-    assert error["prescribed"] >= 3 * error["coupled"]
+    assert error["coupled"] <= 0.015
+    assert error["prescribed"] >= 10 * error["coupled"]
 
 
 @pytest.mark.parametrize("group", ["U06", "F39", "F45"])
@@ -155,6 +155,20 @@ def test_prescribed_against_coupled_as_in_the_study(platform, drawn_designs, gro
             assert 1.10 <= np.polyfit(p, c, 1)[0] <= 1.35
 
 
+def test_index_of_the_shipped_platform_averages_its_load_cases(platform, drawn_designs):
+    fleet, names = platform.fleet.group("U06"), ("g5_wot220", "g7_wot220")
+    cases = [(platform.load_case(name), weight) for name, weight in zip(names, (3, 1), strict=True)]
+    mounts, powertrain = platform.mounts, platform.powertrain
+    index = coupled_index(fleet, mounts, powertrain, cases, (20.0, 60.0), NUMPY_COUPLED)
+    designs = drawn_designs[:5]
+    one, other = (index.levels(designs, name).sum(axis=-1) for name in names)
+    np.testing.assert_allclose(index(designs), 0.75 * one + 0.25 * other, rtol=0, atol=1e-9)
+    nominal = index.levels(np.ones((1, 12)), "g7_wot220")[0]
+    contributions = path_contributions(fleet, mounts, platform.load_case("g7_wot220"))
+    measured = levels(contributions, np.ones((1, 12)))[0]
+    np.testing.assert_allclose(nominal, measured, rtol=0, atol=1e-9)
+
+
 def test_measured_motion_of_the_shipped_platform_is_rigid(platform):
     for case in platform.load_cases:
         fleet = platform.fleet.group("U06")
@@ -163,7 +177,7 @@ def test_measured_motion_of_the_shipped_platform_is_rigid(platform):
 
 
 def test_data_sheet_tolerances_hardly_matter(platform, drawn_designs):
-    """Ten powertrains that the data sheet also describes: below 0.05 dB a line."""
+    """Ten powertrains that the data sheet also describes: below 0.02 dB a line."""
     fleet, case = platform.fleet.group("U06"), platform.load_case("g5_wot220")
     rng = np.random.default_rng(1)
     designs = np.vstack([np.ones(12), drawn_designs[:20]])
@@ -173,4 +187,4 @@ def test_data_sheet_tolerances_hardly_matter(platform, drawn_designs):
         motion = coupled_motion(fleet, platform.mounts, powertrain, case)
         splv = NUMPY_COUPLED.prepare(motion)(designs)
         changes.append((splv[1:] - splv[0]) / motion.frequency.size)
-    assert 0.0 < np.std(changes, axis=0).max() < 0.05
+    assert 0.0 < np.std(changes, axis=0).max() < 0.02

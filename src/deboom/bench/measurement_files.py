@@ -55,6 +55,11 @@ def operating_file(load_case: LoadCasePlan) -> str:
     return f"operating/{load_case.name}.uff"
 
 
+def torque_file(load_case: LoadCasePlan) -> str:
+    """Return the file of a load case's engine torque."""
+    return f"operating/{load_case.name}_torque.csv"
+
+
 def ear_nodes(fleet: BenchFleet) -> dict[str, int]:
     """Assign each vehicle the node of its driver's ear."""
     return {vehicle: FIRST_EAR_NODE + k for k, vehicle in enumerate(fleet.bodies)}
@@ -215,6 +220,7 @@ def platform_file(
                 gear=case.gear,
                 torque_limit_nm=case.torque_limit,
                 operating=operating_file(case),
+                torque_table=torque_file(case),
             )
             for case in LOAD_CASES
         ),

@@ -9,6 +9,7 @@ from deboom.bench.measurement_files import (
     ear_nodes,
     noise_transfer_file,
     operating_file,
+    torque_file,
 )
 from deboom.bench.platform_layout import LOAD_CASES, TITLE, paths, points
 from deboom.physics.arrays import RealArray
@@ -46,6 +47,9 @@ def readme_text(
             for point in points(mount_names)
             for axis in point.axes
         ),
+        "",
+        "Engine torque at every line [N m]:",
+        *(f"    {torque_file(case)}" for case in LOAD_CASES),
         "",
         "Noise transfer functions [Pa/N], type 4; response = ear node, reference = path:",
         *(

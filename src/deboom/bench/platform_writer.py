@@ -22,6 +22,7 @@ from deboom.bench.measurement_files import (
     operating_file,
     operating_functions,
     platform_file,
+    torque_file,
 )
 from deboom.bench.operating_run import full_load_run
 from deboom.bench.parameters import load_bench
@@ -35,9 +36,16 @@ from deboom.errors import InputError
 from deboom.files.atomic import replace_text
 from deboom.files.platform_file import dump_platform_file
 from deboom.files.tables import write_channel_table, write_mount_table
+from deboom.files.torque_table import write_torque_table
 from deboom.files.uff import write_uff
 
 Progress = Callable[[int, int, str], None]
+
+TORQUE_NOISE = 1.0
+"""Standard deviation of the engine torque that the control unit states, per line [N m]."""
+
+TORQUE_DIGITS = 2
+"""Decimals to which it does."""
 
 
 def write_platform(folder: Path, seed: int, progress: Progress | None = None) -> Path:
@@ -78,8 +86,8 @@ def _write_files(folder: Path, seed: int, progress: Progress) -> None:
     bench, fleet, budget = load_bench(), load_fleet(seed), ErrorBudget()
     names, order = bench.mount_names, bench.order_torque.order
     # one child per purpose, so that a change of one draw leaves the others as they are
-    children = np.random.SeedSequence(seed).spawn(5)
-    for_sheet, for_sensors, for_runs, for_vehicles, for_wheel_end = children
+    children = np.random.SeedSequence(seed).spawn(6)
+    for_sheet, for_sensors, for_runs, for_vehicles, for_wheel_end, for_torque = children
     sheet = draw_data_sheet(bench, np.random.default_rng(for_sheet))
     wheel_end_mass = draw_wheel_end_mass(bench, np.random.default_rng(for_wheel_end))
     instrumentation, knowledge = draw_instrumentation(
@@ -90,12 +98,15 @@ def _write_files(folder: Path, seed: int, progress: Progress) -> None:
         (folder / name).mkdir()
 
     runs = {}
+    torque_noise = np.random.default_rng(for_torque)
     for case, child in zip(LOAD_CASES, for_runs.spawn(len(LOAD_CASES)), strict=True):
         run = full_load_run(bench, case.gear, case.torque_limit, FREQUENCY)
         raw = measure(instrumentation, run, budget, np.random.default_rng(child))
         measured = evaluate(knowledge, raw)
         functions = operating_functions(measured, FREQUENCY, case, names, order)
         write_uff(folder / operating_file(case), functions)
+        torque = run.engine_torque + torque_noise.normal(0, TORQUE_NOISE, FREQUENCY.size)
+        write_torque_table(folder / torque_file(case), FREQUENCY, np.round(torque, TORQUE_DIGITS))
         runs[case.name] = run
         progress(len(runs), total, operating_file(case))
 

@@ -110,6 +110,6 @@ def check_same_search(facts: Mapping[str, Any], asked: Mapping[str, Any]) -> Non
     for name, value in asked.items():
         if facts.get(name) != value:
             raise InputError(
-                f"the checkpoint belongs to a search with {name} {facts.get(name)!r}, not "
-                f"{value!r}: go on with the former or start anew"
+                f"what was kept belongs to {name} {facts.get(name)!r}, not {value!r}: "
+                "go on with the former or start anew"
             )

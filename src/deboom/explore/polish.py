@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import fields
-from typing import Any, Protocol
+from typing import Protocol
 
 import numpy as np
 from scipy.optimize import minimize
@@ -125,20 +125,19 @@ def _descend(robust: RobustResponse, start: RealArray, steps: int) -> RealArray:
     first = (start - lower) / np.where(span > 0.0, span, 1.0)
     limit = at(first)[0][1]
     scale = limit or 1.0
-    no_more_sigma: Any = {
+    no_more_sigma = {
         "type": "ineq",
         "fun": lambda place: (limit - at(place)[0][1]) / scale,
         "jac": lambda place: -at(place)[1][1] * span / scale,
     }
-    ends: Any = {"maxiter": steps, "ftol": SMALLEST_GAIN}
-    found = minimize(
+    found = minimize(  # type: ignore[call-overload]  # the stubs know no array of any length
         lambda place: at(place)[0][0] / scale,
         first,
         jac=lambda place: at(place)[1][0] * span / scale,
         method="SLSQP",
         bounds=[(0.0, 1.0)] * len(start),
         constraints=no_more_sigma,
-        options=ends,
+        options={"maxiter": steps, "ftol": SMALLEST_GAIN},
     )
     return np.asarray(np.clip(lower + found.x * span, lower, upper))
 

@@ -68,12 +68,9 @@ class RobustProblem(Problem):
 
     def __init__(self, robust: Robust) -> None:
         space = robust.space
+        n_objectives, n_constraints = getattr(robust, "n_objectives", 2), 1
         super().__init__(
-            n_var=space.n_variables,
-            n_obj=getattr(robust, "n_objectives", 2),
-            n_ieq_constr=1,
-            xl=space.lower,
-            xu=space.upper,
+            space.n_variables, n_objectives, n_constraints, xl=space.lower, xu=space.upper
         )
         self.robust = robust
 

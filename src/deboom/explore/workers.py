@@ -29,7 +29,10 @@ ATTEMPTS = 3
 """Times that one batch of designs may lose workers before the search gives up."""
 
 CONNECT_S = 10.0
-"""Wait for a cluster's scheduler, and then for its first worker [s]."""
+"""Wait for a cluster's scheduler [s]."""
+
+WORKER_S = 60.0
+"""Wait for a cluster's first worker, or for another one when the last has died [s]."""
 
 SAME_ON_WORKERS = ("deboom", "numpy", "scipy")
 """Packages whose versions decide the last bit of a result."""
@@ -179,6 +182,7 @@ def dask_cluster(robust: Robust, scheduler: str) -> Iterator[Robust]:
             "and give the address that it prints"
         ) from None
     with client:
+        _wait_for_a_worker(client)
         _check_workers(client, scheduler)
         pool = _DaskCluster(robust, client)
         yield SpreadResponse(robust.space, pool, getattr(robust, "n_objectives", 2))
@@ -260,7 +264,7 @@ class _DaskCluster:
             try:
                 return list(self.client.gather(futures))
             except (CancelledError, KilledWorker):  # the last worker that held the response died
-                self.client.wait_for_workers(1, timeout=CONNECT_S)
+                _wait_for_a_worker(self.client)
                 self._scatter()
         raise InputError(
             f"workers of the cluster have died {ATTEMPTS} times in a row over the same designs: "
@@ -272,14 +276,18 @@ def _compute(robust: Robust, designs: RealArray) -> RobustValues:
     return robust(designs)
 
 
-def _check_workers(client: Any, scheduler: str) -> None:
-    """Refuse a cluster without workers, and workers whose results might differ in the last bit."""
+def _wait_for_a_worker(client: Any) -> None:
     try:
-        client.wait_for_workers(1, timeout=CONNECT_S)
+        client.wait_for_workers(1, timeout=WORKER_S)
     except TimeoutError:
+        address = client.scheduler.address
         raise InputError(
-            f"the cluster at {scheduler} has no worker: start one with `dask worker {scheduler}`"
+            f"the cluster at {address} has no worker: start one with `dask worker {address}`"
         ) from None
+
+
+def _check_workers(client: Any, scheduler: str) -> None:
+    """Refuse workers whose results might differ in the last bit."""
     here = _versions()
     for address, there in client.run(_versions, on_error="return").items():
         if not isinstance(there, dict):

@@ -23,6 +23,7 @@ from deboom.files.tables import (
     read_channel_table,
     read_mount_table,
 )
+from deboom.files.torque_table import read_torque_table
 from deboom.measurement.channels import Frf, Spectrum
 from deboom.measurement.load_case import LoadCase
 from deboom.mounts.mount import AXES, Mount
@@ -134,7 +135,8 @@ def read_platform(folder: Path) -> Platform:
     frequency = common_axis([*noise_transfer, *(c for pair in operating for c in pair)])
     inputs = [platform_path, mount_path, channel_path]
     inputs += [folder / entry.noise_transfer for entry in file.vehicles]
-    inputs += [folder / entry.operating for entry in file.load_cases]
+    for entry in file.load_cases:
+        inputs += [folder / name for name in (entry.operating, entry.torque_table) if name]
     return Platform(
         name=file.name,
         title=file.title,
@@ -174,6 +176,9 @@ def read_platform(folder: Path) -> Platform:
                 order=file.engine.dominant_order,
                 displacement=Spectrum(frequency, displacement.values, displacement.names, "m"),
                 force=Spectrum(frequency, force.values, force.names, "N"),
+                engine_torque=read_torque_table(folder / entry.torque_table, frequency)
+                if entry.torque_table
+                else None,
             )
             for entry, (displacement, force) in zip(file.load_cases, operating, strict=True)
         ),

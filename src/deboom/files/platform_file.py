@@ -130,6 +130,8 @@ class LoadCaseEntry(StrictModel):
     """Engine torque limit [N m]."""
     operating: RelativePath
     """UFF file."""
+    torque_table: RelativePath | None = None
+    """CSV with the engine torque at every line; left out where it was not recorded."""
 
 
 class PlatformFile(StrictModel):

@@ -8,6 +8,7 @@ import numpy as np
 
 from deboom.errors import InputError
 from deboom.measurement.channels import Spectrum
+from deboom.physics.arrays import RealArray
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,11 +33,13 @@ class LoadCase:
         At the virtual points, columns ``<mount> [<piece>] <axis>`` [m].
     force : Spectrum
         On the receiver at the virtual points, the same columns [N].
+    engine_torque : array, shape (f,), optional
+        Quasi-static engine torque at every line [N m]; None where it was not recorded.
 
     Raises
     ------
     InputError
-        Displacement and force of different lines or channels.
+        Displacement and force of different lines or channels; not one finite torque per line.
     """
 
     name: str
@@ -47,6 +50,7 @@ class LoadCase:
     order: float
     displacement: Spectrum
     force: Spectrum
+    engine_torque: RealArray | None = None
 
     def __post_init__(self) -> None:
         if self.displacement.channels != self.force.channels:
@@ -67,3 +71,36 @@ class LoadCase:
                 raise InputError(
                     f"load case {self.name}: {what} is in {spectrum.unit}, expected {unit}"
                 )
+        if self.engine_torque is not None:
+            self._keep_torque(self.engine_torque)
+
+    @property
+    def wheel_torque(self) -> RealArray:
+        """Engine torque times total ratio, the preload of the mounts, shape (f,) [N m].
+
+        Raises
+        ------
+        InputError
+            The engine torque of this run was not recorded.
+        """
+        if self.engine_torque is None:
+            raise InputError(
+                f"load case {self.name}: its engine torque was not recorded: add its table as "
+                "torque_table in platform.toml"
+            )
+        return self.engine_torque * self.total_ratio
+
+    def _keep_torque(self, torque: RealArray) -> None:
+        values = np.array(torque, dtype=float)
+        if values.shape != self.displacement.frequency.shape:
+            raise InputError(
+                f"load case {self.name}: engine torque of shape {values.shape}, expected one value "
+                f"for each of {self.displacement.frequency.size} lines"
+            )
+        if not np.isfinite(values).all():
+            line = self.displacement.frequency[np.argmin(np.isfinite(values))]
+            raise InputError(
+                f"load case {self.name}: the engine torque at {line:g} Hz is not finite"
+            )
+        values.setflags(write=False)
+        object.__setattr__(self, "engine_torque", values)

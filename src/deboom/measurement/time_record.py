@@ -30,7 +30,8 @@ class TimeRecord:
     Raises
     ------
     InputError
-        Shapes that disagree, a rate that is not positive, or a value that is not finite.
+        Shapes that disagree, duplicated names, a rate that is not positive, or a value that is not
+        finite.
     """
 
     values: RealArray
@@ -47,6 +48,9 @@ class TimeRecord:
                 f"a time record of {len(channels)} channels has shape (n_sample, "
                 f"{len(channels)}), not {values.shape}"
             )
+        doubled = sorted({name for name in channels if channels.count(name) > 1})
+        if doubled:
+            raise InputError(f"duplicated channel {doubled}: every channel needs a name of its own")
         if not self.rate > 0:
             raise InputError(f"a sampling rate of {self.rate} Hz is not positive")
         bad = ~np.isfinite(values)

@@ -76,7 +76,7 @@ class BodyRecord:
         return [rows[repeats == n].reshape(-1, n) for n in np.unique(count)]
 
     def mean_over_repeats(self) -> BodyRecord:
-        """Average repeated lines, in the order of `repeated_lines`."""
+        """Average repeated lines; one line per load case and frequency, in their order."""
         lines = self.repeated_lines()
         mean = self.part(np.concatenate([repeats[:, 0] for repeats in lines]))
         averaged = {}
@@ -85,7 +85,8 @@ class BodyRecord:
         for name in ("wheel_torque_noise", "acceleration_noise", "cell_noise"):
             noise = [getattr(self, name)[r[:, 0]] / np.sqrt(r.shape[1]) for r in lines]
             averaged[name] = np.concatenate(noise)
-        return replace(mean, **averaged)
+        mean = replace(mean, **averaged)
+        return mean.part(np.lexsort((mean.frequency, mean.load_case)))
 
 
 def body_record(

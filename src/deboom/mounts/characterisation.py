@@ -58,7 +58,7 @@ class CharacteriseOptions:
     torque_axis_deviation : float
         Standard deviation of that direction [rad].
     folds : int
-        Groups of load cases that are held out in turn to judge the surfaces.
+        Groups of load cases that are held out in turn to judge the surfaces; 0 for none.
     draws : int
         Of the error budget.
     seed : int
@@ -67,7 +67,7 @@ class CharacteriseOptions:
     Raises
     ------
     InputError
-        Fewer than two folds, or a torque without direction.
+        A single fold, or a torque without direction.
     """
 
     gears: tuple[int, ...] | None = (5, 6, 7)
@@ -82,8 +82,8 @@ class CharacteriseOptions:
     seed: int = 1
 
     def __post_init__(self) -> None:
-        if self.folds < 2:
-            raise InputError(f"{self.folds} folds hold nothing out: take at least 2")
+        if self.folds == 1 or self.folds < 0:
+            raise InputError(f"{self.folds} folds leave nothing to fit: take 0 or at least 2")
         if not np.linalg.norm(self.torque_axis) > 0:
             raise InputError("the axis of the excitation torque is a vector other than zero")
 
@@ -230,6 +230,7 @@ def _map_points(measured: OperatingMap) -> MapPoints:
     """Every line over static force; those near the floor have no confidence."""
     return MapPoints(
         preload=measured.preload(Preload.STATIC_FORCE),
+        wheel_torque=measured.wheel_torque,
         amplitude=measured.amplitude,
         frequency=measured.frequency,
         dynamic_stiffness=measured.stiffness,

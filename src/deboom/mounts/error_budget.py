@@ -16,7 +16,7 @@ from deboom.mounts.body_record import BodyRecord
 from deboom.mounts.cubic_least_squares import fit_pieces
 from deboom.mounts.cubic_pieces import PiecewiseCubic
 from deboom.mounts.named_arrays import freeze
-from deboom.mounts.operating_map import OperatingMap, Preload
+from deboom.mounts.operating_map import OperatingMap, Preload, operating_maps
 from deboom.mounts.response_surface import DynamicStiffnessSurface
 from deboom.physics.arrays import ComplexArray, RealArray
 
@@ -28,18 +28,24 @@ TWO_SIDED = 1.959964
 """Standard deviations on both sides that hold `COVERAGE` of a normal distribution [1]."""
 
 LEAST_DRAWS = 200
+LINES = 2000
+"""Lines of each body that drawn surfaces are fitted to at most. What noise does to the surface is
+slightly overstated where there are more."""
+
 LINES_PER_SOURCE = 300
 """Lines on which each source of error is looked at alone."""
 
 
 @dataclass(frozen=True, eq=False)
 class DirectionBudget:
-    """Uncertainty of the surface of one direction at the lines that it was fitted to.
+    """Uncertainty of the surface of one direction at lines that it was fitted to.
 
     Parameters
     ----------
     name : str
         ``<mount> <axis>``.
+    points : array, shape (n, 3)
+        Preload, amplitude [m] and frequency [Hz] of these lines.
     lower, upper : array, shape (n,)
         95 % band of |K| about the surface, relative to it, per line [1].
     imag_half_width : array, shape (n,)
@@ -56,6 +62,7 @@ class DirectionBudget:
     """
 
     name: str
+    points: RealArray
     lower: RealArray
     upper: RealArray
     imag_half_width: RealArray
@@ -65,7 +72,7 @@ class DirectionBudget:
     stated_half_width: float
 
     def __post_init__(self) -> None:
-        freeze(self, "lower", "upper", "imag_half_width")
+        freeze(self, "points", "lower", "upper", "imag_half_width")
         object.__setattr__(self, "sources", MappingProxyType(dict(self.sources)))
 
     @property
@@ -87,7 +94,6 @@ class DirectionBudget:
 def error_budget(
     estimates: Sequence[AlignmentEstimate],
     records: Sequence[BodyRecord],
-    maps: Mapping[str, OperatingMap],
     surfaces: Mapping[str, DynamicStiffnessSurface],
     variable: Preload,
     static_force_noise: float,
@@ -102,9 +108,9 @@ def error_budget(
     estimates : sequence of AlignmentEstimate
         One per body, stated or calibrated.
     records : sequence of BodyRecord
-        What the maps were made of, in the same order.
-    maps, surfaces : mapping by ``<mount> <axis>``
-        Measured and fitted; a direction without surface gets no budget.
+        What the surfaces were fitted to, in the same order.
+    surfaces : mapping of str to DynamicStiffnessSurface
+        By ``<mount> <axis>``.
     variable : Preload
         Of the surfaces.
     static_force_noise : float
@@ -135,13 +141,14 @@ def error_budget(
     if n_draws < LEAST_DRAWS:
         raise InputError(f"{n_draws} draws do not give a 95 % band: take at least {LEAST_DRAWS}")
     generator = np.random.default_rng(seed)
+    thinned = [_thinned(record.mean_over_repeats(), LINES) for record in records]
+    maps = operating_maps(estimates, thinned)
     chains: list[_DrawnChain] = []
     alone: dict[ErrorSource | None, list[_DrawnChain]] = {}
-    for estimate, record in zip(estimates, records, strict=True):
-        alignment, mean = estimate.alignment, record.mean_over_repeats()
-        chains.append(_DrawnChain.of(alignment, mean, estimate.draw(n_draws, generator)))
+    for estimate, record in zip(estimates, thinned, strict=True):
+        alignment, some = estimate.alignment, _thinned(record, LINES_PER_SOURCE)
+        chains.append(_DrawnChain.of(alignment, record, estimate.draw(n_draws, generator)))
         stated = stated_alignment(alignment).draw(n_draws, generator)
-        some = mean.part(slice(None, None, max(1, len(mean) // LINES_PER_SOURCE)))
         for source in (None, *dict.fromkeys(alignment.sources)):
             acting = [source in (None, one) for one in alignment.sources]
             chain = _DrawnChain.of(alignment, some, stated * acting)
@@ -162,6 +169,10 @@ def error_budget(
             maps[name], surface, drawn, widths, variable, noise, generator
         )
     return budgets
+
+
+def _thinned(record: BodyRecord, most: int) -> BodyRecord:
+    return record.part(slice(None, None, -(-len(record) // most)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -241,24 +252,33 @@ def _direction_budget(
     magnitude = np.hypot(*refitted) / np.abs(fitted)[:, np.newaxis] - 1
     lower, upper = np.quantile(magnitude, [(1 - COVERAGE) / 2, (1 + COVERAGE) / 2], axis=1)
 
-    relative_noise = (measured.displacement_noise[used] / samples.amplitude) ** 2 + (
-        measured.force_noise[used] / np.abs(samples.force)
-    ) ** 2
-    residual = np.abs(samples.stiffness) / np.abs(fitted) - 1
+    relative_noise = (measured.displacement_noise[used] / samples.amplitude) ** 2
+    relative_noise = relative_noise + (measured.force_noise[used] / np.abs(samples.force)) ** 2
     # half of the variance of a complex noise lies along the magnitude
-    misfit = np.sqrt(max(0.0, float(np.mean(residual**2) - np.median(relative_noise) / 2)))
+    magnitude_noise, of_imag = relative_noise / 2, np.abs(fitted.imag)
+    misfit = _misfit(np.abs(samples.stiffness) / np.abs(fitted) - 1, magnitude_noise)
+    imag_misfit = _misfit(
+        (samples.stiffness - fitted).imag / of_imag,
+        magnitude_noise * (np.abs(fitted) / of_imag) ** 2,
+    )
     middle = (lower + upper) / 2
     half_width = np.hypot((upper - lower) / 2, TWO_SIDED * misfit)
     return DirectionBudget(
         name=measured.name,
+        points=points,
         lower=middle - half_width,
         upper=middle + half_width,
-        imag_half_width=_half_width(refitted[1]) / np.abs(fitted.imag),
+        imag_half_width=np.hypot(_half_width(refitted[1]) / of_imag, TWO_SIDED * imag_misfit),
         misfit=misfit,
-        repeatability=TWO_SIDED * float(np.median(np.sqrt(relative_noise / 2))),
+        repeatability=TWO_SIDED * float(np.median(np.sqrt(magnitude_noise))),
         sources={source: width for source, width in widths.items() if source is not None},
         stated_half_width=widths[None],
     )
+
+
+def _misfit(residual: RealArray, noise_variance: RealArray) -> float:
+    """Rms of the residuals beyond what noise explains."""
+    return float(np.sqrt(max(0.0, np.mean(residual**2) - np.mean(noise_variance))))
 
 
 def _refitted(part: PiecewiseCubic, points: RealArray, values: RealArray) -> RealArray:

@@ -21,15 +21,13 @@ from deboom.mounts.named_arrays import freeze
 from deboom.physics.arrays import ComplexArray, RealArray
 from deboom.physics.rigid_body import skew
 
-STEP = 4
-"""Of the lines one in this many is used: neighbours share part of their time window."""
+LINES = 1200
+"""Lines to use at most, of all runs: more would only average noise that is small by then, and
+neighbouring lines share part of their time window."""
 
 FIDELITY = 2e-4
 """What rigid body and linear alignment leave unexplained, per norm of a sensor, common to all
 lines: products of two errors of a per cent [1]."""
-
-CHUNK = 1600
-"""Lines looked at together; bounds the memory."""
 
 ITERATIONS = 6
 CONVERGED = 0.02
@@ -156,6 +154,8 @@ def self_calibrated(
     """
     if not alignment.body.is_rigid_body or not np.any(alignment.tolerance > 0):
         return stated_alignment(alignment)
+    every = max(4, -(-sum(len(record) for record in records) // LINES))
+    lines = [record.part(slice(None, None, every)) for record in records]
     n_own = alignment.tolerance.size
     deviations = alignment.tolerance
     if free_body is not None:
@@ -166,7 +166,7 @@ def self_calibrated(
     misfit: dict[str, float] = {}
     for _ in range(ITERATIONS):
         normal, gradient, misfit = _normal_equations(
-            alignment, records, free_body, parameters, misfit
+            alignment, lines, free_body, parameters, misfit
         )
         curvature = normal[np.ix_(active, active)] + prior
         step = np.linalg.solve(curvature, gradient[active] - prior @ parameters[active])
@@ -196,19 +196,17 @@ def _normal_equations(
     gradient = np.zeros(parameters.size)
     squares: dict[str, float] = {}
     counts: dict[str, int] = {}
-    n_lines = sum(len(record) for record in records) // STEP
+    n_lines = sum(len(record) for record in records)
     for record in records:
-        for begin in range(0, len(record), CHUNK):
-            part = record.part(slice(begin, begin + CHUNK, STEP))
-            for equations in _equations(alignment, part, free_body, parameters, n_lines):
-                group, jacobian = equations.group, equations.jacobian
-                # a complex normal deviation of variance 1 has two real ones of variance 1/2
-                weight = 2 / max(1.0, misfit.get(group, 1.0))
-                normal += weight * (jacobian.conj().T @ jacobian).real
-                gradient += weight * (jacobian.conj().T @ equations.residual).real
-                energy = float(np.sum(np.abs(equations.residual) ** 2))
-                squares[group] = squares.get(group, 0.0) + energy
-                counts[group] = counts.get(group, 0) + equations.freedom
+        for equations in _equations(alignment, record, free_body, parameters, n_lines):
+            group, jacobian = equations.group, equations.jacobian
+            # a complex normal deviation of variance 1 has two real ones of variance 1/2
+            weight = 2 / max(1.0, misfit.get(group, 1.0))
+            normal += weight * (jacobian.conj().T @ jacobian).real
+            gradient += weight * (jacobian.conj().T @ equations.residual).real
+            energy = float(np.sum(np.abs(equations.residual) ** 2))
+            squares[group] = squares.get(group, 0.0) + energy
+            counts[group] = counts.get(group, 0) + equations.freedom
     return normal, gradient, {name: squares[name] / counts[name] for name in squares}
 
 
@@ -223,7 +221,8 @@ def _equations(
     forward = alignment.forward(own)
     inverse = np.linalg.pinv(forward)
     motion = lines.acceleration @ inverse.T
-    channel_change = np.einsum("kcd,nd->nck", alignment.forward_change, motion)
+    channel_change = np.tensordot(motion, alignment.forward_change, axes=([1], [2]))
+    channel_change = np.swapaxes(channel_change, 1, 2)
 
     body = alignment.body
     sensor = np.array(body.channel_rows) // 3
@@ -251,9 +250,10 @@ def _equations(
     mass_matrix = free_body.mass_matrix + np.tensordot(of_body, free_body.mass_changes, 1)
     load = motion @ mass_matrix.T + force @ to_load.T
     motion_change = -inverse @ channel_change
-    force_change = np.einsum("kpc,nc->npk", alignment.force_change, lines.cell_force)
-    by_mass = np.einsum("kab,nb->nak", free_body.mass_changes, motion)
-    change = np.concatenate([mass_matrix @ motion_change + to_load @ force_change, by_mass], axis=2)
+    force_change = np.tensordot(lines.cell_force, alignment.force_change, axes=([1], [2]))
+    by_mass = np.tensordot(motion, free_body.mass_changes, axes=([1], [2]))
+    by_alignment = mass_matrix @ motion_change + to_load @ np.swapaxes(force_change, 1, 2)
+    change = np.concatenate([by_alignment, np.swapaxes(by_mass, 1, 2)], axis=2)
 
     balanced = np.zeros((5, 6))
     balanced[:3, :3] = np.eye(3)

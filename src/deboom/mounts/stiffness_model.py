@@ -52,14 +52,14 @@ class StiffnessSamples:
     run: npt.NDArray[np.str_] | None = None
 
     def __post_init__(self) -> None:
-        weight = np.ones(np.shape(self.preload)) if self.weight is None else self.weight
-        columns = {
+        columns: dict[str, RealArray | ComplexArray] = {
             "preload": np.array(self.preload, dtype=float),
             "displacement": np.array(self.displacement, dtype=complex),
             "frequency": np.array(self.frequency, dtype=float),
             "stiffness": np.array(self.stiffness, dtype=complex),
-            "weight": np.array(weight, dtype=float),
         }
+        if self.weight is not None:
+            columns["weight"] = np.array(self.weight, dtype=float)
         for name, column in columns.items():
             if column.ndim != 1 or column.shape != columns["preload"].shape:
                 raise InputError(
@@ -78,9 +78,9 @@ class StiffnessSamples:
             object.__setattr__(self, "run", runs)
         if not len(self):
             raise InputError("there are no lines to fit a dynamic stiffness to")
-        if np.any(columns["frequency"] <= 0):
+        if np.any(self.frequency <= 0):
             raise InputError("the frequency of a dynamic stiffness is above 0 Hz")
-        if np.any(columns["weight"] <= 0):
+        if np.any(self.weights <= 0):
             raise InputError("weights are above 0: leave out lines that do not count")
 
     @classmethod

@@ -21,7 +21,7 @@ from deboom.vehicles.scaled_equations import ScaledEquations, scaled_equations
 ROWS = 128
 """Designs per block, padded: the result of a design must not depend on the designs beside it."""
 
-LINES = 8
+LINES = 16
 """Lines per block: what one step of the elimination touches stays in the second-level cache."""
 
 ENTRIES = tuple((i, j) for i in range(6) for j in range(i + 1))

@@ -85,16 +85,24 @@ class NumbaLevelSum:
         array, shape (n, n_vehicle)
             [dB re 1 Pa]; not finite where a design silences a line completely.
         """
-        n = len(designs)
-        if n == 0:
+        if len(designs) == 0:
             return np.empty((0, self.scale_level.size))
-        precision = self.tables[0].dtype
-        factors = np.ascontiguousarray(designs[:, self.columns], dtype=precision)
+        with np.errstate(all="ignore"):
+            factors = np.ascontiguousarray(designs[:, self.columns], dtype=self.tables[0].dtype)
+            product, in_range = self._products(factors)
+            neper = np.log(product).sum(axis=1).T
+        level = 10.0 / np.log(10.0) * neper + self.scale_level
+        if not in_range.all():
+            level[~in_range] = self.careful(np.ascontiguousarray(designs[~in_range]))
+        return np.asarray(level)
+
+    def _products(self, factors: npt.NDArray[Any]) -> tuple[RealArray, npt.NDArray[np.bool_]]:
+        """Return products of ``|p|²``, shape (n_vehicle, n_part, n), and which designs to trust."""
+        precision, n, n_vehicle = factors.dtype, len(factors), self.scale_level.size
         run, lanes = _compiled(self.pattern)
         group = GROUP[precision.name]
-        stored = GROUPS * group
-        n_vehicle, n_padded = self.scale_level.size, -(-n // lanes) * lanes
-        products = np.empty((n_vehicle, -(-self.n_lines // stored), n_padded))
+        n_padded = -(-n // lanes) * lanes
+        products = np.empty((n_vehicle, -(-self.n_lines // (GROUPS * group)), n_padded))
         lowest = np.ones((n_vehicle, n_padded), dtype=precision)
         highest = np.ones((n_vehicle, n_padded), dtype=precision)
         rows = [factors.shape[1], 1, 1, 1]
@@ -104,19 +112,17 @@ class NumbaLevelSum:
         work = tuple(_aligned(n_rows * lanes, precision) for n_rows in rows)
         total = _aligned(rows[1] * lanes, np.dtype(np.float64))
         one = precision.type(1)
-        run(factors, *self.tables, one, group, stored, work, total, products, lowest, highest)
+        run(
+            *(factors, *self.tables, one, group, GROUPS * group),
+            *(work, total, products, lowest, highest),
+        )
 
-        limit, size = GROUP_RANGE[precision.name], np.abs(factors).max(axis=1)
-        plain = (size > 1.0 / FACTOR_RANGE) & (size < FACTOR_RANGE)
-        product = products[:, :, :n]
-        plain &= (lowest.min(axis=0) > 1.0 / limit)[:n] & (highest.max(axis=0) < limit)[:n]
-        plain &= (product > 0.0).all(axis=(0, 1)) & np.isfinite(product).all(axis=(0, 1))
-        with np.errstate(all="ignore"):
-            neper = np.log(product).sum(axis=1).T
-        level = 10.0 / np.log(10.0) * neper + self.scale_level
-        if not plain.all():
-            level[~plain] = self.careful(np.ascontiguousarray(designs[~plain]))
-        return np.asarray(level)
+        product, limit = products[:, :, :n], GROUP_RANGE[precision.name]
+        size = np.abs(factors).max(axis=1)
+        in_range = (size > 1.0 / FACTOR_RANGE) & (size < FACTOR_RANGE)
+        in_range &= (lowest.min(axis=0) > 1.0 / limit)[:n] & (highest.max(axis=0) < limit)[:n]
+        in_range &= (product > 0.0).all(axis=(0, 1)) & np.isfinite(product).all(axis=(0, 1))
+        return product, in_range
 
 
 @dataclass(frozen=True)
@@ -135,7 +141,9 @@ class NumbaKernel:
     precision: str
 
     def prepare(self, contributions: ComplexArray) -> LevelSum:
-        """Scale contributions, shape (n_vehicle, n_frequency, n_variable) [Pa], and compile.
+        """Scale contributions, shape (n_vehicle, n_frequency, n_variable) [Pa].
+
+        Numba compiles the loops when they run first.
 
         Raises
         ------
@@ -176,7 +184,9 @@ class NumbaCoupledKernel:
     precision: str
 
     def prepare(self, motion: CoupledMotion) -> LevelSum:
-        """Scale the equations of motion and compile their solution.
+        """Scale the equations of motion of one load case.
+
+        Numba compiles the loops when they run first.
 
         Raises
         ------

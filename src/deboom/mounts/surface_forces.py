@@ -1,0 +1,194 @@
+"""Forces of a run from the response surfaces of its mounts, instead of the measured ones."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from enum import Enum
+
+import numpy as np
+
+from deboom.errors import InputError
+from deboom.measurement.channels import Spectrum
+from deboom.measurement.load_case import LoadCase
+from deboom.mounts.characterised_direction import CharacterisedDirection
+from deboom.mounts.characterised_mount import CharacterisedMount
+from deboom.mounts.mount import AXES
+from deboom.mounts.response_surface import DynamicStiffnessSurface
+from deboom.physics.arrays import ComplexArray
+
+
+class Outside(Enum):
+    """What becomes of lines outside of the region that a surface was measured in."""
+
+    REFUSE = "refuse"
+    KEEP_MEASURED = "keep measured"
+
+
+@dataclass(frozen=True)
+class ForceSource:
+    """Where the force of one channel comes from.
+
+    Parameters
+    ----------
+    channel : str
+        ``<mount> [<piece>] <axis>``.
+    reason : str
+        Why all its lines keep the measured force; empty where they come from the surface.
+    n_measured : int
+        Lines that keep the measured force.
+    n_lines : int
+        All lines.
+    """
+
+    channel: str
+    reason: str
+    n_measured: int
+    n_lines: int
+
+
+@dataclass(frozen=True, eq=False)
+class SurfaceForces:
+    """A run whose forces come from response surfaces.
+
+    Parameters
+    ----------
+    load_case : LoadCase
+        The run; its motion is as measured.
+    sources : tuple of ForceSource
+        One per channel.
+    """
+
+    load_case: LoadCase
+    sources: tuple[ForceSource, ...]
+
+    @property
+    def measured(self) -> dict[str, str]:
+        """Channels that keep a measured force, and why."""
+        return {
+            one.channel: one.reason or f"{one.n_measured} of {one.n_lines} lines are outside"
+            for one in self.sources
+            if one.n_measured
+        }
+
+
+def surface_forces(
+    load_case: LoadCase,
+    mounts: Sequence[CharacterisedMount],
+    outside: Outside = Outside.REFUSE,
+) -> SurfaceForces:
+    """Exchange the measured forces of a run for those of its mounts' response surfaces.
+
+    Parameters
+    ----------
+    load_case : LoadCase
+        With its engine torque.
+    mounts : sequence of CharacterisedMount
+        One for every mount of the run; their surfaces are over wheel torque.
+    outside : Outside
+        Whether lines outside of the measured region are refused or keep the measured force.
+
+    Returns
+    -------
+    SurfaceForces
+        A direction that was not identified, or has no surface, keeps the measured force and says
+        so in its `ForceSource`.
+
+    Raises
+    ------
+    InputError
+        A run without engine torque; a mount that is missing, double or was not measured in the
+        run; a surface over static force; lines outside of the measured region, if refused.
+
+    Notes
+    -----
+    ``f = K(T_w, |s|, ω) s`` at every line and for every piece, with the motion s as measured:
+    thesis, eq. 30 and 32. All pieces of a mount share its surface.
+    """
+    by_channel = _directions_of_channels(load_case, mounts)
+    columns, sources = [], []
+    for column, channel in enumerate(load_case.force.channels):
+        mount, axis = by_channel[channel]
+        measured = load_case.force.values[:, column]
+        direction = next((one for one in mount.directions if one.axis == axis), None)
+        reason = _reason_to_keep(direction)
+        force, n_measured = measured, measured.size
+        if direction is not None and direction.surface is not None and not reason:
+            surface = direction.surface.response_surface()
+            force, n_measured = _force(load_case, column, surface, mount, axis, outside)
+        columns.append(force)
+        sources.append(ForceSource(channel, reason, n_measured, measured.size))
+    spectrum = load_case.force
+    values = np.column_stack(columns)
+    modelled = Spectrum(spectrum.frequency, values, spectrum.channels, spectrum.unit)
+    return SurfaceForces(replace(load_case, force=modelled), tuple(sources))
+
+
+def _directions_of_channels(
+    load_case: LoadCase, mounts: Sequence[CharacterisedMount]
+) -> dict[str, tuple[CharacterisedMount, str]]:
+    """Find mount and axis of every channel; each mount must have a channel."""
+    found: dict[str, tuple[CharacterisedMount, str]] = {}
+    for mount in mounts:
+        if mount.mount.name in {other.mount.name for other, _ in found.values()}:
+            raise InputError(f"two characterised mounts are {mount.mount.name}: keep one of them")
+        own = {
+            name: (mount, axis)
+            for axis in AXES
+            for name in mount.mount.channels(axis)
+            if name in load_case.force.channels
+        }
+        if not own:
+            raise InputError(
+                f"load case {load_case.name}: {mount.identity} has no channel in it; pieces and "
+                "names of mounts must be the same in both"
+            )
+        found |= own
+    missing = [name for name in load_case.force.channels if name not in found]
+    if missing:
+        there = ", ".join(mount.mount.name for mount in mounts) or "none at all"
+        raise InputError(
+            f"load case {load_case.name}: no characterised mount has the channels {missing}, the "
+            f"mounts are {there}: characterise the others too, or take the measured spectra"
+        )
+    return found
+
+
+def _reason_to_keep(direction: CharacterisedDirection | None) -> str:
+    if direction is None:
+        return "not characterised"
+    if direction.surface is None:
+        return "no surface"
+    return "" if direction.quality.identified else "not identified"
+
+
+def _force(
+    load_case: LoadCase,
+    column: int,
+    surface: DynamicStiffnessSurface,
+    mount: CharacterisedMount,
+    axis: str,
+    outside: Outside,
+) -> tuple[ComplexArray, int]:
+    """Force of one channel [N], and how many of its lines keep the measured one."""
+    channel = load_case.force.channels[column]
+    where = f"load case {load_case.name}, channel '{channel}', direction {axis} of {mount.identity}"
+    if surface.preload_unit != "N m":
+        raise InputError(
+            f"{where}: its surface is over static force, which a load case does not carry: "
+            "characterise the mount over wheel torque"
+        )
+    displacement = load_case.displacement.values[:, column]
+    stiffness, inside = surface.predict_masked(
+        load_case.wheel_torque, np.abs(displacement), load_case.displacement.frequency
+    )
+    n_outside = int(np.count_nonzero(~inside))
+    if n_outside and outside is Outside.REFUSE:
+        lines = load_case.displacement.frequency[~inside]
+        raise InputError(
+            f"{where}: {n_outside} of {inside.size} lines, from {lines[0]:g} to {lines[-1]:g} Hz, "
+            "lie outside of the region that the mount was measured in: characterise it with runs "
+            "of that torque and amplitude, or keep the measured force at these lines"
+        )
+    force = np.where(inside, stiffness * displacement, load_case.force.values[:, column])
+    return force, n_outside

@@ -1,0 +1,146 @@
+"""What it changes at the ears that forces come from response surfaces and not from spectra."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+
+from deboom.measurement.load_case import LoadCase
+from deboom.mounts.mount import Mount
+from deboom.mounts.surface_forces import SurfaceForces
+from deboom.physics.correlation import corr_f
+from deboom.vehicles.booming_peaks import compare_peaks
+from deboom.vehicles.fleet import Band, Fleet, path_contributions
+from deboom.vehicles.synthesis import levels, pressure
+
+PEAK_AGREEMENT = 0.3
+"""Surfaces and spectra agree if no booming peak differs by more [dB]."""
+
+PEAKS = "largest difference at peaks [dB]"
+
+
+@dataclass(frozen=True, eq=False)
+class SurfaceCheck:
+    """Levels with forces from response surfaces against those with measured forces.
+
+    Parameters
+    ----------
+    table : DataFrame
+        One row per load case and vehicle, see `level_differences`.
+    kept : tuple of str
+        Channels that keep a measured force, each with its reason.
+    """
+
+    table: pd.DataFrame
+    kept: tuple[str, ...]
+
+    @property
+    def at_peaks(self) -> float:
+        """Largest difference at a booming peak; nan where no curve has one [dB]."""
+        return float(self.table[PEAKS].max())
+
+    @property
+    def agrees(self) -> bool:
+        """Whether all booming peaks agree within `PEAK_AGREEMENT`."""
+        return not self.at_peaks > PEAK_AGREEMENT
+
+    @property
+    def text(self) -> str:
+        """The outcome in two sentences."""
+        sentence = (
+            "Forces come from the mounts' response surfaces. With the measured spectra instead, "
+            f"booming peaks differ by up to {self.at_peaks:.2f} dB, all lines by "
+            f"{self.table['rms difference [dB]'].max():.2f} dB rms, corr_f is up to "
+            f"{self.table['corr_f [1]'].max():.4f}."
+        )
+        kept = f" The measured force stays in {'; '.join(self.kept)}." if self.kept else ""
+        return sentence + kept
+
+
+def surface_check(
+    fleet: Fleet,
+    mounts: Sequence[Mount],
+    pairs: Sequence[tuple[LoadCase, SurfaceForces]],
+    band: Band,
+) -> SurfaceCheck:
+    """Compare runs with their measured forces and with those from response surfaces.
+
+    Parameters
+    ----------
+    fleet : Fleet
+        Vehicles to listen in.
+    mounts : sequence of Mount
+        Of the platform, at their nominal stiffness.
+    pairs : sequence of (LoadCase, SurfaceForces)
+        Each run as measured, and with its forces exchanged.
+    band : (lower, upper)
+        Both edges belong to the band [Hz].
+
+    Raises
+    ------
+    InputError
+        See `deboom.vehicles.fleet.path_contributions`.
+    """
+    tables = []
+    kept: dict[str, None] = {}
+    for measured, modelled in pairs:
+        table = level_differences(fleet, mounts, measured, modelled.load_case, band)
+        table.insert(0, "load case", measured.name)
+        tables.append(table)
+        kept |= {f"{name} ({why})": None for name, why in modelled.measured.items()}
+    return SurfaceCheck(pd.concat(tables, ignore_index=True), tuple(kept))
+
+
+def level_differences(
+    fleet: Fleet, mounts: Sequence[Mount], measured: LoadCase, modelled: LoadCase, band: Band
+) -> pd.DataFrame:
+    """Compare the pressure at each ear between two versions of a run.
+
+    Parameters
+    ----------
+    fleet : Fleet
+        Vehicles to listen in.
+    mounts : sequence of Mount
+        Of the platform, at their nominal stiffness.
+    measured, modelled : LoadCase
+        The same run with its measured forces and with modelled ones.
+    band : (lower, upper)
+        Both edges belong to the band [Hz].
+
+    Returns
+    -------
+    DataFrame
+        One row per vehicle: ``corr_f`` of the complex pressure, rms of the difference of SPL over
+        all lines, number of booming peaks, how many of them only one curve has, and the largest
+        difference at a peak with its frequency (nan where there is none). Peaks are paired by
+        frequency; where one curve has none, its highest level nearby counts.
+
+    Raises
+    ------
+    InputError
+        See `deboom.vehicles.fleet.path_contributions`.
+    """
+    both = [path_contributions(fleet, mounts, case, band) for case in (measured, modelled)]
+    nominal = np.ones((1, len(both[0].variable_names)))
+    before, after = (levels(case, nominal)[0] for case in both)
+    first, second = (pressure(case, nominal)[0].T for case in both)
+    shape = corr_f(second, first)
+    rows = []
+    for vehicle, name in enumerate(fleet.names):
+        changes = compare_peaks(before[vehicle], after[vehicle], both[0].frequency, measured.order)
+        worst = max(changes, key=lambda c: abs(c.level_after - c.level_before), default=None)
+        rows.append(
+            {
+                "vehicle": name,
+                "corr_f [1]": float(shape[vehicle]),
+                "rms difference [dB]": float(np.sqrt(np.mean((after - before)[vehicle] ** 2))),
+                "peaks": len(changes),
+                "peaks of one curve only": sum(not (c.before and c.after) for c in changes),
+                PEAKS: abs(worst.level_after - worst.level_before) if worst else np.nan,
+                "frequency of that peak [Hz]": worst.frequency if worst else np.nan,
+            }
+        )
+    return pd.DataFrame(rows)

@@ -1,0 +1,90 @@
+"""The characterisation study at a tiny budget, through the same door as a user."""
+
+import json
+import shutil
+from pathlib import Path
+
+import pandas as pd
+import pytest
+
+from deboom.bench.campaign_plan import CampaignPlan, PlannedRun
+from deboom.bench.campaign_writer import write_campaign
+from deboom.errors import InputError
+from deboom.study.characterisation_truth import read_set_truth
+from deboom.study.runner import load_study, run_study
+
+STUDY = Path(__file__).parents[2] / "studies" / "mount_characterisation.py"
+RUNS = tuple(
+    PlannedRun(gear, torque, full_load)
+    for gear, torque, full_load in (
+        (5, 120.0, True),
+        (5, 220.0, True),
+        (5, 60.0, False),
+        (5, 180.0, False),
+        (6, 140.0, False),
+        (7, 220.0, True),
+        (7, 100.0, False),
+    )
+)
+
+
+@pytest.fixture(scope="module")
+def campaign(tmp_path_factory):
+    """Seven runs of one bench."""
+    folder = tmp_path_factory.mktemp("measured") / "seven_runs"
+    return write_campaign(folder, 1, CampaignPlan(("M1",), RUNS, shaker_repeats=2))
+
+
+@pytest.fixture(scope="module")
+def finished(campaign, tmp_path_factory):
+    """One run that several tests look at."""
+    return run_study(load_study(STUDY), tmp_path_factory.mktemp("results"), {"campaign": campaign})
+
+
+def test_the_torque_strut_is_found_within_a_few_percent_of_the_truth(finished):
+    summary = json.loads((finished / "summary.json").read_text(encoding="utf-8"))
+    assert 0.0 < summary["truth_error_percent_TSM_x"] < 4.0
+    assert summary["r2_real_TSM_x"] > 99.5
+    assert summary["n_identified"] >= 6
+
+
+def test_the_run_folder_has_every_table_and_figure_of_the_study(finished):
+    names = {path.relative_to(finished).as_posix() for path in finished.rglob("*")}
+    assert {"r2.csv", "truth.csv", "uncertainty.csv", "neighbour.csv", "report.html"} <= names
+    stems = {path.stem for path in (finished / "figures").iterdir()}
+    assert {"map_magnitude", "map_phase", "static_x", "stiffness_TSM", "force_Du"} <= stems
+    assert {"reprojected_acceleration", "neighbour_stiffness_error"} <= stems
+    record = json.loads((finished / "run.json").read_text(encoding="utf-8"))
+    assert any(name.endswith("truth/M1.npz") for name in record["inputs_sha256"])
+
+
+def test_what_lies_within_its_stated_band_is_said_per_direction(finished):
+    uncertainty = pd.read_csv(finished / "uncertainty.csv").set_index("direction")
+    assert uncertainty.loc["EnM y", "identified"] == "not identified"
+    assert uncertainty.loc["GeM x", "identified"] == "identified"
+    r2 = pd.read_csv(finished / "r2.csv")
+    assert list(r2.columns[:2]) == ["direction", "part"]
+    assert len(r2) == 2 * len(uncertainty) == 20
+
+
+def test_without_truth_the_same_numbers_and_no_comparison(campaign, finished, tmp_path):
+    blind = tmp_path / "seven_runs"
+    shutil.copytree(campaign, blind, ignore=shutil.ignore_patterns("truth"))
+    assert read_set_truth(blind, "M1") is None
+    folder = run_study(load_study(STUDY), tmp_path / "results", {"campaign": blind})
+    assert not (folder / "truth.csv").exists()
+    assert (folder / "r2.csv").read_bytes() == (finished / "r2.csv").read_bytes()
+    summary = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
+    assert not [key for key in summary if key.startswith(("truth_error", "coverage"))]
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"benches": 2}, "leave out --campaign"),
+        ({"mount_set": "M7"}, "no mount set 'M7'"),
+    ],
+)
+def test_bad_requests_are_refused_in_words(campaign, tmp_path, changes, message):
+    with pytest.raises(InputError, match=message):
+        run_study(load_study(STUDY), tmp_path, {"campaign": campaign, **changes})

@@ -12,7 +12,7 @@ study: $(READY)
 	$(BIN)/deboom run studies/u06_robust_front.py
 
 test: $(READY)
-	$(BIN)/python -m pytest
+	$(BIN)/python -m pytest -n auto
 
 coverage: $(READY)
 	$(BIN)/python -m pytest -q --cov=deboom --cov-report=term

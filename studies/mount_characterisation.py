@@ -5,6 +5,10 @@ gears 5 to 7, become operating dynamic stiffness, response surfaces and an error
 --campaign the virtual test bench measures a campaign first, one per bench seed; its truth is used
 for comparison alone.
 
+What it showed on six virtual benches: x and z are identified, with a true error of at most 2.1 %
+rms (median bench). The y stiffnesses of the three powertrain mounts are not: half a degree of
+misalignment hides them, though their forces are reproduced.
+
 Keys of summary.json, with <dir> such as TSM_x: r2_real_<dir>, r2_imag_<dir>, r2_force_real_<dir>,
 r2_force_imag_<dir> [%] (surface against its own lines; with _held_out surfaces fitted without the
 check runs against those); truth_error_percent_<dir> (rms error of |K| against the bench's truth,
@@ -40,28 +44,35 @@ def main(
     campaign: Annotated[Path | None, Option(help="Folder with campaign.toml.")] = None,
     mount_set: Annotated[str, Option(help="Parts on the bench.")] = "M1",
     preload: Annotated[Variable, Option(help="Wheel torque or static force.")] = Variable.torque,
-    pieces: Annotated[int, Option(help="Cubics per surface; 0: cross-validated.")] = 2,
-    low_gears: Annotated[bool, Option(help="Train on gears 3 and 4 as well.")] = False,
+    pieces: Annotated[int, Option(help="Cubics per surface.")] = 2,
+    all_gears: Annotated[bool, Option(help="Gears 3-7 beside, cross-validated pieces.")] = False,
     self_calibration: Annotated[bool, Option(help="Let chains calibrate themselves.")] = True,
+    figures: Annotated[bool, Option(help="Draw figures; without, tables alone.")] = True,
     noise_free: Annotated[bool, Option(help="Virtual benches without any error.")] = False,
 ) -> StudyResult:
     """Measure, characterise, compare and report."""
     options = CharacteriseOptions(
-        gears=None if low_gears else (5, 6, 7),
         preload=PRELOADS[preload],
-        pieces=PieceOptions(pieces=pieces or "cv"),
+        pieces=PieceOptions(pieces=pieces),
         self_calibration=self_calibration,
         seed=seed,
     )
+    shown = {"all_gears": all_gears, "with_figures": figures}
     if campaign is not None and (benches > 1 or noise_free):
         raise InputError("--benches and --noise-free ask for virtual benches: leave out --campaign")
     with progress_bar("mount characterisation") as progress:
         if campaign is not None:
             given = characterise_given(campaign, mount_set, options, progress)
-            return characterisation_result([given], given.input_files)
-        seeds = range(seed, seed + benches)
-        done = characterise_benches(seeds, mount_set, options, progress, noise_free=noise_free)
-    return characterisation_result(done)
+            return characterisation_result([given], given.input_files, **shown)
+        done = characterise_benches(
+            range(seed, seed + benches),
+            mount_set,
+            options,
+            progress,
+            noise_free=noise_free,
+            low_gears=all_gears,
+        )
+    return characterisation_result(done, **shown)
 
 
 if __name__ == "__main__":

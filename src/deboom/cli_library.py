@@ -160,6 +160,39 @@ def migrate(library: Where) -> None:
         typer.echo(f"migrated from version {before} to {after}")
 
 
+def characterise(
+    campaign: Annotated[Path, typer.Argument(help="Folder with campaign.toml.")],
+    library: Annotated[
+        str, typer.Option(help="Where mounts go: an SQLite file, or a PostgreSQL URL.")
+    ],
+    mount_set: Annotated[
+        list[str] | None, typer.Option(help="Only this mount set, such as M3; repeatable.")
+    ] = None,
+    gear: Annotated[
+        list[int] | None, typer.Option(help="Only runs in this gear; repeatable. Default 5 6 7.")
+    ] = None,
+    seed: Annotated[int, typer.Option(help="Of the error budget, from 1.")] = 1,
+    replace: Annotated[
+        bool, typer.Option("--replace", help="Exchange mounts that are there already.")
+    ] = False,
+) -> None:
+    """Characterise the mounts of a measurement campaign and keep them in a library."""
+    from deboom.mounts.characterisation import CharacteriseOptions
+    from deboom.study.characterisation_library import characterise_into_library, described
+    from deboom.study.progress import progress_bar
+    from deboom.study.runner import one_sentence_errors
+
+    with one_sentence_errors(), progress_bar("characterise") as progress:
+        gears = tuple(gear) if gear else CharacteriseOptions().gears
+        options = CharacteriseOptions(gears=gears, seed=seed)
+        results = characterise_into_library(
+            campaign, library, options, progress, mount_sets=mount_set or (), overwrite=replace
+        )
+    for result in results:
+        typer.echo(described(result))
+    typer.echo(f"{sum(len(one.mounts) for one in results)} mounts kept in {library}")
+
+
 def _described(value: CharacterisedMount) -> str:
     from deboom.mounts.library_tables import direction_table
 

@@ -105,7 +105,7 @@ def test_a_cluster_without_workers():
     class Empty:
         scheduler = SimpleNamespace(address="tcp://node7:8786")
 
-        def wait_for_workers(self, n_workers, timeout):
+        def wait_for_workers(self, *_, **__):
             raise TimeoutError
 
     with pytest.raises(InputError, match="has no worker: start one with `dask worker tcp://node7"):

@@ -9,6 +9,8 @@ from pathlib import Path
 import pandas as pd
 import pytest
 
+from deboom.errors import InputError
+from deboom.study.mount_source import LIBRARY_FILE, MountSource
 from deboom.study.runner import load_study, run_study
 
 STUDY = Path(__file__).parents[2] / "studies" / "u06_robust_front.py"
@@ -52,7 +54,7 @@ def test_the_run_folder_is_complete_and_says_where_it_comes_from(finished):
     assert record["arguments"]["generations"] == 12
     assert record["arguments"]["kernel"] == "numpy"
     assert record["study_text"] == STUDY.read_text(encoding="utf-8")
-    assert len(record["inputs_sha256"]) == 24
+    assert len(record["inputs_sha256"]) == 31
     assert all(len(digest) == 64 for digest in record["inputs_sha256"].values())
 
 
@@ -68,6 +70,16 @@ def test_tables_have_units_and_belong_together(finished):
     total = per_vehicle.groupby("point")["SPLV mean [dB(A)]"].sum().to_numpy()
     assert total == pytest.approx(front["SPLV mean sum [dB(A)]"].to_numpy(), rel=1e-12)
     assert set(front["pick"].dropna()) <= {"best mean", "best sigma", "knee"}
+
+
+def test_surfaces_agree_with_the_spectra_at_the_peaks(finished):
+    check = pd.read_csv(finished / "surface_check.csv")
+    assert list(check["vehicle"]) == [f"U06-{n}" for n in range(1, 6)]
+    assert check["largest difference at peaks [dB]"].max() <= 0.3
+    assert not check["peaks of one curve only"].any()
+    assert "Response surfaces against measured spectra" in (finished / "report.html").read_text(
+        encoding="utf-8"
+    )
 
 
 def test_variables_without_effect_return_to_nominal(finished):
@@ -101,6 +113,32 @@ def test_another_seed_another_front(finished, tmp_path):
 def test_options_change_what_is_asked(tmp_path, changes):
     folder = run(tmp_path, generations=2, population=8, **changes)
     assert json.loads((folder / "summary.json").read_text())["n_evaluated"] == 16
+
+
+def test_spectra_as_source_need_no_library(tmp_path):
+    platform = tmp_path / "platform"
+    shutil.copytree(PLATFORM, platform, ignore=shutil.ignore_patterns("truth", LIBRARY_FILE))
+    small = {"generations": 1, "population": 8, "platform": platform}
+    with pytest.raises(InputError, match=r"has no mount library: export one .*--mounts spectra"):
+        run(tmp_path, **small)
+    folder = run(tmp_path, **small, mounts=MountSource.spectra)
+    assert not (folder / "surface_check.csv").exists()
+    assert len(json.loads((folder / "run.json").read_text())["inputs_sha256"]) == 30
+
+
+def test_lines_that_no_surface_knows_are_refused_or_measured_by_choice(tmp_path):
+    platform = tmp_path / "platform"
+    shutil.copytree(PLATFORM, platform, ignore=shutil.ignore_patterns("truth"))
+    path = platform / "operating" / "g5_wot220_torque.csv"
+    lines = path.read_text(encoding="utf-8").splitlines()
+    lines[81] = f"{lines[81].partition(',')[0]},900"  # line 80 at 40 Hz
+    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    small = {"generations": 1, "population": 8, "platform": platform}
+    with pytest.raises(InputError, match=r"1 of 241 lines, from 40 to 40 Hz, .* library-inside"):
+        run(tmp_path, **small)
+    folder = run(tmp_path, **small, mounts=MountSource.library_inside)
+    page = (folder / "report.html").read_text(encoding="utf-8")
+    assert "TSM x (1 of 241 lines are outside)" in page
 
 
 def test_the_script_runs_on_its_own_and_prints_its_folder_last(tmp_path):

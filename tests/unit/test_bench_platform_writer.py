@@ -85,6 +85,16 @@ def test_the_data_sheet_states_the_wheel_end_within_its_tolerance(written, tmp_p
     assert stated[0] != stated[1]
 
 
+def test_every_load_case_carries_its_engine_torque(written):
+    platform = read_platform(written)
+    with np.load(written / "truth" / "operating.npz", allow_pickle=False) as truth:
+        for case, torque in zip(platform.load_cases, truth["engine_torque"], strict=True):
+            error = case.engine_torque - torque
+            # 1 N m of noise over 241 lines: mean and spread within four standard errors
+            assert abs(error.mean()) < 0.26
+            assert 0.81 < error.std() < 1.19
+
+
 def test_the_truth_needs_no_pickle(written):
     with np.load(written / "truth" / "operating.npz", allow_pickle=False) as truth:
         assert truth["stiffness"].shape == (6, 241, 11)

@@ -116,6 +116,7 @@ def test_bench_writes_a_platform_that_a_study_reads(cli, tmp_path):
     written = cli("bench", "write", folder, "--seed", "2")
     assert written.exit_code == 0
     assert Path(written.stdout.splitlines()[-1]) == folder
-    done = cli("run", STUDY, *TINY, "--platform", folder, "--out", tmp_path / "results")
+    options = ("--platform", folder, "--mounts", "spectra", "--out", tmp_path / "results")
+    done = cli("run", STUDY, *TINY, *options)
     assert done.exit_code == 0, done.stderr
     assert (Path(done.stdout.splitlines()[-1]) / "summary.json").is_file()

@@ -464,3 +464,50 @@ def test_nothing_depends_on_who_wrote_the_file(folder):
     after = read_platform(folder)
     for a, b in zip(before.fleet.vehicles, after.fleet.vehicles, strict=True):
         np.testing.assert_array_equal(a.noise_transfer.values, b.noise_transfer.values)
+
+
+# ---- engine torque
+
+
+def with_torque(folder, text):
+    edit(
+        folder / "platform.toml",
+        'operating = "g5.uff"',
+        'operating = "g5.uff"\ntorque_table = "g5.csv"',
+    )
+    (folder / "g5.csv").write_text(text, encoding="utf-8")
+
+
+def torque_text(lines=LINES, header="frequency [Hz],engine torque [N m]"):
+    return "\n".join([header, *(f"{line},{100 + line}" for line in lines)]) + "\n"
+
+
+def test_the_engine_torque_is_read_where_there_is_a_table(folder):
+    with_torque(folder, torque_text())
+    platform = read_platform(folder)
+    np.testing.assert_array_equal(platform.load_case("g5").engine_torque, 100 + LINES)
+    assert platform.load_case("g2").engine_torque is None
+    assert folder / "g5.csv" in platform.input_files
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        (torque_text(LINES[:-1]), r"g5\.csv has 4 lines and the spectra have 5: export"),
+        (torque_text(LINES + 0.1), r"g5\.csv line 2: 20\.1 Hz, where the spectra have 20 Hz"),
+        (torque_text(header="frequency [Hz],engine torque"), "engine torque' has no unit"),
+        (torque_text(header="frequency [Hz],engine torque [N]"), "is not in N m"),
+        (torque_text().replace("120.5", "high"), r"line 3, column 'engine torque': 'high' is no"),
+    ],
+)
+def test_a_torque_table_that_does_not_fit_is_refused(folder, text, words):
+    with_torque(folder, text)
+    with pytest.raises(InputError, match=words):
+        read_platform(folder)
+
+
+def test_a_torque_table_that_is_missing_is_named(folder):
+    with_torque(folder, torque_text())
+    (folder / "g5.csv").unlink()
+    with pytest.raises(InputError, match=r"g5\.csv cannot be read"):
+        read_platform(folder)

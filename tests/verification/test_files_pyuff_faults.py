@@ -6,7 +6,6 @@ code: set starts and ends counted in the bytes, headers cut by their columns.
 
 import re
 import struct
-import time
 
 import numpy as np
 import pytest
@@ -124,20 +123,6 @@ def test_the_axis_that_drifts_a_minute_of_sound_is_refused(tmp_path):
     )
     with pytest.raises(InputError, match=r"errs by 0\.000154 s, 7\.74 deg at 140 Hz"):
         write_uff(tmp_path / "a.uff", [record], binary=True)
-
-
-def test_the_time_of_writing_grows_with_the_number_of_sets(tmp_path):
-    """Fault e: the whole file was read again after every set, so time grew with its square."""
-
-    def seconds(n):
-        written = functions(n, lines=LINES[:5])
-        begin = time.perf_counter()
-        write_uff(tmp_path / "a.uff", written)
-        return (time.perf_counter() - begin) / n
-
-    seconds(10)
-    small = min(seconds(50) for _ in range(3))
-    assert min(seconds(800) for _ in range(2)) < 3.0 * small
 
 
 @pytest.mark.parametrize("binary", [False, True])

@@ -53,10 +53,11 @@ class CharacteriseOptions:
         Of the surfaces.
     self_calibration : bool
         Whether rigid motion and Newton's law improve the stated alignment.
-    torque_axis : tuple of float
-        Direction of the powertrain's excitation, a pure torque about the crankshaft [1].
-    torque_axis_deviation : float
-        Standard deviation of that direction [rad].
+    excited : tuple of str
+        Loads ``fx`` … ``mz`` that excite the powertrain at this order; about the crankshaft along y
+        alone by default. Four cylinders in line add ``fz`` and its moment ``mx``.
+    excitation_deviation : float
+        Standard deviation of their direction, per axis [rad].
     folds : int
         Groups of load cases that are held out in turn to judge the surfaces; 0 for none.
     draws : int
@@ -67,7 +68,7 @@ class CharacteriseOptions:
     Raises
     ------
     InputError
-        A single fold, or a torque without direction.
+        A single fold.
     """
 
     gears: tuple[int, ...] | None = (5, 6, 7)
@@ -75,8 +76,8 @@ class CharacteriseOptions:
     estimate: Estimate = Estimate.BY_NOISE_RATIO
     pieces: PieceOptions = field(default_factory=PieceOptions)
     self_calibration: bool = True
-    torque_axis: tuple[float, float, float] = (0.0, 1.0, 0.0)
-    torque_axis_deviation: float = math.radians(0.2)
+    excited: tuple[str, ...] = ("my",)
+    excitation_deviation: float = math.radians(0.2)
     folds: int = 5
     draws: int = LEAST_DRAWS
     seed: int = 1
@@ -84,8 +85,6 @@ class CharacteriseOptions:
     def __post_init__(self) -> None:
         if self.folds == 1 or self.folds < 0:
             raise InputError(f"{self.folds} folds leave nothing to fit: take 0 or at least 2")
-        if not np.linalg.norm(self.torque_axis) > 0:
-            raise InputError("the axis of the excitation torque is a vector other than zero")
 
 
 DEFAULT_OPTIONS = CharacteriseOptions()

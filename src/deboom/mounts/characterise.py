@@ -25,18 +25,19 @@ from deboom.mounts.characterisation import (
     CharacteriseOptions,
     DirectionResult,
 )
-from deboom.mounts.error_budget import error_budget
+from deboom.mounts.error_budget import error_budget, same_pieces
 from deboom.mounts.instrumented_body import InstrumentedBody, instrumented_bodies
 from deboom.mounts.operating_map import OperatingMap, operating_maps
 from deboom.mounts.response_surface import DynamicStiffnessSurface
 from deboom.mounts.self_calibration import FreeBody, self_calibrated
 from deboom.mounts.stiffness_model import StiffnessSamples
+from deboom.mounts.training_region import TrainingRegion
 
 Progress = Callable[[int, int, str], None]
 """Called with what is done, the total, and a short text."""
 
 LARGEST_INCONSISTENCY = 0.02
-"""Geometric consistency that careful sensors stay well below; an inverted channel gives 0.09 [1]."""
+"""Geometric consistency that careful sensors stay below; an inverted channel gives 0.09 [1]."""
 
 STEPS = ("measuring chains", "operating maps", "response surfaces", "error budget")
 
@@ -65,15 +66,14 @@ def measuring_chains(
         the others convict, shaker runs that do not determine the force.
     """
     third = math.sqrt(3)
-    axis = np.array(options.torque_axis) / np.linalg.norm(options.torque_axis)
     free_body = FreeBody(
         mass_matrix=campaign.mass_matrix,
         # half widths within which any value is as likely
         mass_deviation=campaign.mass_tolerance / third,
         inertia_deviation=campaign.inertia_tolerance / third,
         centre_deviation=campaign.centre_of_gravity_tolerance / third,
-        torque_axis=axis,
-        torque_axis_deviation=options.torque_axis_deviation,
+        excited=options.excited,
+        excitation_deviation=options.excitation_deviation,
     )
     chains = []
     for body in instrumented_bodies(campaign):
@@ -205,7 +205,7 @@ def _direction(measured: OperatingMap, options: CharacteriseOptions) -> Directio
         measured=measured,
         surface=surface,
         training=agreement(samples, surface.predict_masked(*samples.points.T)[0]),
-        held_out=_held_out(measured.select(~measured.near_floor), options),
+        held_out=_held_out(samples, surface, options.folds),
     )
 
 
@@ -215,18 +215,34 @@ def _fitted(samples: StiffnessSamples, options: CharacteriseOptions) -> DynamicS
     )
 
 
-def _held_out(usable: OperatingMap, options: CharacteriseOptions) -> Agreement | None:
-    """Agreement with load cases that a surface was not fitted to, where it may speak of them."""
-    cases, case = np.unique(usable.run, return_inverse=True)
-    if not 0 < options.folds <= len(cases):
+def _held_out(
+    samples: StiffnessSamples, surface: DynamicStiffnessSurface, folds: int
+) -> Agreement | None:
+    """Agreement with load cases that cubics of the same pieces were not fitted to.
+
+    Lines away from all that were fitted do not count: there a surface does not speak.
+    """
+    runs = np.array(samples.run)
+    cases, case = np.unique(runs, return_inverse=True)
+    if not 0 < folds <= len(cases):
         return None
-    modelled = np.empty(len(usable), dtype=complex)
-    inside = np.zeros(len(usable), dtype=bool)
-    for fold in range(options.folds):
-        out = case % options.folds == fold
-        surface = _fitted(usable.select(~out).samples(options.preload), options)
-        points = usable.select(out).samples(options.preload).points
-        modelled[out], inside[out] = surface.predict_masked(*points.T)
+    points, stiffness = samples.points, samples.stiffness
+    modelled = np.empty(len(samples), dtype=complex)
+    inside = np.zeros(len(samples), dtype=bool)
+    for fold in range(folds):
+        out = case % folds == fold
+        real, imag = (
+            same_pieces(part, points[~out], values[~out, np.newaxis])(points[out])[:, 0]
+            for part, values in ((surface.real, stiffness.real), (surface.imag, stiffness.imag))
+        )
+        modelled[out] = real + 1j * imag
+        inside[out] = TrainingRegion.around(points[~out]).contains(points[out])
     if not inside.any():
         return None
-    return agreement(usable.select(inside).samples(options.preload), modelled[inside])
+    kept = StiffnessSamples(
+        samples.preload[inside],
+        samples.displacement[inside],
+        samples.frequency[inside],
+        stiffness[inside],
+    )
+    return agreement(kept, modelled[inside])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
@@ -162,9 +163,9 @@ def error_budget(
             for source, of_source in alone.items()
             if any(name in c.columns for c in of_source)
         }
-        noise = static_force_noise
-        if variable is Preload.WHEEL_TORQUE:
-            noise = np.concatenate([chain.record.wheel_torque_noise for chain in own])
+        noise = np.concatenate([chain.record.wheel_torque_noise for chain in own])
+        if variable is Preload.STATIC_FORCE:
+            noise = np.full_like(noise, static_force_noise)
         budgets[name] = _direction_budget(
             maps[name], surface, drawn, widths, variable, noise, generator
         )
@@ -236,18 +237,18 @@ def _direction_budget(
     drawn: ComplexArray,
     widths: Mapping[ErrorSource | None, float],
     variable: Preload,
-    preload_noise: float | RealArray,
+    preload_noise: RealArray,
     generator: np.random.Generator,
 ) -> DirectionBudget:
     used = ~measured.near_floor
     samples = measured.samples(variable)
     points, drawn = samples.points, drawn[used]
-    noise = np.broadcast_to(preload_noise, used.shape)[used, np.newaxis]
+    noise = preload_noise[used, np.newaxis]
     shift = noise * generator.standard_normal(drawn.shape)
-    refitted = [
-        _refitted(part, points, values - part.gradient(points)[:, part.split_feature] * shift)
-        for part, values in ((surface.real, drawn.real), (surface.imag, drawn.imag))
-    ]
+    refitted = []
+    for part, values in ((surface.real, drawn.real), (surface.imag, drawn.imag)):
+        shifted = values - part.gradient(points)[:, part.split_feature] * shift
+        refitted.append(same_pieces(part, points, shifted)(points))
     fitted = surface.predict_masked(*points.T)[0]
     magnitude = np.hypot(*refitted) / np.abs(fitted)[:, np.newaxis] - 1
     lower, upper = np.quantile(magnitude, [(1 - COVERAGE) / 2, (1 + COVERAGE) / 2], axis=1)
@@ -278,14 +279,27 @@ def _direction_budget(
 
 def _misfit(residual: RealArray, noise_variance: RealArray) -> float:
     """Rms of the residuals beyond what noise explains."""
-    return float(np.sqrt(max(0.0, np.mean(residual**2) - np.mean(noise_variance))))
+    return math.sqrt(max(0.0, float(np.mean(residual**2) - np.mean(noise_variance))))
 
 
-def _refitted(part: PiecewiseCubic, points: RealArray, values: RealArray) -> RealArray:
-    """Values at `points` of cubics fitted to `values` (n, t) with the same split points."""
-    spread = np.ptp(points[:, part.split_feature])
+def same_pieces(part: PiecewiseCubic, points: RealArray, values: RealArray) -> PiecewiseCubic:
+    """Fit cubics with the split points of others.
+
+    Parameters
+    ----------
+    part : PiecewiseCubic
+        Whose split points are kept.
+    points : array, shape (n, n_features)
+        Variables.
+    values : array, shape (n, n_outputs)
+        To fit.
+
+    Raises
+    ------
+    InputError
+        A piece without rows.
+    """
+    spread = float(np.ptp(points[:, part.split_feature]))
     overlap = part.blend_width / spread if spread > 0 else 0.0
     weight = np.ones(len(points))
-    return fit_pieces(points, values, weight, part.split_feature, part.split_points, overlap)(
-        points
-    )
+    return fit_pieces(points, values, weight, part.split_feature, part.split_points, overlap)

@@ -96,7 +96,7 @@ class InstrumentedBody:
     @property
     def is_rigid_body(self) -> bool:
         """Whether all six motions are measured."""
-        return self.forward.shape[1] == 6
+        return len(self.forward.T) == 6
 
     @property
     def channel_rows(self) -> tuple[int, ...]:
@@ -203,7 +203,7 @@ def _mount_point(
     if not any((run.mount, run.piece) == (mount, piece) for run in campaign.shaker_runs):
         return MountPoint(mount, piece, position, axes, cells, summed, False, np.zeros((3, 3)))
     transfer = force_transfer_matrix(campaign.shaker_runs, cells, mount, piece)
-    force_matrix = np.linalg.solve(transfer.matrix.real, summed)
+    force_matrix = np.asarray(np.linalg.solve(transfer.matrix.real, summed), dtype=float)
     scatter = _transfer_scatter(transfer)
     return MountPoint(mount, piece, position, axes, cells, force_matrix, True, scatter)
 
@@ -227,4 +227,5 @@ def _transfer_scatter(transfer: ForceTransferMatrix) -> RealArray:
     terms = np.vander(lines, min(3, lines.size))
     smooth = terms @ np.linalg.lstsq(terms, relative, rcond=None)[0]
     deviation = smooth.reshape(-1, 3, 3) - np.eye(3)
-    return np.sqrt(np.mean(np.abs(deviation) ** 2, axis=0) + transfer.drift**2)
+    variance = np.mean(np.abs(deviation) ** 2, axis=0) + transfer.drift**2
+    return np.asarray(np.sqrt(variance), dtype=float)

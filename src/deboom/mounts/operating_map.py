@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields, replace
 from enum import Enum
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -275,7 +276,8 @@ def _confidence(
 
 
 def _stacked(pieces: Sequence[OperatingMap]) -> OperatingMap:
-    columns = OperatingMap._columns()
-    return replace(
-        pieces[0], **{c: np.concatenate([getattr(one, c) for one in pieces]) for c in columns}
-    )
+    columns: dict[str, Any] = {
+        name: np.concatenate([getattr(one, name) for one in pieces])
+        for name in OperatingMap._columns()
+    }
+    return replace(pieces[0], **columns)

@@ -14,6 +14,7 @@ import numpy as np
 from scipy.linalg import block_diag
 
 from deboom.errors import InputError
+from deboom.measurement.channel_geometry import RIGID_LOADS
 from deboom.mounts.alignment import Alignment
 from deboom.mounts.alignment_estimate import AlignmentEstimate, stated_alignment
 from deboom.mounts.body_record import BodyRecord
@@ -53,25 +54,47 @@ class FreeBody:
         Standard deviation of entry ij relative to ``√(J_ii J_jj)`` [1].
     centre_deviation : float
         Standard deviation of the centre of gravity, per axis [m].
-    torque_axis : array, shape (3,)
-        Of the only other dynamic load, an excitation of unknown amplitude [1].
-    torque_axis_deviation : float
-        Standard deviation of its direction [rad].
+    excited : tuple of str
+        Loads ``fx`` … ``mz`` that act on the body besides its mounts, of unknown amplitude: of a
+        three-cylinder engine across the car ``("my",)``.
+    excitation_deviation : float
+        Standard deviation of the direction of these loads, per axis [rad].
+
+    Raises
+    ------
+    InputError
+        An unknown load, or all six.
     """
 
     mass_matrix: RealArray
     mass_deviation: float
     inertia_deviation: float
     centre_deviation: float
-    torque_axis: RealArray
-    torque_axis_deviation: float
+    excited: tuple[str, ...]
+    excitation_deviation: float
 
     def __post_init__(self) -> None:
-        freeze(self, "mass_matrix", "torque_axis")
+        freeze(self, "mass_matrix")
+        unknown = [name for name in self.excited if name not in RIGID_LOADS]
+        if unknown or not self.balanced:
+            raise InputError(
+                f"excited loads {list(self.excited)}: use some, but not all, of {list(RIGID_LOADS)}"
+            )
+
+    @property
+    def balanced(self) -> tuple[int, ...]:
+        """Places of the loads that Newton's law must balance."""
+        return tuple(k for k, name in enumerate(RIGID_LOADS) if name not in self.excited)
+
+    @property
+    def leaks(self) -> tuple[tuple[int, int], ...]:
+        """Pairs (balanced, excited) of loads that a turned excitation connects."""
+        excited = [RIGID_LOADS.index(name) for name in self.excited]
+        return tuple((k, e) for k in self.balanced for e in excited if k // 3 == e // 3)
 
     @property
     def deviations(self) -> RealArray:
-        """Of mass, six moments of inertia, centre of gravity and direction of the torque, (12,)."""
+        """Of mass, six moments of inertia, three coordinates of the centre, and each leak."""
         radii = np.sqrt(np.diag(self.mass_matrix)[3:])
         rows, columns = np.triu_indices(3)
         return np.concatenate(
@@ -79,14 +102,14 @@ class FreeBody:
                 [self.mass_deviation],
                 self.inertia_deviation * radii[rows] * radii[columns],
                 [self.centre_deviation] * 3,
-                [self.torque_axis_deviation] * 2,
+                [self.excitation_deviation] * len(self.leaks),
             ]
         )
 
     @property
     def mass_changes(self) -> RealArray:
-        """Change of the mass matrix per parameter, shape (12, 6, 6)."""
-        changes = np.zeros((12, 6, 6))
+        """Change of the mass matrix per parameter, shape (n, 6, 6)."""
+        changes = np.zeros((self.deviations.size, 6, 6))
         changes[0, :3, :3] = np.eye(3)
         for place, (row, column) in enumerate(zip(*np.triu_indices(3), strict=True), 1):
             changes[place, 3 + row, 3 + column] = changes[place, 3 + column, 3 + row] = 1.0
@@ -96,22 +119,19 @@ class FreeBody:
             changes[7 + axis, 3:, :3] = mass * skew(unit)
         return changes
 
-    @property
-    def across_torque(self) -> RealArray:
-        """Two unit vectors across the torque, shape (2, 3)."""
-        return np.linalg.svd(self.torque_axis[np.newaxis])[2][1:]
-
 
 @dataclass(frozen=True, eq=False)
 class _Equations:
-    """Whitened complex equations ``jacobian @ change of the parameters = residual``.
+    """Complex equations ``jacobian @ change of the parameters = residual``, whitened.
 
-    Of them `freedom` are independent.
+    `misfit` is the mean square of the `freedom` independent residuals, in what noise and the
+    systematic rest of one line let expect.
     """
 
     group: str
     jacobian: ComplexArray
     residual: ComplexArray
+    misfit: float
     freedom: int
 
 
@@ -144,13 +164,14 @@ def self_calibrated(
     Most probable parameters p, with normal priors of the stated tolerances, under
 
     - rigid motion: ``(1 − V V⁺) a = 0`` with the forward matrix V(p) of the sensors;
-    - Newton's law: ``M a_B + Σ V_iᵀ f_i`` has no part but the torque, with the forces f(p), the
-      mass matrix and the direction of the torque within their tolerances as well.
+    - Newton's law: ``M a_B + Σ V_iᵀ f_i`` has no part but the excitation, with the forces f(p), the
+      mass matrix and the direction of the excitation within their tolerances as well.
 
-    Gauss-Newton on both, weighted by the noise of each line; a group of equations whose reduced χ²
-    exceeds 1 loses weight by it (Birge). The scatter of the force transfer matrices is taken as one
-    error common to all lines. Seven parameters show in no rigid motion: a common rotation, offset
-    and scale of all sensors; Newton's law ties them to the cells.
+    Gauss-Newton on both. Beside the noise of its lines each group has a systematic rest, common to
+    all lines: the scatter of the force transfer matrices, and what the model leaves out. Where the
+    residuals exceed both together, the rest is enlarged until it explains them, and the group loses
+    its say: flexible bodies, further forces. Seven parameters show in no rigid motion, a common
+    rotation, offset and scale of all sensors; Newton's law ties them to the cells.
     """
     if not alignment.body.is_rigid_body or not np.any(alignment.tolerance > 0):
         return stated_alignment(alignment)
@@ -198,15 +219,12 @@ def _normal_equations(
     counts: dict[str, int] = {}
     n_lines = sum(len(record) for record in records)
     for record in records:
-        for equations in _equations(alignment, record, free_body, parameters, n_lines):
-            group, jacobian = equations.group, equations.jacobian
+        for one in _equations(alignment, record, free_body, parameters, n_lines, misfit):
             # a complex normal deviation of variance 1 has two real ones of variance 1/2
-            weight = 2 / max(1.0, misfit.get(group, 1.0))
-            normal += weight * (jacobian.conj().T @ jacobian).real
-            gradient += weight * (jacobian.conj().T @ equations.residual).real
-            energy = float(np.sum(np.abs(equations.residual) ** 2))
-            squares[group] = squares.get(group, 0.0) + energy
-            counts[group] = counts.get(group, 0) + equations.freedom
+            normal += 2 * (one.jacobian.conj().T @ one.jacobian).real
+            gradient += 2 * (one.jacobian.conj().T @ one.residual).real
+            squares[one.group] = squares.get(one.group, 0.0) + one.misfit * one.freedom
+            counts[one.group] = counts.get(one.group, 0) + one.freedom
     return normal, gradient, {name: squares[name] / counts[name] for name in squares}
 
 
@@ -216,71 +234,74 @@ def _equations(
     free_body: FreeBody | None,
     parameters: RealArray,
     n_lines: int,
+    misfit: dict[str, float],
 ) -> Iterator[_Equations]:
-    own = parameters[: alignment.tolerance.size]
+    body = alignment.body
+    own, of_body = np.split(parameters, [alignment.tolerance.size])
     forward = alignment.forward(own)
     inverse = np.linalg.pinv(forward)
     motion = lines.acceleration @ inverse.T
     channel_change = np.tensordot(motion, alignment.forward_change, axes=([1], [2]))
     channel_change = np.swapaxes(channel_change, 1, 2)
 
-    body = alignment.body
     sensor = np.array(body.channel_rows) // 3
     same_sensor = (sensor[:, np.newaxis] == sensor).astype(float)
-    norm = np.abs(lines.acceleration) ** 2 @ same_sensor
-    noise = np.sqrt(lines.acceleration_noise**2 + n_lines * FIDELITY**2 * norm)
-    white = 1 / noise
+    rest = FIDELITY**2 * np.abs(lines.acceleration) ** 2 @ same_sensor
+    common = n_lines * max(1.0, misfit.get(RIGID_MOTION, 1.0))
+    variance = lines.acceleration_noise**2 + common * rest
+    white = 1 / np.sqrt(variance)
     basis = np.linalg.qr(white[:, :, np.newaxis] * forward)[0]
     columns = np.concatenate([channel_change, lines.acceleration[:, :, np.newaxis]], axis=2)
     columns = white[:, :, np.newaxis] * columns
     columns = columns - basis @ (np.swapaxes(basis, 1, 2) @ columns)
-    yield _Equations(
-        RIGID_MOTION,
-        _padded(columns[:, :, :-1], parameters.size),
-        columns[:, :, -1].ravel(),
-        len(lines) * (forward.shape[0] - forward.shape[1]),
-    )
+    expected = variance / (lines.acceleration_noise**2 + rest)
+    freedom = len(lines) * (forward.shape[0] - forward.shape[1])
+    jacobian = np.zeros((columns.shape[0] * columns.shape[1], parameters.size), dtype=complex)
+    jacobian[:, : own.size] = columns[:, :, :-1].reshape(len(jacobian), -1)
+    squares = float(np.sum(np.abs(columns[:, :, -1]) ** 2 * expected))
+    yield _Equations(RIGID_MOTION, jacobian, columns[:, :, -1].ravel(), squares / freedom, freedom)
     if free_body is None:
         return
 
-    to_load = alignment.body.at_points.T
+    to_load = body.at_points.T
     force_matrix = alignment.force_matrix(own)
     force = lines.cell_force @ force_matrix.T
-    of_body = parameters[own.size :]
     mass_matrix = free_body.mass_matrix + np.tensordot(of_body, free_body.mass_changes, 1)
     load = motion @ mass_matrix.T + force @ to_load.T
-    motion_change = -inverse @ channel_change
     force_change = np.tensordot(lines.cell_force, alignment.force_change, axes=([1], [2]))
+    by_alignment = to_load @ np.swapaxes(force_change, 1, 2)
+    by_alignment = by_alignment - mass_matrix @ inverse @ channel_change
     by_mass = np.tensordot(motion, free_body.mass_changes, axes=([1], [2]))
-    by_alignment = mass_matrix @ motion_change + to_load @ np.swapaxes(force_change, 1, 2)
     change = np.concatenate([by_alignment, np.swapaxes(by_mass, 1, 2)], axis=2)
 
-    balanced = np.zeros((5, 6))
-    balanced[:3, :3] = np.eye(3)
-    across, axis = free_body.across_torque, free_body.torque_axis
-    balanced[3:, 3:] = across - np.outer(of_body[-2:], axis)
-    jacobian = balanced @ change
-    for row in range(2):
-        jacobian[:, 3 + row, own.size + of_body.size - 2 + row] -= load[:, 3:] @ axis
-    scatter = block_diag(*[point.transfer_scatter for point in alignment.body.points])
-    variance = (
-        noise**2 @ (balanced @ mass_matrix @ inverse).T ** 2
-        + lines.cell_noise**2 @ (balanced @ to_load @ force_matrix).T ** 2
-        + n_lines * np.abs(force) ** 2 @ (balanced @ to_load @ scatter).T ** 2
+    leaks = free_body.leaks
+    select = np.eye(6)
+    for (balanced, excited), size in zip(leaks, of_body[of_body.size - len(leaks) :], strict=True):
+        select[balanced, excited] = -size
+    jacobian = select @ change
+    for place, (balanced, excited) in enumerate(leaks, parameters.size - len(leaks)):
+        jacobian[:, balanced, place] -= load[:, excited]
+    rows = list(free_body.balanced)
+    select, jacobian = select[rows], jacobian[:, rows]
+    scatter = block_diag(*[point.transfer_scatter for point in body.points])
+    noise = (
+        lines.acceleration_noise**2 @ (select @ mass_matrix @ inverse).T ** 2
+        + lines.cell_noise**2 @ (select @ to_load @ force_matrix).T ** 2
     )
+    rest = (
+        rest @ (select @ mass_matrix @ inverse).T ** 2
+        + np.abs(force) ** 2 @ (select @ to_load @ scatter).T ** 2
+    )
+    variance = noise + n_lines * max(1.0, misfit.get(NEWTON, 1.0)) * rest
     white = 1 / np.sqrt(variance)
+    residual = -load @ select.T
     yield _Equations(
         NEWTON,
         (white[:, :, np.newaxis] * jacobian).reshape(-1, parameters.size),
-        -(white * (load @ balanced.T)).ravel(),
-        load.shape[0] * len(balanced),
+        (white * residual).ravel(),
+        float(np.mean(np.abs(residual) ** 2 / (noise + rest))),
+        residual.size,
     )
-
-
-def _padded(jacobian: ComplexArray, size: int) -> ComplexArray:
-    padded = np.zeros((jacobian.shape[0] * jacobian.shape[1], size), dtype=complex)
-    padded[:, : jacobian.shape[2]] = jacobian.reshape(len(padded), -1)
-    return padded
 
 
 def _refuse_faults(alignment: Alignment, parameters: RealArray) -> None:

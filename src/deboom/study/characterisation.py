@@ -5,22 +5,28 @@ from __future__ import annotations
 import tempfile
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
 
-from deboom.bench.campaign_plan import NO_ERRORS, training_plan
+from deboom.bench.campaign_plan import (
+    LOW_GEAR_RUNS,
+    NO_ERRORS,
+    TRAINING_RUNS,
+    CampaignPlan,
+)
 from deboom.bench.campaign_writer import write_campaign
 from deboom.errors import InputError
 from deboom.files.campaign import read_campaign
 from deboom.measurement.campaign import OperatingRun
-from deboom.mounts.alignment_estimate import stated_alignment
+from deboom.mounts.alignment_estimate import AlignmentEstimate, stated_alignment
 from deboom.mounts.body_record import body_record
 from deboom.mounts.characterisation import Characterisation, CharacteriseOptions
-from deboom.mounts.characterise import STEPS, characterise
+from deboom.mounts.characterise import STEPS, characterise, training_runs
+from deboom.mounts.cubic_fit import PieceOptions
 from deboom.mounts.operating_map import OperatingMap, operating_maps
 from deboom.mounts.response_surface import DynamicStiffnessSurface
 from deboom.physics.arrays import ComplexArray
@@ -83,11 +89,21 @@ class CharacterisedBench:
     def stated_maps(self) -> dict[str, OperatingMap]:
         """Maps with all chains as their position sheet states them, without self-calibration."""
         stated = [stated_alignment(chain.alignment) for chain in self.result.chains]
+        return self._maps(stated, self.result.runs)
+
+    @cached_property
+    def all_gears_maps(self) -> dict[str, OperatingMap]:
+        """Maps of every run with rising torque, whatever its gear."""
+        options = replace(self.result.options, gears=None)
+        runs = training_runs(self.result.campaign, self.result.mount_set, options)
+        return self._maps(self.result.chains, runs)
+
+    def _maps(
+        self, chains: Sequence[AlignmentEstimate], runs: Sequence[OperatingRun]
+    ) -> dict[str, OperatingMap]:
         tolerances = self.result.campaign.tolerances
-        records = [
-            body_record(chain.alignment.body, self.result.runs, tolerances) for chain in stated
-        ]
-        return operating_maps(stated, records, self.result.options.estimate)
+        records = [body_record(chain.alignment.body, runs, tolerances) for chain in chains]
+        return operating_maps(chains, records, self.result.options.estimate)
 
     def modelled(self, surface: DynamicStiffnessSurface, measured: OperatingMap) -> ComplexArray:
         """Stiffness of a surface at every line of a map, shape (n,) [N/m]."""
@@ -95,18 +111,14 @@ class CharacterisedBench:
         return surface.predict_masked(preload, measured.amplitude, measured.frequency)[0]
 
     def fitted_to(
-        self, measured: OperatingMap, lines: npt.NDArray[np.bool_] | None = None
+        self, measured: OperatingMap, pieces: PieceOptions | None = None
     ) -> DynamicStiffnessSurface:
-        """Fit a surface, as the campaign's, to some lines of a map; None takes all."""
-        some = measured if lines is None else measured.select(lines)
-        samples = some.samples(self.result.options.preload)
+        """Fit a surface to a map, in pieces as the campaign's unless stated otherwise."""
+        samples = measured.samples(self.result.options.preload)
         return DynamicStiffnessSurface.fit(
-            samples.preload,
-            samples.amplitude,
-            samples.frequency,
-            samples.stiffness,
+            *samples.lines,
             preload_unit=self.result.options.preload.unit,
-            options=self.result.options.pieces,
+            options=pieces or self.result.options.pieces,
             run=samples.run,
         )
 
@@ -174,6 +186,7 @@ def characterise_benches(
     progress: Progress,
     *,
     noise_free: bool = False,
+    low_gears: bool = False,
 ) -> tuple[CharacterisedBench, ...]:
     """Measure the training runs on virtual benches, characterise them, and keep no files.
 
@@ -189,6 +202,8 @@ def characterise_benches(
         ``progress(done, total, text)``.
     noise_free : bool
         Benches without any error or noise, to see what the model form leaves.
+    low_gears : bool
+        Whether full load is measured in gears 3 and 4 as well.
 
     Raises
     ------
@@ -198,6 +213,7 @@ def characterise_benches(
     if not seeds:
         raise InputError("there is no bench to characterise: ask for at least one")
     total = len(seeds) * STEPS_PER_BENCH
+    plan = CampaignPlan((mount_set,), (*(LOW_GEAR_RUNS if low_gears else ()), *TRAINING_RUNS))
     benches = []
     for place, seed in enumerate(seeds):
 
@@ -209,6 +225,6 @@ def characterise_benches(
         with tempfile.TemporaryDirectory(prefix="deboom-") as temporary:
             folder = Path(temporary) / "campaign"
             errors = NO_ERRORS if noise_free else None
-            write_campaign(folder, seed, training_plan(mount_set), errors)
+            write_campaign(folder, seed, plan, errors)
             benches.append(characterise_folder(folder, mount_set, options, title, step))
     return tuple(benches)

@@ -55,7 +55,7 @@ class Neighbour:
 
     @property
     def error(self) -> RealArray:
-        """Relative error of the stiffness magnitude by the sensor's motion, shape (n_frequency,)."""
+        """Relative error of the stiffness magnitude by the sensor's motion, shape (n,)."""
         return np.asarray(np.abs(self.at_point) / np.abs(self.at_sensor) - 1)
 
 
@@ -72,7 +72,7 @@ def reprojections(bench: CharacterisedBench) -> tuple[Reprojection, ...]:
         body = chain.alignment.body
         measured = run.acceleration.select(body.channels).values
         forward = chain.alignment.forward(chain.mean)
-        again = measured @ np.linalg.pinv(forward).T @ forward.T
+        again = np.asarray(measured @ np.linalg.pinv(forward).T @ forward.T, dtype=complex)
         for sensor in _beside_mounts(chain).values():
             columns = [body.channels.index(name) for name in sensor.channels]
             found.append(Reprojection(sensor, measured[:, columns], again[:, columns]))

@@ -10,6 +10,7 @@ from scipy.spatial import cKDTree
 
 from deboom.errors import InputError
 from deboom.mounts.agreement import agreement
+from deboom.mounts.cubic_fit import PieceOptions
 from deboom.mounts.error_budget import IDENTIFIED, DirectionBudget
 from deboom.mounts.operating_map import OperatingMap
 from deboom.mounts.response_surface import DynamicStiffnessSurface
@@ -32,6 +33,25 @@ def direction_numbers(benches: Sequence[CharacterisedBench]) -> pd.DataFrame:
     return pd.DataFrame(rows)
 
 
+def all_gears_numbers(benches: Sequence[CharacterisedBench]) -> pd.DataFrame:
+    """One row per bench and direction, for surfaces over all gears, pieces by cross-validation.
+
+    Columns as in `direction_numbers`, and ``pieces`` of the real part.
+    """
+    rows: list[dict[str, object]] = []
+    for bench in benches:
+        for name in bench.surfaces:
+            measured = bench.all_gears_maps[name]
+            usable = measured.select(~measured.near_floor)
+            surface = bench.fitted_to(usable, PieceOptions(pieces="cv"))
+            row: dict[str, object] = {"bench": bench.title, "direction": name}
+            row["pieces"] = surface.real.n_pieces
+            row |= _r2(bench, surface, usable)
+            row |= _errors(bench, surface, usable)
+            rows.append(row)
+    return pd.DataFrame(rows)
+
+
 def _row(bench: CharacterisedBench, name: str) -> dict[str, object]:
     one = bench.result.directions[name]
     surface, measured = bench.surfaces[name], one.measured
@@ -50,7 +70,7 @@ def _row(bench: CharacterisedBench, name: str) -> dict[str, object]:
         )["error"]
     check = bench.in_check_runs(usable)
     if check.any() and not check.all():
-        without = bench.fitted_to(usable, ~check)
+        without = bench.fitted_to(usable.select(~check))
         held_out = usable.select(check)
         inside = without.inside(
             held_out.preload(bench.result.options.preload), held_out.amplitude, held_out.frequency

@@ -112,17 +112,15 @@ def characterisation_page(
 def _headlines(
     benches: Sequence[CharacterisedBench], tables: Mapping[str, pd.DataFrame]
 ) -> tuple[Headline, ...]:
-    uncertainty = tables["uncertainty"]
-    count = int((uncertainty["identified"] == "identified").sum())
-    headlines = [Headline(f"{count} of {len(uncertainty)}", "directions identified")]
-    if "truth" in tables:
-        errors = tables["truth"].set_index("direction")["error of |K|, median [%]"]
-        for axis in AXES:
-            along = errors[[str(name).endswith(f" {axis}") for name in errors.index]]
-            if len(along):
-                headlines.append(
-                    Headline(f"{along.max():.1f} %", f"largest true error along {axis}")
-                )
+    uncertainty = tables["uncertainty"].set_index("direction")
+    found = uncertainty.index[uncertainty["identified"] == "identified"]
+    headlines = [Headline(f"{len(found)} of {len(uncertainty)}", "directions identified")]
+    if "truth" in tables and len(found):
+        errors = tables["truth"].set_index("direction").loc[found, "error of |K|, median [%]"]
+        headlines += [
+            Headline(f"{errors.median():.1f} %", "rms error of an identified direction, median"),
+            Headline(f"{errors.max():.1f} %", f"the largest of them, {errors.idxmax()}"),
+        ]
     seconds = sorted(bench.seconds for bench in benches)[len(benches) // 2]
     headlines.append(Headline(f"{seconds:.0f} s", "per mount set, with error budget"))
     return tuple(headlines)
@@ -137,7 +135,7 @@ def _asked(benches: Sequence[CharacterisedBench]) -> Section:
         f"Mount set {first.mount_set} on {len(benches)} "
         f"{'benches' if len(benches) > 1 else 'bench'}: {len(first.runs)} runs with rising torque "
         f"in the gears {', '.join(map(str, gears))}, engine order {first.campaign.order:g}. "
-        f"Preload variable: {options.preload.value}.\n\n"
+        f"Preload variable: {options.preload.value.replace('_', ' ')}.\n\n"
         "Accelerometers give the motion of the rigid powertrain and with it of the virtual point "
         "in each mount; cells below the mounts, calibrated by a shaker at the virtual point, give "
         "its force. Force over displacement is the operating dynamic stiffness. Complete cubics "
@@ -184,6 +182,17 @@ def _accuracy(tables: Mapping[str, pd.DataFrame]) -> Section:
             {name: 2 for name in tables["r2"].columns if name.endswith("[%]")},
         )
     )
+    if "all_gears" in tables:
+        shown.append(
+            Table(
+                tables["all_gears"],
+                "Surfaces over the gears above beside surfaces over all gears of the campaign, "
+                "whose number of pieces a cross-validation chose (median of the real part); each "
+                "judged on its own lines.",
+                {name: 2 for name in tables["all_gears"].columns if name.startswith("R²")}
+                | {"pieces over all gears": 0},
+            )
+        )
     return Section(
         "How far to believe it",
         "Three questions, three tables: what the measuring chain leaves unknown, how far the "

@@ -7,9 +7,10 @@ from pathlib import Path
 
 from deboom.study.characterisation import CharacterisedBench
 from deboom.study.characterisation_figures import characterisation_figures
-from deboom.study.characterisation_numbers import direction_numbers
+from deboom.study.characterisation_numbers import all_gears_numbers, direction_numbers
 from deboom.study.characterisation_page import characterisation_page
 from deboom.study.characterisation_tables import (
+    all_gears_table,
     characterisation_summary,
     neighbour_table,
     r2_table,
@@ -20,7 +21,11 @@ from deboom.study.result import StudyResult
 
 
 def characterisation_result(
-    benches: Sequence[CharacterisedBench], inputs: tuple[Path, ...] = ()
+    benches: Sequence[CharacterisedBench],
+    inputs: tuple[Path, ...] = (),
+    *,
+    all_gears: bool = False,
+    with_figures: bool = True,
 ) -> StudyResult:
     """Make tables, figures, headline numbers and page of characterised benches.
 
@@ -30,12 +35,16 @@ def characterisation_result(
         At least one; figures show the first, tables all.
     inputs : tuple of Path
         Files that stay; a bench that was measured for the study leaves none.
+    all_gears : bool
+        Whether surfaces over all gears, in pieces by cross-validation, are shown beside.
+    with_figures : bool
+        Whether to draw; the tables take a fraction of the time.
 
     Returns
     -------
     StudyResult
-        Tables ``r2``, ``truth`` (where the truth is known), ``uncertainty``, ``neighbour`` and
-        ``directions``, the numbers of every bench behind them.
+        Tables ``r2``, ``truth`` (where the truth is known), ``uncertainty``, ``neighbour``,
+        ``all_gears`` (if asked for) and ``directions``, the numbers of every bench behind them.
     """
     numbers = direction_numbers(benches)
     tables = {
@@ -46,7 +55,9 @@ def characterisation_result(
     }
     if any(bench.truth is not None for bench in benches):
         tables["truth"] = truth_table(numbers)
-    figures = characterisation_figures(benches[0])
+    if all_gears:
+        tables["all_gears"] = all_gears_table(numbers, all_gears_numbers(benches))
+    figures = characterisation_figures(benches[0]) if with_figures else {}
     return StudyResult(
         tables=tables,
         figures=figures,

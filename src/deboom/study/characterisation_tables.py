@@ -71,9 +71,7 @@ def truth_table(numbers: pd.DataFrame) -> pd.DataFrame:
 
 def uncertainty_table(numbers: pd.DataFrame) -> pd.DataFrame:
     """List what the error budget makes of every direction, median over the benches."""
-    found = identified(numbers)
     columns = {
-        "identified": found.map({True: "identified", False: "not identified"}),
         "95 % half width of |K| [%]": over_benches(numbers, "half_width"),
         "95 % half width of Im K [%]": over_benches(numbers, "half_width_imag"),
         "without self-calibration [%]": over_benches(numbers, "half_width_stated"),
@@ -83,6 +81,23 @@ def uncertainty_table(numbers: pd.DataFrame) -> pd.DataFrame:
     }
     for source in ErrorSource:
         columns[f"{source.value} alone [%]"] = over_benches(numbers, source.value)
+    table = _by_direction(columns)
+    found = identified(numbers).to_numpy()
+    table.insert(1, "identified", np.where(found, "identified", "not identified"))
+    return table
+
+
+def all_gears_table(numbers: pd.DataFrame, all_gears: pd.DataFrame) -> pd.DataFrame:
+    """Surfaces over the chosen gears beside those over all gears with cross-validated pieces."""
+    pieces = over_benches(all_gears, "pieces") / 100.0
+    columns = {"pieces over all gears": pieces}
+    for label, column in (
+        ("R² of Re K", "r2_real"),
+        ("R² of Im K", "r2_imag"),
+        ("error of |K|", "error"),
+    ):
+        columns[f"{label}, chosen gears [%]"] = over_benches(numbers, column)
+        columns[f"{label}, all gears [%]"] = over_benches(all_gears, column)
     return _by_direction(columns)
 
 

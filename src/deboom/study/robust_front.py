@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -20,9 +21,9 @@ from deboom.files.platform import Platform
 from deboom.measurement.load_case import LoadCase
 from deboom.mounts.operating_stiffness import mean_operating_stiffness
 from deboom.physics.arrays import RealArray
-from deboom.vehicles.booming_index import BoomingIndex
 from deboom.vehicles.booming_peaks import PeakChange, compare_peaks
-from deboom.vehicles.synthesis import levels, mean_energy_level
+from deboom.vehicles.load_case_index import LoadCaseIndex
+from deboom.vehicles.synthesis import mean_energy_level
 
 ENERGY_BAND = (25.0, 40.0)
 """Band of the energy level that stands beside SPLV [Hz]."""
@@ -42,7 +43,7 @@ class RobustFront:
     ----------
     platform : Platform
         As measured.
-    index : BoomingIndex
+    index : LoadCaseIndex
         What was evaluated.
     robust : RobustResponse
         How it was made robust.
@@ -53,7 +54,7 @@ class RobustFront:
     """
 
     platform: Platform
-    index: BoomingIndex
+    index: LoadCaseIndex[Any, Any]
     robust: RobustResponse
     search: SearchResult
     verification: Verification
@@ -71,12 +72,12 @@ class RobustFront:
     @property
     def load_case(self) -> LoadCase:
         """The load case whose levels are shown."""
-        return self.platform.load_case(self.index.contributions[0].load_case)
+        return self.platform.load_case(self.index.load_case_names[0])
 
     @property
     def frequency(self) -> RealArray:
         """Lines of the band, shape (n_frequency,) [Hz]."""
-        return np.asarray(self.index.contributions[0].frequency)
+        return np.asarray(self.index.frequency)
 
     @property
     def per_line(self) -> float:
@@ -118,7 +119,7 @@ class RobustFront:
 
     def shown_levels(self, design: RealArray) -> RealArray:
         """SPL of one design without scatter, shape (n_vehicle, n_frequency) [dB(A)]."""
-        return np.asarray(levels(self.index.contributions[0], design[np.newaxis, :])[0])
+        return np.asarray(self.index.levels(design[np.newaxis, :])[0])
 
     def splv_change(self, design: RealArray) -> RealArray:
         """Change of SPLV over the number of lines, shape (n_vehicle,) [dB]."""
@@ -137,7 +138,7 @@ class RobustFront:
     def energy_sigma(self, design: RealArray) -> RealArray:
         """Scatter of the energy level over the verification's draws, shape (n_vehicle,) [dB]."""
         made = self._verified_response.made(design)
-        level = levels(self.index.contributions[0], made)
+        level = self.index.levels(made)
         energy = mean_energy_level(level, self.frequency, ENERGY_BAND)
         return np.asarray(energy.std(axis=0, ddof=1))
 

@@ -44,17 +44,19 @@ class SurfaceCheck:
 
     @property
     def agrees(self) -> bool:
-        """Whether all booming peaks agree within `PEAK_AGREEMENT`."""
-        return not self.at_peaks > PEAK_AGREEMENT
+        """Whether there are booming peaks, and all agree within `PEAK_AGREEMENT`."""
+        return self.at_peaks <= PEAK_AGREEMENT
 
     @property
     def text(self) -> str:
-        """The outcome in two sentences."""
+        """The outcome in a few sentences."""
+        peaks = f"booming peaks differ by up to {self.at_peaks:.2f} dB"
+        if np.isnan(self.at_peaks):
+            peaks = "there is no booming peak to compare"
         sentence = (
             "Forces come from the mounts' response surfaces. With the measured spectra instead, "
-            f"booming peaks differ by up to {self.at_peaks:.2f} dB, all lines by "
-            f"{self.table['rms difference [dB]'].max():.2f} dB rms, corr_f is up to "
-            f"{self.table['corr_f [1]'].max():.4f}."
+            f"{peaks}, all lines by {self.table['rms difference [dB]'].max():.2f} dB rms, corr_f "
+            f"is up to {self.table['corr_f [1]'].max():.1g}."
         )
         kept = f" The measured force stays in {'; '.join(self.kept)}." if self.kept else ""
         return sentence + kept

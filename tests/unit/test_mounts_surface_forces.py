@@ -1,0 +1,174 @@
+"""Forces from response surfaces, for mounts whose stiffness is known."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from deboom.errors import InputError
+from deboom.measurement.channels import Spectrum
+from deboom.measurement.load_case import LoadCase
+from deboom.mounts.characterised_direction import (
+    CharacterisedDirection,
+    DirectionQuality,
+    FittedSurface,
+    MapPoints,
+)
+from deboom.mounts.characterised_mount import CharacterisedMount, MountIdentity
+from deboom.mounts.mount import Mount
+from deboom.mounts.response_surface import DynamicStiffnessSurface
+from deboom.mounts.surface_forces import Outside, surface_forces
+
+FREQUENCY = np.linspace(20.0, 60.0, 41)
+TORQUE = np.linspace(20.0, 220.0, 41)
+RATIO = 3.4
+CHANNELS = ("TSM x", "TSM y", "TSM z", "Du left x", "Du right x")
+NO_POINTS = MapPoints(*[np.zeros(0)] * 6, run=())
+
+
+def stiffness(wheel_torque, amplitude, frequency):
+    """Return a cubic that a surface represents exactly [N/m]."""
+    torque, motion = wheel_torque / 700, amplitude / 1e-3
+    real = 2e5 * (1 + 0.8 * torque**2 - 0.2 * motion + 0.1 * torque * motion)
+    return real + 2e4j * (1 + frequency / 60)
+
+
+def fitted(preload_unit="N m", highest=1.05):
+    rng = np.random.default_rng(3)
+    torque = rng.uniform(0, highest * RATIO * TORQUE[-1], 4000)
+    amplitude = rng.uniform(0, 1.2e-3, 4000)
+    frequency = rng.uniform(19, 61, 4000)
+    values = stiffness(torque, amplitude, frequency)
+    return DynamicStiffnessSurface.fit(
+        torque, amplitude, frequency, values, preload_unit=preload_unit
+    )
+
+
+SURFACE = FittedSurface.of(fitted(), {})
+KNOWN = DirectionQuality(identified=True)
+UNKNOWN = DirectionQuality(identified=False)
+
+
+def characterised(name, pieces, directions):
+    mount = Mount(name, "", pieces, ((0.0, 0.0, 0.0),) * len(pieces), ("x",))
+    identity = MountIdentity("spring", name, "M0")
+    return CharacterisedMount(
+        identity,
+        mount,
+        tuple(CharacterisedDirection(a, NO_POINTS, q, s) for a, q, s in directions),
+        {},
+    )
+
+
+TSM = characterised("TSM", ("",), [("x", KNOWN, SURFACE), ("y", UNKNOWN, SURFACE)])
+DU = characterised("Du", ("left", "right"), [("x", KNOWN, SURFACE)])
+
+
+def load_case(**changes):
+    rng = np.random.default_rng(1)
+    size = rng.uniform(1e-4, 1e-3, (41, 5))
+    displacement = size * np.exp(1j * rng.uniform(-np.pi, np.pi, (41, 5)))
+    force = rng.normal(size=(41, 5)) + 1j
+    content = {
+        "name": "g5",
+        "title": "5th gear",
+        "gear": 5,
+        "total_ratio": RATIO,
+        "torque_limit": 220.0,
+        "order": 1.5,
+        "displacement": Spectrum(FREQUENCY, displacement, CHANNELS, "m"),
+        "force": Spectrum(FREQUENCY, force, CHANNELS, "N"),
+        "engine_torque": TORQUE,
+    }
+    return LoadCase(**(content | changes))
+
+
+def truth(case):
+    s = case.displacement.values
+    return stiffness((RATIO * TORQUE)[:, None], np.abs(s), FREQUENCY[:, None]) * s
+
+
+def test_force_is_stiffness_at_the_point_of_operation_times_motion():
+    case = load_case()
+    result = surface_forces(case, [TSM, DU])
+    modelled = result.load_case
+    assert (modelled.name, modelled.force.unit) == ("g5", "N")
+    assert modelled.displacement is case.displacement
+    for channel in ("TSM x", "Du left x", "Du right x"):
+        column = CHANNELS.index(channel)
+        expected = truth(case)[:, column]
+        error = np.abs(modelled.force.values[:, column] - expected)
+        assert error.max() < 1e-6 * np.abs(expected).max()
+
+
+def test_directions_that_cannot_be_believed_keep_the_measured_force_and_say_so():
+    case = load_case()
+    result = surface_forces(case, [TSM, DU])
+    for channel in ("TSM y", "TSM z"):
+        column = CHANNELS.index(channel)
+        np.testing.assert_array_equal(
+            result.load_case.force.values[:, column], case.force.values[:, column]
+        )
+    assert result.measured == {"TSM y": "not identified", "TSM z": "not characterised"}
+    assert [(one.channel, one.n_measured, one.n_lines) for one in result.sources] == [
+        ("TSM x", 0, 41),
+        ("TSM y", 41, 41),
+        ("TSM z", 41, 41),
+        ("Du left x", 0, 41),
+        ("Du right x", 0, 41),
+    ]
+
+
+def test_a_direction_without_a_surface_says_so():
+    bare = characterised("TSM", ("",), [(axis, UNKNOWN, None) for axis in "xyz"])
+    reasons = surface_forces(load_case(), [bare, DU]).measured
+    assert reasons == dict.fromkeys(CHANNELS[:3], "no surface")
+
+
+def test_lines_outside_of_the_measured_region_are_refused_by_name():
+    low = FittedSurface.of(fitted(highest=0.5), {})
+    tsm = characterised("TSM", ("",), [("x", KNOWN, low)])
+    case = load_case()
+    with pytest.raises(InputError) as refusal:
+        surface_forces(case, [tsm, DU])
+    sentence = str(refusal.value)
+    outside = np.flatnonzero(1.02 * low.upper[0] < RATIO * TORQUE)
+    assert f"{outside.size} of 41 lines, from {FREQUENCY[outside[0]]:g} to 60 Hz" in sentence
+    for word in ("load case g5", "'TSM x'", "TSM M0 of campaign spring", "keep the measured force"):
+        assert word in sentence
+
+    kept = surface_forces(case, [tsm, DU], Outside.KEEP_MEASURED)
+    assert kept.measured["TSM x"] == f"{outside.size} of 41 lines are outside"
+    np.testing.assert_array_equal(
+        kept.load_case.force.values[outside, 0], case.force.values[outside, 0]
+    )
+    inside = np.setdiff1d(np.arange(41), outside)
+    error = np.abs(kept.load_case.force.values[inside, 0] - truth(case)[inside, 0])
+    assert error.max() < 1e-6 * np.abs(truth(case)[inside, 0]).max()
+
+
+ELSEWHERE = characterised("EnM", ("",), [("x", KNOWN, SURFACE)])
+STATIC = characterised("TSM", ("",), [("x", KNOWN, FittedSurface.of(fitted("N"), {}))])
+
+
+@pytest.mark.parametrize(
+    ("mounts", "words"),
+    [
+        (
+            [TSM],
+            r"no characterised mount has the channels \['Du left x', 'Du right x'\], the .* TSM",
+        ),
+        ([], "the mounts are none at all"),
+        ([TSM, DU, ELSEWHERE], "EnM M0 of campaign spring has no channel in it"),
+        ([TSM, DU, TSM], "two characterised mounts are TSM: keep one"),
+        ([STATIC, DU], "its surface is over static force, which a load case does not carry"),
+    ],
+)
+def test_mounts_that_do_not_fit_the_run_are_refused(mounts, words):
+    with pytest.raises(InputError, match=words):
+        surface_forces(load_case(), mounts)
+
+
+def test_a_run_without_engine_torque_has_no_preload():
+    with pytest.raises(InputError, match="g5: its engine torque was not recorded"):
+        surface_forces(replace(load_case(), engine_torque=None), [TSM, DU])

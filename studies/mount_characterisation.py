@@ -7,7 +7,7 @@ for comparison alone.
 
 What it showed on six virtual benches: x and z are identified, with a true error of at most 2.1 %
 rms (median bench). The y stiffnesses of the three powertrain mounts are not: half a degree of
-misalignment hides them, though their forces are reproduced.
+misalignment hides them.
 
 Keys of summary.json, with <dir> such as TSM_x: r2_real_<dir>, r2_imag_<dir>, r2_force_real_<dir>,
 r2_force_imag_<dir> [%] (surface against its own lines; with _held_out surfaces fitted without the
@@ -18,7 +18,7 @@ without self-calibration); half_width_95_percent_<dir> (error budget); coverage_
 mount set, with its error budget).
 """
 
-from enum import Enum
+from functools import partial
 from pathlib import Path
 from typing import Annotated
 
@@ -34,45 +34,35 @@ from deboom.study.progress import progress_bar
 from deboom.study.result import StudyResult
 from deboom.study.runner import run_script
 
-Variable = Enum("Variable", {"torque": "torque", "force": "force"})
-PRELOADS = {Variable.torque: Preload.WHEEL_TORQUE, Variable.force: Preload.STATIC_FORCE}
-
 
 def main(
     seed: Annotated[int, Option(help="From 1: first bench, and draws of the budget.")] = 1,
     benches: Annotated[int, Option(help="Virtual benches; medians deserve six.")] = 1,
     campaign: Annotated[Path | None, Option(help="Folder with campaign.toml.")] = None,
     mount_set: Annotated[str, Option(help="Parts on the bench.")] = "M1",
-    preload: Annotated[Variable, Option(help="Wheel torque or static force.")] = Variable.torque,
+    static_force: Annotated[bool, Option(help="As preload, not the wheel torque.")] = False,
     pieces: Annotated[int, Option(help="Cubics per surface.")] = 2,
     all_gears: Annotated[bool, Option(help="Gears 3-7 beside, cross-validated pieces.")] = False,
     self_calibration: Annotated[bool, Option(help="Let chains calibrate themselves.")] = True,
     figures: Annotated[bool, Option(help="Draw figures; without, tables alone.")] = True,
-    noise_free: Annotated[bool, Option(help="Virtual benches without any error.")] = False,
 ) -> StudyResult:
     """Measure, characterise, compare and report."""
     options = CharacteriseOptions(
-        preload=PRELOADS[preload],
+        preload=Preload.STATIC_FORCE if static_force else Preload.WHEEL_TORQUE,
         pieces=PieceOptions(pieces=pieces),
         self_calibration=self_calibration,
         seed=seed,
     )
-    shown = {"all_gears": all_gears, "with_figures": figures}
-    if campaign is not None and (benches > 1 or noise_free):
-        raise InputError("--benches and --noise-free ask for virtual benches: leave out --campaign")
+    report = partial(characterisation_result, all_gears=all_gears, with_figures=figures)
+    if campaign is not None and benches > 1:
+        raise InputError("--benches asks for virtual benches: leave out --campaign, or --benches")
     with progress_bar("mount characterisation") as progress:
         if campaign is not None:
             given = characterise_given(campaign, mount_set, options, progress)
-            return characterisation_result([given], given.input_files, **shown)
-        done = characterise_benches(
-            range(seed, seed + benches),
-            mount_set,
-            options,
-            progress,
-            noise_free=noise_free,
-            low_gears=all_gears,
-        )
-    return characterisation_result(done, **shown)
+            return report([given], given.input_files)
+        seeds = range(seed, seed + benches)
+        done = characterise_benches(seeds, mount_set, options, progress, low_gears=all_gears)
+    return report(done)
 
 
 if __name__ == "__main__":

@@ -12,8 +12,14 @@ import pytest
 from deboom.bench.campaign_plan import CampaignPlan, PlannedRun
 from deboom.bench.campaign_writer import write_campaign
 from deboom.errors import InputError
+from deboom.files.campaign import read_campaign
 from deboom.mounts.characterisation import CharacteriseOptions
-from deboom.study.characterisation import characterise_given
+from deboom.study import characterisation
+from deboom.study.characterisation import (
+    STEPS_PER_BENCH,
+    characterise_benches,
+    characterise_given,
+)
 from deboom.study.characterisation_numbers import direction_numbers
 from deboom.study.characterisation_result import characterisation_result
 from deboom.study.runner import load_study, run_study
@@ -102,6 +108,27 @@ def test_every_figure_of_the_thesis_is_drawn_and_has_its_place_on_the_page(blind
     shown = [picture.png for section in done.page.sections for picture in section.figures]
     assert sorted(shown) == sorted(done.figures.values())
     assert "truth" not in done.tables
+
+
+def test_every_virtual_bench_has_a_campaign_of_its_own_that_is_gone_afterwards(monkeypatch):
+    seen = []
+
+    def characterise_folder(folder, mount_set, options, title, progress):
+        seen.append((folder, read_campaign(folder, (mount_set,)).name))
+        progress(STEPS_PER_BENCH, title)
+        return title
+
+    monkeypatch.setattr(characterisation, "TRAINING_RUNS", RUNS[:1])
+    monkeypatch.setattr(characterisation, "characterise_folder", characterise_folder)
+    said = []
+    done = characterise_benches((3, 4), "M1", CharacteriseOptions(), lambda *s: said.append(s))
+    assert done == ("bench 3", "bench 4")
+    assert [name for _, name in seen] == ["virtual_bench_3", "virtual_bench_4"]
+    assert not any(folder.exists() for folder, _ in seen)
+    assert [step for step, _, _ in said] == [0, 6, 6, 12]
+    assert {total for _, total, _ in said} == {12}
+    with pytest.raises(InputError, match="no bench to characterise"):
+        characterise_benches((), "M1", CharacteriseOptions(), lambda *_: None)
 
 
 @pytest.mark.parametrize(

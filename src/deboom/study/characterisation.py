@@ -14,7 +14,6 @@ import numpy.typing as npt
 
 from deboom.bench.campaign_plan import (
     LOW_GEAR_RUNS,
-    NO_ERRORS,
     TRAINING_RUNS,
     CampaignPlan,
 )
@@ -185,7 +184,6 @@ def characterise_benches(
     options: CharacteriseOptions,
     progress: Progress,
     *,
-    noise_free: bool = False,
     low_gears: bool = False,
 ) -> tuple[CharacterisedBench, ...]:
     """Measure the training runs on virtual benches, characterise them, and keep no files.
@@ -200,8 +198,6 @@ def characterise_benches(
         How they are characterised.
     progress : callable
         ``progress(done, total, text)``.
-    noise_free : bool
-        Benches without any error or noise, to see what the model form leaves.
     low_gears : bool
         Whether full load is measured in gears 3 and 4 as well.
 
@@ -224,7 +220,6 @@ def characterise_benches(
         step(0, f"{title}: measuring")
         with tempfile.TemporaryDirectory(prefix="deboom-") as temporary:
             folder = Path(temporary) / "campaign"
-            errors = NO_ERRORS if noise_free else None
-            write_campaign(folder, seed, plan, errors)
+            write_campaign(folder, seed, plan)
             benches.append(characterise_folder(folder, mount_set, options, title, step))
     return tuple(benches)

@@ -135,7 +135,7 @@ def _asked(benches: Sequence[CharacterisedBench]) -> Section:
         f"Mount set {first.mount_set} on {len(benches)} "
         f"{'benches' if len(benches) > 1 else 'bench'}: {len(first.runs)} runs with rising torque "
         f"in the gears {', '.join(map(str, gears))}, engine order {first.campaign.order:g}. "
-        f"Preload variable: {options.preload.value.replace('_', ' ')}.\n\n"
+        f"Preload variable: {options.preload.name.lower().replace('_', ' ')}.\n\n"
         "Accelerometers give the motion of the rigid powertrain and with it of the virtual point "
         "in each mount; cells below the mounts, calibrated by a shaker at the virtual point, give "
         "its force. Force over displacement is the operating dynamic stiffness. Complete cubics "

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from enum import Enum
 from typing import Any
 
-from deboom.files.platform import Platform
-from deboom.measurement.load_case import LoadCase
+from deboom.study.mount_source import Operation
 from deboom.vehicles.booming_index import booming_index
 from deboom.vehicles.coupled_index import coupled_index
 from deboom.vehicles.kernel_coupled_numpy import NUMPY_COUPLED
@@ -39,26 +37,13 @@ _KERNELS: dict[Motion, dict[Kernel, Any]] = {
 _DEFAULT = {Motion.prescribed: Kernel.numpy, Motion.coupled: Kernel.numba}
 
 
-def motion_index(
-    platform: Platform,
-    group: str,
-    load_cases: Sequence[tuple[LoadCase, float]],
-    band: tuple[float, float],
-    motion: Motion,
-    kernel: Kernel | None,
-) -> LoadCaseIndex[Any, Any]:
-    """Build the booming index of a group of vehicles under one model of the motion.
+def motion_index(runs: Operation, motion: Motion, kernel: Kernel | None) -> LoadCaseIndex[Any, Any]:
+    """Build the booming index of a study's runs under one model of the motion.
 
     Parameters
     ----------
-    platform : Platform
-        As measured.
-    group : str
-        Of vehicles, such as ``U06``.
-    load_cases : sequence of (LoadCase, weight)
-        Weights are normalised [1].
-    band : (lower, upper)
-        Lines that count, both edges included [Hz].
+    runs : Operation
+        Vehicles, mounts, load cases and band.
     motion : Motion
         Which model.
     kernel : Kernel or None
@@ -67,10 +52,12 @@ def motion_index(
     Raises
     ------
     InputError
-        An unknown group, data that do not fit together, or numba asked for and not installed.
+        Data that do not fit together, or numba asked for and not installed.
     """
     chosen = _KERNELS[motion][kernel or _DEFAULT[motion]]
-    fleet = platform.fleet.group(group)
+    data = runs.platform
     if motion is Motion.coupled:
-        return coupled_index(fleet, platform.mounts, platform.powertrain, load_cases, band, chosen)
-    return booming_index(fleet, platform.mounts, load_cases, band, chosen)
+        return coupled_index(
+            runs.fleet, data.mounts, data.powertrain, runs.cases, runs.band, chosen
+        )
+    return booming_index(runs.fleet, data.mounts, runs.cases, runs.band, chosen)

@@ -2,8 +2,8 @@
 
 Robust optimisation of the 12 stiffness factors of engine (EnM), gearbox (GeM), torque strut (TSM)
 and wishbone (Du) mounts with NSGA-II: minimise the sum over the vehicles of the mean SPLV, 20 to
-60 Hz, and of its standard deviation over the manufacturing tolerance. Motion is prescribed or solved
-again; forces come from the mount library's response surfaces, checked against the measured spectra.
+60 Hz, and of its standard deviation over the manufacturing tolerance. Motion is prescribed, or
+coupled; forces come from the mount library's surfaces, checked against the measured spectra.
 
 What it showed, with seed 1 on the virtual platform: a softer torque strut and softer wishbone
 mounts, with an engine mount stiffer in x, take 2.5 to 3 dB per line off U06-1 to U06-4 and 0.2 to

@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 import deboom
-from deboom.cli_library import library_app
+from deboom.cli_library import characterise, library_app
 
 app = typer.Typer(
     add_completion=False,
@@ -28,6 +28,7 @@ bench_app = typer.Typer(
 )
 app.add_typer(bench_app, name="bench")
 app.add_typer(library_app, name="library")
+app.command()(characterise)
 
 
 def _print_version(wanted: bool) -> None:

@@ -10,6 +10,7 @@ import pandas as pd
 import pytest
 
 from deboom.errors import InputError
+from deboom.study.motion import Kernel, Motion
 from deboom.study.mount_source import LIBRARY_FILE, MountSource
 from deboom.study.runner import load_study, run_study
 
@@ -52,7 +53,9 @@ def test_the_run_folder_is_complete_and_says_where_it_comes_from(finished):
     record = json.loads((finished / "run.json").read_text())
     assert record["seed"] == 1
     assert record["arguments"]["generations"] == 12
-    assert record["arguments"]["kernel"] == "numpy"
+    assert record["facts"]["kernel"] == "numpy"
+    assert record["facts"]["motion"] == "prescribed"
+    assert record["facts"]["tolerance_draws"] == 32
     assert record["study_text"] == STUDY.read_text(encoding="utf-8")
     assert len(record["inputs_sha256"]) == 31
     assert all(len(digest) == 64 for digest in record["inputs_sha256"].values())
@@ -108,6 +111,7 @@ def test_another_seed_another_front(finished, tmp_path):
         {"load_case": ["g5_wot120=1", "g6_wot220=0.5"]},
         {"group": "F39", "tolerance": 0.45},
         {"nominal_mean": True},
+        {"motion": Motion.coupled, "kernel": Kernel.numpy},
     ],
 )
 def test_options_change_what_is_asked(tmp_path, changes):

@@ -11,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
+from threadpoolctl import threadpool_limits
 
 from deboom.bench.campaign_plan import (
     LOW_GEAR_RUNS,
@@ -156,7 +157,8 @@ def characterise_folder(
         progress(2 + done, f"{title}: {text}")
 
     begin = time.perf_counter()
-    result = characterise(campaign, mount_set, options, step)
+    with threadpool_limits(1):  # its matrices are too small to share
+        result = characterise(campaign, mount_set, options, step)
     seconds = time.perf_counter() - begin
     return CharacterisedBench(title, result, read_set_truth(folder, mount_set), seconds)
 

@@ -6,6 +6,8 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
+from threadpoolctl import threadpool_limits
+
 from deboom.errors import InputError
 from deboom.files.campaign import read_campaign
 from deboom.files.run_folder import hash_files
@@ -58,7 +60,8 @@ def characterise_into_library(
         campaign.runs_of(name)
     wanted = tuple(dict.fromkeys(mount_sets)) or campaign.mount_sets
     total = 1 + len(STEPS) * len(wanted)
-    with open_library(library, create=True) as opened:
+    # one thread: the matrices are too small to share
+    with open_library(library, create=True) as opened, threadpool_limits(1):
         if not overwrite:
             _refuse_known(opened, campaign.name, wanted)
         progress(0, total, "measuring chains")

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
+from threadpoolctl import threadpool_limits
+
 from deboom.study.characterisation import CharacterisedBench
 from deboom.study.characterisation_figures import characterisation_figures
 from deboom.study.characterisation_numbers import all_gears_numbers, direction_numbers
@@ -46,7 +48,9 @@ def characterisation_result(
         Tables ``r2``, ``truth`` (where the truth is known), ``uncertainty``, ``neighbour``,
         ``all_gears`` (if asked for) and ``directions``, the numbers of every bench behind them.
     """
-    numbers = direction_numbers(benches)
+    with threadpool_limits(1):  # its matrices are too small to share
+        numbers = direction_numbers(benches)
+        beside = all_gears_numbers(benches) if all_gears else None
     tables = {
         "r2": r2_table(numbers),
         "uncertainty": uncertainty_table(numbers),
@@ -55,8 +59,8 @@ def characterisation_result(
     }
     if any(bench.truth is not None for bench in benches):
         tables["truth"] = truth_table(numbers)
-    if all_gears:
-        tables["all_gears"] = all_gears_table(numbers, all_gears_numbers(benches))
+    if beside is not None:
+        tables["all_gears"] = all_gears_table(numbers, beside)
     figures = characterisation_figures(benches[0]) if with_figures else {}
     return StudyResult(
         tables=tables,

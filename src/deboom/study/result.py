@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import pandas as pd
@@ -29,6 +29,8 @@ class StudyResult:
         The report, without its provenance, which the runner adds.
     inputs : tuple of Path
         Every file the study read; their hashes go into ``run.json``.
+    facts : mapping of str to float, int or str
+        What the study settled itself, such as the kernel it used; goes into ``run.json``.
     """
 
     tables: Mapping[str, pd.DataFrame]
@@ -36,3 +38,4 @@ class StudyResult:
     summary: Mapping[str, Scalar]
     page: Page
     inputs: tuple[Path, ...]
+    facts: Mapping[str, Scalar] = field(default_factory=dict)

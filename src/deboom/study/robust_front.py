@@ -21,6 +21,7 @@ from deboom.files.platform import Platform
 from deboom.measurement.load_case import LoadCase
 from deboom.mounts.operating_stiffness import mean_operating_stiffness
 from deboom.physics.arrays import RealArray
+from deboom.vehicles.booming_index import BoomingIndex
 from deboom.vehicles.booming_peaks import PeakChange, compare_peaks
 from deboom.vehicles.load_case_index import LoadCaseIndex
 from deboom.vehicles.synthesis import mean_energy_level
@@ -73,6 +74,23 @@ class RobustFront:
     def load_case(self) -> LoadCase:
         """The load case whose levels are shown."""
         return self.platform.load_case(self.index.load_case_names[0])
+
+    @property
+    def motion(self) -> str:
+        """In a word, how the powertrain answers a design."""
+        return "prescribed" if isinstance(self.index, BoomingIndex) else "coupled"
+
+    @property
+    def facts(self) -> dict[str, str | int]:
+        """What ``run.json`` says beside the arguments."""
+        sample = self.robust.sample
+        return {
+            "motion": self.motion,
+            "kernel": self.index.kernel.name,
+            "tolerance_sample": sample.kind,
+            "tolerance_draws": sample.n_samples,
+            "verification_draws": self.verification.n_samples,
+        }
 
     @property
     def frequency(self) -> RealArray:

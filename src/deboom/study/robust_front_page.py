@@ -11,7 +11,6 @@ from deboom.report import figures
 from deboom.report.page import Headline, Page, Picture, Section, Table
 from deboom.report.style import mount_colours, signed, vehicle_colours
 from deboom.study.robust_front import ENERGY_BAND, NOTICEABLE, RobustFront
-from deboom.vehicles.booming_index import BoomingIndex
 
 MOTION_WARNING = (
     "The powertrain's motion is prescribed: it stays as measured while stiffnesses change. This "
@@ -132,8 +131,7 @@ def front_page(
     changes = study.splv_change(study.pick_designs["best mean"])
     peaks = tables["peaks"]["change [dB]"]
     sigma_drop = tables["picks"]["change of sigma [%]"].min()
-    prescribed = isinstance(study.index, BoomingIndex)
-    motion_warning = (MOTION_WARNING,) if prescribed else ()
+    motion_warning = (MOTION_WARNING,) if study.motion == "prescribed" else ()
     first, last = study.frequency[0], study.frequency[-1]
     sampler = study.robust.sample
     half = study.robust.space.tolerance.max()
@@ -266,7 +264,7 @@ def front_page(
             Section(
                 "How the search went",
                 f"NSGA-II, {search.hypervolume.size} generations, {search.seconds:.1f} s. Motion: "
-                f"{'prescribed' if prescribed else 'coupled'}; kernel: {study.index.kernel.name}.",
+                f"{study.motion}; kernel: {study.index.kernel.name}.",
                 figures=(
                     _picture(
                         pictures,

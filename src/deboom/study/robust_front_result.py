@@ -47,4 +47,5 @@ def robust_front_result(study: RobustFront) -> StudyResult:
         summary=front_summary(study),
         page=front_page(study, tables, figures),
         inputs=study.platform.input_files,
+        facts=study.facts,
     )

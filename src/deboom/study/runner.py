@@ -239,6 +239,7 @@ def _carry_out(
     with held(run.folder):
         result = study.main(**arguments, **dict.fromkeys(study.context_names, context))
         used = {
+            "facts": dict(result.facts),
             "inputs_sha256": hash_files(result.inputs, relative_to=here),
             "wall_time_s": round(time.perf_counter() - begin, 3),
         }
@@ -257,11 +258,18 @@ def _save(run: Run, result: StudyResult, record: Mapping[str, Any]) -> None:
     run.save_text("report.html", render_page(page))
 
 
+def _option(name: str, value: Any) -> str:
+    """Write an option as it is typed."""
+    if isinstance(value, bool):
+        return f"--{name}" if value else f"--no-{name}"
+    return f"--{name} {value}"
+
+
 def _provenance(record: Mapping[str, Any]) -> dict[str, Any]:
     """Gather what the page's footer says of where its numbers come from."""
     environment = record["environment"]
     options = " ".join(
-        f"--{name.replace('_', '-')} {item}"
+        _option(name.replace("_", "-"), item)
         for name, value in record["arguments"].items()
         if value is not None
         for item in (value if isinstance(value, list) else [value])
@@ -269,6 +277,7 @@ def _provenance(record: Mapping[str, Any]) -> dict[str, Any]:
     return {
         "command": f"deboom run studies/{record['study']}.py {options}",
         "seed": record["seed"],
+        "facts": record["facts"],
         "environment": environment,
         "inputs": record["inputs_sha256"],
         "wall_time_s": record["wall_time_s"],

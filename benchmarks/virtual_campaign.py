@@ -43,7 +43,7 @@ CURVE = np.linspace(-0.015, 0.015, 301)
 
 @cache
 def truth(parts: str, planned: PlannedRun) -> tuple[TrueRun, RealArray]:
-    """What really happens with a mount set in one run, and the static force of every channel."""
+    """Run the bench as it truly is, with one mount set; also the static force of every channel."""
     bench = with_mount_set(BENCH, mount_set(parts, BENCH))
     run = true_run(bench, planned, FREQUENCY)
     return run, static_direction_forces(bench, run)

@@ -63,7 +63,7 @@ def pulses_of(angle: RealArray, time: RealArray, per_revolution: int = 1) -> Rea
 
 def chirps() -> list[Claim]:
     """Orders 0.5, 1.5 and 3 in 5 s from 700 to 2900 1/min, and order 1.5 through a resonance."""
-    time, angle, rpm = run_up(700.0, 2900.0, 5.0)
+    time, angle, _ = run_up(700.0, 2900.0, 5.0)
     shaft = shaft_angle(repair_pulses(pulses_of(angle, time)))
     amplitudes = {0.5: 0.4 * np.exp(1j), 1.5: 3 * np.exp(-0.5j), 3.0: 1.2 * np.exp(2.5j)}
     signal = sum(np.real(a * np.exp(1j * q * angle)) for q, a in amplitudes.items())
@@ -154,17 +154,22 @@ def _main(
 
 
 def crossing() -> list[Claim]:
-    """Order 2 crosses a tone of 60 Hz in a run-up from 1200 to 2400 1/min in 6 s."""
+    """Order 2 crosses a tone of 60 Hz between 1200 and 2400 1/min in 6 s; both are modulated."""
     rate, bandwidth = 1638.4, 3.0
     time, angle, rpm = run_up(1200.0, 2400.0, 6.0, rate)
     phase = np.column_stack([2 * angle, 2 * np.pi * 60 * time + 0.4])
-    truth = np.array([np.exp(0.3j), 0.8 * np.exp(-1j)])
-    record = np.real(np.exp(1j * phase) @ truth)[:, np.newaxis]
+    swelling = (1 + 0.3 * np.sin(np.pi * time / 2)) * np.exp(0.3j)
+    turning = 0.8 * np.exp(-1j + 0.4j * np.cos(0.4 * np.pi * time))
+    truth = np.column_stack([swelling, turning])
+    record = np.real(np.sum(truth * np.exp(1j * phase), axis=1))[:, np.newaxis]
     inside = (time > 1 / bandwidth) & (time < time[-1] - 1 / bandwidth)
-    together = percent_and_degrees(vold_kalman(record, phase, rate, bandwidth)[inside, :, 0], truth)
+    together = percent_and_degrees(
+        vold_kalman(record, phase, rate, bandwidth)[inside, :, 0], truth[inside]
+    )
     resampled = angular_resample(record, angle, samples_needed(rate, 1200.0, 2.0))
-    centre = np.interp(np.arange(1600.0, 2001.0, 5.0), rpm, angle) / (2 * np.pi)
-    alone = percent_and_degrees(order_amplitudes(*resampled, [2.0], centre, 16)[:, 0], truth[0])
+    line = np.searchsorted(rpm, np.arange(1600.0, 2001.0, 5.0))
+    found = order_amplitudes(*resampled, [2.0], angle[line] / (2 * np.pi), 16)[:, 0, 0]
+    alone = percent_and_degrees(found, swelling[line])
     return [
         Claim(
             "Crossing orders, both in one Vold-Kalman filter",
@@ -188,7 +193,7 @@ def filter_figures() -> list[Claim]:
     rates = np.linspace(0.0, 7.5, 16)
     turning = np.exp(2j * np.pi * np.outer(time, rates))
     record = np.real(turning * np.exp(3j * angle)[:, np.newaxis])
-    noise = np.random.default_rng(1).normal(size=(time.size, 60))
+    noise = [np.random.default_rng(seed).normal(size=(time.size, 60)) for seed in SEEDS]
     inside = (time > 0.4) & (time < time[-1] - 0.4)
     distance, ratios = 0.0, []
     for poles in (1, 2, 3):
@@ -196,9 +201,10 @@ def filter_figures() -> list[Claim]:
         gain = np.mean((found / turning)[inside], axis=0)
         closed = envelope_response(rates, bandwidth, rate, poles)
         distance = max(distance, float(np.abs(gain - closed).max()))
-        level = vold_kalman(noise, 3 * angle[:, np.newaxis], rate, bandwidth, poles)[inside, 0]
         stated = noise_amplitude(2 / rate, noise_bandwidth(bandwidth, poles))
-        ratios.append(float(np.sqrt(np.mean(np.abs(level) ** 2)) / stated))
+        for sample in noise:
+            level = vold_kalman(sample, 3 * angle[:, np.newaxis], rate, bandwidth, poles)[inside]
+            ratios.append(float(np.sqrt(np.mean(np.abs(level) ** 2)) / stated))
     worst = max(abs(ratio - 1) for ratio in ratios)
     return [
         Claim(
@@ -208,7 +214,8 @@ def filter_figures() -> list[Claim]:
             distance <= 0.002,
         ),
         Claim(
-            "Noise amplitude of an order that is not there, against the closed form, 1 to 3 poles",
+            "Noise amplitude of an order that is not there, against the closed form, 1 to 3 poles, "
+            f"60 channels, worst of {len(SEEDS)} seeds",
             "within 5 %",
             f"{100 * worst:.1f} %",
             worst <= 0.05,

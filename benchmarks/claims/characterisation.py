@@ -25,7 +25,6 @@ from threadpoolctl import threadpool_limits
 
 from claims import Claim
 from deboom.bench.campaign_plan import (
-    LOW_GEAR_RUNS,
     NO_ERRORS,
     TRAINING_RUNS,
     CampaignErrors,
@@ -36,7 +35,6 @@ from deboom.mounts.alignment_estimate import stated_alignment
 from deboom.mounts.body_record import body_record
 from deboom.mounts.characterisation import Characterisation, CharacteriseOptions
 from deboom.mounts.characterise import characterise
-from deboom.mounts.cubic_fit import PieceOptions
 from deboom.mounts.error_budget import same_pieces
 from deboom.mounts.operating_map import OperatingMap, Preload, operating_maps
 from deboom.mounts.response_surface import DynamicStiffnessSurface
@@ -45,7 +43,6 @@ from deboom.vehicles.kinematic_model import KinematicModel
 from virtual_campaign import truth, virtual_campaign
 
 SEEDS = range(1, 21)
-ALL_GEARS_SEEDS = range(1, 5)
 SETS = ("M1", "M2", "M3", "M4", "M5")
 CHECK = ((5, 120.0), (5, 220.0), (6, 120.0), (6, 160.0), (6, 220.0), (7, 220.0))
 _R2 = tuple[float, float, float, float]
@@ -72,7 +69,6 @@ def claims() -> list[Claim]:
     with ProcessPoolExecutor(2, mp_context=get_context("spawn")) as pool:
         benches = list(pool.map(_bench, SEEDS))
         noise_free = list(pool.map(_noise_free, SETS))
-        all_gears = list(pool.map(_all_gears, ALL_GEARS_SEEDS))
     figures = {name: [bench[name] for bench in benches] for name in benches[0]}
     return [
         *_surface_claims(figures),
@@ -80,7 +76,6 @@ def claims() -> list[Claim]:
         *_budget_claims(figures),
         *_self_calibration_claims(figures),
         _noise_free_claim(noise_free),
-        _all_gears_claim(all_gears),
         _speed(),
         *_kinematics(),
     ]
@@ -170,7 +165,7 @@ def _rms(modelled: ComplexArray, true: ComplexArray) -> float:
 
 def _true_stiffness(lines: OperatingMap, parts: str) -> ComplexArray:
     """Truth at the lines of a map, whose labels are a run and maybe a piece."""
-    by_name = {planned.name: planned for planned in (*LOW_GEAR_RUNS, *TRAINING_RUNS)}
+    by_name = {planned.name: planned for planned in TRAINING_RUNS}
     values = np.empty(len(lines), dtype=complex)
     for label in np.unique(lines.run):
         name, _, piece = str(label).partition(" ")
@@ -187,15 +182,6 @@ def _noise_free(parts: str) -> dict[str, float]:
         campaign = virtual_campaign(1, parts, TRAINING_RUNS, NO_ERRORS)
         result = characterise(campaign, parts, CharacteriseOptions(folds=0))
         return _errors(result)
-
-
-def _all_gears(seed: int) -> dict[str, float]:
-    with threadpool_limits(1):
-        parts = _parts(seed)
-        runs = (*LOW_GEAR_RUNS, *TRAINING_RUNS)
-        campaign = virtual_campaign(seed, parts, runs, CampaignErrors())
-        options = CharacteriseOptions(gears=None, pieces=PieceOptions(pieces="cv"), folds=0)
-        return _errors(characterise(campaign, parts, options))
 
 
 def _errors(result: Characterisation) -> dict[str, float]:
@@ -336,18 +322,6 @@ def _noise_free_claim(found: list[dict[str, float]]) -> Claim:
         "at most 1",
         _percent(medians, 2),
         max(medians) <= 0.01,
-    )
-
-
-def _all_gears_claim(found: list[dict[str, float]]) -> Claim:
-    names = [name for name in found[0] if name[:2] != "Du"]
-    medians = [float(np.median([one[name] for one in found])) for name in names]
-    return Claim(
-        f"true error with gears 3 to 7 and cross-validated pieces, {', '.join(names)}, median of "
-        f"{len(found)} benches [%]",
-        "no claim",
-        _percent(medians),
-        True,
     )
 
 

@@ -51,7 +51,7 @@ def test_level_and_hysteresis_can_be_set():
         (STEADY[::-1], 1, "increase from pulse to pulse"),
         (np.append(STEADY, np.inf), 1, "increase from pulse to pulse"),
         (STEADY, 0, "0 pulses per revolution"),
-        (np.delete(RISING, np.s_[60:80]), 1, r"about 2\d\.\d pulses are missing between 3.096"),
+        (np.delete(RISING, np.s_[60:80]), 1, r"about (19|20)\.\d pulses are missing between 3.096"),
         (np.delete(RISING, np.s_[60:66]), 1, "about 6.0 pulses are missing between"),
         (np.sort(np.append(RISING, RISING + 0.0008)), 1, "fit no smooth speed"),
         (np.random.default_rng(1).uniform(0, 6, 150).cumsum(), 1, "fit no smooth speed"),

@@ -1,6 +1,7 @@
 """Vold-Kalman filter against dense least squares, its transfer function and known chirps."""
 
 from math import comb
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -11,6 +12,7 @@ from deboom.physics.order_tracking_resolution import noise_amplitude, smear
 from deboom.physics.vold_kalman import envelope_response, noise_bandwidth, penalty, vold_kalman
 
 POLES = [1, 2, 3]
+ROTA = Path(__file__).parents[1] / "data" / "rota-order" / "envelopes.csv"
 
 
 def run_up(first_rpm, last_rpm, duration, rate):
@@ -58,6 +60,21 @@ def test_modulated_order_passes_by_the_transfer_function(poles):
     assert expected[2] == pytest.approx(np.sqrt(0.5), rel=1e-12)
     # the mirror image at twice the order's frequency averages out
     np.testing.assert_allclose(gain, expected, atol=1e-3)
+
+
+def test_against_another_code():
+    """Three orders, one through a resonance, and a tone that nobody tracks; ROTA 0.3.0."""
+    table = np.loadtxt(ROTA, delimiter=",", skiprows=1)
+    rate = 2048.0
+    time, angle, rpm = run_up(900.0, 2700.0, 8.0, rate)
+    frequency = 1.5 * rpm / 60
+    main = 2j / (1 - (frequency / 42) ** 2 + 0.12j * frequency / 42)
+    record = np.real(main * np.exp(1.5j * angle)) + 0.5 * np.cos(0.5 * angle + 1)
+    record += np.cos(3 * angle - 0.4) + 0.3 * np.cos(2 * np.pi * 50 * time)
+    phase = np.outer(angle, [0.5, 1.5, 3.0])
+    found = vold_kalman(record[:, np.newaxis], phase, rate, 6.0)[::400, :, 0]
+    np.testing.assert_allclose(time[::400], table[:, 0])
+    np.testing.assert_allclose(found, table[:, 1:4] + 1j * table[:, 4:], atol=1e-10)
 
 
 def test_weights_are_those_of_tuma():

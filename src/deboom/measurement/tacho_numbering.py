@@ -15,6 +15,8 @@ UNEVEN, MOST_UNEVEN = 0.1, 0.15
 signal, and in one whose every interval scatters because few samples make an interval."""
 LONGEST_GAP = 5
 """Pulses missing in a row that can still be counted."""
+MOST_PASSES = 4
+"""Two heal almost every signal; damage that lies close together takes a third."""
 OUTLIER = 6.0
 """Robust standard deviations by which a displaced pulse is off."""
 LEAST_OUTLIER = 0.005
@@ -41,14 +43,18 @@ def number_pulses(times: RealArray) -> IntArray:
     Leaving a pulse out costs 1 and so does a missing one; from one pulse kept to the next, a step
     that is not a whole number of intervals costs the square of its excess over what is usual. The
     cheapest chain is found as a shortest path: first with the running median of all intervals, then
-    with that of the pulses kept.
+    with that of the pulses kept, until nothing changes.
     """
     number = _cheapest_chain(times, local_period(times, np.arange(times.size)))
-    kept = number >= 0
-    if np.count_nonzero(kept) <= WINDOW:
-        return number
-    period = local_period(times[kept], number[kept])
-    return _cheapest_chain(times, np.interp(times, times[kept], period))
+    for _ in range(MOST_PASSES):
+        kept = number >= 0
+        if np.count_nonzero(kept) <= WINDOW:
+            break
+        period = local_period(times[kept], number[kept])
+        before, number = number, _cheapest_chain(times, np.interp(times, times[kept], period))
+        if np.array_equal(number, before):
+            break
+    return number
 
 
 def local_period(times: RealArray, number: IntArray) -> RealArray:

@@ -61,9 +61,10 @@ def vold_kalman(
 
         ``Σ_n (y_n − Re Σ_k A_k(n) e^{jφ_k(n)})² + ½ Σ_k r_k² Σ_n |∇^p A_k(n)|² → min``
 
-    with p poles and r_k from the bandwidth (`penalty`). A constant amplitude comes out exactly, up
-    to the ends of the record; the usual form, complex envelopes on a real record, mistakes an
-    order's mirror image for noise and errs by some percent there.
+    with p poles and r_k from the bandwidth (`penalty`); a quasi-static part is real and has no ½. A
+    constant amplitude comes out exactly, up to the ends of the record; the usual form, complex
+    envelopes on a real record, mistakes an order's mirror image for noise and errs by some percent
+    there.
 
     The normal equations lose up to all digits at usual rates (condition 3e14 at 16384 Hz and 2 Hz).
     Here ``u = r ∇^p A`` is an unknown of its own; the matrix is banded and its condition is the

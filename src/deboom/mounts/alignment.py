@@ -133,10 +133,11 @@ def alignment(body: InstrumentedBody, tolerances: Tolerances) -> Alignment:
                 change[channel] = sees[axis]
                 if axis == channel:
                     source, deviation = ErrorSource.SENSOR_GAIN, tolerances.sensor_gain
+                    what = f"{source.value} of channel {name}"
                 else:
                     source = ErrorSource.SENSOR_CROSS_AXIS
                     deviation = tolerances.sensor_cross_axis
-                what = f"{source.value} of channel {name}"
+                    what = f"{source.value} of channel {name} to {'xyz'[axis]}"
                 add(what, source, deviation, forward=at_sensor(change))
         for axis, unit in enumerate(np.eye(3)):
             add(

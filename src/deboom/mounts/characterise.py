@@ -7,6 +7,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
+from threadpoolctl import threadpool_limits
 
 from deboom.errors import InputError
 from deboom.measurement.campaign import Campaign, OperatingRun
@@ -75,19 +76,10 @@ def measuring_chains(
         excited=options.excited,
         excitation_deviation=options.excitation_deviation,
     )
-    chains = []
-    for body in instrumented_bodies(campaign):
-        stated = alignment(body, campaign.tolerances)
-        records = [
-            body_record(body, campaign.runs_of(name), campaign.tolerances)
-            for name in campaign.mount_sets
-        ]
-        _refuse_culprit(campaign, body)
-        if options.self_calibration:
-            chains.append(self_calibrated(stated, records, free_body))
-        else:
-            chains.append(stated_alignment(stated))
-    return tuple(chains)
+    with threadpool_limits(1):  # its matrices are too small to share
+        return tuple(
+            _chain(campaign, body, free_body, options) for body in instrumented_bodies(campaign)
+        )
 
 
 def characterise(
@@ -131,22 +123,22 @@ def characterise(
     step(0)
     known = tuple(measuring_chains(campaign, options) if chains is None else chains)
     step(1)
-    bodies = [chain.alignment.body for chain in known]
-    records = [body_record(body, runs, campaign.tolerances) for body in bodies]
-    maps = operating_maps(known, records, options.estimate)
-    step(2)
-    directions = {name: _direction(measured, options) for name, measured in maps.items()}
-    step(3)
-    surfaces = {name: one.surface for name, one in directions.items() if one.surface is not None}
-    budgets = error_budget(
-        known,
-        records,
-        surfaces,
-        options.preload,
-        campaign.tolerances.static_force,
-        seed=options.seed,
-        n_draws=options.draws,
-    )
+    with threadpool_limits(1):  # its matrices are too small to share
+        bodies = [chain.alignment.body for chain in known]
+        records = [body_record(body, runs, campaign.tolerances) for body in bodies]
+        maps = operating_maps(known, records, options.estimate)
+        step(2)
+        directions = {name: _direction(measured, options) for name, measured in maps.items()}
+        step(3)
+        budgets = error_budget(
+            known,
+            records,
+            {name: one.surface for name, one in directions.items() if one.surface is not None},
+            options.preload,
+            campaign.tolerances.static_force,
+            seed=options.seed,
+            n_draws=options.draws,
+        )
     for name, budget in budgets.items():
         directions[name] = replace(directions[name], budget=budget)
     step(4)
@@ -176,6 +168,21 @@ def training_runs(
     return tuple(run for run, kept in zip(runs, rising, strict=True) if kept)
 
 
+def _chain(
+    campaign: Campaign, body: InstrumentedBody, free_body: FreeBody, options: CharacteriseOptions
+) -> AlignmentEstimate:
+    """Settle the measuring chain of one body."""
+    stated = alignment(body, campaign.tolerances)
+    records = [
+        body_record(body, campaign.runs_of(name), campaign.tolerances)
+        for name in campaign.mount_sets
+    ]
+    _refuse_culprit(campaign, body)
+    if options.self_calibration:
+        return self_calibrated(stated, records, free_body)
+    return stated_alignment(stated)
+
+
 def _refuse_culprit(campaign: Campaign, body: InstrumentedBody) -> None:
     """Refuse runs of a rigid body whose channels disagree, and name the one that is to blame."""
     if not body.is_rigid_body:
@@ -200,7 +207,9 @@ def _direction(measured: OperatingMap, options: CharacteriseOptions) -> Directio
         samples = measured.samples(options.preload)
         surface = _fitted(samples, options)
     except InputError as error:
-        return DirectionResult(measured, complaint=f"{measured.name}: {error}")
+        masked = int(np.count_nonzero(measured.near_floor))
+        complaint = f"{measured.name}: {error} ({masked} of {len(measured)} lines near the floor)"
+        return DirectionResult(measured, complaint=complaint)
     return DirectionResult(
         measured=measured,
         surface=surface,

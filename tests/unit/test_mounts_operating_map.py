@@ -1,0 +1,220 @@
+"""Channels of a rig with known mounts become its displacement, force and stiffness again."""
+
+import numpy as np
+import pytest
+from mounts_campaign_samples import (
+    CARRIERS,
+    EXACT,
+    FREQUENCY,
+    OMEGA_2,
+    RATIO,
+    Ramp,
+    Rig,
+    campaign_of,
+    engine_torque,
+    steady_state,
+    true_stiffness,
+)
+
+from deboom.errors import InputError
+from deboom.measurement.tolerances import Tolerances
+from deboom.mounts.alignment import alignment
+from deboom.mounts.alignment_estimate import stated_alignment
+from deboom.mounts.body_record import body_record
+from deboom.mounts.instrumented_body import instrumented_bodies
+from deboom.mounts.operating_map import Estimate, Preload, operating_maps
+from deboom.physics.rigid_body import forward_matrices
+
+RAMP = Ramp(120.0, full_load=True)
+
+
+def maps_of(campaign, estimate=Estimate.BY_NOISE_RATIO, tolerances=None):
+    known = campaign.tolerances if tolerances is None else tolerances
+    bodies = instrumented_bodies(campaign)
+    records = [body_record(body, campaign.runs, known) for body in bodies]
+    chains = [stated_alignment(alignment(body, known)) for body in bodies]
+    return operating_maps(chains, records, estimate)
+
+
+@pytest.fixture(scope="module")
+def maps():
+    return maps_of(campaign_of(Rig(ramps=(RAMP,))))
+
+
+def test_every_direction_of_the_carriers_and_the_path_of_the_wishbones(maps):
+    carriers = [f"{mount.name} {axis}" for mount in CARRIERS for axis in "xyz"]
+    assert list(maps) == [*carriers, "W x"]
+
+
+def test_displacement_force_and_stiffness_are_the_true_ones(maps):
+    motion, side, force, stiffness = steady_state(RAMP)
+    forward = forward_matrices([mount.positions[0] for mount in CARRIERS])
+    displacement = np.column_stack([motion @ forward.T, side])
+    for column, one in enumerate(maps.values()):
+        n_pieces = 2 if one.mount == "W" else 1
+        assert one.displacement == pytest.approx(np.tile(displacement[:, column], n_pieces))
+        assert one.force == pytest.approx(np.tile(force[:, column], n_pieces))
+        assert one.stiffness == pytest.approx(np.tile(stiffness[:, column], n_pieces))
+        assert one.amplitude == pytest.approx(np.abs(one.displacement))
+
+
+def test_loss_factor(maps):
+    assert maps["E x"].loss_factor == pytest.approx(0.08)
+    assert maps["W x"].loss_factor == pytest.approx(0.2)
+
+
+def test_pieces_are_told_apart(maps):
+    names = [RAMP.name + f" {piece}" for piece in ("left", "right") for _ in FREQUENCY]
+    assert maps["W x"].run.tolist() == names
+
+
+def test_preload_is_wheel_torque_or_static_force_of_the_direction(maps):
+    one = maps["E z"]
+    torque = RATIO * engine_torque(RAMP)
+    assert one.preload(Preload.WHEEL_TORQUE) == pytest.approx(torque)
+    assert one.preload(Preload.STATIC_FORCE) == pytest.approx(3 * torque)
+    assert (Preload.WHEEL_TORQUE.unit, Preload.STATIC_FORCE.unit) == ("N m", "N")
+    samples = one.samples(Preload.WHEEL_TORQUE)
+    assert samples.preload == pytest.approx(torque)
+    assert samples.stiffness == pytest.approx(true_stiffness(torque)[:, 2])
+
+
+def test_static_force_that_nobody_measured(maps):
+    one = maps["E z"]
+    without = type(one)(
+        **{**one.__dict__, "static_force": np.full(len(one), np.nan)},
+    )
+    with pytest.raises(InputError, match="static force of E z was not measured"):
+        without.preload(Preload.STATIC_FORCE)
+
+
+def test_switched_off_channel_is_not_missed():
+    rig = Rig(ramps=(RAMP,), switched_off=("A2 y",), channel_gain={"A2 y": 30.0})
+    found = maps_of(campaign_of(rig))["S y"].stiffness
+    assert found == pytest.approx(steady_state(RAMP)[3][:, 7])
+
+
+# ------------------------------------------------------------------ noise, repeats, mask
+
+NOISY = Tolerances(**{**EXACT.__dict__, "acceleration_own": 0.05, "force_own": 0.05})
+
+
+def test_repeats_become_one_line_and_average_noise():
+    ramps = tuple(Ramp(120.0, repeat=n) for n in range(1, 41))
+    campaign = campaign_of(Rig(tolerances=NOISY, ramps=ramps, noise=0.05))
+    one = maps_of(campaign)["E x"]
+    assert len(one) == FREQUENCY.size
+    true = steady_state(ramps[0])[3][:, 0]
+    single = maps_of(campaign_of(Rig(tolerances=NOISY, ramps=ramps[:1], noise=0.05)))["E x"]
+    error, of_single = (np.std(x.stiffness / true - 1) for x in (one, single))
+    assert error < of_single / 4  # √40 = 6.3
+    assert one.displacement_noise == pytest.approx(single.displacement_noise / 40**0.5, rel=0.2)
+
+
+def test_estimators_differ_by_their_bias():
+    ramps = tuple(Ramp(120.0, repeat=n) for n in range(1, 201))
+    noise = 0.3
+    rough = Tolerances(**{**EXACT.__dict__, "acceleration_own": noise, "force_own": noise})
+    campaign = campaign_of(Rig(tolerances=rough, ramps=ramps, noise=noise))
+    true = steady_state(ramps[0])[3][:, 9]
+    ratio = {
+        estimate: np.mean(np.abs(maps_of(campaign, estimate)["W x"].stiffness[: true.size] / true))
+        for estimate in Estimate
+    }
+    # the wheel end moves along x alone; its sensor is turned by up to 5°
+    assert ratio[Estimate.NOISE_IN_FORCE] == pytest.approx(1 / (1 + noise**2), abs=0.01)
+    assert ratio[Estimate.NOISE_IN_DISPLACEMENT] == pytest.approx(1 + noise**2, abs=0.01)
+    assert ratio[Estimate.BY_NOISE_RATIO] == pytest.approx(1.0, abs=0.01)
+
+
+def test_confidence_is_what_the_noise_leaves_of_a_coherence():
+    tolerances = Tolerances(**{**EXACT.__dict__, "acceleration_own": 0.1})
+    one = maps_of(campaign_of(Rig(tolerances=tolerances, ramps=(RAMP,))))["W x"]
+    # of the sensor's three channels the one along x counts: cos²(5°) …
+    assert one.confidence == pytest.approx(1 / (1 + 0.1**2), rel=2e-3)
+
+
+def test_confidence_of_repeats_that_disagree_is_low():
+    ramps = tuple(Ramp(120.0, repeat=n) for n in range(1, 31))
+    quiet = Tolerances(**{**EXACT.__dict__, "acceleration_own": 1e-6, "force_own": 1e-6})
+    one = maps_of(campaign_of(Rig(tolerances=quiet, ramps=ramps, noise=1.0)))["W x"]
+    assert np.median(one.confidence) < 0.6
+
+
+def test_lines_near_the_floor_are_masked():
+    motion = steady_state(RAMP)[0]
+    forward = forward_matrices([CARRIERS[0].positions[0]])
+    s = np.abs(motion @ forward.T)[:, 0]
+
+    def with_floor(floor):
+        tolerances = Tolerances(**{**EXACT.__dict__, "acceleration_floor": floor})
+        return maps_of(campaign_of(Rig(tolerances=tolerances, ramps=(RAMP,))))["E x"]
+
+    # seen through five sensors, whose noise is the same at every line
+    gain = with_floor(1.0).displacement_noise * OMEGA_2
+    assert gain == pytest.approx(gain[0], rel=1e-9)
+    assert 1 / 5**0.5 < gain[0] < 1.5
+    one = with_floor(1.001 * float(np.median(s * OMEGA_2)) / gain[0] / 10)
+    expected = s < 10 * one.displacement_noise
+    assert one.near_floor.tolist() == expected.tolist()
+    assert 0.3 < expected.mean() < 0.7
+    assert len(one.samples(Preload.WHEEL_TORQUE)) == np.count_nonzero(~expected)
+
+
+def test_direction_that_was_never_loaded():
+    tolerances = Tolerances(**{**EXACT.__dict__, "acceleration_floor": 1e4})
+    one = maps_of(campaign_of(Rig(tolerances=tolerances, ramps=(RAMP,))))["G y"]
+    assert one.near_floor.all()
+    with pytest.raises(InputError, match="G y was never loaded: in all 41 lines"):
+        one.samples(Preload.WHEEL_TORQUE)
+
+
+# ------------------------------------------------------------------ bad input
+
+
+def test_dead_channel_is_named():
+    for name, what in (("A3 x", "acceleration"), ("C1 z", "cell force")):
+        campaign = campaign_of(Rig(ramps=(RAMP,), channel_gain={name: 0.0}))
+        with pytest.raises(InputError, match=f"{what} channel '{name}' is dead"):
+            maps_of(campaign)
+
+
+def test_too_few_sensors():
+    rig = Rig(switched_off=tuple(f"A{k} {a}" for k in (1, 2, 3) for a in "xyz"))
+    with pytest.raises(InputError, match="three triaxial sensors"):
+        instrumented_bodies(campaign_of(rig))
+
+
+def test_cell_of_a_sum_cannot_be_switched_off():
+    with pytest.raises(InputError, match=r"mount E: the cell channels \['C1 x'\] are switched off"):
+        instrumented_bodies(campaign_of(Rig(switched_off=("C1 x",))))
+
+
+def test_wishbone_needs_its_whole_sensor():
+    with pytest.raises(InputError, match=r"W left carries a body .* switched off are \['A8 y'\]"):
+        instrumented_bodies(campaign_of(Rig(switched_off=("A8 y",))))
+
+
+def test_mount_without_cell():
+    sensors = tuple(one for one in Rig().sensors if one.name != "C2")
+    with pytest.raises(InputError, match="mount G has no force cell"):
+        instrumented_bodies(campaign_of(Rig(sensors=sensors)))
+
+
+def test_run_without_a_channel():
+    campaign = campaign_of(Rig(ramps=(RAMP,)))
+    body = instrumented_bodies(campaign)[0]
+    run = campaign.runs[0]
+    short = type(run)(
+        **{**run.__dict__, "acceleration": run.acceleration.select(run.acceleration.channels[3:])}
+    )
+    with pytest.raises(InputError, match=r"run g5_wot120_1 lacks the channels \['A1 x'"):
+        body_record(body, [short], EXACT)
+    with pytest.raises(InputError, match="no operating run for the powertrain"):
+        body_record(body, [], EXACT)
+
+
+def test_maps_of_unequal_columns(maps):
+    one = maps["E x"]
+    with pytest.raises(InputError, match="map of E x: force has shape"):
+        type(one)(**{**one.__dict__, "force": one.force[1:]})

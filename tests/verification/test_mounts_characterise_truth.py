@@ -14,7 +14,7 @@ from deboom.mounts.characterisation import CharacteriseOptions
 from deboom.mounts.characterise import characterise
 from deboom.mounts.operating_map import Preload
 
-LINES = np.linspace(20.0, 80.0, 121)
+LINES = np.linspace(20.0, 80.0, 61)
 PLAN = CampaignPlan(mount_sets=("M1",), runs=TRAINING_RUNS, frequency=LINES)
 OPTIONS = CharacteriseOptions(folds=0)
 

@@ -127,7 +127,7 @@ def test_suppliers_curves_against_the_static_cell_force(campaign):
     )
     run = campaign.runs[0]
     state = model.equilibrium(run.wheel_torque)
-    deviation = model.force_deviation(run.wheel_torque[::20], seed=1, n_draws=60)[-1]
+    deviation = model.force_deviation(run.wheel_torque[::20], seed=1, n_draws=40)[-1]
     more = model.equilibrium(run.wheel_torque + run.total_ratio)
     by_torque = np.sqrt(np.mean((more.force - state.force) ** 2, axis=0))
     for place, name in enumerate(state.names):
@@ -139,7 +139,7 @@ def test_suppliers_curves_against_the_static_cell_force(campaign):
 
 
 def test_curve_errors_shift_little_between_mounts_that_statics_determine(model):
-    deviation = model.force_deviation(TORQUE[3:5], seed=2, n_draws=60)
+    deviation = model.force_deviation(TORQUE[3:5], seed=2, n_draws=40)
     forces = np.abs(model.equilibrium(TORQUE[3:5]).force)
     x = [0, 3, 6]
     # the torque over the height between mounts and strut is given: their curves hardly matter

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
 from enum import Enum
 from typing import Any
@@ -251,12 +251,12 @@ def _stiffness(
     displacement_noise: RealArray,
     estimate: Estimate,
 ) -> ComplexArray:
-    if estimate is Estimate.BY_NOISE_RATIO and np.all((force_noise > 0) & (displacement_noise > 0)):
+    if estimate is Estimate.NOISE_IN_DISPLACEMENT:
+        return stiffness_h2(force, displacement)
+    noisy = np.all((force_noise > 0) & (displacement_noise > 0))
+    if estimate is Estimate.BY_NOISE_RATIO and noisy:
         return stiffness_hv(force, displacement, force_noise / displacement_noise)
-    by_name: dict[Estimate, Callable[..., ComplexArray]] = {
-        Estimate.NOISE_IN_DISPLACEMENT: stiffness_h2
-    }
-    return by_name.get(estimate, stiffness_h1)(force, displacement)
+    return stiffness_h1(force, displacement)
 
 
 def _confidence(

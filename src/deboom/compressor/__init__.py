@@ -1,0 +1,1 @@
+"""The refrigerant compressor in its vehicle: what a roving hammer says of its mass and mounts."""

@@ -1,0 +1,194 @@
+"""What a hammer test gives to the identification: raw FRFs, their noise, their placement."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
+
+import numpy as np
+import numpy.typing as npt
+
+from deboom.errors import InputError
+from deboom.measurement.channels import Frf
+from deboom.measurement.impacts import Impact
+from deboom.measurement.sensors import Sensor
+from deboom.physics.arrays import RealArray
+
+SMOOTHING_LINES = 9
+"""Lines over which the noise of a few hits is averaged: one line alone knows it to ±30 %."""
+
+
+@dataclass(frozen=True)
+class PlacementTolerances:
+    """Standard deviations (1 σ) of what a hammer test states only approximately.
+
+    Parameters
+    ----------
+    sensor_gain : float
+        Of each accelerometer channel [1].
+    sensor_position, impact_position : float
+        Against the position sheet, per axis [m].
+    sensor_angle, impact_angle : float
+        Against the position sheet, per axis [rad].
+    hammer_gain : float
+        Of the hammer, common to all impacts [1].
+
+    Raises
+    ------
+    InputError
+        A tolerance that is not positive and finite: a perfect placement is no statement about a
+        real one.
+    """
+
+    sensor_gain: float = 0.02
+    sensor_position: float = 0.0015
+    sensor_angle: float = math.radians(1.5)
+    hammer_gain: float = 0.01
+    impact_position: float = 0.0015
+    impact_angle: float = math.radians(1.5)
+
+    def __post_init__(self) -> None:
+        for field in fields(self):
+            value = getattr(self, field.name)
+            if not (math.isfinite(value) and value > 0):
+                raise InputError(f"tolerance {field.name} is {value}: use a number above 0")
+
+
+@dataclass(frozen=True, eq=False)
+class RawInertance:
+    """FRFs from every impact to every channel, and how well they are known.
+
+    Parameters
+    ----------
+    sensors : tuple of Sensor
+        Triaxial accelerometers, as the position sheet has them.
+    impacts : tuple of Impact
+        As the position sheet has them.
+    frf : Frf
+        Outputs are the channels of the sensors in their order, inputs the impacts [1/kg].
+    deviation : array, shape (n_frequency, n_channel, n_impact)
+        Standard deviation of the real and of the imaginary part that differs from channel to
+        channel [1/kg].
+    force_deviation : float
+        Standard deviation, relative, of the real and of the imaginary part that all channels of
+        one impact share at a line: the noise of the hammer's signal [1].
+
+    Raises
+    ------
+    InputError
+        Names or shapes that do not fit together, a deviation that is not positive, fewer than
+        three sensors or six impacts.
+    """
+
+    sensors: tuple[Sensor, ...]
+    impacts: tuple[Impact, ...]
+    frf: Frf
+    deviation: RealArray
+    force_deviation: float = 0.001
+
+    def __post_init__(self) -> None:
+        channels = tuple(name for sensor in self.sensors for name in sensor.channels)
+        if len(self.sensors) < 3:
+            raise InputError(
+                f"{len(self.sensors)} triaxial accelerometers do not see all six motions of a "
+                "body: use at least three that are not on a line"
+            )
+        if len(self.impacts) < 6:
+            raise InputError(
+                f"{len(self.impacts)} impacts do not excite all six motions of a body: use at "
+                "least six of different places and directions"
+            )
+        if self.frf.outputs != channels:
+            raise InputError("the FRFs' outputs are not the channels of the position sheet")
+        if self.frf.inputs != tuple(impact.name for impact in self.impacts):
+            raise InputError("the FRFs' inputs are not the impacts of the position sheet")
+        deviation = np.array(self.deviation, dtype=float)
+        if deviation.shape != self.frf.values.shape:
+            raise InputError("state the deviation of each FRF at each line")
+        if not np.all(deviation > 0):
+            raise InputError("the deviation of an FRF must be positive: no measurement is exact")
+        deviation.setflags(write=False)
+        object.__setattr__(self, "deviation", deviation)
+
+    def select(self, lines: npt.NDArray[np.bool_]) -> RawInertance:
+        """Keep the marked lines.
+
+        Parameters
+        ----------
+        lines : bool array, shape (n_frequency,)
+
+        Returns
+        -------
+        RawInertance
+        """
+        frf = Frf(
+            self.frf.frequency[lines],
+            self.frf.values[lines],
+            self.frf.outputs,
+            self.frf.inputs,
+            self.frf.unit,
+        )
+        return RawInertance(
+            self.sensors, self.impacts, frf, self.deviation[lines], self.force_deviation
+        )
+
+
+def deviation_from_coherence(
+    frf: Frf, coherence: npt.ArrayLike, n_averages: int, channels_per_group: Sequence[int] = ()
+) -> RealArray:
+    """Estimate the noise of each FRF from the coherence of few hits.
+
+    Parameters
+    ----------
+    frf : Frf
+        [1/kg].
+    coherence : array, shape (n_frequency, n_channel, n_impact)
+        Ordinary coherence of `n_averages` hits [1].
+    n_averages : int
+        From 2.
+    channels_per_group : sequence of int, optional
+        Numbers of neighbouring channels with equal noise; all of them by default.
+
+    Returns
+    -------
+    array, shape (n_frequency, n_channel, n_impact)
+        Standard deviation of the real and of the imaginary part [1/kg].
+
+    Raises
+    ------
+    InputError
+        One hit: its coherence is 1 whatever the noise.
+
+    Notes
+    -----
+    ``σ² = |H|² (1 − γ²)/(2 n γ²)`` (Bendat and Piersol, eq. 9.52) per FRF. Few hits know it badly,
+    but the noise of the response is the same for all channels of a kind and smooth over frequency:
+    the median over a group and a running mean over `SMOOTHING_LINES` lines take its place. The
+    factor ``n/(n−1)`` mends the bias of the coherence of n hits.
+    """
+    if n_averages < 2:
+        raise InputError(
+            "one hit per impact says nothing of the noise, its coherence is 1 by construction: "
+            "average at least two"
+        )
+    values = np.clip(np.asarray(coherence, dtype=float), 1e-6, 1 - 1e-12)
+    variance = np.abs(frf.values) ** 2 * (1 - values) / (2 * n_averages * values)
+    variance *= n_averages / (n_averages - 1)
+    groups = tuple(channels_per_group) or (variance.shape[1],)
+    smooth = np.empty_like(variance)
+    first = 0
+    for size in groups:
+        part = variance[:, first : first + size].mean(axis=1)
+        smooth[:, first : first + size] = _running_mean(part)[:, np.newaxis]
+        first += size
+    return np.asarray(np.sqrt(smooth))
+
+
+def _running_mean(values: RealArray) -> RealArray:
+    """Mean over neighbouring lines, shorter at the ends, shape (n_frequency, n_impact)."""
+    width = min(SMOOTHING_LINES, values.shape[0])
+    kernel = np.ones(width)
+    weight = np.convolve(np.ones(values.shape[0]), kernel, mode="same")
+    summed = np.stack([np.convolve(column, kernel, mode="same") for column in values.T], axis=1)
+    return np.asarray(summed / weight[:, np.newaxis])

@@ -12,10 +12,19 @@ from types import ModuleType
 
 import numpy as np
 
+import end_to_end
 import kernel
+import kernel_amplitude
 import kernel_coupled
+import kernel_smooth
 
-TABLES: tuple[ModuleType, ...] = (kernel, kernel_coupled)
+TABLES: tuple[ModuleType, ...] = (
+    kernel,
+    kernel_coupled,
+    kernel_smooth,
+    kernel_amplitude,
+    end_to_end,
+)
 
 
 def main() -> None:

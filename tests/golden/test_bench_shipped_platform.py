@@ -15,13 +15,14 @@ from deboom.bench.platform_layout import FREQUENCY
 from deboom.bench.platform_writer import write_platform
 from deboom.files.torque_table import read_torque_table
 from deboom.files.uff import read_uff
+from deboom.study.mount_catalogue import CATALOGUE_FILE
 from deboom.study.mount_source import LIBRARY_FILE
 
 SHIPPED = Path(__file__).parents[2] / "studies" / "data" / "u06_f39_f45"
 FILES = sorted(
     path.relative_to(SHIPPED).as_posix()
     for path in SHIPPED.rglob("*")
-    if path.is_file() and path.name != LIBRARY_FILE
+    if path.is_file() and path.name not in (LIBRARY_FILE, CATALOGUE_FILE)
 )
 
 

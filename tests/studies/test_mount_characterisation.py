@@ -67,6 +67,9 @@ def test_the_torque_strut_is_found_within_a_few_percent_of_the_truth(finished):
 def test_the_run_folder_has_every_table_of_the_study_and_names_what_it_read(finished):
     names = {path.relative_to(finished).as_posix() for path in finished.rglob("*")}
     assert {"r2.csv", "truth.csv", "uncertainty.csv", "neighbour.csv", "report.html"} <= names
+    transfer = pd.read_csv(finished / "force_transfer.csv")
+    assert list(transfer["mount"]) == ["EnM", "GeM", "TSM"]
+    assert np.all(transfer["largest change over frequency [%]"] < 1.0)
     record = json.loads((finished / "run.json").read_text(encoding="utf-8"))
     assert any(name.endswith("truth/M1.npz") for name in record["inputs_sha256"])
 
@@ -104,6 +107,7 @@ def test_every_figure_of_the_thesis_is_drawn_and_has_its_place_on_the_page(blind
     assert {
         *("map_magnitude", "map_phase", "map_amplitude", "static_x", "stiffness_TSM", "force_TSM"),
         *("reprojected_acceleration", "neighbour_acceleration", "neighbour_stiffness_error"),
+        "cell_calibration",
     } == set(done.figures)
     shown = [picture.png for section in done.page.sections for picture in section.figures]
     assert sorted(shown) == sorted(done.figures.values())
@@ -134,10 +138,42 @@ def test_every_virtual_bench_has_a_campaign_of_its_own_that_is_gone_afterwards(m
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
-        ({"benches": 2}, "leave out --campaign"),
+        ({"benches": 2}, "leave them out, or --campaign"),
         ({"mount_set": "M7"}, "no mount set 'M7'"),
     ],
 )
 def test_bad_requests_are_refused_in_words(campaign, tmp_path, changes, message):
     with pytest.raises(InputError, match=message):
         run_study(load_study(STUDY), tmp_path, {"campaign": campaign, **changes})
+
+
+def test_a_bench_without_errors_is_right_within_one_percent_in_all_nine_directions(
+    tmp_path, monkeypatch
+):
+    monkeypatch.setattr(characterisation, "TRAINING_RUNS", RUNS)
+    chosen = {"noise_free": True, "figures": False}
+    folder = run_study(load_study(STUDY), tmp_path, chosen)
+    summary = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
+    for mount in ("EnM", "GeM", "TSM"):
+        for axis in "xyz":
+            assert summary[f"truth_error_percent_{mount}_{axis}"] <= 1.0, (mount, axis)
+
+
+def test_a_campaign_with_three_cells_says_what_leaving_moments_out_costs(tmp_path):
+    campaign = tmp_path / "three_cells"
+    write_campaign(campaign, 1, CampaignPlan(("M1",), RUNS, 2, third_cell=True))
+    chosen = {"campaign": campaign, "figures": False}
+    folder = run_study(load_study(STUDY), tmp_path / "results", chosen)
+    summary = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
+    assert 0.0 < summary["moments_cost_at_peaks_db"] < 0.1
+    assert 0.0 < summary["moments_cost_rms_db"] < 0.5
+    transfer = pd.read_csv(folder / "force_transfer.csv")
+    assert list(transfer["loads"]) == [3, 3, 3, 6, 6, 6]
+    assert "Leaving them out changes booming peaks" in (folder / "report.html").read_text("utf-8")
+
+
+def test_options_of_virtual_benches_are_refused_with_a_campaign(campaign, tmp_path):
+    study = load_study(STUDY)
+    for option in ({"noise_free": True}, {"third_cell": True}):
+        with pytest.raises(InputError, match="leave them out, or --campaign"):
+            run_study(study, tmp_path, {"campaign": campaign, **option})

@@ -160,6 +160,8 @@ def time_run(**new):
         "acceleration_channels": ("A1 x",),
         "cell_force": np.zeros((4, 2)),
         "cell_force_channels": ("C1 x", "C1 y"),
+        "static_force": np.zeros((4, 0)),
+        "static_force_names": (),
     }
     return TimeRun(**fields | new)
 

@@ -1,5 +1,7 @@
 """Channels of a rig with known mounts become its displacement, force and stiffness again."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from mounts_campaign_samples import (
@@ -109,6 +111,23 @@ def test_repeats_become_one_line_and_average_noise():
     error, of_single = (np.std(x.stiffness / true - 1) for x in (one, single))
     assert error < of_single / 4  # √40 = 6.3
     assert one.displacement_noise == pytest.approx(single.displacement_noise / 40**0.5, rel=0.2)
+
+
+def test_repeats_with_another_zero_mark_of_the_tacho_do_not_cancel():
+    ramps = tuple(Ramp(120.0, repeat=n) for n in range(1, 4))
+    campaign = campaign_of(Rig(ramps=ramps))
+    turned = tuple(
+        replace(
+            run,
+            acceleration=replace(run.acceleration, values=turn * run.acceleration.values),
+            cell_force=replace(run.cell_force, values=turn * run.cell_force.values),
+        )
+        for run, turn in zip(campaign.runs, (1, -1, 1j), strict=True)
+    )
+    for name, one in maps_of(replace(campaign, runs=turned)).items():
+        same = maps_of(campaign)[name]
+        assert one.displacement == pytest.approx(same.displacement)
+        assert one.stiffness == pytest.approx(same.stiffness)
 
 
 def test_estimators_differ_by_their_bias():

@@ -9,7 +9,14 @@ from deboom.physics.coupling import (
     interface_force,
     mounted_source,
 )
-from deboom.physics.transfer_path import contributions, partial_sums, pressure
+from deboom.physics.transfer_path import (
+    contributions,
+    energy_share,
+    mount_force,
+    partial_sums,
+    pressure,
+    rms_contribution,
+)
 
 BODY = np.broadcast_to(np.diag([2.0, 4.0]), (5, 2, 2))
 
@@ -84,3 +91,30 @@ def test_shapes_that_do_not_belong_together_are_refused(call):
 def test_a_mount_without_stiffness_is_refused():
     with pytest.raises(InputError, match="carries no force"):
         mounted_source(BODY, np.zeros((5, 2)))
+
+
+@pytest.mark.parametrize(
+    ("stiffness", "above", "below"),
+    [((4, 2), (4, 2), (4, 3)), ((4, 3), (4, 2), (4, 2)), ((4, 2, 3), (4, 2), (4, 2)), ((2,),) * 3],
+)
+def test_mounts_and_motions_that_do_not_belong_together_are_refused(stiffness, above, below):
+    with pytest.raises(InputError, match="same paths last"):
+        mount_force(np.ones(stiffness), np.ones(above), np.ones(below))
+
+
+def test_mounts_may_couple_paths():
+    stiffness = np.array([[[2.0, 1j], [1j, 3.0]]])
+    force = mount_force(stiffness, [[2.0, 1.0]], [[1.0, 0.0]])
+    np.testing.assert_allclose(force, [[2 + 1j, 3 + 1j]])
+
+
+@pytest.mark.parametrize("ask", [energy_share, rms_contribution])
+@pytest.mark.parametrize(("shape", "weight"), [((4, 2), (3,)), ((4,), (4,)), ((0, 2), (0,))])
+def test_weights_that_do_not_belong_to_the_lines_are_refused(ask, shape, weight):
+    with pytest.raises(InputError, match="one weight per line"):
+        ask(np.ones(shape), np.ones(weight))
+
+
+def test_silence_has_no_energy_to_share():
+    with pytest.raises(InputError, match="no energy to share"):
+        energy_share([[1.0, -1.0]])

@@ -4,7 +4,12 @@ import numpy as np
 import pytest
 
 from deboom.errors import InputError
-from deboom.vehicles.booming_peaks import BoomingPeak, booming_peaks, compare_peaks
+from deboom.vehicles.booming_peaks import (
+    BoomingPeak,
+    booming_peaks,
+    compare_peaks,
+    match_peaks,
+)
 
 LINES = np.arange(20.0, 61.0)
 
@@ -84,3 +89,27 @@ def test_refuses(level, options, message):
 def test_refuses_a_negative_tolerance():
     with pytest.raises(InputError, match=r"tolerance of -1.0 Hz"):
         compare_peaks(BEFORE, BEFORE, LINES, 1.5, tolerance=-1.0)
+
+
+def test_peaks_of_two_curves_are_matched_and_the_others_reported():
+    measured = booming_peaks(BEFORE, LINES, 1.5, prominence=4.0)
+    finer = np.arange(20.0, 60.1, 0.25)
+    synthesised = np.interp(finer, [20, 30.5, 35, 40, 43, 46.25, 60], [50, 68, 58, 67, 60, 74, 50])
+    match = match_peaks(measured, booming_peaks(synthesised, finer, 1.5))
+    assert [(one.frequency, two.frequency) for one, two in match.pairs] == [(30, 30.5), (45, 46.25)]
+    np.testing.assert_allclose(match.level_deviations, [-2.0, -1.0])
+    np.testing.assert_allclose(match.frequency_deviations, [0.5, 1.25])
+    assert match.largest_deviation == pytest.approx(2.0)
+    assert [peak.frequency for peak in match.only_reference] == [55.0]
+    assert [peak.frequency for peak in match.only_compared] == [40.0]
+
+
+def test_without_a_pair_there_is_no_deviation():
+    peaks = booming_peaks(BEFORE, LINES, 1.5)
+    match = match_peaks(peaks, ())
+    assert match.only_reference == peaks
+    assert match.level_deviations.size == 0
+    with pytest.raises(InputError, match="2 against 0 peaks"):
+        _ = match.largest_deviation
+    with pytest.raises(InputError, match="tolerance of -1 Hz"):
+        match_peaks(peaks, peaks, -1)

@@ -8,8 +8,10 @@ from deboom.bench.campaign_layout import (
     ACCELEROMETER_MODEL,
     CELL_MODEL,
     Place,
+    PushPlace,
     accelerometer_places,
     cell_places,
+    push_places,
 )
 from deboom.bench.campaign_plan import CampaignErrors, CampaignPlan, PlannedRun
 from deboom.bench.campaign_sensors import CampaignSensors
@@ -27,6 +29,7 @@ from deboom.files.campaign_file import (
     CampaignFile,
     CampaignMount,
     CurveEntry,
+    PushEntry,
     RunEntry,
     ShakerEntry,
     TimeRunEntry,
@@ -49,6 +52,11 @@ def run_file(mount_set: str, run: PlannedRun) -> str:
 def shaker_file(mount: str, axis: str, repeat: int) -> str:
     """Return the file of a run of the shaker."""
     return f"shaker/{mount}_{axis}_{repeat}.uff"
+
+
+def push_file(push: PushPlace, repeat: int) -> str:
+    """Return the file of a push beside a virtual point."""
+    return f"shaker/{push.mount}_{push.name}_{repeat}.uff"
 
 
 def curve_file(mount_set: str, mount: str, axis: str) -> str:
@@ -86,7 +94,12 @@ def sensor_rows(bench: VirtualBench, sensors: CampaignSensors, sheet: DataSheet)
             accelerometer_places(bench),
             sensors.accelerometer_angles,
         ),
-        ("force cell", CELL_MODEL, cell_places(bench), sensors.cell_angles),
+        (
+            "force cell",
+            CELL_MODEL,
+            cell_places(bench, sensors.third_cell),
+            sensors.cell_angles,
+        ),
     ):
         for place, angles in zip(places, all_angles, strict=True):
             rows.append(_sensor_row(place, kind, model, angles, sheet))
@@ -186,7 +199,28 @@ def campaign_file(
             for mount, axis in curve_directions(bench)
         ),
         time_runs=_time_runs(plan),
+        pushes=_pushes(bench, sheet, plan) if plan.third_cell else (),
     )
+
+
+def _pushes(bench: VirtualBench, sheet: DataSheet, plan: CampaignPlan) -> tuple[PushEntry, ...]:
+    entries = []
+    for push in push_places(bench):
+        x, y, z = np.round(push.position + sheet.centre_error, 4).tolist()
+        for repeat in range(1, plan.shaker_repeats + 1):
+            file = push_file(push, repeat)
+            entries.append(
+                PushEntry(
+                    name=push.name,
+                    mount=push.mount,
+                    piece="",
+                    position_m=(x, y, z),
+                    axis=AXES[push.axis],
+                    repeat=repeat,
+                    file=file,
+                )
+            )
+    return tuple(entries)
 
 
 def _time_runs(plan: CampaignPlan) -> tuple[TimeRunEntry, ...]:

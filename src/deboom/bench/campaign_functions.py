@@ -6,7 +6,13 @@ from collections.abc import Iterator, Mapping
 
 import numpy as np
 
-from deboom.bench.campaign_layout import ENGINE_NODE, TACHO_NODE, accelerometer_places, cell_places
+from deboom.bench.campaign_layout import (
+    ENGINE_NODE,
+    TACHO_NODE,
+    PushPlace,
+    accelerometer_places,
+    cell_places,
+)
 from deboom.bench.campaign_sensors import RecordedRun
 from deboom.bench.operating_run import SIDES
 from deboom.bench.parameters import AXES, VirtualBench
@@ -21,7 +27,7 @@ ORDER_SPECTRUM, TIME_SIGNAL, FRF = 0, 1, 4
 """UFF function types."""
 
 
-def channel_table(bench: VirtualBench) -> tuple[CampaignChannel, ...]:
+def channel_table(bench: VirtualBench, third_cell: bool = False) -> tuple[CampaignChannel, ...]:
     """Return every channel of every run: sensors, static forces, engine, tacho."""
     static = [
         (point.channel(axis), "static force", point.node, f"+{axis}")
@@ -32,7 +38,7 @@ def channel_table(bench: VirtualBench) -> tuple[CampaignChannel, ...]:
         (f"{place.sensor} {axis}", quantity, place.node, f"+{axis}")
         for quantity, places in (
             ("acceleration", accelerometer_places(bench)),
-            ("cell force", cell_places(bench)),
+            ("cell force", cell_places(bench, third_cell)),
         )
         for place in places
         for axis in AXES
@@ -51,7 +57,11 @@ def channel_table(bench: VirtualBench) -> tuple[CampaignChannel, ...]:
 
 
 def order_functions(
-    bench: VirtualBench, recorded: RecordedRun, frequency: RealArray, title: str
+    bench: VirtualBench,
+    recorded: RecordedRun,
+    frequency: RealArray,
+    title: str,
+    third_cell: bool = False,
 ) -> list[UffFunction]:
     """Return the spectra and slow channels of one run over the lines of its order.
 
@@ -65,6 +75,8 @@ def order_functions(
         [Hz].
     title : str
         Of the run.
+    third_cell : bool
+        Whether three cells are below every powertrain mount.
     """
     order = bench.order_torque.order
     columns: dict[str, RealArray | ComplexArray] = {
@@ -77,7 +89,7 @@ def order_functions(
     lines = (f"order {order:g}", title, "complex peak amplitude, phase referred to the tacho")
     return [
         _function(channel, frequency, values, ORDER_SPECTRUM, lines)
-        for channel, values in _by_channel(bench, columns)
+        for channel, values in _by_channel(bench, columns, third_cell)
     ]
 
 
@@ -86,6 +98,7 @@ def time_functions(
     time: RealArray,
     columns: Mapping[str, RealArray],
     title: str,
+    third_cell: bool = False,
 ) -> list[UffFunction]:
     """Return the channels of one run over time.
 
@@ -99,15 +112,22 @@ def time_functions(
         Quantity of the channel table to its channels.
     title : str
         Of the run.
+    third_cell : bool
+        Whether three cells are below every powertrain mount.
     """
     return [
         _function(channel, time, values, TIME_SIGNAL, (title,))
-        for channel, values in _by_channel(bench, columns)
+        for channel, values in _by_channel(bench, columns, third_cell)
     ]
 
 
 def shaker_functions(
-    bench: VirtualBench, mount: int, axis: int, answer: ComplexArray, frequency: RealArray
+    bench: VirtualBench,
+    mount: int,
+    axis: int,
+    answer: ComplexArray,
+    frequency: RealArray,
+    third_cell: bool = False,
 ) -> list[UffFunction]:
     """Return the answer of a mount's cells to the shaker, per newton that it states.
 
@@ -121,10 +141,47 @@ def shaker_functions(
         [N/N].
     frequency : array, shape (f,)
         [Hz].
+    third_cell : bool
+        Whether three cells are below every powertrain mount.
     """
     point = points(bench.mount_names)[mount]
-    below = [f"{p.sensor} {a}" for p in cell_places(bench) if p.mount == point.mount for a in AXES]
-    channels = [channel for channel in channel_table(bench) if channel.channel in below]
+    title = f"shaker at the virtual point, {point.channel(AXES[axis])}"
+    reference = (point.node, axis, title)
+    return _answer_functions(bench, point.mount, reference, answer, frequency, third_cell)
+
+
+def push_functions(
+    bench: VirtualBench, push: PushPlace, answer: ComplexArray, frequency: RealArray
+) -> list[UffFunction]:
+    """Return the answer of a mount's three cells to a push beside its virtual point.
+
+    Parameters
+    ----------
+    bench : VirtualBench
+        Its channels.
+    push : PushPlace
+        Where and along which axis.
+    answer : array, shape (f, n_channel)
+        Per newton that is stated [N/N].
+    frequency : array, shape (f,)
+        [Hz].
+    """
+    reference = (push.node, push.axis, f"push {push.name} beside the virtual point of {push.mount}")
+    return _answer_functions(bench, push.mount, reference, answer, frequency, True)
+
+
+def _answer_functions(
+    bench: VirtualBench,
+    mount: str,
+    reference: tuple[int, int, str],
+    answer: ComplexArray,
+    frequency: RealArray,
+    third_cell: bool,
+) -> list[UffFunction]:
+    node, axis, title = reference
+    places = [place for place in cell_places(bench, third_cell) if place.mount == mount]
+    below = [f"{place.sensor} {a}" for place in places for a in AXES]
+    channels = [c for c in channel_table(bench, third_cell) if c.channel in below]
     return [
         UffFunction(
             abscissa=frequency,
@@ -132,24 +189,24 @@ def shaker_functions(
             function_type=FRF,
             response_node=channel.node,
             response_direction=channel.direction,
-            reference_node=point.node,
+            reference_node=node,
             reference_direction=f"+{AXES[axis]}",
             ordinate="force",
             ordinate_unit="N",
             denominator="force",
             denominator_unit="N",
-            id_lines=(f"shaker at the virtual point, {point.channel(AXES[axis])}",),
+            id_lines=(title,),
             response_name=channel.channel,
-            reference_name=point.mount,
+            reference_name=mount,
         )
         for channel, values in zip(channels, answer.T, strict=True)
     ]
 
 
 def _by_channel(
-    bench: VirtualBench, columns: Mapping[str, RealArray | ComplexArray]
+    bench: VirtualBench, columns: Mapping[str, RealArray | ComplexArray], third_cell: bool
 ) -> Iterator[tuple[CampaignChannel, RealArray | ComplexArray]]:
-    channels = channel_table(bench)
+    channels = channel_table(bench, third_cell)
     for quantity, values in columns.items():
         of_quantity = [channel for channel in channels if channel.quantity == quantity]
         yield from zip(of_quantity, np.asarray(values).T, strict=True)

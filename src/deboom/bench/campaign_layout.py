@@ -26,6 +26,19 @@ CELL_OFFSETS = {
 CELL_SHARES = (0.55, 0.45)
 """Share of the mount force that each of its cells carries: their stiffnesses differ [1]."""
 
+THIRD_CELL_OFFSETS = {
+    "EnM": (0.08, 0.0, -0.05),
+    "GeM": (0.08, 0.0, -0.05),
+    "TSM": (0.06, 0.0, -0.04),
+}
+"""Where a third cell sits, off the line through the others [m]."""
+
+THREE_CELL_SHARES = (0.40, 0.33, 0.27)
+"""The same of three cells [1]."""
+
+PUSH_ARM = 0.05
+"""How far beside the virtual point the shaker pushes [m]."""
+
 SIDE_ACCELEROMETER_OFFSET = np.array([0.04, 0.0, 0.03])
 SIDE_CELL_OFFSET = np.array([-0.03, 0.0, -0.02])
 """From the virtual point of a wishbone mount [m]."""
@@ -35,6 +48,8 @@ SIDE_CELL_ANGLES = (0.0, 8.0, 5.0)
 
 FIRST_ACCELEROMETER_NODE = 1
 FIRST_CELL_NODE = 31
+FIRST_PUSH_NODE = 301
+"""Of the pushes beside the virtual points."""
 ENGINE_NODE = 201
 """Engine torque about +ry and engine speed as a scalar."""
 
@@ -64,6 +79,47 @@ class Place:
     position: RealArray
 
 
+@dataclass(frozen=True, eq=False)
+class PushPlace:
+    """A push of the shaker beside the virtual point of a mount.
+
+    Parameters
+    ----------
+    name : str
+        Such as ``P1``.
+    mount : str
+        Of the powertrain.
+    node : int
+        In the UFF files.
+    position, offset : array, shape (3,)
+        From the true centre of gravity, and from the virtual point [m].
+    axis : int
+        Along which it pushes.
+    """
+
+    name: str
+    mount: str
+    node: int
+    position: RealArray
+    offset: RealArray
+    axis: int
+
+
+def push_places(bench: VirtualBench) -> tuple[PushPlace, ...]:
+    """Return the pushes across the ends of three arms, mount by mount: moments about all axes."""
+    where = [
+        (mount, position, PUSH_ARM * np.eye(3)[arm], axis)
+        for mount, position in zip(bench.mount_names, bench.positions, strict=True)
+        for arm in range(3)
+        for axis in range(3)
+        if axis != arm
+    ]
+    return tuple(
+        PushPlace(f"P{n}", mount, FIRST_PUSH_NODE + n - 1, position + offset, offset, axis)
+        for n, (mount, position, offset, axis) in enumerate(where, 1)
+    )
+
+
 def accelerometer_places(bench: VirtualBench) -> tuple[Place, ...]:
     """Return two accelerometers per powertrain mount, then one per wishbone mount."""
     return _places(
@@ -71,16 +127,26 @@ def accelerometer_places(bench: VirtualBench) -> tuple[Place, ...]:
     )
 
 
-def cell_places(bench: VirtualBench) -> tuple[Place, ...]:
+def cell_offsets(mount: str, third_cell: bool = False) -> RealArray:
+    """Return where the cells of a powertrain mount sit from its virtual point, (n_cell, 3) [m]."""
+    third = (THIRD_CELL_OFFSETS[mount],) if third_cell else ()
+    return np.array((*CELL_OFFSETS[mount], *third))
+
+
+def cell_places(bench: VirtualBench, third_cell: bool = False) -> tuple[Place, ...]:
     """Return the cells under the powertrain mounts, then one per wishbone mount."""
-    return _places(bench, "C", FIRST_CELL_NODE, CELL_OFFSETS, SIDE_CELL_OFFSET)
+    offsets = {
+        mount: tuple(tuple(offset) for offset in cell_offsets(mount, third_cell).tolist())
+        for mount in bench.mount_names
+    }
+    return _places(bench, "C", FIRST_CELL_NODE, offsets, SIDE_CELL_OFFSET)
 
 
 def _places(
     bench: VirtualBench,
     letter: str,
     first_node: int,
-    offsets: Mapping[str, tuple[tuple[float, float, float], ...]],
+    offsets: Mapping[str, tuple[tuple[float, ...], ...]],
     side_offset: RealArray,
 ) -> tuple[Place, ...]:
     where = [

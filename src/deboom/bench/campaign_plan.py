@@ -134,6 +134,9 @@ class CampaignPlan:
         Of every shaker run, between uses of the bench.
     time_run : TimeRunPlan or None
         Recorded over time as well.
+    third_cell : bool
+        Three cells below every powertrain mount instead of two, and pushes beside its virtual
+        point: all six loads of a mount can be told apart.
     frequency : array, shape (f,)
         Lines of the dominant order [Hz].
 
@@ -147,6 +150,7 @@ class CampaignPlan:
     runs: tuple[PlannedRun, ...] = (*LOW_GEAR_RUNS, *TRAINING_RUNS, *FALLING_RUNS)
     shaker_repeats: int = 3
     time_run: TimeRunPlan | None = None
+    third_cell: bool = False
     frequency: RealArray = field(default_factory=lambda: FREQUENCY)
 
     def __post_init__(self) -> None:

@@ -9,6 +9,7 @@ from deboom.bench.campaign_layout import (
     CELL_SHARES,
     ENGINE_NODE,
     TACHO_NODE,
+    THREE_CELL_SHARES,
     Place,
     accelerometer_places,
     cell_places,
@@ -21,7 +22,12 @@ from deboom.bench.platform_layout import points
 def readme_text(bench: VirtualBench, plan: CampaignPlan, seed: int) -> str:
     """Return ``README.txt``: every file, and the map from nodes to sensors and mounts."""
     order, lines = bench.order_torque.order, plan.frequency
-    shares = " and ".join(f"{100 * share:.0f} %" for share in CELL_SHARES)
+    each = THREE_CELL_SHARES if plan.third_cell else CELL_SHARES
+    shares = " and ".join(f"{100 * share:.0f} %" for share in each)
+    carried = f"{'three' if plan.third_cell else 'two'} under a mount carry {shares}"
+    pushes = [
+        "shaker/MOUNT_PUSH_N.uff  the same of pushes beside the virtual point, see campaign.toml"
+    ]
     title = f"Measurement campaign on the virtual bench, seed {seed}"
     text = [
         title,
@@ -46,14 +52,15 @@ def readme_text(bench: VirtualBench, plan: CampaignPlan, seed: int) -> str:
         "runs/SET/RUN.uff         acceleration and cell force in sensor axes (type 0, complex),",
         "                         static force per direction, engine torque and speed (real)",
         "shaker/MOUNT_AXIS_N.uff  cells per newton of the shaker at the virtual point, repeat N",
+        *(pushes if plan.third_cell else ()),
         "static_curves/           force over deflection of every direction, as suppliers send it",
         "time/                    a run over time with tacho, where there is one (type 1)",
         "truth/                   the exact values behind the measurements, for verification only",
         "",
         f"Accelerometers ({ACCELEROMETER_MODEL}):",
         *_table(accelerometer_places(bench)),
-        f"Force cells ({CELL_MODEL}); two under a mount carry {shares}, their sum is its force:",
-        *_table(cell_places(bench)),
+        f"Force cells ({CELL_MODEL}); {carried}, their sum is its force:",
+        *_table(cell_places(bench, plan.third_cell)),
         "Static forces:",
         *(
             f"    node {point.node:<4} {point.channel(axis)}"

@@ -8,14 +8,17 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from deboom.bench.campaign_layout import (
-    CELL_OFFSETS,
     CELL_SHARES,
     SIDE_CELL_ANGLES,
+    THREE_CELL_SHARES,
     accelerometer_places,
+    cell_offsets,
     cell_places,
+    push_places,
 )
 from deboom.bench.campaign_plan import CampaignErrors
 from deboom.bench.frozen import freeze_arrays
+from deboom.bench.mount_moments import mount_moments
 from deboom.bench.operating_run import SIDES, OperatingRun
 from deboom.bench.parameters import VirtualBench
 from deboom.bench.sensors import ErrorBudget, order_noise, sensitivity_matrices
@@ -40,14 +43,18 @@ class CampaignSensors:
         Columns are the sensor's axes [1].
     sensitivity : array, shape (n_accelerometer, 3, 3)
         Gain and cross-axis sensitivity [1].
-    cells : array, shape (n_mount, n_cell, 3, 3)
-        Force at the virtual point of a powertrain mount to the channels of each of its cells [1].
+    cells : array, shape (n_mount, n_cell, 3, 3 or 6)
+        Force at the virtual point of a powertrain mount to the channels of each of its cells; with
+        a third cell the moment as well [1, 1/m].
     side_cells : array, shape (n_side, 3, 3)
         Force on a wishbone mount to the channels of its cell [1].
     pushes : array, shape (n_mount, 3, 3)
         Column a is the force at the virtual point per newton that the shaker states along a [1].
     drift : array, shape (n_mount,)
         Relative change of the cells from one shaker repeat to the next [1].
+    moment_pushes : array, shape (n_mount, n_push, 6)
+        Force and moment at the virtual point per newton that is stated of each push beside it, in
+        the order of `deboom.bench.campaign_layout.push_places`; none without a third cell [1, m].
     """
 
     accelerometer_angles: RealArray
@@ -59,9 +66,15 @@ class CampaignSensors:
     side_cells: RealArray
     pushes: RealArray
     drift: RealArray
+    moment_pushes: RealArray
 
     def __post_init__(self) -> None:
         freeze_arrays(self)
+
+    @property
+    def third_cell(self) -> bool:
+        """Whether the cells of a mount show moments."""
+        return bool(self.cells.shape[-1] == 6)
 
     @property
     def sensing(self) -> RealArray:
@@ -107,7 +120,10 @@ class RecordedRun:
 
 
 def draw_campaign_sensors(
-    bench: VirtualBench, errors: CampaignErrors, seed: np.random.SeedSequence
+    bench: VirtualBench,
+    errors: CampaignErrors,
+    seed: np.random.SeedSequence,
+    third_cell: bool = False,
 ) -> CampaignSensors:
     """Mount accelerometers, cells and shaker with their errors.
 
@@ -119,6 +135,8 @@ def draw_campaign_sensors(
         How large the errors are.
     seed : SeedSequence
         Draws accelerometers, cells and shaker independently of each other.
+    third_cell : bool
+        Whether three cells are below every powertrain mount, and pushes beside its virtual point.
     """
     chain = errors.chain
     for_accelerometers, for_cells, for_shaker = map(np.random.default_rng, seed.spawn(3))
@@ -133,13 +151,14 @@ def draw_campaign_sensors(
     )
 
     n_mount = len(bench.mount_names)
-    n_cell = len(cell_places(bench)) - len(SIDES)
+    n_cell = len(cell_places(bench, third_cell)) - len(SIDES)
     side_angles = np.tile(SIDE_CELL_ANGLES, (len(SIDES), 1))
     cell_angles = np.vstack([_known_angles(n_cell, 0.0, for_cells), side_angles])
     turns = np.asarray(rotation_matrix(np.deg2rad(cell_angles))).swapaxes(1, 2)
     gains = sensitivity_matrices(chain.cell_gain, chain.cell_cross, n_cell, for_cells)
     in_parallel = (gains - chain.cell_shunt * np.eye(3)) @ turns[:n_cell]
-    shares = [cell_distribution(np.array(CELL_OFFSETS[name])) for name in bench.mount_names]
+    distribution = load_distribution if third_cell else cell_distribution
+    shares = [distribution(cell_offsets(name, third_cell)) for name in bench.mount_names]
     cells = in_parallel.reshape(n_mount, -1, 3, 3) @ np.array(shares)
     side_gains = sensitivity_matrices(
         errors.side_cell_gain, errors.side_cell_cross, len(SIDES), for_cells
@@ -148,6 +167,7 @@ def draw_campaign_sensors(
     misaligned = Rotation.from_rotvec(for_shaker.normal(0, chain.shaker_angle, (3 * n_mount, 3)))
     directions = misaligned.apply(np.tile(np.eye(3), (n_mount, 1))).reshape(n_mount, 3, 3)
     stated = 1 + for_shaker.normal(0, chain.shaker_gain, (n_mount, 3))
+    drift = for_shaker.normal(0, errors.shaker_drift, n_mount)
     return CampaignSensors(
         accelerometer_angles=angles,
         cell_angles=cell_angles,
@@ -157,8 +177,25 @@ def draw_campaign_sensors(
         cells=cells,
         side_cells=side_gains @ turns[n_cell:],
         pushes=directions.swapaxes(1, 2) / stated[:, None, :],
-        drift=for_shaker.normal(0, errors.shaker_drift, n_mount),
+        drift=drift,
+        moment_pushes=_pushed_loads(bench, chain, for_shaker)
+        if third_cell
+        else np.zeros((n_mount, 0, 6)),
     )
+
+
+def _pushed_loads(
+    bench: VirtualBench, chain: ErrorBudget, generator: np.random.Generator
+) -> RealArray:
+    """Load at the virtual point per newton stated, of a shaker that is a little askew and off."""
+    pushes = push_places(bench)
+    size = (len(pushes), 3)
+    turned = Rotation.from_rotvec(generator.normal(0, chain.shaker_angle, size))
+    directions = turned.apply(np.eye(3)[[push.axis for push in pushes]])
+    arms = np.array([push.offset for push in pushes]) + generator.normal(0, chain.position, size)
+    stated = 1 + generator.normal(0, chain.shaker_gain, (len(pushes), 1))
+    loads = np.hstack([directions, np.cross(arms, directions)]) / stated
+    return np.asarray(loads.reshape(len(bench.mount_names), -1, 6))
 
 
 def _known_angles(n_sensor: int, tilt: float, generator: np.random.Generator) -> RealArray:
@@ -189,12 +226,35 @@ def cell_distribution(offsets: RealArray) -> RealArray:
 
     A moment about the line through two cells is carried inside the cells and not measured.
     """
-    shares = np.array(CELL_SHARES)
+    return np.asarray(load_distribution(offsets)[:, :, :3])
+
+
+def load_distribution(offsets: RealArray) -> RealArray:
+    """Distribute force and moment at a virtual point over the cells below it.
+
+    Parameters
+    ----------
+    offsets : array, shape (n_cell, 3)
+        Of two or three cells from the virtual point [m].
+
+    Returns
+    -------
+    array, shape (n_cell, 3, 6)
+        Three forces and three moments to the force on each cell [1, 1/m].
+
+    Notes
+    -----
+    As `cell_distribution`, with the moment m: ``θ = (Σ w_i d̃_iᵀ d̃_i)⁺ (m - c × f)``.
+    """
+    shares = np.array(CELL_SHARES if len(offsets) == len(CELL_SHARES) else THREE_CELL_SHARES)
     centre = shares @ offsets
     arms = skew(offsets - centre)
     turning = np.einsum("c,cba,cbd->ad", shares, arms, arms)
-    turn = -np.linalg.pinv(turning, rcond=1e-9, hermitian=True) @ skew(centre)
-    return np.asarray(shares[:, None, None] * (np.eye(3) - arms @ turn))
+    by_moment = np.linalg.pinv(turning, rcond=1e-9, hermitian=True)
+    by_force = -by_moment @ skew(centre)
+    of_force = shares[:, None, None] * (np.eye(3) - arms @ by_force)
+    of_moment = -shares[:, None, None] * (arms @ by_moment)
+    return np.concatenate([of_force, of_moment], axis=2)
 
 
 def flexibility(chain: ErrorBudget, frequency: RealArray) -> RealArray:
@@ -211,6 +271,8 @@ def clean_channels(
     powertrain = (to_acceleration * run.powertrain.motion) @ sensors.sensing.T
     sides = (to_acceleration * run.wheel_end.displacement) * sensors.side_sensing.reshape(1, -1)
     force = run.powertrain.force.reshape(n_line, -1, 3)
+    if sensors.third_cell:
+        force = np.concatenate([force, mount_moments(run)], axis=2)
     cells = np.einsum("mcab,fmb->fmca", sensors.cells, force).reshape(n_line, -1)
     side_cells = run.wheel_end.force * sensors.side_cells[:, :, 0].reshape(1, -1)
     flexible = flexibility(chain, run.frequency)[:, None]
@@ -283,7 +345,35 @@ def shaker_answer(
     array, shape (f, n_channel)
         Channels of the mount's cells per newton that the shaker states [1].
     """
-    answer = (sensors.cells[mount] @ sensors.pushes[mount, :, axis]).reshape(-1)
-    answer = answer * (1 + sensors.drift[mount] * (repeat - 1))
+    answer = (sensors.cells[mount, ..., :3] @ sensors.pushes[mount, :, axis]).reshape(-1)
+    return _answer(answer, sensors.drift[mount], repeat, frequency, errors, generator)
+
+
+def push_answer(
+    sensors: CampaignSensors,
+    mount: int,
+    number: int,
+    repeat: int,
+    frequency: RealArray,
+    errors: CampaignErrors,
+    generator: np.random.Generator,
+) -> ComplexArray:
+    """Push beside the virtual point of one mount; ``number`` counts its pushes from 0.
+
+    Everything else as in `shaker_answer`.
+    """
+    answer = (sensors.cells[mount] @ sensors.moment_pushes[mount, number]).reshape(-1)
+    return _answer(answer, sensors.drift[mount], repeat, frequency, errors, generator)
+
+
+def _answer(
+    answer: RealArray,
+    drift: float,
+    repeat: int,
+    frequency: RealArray,
+    errors: CampaignErrors,
+    generator: np.random.Generator,
+) -> ComplexArray:
+    answer = answer * (1 + drift * (repeat - 1))
     clean = np.outer(flexibility(errors.chain, frequency), answer).astype(complex)
     return clean + order_noise(clean, 3, (0.0, errors.shaker_noise, 0.0), generator)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -13,11 +14,15 @@ from deboom.bench.operating_run import OperatingRun
 from deboom.bench.parameters import VirtualBench
 from deboom.bench.time_run import TimeSignals
 from deboom.bench.truth_files import write_powertrain_truth
-from deboom.physics.arrays import RealArray
+from deboom.physics.arrays import ComplexArray, RealArray
 
 
 def write_set_truth(
-    path: Path, names: Sequence[str], runs: Sequence[OperatingRun], static: Sequence[RealArray]
+    path: Path,
+    names: Sequence[str],
+    runs: Sequence[OperatingRun],
+    static: Sequence[RealArray],
+    moments: Sequence[ComplexArray] | None = None,
 ) -> None:
     """Write the truth of all runs with one mount set.
 
@@ -31,7 +36,10 @@ def write_set_truth(
         The truth.
     static : sequence of array, shape (f, n_channel)
         True static force of every channel [N].
+    moments : sequence of array, shape (f, n_mount, 3), optional
+        Of the powertrain mounts, about their virtual points, where cells show them [N m].
     """
+    optional: dict[str, Any] = {} if moments is None else {"moment": np.array(moments)}
     np.savez(
         path,
         frequency=runs[0].frequency,
@@ -43,6 +51,7 @@ def write_set_truth(
         motion=np.array([run.powertrain.motion for run in runs]),
         engine_torque=np.array([run.engine_torque for run in runs]),
         static_force=np.array(static),
+        **optional,
     )
 
 
@@ -58,6 +67,9 @@ def write_bench_truth(
     bench, sheet, sensors
         What was measured with what.
     """
+    optional: dict[str, Any] = {}
+    if sensors.third_cell:
+        optional["moment_pushes"] = sensors.moment_pushes
     np.savez(
         folder / "sensors.npz",
         positions=sensors.true_positions,
@@ -67,6 +79,7 @@ def write_bench_truth(
         side_cells=sensors.side_cells,
         pushes=sensors.pushes,
         drift=sensors.drift,
+        **optional,
     )
     write_powertrain_truth(folder, bench, sheet)
 

@@ -17,6 +17,7 @@ from deboom.bench.campaign_entries import (
     campaign_file,
     curve_directions,
     curve_file,
+    push_file,
     run_file,
     sensor_rows,
     shaker_file,
@@ -26,15 +27,18 @@ from deboom.bench.campaign_entries import (
 from deboom.bench.campaign_functions import (
     channel_table,
     order_functions,
+    push_functions,
     shaker_functions,
     time_functions,
 )
+from deboom.bench.campaign_layout import push_places
 from deboom.bench.campaign_operation import static_direction_forces, true_run
 from deboom.bench.campaign_plan import FULL_PLAN, CampaignErrors, CampaignPlan, TimeRunPlan
 from deboom.bench.campaign_readme import readme_text
 from deboom.bench.campaign_sensors import (
     CampaignSensors,
     draw_campaign_sensors,
+    push_answer,
     record,
     shaker_answer,
 )
@@ -45,6 +49,7 @@ from deboom.bench.campaign_truth import (
 )
 from deboom.bench.data_sheet import DataSheet, draw_data_sheet
 from deboom.bench.measurement_files import mount_rows
+from deboom.bench.mount_moments import mount_moments
 from deboom.bench.mount_sets import mount_set, with_mount_set
 from deboom.bench.parameters import AXES, VirtualBench, load_bench
 from deboom.bench.platform_layout import CYLINDERS
@@ -111,6 +116,8 @@ def write_campaign(
     if seed < 1:
         raise InputError(f"seed {seed} is refused: seeds are whole numbers from 1")
     bench, errors = bench or load_bench(), errors or CampaignErrors()
+    for name in plan.mount_sets:
+        mount_set(name, bench)  # refuse before any work
     # the first four children belong to the virtual platform of the same seed
     for_sheet, *_, for_sensors = np.random.SeedSequence(seed).spawn(5)
     exact = DataSheet(bench.mass, bench.inertia, np.zeros(3))
@@ -123,7 +130,7 @@ def write_campaign(
             errors=errors,
             bench=bench,
             sheet=drawn if errors.data_sheet else exact,
-            sensors=draw_campaign_sensors(bench, errors, for_sensors),
+            sensors=draw_campaign_sensors(bench, errors, for_sensors, plan.third_cell),
         )
         for done, name in enumerate(_write_files(session, cylinders), 1):
             if progress is not None:
@@ -147,7 +154,9 @@ class _Session:
     def n_file(self) -> int:
         """Files whose writing is reported."""
         per_set = len(self.plan.runs) + len(curve_directions(self.bench))
-        shaker = len(self.bench.mount_names) * len(AXES) * self.plan.shaker_repeats
+        directions = len(self.bench.mount_names) * len(AXES)
+        pushes = len(push_places(self.bench)) if self.plan.third_cell else 0
+        shaker = (directions + pushes) * self.plan.shaker_repeats
         over_time = self.plan.time_run is not None
         return len(self.plan.mount_sets) * per_set + shaker + over_time + 1
 
@@ -169,6 +178,8 @@ def _write_files(session: _Session, cylinders: int) -> Iterator[str]:
     folder, bench, plan = session.folder, session.bench, session.plan
     (folder / "truth").mkdir()
     yield from _shaker_runs(session)
+    if plan.third_cell:
+        yield from _pushes(session)
     for name in plan.mount_sets:
         yield from _static_curves(session, name)
         yield from _runs(session, name)
@@ -178,7 +189,7 @@ def _write_files(session: _Session, cylinders: int) -> Iterator[str]:
     write_mount_table(folder / MOUNT_TABLE, mount_rows(bench, session.sheet))
     sheet = sensor_rows(bench, session.sensors, session.sheet)
     write_sensor_table(folder / SENSOR_TABLE, sheet)
-    write_campaign_channels(folder / CHANNEL_TABLE, channel_table(bench))
+    write_campaign_channels(folder / CHANNEL_TABLE, channel_table(bench, plan.third_cell))
     content = campaign_file(bench, session.sheet, plan, session.errors, cylinders, session.seed)
     dump_campaign_file(folder / "campaign.toml", content)
     replace_text(folder / "README.txt", readme_text(bench, plan, session.seed))
@@ -195,9 +206,31 @@ def _shaker_runs(session: _Session) -> Iterator[str]:
                 answer = shaker_answer(
                     session.sensors, m, a, repeat, frequency, session.errors, generator
                 )
-                functions = shaker_functions(bench, m, a, answer, frequency)
+                functions = shaker_functions(
+                    bench, m, a, answer, frequency, session.plan.third_cell
+                )
                 write_uff(session.path(name), functions, binary=True)
                 yield name
+
+
+def _pushes(session: _Session) -> Iterator[str]:
+    bench, frequency = session.bench, session.plan.frequency
+    places = push_places(bench)
+    per_mount = len(places) // len(bench.mount_names)
+    for place, push in enumerate(places):
+        for repeat in range(1, session.plan.shaker_repeats + 1):
+            name = push_file(push, repeat)
+            answer = push_answer(
+                session.sensors,
+                *divmod(place, per_mount),
+                repeat,
+                frequency,
+                session.errors,
+                session.generator(name),
+            )
+            functions = push_functions(bench, push, answer, frequency)
+            write_uff(session.path(name), functions, binary=True)
+            yield name
 
 
 def _static_curves(session: _Session, set_name: str) -> Iterator[str]:
@@ -221,13 +254,16 @@ def _runs(session: _Session, set_name: str) -> Iterator[str]:
         name = run_file(set_name, planned)
         recorded = record(session.sensors, run, preload, session.errors, session.generator(name))
         title = f"{planned.name}, mount set {set_name}"
-        functions = order_functions(on_bench, recorded, run.frequency, title)
+        functions = order_functions(
+            on_bench, recorded, run.frequency, title, session.plan.third_cell
+        )
         write_uff(session.path(name), functions, binary=True)
         yield name
         runs.append(run)
         static.append(preload)
     path = session.folder / "truth" / f"{set_name}.npz"
-    write_set_truth(path, [planned.name for planned in session.plan.runs], runs, static)
+    moments = [mount_moments(run) for run in runs] if session.plan.third_cell else None
+    write_set_truth(path, [planned.name for planned in session.plan.runs], runs, static, moments)
 
 
 def _time_run(session: _Session, plan: TimeRunPlan) -> str:
@@ -239,11 +275,12 @@ def _time_run(session: _Session, plan: TimeRunPlan) -> str:
     columns = {
         "acceleration": signals.acceleration,
         "cell force": signals.cell_force,
+        "static force": signals.static_force,
         "engine torque": signals.engine_torque[:, None],
         "tacho": signals.tacho[:, None],
     }
     title = f"{plan.run.name} over time, mount set {plan.mount_set}"
-    functions = time_functions(on_bench, signals.time, columns, title)
+    functions = time_functions(on_bench, signals.time, columns, title, session.plan.third_cell)
     with warnings.catch_warnings():
         # tacho and channels share the time axis, so orders do not feel its last digit
         warnings.simplefilter("ignore", AxisDriftWarning)

@@ -12,7 +12,7 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 from scipy.special import expit
 
-from deboom.bench.campaign_operation import true_run
+from deboom.bench.campaign_operation import static_direction_forces, true_run
 from deboom.bench.campaign_plan import CampaignErrors, TimeRunPlan
 from deboom.bench.campaign_sensors import CampaignSensors, clean_channels
 from deboom.bench.frozen import freeze_arrays
@@ -51,6 +51,8 @@ class TimeSignals:
         [N m].
     acceleration, cell_force : array, shape (n_sample, n_channel)
         In sensor axes [m/s²], [N].
+    static_force : array, shape (n_sample, n_channel)
+        Quasi-static force of every direction [N].
     speed : array, shape (n_sample,)
         True engine speed [rpm].
     steady : OperatingRun
@@ -64,6 +66,7 @@ class TimeSignals:
     engine_torque: RealArray
     acceleration: RealArray
     cell_force: RealArray
+    static_force: RealArray
     speed: RealArray
     steady: OperatingRun
     steady_acceleration: ComplexArray
@@ -118,6 +121,7 @@ def record_over_time(
     chain = errors.chain
     per_floor = np.sqrt(plan.sample_rate * ANALYSIS_SECONDS) / 2
     torque = CubicSpline(rpm, steady.engine_torque)(speed)
+    preload = CubicSpline(rpm, static_direction_forces(bench, steady))(speed)
     return TimeSignals(
         time=time,
         tacho=_pulses(angle, plan),
@@ -134,6 +138,7 @@ def record_over_time(
             per_floor * chain.force_floor,
             generator,
         ),
+        static_force=preload + generator.normal(0, errors.static_force, preload.shape),
         speed=speed,
         steady=steady,
         steady_acceleration=acceleration,

@@ -26,6 +26,7 @@ from deboom.files.campaign_runs import (
     names_of,
     of_quantity,
     read_operating_run,
+    read_push,
     read_shaker_run,
 )
 from deboom.files.campaign_tables import (
@@ -118,6 +119,7 @@ def read_campaign(
 
     read = [entry.file for entry in run_entries]
     read += [entry.file for entry in file.shaker_runs]
+    read += [entry.file for entry in file.pushes]
     read += [entry.file for entry in curve_entries]
     return Campaign(
         name=file.name,
@@ -133,6 +135,10 @@ def read_campaign(
         shaker_runs=tuple(
             read_shaker_run(tables.folder, entry, cells_below(entry.mount, entry.piece))
             for entry in file.shaker_runs
+        ),
+        pushes=tuple(
+            read_push(tables.folder, entry, cells_below(entry.mount, entry.piece))
+            for entry in file.pushes
         ),
         static_curves=tuple(
             StaticCurve(
@@ -183,6 +189,7 @@ def read_time_run(folder: Path, name: str) -> TimeRun:
     time = file.abscissa
     accelerations = of_quantity(tables.channels, "acceleration")
     cells = of_quantity(tables.channels, "cell force")
+    slow = of_quantity(tables.channels, "static force")
     engine = tables.file.engine
     return TimeRun(
         name=entry.name,
@@ -201,6 +208,8 @@ def read_time_run(folder: Path, name: str) -> TimeRun:
         acceleration_channels=names_of(accelerations),
         cell_force=file.real(cells),
         cell_force_channels=names_of(cells),
+        static_force=file.real(slow) if slow else np.empty((time.size, 0)),
+        static_force_names=names_of(slow),
     )
 
 

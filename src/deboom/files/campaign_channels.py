@@ -13,6 +13,9 @@ from deboom.files.uff import UffFunction, read_uff
 from deboom.files.units import parse_unit
 from deboom.physics.arrays import ComplexArray, RealArray
 
+IN_SI = "in SI units, whatever the channel table says"
+"""Last ID line of a function that was written into a campaign by deboom."""
+
 
 class ChannelFile:
     """One UFF file of a campaign, asked for channels by their node, direction and quantity.
@@ -106,7 +109,8 @@ class ChannelFile:
         if np.iscomplexobj(function.values) != is_complex:
             remedy = "export real and imaginary part" if is_complex else "export it as real values"
             raise self.error(f"{what} is {'real' if is_complex else 'complex'}: {remedy}")
-        if parse_unit(function.file_unit or "1").factor != channel.unit.factor:
+        in_si = function.id_lines[-1] == IN_SI
+        if not in_si and parse_unit(function.file_unit or "1").factor != channel.unit.factor:
             raise self.error(
                 f"{what} is in '{function.file_unit}', but the channel table says "
                 f"'{channel.unit.label}': correct the wrong one"

@@ -123,6 +123,15 @@ class ShakerEntry(StrictModel):
     """UFF file."""
 
 
+class PushEntry(ShakerEntry):
+    """One push beside the virtual point of a mount: it makes a moment as well."""
+
+    name: Name
+    """Of the point and direction; repeats share it."""
+    position_m: Annotated[tuple[float, float, float], Field(strict=False)]
+    """From the origin of the position sheet [m]."""
+
+
 class CurveEntry(StrictModel):
     """One force-deflection curve of a supplier."""
 
@@ -182,6 +191,8 @@ class CampaignFile(StrictModel):
     """From suppliers."""
     time_runs: Annotated[tuple[TimeRunEntry, ...], Field(strict=False)] = ()
     """Recorded over time."""
+    pushes: Annotated[tuple[PushEntry, ...], Field(strict=False)] = ()
+    """For force transfer matrices with moments."""
 
 
 def load_campaign_file(path: Path) -> CampaignFile:
@@ -226,6 +237,7 @@ def _check(path: Path, campaign: CampaignFile) -> None:
             [(c.mount_set, c.mount, c.axis) for c in campaign.static_curves],
         ),
         ("[[time_runs]] are named", [run.name for run in campaign.time_runs]),
+        ("[[pushes]] are of", [(p.mount, p.piece, p.name, p.repeat) for p in campaign.pushes]),
         ("switched_off are named", campaign.switched_off),
     ]
     for what, keys in unique:
@@ -240,7 +252,7 @@ def _check(path: Path, campaign: CampaignFile) -> None:
                 f"{path}: run '{run.name}' is in gear {run.gear}, but total_ratios in [engine] "
                 f"has {gears} gears: add the ratio"
             )
-    for shaker in campaign.shaker_runs:
+    for shaker in (*campaign.shaker_runs, *campaign.pushes):
         if (shaker.mount, shaker.piece) not in pieces:
             raise InputError(
                 f"{path}: shaker run at mount '{shaker.mount}', piece '{shaker.piece}', which is "

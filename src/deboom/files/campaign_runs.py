@@ -9,10 +9,11 @@ from pathlib import Path
 import numpy as np
 
 from deboom.files.campaign_channels import ChannelFile
-from deboom.files.campaign_file import CampaignFile, RunEntry, ShakerEntry
+from deboom.files.campaign_file import CampaignFile, PushEntry, RunEntry, ShakerEntry
 from deboom.files.campaign_tables import CampaignChannel
-from deboom.measurement.campaign import OperatingRun, ShakerRun
+from deboom.measurement.campaign import AXES, OperatingRun, PushRun, ShakerRun
 from deboom.measurement.channels import Frf, Spectrum
+from deboom.measurement.impacts import Impact
 from deboom.physics.arrays import RealArray
 from deboom.physics.orders import frequency_of_order
 
@@ -130,6 +131,28 @@ def read_shaker_run(
     sign = -1.0 if references.pop()[0].startswith("-") else 1.0
     response = Frf(file.abscissa, sign * values[:, :, None], names_of(cells), (pushed,), "N/N")
     return ShakerRun(entry.mount, entry.piece, entry.axis, entry.repeat, response)
+
+
+def read_push(folder: Path, entry: PushEntry, cells: Sequence[CampaignChannel]) -> PushRun:
+    """Read one push beside the virtual point of a mount.
+
+    Parameters
+    ----------
+    folder, entry, cells
+        As for `read_shaker_run`.
+
+    Raises
+    ------
+    InputError
+        As `read_shaker_run`.
+    """
+    run = read_shaker_run(folder, entry, cells)
+    direction = np.eye(len(AXES))[AXES.index(entry.axis)]
+    response = Frf(
+        run.response.frequency, run.response.values, run.response.outputs, (entry.name,), "N/N"
+    )
+    push = Impact(entry.name, np.array(entry.position_m), direction)
+    return PushRun(entry.mount, entry.piece, push, entry.repeat, response)
 
 
 def _check_order(file: ChannelFile, order: float) -> None:

@@ -69,7 +69,8 @@ def noise_transfer_columns(
     Raises
     ------
     InputError
-        A path without its function, or with one of another type, unit or quantity.
+        A path without its function, or with one of another type, unit or quantity; functions of
+        different microphones (response names).
     """
     functions = read_uff(path)
 
@@ -83,7 +84,15 @@ def noise_transfer_columns(
             ordinate="pressure",
         )
 
-    return _columns(path, item, rows, choose, _FRF)
+    columns = _columns(path, item, rows, choose, _FRF)
+    microphones = sorted({function.response_name for function in columns.functions})
+    if len(microphones) > 1:
+        raise InputError(
+            f"{path}: {item}: noise transfer functions of different microphones "
+            f"({', '.join(map(repr, microphones))}) are mixed at node {ear_node}: measure all "
+            "paths with one, or correct the response names"
+        )
+    return columns
 
 
 def operating_columns(

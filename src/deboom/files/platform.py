@@ -15,11 +15,11 @@ import numpy as np
 
 from deboom.errors import InputError
 from deboom.files.columns import common_axis, noise_transfer_columns, operating_columns
-from deboom.files.platform_file import MountEntry, PlatformFile, load_platform_file
+from deboom.files.mount_entries import mounts_of
+from deboom.files.platform_file import load_platform_file
 from deboom.files.tables import (
     NOISE_TRANSFER,
     ChannelRow,
-    MountRow,
     read_channel_table,
     read_mount_table,
 )
@@ -109,7 +109,7 @@ def read_platform(folder: Path) -> Platform:
     platform_path = folder / PLATFORM_FILE
     file = load_platform_file(platform_path)
     mount_path, channel_path = folder / file.mount_table, folder / file.channel_table
-    mounts = _mounts(platform_path, file, mount_path, read_mount_table(mount_path))
+    mounts = mounts_of(platform_path, file.mounts, mount_path, read_mount_table(mount_path))
     rows = read_channel_table(channel_path)
     _check_channels(channel_path, rows, mounts)
     wanted = _by_quantity(rows, mounts)
@@ -184,39 +184,6 @@ def read_platform(folder: Path) -> Platform:
         ),
         default_load_case=file.default_load_case,
         input_files=tuple(dict.fromkeys(inputs)),
-    )
-
-
-def _mounts(
-    platform_path: Path, file: PlatformFile, mount_path: Path, rows: Sequence[MountRow]
-) -> tuple[Mount, ...]:
-    known = {(entry.name, piece) for entry in file.mounts for piece in entry.piece_names}
-    positions = {(row.mount, row.piece): row.position for row in rows}
-    for key in positions:
-        if key not in known:
-            raise InputError(
-                f"{mount_path}: mount '{key[0]}', piece '{key[1]}' is not in {platform_path}: "
-                "correct its name or add it there"
-            )
-
-    def position(entry: MountEntry, piece: str) -> tuple[float, float, float]:
-        if (entry.name, piece) not in positions:
-            raise InputError(
-                f"{mount_path}: no row for mount '{entry.name}', piece '{piece}': add its position"
-            )
-        return positions[entry.name, piece]
-
-    return tuple(
-        Mount(
-            name=entry.name,
-            description=entry.description,
-            pieces=entry.piece_names,
-            positions=tuple(position(entry, piece) for piece in entry.piece_names),
-            transfer_axes=entry.transfer_axes,
-            body_mass=entry.body_mass_kg,
-            body_mass_tolerance=entry.body_mass_tolerance_kg or 0.0,
-        )
-        for entry in file.mounts
     )
 
 

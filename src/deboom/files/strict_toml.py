@@ -5,6 +5,7 @@ from __future__ import annotations
 import difflib
 import json
 import tomllib
+from collections.abc import Mapping
 from pathlib import Path
 from types import UnionType
 from typing import Annotated, Any, TypeVar, Union, get_args, get_origin
@@ -59,6 +60,45 @@ def dump_toml(path: Path, content: StrictModel) -> None:
     text = _toml(content)
     if _parsed(path, text, type(content)) != content:
         raise InputError(f"{path}: the text would not read back as it was given; nothing written")
+    replace_text(path, text)
+
+
+def append_toml(path: Path, content: _Model, section: str, entry: StrictModel) -> None:
+    """Add an entry to a list of sections at the end of a TOML file; the rest stays as it stands.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    content : StrictModel
+        What the file holds.
+    section : str
+        Name of the list, such as ``runs``.
+    entry : StrictModel
+        To add.
+
+    Raises
+    ------
+    InputError
+        The new content would be refused, the file has changed meanwhile, holds the list in another
+        form than ``[[section]]``, or cannot be written. It stays as it was then.
+    """
+    wanted = content.model_copy(update={section: (*getattr(content, section), entry)})
+    lines = ["", f"[[{section}]]", *_assignments(entry.model_dump(exclude_none=True))]
+    try:
+        text = path.read_bytes().decode("utf-8")
+    except OSError as error:
+        raise InputError(f"{path} cannot be read ({error.strerror}): check the path") from None
+    text = f"{text.rstrip()}\n" + "\n".join(lines) + "\n"
+    try:
+        written = _parsed(path, text, type(content))
+    except InputError:
+        written = None
+    if written != wanted:
+        raise InputError(
+            f"{path}: [[{section}]] cannot be added at its end; write the list as [[{section}]] "
+            "sections, and leave the file alone meanwhile"
+        )
     replace_text(path, text)
 
 
@@ -120,13 +160,17 @@ def _place(
 def _toml(content: BaseModel) -> str:
     values = content.model_dump(exclude_none=True)
     sections = {key: values.pop(key) for key in _sections(type(content)) if key in values}
-    lines = [f"{key} = {_value(value)}" for key, value in values.items()]
+    lines = _assignments(values)
     for section, entries in sections.items():
         is_list = not isinstance(entries, dict)
         for entry in entries if is_list else (entries,):
             lines += ["", f"[[{section}]]" if is_list else f"[{section}]"]
-            lines += [f"{key} = {_value(value)}" for key, value in entry.items()]
+            lines += _assignments(entry)
     return "\n".join(lines) + "\n"
+
+
+def _assignments(values: Mapping[str, Any]) -> list[str]:
+    return [f"{key} = {_value(value)}" for key, value in values.items()]
 
 
 def _value(value: Any) -> str:

@@ -13,6 +13,7 @@ import numpy.typing as npt
 
 from deboom.errors import InputError
 from deboom.measurement.channels import Frf, Spectrum
+from deboom.measurement.impacts import Impact
 from deboom.measurement.sensor_catalogue import SensorModel
 from deboom.measurement.sensors import Sensor, SensorKind
 from deboom.measurement.tolerances import Tolerances
@@ -189,6 +190,43 @@ class ShakerRun:
 
 
 @dataclass(frozen=True, eq=False)
+class PushRun:
+    """The cells' answer to a push beside the virtual point of one mount.
+
+    Parameters
+    ----------
+    mount, piece : str
+        Where; the piece of a single one is ``""``.
+    push : Impact
+        Point and direction of the force.
+    repeat : int
+        From 1.
+    response : Frf
+        Outputs: channels of the cells below this mount, in sensor axes; one input, named as the
+        push; unit ``N/N``.
+
+    Raises
+    ------
+    InputError
+        Another input or another unit.
+    """
+
+    mount: str
+    piece: str
+    push: Impact
+    repeat: int
+    response: Frf
+
+    def __post_init__(self) -> None:
+        if self.response.inputs != (self.push.name,) or self.response.unit != "N/N":
+            raise InputError(
+                f"push {self.push.name} at {self.mount}, repeat {self.repeat}: input "
+                f"{list(self.response.inputs)} [{self.response.unit}], expected "
+                f"['{self.push.name}'] [N/N]"
+            )
+
+
+@dataclass(frozen=True, eq=False)
 class StaticCurve:
     """Quasi-static force over deflection of one mount direction, as the supplier sends it.
 
@@ -272,6 +310,8 @@ class Campaign:
         Of this bench.
     input_files : tuple of Path
         Every file that was read.
+    pushes : tuple of PushRun
+        Beside the virtual points, for force transfer matrices with moments; may be empty.
     """
 
     name: str
@@ -292,6 +332,7 @@ class Campaign:
     sensor_catalogue: Mapping[str, SensorModel]
     tolerances: Tolerances
     input_files: tuple[Path, ...]
+    pushes: tuple[PushRun, ...] = ()
 
     def __post_init__(self) -> None:
         owner = f"campaign {self.name}"

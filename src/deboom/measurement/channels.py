@@ -57,6 +57,29 @@ def _checked_values(values: npt.ArrayLike, what: str) -> ComplexArray:
     return _frozen_copy(array)
 
 
+def unit_of_response(function: str, source: str) -> str:
+    """Return the unit of a frequency response function times what goes into it.
+
+    Parameters
+    ----------
+    function : str
+        Such as ``Pa/N`` or ``(m/s^2)/N``.
+    source : str
+        Such as ``N``.
+
+    Returns
+    -------
+    str
+        What stands over `source`, such as ``Pa`` or ``m/s^2``; where it does not stand under the
+        function, both units with a dot.
+    """
+    for below in (f"/{source}", f"/({source})"):
+        if function.endswith(below):
+            above = function.removesuffix(below)
+            return above[1:-1] if above.startswith("(") and above.endswith(")") else above
+    return f"{function}·{source}"
+
+
 @dataclass(frozen=True, eq=False)
 class Spectrum:
     """Complex spectra of several channels of one unit.
@@ -165,8 +188,5 @@ class Frf:
         if not np.array_equal(self.frequency, source.frequency):
             raise InputError("the frequency axes of matrix and spectrum differ")
         values = np.einsum("foi,fi->fo", self.values, source.values)
-        unit = f"{self.unit}·{source.unit}"
-        numerator, _, denominator = self.unit.partition("/")
-        if denominator == source.unit:
-            unit = numerator
+        unit = unit_of_response(self.unit, source.unit)
         return Spectrum(self.frequency, values, self.outputs, unit)

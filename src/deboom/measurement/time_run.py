@@ -46,6 +46,10 @@ class TimeRun:
         In sensor axes [N].
     cell_force_channels : tuple of str
         ``<sensor> <axis>``.
+    static_force : array, shape (n_sample, n)
+        Quasi-static force of each mount direction, all cells of a mount together [N].
+    static_force_names : tuple of str
+        ``<mount> [<piece>] <axis>``.
 
     Raises
     ------
@@ -69,6 +73,8 @@ class TimeRun:
     acceleration_channels: tuple[str, ...]
     cell_force: RealArray
     cell_force_channels: tuple[str, ...]
+    static_force: RealArray
+    static_force_names: tuple[str, ...]
 
     def __post_init__(self) -> None:
         for field, width in (
@@ -76,6 +82,7 @@ class TimeRun:
             ("engine_torque", None),
             ("acceleration", len(self.acceleration_channels)),
             ("cell_force", len(self.cell_force_channels)),
+            ("static_force", len(self.static_force_names)),
         ):
             array = np.array(getattr(self, field), dtype=float)
             expected = (len(self.tacho),) if width is None else (len(self.tacho), width)

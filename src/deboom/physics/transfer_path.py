@@ -1,7 +1,9 @@
 """Transfer paths: from forces at the paths to the pressure at the ear.
 
-Interface forces go with the noise transfer functions of the receiver on its own, blocked forces
-with those of the assembled vehicle; `coupling` holds the relations between them.
+How the forces are found: `mount_force` here, `force_inversion` from responses of the receiver,
+`coupling` from a test rig. Interface forces go with the noise transfer functions of the receiver on
+its own, blocked forces with those of the assembled vehicle; `coupling` holds the relations between
+them.
 """
 
 from __future__ import annotations
@@ -12,7 +14,54 @@ import numpy as np
 import numpy.typing as npt
 
 from deboom.errors import InputError
-from deboom.physics.arrays import ComplexArray
+from deboom.physics.arrays import ComplexArray, RealArray
+
+
+def mount_force(
+    stiffness: npt.ArrayLike,
+    source_displacement: npt.ArrayLike,
+    receiver_displacement: npt.ArrayLike,
+) -> ComplexArray:
+    """Return the force of each mount on the receiver from the motion of its two ends.
+
+    Parameters
+    ----------
+    stiffness : array_like, shape (n_frequency, n_path) or (n_frequency, n_path, n_path)
+        Complex dynamic stiffness of each path, or of all paths with what couples them [N/m].
+    source_displacement, receiver_displacement : array_like, shape (n_frequency, n_path)
+        Motion above and below the mount, complex peak [m].
+
+    Returns
+    -------
+    array, shape (n_frequency, n_path)
+        Interface force, complex peak [N].
+
+    Raises
+    ------
+    InputError
+        Shapes that do not belong together.
+
+    Notes
+    -----
+    ``g = K (u_A − u_B)``, the mount-stiffness method of the thesis, section 2.4.2; for mounts whose
+    mass does not matter in the band. Where both ends move nearly alike the difference is noise.
+    """
+    springs = np.asarray(stiffness, dtype=complex)
+    above = np.asarray(source_displacement, dtype=complex)
+    below = np.asarray(receiver_displacement, dtype=complex)
+    if (
+        above.ndim != 2
+        or above.shape != below.shape
+        or springs.shape not in (above.shape, (*above.shape, above.shape[1]))
+    ):
+        raise InputError(
+            f"stiffnesses of shape {springs.shape} and displacements of shapes {above.shape} and "
+            f"{below.shape} do not belong together: give the same lines first and the same paths "
+            "last"
+        )
+    if springs.ndim == 2:
+        return np.asarray(springs * (above - below))
+    return np.asarray(np.einsum("fij,fj->fi", springs, above - below))
 
 
 def contributions(ntf: npt.ArrayLike, force: npt.ArrayLike) -> ComplexArray:
@@ -149,3 +198,78 @@ def partial_sums(
             f"{n_path - 1} exactly once: name every path in one group"
         )
     return np.stack([values[..., list(group)].sum(axis=-1) for group in groups], axis=-1)
+
+
+def energy_share(
+    path_contributions: npt.ArrayLike, line_weight: npt.ArrayLike | None = None
+) -> RealArray:
+    """Return the part of the energy of the sum that each path brings, with its phase.
+
+    Parameters
+    ----------
+    path_contributions : array_like, shape (n_frequency, n_path)
+        Complex contributions [Pa].
+    line_weight : array_like, shape (n_frequency,), optional
+        Energy weight of each line, such as the A-weighting; by default all alike [1].
+
+    Returns
+    -------
+    array, shape (n_path,)
+        Adds up to 1; below 0 where a path takes away from the others [1].
+
+    Raises
+    ------
+    InputError
+        Weights that do not fit, or a sum that is zero on all lines.
+
+    Notes
+    -----
+    ``Σ_f w Re(c_k p*) / Σ_f w |p|²`` with ``p = Σ_k c_k``. It is also the slope of the energy:
+    ``d ln E / d ln |c_k| = 2 share``.
+    """
+    values, weight = _weighted(path_contributions, line_weight)
+    total = values.sum(axis=1)
+    energy = np.sum(weight * np.abs(total) ** 2)
+    if energy == 0:
+        raise InputError("the paths add up to nothing on all lines: there is no energy to share")
+    return np.asarray(weight @ np.real(values * total.conj()[:, np.newaxis]) / energy)
+
+
+def rms_contribution(
+    path_contributions: npt.ArrayLike, line_weight: npt.ArrayLike | None = None
+) -> RealArray:
+    """Return how large each path is on its own, whatever its phase.
+
+    Parameters
+    ----------
+    path_contributions : array_like, shape (n_frequency, n_path)
+        Complex contributions, peak [Pa].
+    line_weight : array_like, shape (n_frequency,), optional
+        Energy weight of each line; by default all alike [1].
+
+    Returns
+    -------
+    array, shape (n_path,)
+        Root of the weighted mean of |c_k|² over the lines, peak amplitude [Pa].
+
+    Raises
+    ------
+    InputError
+        Weights that do not fit.
+    """
+    values, weight = _weighted(path_contributions, line_weight)
+    return np.asarray(np.sqrt(weight @ np.abs(values) ** 2 / len(values)))
+
+
+def _weighted(
+    path_contributions: npt.ArrayLike, line_weight: npt.ArrayLike | None
+) -> tuple[ComplexArray, RealArray]:
+    values = np.asarray(path_contributions, dtype=complex)
+    n_frequency = values.shape[0] if values.ndim == 2 else 0
+    weight = np.ones(n_frequency) if line_weight is None else np.asarray(line_weight, dtype=float)
+    if n_frequency == 0 or weight.shape != (n_frequency,):
+        raise InputError(
+            f"contributions of shape {values.shape} and line weights of shape {weight.shape}: give "
+            "(n_frequency, n_path) and one weight per line"
+        )
+    return values, weight

@@ -65,6 +65,53 @@ class PeakChange:
     level_after: float
 
 
+@dataclass(frozen=True)
+class MatchedPeaks:
+    """Peaks of two curves that are the same one, and those that have no partner.
+
+    Parameters
+    ----------
+    pairs : tuple of (BoomingPeak, BoomingPeak)
+        Peak of the reference and of the compared curve, by rising frequency.
+    only_reference, only_compared : tuple of BoomingPeak
+        Peaks of one curve alone; they have no deviation and are reported beside it.
+    tolerance : float
+        Within which they were paired [Hz].
+    """
+
+    pairs: tuple[tuple[BoomingPeak, BoomingPeak], ...]
+    only_reference: tuple[BoomingPeak, ...]
+    only_compared: tuple[BoomingPeak, ...]
+    tolerance: float
+
+    @property
+    def level_deviations(self) -> RealArray:
+        """Level of the compared peak above that of the reference, one per pair [dB]."""
+        return np.array([other.level - peak.level for peak, other in self.pairs])
+
+    @property
+    def frequency_deviations(self) -> RealArray:
+        """Frequency of the compared peak above that of the reference, one per pair [Hz]."""
+        return np.array([other.frequency - peak.frequency for peak, other in self.pairs])
+
+    @property
+    def largest_deviation(self) -> float:
+        """Largest absolute level deviation of the pairs [dB].
+
+        Raises
+        ------
+        InputError
+            No pair.
+        """
+        if not self.pairs:
+            raise InputError(
+                f"no two peaks within {self.tolerance:g} Hz of each other: "
+                f"{len(self.only_reference)} against {len(self.only_compared)} peaks have no "
+                "deviation"
+            )
+        return float(np.abs(self.level_deviations).max())
+
+
 def booming_peaks(
     level: npt.ArrayLike,
     frequency: npt.ArrayLike,
@@ -169,6 +216,44 @@ def compare_peaks(
         level = highest(curve_before, new)
         changes.append(PeakChange(new.frequency, None, new, level, new.level))
     return tuple(sorted(changes, key=lambda change: change.frequency))
+
+
+def match_peaks(
+    reference: Sequence[BoomingPeak],
+    compared: Sequence[BoomingPeak],
+    tolerance: float = TOLERANCE,
+) -> MatchedPeaks:
+    """Pair the peaks of two curves, such as a measured and a synthesised one, by frequency.
+
+    Levels are compared at the peaks alone, never line by line: in a notch the largest difference
+    of the lines says nothing about booming. The curves may have different lines.
+
+    Parameters
+    ----------
+    reference, compared : sequence of BoomingPeak
+        See `booming_peaks`.
+    tolerance : float
+        Largest distance of two peaks that are the same one [Hz].
+
+    Returns
+    -------
+    MatchedPeaks
+
+    Raises
+    ------
+    InputError
+        A tolerance that is negative.
+    """
+    if not tolerance >= 0:
+        raise InputError(f"a tolerance of {tolerance} Hz pairs no peaks: give at least 0 Hz")
+    partner = _closest_pairs(reference, compared, tolerance)
+    pairs = tuple((peak, partner[peak]) for peak in reference if peak in partner)
+    return MatchedPeaks(
+        pairs=pairs,
+        only_reference=tuple(peak for peak in reference if peak not in partner),
+        only_compared=tuple(peak for peak in compared if peak not in partner.values()),
+        tolerance=tolerance,
+    )
 
 
 def _closest_pairs(

@@ -1,0 +1,92 @@
+"""What designs really do on the virtual bench: statics and motion solved again with its own law."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from deboom.bench.mount_law import DirectionLaw
+from deboom.bench.operating_run import full_load_run
+from deboom.bench.parameters import VirtualBench, load_bench
+from deboom.bench.suspended_body import SuspendedBody
+from deboom.files.library_export import read_library_json
+from deboom.files.platform import Platform
+from deboom.measurement.load_case import LoadCase
+from deboom.mounts.characterised_mount import CharacterisedMount
+from deboom.physics.arrays import RealArray
+from deboom.physics.sound_level import spl
+from deboom.study.mount_source import LIBRARY_FILE
+from deboom.vehicles.fleet import Fleet
+
+PLATFORM = Path(__file__).parents[1] / "studies" / "data" / "u06_f39_f45"
+OPTIMUM = {"TSM x": 0.80, "Du x": 0.80, "EnM x": 1.20, "GeM x": 1.14}
+"""The best-mean optimum of the study with prescribed motion."""
+
+
+def optimum(names: Sequence[str]) -> RealArray:
+    """Return that optimum as a row of designs."""
+    return np.array([OPTIMUM.get(name, 1.0) for name in names])
+
+
+def platform_parts(platform: Platform) -> tuple[CharacterisedMount, ...]:
+    """Read the platform's mount library."""
+    return read_library_json(platform.folder / LIBRARY_FILE)[1]
+
+
+def scaled_bench(
+    bench: VirtualBench, design: RealArray, names: Sequence[str], part: bool
+) -> VirtualBench:
+    """Scale the bench's mounts: the rubber itself (`part`), or its dynamic stiffness alone."""
+    factors = dict(zip(names, design.tolist(), strict=True))
+
+    def law(one: DirectionLaw, factor: float) -> DirectionLaw:
+        if not part:
+            return replace(one, dynamic_ratio=factor * one.dynamic_ratio)
+        stages = tuple(replace(s, stiffness=factor * s.stiffness) for s in one.stages)
+        return replace(one, stiffness=factor * one.stiffness, stages=stages)
+
+    def body(one: SuspendedBody) -> SuspendedBody:
+        mounts = tuple(
+            replace(
+                mount,
+                laws=tuple(
+                    law(direction, factors[f"{mount.name} {axis}"])
+                    for direction, axis in zip(mount.laws, "xyz", strict=False)
+                ),
+            )
+            for mount in one.mounts
+        )
+        return replace(one, mounts=mounts)
+
+    return replace(bench, powertrain=body(bench.powertrain), wheel_end=body(bench.wheel_end))
+
+
+def true_change(
+    fleet: Fleet,
+    paths: Sequence[str],
+    load_case: LoadCase,
+    torque_limit: float,
+    designs: RealArray,
+    names: Sequence[str],
+    part: bool,
+) -> RealArray:
+    """Change of the mean level, 20 to 60 Hz, from nominal to designs (n, n_variable), (n, v) [dB].
+
+    The forces are the bench's own, with statics and amplitudes of every design; the transfer
+    functions are those of the files, so that only the forces are judged.
+    """
+    frequency = load_case.displacement.frequency
+    inside = frequency <= 60.0
+    ears = np.array(
+        [v.noise_transfer.select(inputs=list(paths)).values[inside, 0] for v in fleet.vehicles]
+    )
+    levels = []
+    for design in np.vstack([np.ones(len(names)), designs]):
+        bench = scaled_bench(load_bench(), design, names, part)
+        force = full_load_run(bench, load_case.gear, torque_limit, frequency).path_force[inside]
+        pressure = np.einsum("vfp,fp->vf", ears, force)
+        levels.append(spl(pressure, frequency[inside], axis=-1).mean(axis=-1))
+    return np.asarray(levels[1:]) - levels[0]

@@ -1,0 +1,312 @@
+"""A vehicle as it was measured: noise transfer functions both ways, and runs on the road."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from enum import Enum
+from types import MappingProxyType
+
+import numpy as np
+
+from deboom.errors import InputError
+from deboom.measurement.campaign import MeasuredMount
+from deboom.measurement.channel_geometry import ChannelGeometry, impact_geometry, sensor_geometry
+from deboom.measurement.channels import Frf, Spectrum
+from deboom.measurement.impacts import Impact
+from deboom.measurement.noise_transfer import (
+    POINT_LOADS,
+    noise_transfer_at_points,
+    noise_transfer_of_paths,
+    reciprocal_noise_transfer,
+)
+from deboom.measurement.sensors import SENSOR_AXES, Sensor
+from deboom.measurement.virtual_point import (
+    motion_at_mounts,
+    motion_at_point,
+    virtual_point,
+    virtual_point_frf,
+)
+from deboom.physics.dynamic_stiffness import displacement_from_acceleration
+
+
+class Method(Enum):
+    """How noise transfer functions were acquired."""
+
+    DIRECT = "direct"
+    RECIPROCAL = "reciprocal"
+
+
+@dataclass(frozen=True, eq=False)
+class VehicleRun:
+    """One run of a vehicle: spectra over its engine order.
+
+    Parameters
+    ----------
+    name : str
+        Such as ``g5_wot220``.
+    gear : int
+        From 1.
+    total_ratio : float
+        Engine speed over wheel speed [1].
+    torque_limit : float
+        Of the engine [N m].
+    order : float
+        Engine order of the spectra [1].
+    pressure : Spectrum
+        At the ears, complex peak [Pa].
+    acceleration : Spectrum
+        Of all accelerometers, in sensor axes [m/s²].
+    """
+
+    name: str
+    gear: int
+    total_ratio: float
+    torque_limit: float
+    order: float
+    pressure: Spectrum
+    acceleration: Spectrum
+
+
+@dataclass(frozen=True, eq=False)
+class MeasuredVehicle:
+    """Everything measured on one vehicle.
+
+    Parameters
+    ----------
+    name, group : str
+        Such as ``U06-1`` and ``U06``.
+    ears : tuple of str
+        Such as ``driver ear``.
+    mounts : tuple of MeasuredMount
+        All, with pieces and positions [m].
+    body_sensors : mapping of str to tuple of Sensor
+        Point (``TSM``, ``Du left``) to the accelerometers on the body around it.
+    source_sensors : tuple of Sensor
+        On the other side of the mounts: powertrain, wheel ends.
+    powertrain_mounts : tuple of str
+        Mounts whose source side is the one rigid powertrain; every other piece has a source sensor
+        of its own.
+    impacts : mapping of str to tuple of Impact
+        Point to the blows of the hammer around it.
+    direct : Frf
+        Outputs are the ears, inputs the blows [Pa/N].
+    reciprocal : Frf
+        Outputs are the channels of the body sensors, inputs the ears [(m/s²)/(m³/s²)].
+    accelerance : Frf or None
+        Outputs are the channels of the body sensors, inputs the blows [(m/s²)/N]; None where the
+        accelerometers were not recorded.
+    runs : tuple of VehicleRun
+        Assembled, on the road.
+    """
+
+    name: str
+    group: str
+    ears: tuple[str, ...]
+    mounts: tuple[MeasuredMount, ...]
+    body_sensors: Mapping[str, tuple[Sensor, ...]]
+    source_sensors: tuple[Sensor, ...]
+    powertrain_mounts: tuple[str, ...]
+    impacts: Mapping[str, tuple[Impact, ...]]
+    direct: Frf
+    reciprocal: Frf
+    accelerance: Frf | None
+    runs: tuple[VehicleRun, ...]
+
+    def __post_init__(self) -> None:
+        for name in ("body_sensors", "impacts"):
+            object.__setattr__(self, name, MappingProxyType(dict(getattr(self, name))))
+
+    @property
+    def points(self) -> tuple[str, ...]:
+        """Every mount, or every piece of it, such as ``TSM``, ``Du left``."""
+        return tuple(_point(mount, piece) for mount in self.mounts for piece in mount.pieces)
+
+    def position(self, point: str) -> tuple[float, float, float]:
+        """Return the virtual point of a mount or piece [m]."""
+        for mount in self.mounts:
+            for piece, position in zip(mount.pieces, mount.positions, strict=True):
+                if _point(mount, piece) == point:
+                    return position
+        raise InputError(f"vehicle {self.name}: no point '{point}', there are {list(self.points)}")
+
+    def geometry(self, point: str, method: Method) -> ChannelGeometry:
+        """Return the blows, or the body accelerometers, around a point."""
+        position = self.position(point)
+        if method is Method.DIRECT:
+            return impact_geometry(self.impacts.get(point, ()), position)
+        return sensor_geometry(self.body_sensors.get(point, ()), position)
+
+    def run(self, name: str) -> VehicleRun:
+        """Return a run by its name.
+
+        Raises
+        ------
+        InputError
+            No such run.
+        """
+        for run in self.runs:
+            if run.name == name:
+                return run
+        raise InputError(
+            f"vehicle {self.name}: no run '{name}', there are {[run.name for run in self.runs]}"
+        )
+
+
+def _point(mount: MeasuredMount, piece: str) -> str:
+    return f"{mount.name} {piece}".strip()
+
+
+def point_noise_transfer(
+    vehicle: MeasuredVehicle, method: Method, points: Sequence[str] | None = None
+) -> Frf:
+    """Return the noise transfer functions of all six loads at the virtual points.
+
+    Parameters
+    ----------
+    vehicle : MeasuredVehicle
+    method : Method
+        Hammer or loudspeaker.
+    points : sequence of str, optional
+        All of the vehicle if left out.
+
+    Returns
+    -------
+    Frf
+        Outputs are the ears, inputs ``<point> x y z`` [Pa/N] and ``mx my mz`` [Pa/(N m)].
+    """
+    measured = (
+        vehicle.direct if method is Method.DIRECT else reciprocal_noise_transfer(vehicle.reciprocal)
+    )
+    wanted = vehicle.points if points is None else points
+    return noise_transfer_at_points(
+        measured, {point: vehicle.geometry(point, method) for point in wanted}
+    )
+
+
+def path_noise_transfer(vehicle: MeasuredVehicle, method: Method, ear: str) -> Frf:
+    """Return one noise transfer function per transfer path of the mounts, at one ear.
+
+    Returns
+    -------
+    Frf
+        Output is the ear, inputs ``<mount> <axis>`` as a platform names them [Pa/N].
+    """
+    paths = {
+        f"{mount.name} {axis}": [f"{_point(mount, piece)} {axis}" for piece in mount.pieces]
+        for mount in vehicle.mounts
+        for axis in mount.transfer_axes
+    }
+    return noise_transfer_of_paths(point_noise_transfer(vehicle, method), paths, ear)
+
+
+def point_accelerance(vehicle: MeasuredVehicle, points: Sequence[str] | None = None) -> Frf:
+    """Return the accelerations on the body per load at the virtual points, for force inversion.
+
+    Parameters
+    ----------
+    vehicle : MeasuredVehicle
+    points : sequence of str, optional
+        All of the vehicle if left out.
+
+    Returns
+    -------
+    Frf
+        Outputs are the channels of the body sensors, inputs ``<point> x y z`` [(m/s²)/N] and
+        ``mx my mz`` [(m/s²)/(N m)].
+
+    Raises
+    ------
+    InputError
+        A vehicle whose accelerations were not recorded under the hammer.
+    """
+    if vehicle.accelerance is None:
+        raise InputError(
+            f"vehicle {vehicle.name}: the hammer's file holds no accelerations: forces cannot be "
+            "found by inversion, measure the body sensors with the hammer"
+        )
+    wanted = vehicle.points if points is None else points
+    blocks = []
+    for point in wanted:
+        excitation = virtual_point(vehicle.geometry(point, Method.DIRECT))
+        blocks.append(virtual_point_frf(vehicle.accelerance, excitation=excitation).values)
+    return Frf(
+        vehicle.accelerance.frequency,
+        np.concatenate(blocks, axis=2),
+        vehicle.accelerance.outputs,
+        tuple(f"{point} {load}" for point in wanted for load in POINT_LOADS),
+        vehicle.accelerance.unit,
+    )
+
+
+def body_motion(vehicle: MeasuredVehicle, run: VehicleRun) -> Spectrum:
+    """Return the acceleration of the body at every virtual point.
+
+    Returns
+    -------
+    Spectrum
+        Channels ``<point> x`` … ``<point> rz`` [m/s²], rotations [rad/s²].
+    """
+    parts = [
+        motion_at_point(virtual_point(vehicle.geometry(point, Method.RECIPROCAL)), run.acceleration)
+        for point in vehicle.points
+    ]
+    names = [
+        f"{point} {name}"
+        for point, part in zip(vehicle.points, parts, strict=True)
+        for name in part.channels
+    ]
+    return _beside(parts, names)
+
+
+def source_motion(vehicle: MeasuredVehicle, run: VehicleRun) -> Spectrum:
+    """Return the acceleration of the source side at every virtual point.
+
+    Returns
+    -------
+    Spectrum
+        Channels ``<point> x``, ``y``, ``z`` [m/s²]. The powertrain moves as one rigid body; another
+        source, such as a wheel end, is taken to move as its one sensor does.
+
+    Raises
+    ------
+    InputError
+        Too few sensors on the powertrain, or not one on another source.
+    """
+    on_powertrain = [s for s in vehicle.source_sensors if s.mount in vehicle.powertrain_mounts]
+    body = virtual_point(sensor_geometry(on_powertrain))
+    parts, names = [], []
+    for point in vehicle.points:
+        names += [f"{point} {axis}" for axis in SENSOR_AXES]
+        if point in vehicle.powertrain_mounts:
+            parts.append(motion_at_mounts(body, run.acceleration, {point: vehicle.position(point)}))
+            continue
+        own = [s for s in vehicle.source_sensors if f"{s.mount} {s.piece}".strip() == point]
+        if len(own) != 1:
+            raise InputError(
+                f"vehicle {vehicle.name}: {len(own)} source sensors at {point}: it needs one"
+            )
+        seen = run.acceleration.select(own[0].channels)
+        turned = seen.values @ own[0].orientation.T
+        parts.append(Spectrum(seen.frequency, turned, own[0].channels, seen.unit))
+    return _beside(parts, names)
+
+
+def mount_deflection(vehicle: MeasuredVehicle, run: VehicleRun) -> Spectrum:
+    """Return how far each mount is deflected: source side against body side.
+
+    Returns
+    -------
+    Spectrum
+        Channels ``<point> x``, ``y``, ``z`` [m]; times the mount's stiffness it is the force on the
+        body.
+    """
+    source = source_motion(vehicle, run)
+    relative = source.values - body_motion(vehicle, run).select(source.channels).values
+    displacement = displacement_from_acceleration(relative, source.frequency)
+    return Spectrum(source.frequency, displacement, source.channels, "m")
+
+
+def _beside(parts: Sequence[Spectrum], names: Sequence[str]) -> Spectrum:
+    values = np.hstack([part.values for part in parts])
+    return Spectrum(parts[0].frequency, values, tuple(names), parts[0].unit)

@@ -1,0 +1,182 @@
+"""Noise transfer functions: from what hammer or loudspeaker gave to pressure per force at a path.
+
+Direct: a hammer pushes at a mount, a microphone listens at an ear, p/F. Reciprocal: a loudspeaker
+breathes at the ear, accelerometers listen at the mount, a/Q̇. Either way three places around a mount
+give the three forces and three moments of its virtual point.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from deboom.errors import InputError
+from deboom.measurement.channel_geometry import ChannelGeometry
+from deboom.measurement.channels import Frf
+from deboom.measurement.virtual_point import virtual_point
+
+PRESSURE_PER_FORCE = "Pa/N"
+ACCELERATION_PER_VOLUME_ACCELERATION = "(m/s^2)/(m^3/s^2)"
+POINT_LOADS = ("x", "y", "z", "mx", "my", "mz")
+"""Behind the name of a mount: forces [Pa/N], then moments about its virtual point [Pa/(N m)]."""
+
+
+def reciprocal_noise_transfer(measured: Frf) -> Frf:
+    """Turn a measurement with a loudspeaker at the ear into noise transfer functions.
+
+    Parameters
+    ----------
+    measured : Frf
+        Outputs are accelerometer channels, inputs are ears; acceleration along the channel per
+        volume acceleration of the source, positive out of the loudspeaker [(m/s²)/(m³/s²)].
+
+    Returns
+    -------
+    Frf
+        Outputs are the ears, inputs the channels: pressure at the ear per force along each channel
+        [Pa/N].
+
+    Raises
+    ------
+    InputError
+        Another unit: volume velocity, or a voltage nobody has calibrated.
+
+    Notes
+    -----
+    ``p/F = -a/Q̇``, Lyamshev's reciprocity. The sign: a source that breathes out and a force on the
+    wall of a cavity, inwards, both raise the pressure; but the raised pressure pushes the wall
+    outwards. Valid for a linear vehicle at rest whose loudspeaker disturbs its cabin no more than
+    the microphone does.
+    """
+    if measured.unit != ACCELERATION_PER_VOLUME_ACCELERATION:
+        raise InputError(
+            f"a reciprocal measurement is in {ACCELERATION_PER_VOLUME_ACCELERATION}, this one in "
+            f"'{measured.unit}': calibrate the loudspeaker's volume acceleration first"
+        )
+    values = -np.swapaxes(measured.values, 1, 2)
+    return Frf(measured.frequency, values, measured.inputs, measured.outputs, PRESSURE_PER_FORCE)
+
+
+def noise_transfer_at_points(measured: Frf, points: Mapping[str, ChannelGeometry]) -> Frf:
+    """Refer noise transfer functions around the mounts to their virtual points.
+
+    Parameters
+    ----------
+    measured : Frf
+        Outputs are ears, inputs hold the channels of every geometry: blows of the hammer, or
+        accelerometer channels after `reciprocal_noise_transfer` [Pa/N].
+    points : mapping of str to ChannelGeometry
+        Mount, or mount and piece such as ``Du left``, to its channels, from `impact_geometry` or
+        `sensor_geometry`.
+
+    Returns
+    -------
+    Frf
+        Inputs ``<point> x``, ``y``, ``z`` [Pa/N] and ``<point> mx``, ``my``, ``mz`` [Pa/(N m)].
+
+    Raises
+    ------
+    InputError
+        No point, a channel that was not measured, channels that do not determine all six loads,
+        flexible modes.
+
+    Notes
+    -----
+    ``Y_VP = Y (U⁺)ᵀ`` with the rows ``U = dᵀ [I, skew(r)ᵀ]`` of the channels, by least squares
+    (van der Seijs et al., 2017). One blow beside a mount gives ``Y = Y_VP Uᵀ`` instead: force and
+    moment together.
+    """
+    _check_unit(measured)
+    if not points:
+        raise InputError("no virtual point to refer noise transfer functions to: name at least one")
+    blocks, names = [], []
+    for name, geometry in points.items():
+        point = virtual_point(geometry)
+        if geometry.mode_names:
+            raise InputError(f"virtual point {name}: give rigid motions only, no flexible modes")
+        blocks.append(measured.select(inputs=point.channels).values @ point.inverse.T)
+        names += [f"{name} {load}" for load in POINT_LOADS]
+    values = np.concatenate(blocks, axis=2)
+    return Frf(measured.frequency, values, measured.outputs, tuple(names), measured.unit)
+
+
+def join_noise_transfer(parts: Sequence[Frf]) -> Frf:
+    """Put noise transfer functions of several sessions side by side.
+
+    Parameters
+    ----------
+    parts : sequence of Frf
+        Of the same ears, on the same lines, of different inputs [Pa/N].
+
+    Raises
+    ------
+    InputError
+        No part; ears, lines or units that differ; an input that comes twice.
+    """
+    if not parts:
+        raise InputError("no noise transfer function to join: give at least one")
+    first = parts[0]
+    for part in parts:
+        _check_unit(part)
+        if part.outputs != first.outputs:
+            raise InputError(
+                f"noise transfer functions of different microphones are mixed: "
+                f"{list(first.outputs)} and {list(part.outputs)}; select() one ear of all of them"
+            )
+        if not np.array_equal(part.frequency, first.frequency):
+            raise InputError("the noise transfer functions to join have different frequency lines")
+    return Frf(
+        first.frequency,
+        np.concatenate([part.values for part in parts], axis=2),
+        first.outputs,
+        tuple(name for part in parts for name in part.inputs),
+        first.unit,
+    )
+
+
+def noise_transfer_of_paths(
+    points: Frf, paths: Mapping[str, Sequence[str]], ear: str | None = None
+) -> Frf:
+    """Choose the noise transfer functions that a transfer path analysis needs.
+
+    Parameters
+    ----------
+    points : Frf
+        At virtual points, from `noise_transfer_at_points`.
+    paths : mapping of str to sequence of str
+        Path ``<mount> <axis>`` to the inputs that share its force evenly: one, or one per piece,
+        such as ``Du x`` to ``Du left x`` and ``Du right x``.
+    ear : str, optional
+        One output; all of them if left out.
+
+    Returns
+    -------
+    Frf
+        Inputs are the paths; a path of several pieces per newton of their summed force [Pa/N].
+
+    Raises
+    ------
+    InputError
+        A path without noise transfer function, no such ear.
+    """
+    _check_unit(points)
+    for path, pieces in paths.items():
+        missing = [piece for piece in pieces if piece not in points.inputs]
+        if missing or not pieces:
+            raise InputError(
+                f"path '{path}' has no noise transfer function of {missing or 'any piece'}, there "
+                f"are {list(points.inputs)}: measure it, or leave the path out"
+            )
+    chosen = points if ear is None else points.select(outputs=(ear,))
+    columns = [chosen.select(inputs=pieces).values.mean(axis=2) for pieces in paths.values()]
+    return Frf(
+        chosen.frequency, np.stack(columns, axis=2), chosen.outputs, tuple(paths), chosen.unit
+    )
+
+
+def _check_unit(frf: Frf) -> None:
+    if frf.unit != PRESSURE_PER_FORCE:
+        raise InputError(
+            f"a noise transfer function is in {PRESSURE_PER_FORCE}, this one in '{frf.unit}'"
+        )

@@ -1,0 +1,252 @@
+"""Forces at the paths of a vehicle, by the four ways of transfer path analysis.
+
+===========================  =============================================  ======================
+way                          needs                                          transfer functions
+===========================  =============================================  ======================
+`forces_by_inversion`        accelerances of the receiver on its own        of the same receiver
+`forces_by_mount_stiffness`  stiffness of the mounts, motion of both ends   of the same receiver
+`blocked_forces_in_situ`     accelerances of the assembled bodies           of assembled bodies
+`blocked_forces_on_rig`      receptance of the source, cells and motion     of assembled bodies
+===========================  =============================================  ======================
+
+The first two are classical: the forces belong to the vehicle in which they were measured. The last
+two are component-based: blocked forces belong to the source with its mounts, and to every vehicle.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+
+import numpy as np
+
+from deboom.errors import InputError
+from deboom.measurement.channels import Frf, Spectrum, unit_of_response
+from deboom.physics.arrays import RealArray
+from deboom.physics.coupling import blocked_force_on_rig
+from deboom.physics.force_inversion import (
+    CROSS_VALIDATED,
+    Inversion,
+    InvertedForces,
+    invert_for_forces,
+)
+from deboom.physics.transfer_path import mount_force
+
+
+class Receiver(Enum):
+    """In which state the receiver's transfer functions belong with the forces."""
+
+    UNCOUPLED = "receiver on its own"
+    ASSEMBLED = "source and receiver joined"
+
+
+@dataclass(frozen=True, eq=False)
+class PathForces:
+    """Forces into a receiver, and where they come from.
+
+    Parameters
+    ----------
+    force : Spectrum
+        One channel per path [N].
+    receiver : Receiver
+        State in which transfer functions are exact with these forces. The other state is an
+        approximation.
+    indicators : tuple of str
+        Responses they were computed from by inversion; empty for the other ways.
+    inversion : InvertedForces, optional
+        Regularisation, condition number and noise gain of each line; None for the other ways.
+    """
+
+    force: Spectrum
+    receiver: Receiver
+    indicators: tuple[str, ...] = ()
+    inversion: InvertedForces | None = None
+
+
+def forces_by_inversion(
+    accelerance: Frf,
+    response: Spectrum,
+    inversion: Inversion = CROSS_VALIDATED,
+    noise: RealArray | None = None,
+) -> PathForces:
+    """Find the interface forces that explain the indicators: classical transfer path analysis.
+
+    Parameters
+    ----------
+    accelerance : Frf
+        Indicators per force at the paths, source removed; of any response, ``<unit>/N``.
+    response : Spectrum
+        The same indicators in operation [unit]; further channels are not looked at.
+    inversion : Inversion
+        Regularisation.
+    noise : array, shape (n_indicator,) or (n_frequency, n_indicator), optional
+        Standard deviation of the responses [unit].
+
+    Raises
+    ------
+    InputError
+        An indicator that was not measured, other lines or units, a line at 0 Hz, more unknown
+        forces than indicators, singular positions.
+    """
+    return _inverted(accelerance, response, inversion, noise, Receiver.UNCOUPLED)
+
+
+def blocked_forces_in_situ(
+    accelerance: Frf,
+    response: Spectrum,
+    inversion: Inversion = CROSS_VALIDATED,
+    noise: RealArray | None = None,
+) -> PathForces:
+    """Find the blocked forces of a source in the place where it runs.
+
+    Parameters
+    ----------
+    accelerance : Frf
+        Indicators on the receiver per force at the interface, source mounted; ``<unit>/N``.
+    response : Spectrum
+        The same indicators in operation [unit]; further channels are not looked at.
+    inversion : Inversion
+        Regularisation.
+    noise : array, shape (n_indicator,) or (n_frequency, n_indicator), optional
+        Standard deviation of the responses [unit].
+
+    Raises
+    ------
+    InputError
+        As `forces_by_inversion`.
+
+    Notes
+    -----
+    ``f_bl = (Y^AB)⁺ a``. Any receiver will do, a vehicle or a rig: what gives way is part of Y^AB.
+
+    References
+    ----------
+    Moorhouse, Elliott and Evans, "In situ measurement of the blocked force of structure-borne sound
+    sources", Journal of Sound and Vibration 325, 2009.
+    """
+    return _inverted(accelerance, response, inversion, noise, Receiver.ASSEMBLED)
+
+
+def forces_by_mount_stiffness(
+    stiffness: Spectrum, source: Spectrum, receiver: Spectrum
+) -> PathForces:
+    """Find the interface forces from the deflection of the mounts.
+
+    Parameters
+    ----------
+    stiffness : Spectrum
+        Complex dynamic stiffness, one channel per path [N/m].
+    source, receiver : Spectrum
+        Displacement above and below each mount; the same channels, further ones are not looked
+        at [m].
+
+    Raises
+    ------
+    InputError
+        A path without motion, other lines or units.
+    """
+    ends = []
+    for spectrum, what in ((source, "source"), (receiver, "receiver")):
+        _refuse_other_lines(stiffness.frequency, spectrum.frequency, f"{what} displacement")
+        _refuse_missing(stiffness.channels, spectrum.channels, f"{what} displacement")
+        _refuse_other_unit(spectrum.unit, "m", f"{what} displacement")
+        ends.append(spectrum.select(stiffness.channels).values)
+    _refuse_other_unit(stiffness.unit, "N/m", "mount stiffness")
+    values = mount_force(stiffness.values, *ends)
+    force = Spectrum(stiffness.frequency, values, stiffness.channels, "N")
+    return PathForces(force, Receiver.UNCOUPLED)
+
+
+def blocked_forces_on_rig(
+    receptance: Frf, cell_force: Spectrum, displacement: Spectrum
+) -> PathForces:
+    """Find the blocked forces from load cells on a rig that may give way.
+
+    Parameters
+    ----------
+    receptance : Frf
+        Of the source (with its mounts) on its own, at the interface; outputs and inputs are the
+        paths, in one order [m/N].
+    cell_force : Spectrum
+        On the rig, one channel per path; further ones are not looked at [N].
+    displacement : Spectrum
+        Of the interface, one channel per path; further ones are not looked at [m].
+
+    Raises
+    ------
+    InputError
+        Outputs and inputs that differ, a path that was not measured, other lines or units.
+
+    Notes
+    -----
+    Thesis, eq. 11, ``f_bl = g_LC + Y_A⁻¹ u``; u is zero on a rigid rig.
+    """
+    paths = receptance.inputs
+    if receptance.outputs != paths:
+        raise InputError(
+            f"the source's receptance has outputs {list(receptance.outputs)} and inputs "
+            f"{list(paths)}: select() the same paths in the same order"
+        )
+    _refuse_other_unit(receptance.unit, "m/N", "source's receptance")
+    measured = []
+    for spectrum, unit, what in (
+        (cell_force, "N", "cell force"),
+        (displacement, "m", "interface displacement"),
+    ):
+        _refuse_other_lines(receptance.frequency, spectrum.frequency, what)
+        _refuse_missing(paths, spectrum.channels, what)
+        _refuse_other_unit(spectrum.unit, unit, what)
+        measured.append(spectrum.select(paths).values)
+    values = blocked_force_on_rig(receptance.values, *measured)
+    return PathForces(Spectrum(receptance.frequency, values, paths, "N"), Receiver.ASSEMBLED)
+
+
+def _inverted(
+    accelerance: Frf,
+    response: Spectrum,
+    inversion: Inversion,
+    noise: RealArray | None,
+    receiver: Receiver,
+) -> PathForces:
+    _refuse_other_lines(accelerance.frequency, response.frequency, "response of the indicators")
+    _refuse_missing(accelerance.outputs, response.channels, "response of the indicators")
+    explained = unit_of_response(accelerance.unit, "N")
+    if explained != response.unit:
+        raise InputError(
+            f"forces times transfer functions in {accelerance.unit} are {explained}, the responses "
+            f"of the indicators are in {response.unit}: convert one of them first"
+        )
+    if response.frequency[0] <= 0:
+        raise InputError(
+            "the line at 0 Hz has no acceleration to invert: leave it out of the transfer "
+            "functions and of the responses"
+        )
+    inverted = invert_for_forces(
+        accelerance.values,
+        response.select(accelerance.outputs).values,
+        inversion,
+        noise,
+        accelerance.inputs,
+    )
+    force = Spectrum(response.frequency, inverted.force, accelerance.inputs, "N")
+    return PathForces(force, receiver, accelerance.outputs, inverted)
+
+
+def _refuse_missing(wanted: tuple[str, ...], found: tuple[str, ...], what: str) -> None:
+    missing = [name for name in wanted if name not in found]
+    if missing:
+        raise InputError(f"no {what} of {missing}, there are {list(found)}")
+
+
+def _refuse_other_lines(wanted: RealArray, found: RealArray, what: str) -> None:
+    if not np.array_equal(wanted, found):
+        raise InputError(
+            f"the {what} has other frequency lines ({found.size} from {found[0]:g} to "
+            f"{found[-1]:g} Hz) than the rest ({wanted.size} from {wanted[0]:g} to "
+            f"{wanted[-1]:g} Hz): bring both to the same lines, nothing is interpolated here"
+        )
+
+
+def _refuse_other_unit(found: str, wanted: str, what: str) -> None:
+    if found != wanted:
+        raise InputError(f"the {what} is in {found}, expected {wanted}: convert it first")

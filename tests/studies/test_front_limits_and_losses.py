@@ -1,0 +1,73 @@
+"""The front study within limits, and with loss factors as variables."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from deboom.errors import InputError
+from deboom.study.motion import Kernel, Motion
+from deboom.study.runner import load_study, run_study
+
+STUDY = Path(__file__).parents[2] / "studies" / "u06_robust_front.py"
+LIMITS = STUDY.parent / "data" / "u06_limits.toml"
+BUDGET = {"seed": 1, "generations": 5, "population": 16, "samples": 16}
+
+
+def run(out, **changes):
+    return run_study(load_study(STUDY), out, {**BUDGET, **changes})
+
+
+def limits_of(tmp_path, text):
+    path = tmp_path / "limits.toml"
+    path.write_text(f"format = 1\n{text}", encoding="utf-8")
+    return path
+
+
+def test_every_pick_keeps_every_limit_and_what_does_not_is_listed(tmp_path):
+    finished = run(tmp_path, limits=LIMITS, loss_factors=True)
+    summary = json.loads((finished / "summary.json").read_text())
+    table = pd.read_csv(finished / "limits.csv")
+    low, high = table["at least"].fillna(-np.inf), table["at most"].fillna(np.inf)
+    for design in ("today's", "best mean", "best sigma", "knee"):
+        assert table[design].between(low, high).all()
+    beyond = pd.read_csv(finished / "beyond_limits.csv")
+    assert 0 < len(beyond) == summary["n_beyond_limits"] < summary["n_evaluated"]
+    assert (beyond.filter(like="beyond").max(axis=1) > 0.0).all()
+    losses = pd.read_csv(finished / "loss_factors.csv")
+    assert list(losses["variable"][:2]) == ["EnM x loss", "EnM y loss"]
+    assert losses["best mean factor [1]"].between(0.8, 1.2).all()
+    assert len(pd.read_csv(finished / "stiffness.csv")) == 12
+    record = json.loads((finished / "run.json").read_text())
+    assert any(path.endswith("u06_limits.toml") for path in record["inputs_sha256"])
+
+
+def test_a_limit_out_of_reach_ends_in_a_sentence_that_names_it(tmp_path):
+    path = limits_of(tmp_path, '[[sag]]\nmount = "EnM"\nat_most_mm = 3.0\n')
+    with pytest.raises(InputError, match="closest one misses 'EnM sag at most 3 mm' by 1"):
+        run(tmp_path / "results", limits=path)
+
+
+@pytest.mark.parametrize(
+    ("text", "sentence"),
+    [
+        ('[[sag]]\nmount = "Du"\nat_most_mm = 3.0\n', "no direction 'Du z'"),
+        (
+            '[[travel]]\ndirection = "TSM x"\nwheel_torque_nm = 9e4\nat_most_mm = 9.0\n',
+            "beyond its measured curve",
+        ),
+        ('[[stiffness]]\nvariable = "Q x"\nat_least_n_per_mm = 1.0\n', "no measured stiffness"),
+    ],
+)
+def test_what_cannot_be_limited_is_refused_before_the_search(tmp_path, text, sentence):
+    with pytest.raises(InputError, match=sentence):
+        run(tmp_path / "results", limits=limits_of(tmp_path, text))
+
+
+def test_loss_factors_refuse_what_has_no_kernel_for_them(tmp_path):
+    with pytest.raises(InputError, match="a numpy kernel only"):
+        run(tmp_path, loss_factors=True, motion=Motion.coupled, kernel=Kernel.numba)
+    with pytest.raises(InputError, match="--motion prescribed or coupled"):
+        run(tmp_path, loss_factors=True, motion=Motion.amplitude)

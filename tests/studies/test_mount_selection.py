@@ -1,0 +1,90 @@
+"""The selection of mounts from the catalogue at a tiny budget, and what its catalogue refuses."""
+
+import json
+import shutil
+from pathlib import Path
+
+import pandas as pd
+import pytest
+
+from deboom.errors import InputError
+from deboom.files.library_export import read_library_json
+from deboom.files.platform import read_platform
+from deboom.mounts.library import open_library
+from deboom.study.motion import Motion
+from deboom.study.mount_catalogue import CATALOGUE_FILE, platform_catalogue
+from deboom.study.mount_source import MountSource
+from deboom.study.runner import load_study, run_study
+
+STUDY = Path(__file__).parents[2] / "studies" / "mount_selection.py"
+PLATFORM = STUDY.parent / "data" / "u06_f39_f45"
+BUDGET = {"seed": 1, "generations": 8, "population": 16, "samples": 16, "mount": ["TSM", "Du"]}
+
+
+@pytest.fixture(scope="module")
+def finished(tmp_path_factory):
+    """Two mounts, parts as they are: 36 sets, which the search must all but see."""
+    out = tmp_path_factory.mktemp("results")
+    return run_study(load_study(STUDY), out, {**BUDGET, "retuning": 0.0})
+
+
+def test_the_search_finds_the_front_of_all_sets(finished):
+    summary = json.loads((finished / "summary.json").read_text())
+    assert summary["n_sets"] == 36
+    assert summary["set_front_found_percent"] == 100.0
+    assert summary["n_front"] == summary["n_set_front"]
+    assert summary["change_db_per_line"] == summary["change_parts_as_they_are_db_per_line"] < 0.0
+
+
+def test_tables_name_the_parts_to_order(finished):
+    front, sets = (pd.read_csv(finished / f"{name}.csv") for name in ("front", "part_sets"))
+    assert list(front.columns[2:6]) == [f"{m} part" for m in ("EnM", "GeM", "TSM", "Du")]
+    assert set(front["EnM part"]) == {"EnM M0 (today's)"}
+    assert set(sets["TSM part"]) == {"TSM M0 (today's)", *(f"TSM-M{n}" for n in range(1, 6))}
+    assert sets["on the front"].sum() == len(front)
+    assert (pd.read_csv(finished / "designs.csv").filter(like="[1]") == 1.0).all().all()
+
+
+def test_the_run_folder_is_complete(finished):
+    names = {path.relative_to(finished).as_posix() for path in finished.rglob("*")}
+    figures = {f"figures/{stem}.png" for stem in ("fronts", "parts", "convergence")}
+    assert figures | {"report.html", "picks.csv", "vehicles.csv"} <= names
+    record = json.loads((finished / "run.json").read_text())
+    assert any(path.endswith(CATALOGUE_FILE) for path in record["inputs_sha256"])
+
+
+def test_re_tuned_parts_in_coupled_motion_do_no_worse(tmp_path, finished):
+    run = run_study(
+        load_study(STUDY),
+        tmp_path,
+        {**BUDGET, "retuning": 0.05, "motion": Motion.coupled, "mount": ["TSM"], "generations": 6},
+    )
+    summary = json.loads((run / "summary.json").read_text())
+    assert summary["change_db_per_line"] < summary["change_parts_as_they_are_db_per_line"]
+
+
+def test_a_library_database_serves_as_catalogue(tmp_path):
+    platform = read_platform(PLATFORM)
+    campaigns, parts = read_library_json(PLATFORM / CATALOGUE_FILE)
+    wanted = [part for part in parts if part.mount.name == "TSM"][:2]
+    with open_library(tmp_path / "parts.db", create=True) as library:
+        library.add(campaigns, wanted)
+    catalogue = platform_catalogue(platform, tmp_path / "parts.db")
+    assert catalogue.n_parts == (1, 1, 3, 1)
+    assert catalogue.label("TSM", 2) == "TSM-M2"
+
+
+def test_what_is_no_catalogue_is_refused(tmp_path):
+    platform = read_platform(PLATFORM)
+    with pytest.raises(InputError, match="there is no catalogue"):
+        platform_catalogue(platform, tmp_path / "none.json")
+    with pytest.raises(InputError, match=r"no mount \['Q'\]"):
+        platform_catalogue(platform, None, ["Q"])
+    shutil.copy(PLATFORM / "mounts.library.json", tmp_path / "own.json")
+    with pytest.raises(InputError, match="no further part"):
+        platform_catalogue(platform, tmp_path / "own.json")
+
+
+def test_measured_spectra_know_one_set_of_parts_only(tmp_path):
+    with pytest.raises(InputError, match="known by their surfaces alone"):
+        run_study(load_study(STUDY), tmp_path, {**BUDGET, "mounts": MountSource.spectra})

@@ -1,0 +1,133 @@
+"""The second engine's study at a tiny budget, through the same door as a user."""
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from deboom.bench.campaign_plan import training_plan
+from deboom.bench.campaign_writer import write_campaign
+from deboom.bench.second_engine import (
+    load_second_engine,
+    second_engine_cylinders,
+    second_engine_plan,
+)
+from deboom.errors import InputError
+from deboom.mounts.characterisation import CharacteriseOptions
+from deboom.mounts.library import open_library
+from deboom.mounts.mount_state import MountState, main_axis, surface_over
+from deboom.study.characterisation_library import characterise_into_library
+from deboom.study.runner import load_study, run_study
+from deboom.study.second_engine_sources import (
+    STEPS_PER_BENCH,
+    mounts_of_library,
+    second_engines,
+)
+
+STUDY = Path(__file__).parents[2] / "studies" / "second_engine.py"
+OPTIONS = CharacteriseOptions(folds=0)
+FIRST = replace(training_plan("M1"), shaker_repeats=1, frequency=np.arange(20.0, 80.5, 3.0))
+SECOND = replace(
+    second_engine_plan("M1"),
+    runs=second_engine_plan("M1").runs[2::3],
+    shaker_repeats=1,
+    frequency=np.arange(27.0, 80.5, 1.5),
+)
+
+
+@pytest.fixture(scope="module")
+def second(tmp_path_factory):
+    """Three runs of the second engine."""
+    return write_campaign(
+        tmp_path_factory.mktemp("measured") / "second",
+        501,
+        SECOND,
+        bench=load_second_engine(),
+        cylinders=second_engine_cylinders(),
+    )
+
+
+@pytest.fixture(scope="module")
+def library(tmp_path_factory):
+    """Keep the mounts of the first engine, characterised over wheel torque."""
+    folder = tmp_path_factory.mktemp("measured") / "first"
+    write_campaign(folder, 1, FIRST)
+    path = folder.parent / "mounts.db"
+    characterise_into_library(folder, str(path), OPTIONS, lambda *_: None)
+    return path
+
+
+@pytest.fixture(scope="module")
+def finished(second, library, tmp_path_factory):
+    """One run that several tests look at."""
+    options = {"second": second, "library": str(library), "figures": True}
+    return run_study(load_study(STUDY), tmp_path_factory.mktemp("results"), options)
+
+
+def test_forces_of_the_second_engine_are_predicted(finished):
+    summary = json.loads((finished / "summary.json").read_text(encoding="utf-8"))
+    assert 0.0 < summary["rms_force_percent_TSM_x"] < 4.0
+    assert summary["r2_force_imag_TSM_x"] > 99.0
+    assert 0.0 < summary["truth_error_percent_TSM_x"] < 5.0
+    assert 60 < summary["inside_percent_TSM_x"] <= 100
+    assert 0 < summary["static_difference_n_TSM_x"] < 30
+
+
+def test_stiffness_across_follows_the_force_along_the_main_axis(finished, library):
+    preload = pd.read_csv(finished / "preload.csv").set_index("direction")
+    main, own, _, kinematic = preload.loc["TSM z"]
+    assert main < own / 2
+    assert kinematic < own / 2
+    strut = next(one for one in mounts_of_library(str(library), "M1") if one.mount.name == "TSM")
+    assert main_axis(strut) == "x"
+    units = [surface_over(strut, "z", state).preload_unit for state in MountState]
+    assert units == ["N", "N", "N m"]
+
+
+def test_every_table_and_figure_is_there_and_every_file_is_named(finished, second, library):
+    names = {path.relative_to(finished).as_posix() for path in finished.rglob("*")}
+    pictures = {f"figures/{stem}.png" for stem in ("force_TSM", "force_Du", "preload_x")}
+    assert {"forces.csv", "preload.csv", "directions.csv", "report.html"} | pictures <= names
+    record = json.loads((finished / "run.json").read_text(encoding="utf-8"))
+    read = list(record["inputs_sha256"])
+    assert any(name.endswith("mounts.db") for name in read)
+    assert any(name.endswith("second/campaign.toml") for name in read)
+
+
+def test_both_engines_are_measured_on_virtual_benches_without_files_that_stay():
+    plans = (replace(FIRST, runs=FIRST.runs[::5]), replace(SECOND, runs=SECOND.runs[:1]))
+    said = []
+    (done,) = second_engines((2,), "M1", OPTIONS, lambda *s: said.append(s), plans)
+    assert (done.title, done.campaign.name) == ("bench 2", "virtual_bench_502")
+    assert done.campaign.order == 2.0
+    assert not any(path.exists() for path in done.input_files)
+    assert said[-1][:2] == (STEPS_PER_BENCH, STEPS_PER_BENCH)
+    with pytest.raises(InputError, match="no bench to measure on"):
+        second_engines((), "M1", OPTIONS, lambda *_: None)
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"second": None}, "with --second"),
+        ({"library": None}, "give one of both"),
+        ({"benches": 2}, "leave out --second"),
+        ({"mount_set": "M7"}, "no mount fits"),
+    ],
+)
+def test_bad_requests_are_refused_in_words(second, library, tmp_path, changes, message):
+    options = {"second": second, "library": str(library), **changes}
+    with pytest.raises(InputError, match=message):
+        run_study(load_study(STUDY), tmp_path, options)
+
+
+def test_a_mount_that_was_never_characterised_is_named(second, library, tmp_path):
+    few = tmp_path / "few.db"
+    with open_library(library) as opened, open_library(few, create=True) as other:
+        mounts = [opened.load(one) for one in opened.identities() if one.mount != "GeM"]
+        other.add(opened.campaigns(), mounts)
+    with pytest.raises(InputError, match=r"\['GeM'\], which are not among the characterised"):
+        run_study(load_study(STUDY), tmp_path, {"second": second, "library": str(few)})

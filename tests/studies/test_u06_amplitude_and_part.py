@@ -1,0 +1,72 @@
+"""The front study with stiffnesses that follow the amplitude, and with scaled parts."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from deboom.errors import InputError
+from deboom.files.platform import read_platform
+from deboom.study.motion import PART_WARNING, Factor, Kernel, Motion, motion_index
+from deboom.study.motion_report import motion_report
+from deboom.study.mount_source import MountSource, operation
+from deboom.study.runner import load_study, run_study
+
+STUDY = Path(__file__).parents[2] / "studies" / "u06_robust_front.py"
+BUDGET = {"seed": 1, "generations": 2, "population": 8, "samples": 8, "load_case": ["g6_wot160"]}
+
+
+@pytest.fixture(scope="module")
+def runs():
+    platform = read_platform(STUDY.parent / "data" / "u06_f39_f45")
+    return operation(platform, ["g6_wot160"], MountSource.library, "U06", (20, 60))
+
+
+def test_part_with_amplitude_is_recorded_warned_of_and_checked(tmp_path, capsys):
+    pytest.importorskip("numba")
+    options = {"motion": Motion.amplitude, "factor": Factor.part}
+    run = run_study(load_study(STUDY), tmp_path, {**BUDGET, **options})
+    assert PART_WARNING in capsys.readouterr().err
+    record = json.loads((run / "run.json").read_text())
+    assert record["facts"]["motion"] == "amplitude-dependent"
+    assert record["facts"]["design_factor"] == "part"
+    assert record["facts"]["kernel"] == "numba"
+    summary = json.loads((run / "summary.json").read_text())
+    assert summary["design_factor"] == "part"
+    assert 0.0 <= summary["held_amplitude_share"] < 0.05
+    assert 0.0 <= summary["held_preload_share"] < 0.05
+    page = (run / "report.html").read_text(encoding="utf-8")
+    assert "rides deeper into its stop and most of the benefit is lost" in page
+    assert "Uniqueness: load case g6_wot160" in page
+    assert "give one solution" in page
+
+
+def test_compiled_and_plain_kernel_agree_on_parts(runs):
+    pytest.importorskip("numba")
+    compiled = motion_index(runs, Motion.amplitude, Kernel.numba, Factor.part)
+    plain = motion_index(runs, Motion.amplitude, Kernel.numpy, Factor.part)
+    designs = np.random.default_rng(1).uniform(0.8, 1.2, (70, 12))
+    whole = compiled(designs)
+    np.testing.assert_allclose(whole, plain(designs), rtol=0, atol=1e-9)
+    np.testing.assert_array_equal(compiled(designs[5:7]), whole[5:7])
+
+
+def test_coupled_motion_of_parts_is_that_of_held_amplitudes(runs):
+    index = motion_index(runs, Motion.coupled, Kernel.numpy, Factor.part)
+    report = motion_report(index, np.ones((1, 12)))
+    assert index.contributions[0].follows.sum() == 0
+    assert report.warnings == (PART_WARNING,)
+    assert report.summary["held_amplitude_share"] == 0.0
+    coupled = motion_index(runs, Motion.coupled, Kernel.numpy)
+    np.testing.assert_allclose(index(np.ones((1, 12))), coupled(np.ones((1, 12))), atol=1e-8)
+
+
+def test_refuses_what_does_not_go_together(runs):
+    with pytest.raises(InputError, match="--factor part goes with --motion coupled or amplitude"):
+        motion_index(runs, Motion.prescribed, None, Factor.part)
+    with pytest.raises(InputError, match="no smooth kernel for amplitude motion"):
+        motion_index(runs, Motion.amplitude, Kernel.smooth)
+    spectra = operation(runs.platform, ["g6_wot160"], MountSource.spectra, "U06", (20, 60))
+    with pytest.raises(InputError, match="take --mounts library"):
+        motion_index(spectra, Motion.amplitude, None)

@@ -1,0 +1,212 @@
+"""A folder of an impact test: what is written reads back, and what is wrong is named."""
+
+import math
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from deboom.errors import InputError
+from deboom.files.campaign_tables import SensorRow
+from deboom.files.hammer_test import read_hammer_test
+from deboom.files.hammer_test_tables import HammerChannel, HammerPoint
+from deboom.files.hammer_test_writer import HammerSheet, write_hammer_test
+from deboom.files.uff import read_uff, write_uff
+from deboom.files.units import parse_unit
+from deboom.measurement.hammer_frf import HammerOptions, hammer_frfs
+
+RATE, N_SAMPLE, PRETRIGGER = 5120.0, 640, 0.0125
+METRES = parse_unit("m/s^2")
+SHEET = HammerSheet(
+    title="a bracket",
+    rate=RATE,
+    pretrigger=PRETRIGGER,
+    points=(
+        HammerPoint("EnM x", 7, "hits/EnM_x.uff", (0.1, 0.2, 0.3), (1.0, 0.0, 0.0)),
+        HammerPoint("EnM z", 7, "hits/EnM_z.uff", (0.1, 0.2, 0.3), (0.0, 0.0, -1.0)),
+        HammerPoint("I3", 8, "hits/I3.uff", (0.1, -0.2, 0.3), (0.6, 0.8, 0.0)),
+    ),
+    channels=(
+        HammerChannel("A1 x", "acceleration", 1, "+x", METRES, 500.0),
+        HammerChannel("A1 y", "acceleration", 1, "-y", METRES),
+        HammerChannel("A1 z", "acceleration", 1, "+z", METRES),
+        HammerChannel("ear", "pressure", 901, "scalar", parse_unit("Pa"), 20.0),
+    ),
+    sensors=(
+        SensorRow("A1", "accelerometer", "PCB 356A15", "EnM", "", (0.0, 0.1, 0.0), (0.0, 0.1, 0.2)),
+    ),
+    force_range=2000.0,
+)
+
+
+def blocks(seed=1):
+    generator = np.random.default_rng(seed)
+    time = np.arange(N_SAMPLE) / RATE - PRETRIGGER
+    push = np.where((time > 0) & (time < 0.004), np.sin(np.pi * time / 0.004) ** 2, 0)
+    return {
+        point.impact: (
+            push * generator.uniform(50, 90, size=(3, 1)),
+            generator.normal(size=(3, N_SAMPLE, 4)),
+        )
+        for point in SHEET.points
+    }
+
+
+@pytest.fixture(scope="module")
+def written(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("written") / "test"
+    write_hammer_test(folder, SHEET, blocks())
+    return folder
+
+
+@pytest.fixture
+def folder(written, tmp_path):
+    return Path(shutil.copytree(written, tmp_path / "test"))
+
+
+@pytest.mark.parametrize("binary", [True, False])
+def test_what_is_written_reads_back(tmp_path, binary):
+    write_hammer_test(tmp_path, SHEET, blocks(), binary=binary)
+    test = read_hammer_test(tmp_path)
+    assert test.title == "a bracket"
+    assert [impact.name for impact in test.impacts] == ["EnM x", "EnM z", "I3"]
+    np.testing.assert_allclose(test.impacts[2].direction, [0.6, 0.8, 0])
+    np.testing.assert_allclose(test.sensors[0].position, [0, 0.1, 0])
+    for measurement in test.measurements:
+        force, response = blocks()[measurement.impact]
+        np.testing.assert_allclose(measurement.force, force, rtol=1e-10)
+        np.testing.assert_allclose(measurement.response, response, rtol=1e-10)
+        # the exact rate, not the one of six digits in UFF
+        assert measurement.rate == RATE
+        assert measurement.pretrigger == PRETRIGGER
+        assert measurement.force_range == 2000
+        assert measurement.ranges == (500, math.inf, math.inf, 20)
+        assert measurement.units == ("m/s^2", "m/s^2", "m/s^2", "Pa")
+    estimate = hammer_frfs(test, HammerOptions(band=(20, 400)))
+    assert estimate.values.shape == (48, 4, 3)
+    assert estimate.select(outputs=["ear"]).frf.unit == "Pa/N"
+
+
+def test_a_channel_against_its_axis_is_turned(folder):
+    """In the file, ``A1 y`` is recorded along -y."""
+    stored = [f for f in read_uff(folder / "hits" / "I3.uff") if f.response_direction == "-y"]
+    np.testing.assert_allclose(stored[0].values, -blocks()["I3"][1][0, :, 1])
+
+
+def test_a_table_in_other_units(folder):
+    table = folder / "impacts.csv"
+    text = table.read_text(encoding="utf-8").replace("x [m]", "x [mm]")
+    table.write_text(text, encoding="utf-8")
+    assert read_hammer_test(folder).impacts[0].position[0] == pytest.approx(1e-4)
+
+
+def edited(folder, name, old, new):
+    path = folder / name
+    text = path.read_text(encoding="utf-8")
+    assert old in text
+    path.write_text(text.replace(old, new, 1), encoding="utf-8")
+
+
+@pytest.mark.parametrize(
+    ("name", "old", "new", "words"),
+    [
+        (
+            "hammer_test.toml",
+            "5120.0",
+            "5121.0",
+            r"sampled at 5119\.99 Hz, hammer_test.toml says 5121",
+        ),
+        ("hammer_test.toml", "0.0125", "0.02", "hammer_test.toml says 0.02 s before the trigger"),
+        ("hammer_test.toml", "force_range_n", "force_range", "did you mean 'force_range_n'"),
+        ("impacts.csv", "hits/I3.uff", "../I3.uff", "not inside the folder"),
+        ("impacts.csv", "hits/I3.uff", "hits/I4.uff", r"I4\.uff cannot be read"),
+        ("impacts.csv", "hits/EnM_z.uff", "hits/EnM_x.uff", "already stands in line 2"),
+        ("impacts.csv", "EnM z", "EnM x", "impact 'EnM x' already stands in line 2"),
+        ("impacts.csv", ",1.0,0.0,0.0", ",0.0,1.0,0.0", r"recorded along \+x, the table says"),
+        ("impacts.csv", ",0.6,0.8,0.0", ",0.6,0.6,0.0", "I3: its direction has length"),
+        ("impacts.csv", "I3,8", "I3,9", "neither the force at node 9 nor a response"),
+        ("impacts.csv", "I3,8", "I3,8.5", "no whole number"),
+        ("channels.csv", "A1 x,acceleration,1,+x", "A1 x,acceleration,1,+y", "not along 'x'"),
+        ("channels.csv", "1,-y", "1,along", "which is none: use"),
+        ("channels.csv", "pressure", "loudness", "unknown quantity 'loudness'"),
+        ("channels.csv", "Pa,20.0", "Pa,-2", "a range is positive"),
+        ("channels.csv", "Pa,20.0", "N,20.0", "no unit of it: use Pa"),
+        ("channels.csv", "Pa,20.0", "kPa,20.0", "the channel table says 'kPa': correct"),
+        ("channels.csv", "Pa,20.0", "phon,20.0", "unknown unit 'phon'"),
+        ("channels.csv", "ear,pressure,901", "ear,pressure,902", "neither the force at node 7"),
+        ("channels.csv", "ear,", "A1 x,", "'A1 x' already stands in line 2"),
+        ("sensors.csv", "A1,", "A2,", r"sensors \['A2'\] have a position and no channel"),
+    ],
+)
+def test_what_is_wrong_is_named(folder, name, old, new, words):
+    edited(folder, name, old, new)
+    with pytest.raises(InputError, match=words):
+        read_hammer_test(folder)
+
+
+def rewritten(folder, change):
+    path = folder / "hits" / "I3.uff"
+    write_uff(path, change(list(read_uff(path))), binary=True)
+
+
+def replaced(function, **changes):
+    values = {name: getattr(function, name) for name in function.__dataclass_fields__}
+    return type(function)(**values | changes)
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (lambda f: f[:-1], "hit 3 has no block of ear"),
+        (lambda f: f[1:], "hit 1 has no block of the force"),
+        (lambda f: f[5:], r"it holds hits \[2, 3\]: number them from 1"),
+        (lambda f: [*f, f[0]], "comes twice for hit 1"),
+        (lambda f: [replaced(f[0], id_lines=("run 1",)), *f[1:]], "let it name the hit"),
+        (
+            lambda f: [
+                replaced(f[0], abscissa=f[0].abscissa[:-9], values=f[0].values[:-9]),
+                *f[1:],
+            ],
+            r"its blocks have \[631, 640\] samples",
+        ),
+        (
+            lambda f: [replaced(f[0], function_type=0, abscissa_quantity="time"), *f[1:]],
+            "export real time blocks, type 1",
+        ),
+    ],
+)
+def test_blocks_that_do_not_fit_are_named(folder, change, words):
+    rewritten(folder, change)
+    with pytest.raises(InputError, match=rf"I3\.uff: impact 'I3': .*{words}"):
+        read_hammer_test(folder)
+
+
+def test_a_clock_that_starts_with_the_block(folder):
+    rewritten(folder, lambda fs: [replaced(f, abscissa=f.abscissa - f.abscissa[0]) for f in fs])
+    assert read_hammer_test(folder).measurement("I3").pretrigger == PRETRIGGER
+
+
+def test_what_cannot_be_written(tmp_path):
+    hits = blocks()
+    with pytest.raises(InputError, match=r"the sheet has \['EnM x', 'EnM z', 'I3'\]"):
+        write_hammer_test(tmp_path, SHEET, {"I3": hits["I3"]})
+    force, response = hits["I3"]
+    with pytest.raises(InputError, match="are no hits of 4 channels"):
+        write_hammer_test(tmp_path, SHEET, hits | {"I3": (force, response[:, :, :2])})
+    foreign = HammerChannel("ear", "pressure", 901, "scalar", parse_unit("kPa"))
+    sheet = HammerSheet("t", RATE, PRETRIGGER, SHEET.points, (foreign,))
+    with pytest.raises(InputError, match=r"channels \['ear'\] are not in SI"):
+        write_hammer_test(tmp_path, sheet, hits)
+    (tmp_path / "taken").write_text("a file in the way", encoding="utf-8")
+    with pytest.raises(InputError, match="cannot be made"):
+        write_hammer_test(tmp_path / "taken", SHEET, hits)
+
+
+def test_without_sensors_and_ranges(tmp_path):
+    sheet = HammerSheet("t", RATE, PRETRIGGER, SHEET.points, SHEET.channels[:1])
+    write_hammer_test(tmp_path, sheet, {n: (f, r[:, :, :1]) for n, (f, r) in blocks().items()})
+    test = read_hammer_test(tmp_path)
+    assert test.sensors == ()
+    assert math.isinf(test.measurements[0].force_range)
+    assert not (tmp_path / "sensors.csv").exists()

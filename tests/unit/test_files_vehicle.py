@@ -1,0 +1,185 @@
+"""A vehicle's folder: what does not fit together is refused in one sentence that names it."""
+
+import shutil
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from deboom.bench.platform_layout import LOAD_CASES
+from deboom.bench.vehicle_writer import NO_VEHICLE_ERRORS, write_vehicle
+from deboom.cli import app
+from deboom.errors import InputError
+from deboom.files.columns import noise_transfer_columns
+from deboom.files.tables import ChannelRow
+from deboom.files.uff import read_uff, write_uff
+from deboom.files.units import parse_unit
+from deboom.files.vehicle import read_vehicle
+
+DIRECT, RECIPROCAL = "noise_transfer/direct.uff", "noise_transfer/reciprocal.uff"
+RUN = "operating/g5_wot120.uff"
+
+
+@pytest.fixture(scope="module")
+def written(tmp_path_factory):
+    """One vehicle without its accelerance, which is large."""
+    folder = tmp_path_factory.mktemp("files") / "car"
+    return write_vehicle(folder, 2, "U06-4", load_cases=LOAD_CASES[:1], accelerance=False)
+
+
+@pytest.fixture
+def folder(written, tmp_path):
+    return shutil.copytree(written, tmp_path / "car")
+
+
+def edit(path, old, new):
+    text = path.read_text(encoding="utf-8")
+    assert old in text
+    path.write_text(text.replace(old, new, 1), encoding="utf-8")
+
+
+def change(path, where, **fields):
+    """Write the file again with some fields of one function changed."""
+    functions = list(read_uff(path))
+    functions[where] = replace(functions[where], **fields)
+    write_uff(path, functions, binary=True)
+
+
+def test_a_folder_is_read_without_accelerance(folder):
+    vehicle = read_vehicle(folder)
+    assert (vehicle.name, vehicle.group) == ("U06-4", "U06")
+    assert vehicle.accelerance is None
+    assert vehicle.points == ("EnM", "GeM", "TSM", "Du left", "Du right")
+    assert vehicle.powertrain_mounts == ("EnM", "GeM", "TSM")
+    assert [len(blows) for blows in vehicle.impacts.values()] == [9] * 5
+    assert [len(sensors) for sensors in vehicle.body_sensors.values()] == [3] * 5
+    run = vehicle.run("g5_wot120")
+    assert (run.gear, run.total_ratio, run.order) == (5, 3.4, 1.5)
+    assert run.pressure.channels == vehicle.ears
+
+
+@pytest.mark.parametrize("file", [DIRECT, RUN])
+def test_mixed_microphones_are_refused(folder, file):
+    change(folder / file, 0, response_name="MIC9999")
+    with pytest.raises(InputError, match=r"'MIC9999', but 'driver ear' is 'MIC2101'.*not be mixed"):
+        read_vehicle(folder)
+
+
+def test_mixed_microphones_are_refused_in_a_platform_too(folder):
+    path = folder / DIRECT
+    functions = [f for f in read_uff(path) if f.response_node == 901][:2]
+    rows = [
+        ChannelRow(
+            f"P{f.reference_node} {f.reference_direction}",
+            "noise transfer function",
+            "P",
+            "",
+            f.reference_direction[1:],
+            f.reference_node,
+            f.reference_direction,
+            parse_unit("Pa/N"),
+        )
+        for f in functions
+    ]
+    assert len(noise_transfer_columns(path, "vehicle U06-4", 901, rows).functions) == 2
+    change(path, 0, response_name="MIC9999")
+    with pytest.raises(InputError, match="different microphones"):
+        noise_transfer_columns(path, "vehicle U06-4", 901, rows)
+
+
+def test_a_path_without_noise_transfer_function_is_refused(folder):
+    functions = read_uff(folder / DIRECT)
+    write_uff(folder / DIRECT, functions[1:], binary=True)
+    with pytest.raises(InputError, match=r"hammer: pressure 'driver ear' per I1 x .*is not in it"):
+        read_vehicle(folder)
+    write_uff(folder / DIRECT, [functions[0], *functions], binary=True)
+    with pytest.raises(InputError, match="is in it 2 times: keep one"):
+        read_vehicle(folder)
+
+
+def test_a_mount_without_blows_is_refused(folder):
+    path = folder / "impacts.csv"
+    lines = path.read_text(encoding="utf-8").splitlines(keepends=True)
+    path.write_text("".join(line for line in lines if ",TSM," not in line), encoding="utf-8")
+    with pytest.raises(InputError, match=r"TSM has no blow of the hammer.*path without noise"):
+        read_vehicle(folder)
+
+
+@pytest.mark.parametrize(
+    ("fields", "sentence"),
+    [
+        ({"denominator_unit": "V"}, r"is in 'm/s\^2/V': export it in m/s\^2/m\^3/s\^2"),
+        ({"function_type": 0}, "UFF function type 0: export it as 4"),
+    ],
+)
+def test_a_loudspeaker_without_calibration_is_refused(folder, fields, sentence):
+    change(folder / RECIPROCAL, 3, **fields)
+    with pytest.raises(InputError, match=sentence):
+        read_vehicle(folder)
+
+
+def test_magnitudes_and_other_lines_are_refused(folder):
+    first = read_uff(folder / DIRECT)[0]
+    change(folder / DIRECT, 0, values=np.abs(first.values))
+    with pytest.raises(InputError, match="is real: export real and imaginary part"):
+        read_vehicle(folder)
+    change(folder / DIRECT, 0, values=first.values, abscissa=first.abscissa + 1)
+    with pytest.raises(InputError, match="has other lines than"):
+        read_vehicle(folder)
+
+
+@pytest.mark.parametrize(
+    ("file", "old", "new", "sentence"),
+    [
+        ("impacts.csv", "I1 y,EnM", "I1 x,EnM", "impact 'I1 x' stands in line 2 already"),
+        ("impacts.csv", ",+x,", ",along,", r"direction 'along': use one of \+x"),
+        ("impacts.csv", ",301,", ",node,", "node 'node' is no whole number"),
+        ("impacts.csv", "I1 x,EnM", "I1 x,XYZ", "'XYZ' is no mount or piece"),
+        ("impacts.csv", "I1 y,EnM,,301,+y", "I1 y,EnM,,301,+x", r"DoF 301 \+x stands in line 2"),
+        ("sensors.csv", "B1,accelerometer,B&K 4321,EnM", "B1,accelerometer,B&K 4321,X", "'X' is"),
+        ("channels.csv", "B1 x,", "B99 x,", "no row for channel B1 x"),
+        ("mounts.csv", "TSM,", "XYZ,", "piece '' is not in"),
+        ("vehicle.toml", '"A1"', '"A99"', r"source_sensors \['A99'\] are not in"),
+        ("vehicle.toml", "gear = 5", "gear = 9", "is in gear 9, but .* names 7 gears"),
+        ("vehicle.toml", "node = 902", "node = 901", "ear node 901 comes twice"),
+        ("vehicle.toml", "passenger ear", "driver ear", "ear driver ear comes twice"),
+    ],
+)
+def test_tables_that_do_not_fit_are_refused(folder, file, old, new, sentence):
+    edit(folder / file, old, new)
+    with pytest.raises(InputError, match=sentence):
+        read_vehicle(folder)
+
+
+def test_what_the_bench_cannot_write_is_refused(tmp_path):
+    with pytest.raises(InputError, match="seeds are whole numbers from 1"):
+        write_vehicle(tmp_path / "car", 0)
+    with pytest.raises(InputError, match="no vehicle 'U07-1' in the fleet: use U06-1"):
+        write_vehicle(tmp_path / "car", 1, "U07-1")
+    with pytest.raises(InputError, match="unknown mount set 'M'"):
+        write_vehicle(tmp_path / "car", 1, parts="M")
+    with pytest.raises(InputError, match="no mount or piece 'XYZ' to strike"):
+        write_vehicle(tmp_path / "car", 1, blows_at="XYZ", load_cases=())
+    assert not list(tmp_path.iterdir())
+
+
+def test_the_command_refuses_in_one_sentence(tmp_path):
+    result = CliRunner().invoke(app, ["bench", "vehicle", str(tmp_path / "car"), "--seed", "0"])
+    assert result.exit_code == 2
+    assert "seeds are whole numbers from 1" in result.output
+
+
+def test_the_command_hands_its_options_on(tmp_path, monkeypatch):
+    asked = []
+    monkeypatch.setattr(
+        "deboom.bench.vehicle_writer.write_vehicle", lambda *a, **k: asked.append((a, k))
+    )
+    options = ["--seed", "3", "--vehicle", "F45-2", "--mount-set", "M4", "--hammer", "TSM"]
+    result = CliRunner().invoke(
+        app, ["bench", "vehicle", str(tmp_path / "car"), *options, "--noise-free"]
+    )
+    assert result.exit_code == 0, result.output
+    (arguments, keywords) = asked[0]
+    assert arguments == (tmp_path / "car", 3, "F45-2", "M4", NO_VEHICLE_ERRORS)
+    assert keywords["blows_at"] == "TSM"

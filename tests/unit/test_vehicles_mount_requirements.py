@@ -1,0 +1,122 @@
+"""Sag, travel, natural frequencies and stiffness of a design, against closed forms."""
+
+import numpy as np
+import pytest
+
+from deboom.errors import InputError
+from deboom.measurement.campaign import StaticCurve
+from deboom.mounts.mount import Mount
+from deboom.physics.rigid_body import mount_stiffness_matrix, rigid_body_modes
+from deboom.vehicles.kinematic_model import KinematicModel
+from deboom.vehicles.mount_requirements import (
+    GRAVITY,
+    MountRequirements,
+    NaturalFrequencies,
+    OperatingStiffness,
+    StaticFactor,
+    TorqueTravel,
+    WeightSag,
+)
+from deboom.vehicles.powertrain import Powertrain
+
+POSITIONS = {"E": (0.0, 0.5, 0.0), "G": (0.0, -0.5, 0.0), "S": (0.3, 0.0, 0.0)}
+MOUNTS = tuple(Mount(name, "", ("",), (r,), ("x", "y", "z")) for name, r in POSITIONS.items())
+NAMES = tuple(name for mount in MOUNTS for name in mount.variables)
+REACH = np.linspace(-20e-3, 20e-3, 401)
+POWERTRAIN = Powertrain(200.0, np.diag([10.0, 8.0, 12.0]))
+
+
+def model(cubic=0.0):
+    """Springs of 100 kN/m with a stop that stiffens them."""
+    force = 1e5 * REACH + cubic * REACH**3
+    curves = {n: StaticCurve(*n.split(" "), "M1", REACH, force, 0.03) for n in NAMES}
+    return KinematicModel(MOUNTS, curves)
+
+
+def of(*quantities, names=NAMES):
+    return MountRequirements(names, quantities)
+
+
+def test_sag_is_the_share_of_the_weight_over_the_stiffness():
+    """E and G carry all: the centre of gravity is on the line between them."""
+    sag = of(WeightSag(model(), POWERTRAIN, ("E", "G", "S")))
+    design = np.ones((2, 9))
+    design[1, [2, 5]] = 0.8, 1.25
+    carried = 200.0 * GRAVITY / 2
+    expected = 1e3 * carried / 1e5 * np.array([[1, 1], [1 / 0.8, 1 / 1.25]])
+    np.testing.assert_allclose(sag(design)[:, :2], expected, rtol=1e-9)
+    assert sag.response_names == ("E sag", "G sag", "S sag")
+    assert sag.response_units == ("mm",) * 3
+
+
+def test_travel_at_nominal_is_that_of_the_kinematic_model():
+    there = model(cubic=5e9)
+    travel = of(TorqueTravel(there, 900.0, there.names))
+    state = there.equilibrium(900.0)
+    np.testing.assert_allclose(travel(np.ones((1, 9)))[0], 1e3 * state.deflection[0], atol=1e-9)
+
+
+def test_a_common_dynamic_factor_divides_the_travel_and_a_part_rides_into_its_stop():
+    there = model(cubic=5e9)
+    one, soft = np.ones((1, 9)), np.full((1, 9), 0.8)
+    dynamic = of(TorqueTravel(there, 900.0, there.names))
+    np.testing.assert_allclose(dynamic(soft), dynamic(one) / 0.8, atol=1e-9)
+    part = of(TorqueTravel(there, 900.0, there.names, StaticFactor.PART))
+    scaled = there.with_curve_scales(dict.fromkeys(NAMES, 0.8)).equilibrium(900.0)
+    np.testing.assert_allclose(part(soft)[0], 1e3 * scaled.deflection[0], atol=1e-9)
+    place = there.names.index("S z")
+    assert abs(part(soft)[0, place]) < abs(dynamic(soft)[0, place])
+
+
+def test_travel_beyond_the_measured_curve_is_not_a_number():
+    travel = of(TorqueTravel(model(), 1500.0, ("S z",), StaticFactor.PART))
+    assert np.isnan(travel(np.array([np.ones(9) * 0.5, np.ones(9) * 5.0]))).ravel().tolist() == [
+        True,
+        False,
+    ]
+
+
+def test_natural_frequencies_are_those_of_the_rigid_body():
+    stiffness = dict(zip(NAMES, 1e5 * np.arange(1.0, 10.0), strict=True))
+    modes = of(NaturalFrequencies(MOUNTS, POWERTRAIN, stiffness))
+    design = 0.8 + 0.4 * np.random.default_rng(1).random((4, 9))
+    for row, found in zip(design, modes(design), strict=True):
+        matrix = mount_stiffness_matrix(list(POSITIONS.values()), row * list(stiffness.values()))
+        expected, _ = rigid_body_modes(POWERTRAIN.mass_matrix, matrix)
+        np.testing.assert_allclose(found, expected, rtol=1e-12)
+    np.testing.assert_allclose(modes(4 * design), 2 * modes(design), rtol=1e-12)
+
+
+def test_stiffness_of_a_variable_and_of_a_sum():
+    stiffness = dict.fromkeys(NAMES, 2e5)
+    sums = {"E z": ["E z"], "z": ["E z", "G z", "S z"]}
+    found = of(OperatingStiffness(stiffness, sums))(np.array([np.full(9, 1.1)]))
+    np.testing.assert_allclose(found, [[220.0, 660.0]])
+
+
+def test_other_variables_have_no_effect():
+    names = (*NAMES, "E z loss")
+    sag = of(WeightSag(model(), POWERTRAIN, ("E",)), names=names)
+    assert sag(np.array([[*np.ones(9), 1.2]])) == sag(np.array([[*np.ones(9), 0.8]]))
+
+
+@pytest.mark.parametrize(
+    ("make", "sentence"),
+    [
+        (lambda: WeightSag(model(), POWERTRAIN, ("Q",)), "no direction 'Q z'"),
+        (lambda: TorqueTravel(model(), 1.0, ("E w",)), "no direction 'E w'"),
+        (lambda: NaturalFrequencies(MOUNTS, POWERTRAIN, {}, (1,)), "need the stiffness of E x"),
+        (
+            lambda: NaturalFrequencies(MOUNTS, POWERTRAIN, dict.fromkeys(NAMES, 1.0), (7,)),
+            "modes 1 to 6",
+        ),
+        (lambda: OperatingStiffness({"E z": 1.0}, {"a": ["G z"]}), "no measured stiffness of G z"),
+        (
+            lambda: of(WeightSag(model(), POWERTRAIN, ("E",)))(np.zeros((1, 9))),
+            "carries nothing",
+        ),
+    ],
+)
+def test_what_does_not_exist_is_refused(make, sentence):
+    with pytest.raises(InputError, match=sentence):
+        make()

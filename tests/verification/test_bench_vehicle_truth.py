@@ -1,0 +1,214 @@
+"""The written vehicle: exact files give the truth back, and the car obeys its parts."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from deboom.bench.body import receptance
+from deboom.bench.coupled_car import NO_CAR_ERRORS, CarErrors, at_ears, drive
+from deboom.bench.fleet import load_fleet
+from deboom.bench.interfaces import point_receptance
+from deboom.bench.mount_sets import mount_set, with_mount_set
+from deboom.bench.operating_run import full_load_run
+from deboom.bench.parameters import load_bench
+from deboom.bench.platform_layout import FREQUENCY, LOAD_CASES
+from deboom.bench.vehicle_writer import NO_VEHICLE_ERRORS, write_vehicle
+from deboom.errors import InputError
+from deboom.files.hammer_test import read_hammer_test
+from deboom.files.vehicle import read_vehicle
+from deboom.measurement.hammer_frf import HammerOptions, hammer_frfs
+from deboom.measurement.measured_vehicle import (
+    Method,
+    body_motion,
+    mount_deflection,
+    path_noise_transfer,
+    point_accelerance,
+    point_noise_transfer,
+)
+from deboom.measurement.virtual_point import virtual_point, virtual_point_frf
+from deboom.physics.coupling import interface_force, mounted_source
+from deboom.physics.transfer_path import pressure
+
+BENCH = load_bench()
+FLEET = load_fleet(1)
+CASES = tuple(case for case in LOAD_CASES if case.name == "g5_wot220")
+ON_M1 = with_mount_set(BENCH, mount_set("M1", BENCH))
+
+
+@pytest.fixture(scope="module")
+def exact(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("vehicle") / "exact"
+    write_vehicle(folder, 1, errors=NO_VEHICLE_ERRORS, load_cases=CASES, blows_at="TSM")
+    return folder, read_vehicle(folder)
+
+
+def truth(folder: Path, name: str):
+    with np.load(folder / "truth" / f"{name}.npz") as file:
+        return {key: file[key] for key in file.files}
+
+
+@pytest.mark.parametrize("method", list(Method))
+def test_exact_files_give_all_six_loads_of_every_point_back(exact, method):
+    folder, vehicle = exact
+    found = point_noise_transfer(vehicle, method)
+    true = truth(folder, "vehicle")["noise_transfer"].reshape(FREQUENCY.size, 2, -1)
+    assert found.outputs == ("driver ear", "passenger ear")
+    assert found.inputs[:7] == (
+        "EnM x",
+        "EnM y",
+        "EnM z",
+        "EnM mx",
+        "EnM my",
+        "EnM mz",
+        "GeM x",
+    )
+    assert np.abs(found.values - true).max() < 1e-12 * np.abs(true).max()
+
+
+def test_exact_accelerances_are_those_of_the_body(exact):
+    _, vehicle = exact
+    response = virtual_point(vehicle.geometry("TSM", Method.RECIPROCAL))
+    excitation = virtual_point(vehicle.geometry("GeM", Method.DIRECT))
+    found = virtual_point_frf(vehicle.accelerance, response=response, excitation=excitation)
+    rows = tuple(np.eye(6) for _ in vehicle.points)
+    whole = point_receptance(FLEET.bodies["U06-1"], FREQUENCY, rows, rows)
+    true = -((2 * np.pi * FREQUENCY[:, None, None]) ** 2) * whole[:, 12:18, 6:12]
+    assert np.abs(found.values - true).max() < 1e-11 * np.abs(true).max()
+
+
+def test_paths_are_those_of_the_platform(exact):
+    _, vehicle = exact
+    found = path_noise_transfer(vehicle, Method.RECIPROCAL, "driver ear")
+    assert found.inputs == FLEET.paths
+    with pytest.raises(InputError, match="no point 'Du'"):
+        vehicle.position("Du")
+    with pytest.raises(InputError, match="no run 'g3'"):
+        vehicle.run("g3")
+
+
+def test_exact_accelerometers_give_motion_and_deflection_back(exact):
+    folder, vehicle = exact
+    run, true = vehicle.run("g5_wot220"), truth(folder, "g5_wot220")
+    squared = (2 * np.pi * true["frequency"][:, None]) ** 2
+    motion = -squared * true["body_motion"].reshape(FREQUENCY.size, -1)
+    assert np.abs(body_motion(vehicle, run).values - motion).max() < 1e-12 * np.abs(motion).max()
+    deflection = mount_deflection(vehicle, run)
+    assert set(true["channels"]) <= set(deflection.channels)
+    found = deflection.select(true["channels"].tolist()).values
+    # the patch of body that a mount pushes in moves with the sensors around it
+    error = np.linalg.norm(found - true["deflection"], axis=0)
+    assert np.all(error < 1e-9 * np.linalg.norm(true["deflection"], axis=0))
+    np.testing.assert_allclose(
+        found * true["stiffness"], true["force"], rtol=0, atol=1e-9 * np.abs(true["force"]).max()
+    )
+
+
+def test_forces_by_inversion_of_exact_accelerances_are_the_true_ones(exact):
+    folder, vehicle = exact
+    run, true = vehicle.run("g5_wot220"), truth(folder, "g5_wot220")
+    matrix = point_accelerance(vehicle).select(inputs=true["channels"].tolist())
+    indicators = run.acceleration.select(matrix.outputs).values
+    # 8 modes and a patch of its own at every force: 11 forces are seen by 45 channels
+    found = np.array(
+        [
+            np.linalg.lstsq(h, a, rcond=None)[0]
+            for h, a in zip(matrix.values, indicators, strict=True)
+        ]
+    )
+    assert np.abs(found - true["force"]).max() < 1e-6 * np.abs(true["force"]).max()
+    without = replace(vehicle, accelerance=None)
+    with pytest.raises(InputError, match="forces cannot be found by inversion"):
+        point_accelerance(without)
+
+
+def test_time_blocks_of_the_hammer_give_the_functions_of_the_folder(exact):
+    folder, vehicle = exact
+    estimate = hammer_frfs(read_hammer_test(folder / "hammer"), HammerOptions(band=(20.0, 80.0)))
+    direct = vehicle.direct.select(inputs=estimate.inputs)
+    np.testing.assert_array_equal(estimate.frequency, direct.frequency)
+    assert len(estimate.inputs) == 9
+    assert np.abs(estimate.values - direct.values).max() < 1e-12 * np.abs(direct.values).max()
+
+
+def test_the_car_obeys_the_coupling_of_its_parts():
+    """The dual way: interface forces from receptances, nothing of the bench's own solution."""
+    body = FLEET.bodies["U06-3"]
+    torque = full_load_run(ON_M1, 5, 220.0, FREQUENCY).engine_torque
+    car = drive(ON_M1, body, FLEET.cabin, 5, torque, FREQUENCY)
+    squared = (2 * np.pi * FREQUENCY) ** 2
+    forward = ON_M1.powertrain.forward
+    n_mount = len(forward)
+    source = np.zeros((n_mount + 2, n_mount + 2))
+    source[:n_mount, :n_mount] = -forward @ np.linalg.solve(ON_M1.powertrain.mass_matrix, forward.T)
+    source[[-2, -1], [-2, -1]] = -1 / ON_M1.wheel_end.mass_matrix[0, 0]
+    rows = [np.eye(3, 6)] * len(ON_M1.mount_names) + [np.eye(1, 6)] * 2
+    receiver = point_receptance(body, FREQUENCY, tuple(rows), tuple(rows))
+    source_receptance = source / squared[:, None, None]
+    # what the sources do on their own, from the loads: the car's motion less what its forces do
+    everything = np.hstack([car.powertrain @ forward.T, car.wheel_ends])
+    free = everything + np.einsum("fij,fj->fi", source_receptance, car.force)
+    load = -squared[:, None] * (
+        np.linalg.lstsq(forward, free[:, :n_mount].T, rcond=None)[0].T
+        @ ON_M1.powertrain.mass_matrix
+    )
+    assert np.abs(load[:, [0, 1, 2, 3, 5]]).max() < 1e-9 * np.abs(load[:, 4]).max()
+    force = interface_force(mounted_source(source_receptance, car.stiffness), receiver, free)
+    assert np.abs(force - car.force).max() < 1e-9 * np.abs(car.force).max()
+    # and with the old receptance of the ten paths, up to what the sides differ in
+    old = receptance(body, FREQUENCY)
+    np.testing.assert_allclose(receiver[:, :9, :9], old[:, :9, :9], rtol=1e-12)
+    both = receiver[:, 9:, 9:].mean(axis=(1, 2))
+    np.testing.assert_allclose(both, old[:, 9, 9], rtol=1e-12)
+
+
+def test_a_body_that_does_not_give_way_is_the_bench():
+    body = FLEET.bodies["U06-1"]
+    stiff = replace(
+        body,
+        shapes_at_paths=1e-9 * body.shapes_at_paths,
+        local_stiffness=1e12 * body.local_stiffness,
+    )
+    run = full_load_run(ON_M1, 6, 160.0, FREQUENCY)
+    car = drive(ON_M1, stiff, FLEET.cabin, 6, run.engine_torque, FREQUENCY)
+    assert np.abs(car.force - run.force).max() < 1e-8 * np.abs(run.force).max()
+    assert np.abs(car.path_force - run.path_force).max() < 1e-8 * np.abs(run.path_force).max()
+
+
+def test_pressure_is_transfer_function_times_force(exact):
+    folder, vehicle = exact
+    true = truth(folder, "g5_wot220")
+    ntf = path_noise_transfer(vehicle, Method.DIRECT, "driver ear").values[:, 0]
+    sides = true["force"][:, -2:].sum(axis=1, keepdims=True)
+    synthesised = pressure(ntf, np.hstack([true["force"][:, :-2], sides]))
+    measured = vehicle.run("g5_wot220").pressure.values[:, 0]
+    # the sides carry different forces and have different functions: the mean costs this much
+    assert np.abs(synthesised - measured).max() < 0.02 * np.abs(measured).max()
+
+
+def test_other_paths_have_their_stated_size():
+    body = FLEET.bodies["U06-1"]
+    torque = full_load_run(ON_M1, 5, 220.0, FREQUENCY).engine_torque
+    car = drive(ON_M1, body, FLEET.cabin, 5, torque, FREQUENCY, CarErrors().mount_stiffness)
+    sizes = []
+    for seed in range(1, 41):
+        true, _ = at_ears(car, CarErrors(), np.random.default_rng(seed))
+        other = np.mean(np.abs(true - car.pressure) ** 2, axis=0)
+        sizes.append(other / np.mean(np.abs(car.pressure) ** 2, axis=0))
+    # cosines and a constant: (1 + 9/2)/10 of the weights' power
+    expected = CarErrors().other_paths ** 2 * (1 + 9 / 2) / 10
+    assert np.mean(sizes) == pytest.approx(expected, rel=0.25)
+    same, heard = at_ears(car, NO_CAR_ERRORS, np.random.default_rng(1))
+    np.testing.assert_array_equal(same, car.pressure)
+    np.testing.assert_array_equal(heard, car.pressure)
+
+
+def test_the_same_seed_gives_the_same_bytes(tmp_path):
+    one, two = (
+        write_vehicle(tmp_path / name, 3, "F39-2", load_cases=CASES, accelerance=False)
+        for name in ("one", "two")
+    )
+    for path in sorted(one.rglob("*")):
+        if path.is_file():
+            assert path.read_bytes() == (two / path.relative_to(one)).read_bytes(), path

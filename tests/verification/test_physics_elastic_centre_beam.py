@@ -1,0 +1,272 @@
+"""Elastic centre and reduction of a mount on a beam in closed form (thesis, figures 5 and 6).
+
+A straight Euler-Bernoulli beam along x from its end A (x = 0) to its end B (x = L); its 12×12
+stiffness is written out from beam theory, statically and with its own mass (trigonometric and
+hyperbolic functions), and shares no code with the functions under test.
+"""
+
+import numpy as np
+import pytest
+
+from deboom.errors import InputError
+from deboom.physics.elastic_centre import (
+    centre_of_compliance,
+    centre_of_stiffness,
+    dynamic_centre_of_compliance,
+    dynamic_centre_of_stiffness,
+    dynamic_coupling,
+    residual_coupling,
+)
+from deboom.physics.mount_reduction import reduce_mount, reduction_error_in_operation
+from deboom.physics.rigid_body import mass_matrix, mount_stiffness_matrix
+
+EXACT = 1e-10
+LENGTH = 0.08  # [m]
+AXIAL, TORSION = 2.4e4, 11.0  # EA [N], GJ [N m²]
+BEND_Y, BEND_Z = 14.0, 9.0  # EI about y and about z [N m²]
+LINE_MASS, LINE_INERTIA = 1.9, 6e-4  # [kg/m], [kg m]
+FREQUENCY = np.array([5.0, 20.0, 60.0, 140.0])
+OMEGA = 2 * np.pi * FREQUENCY
+LOSS = 1 + 0.1j
+# of the 12 motions: deflection and rotation at A, then at B, with the sign of dv/dx
+PLANES = {"z": ((1, 5, 7, 11), 1.0, BEND_Z), "y": ((2, 4, 8, 10), -1.0, BEND_Y)}
+
+
+def bending(stiffness, omega):
+    """4×4 of one plane, (v, v', v, v') at A and B; without mass where ω is 0."""
+    beta = (LINE_MASS * omega**2 / stiffness) ** 0.25
+    turn = beta * LENGTH
+    if omega == 0:
+        a, b, c, d = 12 / LENGTH**3, 6 / LENGTH**2, 4 / LENGTH, 2 / LENGTH
+        e, f = -a, b
+    else:
+        sin, cos, sinh, cosh = np.sin(turn), np.cos(turn), np.sinh(turn), np.cosh(turn)
+        below = 1 - cos * cosh
+        a = beta**3 * (sin * cosh + cos * sinh) / below
+        b = beta**2 * sin * sinh / below
+        c = beta * (sin * cosh - cos * sinh) / below
+        d = beta * (sinh - sin) / below
+        e = -(beta**3) * (sin + sinh) / below
+        f = beta**2 * (cosh - cos) / below
+    rows = [[a, b, e, f], [b, c, -f, d], [e, -f, a, -b], [f, d, -b, c]]
+    return stiffness * np.array(rows)
+
+
+def rod(stiffness, line_mass, omega):
+    """2×2 of a rod along its axis, or in torsion."""
+    if omega == 0:
+        return stiffness / LENGTH * np.array([[1, -1], [-1, 1]])
+    wave = omega * np.sqrt(line_mass / stiffness)
+    own, other = 1 / np.tan(wave * LENGTH), -1 / np.sin(wave * LENGTH)
+    return stiffness * wave * np.array([[own, other], [other, own]])
+
+
+def beam(omega, loss=1.0):
+    """12×12 dynamic stiffness, motions of A then B: x y z rx ry rz."""
+    matrix = np.zeros((12, 12), dtype=complex)
+    matrix[np.ix_((0, 6), (0, 6))] = rod(AXIAL * loss, LINE_MASS, omega)
+    matrix[np.ix_((3, 9), (3, 9))] = rod(TORSION * loss, LINE_INERTIA, omega)
+    for index, sign, stiffness in PLANES.values():
+        # a deflection along z rises with a negative rotation about y
+        signs = np.array([1, sign, 1, sign])
+        matrix[np.ix_(index, index)] = bending(stiffness * loss, omega) * np.outer(signs, signs)
+    return matrix
+
+
+def over_frequency(loss=LOSS):
+    return np.stack([beam(omega, loss) for omega in OMEGA])
+
+
+STATIC = beam(0.0).real
+CLAMPED = STATIC[:6, :6]  # B held: figure 5, loads at A
+
+
+def deviation(value, truth):
+    return np.linalg.norm(value - truth) / np.linalg.norm(truth)
+
+
+@pytest.mark.parametrize("centre", [centre_of_stiffness, centre_of_compliance])
+def test_elastic_centre_of_a_clamped_beam_is_its_middle(centre):
+    """12×12 → 6×6 by holding one end; fully diagonal at the middle, as figure 5 promises."""
+    found = centre(CLAMPED)
+    np.testing.assert_allclose(found.position, [LENGTH / 2, 0, 0], atol=1e-12)
+    diagonal = [
+        AXIAL / LENGTH,
+        12 * BEND_Z / LENGTH**3,
+        12 * BEND_Y / LENGTH**3,
+        TORSION / LENGTH,
+        BEND_Y / LENGTH,
+        BEND_Z / LENGTH,
+    ]
+    np.testing.assert_allclose(found.stiffness, np.diag(diagonal), atol=1e-8)
+    assert found.coupling < 1e-7
+    assert residual_coupling(CLAMPED) == pytest.approx(np.sqrt(3) / 2, rel=1e-9)
+
+
+def test_force_and_moment_at_the_centre_give_a_pure_motion_each():
+    """Figure 6, by the tip deflections of a cantilever: F L³/3EI − M L²/2EI and so on."""
+    compliance = np.linalg.inv(CLAMPED)
+    middle = np.array([LENGTH / 2, 0, 0])
+    # a: force along y at the rigid extension of A to the middle
+    tip = compliance @ [0, 100.0, 0, *np.cross(middle, [0, 100.0, 0])]
+    at_middle = tip[:3] + np.cross(tip[3:], middle)
+    assert np.max(np.abs(tip[3:])) * LENGTH < EXACT * np.abs(at_middle[1])
+    assert at_middle[1] == pytest.approx(100 * LENGTH**3 / (12 * BEND_Z), rel=1e-9)
+    # b: moment about z
+    tip = compliance @ [0, 0, 0, 0, 0, 3.0]
+    at_middle = tip[:3] + np.cross(tip[3:], middle)
+    assert tip[5] == pytest.approx(3.0 * LENGTH / BEND_Z, rel=1e-9)
+    assert np.max(np.abs(at_middle)) < EXACT * np.abs(tip[5]) * LENGTH
+
+
+def test_dynamic_elastic_centre_of_a_clamped_beam():
+    """With its own mass the centre leaves the middle: k₁₂/k₁₁ of the plane, in closed form."""
+    equal = {name: (index, sign, BEND_Z) for name, (index, sign, _) in PLANES.items()}
+    matrices = []
+    for omega in OMEGA:
+        matrix = beam(omega)
+        for index, sign, stiffness in equal.values():
+            signs = np.array([1, sign, 1, sign])
+            matrix[np.ix_(index, index)] = bending(stiffness, omega) * np.outer(signs, signs)
+        matrices.append(matrix[:6, :6] * LOSS)
+    beta = (LINE_MASS * OMEGA**2 / BEND_Z) ** 0.25
+    sin, cos = np.sin(beta * LENGTH), np.cos(beta * LENGTH)
+    sinh, cosh = np.sinh(beta * LENGTH), np.cosh(beta * LENGTH)
+    distance = sin * sinh / (sin * cosh + cos * sinh) / beta
+    for find in (dynamic_centre_of_stiffness, dynamic_centre_of_compliance):
+        found = find(np.stack(matrices))
+        np.testing.assert_allclose(found.position[:, 0], distance, rtol=1e-9)
+        np.testing.assert_allclose(found.position[:, 1:], 0, atol=1e-12)
+        assert found.coupling.max() < 1e-6
+    assert distance[0] == pytest.approx(LENGTH / 2, rel=1e-3)
+    assert np.all(np.diff(distance) > 0)
+    assert distance[-1] > 1.005 * LENGTH / 2
+
+
+def test_two_unlike_planes_have_no_common_dynamic_centre():
+    """Between the two planes' own centres, with a coupling that is reported."""
+    found = dynamic_centre_of_stiffness(over_frequency()[:, :6, :6])
+    assert found.coupling[0] < 1e-4
+    assert np.all(np.diff(found.coupling) > 0)
+    assert found.coupling[-1] > 1e-3
+
+
+def test_dynamic_centre_of_massless_mounts_is_the_static_one():
+    """Loss factors alike move nothing; the coupling is that of the static stiffness."""
+    rng = np.random.default_rng(2)
+    stiffness = mount_stiffness_matrix(rng.normal(size=(4, 3)), rng.uniform(1, 3, (4, 3)) * 1e5)
+    static = {
+        dynamic_centre_of_stiffness: centre_of_stiffness(stiffness),
+        dynamic_centre_of_compliance: centre_of_compliance(stiffness),
+    }
+    for find, one in static.items():
+        found = find(stiffness * np.array([1.0, 1.3 + 0.2j])[:, np.newaxis, np.newaxis])
+        np.testing.assert_allclose(found.position, np.tile(one.position, (2, 1)), rtol=1e-9)
+        np.testing.assert_allclose(found.coupling, one.coupling, rtol=1e-6)
+
+
+def test_dynamic_centre_of_a_mounted_body_goes_to_its_centre_of_gravity():
+    """Springs alike in all directions: weighted mean of both points with weights k and −ω²m."""
+    mass, rate = 50.0, 4e5
+    springs, gravity = np.array([0.10, 0.02, -0.05]), np.array([-0.06, 0.04, 0.12])
+    corners = np.array([[1, 1, 1], [1, -1, -1], [-1, 1, -1], [-1, -1, 1.0]]) * 0.2
+    stiffness = mount_stiffness_matrix(springs + corners, np.full((4, 3), rate / 4)) * LOSS
+    body = mass_matrix(mass, np.diag([1.0, 1.5, 2.0]), gravity)
+    frequency = np.array([0.1, 2.0, 25.0, 400.0])
+    inertia = (2 * np.pi * frequency) ** 2
+    found = dynamic_centre_of_stiffness(stiffness - inertia[:, np.newaxis, np.newaxis] * body)
+    # real least squares of (k − ω²m) r = k e − ω²m c with complex k
+    lever = rate * LOSS - inertia * mass
+    right = rate * LOSS * springs[:, np.newaxis] - (inertia * mass) * gravity[:, np.newaxis]
+    expected = np.real(lever.conj() * right) / np.abs(lever) ** 2
+    np.testing.assert_allclose(found.position, expected.T, rtol=1e-8)
+    np.testing.assert_allclose(found.position[0], springs, atol=1e-4)
+    np.testing.assert_allclose(found.position[-1], gravity, atol=1e-3)
+
+
+def test_beam_without_mass_reduces_to_one_point_exactly():
+    matrices = np.stack([STATIC * LOSS] * 2)
+    middle = LENGTH / 2
+    mount = reduce_mount(matrices, [-middle, 0, 0], [middle, 0, 0], LENGTH)
+    expected = CLAMPED.copy()
+    expected = centre_of_stiffness(expected).stiffness * LOSS
+    np.testing.assert_allclose(mount.one_point[0], expected, atol=1e-7)
+    assert mount.condensation_error.max() < EXACT
+    # what is left out: moments, the largest entry over the largest of all
+    rotations = np.array([TORSION, BEND_Y, BEND_Z]) / LENGTH
+    largest = max(np.abs(np.diag(expected)[:3]))
+    np.testing.assert_allclose(
+        mount.translation_error, rotations.max() / LENGTH**2 / largest * abs(LOSS), rtol=1e-9
+    )
+
+
+def test_away_from_the_centre_three_translations_cost_more():
+    matrices = np.stack([STATIC * LOSS])
+    at_centre = reduce_mount(matrices, [-LENGTH / 2, 0, 0], [LENGTH / 2, 0, 0], LENGTH)
+    at_end = reduce_mount(matrices, [0, 0, 0], [LENGTH, 0, 0], LENGTH)
+    assert at_end.condensation_error.max() < EXACT
+    assert at_end.translation_error[0] > 3 * at_centre.translation_error[0]
+    # a source that only moves to and fro feels neither step; one that turns about the end does
+    shift, turn = np.zeros((1, 12), dtype=complex), np.zeros((1, 12), dtype=complex)
+    shift[0, :3] = [1e-4, 2e-4, 1e-4]
+    turn[0, 5] = 1e-3
+    for errors in reduction_error_in_operation(at_centre, shift):
+        assert errors.max() < EXACT
+    turn[0, 1] = 1e-3 * LENGTH / 2
+    assert reduction_error_in_operation(at_centre, turn)[1].max() < EXACT
+    # F = 12 EI v/L³ + 6 EI φ/L² with v = φ L/2: half of it comes from the rotation left out
+    assert reduction_error_in_operation(at_end, turn)[1][0] == pytest.approx(0.5, rel=1e-9)
+
+
+def test_condensation_error_is_the_mass_of_the_rod():
+    """Along the axis alone: own less transfer stiffness over both, in closed form."""
+    matrices = np.zeros((FREQUENCY.size, 12, 12), dtype=complex)
+    for line, omega in enumerate(OMEGA):
+        matrices[line][np.ix_((0, 6), (0, 6))] = rod(AXIAL, LINE_MASS, omega)
+    mount = reduce_mount(matrices, np.zeros(3), np.zeros(3), 1.0)
+    wave = OMEGA * np.sqrt(LINE_MASS / AXIAL)
+    transfer = AXIAL * wave / np.sin(wave * LENGTH)
+    np.testing.assert_allclose(mount.translations[:, 0], transfer, rtol=1e-12)
+    own = AXIAL * wave / np.tan(wave * LENGTH)
+    expected = (transfer - own) / np.hypot(transfer, own)
+    np.testing.assert_allclose(mount.condensation_error, expected, rtol=1e-9)
+    half = np.tan(wave * LENGTH / 2) * np.sin(wave * LENGTH)
+    np.testing.assert_allclose(expected, half / np.hypot(1, np.cos(wave * LENGTH)), rtol=1e-9)
+    # the source alone moves: transfer stiffness is what passes on, so nothing is lost
+    motion = np.zeros((FREQUENCY.size, 12), dtype=complex)
+    motion[:, 0] = 1e-4
+    assert reduction_error_in_operation(mount, motion)[0].max() < EXACT
+
+
+def test_both_steps_of_the_beam_with_its_mass():
+    mount = reduce_mount(over_frequency(), [-LENGTH / 2, 0, 0], [LENGTH / 2, 0, 0], LENGTH)
+    assert np.all(np.diff(mount.condensation_error) > 0)
+    assert mount.condensation_error[0] < 1e-3
+    off_diagonal = mount.one_point * (1 - np.eye(6))
+    assert np.abs(off_diagonal).max() < 1e-9 * np.abs(mount.one_point).max()
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (lambda: reduce_mount(STATIC, np.zeros(3), np.zeros(3), 1.0), r"\(n_frequency, 12, 12\)"),
+        (lambda: reduce_mount(STATIC[None], np.zeros(3), np.zeros(3), 0.0), "length is positive"),
+        (lambda: reduce_mount(np.triu(STATIC)[None], np.zeros(3), np.zeros(3), 1.0), "reciprocal"),
+        (lambda: dynamic_centre_of_stiffness(CLAMPED), "shape"),
+        (lambda: dynamic_coupling(np.triu(CLAMPED)[None]), "not symmetric"),
+        (lambda: dynamic_centre_of_stiffness(np.diag([1.0, 0, 0, 0, 0, 0])[None]), "one axis"),
+        (lambda: dynamic_centre_of_compliance(np.diag([1.0, 0, 0, 0, 0, 0])[None]), "inverse"),
+        (lambda: dynamic_coupling(np.diag([1.0, 0, 0, 0, 0, 0])[None]), "without an inverse"),
+    ],
+)
+def test_what_has_no_centre_or_reduction_is_refused(call, message):
+    with pytest.raises(InputError, match=message):
+        call()
+
+
+def test_motions_that_do_not_fit_a_mount_are_refused():
+    mount = reduce_mount(STATIC[None], [-LENGTH / 2, 0, 0], [LENGTH / 2, 0, 0], LENGTH)
+    with pytest.raises(InputError, match="twelve of both ends"):
+        reduction_error_in_operation(mount, np.ones((2, 12)))
+    with pytest.raises(InputError, match="passes no force"):
+        reduction_error_in_operation(mount, np.zeros((1, 12)))

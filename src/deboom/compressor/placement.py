@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from deboom.compressor.mount_derivatives import rotation_derivative
-from deboom.compressor.raw_inertance import PlacementTolerances
 from deboom.measurement.impacts import Impact
+from deboom.measurement.placement_tolerances import PlacementTolerances
 from deboom.measurement.sensors import SENSOR_AXES, Sensor
 from deboom.physics.arrays import RealArray
 from deboom.physics.rigid_body import forward_matrix, rotation_matrix, skew

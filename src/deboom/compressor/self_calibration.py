@@ -13,7 +13,8 @@ from deboom.physics.arrays import ComplexArray, RealArray
 if TYPE_CHECKING:
     from deboom.compressor.model import CompressorModel
     from deboom.compressor.parametrisation import Parametrisation
-    from deboom.compressor.raw_inertance import PlacementTolerances, RawInertance
+    from deboom.compressor.raw_inertance import RawInertance
+    from deboom.measurement.placement_tolerances import PlacementTolerances
 
 
 @dataclass(frozen=True, eq=False)

@@ -157,7 +157,7 @@ def modal_model(
         all_poles=[[cluster.pole for cluster in kept]],
     )
     rebuilt, constants = model.get_constants(
-        whose_poles=chosen, f_lower=band[0], f_upper=band[1], upper_r=True, lower_r=True
+        whose_poles=chosen, f_lower=band[0], f_upper=float(model.freq[-1]), upper_r=True, lower_r=True
     )
     n_outputs, n_inputs = len(frf.outputs), len(frf.inputs)
     lines = (frf.frequency >= band[0]) & (frf.frequency <= band[1])
@@ -207,13 +207,16 @@ def _ema_model(frf: Frf, form: FrfForm, band: tuple[float, float], order: int) -
             f"{n_lines} lines between {low:g} and {high:g} Hz do not fix a polynomial of order "
             f"{order}: use a wider band, more lines or a lower order"
         )
-    # the library drops the last line before its upper limit, so the limit lies a line higher
-    rows = np.moveaxis(frf.values, 0, -1).reshape(-1, frf.frequency.size)
+    # the library drops the line at its upper limit: it gets one more, which it never reads
+    end = int(np.searchsorted(frf.frequency, high * (1 + 1e-12), side="right"))
+    frequency = np.append(frf.frequency[:end], frf.frequency[end - 1] + steps[0])
+    rows = np.moveaxis(frf.values[:end], 0, -1).reshape(-1, end)
+    rows = np.column_stack([rows, np.zeros(len(rows))])
     return EMA.Model(
         frf=rows,
-        freq=frf.frequency,
+        freq=frequency,
         lower=low,
-        upper=high + steps[0],
+        upper=float(frequency[-1]),
         pol_order_high=order,
         frf_form=_FORM_NAMES[form],
     )

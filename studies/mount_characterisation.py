@@ -14,8 +14,9 @@ r2_force_imag_<dir> [%] (surface against its own lines; with _held_out surfaces 
 check runs against those); truth_error_percent_<dir> (rms error of |K| against the bench's truth,
 median over benches; with _90 their 90 % quantile, with _held_out on held-out runs, with _stated
 without self-calibration); half_width_95_percent_<dir> (error budget); coverage_95_percent_<dir>
-(lines whose truth is inside the stated band); n_benches; n_identified (directions); seconds (one
-mount set, with its error budget).
+(lines whose truth is inside the stated band); moments_cost_at_peaks_db, moments_cost_rms_db (with
+--third-cell: largest change of level in any vehicle without moments); n_benches; n_identified
+(directions); seconds (one mount set, with its error budget).
 """
 
 from functools import partial
@@ -28,11 +29,13 @@ from deboom.errors import InputError
 from deboom.mounts.characterisation import CharacteriseOptions
 from deboom.mounts.cubic_fit import PieceOptions
 from deboom.mounts.operating_map import Preload
-from deboom.study.characterisation import characterise_benches, characterise_given
+from deboom.study.characterisation import MeasuredSo, characterise_benches, characterise_given
 from deboom.study.characterisation_result import characterisation_result
 from deboom.study.progress import progress_bar
 from deboom.study.result import StudyResult
 from deboom.study.runner import run_script
+
+PLATFORM = Path(__file__).parent / "data" / "u06_f39_f45"
 
 
 def main(
@@ -44,6 +47,9 @@ def main(
     pieces: Annotated[int, Option(help="Cubics per surface.")] = 2,
     all_gears: Annotated[bool, Option(help="Gears 3-7 beside, cross-validated pieces.")] = False,
     self_calibration: Annotated[bool, Option(help="Let chains calibrate themselves.")] = True,
+    noise_free: Annotated[bool, Option(help="Virtual benches without any error.")] = False,
+    third_cell: Annotated[bool, Option(help="Virtual benches that measure moments.")] = False,
+    platform: Annotated[Path, Option(help="Its vehicles judge moments left out.")] = PLATFORM,
     figures: Annotated[bool, Option(help="Draw figures; without, tables alone.")] = True,
 ) -> StudyResult:
     """Measure, characterise, compare and report."""
@@ -53,15 +59,18 @@ def main(
         self_calibration=self_calibration,
         seed=seed,
     )
-    report = partial(characterisation_result, all_gears=all_gears, with_figures=figures)
-    if campaign is not None and benches > 1:
-        raise InputError("--benches asks for virtual benches: leave out --campaign, or --benches")
+    report = partial(
+        characterisation_result, all_gears=all_gears, with_figures=figures, platform=platform
+    )
+    if campaign is not None and (benches > 1 or noise_free or third_cell):
+        raise InputError("--benches, --noise-free, --third-cell: leave them out, or --campaign")
+    measured = MeasuredSo(all_gears, noise_free, third_cell)
     with progress_bar("mount characterisation") as progress:
         if campaign is not None:
             given = characterise_given(campaign, mount_set, options, progress)
             return report([given], given.input_files)
         seeds = range(seed, seed + benches)
-        done = characterise_benches(seeds, mount_set, options, progress, low_gears=all_gears)
+        done = characterise_benches(seeds, mount_set, options, progress, measured)
     return report(done)
 
 

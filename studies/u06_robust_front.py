@@ -1,20 +1,16 @@
 """Which mount stiffnesses make the U06 vehicles quiet, and keep them so as parts scatter?
 
-Robust optimisation of the 12 stiffness factors of engine (EnM), gearbox (GeM), torque strut (TSM)
-and wishbone (Du) mounts with NSGA-II: minimise the sum over the vehicles of the mean SPLV, 20 to
-60 Hz, and of its standard deviation over the manufacturing tolerance. Motion is prescribed, or
-coupled; forces come from the mount library's surfaces, checked against the measured spectra.
+NSGA-II over the 12 stiffness factors of engine (EnM), gearbox (GeM), torque strut (TSM) and
+wishbone (Du) mounts: sums over the vehicles of mean SPLV, 20 to 60 Hz, and of its sigma over the
+tolerance. Forces come from the library's surfaces, checked against the spectra.
 
-What it showed, with seed 1 on the virtual platform: a softer torque strut and softer wishbone
-mounts, with an engine mount stiffer in x, take 2.5 to 3 dB per line off U06-1 to U06-4 and 0.2 to
-1.5 dB off U06-5: two optima are within 0.03 dB per vehicle. Du y and Du z need nothing.
+With seed 1 softer torque strut and wishbone mounts, with an engine mount stiffer in x, take 2.5 to
+3 dB per line off U06-1 to U06-4 and 0.2 to 1.5 dB off U06-5 (two optima within 0.03 dB).
 
-Keys of summary.json: n_front (designs on the front); splv_change_db_per_line_<vehicle> and
-energy_25_40hz_change_db_<vehicle> (best-mean design against nominal, without scatter);
-sigma_change_percent_best_sigma (sum of sigmas, best-sigma design against nominal, verified);
-sigma_bias_percent and mean_bias_db_per_line (search sample minus verification sample);
-surface_difference_at_peaks_db (library against spectra); n_evaluated, n_failed (designs);
-seconds_search.
+Keys of summary.json: splv_change_db_per_line_<vehicle>, energy_25_40hz_change_db_<vehicle> (best
+mean against nominal, no scatter); sigma_change_percent_best_sigma; sigma_bias_percent,
+mean_bias_db_per_line (search minus verification); surface_difference_at_peaks_db; design_factor;
+held_*_share (beyond measurements); n_front, n_evaluated, n_failed, n_beyond_limits (designs).
 """
 
 from pathlib import Path
@@ -22,21 +18,21 @@ from typing import Annotated
 
 from typer import Option
 
-from deboom.explore.design_space import stiffness_factor_space
 from deboom.explore.fronts import verify
-from deboom.explore.problems import nsga2
 from deboom.explore.robust import RobustResponse
 from deboom.explore.workers import workers_for
 from deboom.files.platform import read_platform
 from deboom.study.context import RunContext
-from deboom.study.motion import Kernel, Motion, motion_index
+from deboom.study.motion import Factor, Kernel, Motion, motion_index
+from deboom.study.mount_limits import mount_limits
 from deboom.study.mount_source import MountSource, operation
 from deboom.study.progress import progress_bar
 from deboom.study.result import StudyResult
 from deboom.study.robust_front import RobustFront
 from deboom.study.robust_front_result import robust_front_result
+from deboom.study.robust_search import Budget, robust_search
 from deboom.study.runner import run_script
-from deboom.study.sampling import Sampler, tolerance_sample
+from deboom.study.sampling import Sampler, factor_space, tolerance_sample
 
 PLATFORM = Path(__file__).parent / "data" / "u06_f39_f45"
 
@@ -45,6 +41,8 @@ def main(
     seed: Annotated[int, Option(help="From 1; the same seed gives the same front.")] = 1,
     generations: Annotated[int, Option(help="Generations of NSGA-II.")] = 100,
     population: Annotated[int, Option(help="Designs per generation.")] = 100,
+    searches: Annotated[int, Option(help="Seeds from seed upwards, into one front.")] = 1,
+    polish: Annotated[bool, Option(help="Picks go on by gradient.")] = False,
     samples: Annotated[int, Option(help="Tolerance draws per design; a power of two.")] = 128,
     sampler: Annotated[Sampler, Option(help="Tolerance draws; fresh: the thesis.")] = Sampler.sobol,
     tolerance: Annotated[float, Option(help="Half width of the scatter, 3 sigma [1].")] = 0.15,
@@ -54,6 +52,9 @@ def main(
     platform: Annotated[Path, Option(help="Folder with platform.toml.")] = PLATFORM,
     mounts: Annotated[MountSource, Option(help="Source of forces.")] = MountSource.library,
     motion: Annotated[Motion, Option(help="Of the powertrain.")] = Motion.prescribed,
+    factor: Annotated[Factor, Option(help="What a stiffness factor means.")] = Factor.dynamic,
+    loss_factors: Annotated[bool, Option(help="Loss factors ±20 % are variables too.")] = False,
+    limits: Annotated[Path | None, Option(help="TOML: sag, travel, modes to keep.")] = None,
     kernel: Annotated[Kernel | None, Option(help="By default as the motion needs.")] = None,
     workers: Annotated[int, Option(help="Processes; any number gives the same front.")] = 1,
     scheduler: Annotated[str | None, Option(help="Dask cluster, tcp://host:port.")] = None,
@@ -61,17 +62,18 @@ def main(
 ) -> StudyResult:
     """Search, verify and report."""
     runs = operation(read_platform(platform), load_case, mounts, group, band=(20, 60))
-    index = motion_index(runs, motion, kernel)
-    space = stiffness_factor_space(index.variable_names, half_width=0.20, tolerance=tolerance)
+    index = motion_index(runs, motion, kernel, factor, loss_factors=loss_factors)
+    space = factor_space(index.variable_names, half_width=0.20, tolerance=tolerance)
     sample = tolerance_sample(sampler, space.n_variables, samples, seed=seed)
     robust = RobustResponse(index, space, sample, nominal_mean)
-    kept = run.checkpoint(runs.platform.input_files) if run else None
+    limited = mount_limits(limits, runs, robust, factor)
+    budget = Budget(population, generations, searches, polish)
+    files = (*runs.platform.input_files, *limited.inputs)
     with workers_for(robust, workers, scheduler) as spread, progress_bar("NSGA-II") as bar:
-        search = nsga2(spread, population, generations, seed=seed, progress=bar, checkpoint=kept)
+        search = robust_search(limited.around(spread), robust, budget, seed, bar, run, files)
     check = verify(search.front, robust, n_samples=1024, seed=seed)
-    return runs.checked(
-        robust_front_result(RobustFront(runs.platform, index, robust, search, check))
-    )
+    front = RobustFront(runs.platform, index, robust, search, check, budget.note)
+    return runs.checked(limited.reported(robust_front_result(front), search, front.named_designs))
 
 
 if __name__ == "__main__":

@@ -8,7 +8,9 @@ from typing import Annotated
 import typer
 
 import deboom
+from deboom.cli_bench import bench_app
 from deboom.cli_library import characterise, library_app
+from deboom.cli_orders import orders
 
 app = typer.Typer(
     add_completion=False,
@@ -21,14 +23,10 @@ app = typer.Typer(
         "Bad input ends with one sentence and exit code 2."
     ),
 )
-bench_app = typer.Typer(
-    no_args_is_help=True,
-    rich_markup_mode=None,
-    help="The virtual test bench: measurement files that look real, with known truth.",
-)
 app.add_typer(bench_app, name="bench")
 app.add_typer(library_app, name="library")
 app.command()(characterise)
+app.command()(orders)
 
 
 def _print_version(wanted: bool) -> None:
@@ -105,24 +103,3 @@ def list_(
     with one_sentence_errors():
         for entry in list_runs(results):
             typer.echo(f"{entry.state:10}  {entry.study}  {entry.folder.as_posix()}")
-
-
-@bench_app.command("write")
-def bench_write(
-    folder: Annotated[Path, typer.Argument(help="A new or empty folder for the files.")],
-    seed: Annotated[
-        int, typer.Option(help="From 1. Seed 1 is the frozen fleet; others draw a new one.")
-    ] = 1,
-) -> None:
-    """Write the measurement files of a virtual platform.
-
-    Noise transfer functions of 15 vehicles (UFF), operating displacement and force spectra at the
-    mounts (UFF), tables of mounts and channels (CSV) and a platform.toml that names them. The exact
-    truth goes to the folder `truth/`, which no study reads.
-    """
-    from deboom.bench.platform_writer import write_platform
-    from deboom.study.progress import progress_bar
-    from deboom.study.runner import one_sentence_errors
-
-    with one_sentence_errors(), progress_bar("virtual bench") as progress:
-        typer.echo(write_platform(folder, seed=seed, progress=progress).as_posix())

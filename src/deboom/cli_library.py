@@ -175,14 +175,25 @@ def characterise(
     replace: Annotated[
         bool, typer.Option("--replace", help="Exchange mounts that are there already.")
     ] = False,
+    time_runs: Annotated[
+        bool,
+        typer.Option(
+            "--time-runs",
+            help="First add the order spectra of its runs over time to the campaign, as "
+            "`deboom orders` does.",
+        ),
+    ] = False,
 ) -> None:
     """Characterise the mounts of a measurement campaign and keep them in a library."""
     from deboom.mounts.characterisation import CharacteriseOptions
     from deboom.study.characterisation_library import characterise_into_library, described
+    from deboom.study.order_runs import track_untracked
     from deboom.study.progress import progress_bar
     from deboom.study.runner import one_sentence_errors
 
     with one_sentence_errors(), progress_bar("characterise") as progress:
+        if time_runs:
+            track_untracked(campaign, typer.echo)
         gears = tuple(gear) if gear else CharacteriseOptions().gears
         options = CharacteriseOptions(gears=gears, seed=seed)
         results = characterise_into_library(

@@ -67,6 +67,10 @@ def test_the_torque_strut_is_found_within_a_few_percent_of_the_truth(finished):
 def test_the_run_folder_has_every_table_of_the_study_and_names_what_it_read(finished):
     names = {path.relative_to(finished).as_posix() for path in finished.rglob("*")}
     assert {"r2.csv", "truth.csv", "uncertainty.csv", "neighbour.csv", "report.html"} <= names
+    quality = pd.read_csv(finished / "quality.csv").set_index("check")
+    assert quality.index[0].startswith("conditioning of sensors")
+    assert quality.loc["geometric consistency (error)", "verdict"] == "kept"
+    assert quality.loc["reciprocity", "verdict"] == "not checked"
     transfer = pd.read_csv(finished / "force_transfer.csv")
     assert list(transfer["mount"]) == ["EnM", "GeM", "TSM"]
     assert np.all(transfer["largest change over frequency [%]"] < 1.0)

@@ -1,6 +1,7 @@
 """The front study with stiffnesses that follow the amplitude, and with scaled parts."""
 
 import json
+import pickle
 from pathlib import Path
 
 import numpy as np
@@ -40,6 +41,9 @@ def test_part_with_amplitude_is_recorded_warned_of_and_checked(tmp_path, capsys)
     assert "rides deeper into its stop and most of the benefit is lost" in page
     assert "Uniqueness: load case g6_wot160" in page
     assert "give one solution" in page
+    assert "stiffness factor of a part" in page
+    assert "amplitude-dependent motion" in page
+    assert "prescribed motion" not in page
 
 
 def test_compiled_and_plain_kernel_agree_on_parts(runs):
@@ -50,6 +54,8 @@ def test_compiled_and_plain_kernel_agree_on_parts(runs):
     whole = compiled(designs)
     np.testing.assert_allclose(whole, plain(designs), rtol=0, atol=1e-9)
     np.testing.assert_array_equal(compiled(designs[5:7]), whole[5:7])
+    carried = pickle.loads(pickle.dumps(compiled))
+    np.testing.assert_array_equal(carried(designs[:3]), whole[:3])
 
 
 def test_coupled_motion_of_parts_is_that_of_held_amplitudes(runs):

@@ -307,3 +307,20 @@ def test_agreement_is_in_the_phase_of_the_displacement():
         r_squared(np.ones(4), np.ones(4))
     with pytest.raises(InputError, match="one each"):
         r_squared(np.ones(4), np.ones(3))
+
+
+def test_a_state_measured_again_is_held_at_the_edge_of_the_lines():
+    """Noise moves the end of a ramp beyond every leverage of the fit; a line beside it vouches."""
+    edge = np.argmax(SURFACE.real.leverage_ratio(np.column_stack(LINES[:3])))
+    point = np.array([column[edge] for column in LINES[:3]])
+    step = 0.02 * (SURFACE.region.upper - SURFACE.region.lower)
+    moved = np.array([point + step * np.array(s) for s in np.ndindex(3, 3, 3)]) - step
+    ratio = np.maximum(SURFACE.real.leverage_ratio(moved), SURFACE.imag.leverage_ratio(moved))
+    beside = SURFACE.region.contains(moved) & (SURFACE.region.distance(moved) <= 0.025)
+    further = beside & (ratio > 1.001) & (ratio < 3.9)
+    assert further.any()
+    assert SURFACE.inside(*moved[further].T).all()
+    away = (
+        SURFACE.region.contains(moved) & (SURFACE.region.distance(moved) > 0.03) & (ratio > 1.001)
+    )
+    assert not SURFACE.inside(*moved[away].T).any()

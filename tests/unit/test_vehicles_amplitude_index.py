@@ -29,11 +29,13 @@ class Tilted:
     """A factor that also changes what it scales, line by line."""
 
     def __call__(self, designs):
+        """Tilt by up to a tenth of the change."""
         slope = np.linspace(-0.1, 0.1, 41)[:, np.newaxis] * (1 + 0.2j)
         variables = np.concatenate([ONE.coupled.variables, ONE.coupled.own_variables])
         return 1 + slope * (designs[:, np.newaxis, variables] - 1)
 
     def held(self, designs):
+        """Ten lines of one direction."""
         beyond = np.zeros((len(designs), 41, 11), dtype=bool)
         beyond[:, :10, 6] = True
         return beyond

@@ -96,6 +96,24 @@ class RawInertance:
             self.sensors, self.impacts, frf, self.deviation[lines], self.force_deviation
         )
 
+    def without(self, names: Sequence[str]) -> RawInertance:
+        """Leave impacts out.
+
+        Parameters
+        ----------
+        names : sequence of str
+            Of the impacts; at least six must stay.
+
+        Returns
+        -------
+        RawInertance
+        """
+        kept = [n for n, impact in enumerate(self.impacts) if impact.name not in set(names)]
+        impacts = tuple(self.impacts[n] for n in kept)
+        frf = self.frf.select(inputs=[impact.name for impact in impacts])
+        deviation = self.deviation[:, :, kept]
+        return RawInertance(self.sensors, impacts, frf, deviation, self.force_deviation)
+
 
 def deviation_from_coherence(
     frf: Frf, coherence: npt.ArrayLike, n_averages: int, channels_per_group: Sequence[int] = ()

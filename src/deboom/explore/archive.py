@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, field, fields
 from typing import Any
 
 import numpy as np
@@ -13,9 +13,10 @@ from deboom.explore.arrays import RealArray, frozen_copy
 from deboom.explore.checkpoint import AnyArray, Arrays, Store
 from deboom.explore.design_space import DesignSpace
 from deboom.explore.fronts import ParetoFront, hypervolume, pareto_front
+from deboom.explore.limits import Limits
 from deboom.explore.robust import Robust, RobustValues
 
-COLUMNS = tuple(field.name for field in fields(RobustValues))
+COLUMNS = tuple(column.name for column in fields(RobustValues))
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,6 +39,10 @@ class SearchResult:
         Of the search.
     seconds : float
         Wall time; of a resumed search, of all its parts up to their last checkpoints [s].
+    infeasible_designs : array, shape (n_infeasible, k)
+        Designs that were computed and miss a limit.
+    infeasible_excess : array, shape (n_infeasible, c)
+        By how much they miss each limit, see `RobustValues.excess`.
     """
 
     front: ParetoFront
@@ -47,15 +52,28 @@ class SearchResult:
     reference_point: RealArray
     seed: int
     seconds: float
+    infeasible_designs: RealArray = field(default_factory=lambda: np.empty((0, 0)))
+    infeasible_excess: RealArray = field(default_factory=lambda: np.empty((0, 0)))
 
     def __post_init__(self) -> None:
-        for name in ("failed_designs", "hypervolume", "reference_point"):
+        for name in (
+            "failed_designs",
+            "hypervolume",
+            "reference_point",
+            "infeasible_designs",
+            "infeasible_excess",
+        ):
             object.__setattr__(self, name, frozen_copy(np.asarray(getattr(self, name))))
 
     @property
     def n_failed(self) -> int:
         """Designs that could not be computed."""
         return len(self.failed_designs)
+
+    @property
+    def n_infeasible(self) -> int:
+        """Designs that were computed and miss a limit."""
+        return len(self.infeasible_designs)
 
 
 def merge(searches: Sequence[SearchResult]) -> SearchResult:
@@ -89,6 +107,8 @@ def merge(searches: Sequence[SearchResult]) -> SearchResult:
         reference_point=reference,
         seed=searches[0].seed,
         seconds=sum(search.seconds for search in searches),
+        infeasible_designs=np.concatenate([search.infeasible_designs for search in searches]),
+        infeasible_excess=np.concatenate([search.infeasible_excess for search in searches]),
     )
 
 
@@ -112,6 +132,8 @@ class Archive:
         self.front: ParetoFront | None = None
         self.n_evaluated = 0
         self.failed_designs = np.empty((0, robust.space.n_variables))
+        self.infeasible_designs = np.empty((0, robust.space.n_variables))
+        self.infeasible_excess = np.empty((0, len(self.limits.names) if self.limits else 0))
         self.reference_point = np.empty(0)
         self.hypervolume: list[float] = []
 
@@ -126,6 +148,11 @@ class Archive:
         return int(getattr(self.robust, "n_objectives", 2))
 
     @property
+    def limits(self) -> Limits | None:
+        """What the designs must keep."""
+        return getattr(self.robust, "limits", None)
+
+    @property
     def generation(self) -> int:
         """Number of generations seen."""
         return len(self.hypervolume)
@@ -135,6 +162,11 @@ class Archive:
         values = self._values(designs)
         self.n_evaluated += len(values)
         self.failed_designs = np.concatenate([self.failed_designs, values.designs[values.failed]])
+        missing = ~values.failed & ~values.feasible
+        for name in ("designs", "excess"):
+            kept = getattr(self, f"infeasible_{name}")
+            more = getattr(values, name)[missing]
+            setattr(self, f"infeasible_{name}", np.concatenate([kept, more]))
         if self.front is None:
             self.reference_point = _worst_objectives(values)
             self.front = pareto_front(values)
@@ -158,11 +190,25 @@ class Archive:
         """Return one line of text about the last generation."""
         n_failed = len(self.failed_designs)
         failed = f", {n_failed} failed" if n_failed else ""
-        return f"hypervolume {self.hypervolume[-1]:.5g}{failed}"
+        n_missing = len(self.infeasible_designs)
+        missing = f", {n_missing} beyond limits" if n_missing else ""
+        return f"hypervolume {self.hypervolume[-1]:.5g}{failed}{missing}"
 
     def result(self, seed: int, seconds: float) -> SearchResult:
-        """Return what was found; at least one generation must have been seen."""
+        """Return what was found; at least one generation must have been seen.
+
+        Raises
+        ------
+        InputError
+            No design keeps all limits: says which limit binds and by how much.
+        """
         assert self.front is not None
+        if len(self.front) == 0 and self.limits is not None:
+            raise InputError(
+                f"none of the {self.n_evaluated} designs of this search keeps all limits: "
+                f"{self.limits.closest(self.infeasible_excess)}; relax that limit or widen the "
+                "bounds of the design space"
+            )
         return SearchResult(
             front=self.front,
             n_evaluated=self.n_evaluated,
@@ -171,6 +217,8 @@ class Archive:
             reference_point=self.reference_point,
             seed=seed,
             seconds=seconds,
+            infeasible_designs=self.infeasible_designs,
+            infeasible_excess=self.infeasible_excess,
         )
 
     def state(self) -> tuple[dict[str, AnyArray], dict[str, Any]]:
@@ -180,6 +228,8 @@ class Archive:
             "failed_designs": self.failed_designs,
             "reference_point": self.reference_point,
             "hypervolume": np.asarray(self.hypervolume),
+            "infeasible_designs": self.infeasible_designs,
+            "infeasible_excess": self.infeasible_excess,
         }
         arrays |= {f"front.{name}": getattr(self.front, name) for name in COLUMNS}
         return arrays, {"n_evaluated": self.n_evaluated}
@@ -188,6 +238,8 @@ class Archive:
         """Go back to a state of `state`."""
         self.front = ParetoFront(**{name: arrays[f"front.{name}"] for name in COLUMNS})
         self.failed_designs = arrays["failed_designs"]
+        self.infeasible_designs = arrays["infeasible_designs"]
+        self.infeasible_excess = arrays["infeasible_excess"]
         self.reference_point = arrays["reference_point"]
         self.hypervolume = arrays["hypervolume"].tolist()
         self.n_evaluated = facts["n_evaluated"]

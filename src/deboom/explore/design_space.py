@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from deboom.errors import InputError
-from deboom.explore.arrays import RealArray, frozen_copy
+from deboom.explore.arrays import BoolArray, RealArray, frozen_copy
 
 SIGMAS_PER_TOLERANCE = 3.0
 """A tolerance's half width is this many standard deviations of the scatter [1]."""
@@ -29,13 +29,17 @@ class DesignSpace:
     tolerance : array, shape (k,)
         Half width of the manufacturing scatter as a fraction of the design's own value [1]. It
         stands for three standard deviations; 0 means exactly made.
+    integer : array of bool, shape (k,), optional
+        Variables that take whole numbers only, such as the number of a part in a catalogue; their
+        bounds and nominal values are whole and they have no tolerance. Default is none.
 
     Raises
     ------
     InputError
         Names the variable that has reversed bounds, a nominal value outside of them, a value that
-        is not finite, no unit, a name used twice, or a tolerance outside 0 <= tolerance < 1 (from
-        1 on the scatter would change the sign of a design).
+        is not finite, no unit, a name used twice, a tolerance outside 0 <= tolerance < 1 (from 1 on
+        the scatter would change the sign of a design), or a whole-number variable with a fraction
+        or a tolerance.
     """
 
     names: tuple[str, ...]
@@ -44,13 +48,16 @@ class DesignSpace:
     lower: RealArray
     upper: RealArray
     tolerance: RealArray
+    integer: BoolArray = field(default_factory=lambda: np.empty(0, dtype=bool))
 
     def __post_init__(self) -> None:
+        if np.size(self.integer) == 0:
+            object.__setattr__(self, "integer", np.zeros(len(self.names), dtype=bool))
         object.__setattr__(self, "names", tuple(self.names))
         object.__setattr__(self, "units", tuple(self.units))
         if not self.names:
             raise InputError("a design space needs at least one variable")
-        for column in ("units", "nominal", "lower", "upper", "tolerance"):
+        for column in ("units", "nominal", "lower", "upper", "tolerance", "integer"):
             count = np.shape(getattr(self, column))
             if count != (len(self.names),):
                 raise InputError(
@@ -60,6 +67,7 @@ class DesignSpace:
         for column in ("nominal", "lower", "upper", "tolerance"):
             values = np.asarray(getattr(self, column), dtype=float)
             object.__setattr__(self, column, frozen_copy(values))
+        object.__setattr__(self, "integer", frozen_copy(np.asarray(self.integer, dtype=bool)))
         for position, name in enumerate(self.names):
             self._check_variable(position, name)
 
@@ -96,6 +104,12 @@ class DesignSpace:
             raise InputError(
                 f"design variable '{name}' has the tolerance {tolerance:g}: give the half width "
                 "as a fraction of the design's value, from 0 up to but not including 1"
+            )
+        whole = np.all(np.mod([nominal, lower, upper], 1.0) == 0.0)
+        if self.integer[position] and not (whole and tolerance == 0.0):
+            raise InputError(
+                f"design variable '{name}' takes whole numbers: give whole bounds, a whole nominal "
+                "value and the tolerance 0"
             )
 
     @property

@@ -16,7 +16,7 @@ from deboom.explore.tolerance_samples import sobol_sample
 
 @dataclass(frozen=True, eq=False)
 class ParetoFront(RobustValues):
-    """Designs of which none failed and none beats another in all objectives.
+    """Feasible designs of which none beats another in all objectives.
 
     Sorted by the first objective; of two, the second then falls from row to row. `pareto_front`
     makes it.
@@ -34,14 +34,14 @@ class ParetoFront(RobustValues):
             ordered = np.all(steps[:, 0] > 0.0) and np.all(steps[:, 1] < 0.0)
         else:
             ordered = np.all(steps[:, 0] >= 0.0) and nondominated(self.objectives).all()
-        if np.any(self.failed) or not ordered:
+        if not (self.feasible.all() and ordered):
             raise InputError(
                 "these rows are not a sorted Pareto front: make one with pareto_front(values)"
             )
 
 
 def pareto_front(*values: RobustValues) -> ParetoFront:
-    """Return the Pareto front of all rows of all arguments.
+    """Return the Pareto front of all feasible rows of all arguments.
 
     Of designs with equal objectives the one with the smallest first variable (then second, ...)
     stays, so that the order of rows and arguments does not matter.
@@ -58,7 +58,8 @@ def pareto_front(*values: RobustValues) -> ParetoFront:
     objectives = merged["objectives"]
     keys = np.column_stack([objectives, merged["designs"]])
     order = np.lexsort(keys.T[::-1])
-    order = order[~merged["failed"][order]]
+    feasible = RobustValues(**merged).feasible
+    order = order[feasible[order]]
     order = order[nondominated(objectives[order])]
     return ParetoFront(**{name: column[order] for name, column in merged.items()})
 

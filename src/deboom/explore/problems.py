@@ -10,6 +10,9 @@ import numpy as np
 from pymoo.algorithms.moo.nsga2 import NSGA2
 from pymoo.core.population import Population
 from pymoo.core.problem import Problem
+from pymoo.operators.crossover.sbx import SBX
+from pymoo.operators.mutation.pm import PM
+from pymoo.operators.sampling.rnd import FloatRandomSampling
 from pymoo.termination.max_gen import MaximumGenerationTermination
 
 from deboom.errors import InputError
@@ -23,7 +26,9 @@ from deboom.explore.checkpoint import (
     generator_state,
     restore_generator,
 )
-from deboom.explore.robust import Robust
+from deboom.explore.design_space import DesignSpace
+from deboom.explore.limits import Limits
+from deboom.explore.robust import Robust, RobustValues
 from deboom.explore.seeds import checked_seed
 
 __all__ = ["FAILED_OBJECTIVE", "Progress", "RobustProblem", "SearchResult", "nsga2"]
@@ -45,6 +50,7 @@ class RobustProblem(Problem):
     """A robust response as a pymoo problem: minimise its objectives.
 
     A failed design is infeasible (``G > 0``), so that it never beats one that could be computed.
+    After it come the limits of the response, if it has any, each relative to its bound.
     The columns ``mean``, ``sigma``, ``standard_error_mean_sum`` and ``standard_error_sigma_sum``
     travel with each individual: ``res.pop.get("sigma")`` has shape (n, r).
 
@@ -68,7 +74,9 @@ class RobustProblem(Problem):
 
     def __init__(self, robust: Robust) -> None:
         space = robust.space
-        n_objectives, n_constraints = getattr(robust, "n_objectives", 2), 1
+        self.limits: Limits | None = getattr(robust, "limits", None)
+        n_objectives = getattr(robust, "n_objectives", 2)
+        n_constraints = 1 + (len(self.limits.names) if self.limits else 0)
         super().__init__(
             space.n_variables, n_objectives, n_constraints, xl=space.lower, xu=space.upper
         )
@@ -77,9 +85,85 @@ class RobustProblem(Problem):
     def _evaluate(self, x: RealArray, out: dict[str, Any], *_args: Any, **_kwargs: Any) -> None:
         values = self.robust(x)
         out["F"] = np.where(values.failed[:, None], FAILED_OBJECTIVE, values.objectives)
-        out["G"] = np.where(values.failed, 1.0, -1.0)[:, None]
+        out["G"] = self._infeasibility(values)
         for name in TRAVELLING:
             out[name] = getattr(values, name)
+
+    def _infeasibility(self, values: RobustValues) -> RealArray:
+        """Return the constraints, shape (n, 1 + c): at most 0 if they are kept."""
+        failed = values.failed[:, None]
+        if self.limits is None:
+            return np.where(failed, 1.0, -1.0)
+        missed = np.minimum(values.excess / self.limits.scale, FAILED_OBJECTIVE)
+        return np.hstack([np.where(failed, FAILED_OBJECTIVE, -1.0), missed])
+
+
+class _MixedSampling(FloatRandomSampling):
+    """Whole-number variables are drawn evenly from their options."""
+
+    def __init__(self, space: DesignSpace) -> None:
+        super().__init__()
+        self.space = space
+
+    def _do(self, *args: Any, random_state: Any = None, **kwargs: Any) -> RealArray:
+        designs = super()._do(*args, random_state=random_state, **kwargs)
+        return _with_options(designs, self.space, random_state)
+
+
+class _MixedCrossover(SBX):
+    """Whole-number variables are exchanged between the parents, never mixed: options have no order.
+
+    The others are crossed as usual.
+    """
+
+    def __init__(self, space: DesignSpace) -> None:
+        super().__init__(eta=15, prob=0.9)
+        self.space = space
+
+    def _do(  # type: ignore[override]  # the base classes do not agree on its arguments
+        self, problem: Any, X: RealArray, *args: Any, random_state: Any = None, **kwargs: Any
+    ) -> RealArray:
+        children = super()._do(problem, X, *args, random_state=random_state, **kwargs)
+        whole = self.space.integer
+        exchanged = random_state.random(X.shape[1:]) < 0.5
+        children[:, :, whole] = np.where(exchanged, X[::-1], X)[:, :, whole]
+        return np.asarray(children)
+
+
+class _MixedMutation(PM):
+    """A whole-number variable mutates to any of its options; the others as usual."""
+
+    def __init__(self, space: DesignSpace) -> None:
+        super().__init__(eta=20)
+        self.space = space
+
+    def _do(  # type: ignore[override]  # the base classes do not agree on its arguments
+        self, problem: Any, X: RealArray, *args: Any, random_state: Any = None, **kwargs: Any
+    ) -> RealArray:
+        mutated = super()._do(problem, X, *args, random_state=random_state, **kwargs)
+        chosen = random_state.random(X.shape) < 1.0 / self.space.n_variables
+        drawn = _with_options(X, self.space, random_state)
+        whole = self.space.integer
+        mutated[:, whole] = np.where(chosen, drawn, X)[:, whole]
+        return np.asarray(mutated)
+
+
+def _with_options(designs: RealArray, space: DesignSpace, random: Any) -> RealArray:
+    """Return designs (n, k) whose whole-number variables are drawn anew."""
+    n_options = np.where(space.integer, space.upper - space.lower + 1.0, 0.0)
+    drawn = space.lower + np.floor(random.random(designs.shape) * n_options)
+    return np.where(space.integer, drawn, designs)
+
+
+def _algorithm(space: DesignSpace, population: int) -> NSGA2:
+    if not space.integer.any():
+        return NSGA2(pop_size=population)
+    return NSGA2(
+        pop_size=population,
+        sampling=_MixedSampling(space),
+        crossover=_MixedCrossover(space),
+        mutation=_MixedMutation(space),
+    )
 
 
 def nsga2(
@@ -95,12 +179,15 @@ def nsga2(
 
     Population for population the same as pymoo's ``minimize(RobustProblem(robust),
     NSGA2(population), ("n_gen", generations), seed=seed)``; beyond it, an archive keeps every
-    non-dominated design that was seen.
+    non-dominated design that was seen. Whole-number variables of the design space get operators of
+    their own: pymoo's treat options as if they had an order. A design beyond a limit never beats
+    one that keeps them all; of two such designs the smaller sum of excesses, each relative to its
+    bound, wins.
 
     Parameters
     ----------
     robust : Robust
-        Such as `RobustResponse`.
+        Such as `RobustResponse`, or `deboom.explore.limits.LimitedResponse`.
     population, generations : int
         Designs per generation, at least 4, and generations, at least 1. The search always runs
         them all.
@@ -120,7 +207,8 @@ def nsga2(
     ------
     InputError
         Seed 0, too small a population or no generation; a first generation that fails altogether;
-        a checkpoint of a search with another seed, population or other variables.
+        limits that no design keeps; a checkpoint of a search with another seed, population or
+        other variables.
     """
     checked_seed(seed)
     if population < 4 or generations < 1:
@@ -130,7 +218,7 @@ def nsga2(
         )
     start = time.perf_counter()
     archive = Archive(robust, checkpoint.store if checkpoint else None)
-    algorithm = NSGA2(pop_size=population)
+    algorithm = _algorithm(robust.space, population)
     algorithm.setup(
         RobustProblem(archive), termination=MaximumGenerationTermination(generations), seed=seed
     )

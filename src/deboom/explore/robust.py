@@ -40,6 +40,9 @@ class RobustValues:
         Designs with a response that could not be computed somewhere in the scatter.
     objectives : array, shape (n, m), optional
         What a search minimises; default are the two sums, ``[mean_sum, sigma_sum]``.
+    excess : array, shape (n, c), optional
+        How far each of c limits is missed, negative where room is left [unit of the limit]; see
+        `deboom.explore.limits`. Default is no limit.
     """
 
     designs: RealArray
@@ -51,8 +54,11 @@ class RobustValues:
     standard_error_sigma_sum: RealArray
     failed: BoolArray
     objectives: RealArray = field(default_factory=lambda: np.empty((0, 0)))
+    excess: RealArray = field(default_factory=lambda: np.empty((0, 0)))
 
     def __post_init__(self) -> None:
+        if self.excess.shape[1] == 0:
+            object.__setattr__(self, "excess", np.empty((len(self.designs), 0)))
         if self.objectives.shape[1] == 0:
             both = np.column_stack([self.mean_sum, self.sigma_sum])
             object.__setattr__(self, "objectives", both)
@@ -63,12 +69,17 @@ class RobustValues:
     def __len__(self) -> int:
         return len(self.designs)
 
+    @property
+    def feasible(self) -> BoolArray:
+        """Designs that could be computed and keep all limits, shape (n,)."""
+        return np.asarray(~self.failed & np.all(self.excess <= 0.0, axis=1))
+
 
 class Robust(Protocol):
     """What a search drives: designs of a space in, `RobustValues` out.
 
     It may say how many objectives these have, in an attribute ``n_objectives``; without it there
-    are two.
+    are two. A response with limits names them in an attribute ``limits``.
     """
 
     @property

@@ -80,8 +80,10 @@ class Row:
         return number * (self.units[column].factor if column in self.units else 1.0)
 
 
-def read_rows(path: Path, plain: Sequence[str], with_unit: Mapping[str, str]) -> tuple[Row, ...]:
-    """Read a table from a CSV file or from the first sheet of an Excel file.
+def read_rows(
+    path: Path, plain: Sequence[str], with_unit: Mapping[str, str], sheet: str | None = None
+) -> tuple[Row, ...]:
+    """Read a table from a CSV file or from one sheet of an Excel file.
 
     Parameters
     ----------
@@ -91,6 +93,8 @@ def read_rows(path: Path, plain: Sequence[str], with_unit: Mapping[str, str]) ->
         Columns without a unit; all must be there, in any order.
     with_unit : mapping of str to str
         Columns with a unit in their header, and the SI unit of it.
+    sheet : str, optional
+        Of an Excel file; by default its first one. A CSV file has only one.
 
     Returns
     -------
@@ -100,10 +104,12 @@ def read_rows(path: Path, plain: Sequence[str], with_unit: Mapping[str, str]) ->
     Raises
     ------
     InputError
-        The file is missing or no table; a column is missing, unknown or doubled, or one that needs
-        a unit has none or another quantity's; no row.
+        The file is missing or no table, or has no such sheet; a column is missing, unknown or
+        doubled, or one that needs a unit has none or another quantity's; no row.
     """
-    cells = _cells(path)
+    cells = _cells(path, sheet)
+    if sheet is not None and _is_excel(path):
+        path = path.with_name(f"{path.name}, sheet '{sheet}',")
     header = [text.strip() for text in cells.iloc[0]]
     names, units = [], {}
     for text in header:
@@ -137,10 +143,18 @@ def _is_excel(path: Path) -> bool:
     return path.suffix.lower() == ".xlsx"
 
 
-def _cells(path: Path) -> pd.DataFrame:
+def _cells(path: Path, sheet: str | None) -> pd.DataFrame:
     try:
         if _is_excel(path):
-            table = pd.read_excel(path, header=None, dtype=str, keep_default_na=False)
+            with pd.ExcelFile(path) as book:
+                names = [str(name) for name in book.sheet_names]
+                if sheet is not None and sheet not in names:
+                    raise InputError(
+                        f"{path} has no sheet '{sheet}', only {', '.join(names)}: add or rename it"
+                    )
+                table = book.parse(
+                    sheet or names[0], header=None, dtype=str, keep_default_na=False
+                )
         else:
             # without a header, so that pandas neither renames doubled columns nor makes an index
             table = pd.read_csv(

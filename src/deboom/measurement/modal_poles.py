@@ -146,7 +146,8 @@ def pole_clusters(
     ----------
     chart : StabilisationChart
     width : float
-        Largest relative gap in frequency between neighbours of one cluster [1].
+        Largest relative gap in frequency between neighbours of one cluster [1]. Where modes lie
+        closer, so that one order has two poles in a cluster, it is divided at its widest gap.
     smallest_share : float
         Part of the orders that must agree [1].
 
@@ -165,8 +166,13 @@ def pole_clusters(
     sequence = np.argsort(frequency)
     frequency, damping, order = frequency[sequence], damping[sequence], order[sequence]
     cuts = np.flatnonzero(np.diff(frequency) > width * frequency[1:]) + 1
+    groups = [
+        part
+        for members in np.split(np.arange(frequency.size), cuts)
+        for part in _one_pole_per_order(members, frequency, order)
+    ]
     clusters = []
-    for members in np.split(np.arange(frequency.size), cuts):
+    for members in groups:
         share = len(set(order[members].tolist())) / len(chart.orders)
         if members.size == 0 or share < smallest_share:
             continue
@@ -186,6 +192,20 @@ def pole_clusters(
             "orders: widen the band, raise the order, or measure with less noise"
         )
     return tuple(clusters)
+
+
+def _one_pole_per_order(
+    members: npt.NDArray[np.intp], frequency: RealArray, order: npt.NDArray[np.int64]
+) -> list[npt.NDArray[np.intp]]:
+    """Divide a cluster at its widest gap until no order has two poles in a part."""
+    if len(set(order[members].tolist())) == members.size:
+        return [members]
+    widest = int(np.argmax(np.diff(frequency[members]))) + 1
+    return [
+        part
+        for half in (members[:widest], members[widest:])
+        for part in _one_pole_per_order(half, frequency, order)
+    ]
 
 
 def _physical(poles: ComplexArray, band: tuple[float, float]) -> ComplexArray:

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from deboom.errors import InputError
-from deboom.measurement.campaign import OperatingRun
+from deboom.measurement.campaign import AXES, OperatingRun
 from deboom.measurement.channels import Spectrum
 from deboom.measurement.tolerances import Tolerances
 from deboom.mounts.instrumented_body import InstrumentedBody
@@ -116,12 +116,30 @@ def body_record(
     cell_force = [_channels(run, run.cell_force, body.cell_channels) for run in runs]
     accelerations, forces = np.vstack(acceleration), np.vstack(cell_force)
     sensors = np.array(body.channel_rows) // 3
-    _refuse_dead_channels(accelerations, body.channels, np.zeros_like(sensors), "acceleration")
+    acceleration_noise = _noise(
+        accelerations,
+        sensors,
+        tolerances.acceleration_own,
+        tolerances.acceleration_norm,
+        tolerances.acceleration_floor,
+    )
     cells = np.arange(forces.shape[1]) // 3
+    cell_noise = _noise(
+        forces, cells, tolerances.force_own, tolerances.force_norm, tolerances.force_floor
+    )
     points = np.repeat(np.arange(len(body.points)), [3 * len(p.cells) for p in body.points])
-    _refuse_dead_channels(forces, body.cell_channels, points, "cell force")
+    motion_share, force_share = _least_shares(body, tolerances)
+    _refuse_dead_channels(
+        accelerations,
+        body.channels,
+        np.zeros_like(sensors),
+        motion_share,
+        acceleration_noise,
+        "acceleration",
+    )
+    _refuse_dead_channels(forces, body.cell_channels, points, force_share, cell_noise, "cell force")
     lines = [run.frequency.size for run in runs]
-    return BodyRecord(
+    record = BodyRecord(
         run=np.repeat([run.name for run in runs], lines),
         load_case=np.repeat([cases.index(kind) for kind in kinds], lines),
         frequency=np.concatenate([run.frequency for run in runs]),
@@ -129,17 +147,28 @@ def body_record(
         wheel_torque_noise=np.repeat([tolerances.torque * r.total_ratio for r in runs], lines),
         static_force=np.vstack([_static_force(run, body.directions) for run in runs]),
         acceleration=accelerations,
-        acceleration_noise=_noise(
-            accelerations,
-            sensors,
-            tolerances.acceleration_own,
-            tolerances.acceleration_norm,
-            tolerances.acceleration_floor,
-        ),
+        acceleration_noise=acceleration_noise,
         cell_force=forces,
-        cell_noise=_noise(
-            forces, cells, tolerances.force_own, tolerances.force_norm, tolerances.force_floor
-        ),
+        cell_noise=cell_noise,
+    )
+    return _in_one_phase(record)
+
+
+def _in_one_phase(record: BodyRecord) -> BodyRecord:
+    """Turn repeated lines into the phase of the first, so that their mean is none of chance.
+
+    Which pulse of the tacho is the zero mark differs from run to run; a half order has two phases
+    half a turn apart. All channels of a line turn together: no stiffness depends on it.
+    """
+    turn = np.ones(len(record), dtype=complex)
+    for repeats in record.repeated_lines():
+        moved = record.acceleration[repeats]
+        common = np.sum(moved[:, :1] * moved.conj(), axis=2)
+        turn[repeats[:, 1:]] = np.exp(1j * np.angle(common[:, 1:]))
+    return replace(
+        record,
+        acceleration=record.acceleration * turn[:, np.newaxis],
+        cell_force=record.cell_force * turn[:, np.newaxis],
     )
 
 
@@ -169,13 +198,49 @@ def _noise(
     return np.asarray(np.sqrt(own**2 * squared + norm**2 * squared @ same_sensor + floor**2))
 
 
+def _least_shares(body: InstrumentedBody, tolerances: Tolerances) -> tuple[RealArray, RealArray]:
+    """Share of the largest motion, and of the force, that each channel must show at least [1].
+
+    All of it on a rigid body, whose mounts load every axis. A body with one sensor may move along
+    the axes of its mount alone; a channel across them shows what tilt and cross-talk leave it.
+    """
+    if body.is_rigid_body:
+        return np.ones(len(body.channels)), np.ones(len(body.cell_channels))
+    (point,) = body.points
+    used = [AXES.index(axis) for axis in point.axes]
+    shares = []
+    for sensors, askew in (
+        (body.accelerometers, (tolerances.sensor_angle, tolerances.sensor_cross_axis)),
+        (point.cells, (tolerances.cell_gain,)),
+    ):
+        along = np.concatenate([np.linalg.norm(one.orientation[used], axis=0) for one in sensors])
+        shares.append(np.sqrt(along**2 + np.sum(np.square(askew))))
+    of_motion, of_force = shares
+    return of_motion[list(body.channel_rows)], of_force
+
+
 def _refuse_dead_channels(
-    values: ComplexArray, names: tuple[str, ...], group: npt.NDArray[np.int64], what: str
+    values: ComplexArray,
+    names: tuple[str, ...],
+    group: npt.NDArray[np.int64],
+    least_share: RealArray,
+    noise: RealArray,
+    what: str,
 ) -> None:
+    """Refuse a channel far below its neighbours, unless there is nothing that it could show.
+
+    It is below what physics allows if it shows less than half of the least share of its group's
+    largest channel and of its own stated noise.
+    """
     level = np.sqrt(np.mean(np.abs(values) ** 2, axis=0))
+    own_noise = np.sqrt(np.mean(noise**2, axis=0))
     for place, name in enumerate(names):
-        others = np.median(level[group == group[place]])
-        if level[place] <= DEAD * others or level[place] == 0:
+        neighbours = level[group == group[place]]
+        others = np.median(neighbours)
+        least = np.hypot(least_share[place] * neighbours.max(), own_noise[place])
+        low = level[place] <= DEAD * others or level[place] == 0
+        nothing_moves = neighbours.max() == 0
+        if low and (level[place] < 0.5 * least or nothing_moves):
             raise InputError(
                 f"{what} channel '{name}' is dead: over {len(values)} lines it shows "
                 f"{level[place]:.2g}, the others {others:.2g}; repair it, or name it in "

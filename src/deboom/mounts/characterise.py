@@ -229,7 +229,8 @@ def _held_out(
 ) -> Agreement | None:
     """Agreement with load cases that cubics of the same pieces were not fitted to.
 
-    Lines away from all that were fitted do not count: there a surface does not speak.
+    Lines away from all that were fitted do not count: there a surface does not speak. Neither does
+    a fold without which a piece has no line left.
     """
     runs = np.array(samples.run)
     cases, case = np.unique(runs, return_inverse=True)
@@ -240,10 +241,13 @@ def _held_out(
     inside = np.zeros(len(samples), dtype=bool)
     for fold in range(folds):
         out = case % folds == fold
-        real, imag = (
-            same_pieces(part, points[~out], values[~out, np.newaxis])(points[out])[:, 0]
-            for part, values in ((surface.real, stiffness.real), (surface.imag, stiffness.imag))
-        )
+        try:
+            real, imag = (
+                same_pieces(part, points[~out], values[~out, np.newaxis])(points[out])[:, 0]
+                for part, values in ((surface.real, stiffness.real), (surface.imag, stiffness.imag))
+            )
+        except InputError:
+            continue
         modelled[out] = real + 1j * imag
         inside[out] = TrainingRegion.around(points[~out]).contains(points[out])
     if not inside.any():

@@ -25,6 +25,13 @@ STORAGE_FORMAT = 1
 DEFAULT_OPTIONS = PieceOptions()
 
 
+BESIDE = 0.025
+"""A measured line so near, in fractions of the ranges, is the same state measured again."""
+
+LEVERAGE_BESIDE = 4.0
+"""There the leverage may exceed that of all training lines: a standard error up to twice theirs."""
+
+
 @dataclass(frozen=True, eq=False)
 class DynamicStiffnessSurface(StiffnessModel):
     """Complex dynamic stiffness of one direction of a mount, fitted to operating lines.
@@ -288,7 +295,8 @@ class DynamicStiffnessSurface(StiffnessModel):
 
     def _held(self, points: RealArray) -> npt.NDArray[np.bool_]:
         worst = np.maximum(self.real.leverage_ratio(points), self.imag.leverage_ratio(points))
-        return np.asarray(worst <= 1 + 1e-9)
+        beside = self.region.distance(points) <= BESIDE
+        return np.asarray((worst <= 1 + 1e-9) | (beside & (worst <= LEVERAGE_BESIDE)))
 
 
 _PLAIN_FIELDS = ("preload_unit", "n_lines", "r2_real", "r2_imag", "r2_force")

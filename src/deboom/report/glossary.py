@@ -29,6 +29,11 @@ GLOSSARY: Mapping[str, str] = {
         "softer. The loss factor stays. It means the curve, with stops re-tuned, not merely a "
         "softer rubber in the same shape."
     ),
+    "stiffness factor of a part": (
+        "The design variable. It scales the rubber of one mount in one axis: its force at every "
+        "deflection, statically and dynamically; 1 is today's part, 0.8 is 20 % softer. The stops "
+        "stay where they are, so under the engine's torque the mount rides elsewhere on its curve."
+    ),
     "dynamic stiffness": (
         "Force per displacement under vibration, here as its magnitude in N/mm at a stated "
         "frequency and load. It is not the static stiffness of a data sheet."
@@ -64,6 +69,14 @@ GLOSSARY: Mapping[str, str] = {
         "The engine's motion at the mounts is taken as measured and kept while stiffnesses "
         "change. In high gears this tends to understate the effect of a change (on the virtual "
         "test bench by 20 to 25 % in gears 5 to 7)."
+    ),
+    "coupled motion": (
+        "The engine's motion is solved again for every design: powertrain and wheel ends answer "
+        "to the changed stiffnesses, which keep the values of the measured amplitudes."
+    ),
+    "amplitude-dependent motion": (
+        "Coupled motion in which every mount's stiffness also follows the amplitude that comes "
+        "out: rubber softens as it moves further."
     ),
 }
 """Definition by term."""

@@ -15,7 +15,9 @@ from threadpoolctl import threadpool_limits
 
 from deboom.bench.campaign_plan import (
     LOW_GEAR_RUNS,
+    NO_ERRORS,
     TRAINING_RUNS,
+    CampaignErrors,
     CampaignPlan,
 )
 from deboom.bench.campaign_writer import write_campaign
@@ -38,6 +40,29 @@ CHECK_CASES = ((5, 120.0), (5, 220.0), (6, 120.0), (6, 160.0), (6, 220.0), (7, 2
 
 STEPS_PER_BENCH = 2 + len(STEPS)
 """Measuring, reading, and the steps of the characterisation."""
+
+
+@dataclass(frozen=True)
+class MeasuredSo:
+    """What virtual benches measure beside the training runs, and how well.
+
+    Parameters
+    ----------
+    low_gears : bool
+        Full load in gears 3 and 4 as well.
+    noise_free : bool
+        Without noise and with every sensor as stated: what is left is the error of the method.
+    third_cell : bool
+        Three cells below each powertrain mount, and pushes beside its virtual point: force transfer
+        matrices with moments.
+    """
+
+    low_gears: bool = False
+    noise_free: bool = False
+    third_cell: bool = False
+
+
+TRAINING = MeasuredSo()
 
 
 @dataclass(frozen=True, eq=False)
@@ -185,8 +210,7 @@ def characterise_benches(
     mount_set: str,
     options: CharacteriseOptions,
     progress: Progress,
-    *,
-    low_gears: bool = False,
+    measured: MeasuredSo = TRAINING,
 ) -> tuple[CharacterisedBench, ...]:
     """Measure the training runs on virtual benches, characterise them, and keep no files.
 
@@ -200,8 +224,8 @@ def characterise_benches(
         How they are characterised.
     progress : callable
         ``progress(done, total, text)``.
-    low_gears : bool
-        Whether full load is measured in gears 3 and 4 as well.
+    measured : MeasuredSo
+        What the benches measure.
 
     Raises
     ------
@@ -211,7 +235,9 @@ def characterise_benches(
     if not seeds:
         raise InputError("there is no bench to characterise: ask for at least one")
     total = len(seeds) * STEPS_PER_BENCH
-    plan = CampaignPlan((mount_set,), (*(LOW_GEAR_RUNS if low_gears else ()), *TRAINING_RUNS))
+    runs = (*(LOW_GEAR_RUNS if measured.low_gears else ()), *TRAINING_RUNS)
+    plan = CampaignPlan((mount_set,), runs, third_cell=measured.third_cell)
+    errors = NO_ERRORS if measured.noise_free else CampaignErrors()
     benches = []
     for place, seed in enumerate(seeds):
 
@@ -222,6 +248,6 @@ def characterise_benches(
         step(0, f"{title}: measuring")
         with tempfile.TemporaryDirectory(prefix="deboom-") as temporary:
             folder = Path(temporary) / "campaign"
-            write_campaign(folder, seed, plan)
+            write_campaign(folder, seed, plan, errors)
             benches.append(characterise_folder(folder, mount_set, options, title, step))
     return tuple(benches)

@@ -5,9 +5,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+import pandas as pd
 
 from deboom.measurement.campaign import AXES, OperatingRun
+from deboom.measurement.channel_geometry import sensor_geometry
+from deboom.measurement.quality import quality_in_operation
+from deboom.measurement.quality_check import quality_table
 from deboom.measurement.sensors import Sensor
+from deboom.measurement.virtual_point import virtual_point
 from deboom.mounts.alignment_estimate import AlignmentEstimate
 from deboom.physics.arrays import ComplexArray, RealArray
 from deboom.study.characterisation import CharacterisedBench
@@ -97,6 +102,24 @@ def neighbours(bench: CharacterisedBench) -> tuple[Neighbour, ...]:
                     column = at_points[:, 3 * place + row]
                     found.append(Neighbour(point.name, axis, sensor.name, column, turned[:, row]))
     return tuple(found)
+
+
+def quality_of_motion(bench: CharacterisedBench) -> pd.DataFrame:
+    """Judge the virtual points of each rigid body in the run shown, in the order of repair.
+
+    Columns as of `deboom.measurement.quality_check.quality_table`; ``worst`` names a channel,
+    sensor or motion, and leave-one-out the culprit with its likely fault.
+    """
+    run = shown_run(bench)
+    tolerances = bench.result.campaign.tolerances
+    rows: list[dict[str, object]] = []
+    for chain in _rigid(bench):
+        body = chain.alignment.body
+        channels = {name for one in body.accelerometers for name in one.channels}
+        off = sorted(channels - set(body.channels))
+        point = virtual_point(sensor_geometry(body.accelerometers, switched_off=off))
+        rows += quality_table(quality_in_operation(point, run.acceleration, tolerances=tolerances))
+    return pd.DataFrame(rows, columns=["check", "number [1]", "limit", "verdict", "worst"])
 
 
 def _rigid(bench: CharacterisedBench) -> list[AlignmentEstimate]:

@@ -11,6 +11,7 @@ from deboom.mounts.mount import AXES
 from deboom.report.page import Headline, Page, Picture, Section, Table
 from deboom.study.characterisation import CharacterisedBench
 from deboom.study.characterisation_motion import shown_run
+from deboom.study.surface_check import PEAKS, RMS
 
 R2_WARNING = (
     "A high R² is no accuracy: it compares the surface with what was measured, and a measuring "
@@ -64,6 +65,7 @@ def characterisation_page(
                 },
             ),
         ),
+        _transfer(tables, pictures),
         Section(
             "Characteristic curves",
             "The dynamic stiffness over the static force, as suppliers specify it.",
@@ -92,7 +94,16 @@ def characterisation_page(
                     "mount stood for its virtual point.",
                 },
             ),
-            tables=(Table(tables["neighbour"], "That error over all lines of the run."),),
+            tables=(
+                Table(tables["neighbour"], "That error over all lines of the run."),
+                Table(
+                    tables["quality"],
+                    "Whether the sensors agree, in the order in which a laboratory repairs things: "
+                    "the first check needs the position sheet alone, the last leaves one sensor "
+                    "out at a time and names the culprit.",
+                    {"number [1]": 3},
+                ),
+            ),
         ),
     )
     known = "truth" in tables
@@ -199,6 +210,48 @@ def _accuracy(tables: Mapping[str, pd.DataFrame]) -> Section:
         "result is from the truth where the truth is known, and how well the surface follows what "
         "was measured.",
         tables=tuple(shown),
+    )
+
+
+def _transfer(tables: Mapping[str, pd.DataFrame], pictures: Mapping[str, bytes]) -> Section:
+    """How the cells below the mounts are calibrated, and whether moments matter."""
+    shown = [
+        Table(
+            tables["force_transfer"],
+            "Mean over frequency and repeats. Deviations are relative to the matrix's column; six "
+            "loads: three forces and three moments.",
+            {"condition number [1]": 2, "cells": 0, "loads": 0, "repeats": 0},
+        )
+    ]
+    text = (
+        "A shaker at the virtual point of each mount says what the cells below it make of a force "
+        "there. The force in operation is the inverse of that matrix times the cells' force."
+    )
+    if "moments" in tables:
+        cost = tables["moments"]
+        by_case = cost.groupby("load case", sort=False)[[RMS, PEAKS]].max().reset_index()
+        shown.append(
+            Table(
+                by_case,
+                f"Largest difference in any of {cost['vehicle'].nunique()} vehicles.",
+                {RMS: 3, PEAKS: 3},
+            )
+        )
+        text += (
+            "\n\nThree cells and pushes beside the virtual point give the moments as well. Leaving "
+            f"them out changes booming peaks by up to {cost[PEAKS].max():.2g} dB. That is what "
+            "moments change in the forces: noise transfer functions are known for forces alone, so "
+            "the sound that the moments themselves make is not in it."
+        )
+    captions = {
+        "cell_calibration": "Cells per newton of the shaker: along its axis, and across by "
+        "cross-talk. The slope is the bench that gives way."
+    }
+    return Section(
+        "Force transfer matrices",
+        text,
+        tables=tuple(shown),
+        figures=_present(pictures, captions),
     )
 
 

@@ -52,6 +52,8 @@ class Operation:
         Both edges belong to the band [Hz].
     check : SurfaceCheck or None
         Surfaces against spectra; None if the forces are the measured ones.
+    parts : tuple of CharacterisedMount
+        The library's mounts that the forces come from; empty if they are the measured ones.
     """
 
     platform: Platform
@@ -59,6 +61,7 @@ class Operation:
     cases: list[tuple[LoadCase, float]]
     band: Band
     check: SurfaceCheck | None
+    parts: tuple[CharacterisedMount, ...] = ()
 
     def checked(self, result: StudyResult) -> StudyResult:
         """Add to a study's result how far surfaces and spectra agree, and print it.
@@ -155,13 +158,14 @@ def operation(
         input_files=(*platform.input_files, path),
     )
     from_library = [(modelled[case.name], weight) for case, weight in cases]
-    return Operation(changed, fleet, from_library, band, check)
+    return Operation(changed, fleet, from_library, band, check, mounts)
 
 
 def _library(path: Path) -> tuple[CharacterisedMount, ...]:
     if not path.is_file():
         raise InputError(
-            f"{path}: the platform has no mount library: export one there as JSON, or take the "
-            "mounts from the measured spectra (--mounts spectra)"
+            f"{path}: the platform has no mount library: export one there as JSON (deboom "
+            "characterise, then deboom library export; a virtual platform: deboom bench write "
+            "--library), or take the mounts from the measured spectra (--mounts spectra)"
         )
     return read_library_json(path)[1]

@@ -21,9 +21,10 @@ from deboom.files.platform import Platform
 from deboom.measurement.load_case import LoadCase
 from deboom.mounts.operating_stiffness import mean_operating_stiffness
 from deboom.physics.arrays import RealArray
-from deboom.vehicles.booming_index import BoomingIndex
+from deboom.study.motion_report import MotionReport, factor_name, motion_name, motion_report
 from deboom.vehicles.booming_peaks import PeakChange, compare_peaks
 from deboom.vehicles.load_case_index import LoadCaseIndex
+from deboom.vehicles.loss_factor_index import LossFactorIndex
 from deboom.vehicles.synthesis import mean_energy_level
 
 ENERGY_BAND = (25.0, 40.0)
@@ -52,13 +53,16 @@ class RobustFront:
         What was found.
     verification : Verification
         The found front, re-evaluated.
+    note : str
+        What else there is to say about the search.
     """
 
     platform: Platform
-    index: LoadCaseIndex[Any, Any]
+    index: LoadCaseIndex[Any, Any] | LossFactorIndex
     robust: RobustResponse
     search: SearchResult
     verification: Verification
+    note: str = ""
 
     @property
     def vehicles(self) -> tuple[str, ...]:
@@ -76,9 +80,24 @@ class RobustFront:
         return self.platform.load_case(self.index.load_case_names[0])
 
     @property
+    def model(self) -> LoadCaseIndex[Any, Any]:
+        """The model of the motion; behind loss factors it is that of the split stiffnesses."""
+        return self.index.split if isinstance(self.index, LossFactorIndex) else self.index
+
+    @property
+    def stiffness_variables(self) -> tuple[str, ...]:
+        """Variables that are stiffness factors; loss factors come after them."""
+        return tuple(name for mount in self.platform.mounts for name in mount.variables)
+
+    @property
+    def named_designs(self) -> dict[str, RealArray]:
+        """Today's design and the picks, each of shape (n_variable,) [1]."""
+        return {"today's": self.robust.space.nominal, **self.pick_designs}
+
+    @property
     def motion(self) -> str:
         """In a word, how the powertrain answers a design."""
-        return "prescribed" if isinstance(self.index, BoomingIndex) else "coupled"
+        return motion_name(self.model)
 
     @property
     def facts(self) -> dict[str, str | int]:
@@ -86,11 +105,18 @@ class RobustFront:
         sample = self.robust.sample
         return {
             "motion": self.motion,
+            "design_factor": factor_name(self.model),
             "kernel": self.index.kernel.name,
             "tolerance_sample": sample.kind,
             "tolerance_draws": sample.n_samples,
             "verification_draws": self.verification.n_samples,
         }
+
+    @cached_property
+    def motion_report(self) -> MotionReport:
+        """What there is to say about motion and stiffness factors, checked at the picks."""
+        designs = np.stack([self.robust.space.nominal, *self.pick_designs.values()])
+        return motion_report(self.model, designs)
 
     @property
     def frequency(self) -> RealArray:

@@ -12,15 +12,6 @@ from deboom.report.page import Headline, Page, Picture, Section, Table
 from deboom.report.style import mount_colours, signed, vehicle_colours
 from deboom.study.robust_front import ENERGY_BAND, NOTICEABLE, RobustFront
 
-MOTION_WARNING = (
-    "The powertrain's motion is prescribed: it stays as measured while stiffnesses change. This "
-    "understates the benefit by 20 to 25 % in high gears and is not good below 30 Hz in low gears."
-)
-FACTOR_WARNING = (
-    "A stiffness factor scales the whole curve of dynamic stiffness over static force, with the "
-    "stops re-tuned. A merely softer rubber in the same shape rides deeper into its stops and "
-    "loses most of the benefit (on the virtual test bench 0.8 dB are left of 3 dB)."
-)
 TERMS = (
     "booming noise",
     "SPL",
@@ -68,6 +59,7 @@ def front_figures(study: RobustFront) -> dict[str, bytes]:
     all_vehicles = vehicle_colours(study.platform.fleet.names)
     peaks = study.peak_changes(design)
     row, n_lines = study.picks["best mean"], study.index.n_lines
+    n_stiffness = len(study.stiffness_variables)
     low, high = (f"{edge:g}" for edge in ENERGY_BAND)
     first, last = study.frequency[0], study.frequency[-1]
     return {
@@ -95,13 +87,13 @@ def front_figures(study: RobustFront) -> dict[str, bytes]:
             all_vehicles,
         ),
         "stiffness_bars": figures.stiffness_bars(
-            study.variables,
-            design,
-            study.robust.space.lower,
-            study.robust.space.upper,
+            study.stiffness_variables,
+            design[:n_stiffness],
+            study.robust.space.lower[:n_stiffness],
+            study.robust.space.upper[:n_stiffness],
             study.nominal_stiffness,
-            [name in study.without_effect for name in study.variables],
-            study.indifference,
+            [name in study.without_effect for name in study.stiffness_variables],
+            study.indifference[:n_stiffness],
             mount_colours([mount.name for mount in study.platform.mounts]),
             stiffness_label=f"mean |K|, {first:g}–{last:g} Hz [N/mm]",
         ),
@@ -131,7 +123,7 @@ def front_page(
     changes = study.splv_change(study.pick_designs["best mean"])
     peaks = tables["peaks"]["change [dB]"]
     sigma_drop = tables["picks"]["change of sigma [%]"].min()
-    motion_warning = (MOTION_WARNING,) if study.motion == "prescribed" else ()
+    motion = study.motion_report
     first, last = study.frequency[0], study.frequency[-1]
     sampler = study.robust.sample
     half = study.robust.space.tolerance.max()
@@ -157,8 +149,8 @@ def front_page(
                 "bias of the search's σ, verified",
             ),
         ),
-        terms=TERMS,
-        warnings=tuple(filter(None, (*motion_warning, FACTOR_WARNING, sampler.warning))),
+        terms=tuple(motion.terms.get(term, term) for term in TERMS),
+        warnings=tuple(filter(None, (*motion.warnings, sampler.warning))),
         sections=(
             Section(
                 "What was asked, and with which data",
@@ -166,7 +158,7 @@ def front_page(
                 f"Vehicles: {_listed(study.vehicles)}. Load cases: {cases}. Lines: "
                 f"{study.index.n_lines} between {first:g} and {last:g} Hz, engine order "
                 f"{study.load_case.order:g}.\n\n"
-                f"Design variables: {len(study.variables)} stiffness factors, each between "
+                f"Design variables: {len(study.variables)} {_factors(study)}, each between "
                 f"{study.robust.space.lower.min():g} and {study.robust.space.upper.max():g}. "
                 f"Manufacturing scatter: ±{100 * half:.0f} % of the design's own stiffness as "
                 f"three standard deviations, {sampler.n_samples} draws ({sampler.kind}).\n\n"
@@ -239,6 +231,7 @@ def front_page(
                         f"within which the mean level stays within {NOTICEABLE} dB.",
                         {c: 0 for c in STIFFNESS_COLUMNS if c.endswith("[N/mm]")},
                     ),
+                    *_loss_factors(tables),
                 ),
             ),
             Section(
@@ -264,7 +257,9 @@ def front_page(
             Section(
                 "How the search went",
                 f"NSGA-II, {search.hypervolume.size} generations, {search.seconds:.1f} s. Motion: "
-                f"{study.motion}; kernel: {study.index.kernel.name}.",
+                f"{study.motion}; meaning of a stiffness factor: "
+                f"{motion.summary['design_factor']}; kernel: {study.index.kernel.name}.\n\n"
+                f"{motion.text}\n\n{study.note}".strip(),
                 figures=(
                     _picture(
                         pictures,
@@ -274,6 +269,24 @@ def front_page(
                     ),
                 ),
             ),
+        ),
+    )
+
+
+def _factors(study: RobustFront) -> str:
+    """Say what the variables are."""
+    if len(study.variables) == len(study.stiffness_variables):
+        return "stiffness factors"
+    return "factors of stiffness (K' and K'' alike) and of loss (K'' alone, exactly made)"
+
+
+def _loss_factors(tables: Mapping[str, pd.DataFrame]) -> tuple[Table, ...]:
+    if "loss_factors" not in tables:
+        return ()
+    return (
+        Table(
+            tables["loss_factors"],
+            "Factors on the loss factor K''/K' at unchanged K'; a dash: no requirement.",
         ),
     )
 

@@ -9,6 +9,7 @@ from deboom.study.robust_front_tables import (
     design_table,
     front_summary,
     front_table,
+    loss_factor_table,
     peak_table,
     per_vehicle_table,
     pick_table,
@@ -29,7 +30,7 @@ def robust_front_result(study: RobustFront) -> StudyResult:
     -------
     StudyResult
         Tables ``front``, ``designs``, ``per_vehicle``, ``picks``, ``stiffness``, ``vehicles``,
-        ``peaks``.
+        ``peaks``; with loss factors as variables also ``loss_factors``.
     """
     tables = {
         "front": front_table(study),
@@ -40,6 +41,8 @@ def robust_front_result(study: RobustFront) -> StudyResult:
         "vehicles": vehicle_change_table(study),
         "peaks": peak_table(study),
     }
+    if len(study.variables) > len(study.stiffness_variables):
+        tables["loss_factors"] = loss_factor_table(study)
     figures = front_figures(study)
     return StudyResult(
         tables=tables,

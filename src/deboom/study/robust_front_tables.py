@@ -75,12 +75,13 @@ def pick_table(study: RobustFront) -> pd.DataFrame:
 
 
 def stiffness_table(study: RobustFront) -> pd.DataFrame:
-    """One row per design variable: today's stiffness and that of each pick."""
-    nominal, designs = study.nominal_stiffness, study.pick_designs
-    interval = study.indifference
-    free = np.isin(study.variables, study.without_effect)
+    """One row per stiffness factor: today's stiffness and that of each pick."""
+    nominal, variables = study.nominal_stiffness, study.stiffness_variables
+    designs = {name: design[: len(variables)] for name, design in study.pick_designs.items()}
+    interval = study.indifference[: len(variables)]
+    free = np.isin(variables, study.without_effect)
     table = {
-        "variable": list(study.variables),
+        "variable": list(variables),
         "nominal [N/mm]": nominal,
     }
     for name, design in designs.items():
@@ -88,12 +89,25 @@ def stiffness_table(study: RobustFront) -> pd.DataFrame:
         table[f"{name} [N/mm]"] = nominal * design
     for column, end in (("from", 0), ("to", 1)):
         table[f"best mean {column} [N/mm]"] = np.where(free, np.nan, nominal * interval[:, end])
-    space = study.robust.space
-    anywhere = (interval[:, 0] <= space.lower) & (interval[:, 1] >= space.upper)
+    lower, upper = (
+        bounds[: len(variables)] for bounds in (study.robust.space.lower, study.robust.space.upper)
+    )
+    anywhere = (interval[:, 0] <= lower) & (interval[:, 1] >= upper)
     table["requirement"] = np.select(
         [free, anywhere], [NO_REQUIREMENT, "any in bounds"], "as chosen"
     )
     return pd.DataFrame(table)
+
+
+def loss_factor_table(study: RobustFront) -> pd.DataFrame:
+    """One row per loss factor that is a variable: its factor in each pick."""
+    first = len(study.stiffness_variables)
+    columns = {f"{name} factor [1]": x[first:] for name, x in study.pick_designs.items()}
+    interval = study.indifference[first:]
+    free = np.isin(study.variables[first:], study.without_effect)
+    for column, end in (("from", 0), ("to", 1)):
+        columns[f"best mean {column} [1]"] = np.where(free, np.nan, interval[:, end])
+    return pd.DataFrame({"variable": list(study.variables[first:]), **columns})
 
 
 def vehicle_change_table(study: RobustFront) -> pd.DataFrame:
@@ -155,6 +169,7 @@ def front_summary(study: RobustFront) -> dict[str, Scalar]:
     )
     summary["sigma_bias_percent"] = check.sigma_bias_percent
     summary["mean_bias_db_per_line"] = check.mean_bias * study.per_line
+    summary |= study.motion_report.summary
     summary["n_evaluated"] = study.search.n_evaluated
     summary["n_failed"] = study.search.n_failed
     summary["seconds_search"] = round(study.search.seconds, 3)

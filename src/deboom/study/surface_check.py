@@ -20,6 +20,7 @@ PEAK_AGREEMENT = 0.3
 """Surfaces and spectra agree if no booming peak differs by more [dB]."""
 
 PEAKS = "largest difference at peaks [dB]"
+RMS = "rms difference [dB]"
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,7 +56,7 @@ class SurfaceCheck:
             peaks = "there is no booming peak to compare"
         sentence = (
             "Forces come from the mounts' response surfaces. With the measured spectra instead, "
-            f"{peaks}, all lines by {self.table['rms difference [dB]'].max():.2f} dB rms, corr_f "
+            f"{peaks}, all lines by {self.table[RMS].max():.2f} dB rms, corr_f "
             f"is up to {self.table['corr_f [1]'].max():.1g}."
         )
         kept = f" The measured force stays in {'; '.join(self.kept)}." if self.kept else ""
@@ -138,7 +139,7 @@ def level_differences(
             {
                 "vehicle": name,
                 "corr_f [1]": float(shape[vehicle]),
-                "rms difference [dB]": float(np.sqrt(np.mean((after - before)[vehicle] ** 2))),
+                RMS: float(np.sqrt(np.mean((after - before)[vehicle] ** 2))),
                 "peaks": len(changes),
                 "peaks of one curve only": sum(not (c.before and c.after) for c in changes),
                 PEAKS: abs(worst.level_after - worst.level_before) if worst else np.nan,

@@ -101,6 +101,13 @@ class CoupledMotion:
                 )
 
     @property
+    def nominal_amplitude(self) -> RealArray:
+        """Peak displacement with all factors 1, (n_frequency, n_direction + n_own) [m]."""
+        nominal = np.ones((1, len(self.variable_names)))
+        body = self.motion(nominal)[0] @ self.forward.T
+        return np.asarray(np.abs(np.hstack([body, self.own_motion(nominal)[0]])))
+
+    @property
     def angular_frequency_squared(self) -> RealArray:
         """ω² of each line [rad²/s²]."""
         return (2.0 * np.pi * self.frequency) ** 2
@@ -133,10 +140,18 @@ class CoupledMotion:
         """Return the motion of the other bodies, shape (n, n_frequency, n_own) [m]."""
         return np.asarray(self.own_load / self._own_impedance(designs))
 
+    @property
+    def own_parts(self) -> tuple[tuple[npt.NDArray[np.intp], ComplexArray], ...]:
+        """What the springs of the other bodies are the sum of: variables, stiffness at factor 1."""
+        return ((self.own_variables, self.own_stiffness),)
+
+    def _own_springs(self, designs: RealArray) -> ComplexArray:
+        springs = [designs[:, np.newaxis, columns] * part for columns, part in self.own_parts]
+        return np.asarray(sum(springs[1:], springs[0]))
+
     def _own_impedance(self, designs: RealArray) -> ComplexArray:
         inertia = self.angular_frequency_squared[:, np.newaxis] * self.own_mass
-        springs = designs[:, np.newaxis, self.own_variables] * self.own_stiffness
-        return np.asarray(springs - inertia)
+        return np.asarray(self._own_springs(designs) - inertia)
 
     def forces(self, designs: RealArray) -> tuple[ComplexArray, ComplexArray]:
         """Return the forces on the bodywork for designs (n, n_variable).
@@ -150,8 +165,7 @@ class CoupledMotion:
         """
         displacement = self.motion(designs) @ self.forward.T
         springs = designs[:, np.newaxis, self.variables] * self.stiffness
-        own = designs[:, np.newaxis, self.own_variables] * self.own_stiffness
-        return springs * displacement, own * self.own_motion(designs)
+        return springs * displacement, self._own_springs(designs) * self.own_motion(designs)
 
     def pressure(self, designs: RealArray) -> ComplexArray:
         """Return the pressure at the ears for designs (n, n_variable).
@@ -199,9 +213,10 @@ class CoupledMotion:
         by_direction = np.einsum("dvf,dvfi->dvi", inverse, direct).real
         _add_columns(total, self.variables, by_direction)
         inertia = self.angular_frequency_squared[:, np.newaxis] * self.own_mass
-        change = -self.own_stiffness * self.own_load * inertia / self._own_impedance(designs) ** 2
-        own = np.einsum("dvf,vfj,dfj->dvj", inverse, self.own_transfer, change).real
-        _add_columns(total, self.own_variables, own)
+        for columns, part in self.own_parts:
+            change = -part * self.own_load * inertia / self._own_impedance(designs) ** 2
+            own = np.einsum("dvf,vfj,dfj->dvj", inverse, self.own_transfer, change).real
+            _add_columns(total, columns, own)
 
 
 def _blocks(n_designs: int) -> Iterator[slice]:

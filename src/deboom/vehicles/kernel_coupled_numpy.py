@@ -97,16 +97,23 @@ class NumpyCoupledSum:
         for k, (i, j) in enumerate(self.nonzero):
             matrix[i, j] = real[:, k] - equations.mass_matrix[i, j] + 1j * imaginary[:, k]
         load = [equations.load[lines, k, np.newaxis] for k in range(6)]
-        motion = np.stack(np.broadcast_arrays(*solve_symmetric(matrix, load)), axis=1)
+        motion = np.stack(np.broadcast_arrays(*solve_symmetric(matrix, load)[0]), axis=1)
         transmitting = equations.transmitting
         displacement = equations.forward[transmitting] @ motion
-        own = factors[equations.own_variables]
-        reach = own * equations.own_stiffness[lines, :, np.newaxis] - 1.0
-        own_force = own * equations.own_load[lines, :, np.newaxis] / reach
+        own_force = self._own_forces(lines, factors)
         return np.concatenate([x[transmitting] * displacement, own_force], axis=1)
 
+    def _own_forces(self, lines: slice, factors: RealArray) -> ComplexArray:
+        """Return the forces of bodies of their own, shape (lines, n_own, ROWS)."""
+        equations = self.equations
+        own = factors[equations.own_variables]
+        reach = own * equations.own_stiffness[lines, :, np.newaxis] - 1.0
+        return np.asarray(own * equations.own_load[lines, :, np.newaxis] / reach)
 
-def solve_symmetric(matrix: Matrix, load: list[ComplexArray]) -> list[ComplexArray]:
+
+def solve_symmetric(
+    matrix: Matrix, load: list[ComplexArray]
+) -> tuple[list[ComplexArray], list[ComplexArray]]:
     """Solve complex symmetric 6×6 systems, given and returned entry by entry, by LDLᵀ.
 
     Parameters
@@ -119,6 +126,9 @@ def solve_symmetric(matrix: Matrix, load: list[ComplexArray]) -> list[ComplexArr
     Returns
     -------
     list of 6 arrays
+        The solutions.
+    list of 6 arrays
+        One over each pivot; the product of all is one over the determinant.
 
     Notes
     -----
@@ -141,7 +151,7 @@ def solve_symmetric(matrix: Matrix, load: list[ComplexArray]) -> list[ComplexArr
         for i in range(k + 1, 6):
             if (i, k) in lower:
                 b[k] = b[k] - lower[i, k] * b[i]
-    return b
+    return b, inverse
 
 
 @dataclass(frozen=True)

@@ -109,8 +109,8 @@ class NumbaLevelSum:
         if isinstance(self.pattern, CoupledPattern):
             n_entry, n_path = len(self.pattern.nonzero), self.pattern.n_paths
             rows = [factors.shape[1], *[n_vehicle] * 3, 2 * n_entry, 2 * 6, 2 * n_path]
-        work = tuple(_aligned(n_rows * lanes, precision) for n_rows in rows)
-        total = _aligned(rows[1] * lanes, np.dtype(np.float64))
+        work = tuple(aligned(n_rows * lanes, precision) for n_rows in rows)
+        total = aligned(rows[1] * lanes, np.dtype(np.float64))
         one = precision.type(1)
         run(
             *(factors, *self.tables, one, group, GROUPS * group),
@@ -194,7 +194,7 @@ class NumbaCoupledKernel:
             Numba is not installed.
         """
         equations = scaled_equations(motion)
-        pattern, columns = _pattern(equations)
+        pattern, columns = coupled_pattern(equations)
         _compiled(pattern)
         tables = (
             _line_table(equations, pattern),
@@ -224,14 +224,14 @@ NUMBA_COUPLED_FLOAT32 = NumbaCoupledKernel("numba float32", "float32")
 """Coupled motion, single precision: errors up to 5e-3 dB in a sum over 321 lines."""
 
 
-def _aligned(size: int, precision: np.dtype[Any]) -> npt.NDArray[Any]:
+def aligned(size: int, precision: np.dtype[Any]) -> npt.NDArray[Any]:
     """Return an empty array that starts on a cache line: otherwise loops may take twice as long."""
     raw = np.empty(size + 64 // precision.itemsize, precision)
     start = -raw.ctypes.data % 64 // precision.itemsize
     return raw[start : start + size]
 
 
-def _pattern(equations: ScaledEquations) -> tuple[CoupledPattern, npt.NDArray[np.intp]]:
+def coupled_pattern(equations: ScaledEquations) -> tuple[CoupledPattern, npt.NDArray[np.intp]]:
     """Return what the loops are written for, and the variable of each row that they read."""
     own = equations.own_variables
     own_paths = list(dict.fromkeys(own.tolist()))
@@ -284,11 +284,22 @@ def _transfer_table(equations: ScaledEquations, pattern: CoupledPattern) -> Real
 def _compiled(pattern: int | CoupledPattern) -> tuple[Callable[..., None], int]:
     """Compile the loops of a pattern; return their driver and the number of lanes."""
     lanes = PRESCRIBED_LANES if isinstance(pattern, int) else COUPLED_LANES
-    text = kernel_source.source(pattern)
+    return compile_loops(kernel_source.source(pattern), lanes), lanes
+
+
+def compile_loops(text: str, lanes: int) -> Callable[..., None]:
+    """Compile the source of loops and return their driver ``run``.
+
+    Raises
+    ------
+    InputError
+        Numba is not installed.
+    """
     jit = _jit(hashlib.sha256(f"{lanes} {text}".encode()).hexdigest()[:16])
-    namespace: dict[str, Any] = {"__name__": __name__, "jit": jit, "LANES": lanes}
+    namespace: dict[str, Any] = {"__name__": __name__, "jit": jit, "LANES": lanes, "np": np}
     exec(compile(text, kernel_source.__file__, "exec"), namespace)
-    return namespace["run"], lanes
+    run: Callable[..., None] = namespace["run"]
+    return run
 
 
 def _jit(digest: str) -> Callable[[Callable[..., None]], Callable[..., None]]:

@@ -20,7 +20,7 @@ PRESCRIBED_LANES = 128
 COUPLED_LANES = 64
 """Designs side by side: the buffers of the loops stay in the first-level cache."""
 
-_SHARED = """
+SHARED = """
 @jit
 def fill(designs, first, x):
     last = designs.shape[0] - 1
@@ -144,8 +144,8 @@ def source(pattern: int | CoupledPattern) -> str:
         and `LANES`.
     """
     if isinstance(pattern, int):
-        return _SHARED + prescribed_source(pattern) + _PRESCRIBED
-    return _SHARED + coupled_source(pattern) + _COUPLED
+        return SHARED + prescribed_source(pattern) + _PRESCRIBED
+    return SHARED + coupled_source(pattern) + _COUPLED
 
 
 def prescribed_source(n_variables: int) -> str:
@@ -192,15 +192,23 @@ def coupled_source(pattern: CoupledPattern) -> str:
     for number, pieces in enumerate(pattern.own_paths):
         row = len(pattern.directions) + number
         body += _own_path(len(pattern.transmitting) + number, row, pieces, numbers)
-    n = pattern.n_paths
-    real = _sum(f"c{k} * u{k} - c{n + k} * v{k}" for k in range(n))
-    imaginary = _sum(f"c{n + k} * u{k} + c{k} * v{k}" for k in range(n))
     return "\n".join(
         [
             "@jit",
             "def solve(x, row, forward, one, z, q, w):",
             "    zero = one - one",
             *(f"    {line}" for line in body),
+            hear_source(pattern.n_paths),
+        ]
+    )
+
+
+def hear_source(n: int) -> str:
+    """Source of ``hear``, which multiplies ``|p|²`` of every vehicle with `n` paths in `w`."""
+    real = _sum(f"c{k} * u{k} - c{n + k} * v{k}" for k in range(n))
+    imaginary = _sum(f"c{n + k} * u{k} + c{k} * v{k}" for k in range(n))
+    return "\n".join(
+        [
             "@jit",
             "def hear(w, table, product):",
             "    for vehicle in range(table.shape[0]):",

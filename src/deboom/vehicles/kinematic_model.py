@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 import numpy.typing as npt
@@ -18,15 +19,11 @@ from deboom.mounts.characterised_mount import CharacterisedMount
 from deboom.mounts.mount import AXES, Mount
 from deboom.physics.arrays import RealArray
 from deboom.physics.rigid_body import forward_matrices
+from deboom.vehicles.static_balance import balanced_deflection
 from deboom.vehicles.static_curves import MonotoneCurve
 
 CRANKSHAFT = (0.0, 1.0, 0.0)
 """A transverse engine that drives forward is turned about +y by the reaction of its wheels."""
-
-NEWTON_STEPS = 100
-HALVINGS = 30
-BALANCED = 1e-9
-"""Unbalanced load at which the equilibrium counts as found, relative to the load [1]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,7 +92,7 @@ class KinematicModel:
                         f"the kinematic model needs a force-deflection curve of {mount.name} "
                         f"{axis}: ask the supplier, or take static_curve_from_stiffness"
                     )
-        self._springs()
+        _ = self.springs
         if np.linalg.matrix_rank(self.forward) < 6:
             raise InputError(
                 f"the mounts {[mount.name for mount in self.mounts]} leave the powertrain free to "
@@ -171,53 +168,59 @@ class KinematicModel:
 
         Notes
         -----
-        Newton's method on ``Vᵀ F(V q) = (0, T e)`` for all torques at once, with the step halved
-        until the unbalanced load shrinks. Curves are interpolated monotonically (Fritsch and
-        Carlson), so every tangent stiffness is positive and the equilibrium is unique. Weight is
-        left out: deflections count from the position under it, as the supplier's curves do.
+        ``Vᵀ F(V q) = (0, T e)``, see `deboom.vehicles.static_balance.balanced_deflection`. Curves
+        are interpolated monotonically (Fritsch and Carlson), so every tangent stiffness is positive
+        and the equilibrium is unique. Weight is left out: deflections count from the position under
+        it, as the supplier's curves do.
         """
         torque = np.atleast_1d(np.asarray(wheel_torque, dtype=float))
+        ones = np.ones((torque.size, len(self.names)))
+        deflection = self._solved(torque, ones)
+        forces = [spring.force(deflection[:, k]) for k, spring in enumerate(self.springs)]
+        return StaticState(torque, self.names, deflection, np.stack(forces, axis=1))
+
+    def deflections(self, wheel_torque: npt.ArrayLike, factors: RealArray) -> RealArray:
+        """Find the deflections with other parts: each direction's force times a factor.
+
+        Parameters
+        ----------
+        wheel_torque : array, shape (n_torque,)
+            Engine torque times total ratio [N m].
+        factors : array, shape (n, n_direction)
+            Of the force at a deflection, ``x F(u)``, above 0 [1].
+
+        Returns
+        -------
+        array, shape (n, n_torque, n_direction)
+            From the unloaded position [m]. The rows of a design depend on it alone, bit for bit.
+
+        Raises
+        ------
+        InputError
+            A torque that needs more deflection than a curve was measured to.
+        """
+        torque = np.atleast_1d(np.asarray(wheel_torque, dtype=float))
+        each = np.tile(torque, len(factors))
+        found = self._solved(each, np.repeat(factors, torque.size, axis=0))
+        return found.reshape(len(factors), torque.size, -1)
+
+    def _solved(self, torque: RealArray, factors: RealArray) -> RealArray:
+        """Deflections (n, n_direction) at torques (n,), forces times factors (n, n_direction)."""
         load = np.zeros((torque.size, 6))
         load[:, 3:] = torque[:, np.newaxis] * np.array(self.torque_axis)
-        forward, springs = self.forward, self._springs()
-        # rotations in radians are small numbers: weigh their load by the size of the powertrain
-        length = float(np.sqrt(np.mean(np.sum(forward[:, 3:] ** 2, axis=1))))
-        scale = np.array([1.0] * 3 + [1 / length] * 3)
+        springs = self.springs
 
-        def unbalanced(position: RealArray) -> RealArray:
-            deflection = position @ forward.T
+        def force(deflection: RealArray) -> RealArray:
             forces = [spring.force(deflection[:, k]) for k, spring in enumerate(springs)]
-            return np.asarray(load - np.stack(forces, axis=1) @ forward)
+            return np.asarray(factors * np.stack(forces, axis=1))
 
-        def size(residual: RealArray) -> RealArray:
-            return np.asarray(np.linalg.norm(residual * scale, axis=1))
+        def tangent(deflection: RealArray) -> RealArray:
+            slopes = [spring.slope(deflection[:, k]) for k, spring in enumerate(springs)]
+            return np.asarray(factors * np.stack(slopes, axis=1))
 
-        position = np.zeros_like(load)
-        residual = unbalanced(position)
-        enough = BALANCED * (1.0 + size(load))
-        for _ in range(NEWTON_STEPS):
-            if np.all(size(residual) <= enough):
-                break
-            deflection = position @ forward.T
-            tangents = [spring.slope(deflection[:, k]) for k, spring in enumerate(springs)]
-            stiffness = np.einsum("ka,fk,kb->fab", forward, np.stack(tangents, axis=1), forward)
-            step = np.linalg.solve(stiffness, residual[..., np.newaxis])[..., 0]
-            share = np.ones((torque.size, 1))
-            for _ in range(HALVINGS):
-                tried = unbalanced(position + share * step)
-                worse = size(tried) > (1 - 0.1 * share[:, 0]) * size(residual)
-                worse &= size(residual) > enough
-                if not worse.any():
-                    break
-                share[worse] /= 2
-            position = position + share * step
-            residual = unbalanced(position)
-        else:
-            raise ArithmeticError(f"no static equilibrium within {NEWTON_STEPS} Newton steps")
-        deflection = position @ forward.T
+        deflection = balanced_deflection(load, self.forward, force, tangent)
         self._refuse_extrapolation(torque, deflection)
-        forces = [spring.force(deflection[:, k]) for k, spring in enumerate(springs)]
-        return StaticState(torque, self.names, deflection, np.stack(forces, axis=1))
+        return deflection
 
     def force_deviation(
         self, wheel_torque: npt.ArrayLike, *, seed: int, n_draws: int = 100
@@ -255,17 +258,19 @@ class KinematicModel:
             forces.append(self.with_curve_scales(scales).equilibrium(wheel_torque).force)
         return np.asarray(np.std(forces, axis=0))
 
-    def _springs(self) -> list[MonotoneCurve]:
+    @cached_property
+    def springs(self) -> tuple[MonotoneCurve, ...]:
+        """Static curve of every direction, in the order of `names`."""
         of_direction = {name: MonotoneCurve(curve) for name, curve in self.curves.items()}
-        return [
+        return tuple(
             of_direction[f"{mount.name} {axis}"]
             for mount in self.mounts
             for _ in mount.pieces
             for axis in AXES
-        ]
+        )
 
     def _refuse_extrapolation(self, torque: RealArray, deflection: RealArray) -> None:
-        for k, spring in enumerate(self._springs()):
+        for k, spring in enumerate(self.springs):
             outside = (deflection[:, k] < spring.lowest) | (deflection[:, k] > spring.highest)
             if outside.any():
                 line = int(np.argmax(np.where(outside, np.abs(deflection[:, k]), -1.0)))

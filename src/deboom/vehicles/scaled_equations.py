@@ -43,6 +43,8 @@ class ScaledEquations:
         Design variable of each body of its own.
     own_transfer : array, shape (n_vehicle, n_frequency, n_own)
         Y over the line's power of two.
+    power : array, shape (n_vehicle, n_frequency)
+        One over the line's power of two [1].
     scale_level : array, shape (n_vehicle,)
         Sum over the lines of what the powers of two took out [dB re 1 Pa].
     """
@@ -58,6 +60,7 @@ class ScaledEquations:
     own_load: ComplexArray
     own_variables: npt.NDArray[np.intp]
     own_transfer: ComplexArray
+    power: RealArray
     scale_level: RealArray
 
 
@@ -82,5 +85,6 @@ def scaled_equations(motion: CoupledMotion) -> ScaledEquations:
         own_load=motion.own_stiffness * motion.own_load / (squared * motion.own_mass),
         own_variables=motion.own_variables,
         own_transfer=motion.own_transfer * power,
+        power=power[..., 0],
         scale_level=20.0 * np.log10(2.0) * exponents.sum(axis=1),
     )

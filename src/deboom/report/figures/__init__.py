@@ -5,6 +5,7 @@ used and no global setting survives a call. The same arguments give the same byt
 """
 
 from deboom.report.figures.changes import per_vehicle_change
+from deboom.report.figures.choices import fronts, part_choices
 from deboom.report.figures.front import pareto_front
 from deboom.report.figures.levels import spl_curves
 from deboom.report.figures.panels import CurvePanel, MapPanel, curve_panels, map_panels
@@ -16,8 +17,10 @@ __all__ = [
     "MapPanel",
     "convergence",
     "curve_panels",
+    "fronts",
     "map_panels",
     "pareto_front",
+    "part_choices",
     "per_vehicle_change",
     "spl_curves",
     "stiffness_bars",

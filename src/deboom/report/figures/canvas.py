@@ -19,6 +19,9 @@ if TYPE_CHECKING:
 
 RealArray = npt.NDArray[np.float64]
 
+PALETTE = 256
+"""Colours of a picture: as many as one byte tells apart."""
+
 
 @contextmanager
 def styled_figure(width: float, height: float) -> Iterator[Figure]:
@@ -34,10 +37,19 @@ def styled_figure(width: float, height: float) -> Iterator[Figure]:
 
 
 def png(figure: Figure) -> bytes:
-    """Bytes of the figure as PNG, without the writer's name and version."""
-    buffer = io.BytesIO()
-    figure.savefig(buffer, format="png", dpi=DPI, metadata={"Software": None})
-    return buffer.getvalue()
+    """Bytes of the figure as PNG with a palette: a third of the size, colours as before to the eye.
+
+    Without the writer's name and version; no dithering, which would make flat colours grainy.
+    """
+    from PIL import Image
+
+    drawn, flat = io.BytesIO(), io.BytesIO()
+    figure.savefig(drawn, format="png", dpi=DPI, metadata={"Software": None})
+    with Image.open(drawn) as picture:
+        picture.convert("RGB").quantize(
+            PALETTE, Image.Quantize.MAXCOVERAGE, kmeans=3, dither=Image.Dither.NONE
+        ).save(flat, format="PNG", optimize=True, dpi=(DPI, DPI))
+    return flat.getvalue()
 
 
 def halo(width: float) -> list[AbstractPathEffect]:

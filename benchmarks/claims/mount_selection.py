@@ -1,0 +1,124 @@
+"""Mount selection.
+
+Parts from the shipped catalogue (six per mount, 1296 sets) on the shipped platform. Every set of
+parts as they are is evaluated for comparison, and 120 sets are really built into the virtual car:
+its motion, amplitudes and preloads answer, and the change of the mean level (U06, 20 to 60 Hz) is
+what the study had to predict from characterised surfaces.
+"""
+
+from pathlib import Path
+
+import numpy as np
+
+from claims import Claim
+from deboom.bench.mount_sets import mount_set, with_mount_set
+from deboom.bench.operating_run import full_load_run
+from deboom.bench.parameters import load_bench
+from deboom.explore.fronts import pareto_front
+from deboom.explore.problems import nsga2
+from deboom.explore.robust import RobustResponse
+from deboom.files.platform import read_platform
+from deboom.mounts.surface_forces import Outside
+from deboom.physics.sound_level import spl
+from deboom.study.motion import Motion
+from deboom.study.mount_catalogue import Catalogue, catalogue_index, platform_catalogue
+from deboom.study.mount_source import MountSource, Operation, operation
+from deboom.study.sampling import Sampler, tolerance_sample
+from deboom.vehicles.catalogue_index import CatalogueIndex
+from deboom.vehicles.fleet import path_transfer
+
+PLATFORM = Path(__file__).parents[2] / "studies" / "data" / "u06_f39_f45"
+SETS_BUILT = 120
+
+
+def claims() -> list[Claim]:
+    """Compare the search with all sets, and the prediction with the virtual car."""
+    platform = read_platform(PLATFORM)
+    runs = operation(platform, None, MountSource.library_inside, "U06", band=(20.0, 60.0))
+    catalogue = platform_catalogue(platform, None)
+    index = {
+        motion: catalogue_index(runs, catalogue, motion, None, Outside.KEEP_MEASURED)
+        for motion in (Motion.prescribed, Motion.coupled)
+    }
+    return [
+        *_search_against_all_sets(index[Motion.prescribed], catalogue),
+        *_prediction_against_truth(index, catalogue, runs),
+    ]
+
+
+def _search_against_all_sets(index: CatalogueIndex, catalogue: Catalogue) -> list[Claim]:
+    space = catalogue.space(index.variable_names, retuning=0.0, tolerance=0.15)
+    sample = tolerance_sample(Sampler.sobol, space.n_variables, 128, seed=1)
+    robust = RobustResponse(index, space, sample)
+    sets = catalogue.all_sets()
+    truth = pareto_front(robust(np.hstack([sets, np.ones((len(sets), 12))])))
+    found, shares = [], []
+    for seed in (1, 2, 3):
+        search = nsga2(robust, 60, 40, seed=seed)
+        wanted = {tuple(row) for row in truth.designs.tolist()}
+        got = wanted & {tuple(row) for row in search.front.designs.tolist()}
+        found.append(tuple(truth.designs[0]) in got)
+        shares.append(100.0 * len(got) / len(wanted))
+    return [
+        Claim(
+            f"front of all {len(sets)} sets ({len(truth)} sets), found by NSGA-II, seeds 1–3 [%]",
+            "≥ 95 each",
+            ", ".join(f"{share:.0f}" for share in shares),
+            min(shares) >= 95.0,
+        ),
+        Claim(
+            "quietest of all sets found, seeds 1–3",
+            "3 of 3",
+            f"{sum(found)} of 3",
+            all(found),
+        ),
+    ]
+
+
+def _prediction_against_truth(
+    index: dict[Motion, CatalogueIndex], catalogue: Catalogue, runs: Operation
+) -> list[Claim]:
+    sets = catalogue.all_sets()
+    built = np.random.default_rng(1).choice(len(sets), SETS_BUILT, replace=False)
+    today = _true_level(sets[0], runs)
+    truth = np.array([_true_level(sets[row], runs) - today for row in built])
+    rows = []
+    for motion, asked in ((Motion.coupled, 0.99), (Motion.prescribed, 0.90)):
+        predicted = index[motion](np.hstack([sets, np.ones((len(sets), 12))]))
+        change = predicted.mean(axis=1) / index[motion].n_lines
+        change -= change[0]
+        r = float(np.corrcoef(change[built], truth)[0, 1])
+        slope = float(np.polyfit(change[built], truth, 1)[0])
+        error = float(np.abs(change[built] - truth).max())
+        best = int(np.argmin(change))
+        gained = _true_level(sets[best], runs) - today
+        rows += [
+            Claim(
+                f"predicted and true change of {SETS_BUILT} sets, {motion.value}: r [1]",
+                f"≥ {asked:.2f}",
+                f"{r:.4f} (slope {slope:.2f}, largest error {error:.3f} dB, spread of the truth "
+                f"{truth.std():.2f} dB)",
+                r >= asked,
+            ),
+            Claim(
+                f"true change of the quietest set as predicted, {motion.value} [dB]",
+                "within 0.05 of the prediction",
+                f"{gained:.3f} (predicted {change[best]:.3f})",
+                bool(abs(gained - change[best]) <= 0.05),
+            ),
+        ]
+    return rows
+
+
+def _true_level(numbers: np.ndarray, runs: Operation) -> float:
+    """Mean level of the group with a set of parts built into the virtual car [dB(A)]."""
+    bench = load_bench()
+    mounts = [mount.name for mount in runs.platform.mounts]
+    name = "-".join(f"{mount}{int(n)}" for mount, n in zip(mounts, numbers, strict=True))
+    frequency = runs.cases[0][0].force.frequency
+    inside = (frequency >= runs.band[0]) & (frequency <= runs.band[1])
+    run = full_load_run(with_mount_set(bench, mount_set(name, bench)), 5, 220.0, frequency)
+    paths = [f"{mount} {axis}" for mount in bench.mount_names for axis in "xyz"] + ["Du x"]
+    transfer = path_transfer(runs.fleet, paths, frequency[inside], runs.band, name)
+    pressure = np.einsum("vfp,fp->vf", transfer, run.path_force[inside])
+    return float(spl(pressure, frequency[inside], axis=-1).mean())

@@ -1,0 +1,151 @@
+"""The command line of the virtual test bench: a platform, or a campaign of raw channels."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+bench_app = typer.Typer(
+    no_args_is_help=True,
+    rich_markup_mode=None,
+    help="The virtual test bench: measurement files that look real, with known truth.",
+)
+
+Folder = Annotated[Path, typer.Argument(help="A new or empty folder for the files.")]
+
+
+@bench_app.command("write")
+def write(
+    folder: Folder,
+    seed: Annotated[
+        int, typer.Option(help="From 1. Seed 1 is the frozen fleet; others draw a new one.")
+    ] = 1,
+    library: Annotated[
+        bool,
+        typer.Option(
+            "--library",
+            help="Characterise the mounts as well, from a campaign of raw channels: studies take "
+            "them from mounts.library.json. Half a minute.",
+        ),
+    ] = False,
+) -> None:
+    """Write the measurement files of a virtual platform.
+
+    Noise transfer functions of 15 vehicles (UFF), operating displacement and force spectra at the
+    mounts (UFF), tables of mounts and channels (CSV) and a platform.toml that names them. The exact
+    truth goes to the folder `truth/`, which no study reads.
+    """
+    from deboom.bench.platform_writer import write_platform
+    from deboom.study.mount_source import LIBRARY_FILE
+    from deboom.study.platform_library import write_platform_library
+    from deboom.study.progress import progress_bar
+    from deboom.study.runner import one_sentence_errors
+
+    with one_sentence_errors():
+        with progress_bar("virtual bench") as progress:
+            write_platform(folder, seed=seed, progress=progress)
+        if library:
+            with progress_bar("mount library") as progress:
+                write_platform_library(folder / LIBRARY_FILE, seed, progress)
+        else:
+            typer.echo(
+                "no mount library: studies need --mounts spectra, or write the platform with "
+                "--library",
+                err=True,
+            )
+        typer.echo(folder.as_posix())
+
+
+@bench_app.command("campaign")
+def campaign(
+    folder: Folder,
+    seed: Annotated[int, typer.Option(help="From 1. The bench: its sensors and noise.")] = 1,
+    mount_set: Annotated[
+        list[str] | None,
+        typer.Option(
+            help="Parts on the bench: M0 as drawn, M1, M2, … scattered, EnM1-GeM2-TSM3-Du4 mixed. "
+            "May be repeated; by default M1 to M5 and that mix."
+        ),
+    ] = None,
+    noise_free: Annotated[
+        bool, typer.Option("--noise-free", help="Every sensor as stated, no noise.")
+    ] = False,
+    time_run: Annotated[
+        bool, typer.Option("--time-run", help="One run as time data with tacho as well.")
+    ] = False,
+    third_cell: Annotated[
+        bool,
+        typer.Option(
+            "--third-cell",
+            help="Three cells below each powertrain mount, and hammer blows beside it: moments.",
+        ),
+    ] = False,
+) -> None:
+    """Write a measurement campaign: raw channels of runs, shaker runs, suppliers' curves.
+
+    Gears 3 to 7, full load with torque limits and load slices, rising and falling (UFF, one file
+    per run), the position sheet and a campaign.toml that names them. `deboom characterise` makes
+    mounts of it. The exact truth goes to the folder `truth/`, which no command reads but to
+    compare.
+    """
+    from deboom.bench.campaign_plan import (
+        FULL_PLAN,
+        NO_ERRORS,
+        CampaignErrors,
+        CampaignPlan,
+        TimeRunPlan,
+    )
+    from deboom.bench.campaign_writer import write_campaign
+    from deboom.study.progress import progress_bar
+    from deboom.study.runner import one_sentence_errors
+
+    with one_sentence_errors():
+        sets = tuple(mount_set or FULL_PLAN.mount_sets)
+        plan = CampaignPlan(
+            mount_sets=sets,
+            time_run=TimeRunPlan(mount_set=sets[0]) if time_run else None,
+            third_cell=third_cell,
+        )
+        errors = NO_ERRORS if noise_free else CampaignErrors()
+        with progress_bar("virtual bench") as progress:
+            write_campaign(folder, seed, plan, errors, progress)
+        typer.echo(folder.as_posix())
+
+
+@bench_app.command("vehicle")
+def vehicle(
+    folder: Folder,
+    seed: Annotated[
+        int, typer.Option(help="From 1. Seed 1 is the frozen fleet; others draw a new one.")
+    ] = 1,
+    name: Annotated[str, typer.Option("--vehicle", help="Of the fleet.")] = "U06-1",
+    mount_set: Annotated[
+        str, typer.Option(help="Parts under its powertrain: M0, M1, … or EnM1-GeM2-TSM3-Du4.")
+    ] = "M1",
+    hammer: Annotated[
+        str, typer.Option(help="Mount whose hammer blows are written over time as well: TSM, …")
+    ] = "",
+    exact: Annotated[
+        bool,
+        typer.Option(
+            "--noise-free", help="Every sensor as stated, no noise, mounts as on the bench."
+        ),
+    ] = False,
+) -> None:
+    """Write one vehicle as a laboratory measures it.
+
+    Noise transfer functions with the hammer and with a loudspeaker, at the driver's and the
+    passenger's ear; runs of the complete car on its flexible body: pressure at the ears,
+    acceleration on both sides of every mount (UFF), and a vehicle.toml that names them. The exact
+    truth goes to the folder `truth/`, which no study reads.
+    """
+    from deboom.bench.vehicle_writer import NO_VEHICLE_ERRORS, VehicleErrors, write_vehicle
+    from deboom.study.progress import progress_bar
+    from deboom.study.runner import one_sentence_errors
+
+    with one_sentence_errors(), progress_bar("virtual vehicle") as progress:
+        errors = NO_VEHICLE_ERRORS if exact else VehicleErrors()
+        write_vehicle(folder, seed, name, mount_set, errors, blows_at=hammer, progress=progress)
+        typer.echo(folder.as_posix())

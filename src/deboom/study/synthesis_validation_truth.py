@@ -1,0 +1,98 @@
+"""The bench's own truth of a driven vehicle, for comparison only: no prediction ever sees it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from deboom.measurement.channels import Frf, Spectrum
+from deboom.measurement.channel_geometry import ChannelGeometry
+from deboom.physics.arrays import ComplexArray, RealArray
+
+_LOADS = ("x", "y", "z", "mx", "my", "mz")
+
+
+@dataclass(frozen=True, eq=False)
+class VehicleTruth:
+    """What is exact about a vehicle and its run.
+
+    Parameters
+    ----------
+    force : Spectrum
+        Of every mount on the body, channels ``<mount> [<piece>] <axis>`` [N].
+    pressure : Spectrum
+        At the ears, through the mounts alone [Pa].
+    noise_transfer : Frf
+        Outputs are the ears, inputs ``<mount> [<piece>] x y z mx my mz`` [Pa/N].
+    natural_frequency : array, shape (n_mode,)
+        Of the trimmed body on average; between two measurements it changes a little [Hz].
+    damping_ratio : array, shape (n_mode,)
+        [1].
+    interfaces : tuple of str
+        ``<mount> [<piece>]``.
+    shapes : array, shape (n_mode, n_interface, 6)
+        At the interfaces, x y z rx ry rz.
+    """
+
+    force: Spectrum
+    pressure: Spectrum
+    noise_transfer: Frf
+    natural_frequency: RealArray
+    damping_ratio: RealArray
+    interfaces: tuple[str, ...]
+    shapes: RealArray
+
+    def shape_at(self, mode: int, geometries: dict[str, ChannelGeometry]) -> dict[str, float]:
+        """Return what the sensors around each interface see of a mode, by channel."""
+        found = {}
+        for place, name in enumerate(self.interfaces):
+            geometry = geometries[name]
+            seen = geometry.forward @ self.shapes[mode, place]
+            found |= dict(zip(geometry.channels, seen.tolist(), strict=True))
+        return found
+
+
+def read_vehicle_truth(folder: Path, run: str) -> VehicleTruth | None:
+    """Read the truth of a virtual vehicle.
+
+    Parameters
+    ----------
+    folder : Path
+        Of the vehicle.
+    run : str
+        On the road.
+
+    Returns
+    -------
+    VehicleTruth or None
+        None for a vehicle that nobody knows the truth of.
+    """
+    paths = [Path(folder) / "truth" / f"{name}.npz" for name in (run, "vehicle")]
+    if not all(path.is_file() for path in paths):
+        return None
+    driven, body = (_arrays(path) for path in paths)
+    frequency = driven["frequency"].real
+    ears, interfaces = (tuple(body[name].tolist()) for name in ("ears", "interfaces"))
+    transfer: ComplexArray = body["noise_transfer"]
+    return VehicleTruth(
+        force=Spectrum(frequency, driven["force"], tuple(driven["channels"].tolist()), "N"),
+        pressure=Spectrum(frequency, driven["pressure_of_mounts"], ears, "Pa"),
+        noise_transfer=Frf(
+            body["frequency"],
+            transfer.reshape(*transfer.shape[:2], -1),
+            ears,
+            tuple(f"{name} {load}" for name in interfaces for load in _LOADS),
+            "Pa/N",
+        ),
+        natural_frequency=body["natural_frequencies"],
+        damping_ratio=body["damping_ratios"],
+        interfaces=interfaces,
+        shapes=body["shapes_at_interfaces"],
+    )
+
+
+def _arrays(path: Path) -> dict[str, np.ndarray]:
+    with np.load(path, allow_pickle=False) as file:
+        return {name: file[name] for name in file.files}

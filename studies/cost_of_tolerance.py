@@ -9,13 +9,11 @@ What it showed, with seed 1 on the virtual platform: for today's money the scatt
 mean falls by 2.1 dB per line; x of all four mounts deserves the precision, TSM x first, and y of
 none. A quiet design with today's scatter saves the price of four halved tolerances.
 
-Keys of summary.json, all of designs no louder than the quietest one by more than the margin and
-verified with 1024 independent draws: sigma_change_percent_at_todays_cost (least scatter without
-paying more than today, against today's design), sigma_change_percent_by_allocation (the same
-against one tolerance everywhere at the same stiffnesses and cost),
+Keys of summary.json, of designs no louder than the quietest one by more than the margin, verified
+with 1024 draws: sigma_change_percent_at_todays_cost (against today's design),
+sigma_change_percent_by_allocation (against one tolerance everywhere at that cost and stiffness),
 mean_change_db_per_line_at_todays_cost; cost_for_todays_sigma (negative is a saving);
-cost_most_precise, sigma_change_percent_most_precise; n_front, n_evaluated, n_failed (designs),
-seconds_search.
+cost_most_precise, sigma_change_percent_most_precise; n_front, n_evaluated, n_failed (designs).
 """
 
 from pathlib import Path

@@ -11,14 +11,21 @@ from deboom.errors import InputError
 from deboom.files.library_export import read_library_json
 from deboom.files.platform import read_platform
 from deboom.mounts.library import open_library
-from deboom.study.motion import Motion
+from deboom.study.motion import Kernel, Motion
 from deboom.study.mount_catalogue import CATALOGUE_FILE, platform_catalogue
 from deboom.study.mount_source import MountSource
 from deboom.study.runner import load_study, run_study
 
 STUDY = Path(__file__).parents[2] / "studies" / "mount_selection.py"
 PLATFORM = STUDY.parent / "data" / "u06_f39_f45"
-BUDGET = {"seed": 1, "generations": 8, "population": 16, "samples": 16, "mount": ["TSM", "Du"]}
+BUDGET = {
+    "seed": 1,
+    "generations": 8,
+    "population": 16,
+    "samples": 16,
+    "mount": ["TSM", "Du"],
+    "motion": Motion.prescribed,
+}
 
 
 @pytest.fixture(scope="module")
@@ -57,7 +64,14 @@ def test_re_tuned_parts_in_coupled_motion_do_no_worse(tmp_path, finished):
     run = run_study(
         load_study(STUDY),
         tmp_path,
-        {**BUDGET, "retuning": 0.05, "motion": Motion.coupled, "mount": ["TSM"], "generations": 6},
+        {
+            **BUDGET,
+            "retuning": 0.05,
+            "motion": Motion.coupled,
+            "kernel": Kernel.numpy,
+            "mount": ["TSM"],
+            "generations": 6,
+        },
     )
     summary = json.loads((run / "summary.json").read_text())
     assert summary["change_db_per_line"] < summary["change_parts_as_they_are_db_per_line"]

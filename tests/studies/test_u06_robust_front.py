@@ -152,3 +152,16 @@ def test_the_script_runs_on_its_own_and_prints_its_folder_last(tmp_path):
     folder = Path(done.stdout.splitlines()[-1])
     assert (folder / "report.html").is_file()
     assert folder.parent == tmp_path / "u06_robust_front"
+
+
+def test_several_seeds_make_one_front_and_picks_go_on_by_gradient(finished, tmp_path):
+    folder = run(tmp_path, searches=2, polish=True)
+    assert json.loads((folder / "summary.json").read_text())["n_evaluated"] == 2 * 288
+    one, both = (
+        pd.read_csv(path / "front.csv")["SPLV mean sum in search [dB(A)]"].min()
+        for path in (finished, folder)
+    )
+    assert both < one
+    page = (folder / "report.html").read_text(encoding="utf-8")
+    assert "2 searches with different seeds" in page
+    assert "by gradient" in page

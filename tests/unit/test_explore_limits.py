@@ -1,4 +1,4 @@
-"""Limits: which designs a search may offer, what it keeps of the others, what it says if none is."""
+"""Limits: which designs a search may offer, what it keeps of the others, what if there is none."""
 
 import json
 from dataclasses import fields, replace
@@ -24,7 +24,7 @@ ROBUST = RobustResponse(MODEL, SPACE, sobol_sample(4, 16, seed=1))
 
 
 def total(designs):
-    """The sum of all factors, and the first one."""
+    """Return the sum of all factors, and the first one."""
     return np.column_stack([designs.sum(axis=1), designs[:, 0]])
 
 
@@ -87,7 +87,7 @@ def test_a_limit_out_of_reach_says_which_and_by_how_much():
 
 
 def test_limits_that_none_keeps_are_all_named():
-    with pytest.raises(InputError, match="none keeps 'first at least 1.5 kg' either"):
+    with pytest.raises(InputError, match=r"none keeps 'first at least 1\.5 kg' either"):
         nsga2(limited(1.0, (1.5, 9.0)), 20, 2, seed=1)
 
 

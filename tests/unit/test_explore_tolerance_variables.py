@@ -29,7 +29,9 @@ RESPONSE = ToleranceResponse(ROBUST, 0.02, 0.30, COST)
 
 
 def test_values_are_those_of_a_response_with_these_tolerances():
-    designs = np.array([[1, 1, 1, 1, 0.15, 0.15, 0.15, 0.15], [0.9, 1.1, 1, 1, 0.05, 0.3, 0.1, 0.2]])
+    designs = np.array(
+        [[1, 1, 1, 1, 0.15, 0.15, 0.15, 0.15], [0.9, 1.1, 1, 1, 0.05, 0.3, 0.1, 0.2]]
+    )
     values = RESPONSE(designs)
     for row, design in enumerate(designs):
         space = replace(SPACE, tolerance=design[4:])

@@ -39,7 +39,9 @@ MOTION = drawn(FREQUENCY.size, len(CHANNELS)) * 1e-4
 STIFFNESS = (1.0 + RNG.random((FREQUENCY.size, len(CHANNELS)))) * (1e5 + 2e4j)
 FLEET = Fleet(
     tuple(
-        Vehicle(name, "G", Frf(FREQUENCY, drawn(FREQUENCY.size, 1, len(PATHS)), ("ear",), PATHS, "Pa/N"))
+        Vehicle(
+            name, "G", Frf(FREQUENCY, drawn(FREQUENCY.size, 1, len(PATHS)), ("ear",), PATHS, "Pa/N")
+        )
         for name in ("one", "two")
     )
 )
@@ -85,7 +87,9 @@ def test_a_loss_factor_multiplies_the_imaginary_part_of_its_direction_alone():
     lossier[:, column] = STIFFNESS[:, column].real + 1.2j * STIFFNESS[:, column].imag
     design = np.ones((1, 12))
     design[0, prescribed().variable_names.index("A z loss")] = 1.2
-    np.testing.assert_allclose(prescribed()(design), prescribed(lossier)(np.ones((1, 12))), atol=1e-9)
+    np.testing.assert_allclose(
+        prescribed()(design), prescribed(lossier)(np.ones((1, 12))), atol=1e-9
+    )
 
 
 def test_the_same_in_coupled_motion_with_bodies_of_their_own():

@@ -160,9 +160,9 @@ def strike(
     off = plan.scatter * generator.standard_normal((plan.hits, n_impact, 2))
     scatter = np.einsum("hmt,mta->hma", off, sheet.across)
     wrenches = placed.excitation_rows(sheet, scatter).swapaxes(0, 1)
-    excitation = compressor.on_parts(wrenches.reshape(-1, 6), np.repeat(
-        sheet.impact_positions, plan.hits, axis=0
-    )).reshape(n_impact, plan.hits, -1)
+    excitation = compressor.on_parts(
+        wrenches.reshape(-1, 6), np.repeat(sheet.impact_positions, plan.hits, axis=0)
+    ).reshape(n_impact, plan.hits, -1)
     channels = np.repeat(sheet.sensor_positions, 3, axis=0)
     response_rows = compressor.on_parts(placed.response_rows(sheet), channels)
 
@@ -222,14 +222,12 @@ def mount_amplitudes(compressor: Compressor, load: ComplexArray, plan: HitPlan) 
     assert softening is not None
     amplitudes = np.full(len(compressor.positions), softening.reference)
     for _ in range(LARGEST_SWEEPS):
-        stiffness = compressor.dynamic_stiffness(
-            plan.spectrum_lines, softening.factor(amplitudes)
-        )
+        stiffness = compressor.dynamic_stiffness(plan.spectrum_lines, softening.factor(amplitudes))
         motion = np.linalg.solve(stiffness, load[:, :, None])[:, :, 0]
         over_time = np.fft.irfft(motion @ compressor.mount_rows.T, plan.n_sample, axis=0)
         stroke = np.linalg.norm(over_time.reshape(plan.n_sample, -1, 3), axis=2).max(axis=0)
         settled = np.all(np.abs(stroke - amplitudes) < AMPLITUDE_TOLERANCE * stroke)
-        amplitudes = stroke
+        amplitudes = np.asarray(stroke)
         if settled:
             return amplitudes
     raise ArithmeticError("the amplitude of a hit does not settle")
@@ -259,11 +257,11 @@ def averaged(blows: Blows, plan: HitPlan) -> tuple[ComplexArray, RealArray]:
     lines = np.isin(plan.spectrum_lines, plan.lines)
     force = np.fft.rfft(blows.force)[:, :, lines]
     response = np.fft.rfft(blows.response, axis=2)[:, :, lines]
-    cross = np.einsum("mhfc,mhf->fcm", response, force.conj())
+    cross: ComplexArray = np.einsum("mhfc,mhf->fcm", response, force.conj())
     of_force = np.einsum("mhf,mhf->fm", force, force.conj()).real[:, None]
     of_response = np.einsum("mhfc,mhfc->fcm", response, response.conj()).real
     coherence = np.minimum(np.abs(cross) ** 2 / (of_force * of_response), 1.0)
-    return cross / of_force, coherence
+    return np.asarray(cross / of_force), coherence
 
 
 def exact_inertance(
@@ -318,5 +316,5 @@ def _response_noise(
     density[1:] = plan.response_noise * np.sqrt(1 + (plan.corner / lines[1:]) ** 2)
     # |X|² of n samples is n rate/2 times the one-sided density of power, half of it in each part
     deviation = density * np.sqrt(plan.n_sample * plan.rate) / 2
-    drawn = generator.standard_normal((*shape, 2)) @ [1, 1j]
-    return np.asarray(deviation[:, None] * drawn)
+    real, imaginary = generator.standard_normal((2, *shape))
+    return np.asarray(deviation[:, None] * (real + 1j * imaginary))

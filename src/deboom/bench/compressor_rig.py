@@ -147,7 +147,9 @@ def position_sheet() -> Sheet:
 
 def placement_errors(level: CalibrationLevel) -> PlacementErrors:
     """Return the standard deviations of a level."""
-    levels = read_data(COMPRESSOR_DATA)["rig"]["calibration_levels_gain_position_m_angle_deg_hammer"]
+    levels = read_data(COMPRESSOR_DATA)["rig"][
+        "calibration_levels_gain_position_m_angle_deg_hammer"
+    ]
     gain, position, degrees, hammer = levels[level.value]
     return PlacementErrors(gain, position, float(np.deg2rad(degrees)), hammer)
 

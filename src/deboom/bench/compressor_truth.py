@@ -215,8 +215,8 @@ class Compressor:
         if self.joint is None:
             return np.asarray(held - squared * whole)
         share = self.joint.share
-        joined = (2 * np.pi * self.joint.frequency) ** 2 * share * (1 - share) * whole
-        joined = joined * (1 + 1j * self.joint.loss)
+        complex_square = (2 * np.pi * self.joint.frequency) ** 2 * (1 + 1j * self.joint.loss)
+        joined = complex_square * share * (1 - share) * whole
         both = np.empty((len(squared), 12, 12), dtype=complex)
         both[:, :6, :6] = held + joined - squared * (1 - share) * whole
         both[:, 6:, 6:] = joined - squared * share * whole

@@ -37,6 +37,7 @@ from deboom.bench.vehicle_functions import (
     sensor_table,
 )
 from deboom.bench.vehicle_layout import EAR_NODES, MICROPHONES, source_sensor_places
+from deboom.bench.vehicle_panels import listen_at_panels, panel_functions, panel_table
 from deboom.bench.vehicle_readme import readme_text
 from deboom.bench.vehicle_state import NO_STATE_SPREAD, StateSpread, in_state
 from deboom.bench.vehicle_truth import write_run_truth, write_vehicle_truth
@@ -53,6 +54,7 @@ from deboom.files.vehicle_file import (
     VehicleRunEntry,
     dump_vehicle_file,
 )
+from deboom.files.vehicle_panels import PanelEntry, write_panel_table
 from deboom.files.vehicle_tables import write_impact_table
 from deboom.physics.arrays import ComplexArray
 from deboom.physics.orders import rpm_of_frequency
@@ -60,11 +62,12 @@ from deboom.physics.rigid_body import forward_matrices
 
 Progress = Callable[[int, int, str], None]
 
-MOUNT_TABLE, SENSOR_TABLE, CHANNEL_TABLE, IMPACT_TABLE = (
-    f"{name}.csv" for name in ("mounts", "sensors", "channels", "impacts")
+MOUNT_TABLE, SENSOR_TABLE, CHANNEL_TABLE, IMPACT_TABLE, PANEL_TABLE = (
+    f"{name}.csv" for name in ("mounts", "sensors", "channels", "impacts", "panels")
 )
-DIRECT, RECIPROCAL, ACCELERANCE = (
-    f"noise_transfer/{name}.uff" for name in ("direct", "reciprocal", "accelerance")
+DIRECT, RECIPROCAL, ACCELERANCE, PANEL_MOTION, PANEL_PRESSURE = (
+    f"noise_transfer/{name}.uff"
+    for name in ("direct", "reciprocal", "accelerance", "panel_motion", "panel_pressure")
 )
 
 
@@ -226,6 +229,8 @@ def _write_files(session: _Session, plan: _Plan, report: Progress) -> None:
     answer = breathe(setup, moved, cabin, FREQUENCY, errors.acquisition, generator)
     functions = reciprocal_functions(bench, answer, FREQUENCY, session.vehicle)
     write_uff(folder / RECIPROCAL, functions, binary=True)
+    heard = listen_at_panels(setup, moved, cabin, FREQUENCY, errors.acquisition, generator)
+    _write_panels(session, *heard)
     report(3, total, RECIPROCAL)
 
     for number, case in enumerate(plan.load_cases):
@@ -243,6 +248,17 @@ def _write_files(session: _Session, plan: _Plan, report: Progress) -> None:
     mass = draw_wheel_end_mass(bench, session.generator(_SHEET))
     dump_vehicle_file(folder / VEHICLE_FILE, _vehicle_file(session, exact, mass, plan))
     report(total, total, VEHICLE_FILE)
+
+
+def _write_panels(session: _Session, motion: ComplexArray, pressure: ComplexArray) -> None:
+    panels = panel_table(session.fleet.cabin)
+    for name, values, quantity in (
+        (PANEL_MOTION, motion, ("acceleration", "m/s^2")),
+        (PANEL_PRESSURE, pressure, ("pressure", "Pa")),
+    ):
+        functions = panel_functions(panels, values, FREQUENCY, quantity, session.vehicle)
+        write_uff(session.folder / name, functions, binary=True)
+    write_panel_table(session.folder / PANEL_TABLE, panels)
 
 
 def _write_run(
@@ -306,6 +322,7 @@ def _vehicle_file(
         direct=DIRECT,
         reciprocal=RECIPROCAL,
         accelerance=ACCELERANCE if plan.accelerance else None,
+        panels=PanelEntry(table=PANEL_TABLE, motion=PANEL_MOTION, pressure=PANEL_PRESSURE),
         engine=platform.engine,
         ears=tuple(
             EarEntry(name=ear, node=EAR_NODES[ear], microphone=MICROPHONES[ear]) for ear in EARS

@@ -146,15 +146,12 @@ def _is_excel(path: Path) -> bool:
 def _cells(path: Path, sheet: str | None) -> pd.DataFrame:
     try:
         if _is_excel(path):
-            with pd.ExcelFile(path) as book:
-                names = [str(name) for name in book.sheet_names]
-                if sheet is not None and sheet not in names:
-                    raise InputError(
-                        f"{path} has no sheet '{sheet}', only {', '.join(names)}: add or rename it"
-                    )
-                table = book.parse(
-                    sheet or names[0], header=None, dtype=str, keep_default_na=False
-                )
+            sheets = pd.read_excel(
+                path, sheet_name=None, header=None, dtype=str, keep_default_na=False
+            )
+            if sheet is None:
+                sheet = next(iter(sheets))
+            table = sheets.get(sheet)
         else:
             # without a header, so that pandas neither renames doubled columns nor makes an index
             table = pd.read_csv(
@@ -174,6 +171,9 @@ def _cells(path: Path, sheet: str | None) -> pd.DataFrame:
     except (pd.errors.ParserError, BadZipFile, ValueError) as error:
         kind = "Excel file" if _is_excel(path) else "comma-separated table"
         raise InputError(f"{path} is no {kind}: {str(error).strip()}") from None
+    if table is None:
+        known = ", ".join(map(str, sheets))
+        raise InputError(f"{path} has no sheet '{sheet}', only {known}: add or rename it")
     if table.empty:
         raise InputError(f"{path} is empty: export it again")
     return table.fillna("")

@@ -23,6 +23,7 @@ from deboom.files.vehicle_file import (
     VehicleRunEntry,
     load_vehicle_file,
 )
+from deboom.files.vehicle_panels import read_panels
 from deboom.files.vehicle_tables import ImpactRow, read_impact_table
 from deboom.measurement.channels import Frf, Spectrum
 from deboom.measurement.impacts import Impact
@@ -129,6 +130,7 @@ def read_vehicle(folder: Path) -> MeasuredVehicle:
         ),
         accelerance=accelerance,
         runs=tuple(_run(folder, file, entry, ears, list(channels.values())) for entry in file.runs),
+        panels=None if file.panels is None else read_panels(folder, file.panels, sources),
     )
 
 

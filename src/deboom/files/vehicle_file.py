@@ -11,6 +11,7 @@ from pydantic import Field
 from deboom.errors import InputError
 from deboom.files.platform_file import Engine, MountEntry, Name, Positive, RelativePath
 from deboom.files.strict_toml import StrictModel, dump_toml, load_toml
+from deboom.files.vehicle_panels import PanelEntry
 
 VEHICLE_FILE = "vehicle.toml"
 
@@ -66,6 +67,8 @@ class VehicleFile(StrictModel):
     """UFF: acceleration on the body per volume acceleration at the ears."""
     accelerance: RelativePath | None = None
     """UFF: acceleration on the body per force of the hammer; left out where not recorded."""
+    panels: PanelEntry | None = None
+    """Panels of the cabin under the loudspeaker; left out where not measured."""
     engine: Engine
     """For the order of the runs."""
     ears: Annotated[tuple[EarEntry, ...], Field(strict=False, min_length=1)]

@@ -20,6 +20,7 @@ from deboom.measurement.noise_transfer import (
     noise_transfer_of_paths,
     reciprocal_noise_transfer,
 )
+from deboom.measurement.panels import PanelMeasurement
 from deboom.measurement.sensors import SENSOR_AXES, Sensor
 from deboom.measurement.virtual_point import (
     motion_at_mounts,
@@ -98,6 +99,8 @@ class MeasuredVehicle:
         accelerometers were not recorded.
     runs : tuple of VehicleRun
         Assembled, on the road.
+    panels : PanelMeasurement or None
+        Panels of the cabin under the loudspeaker; None where nobody measured them.
     """
 
     name: str
@@ -112,6 +115,7 @@ class MeasuredVehicle:
     reciprocal: Frf
     accelerance: Frf | None
     runs: tuple[VehicleRun, ...]
+    panels: PanelMeasurement | None = None
 
     def __post_init__(self) -> None:
         for name in ("body_sensors", "impacts"):

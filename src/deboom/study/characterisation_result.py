@@ -59,8 +59,8 @@ def characterisation_result(
     Returns
     -------
     StudyResult
-        Tables ``r2``, ``truth`` (where the truth is known), ``uncertainty``, ``neighbour``, ``quality``,
-        ``force_transfer``, ``moments`` (where known), ``all_gears`` (if asked for) and
+        Tables ``r2``, ``truth`` (where the truth is known), ``uncertainty``, ``neighbour``,
+        ``quality``, ``force_transfer``, ``moments`` (where known), ``all_gears`` (if asked for) and
         ``directions``, the numbers of every bench behind them.
     """
     with threadpool_limits(1):  # its matrices are too small to share

@@ -11,6 +11,7 @@ from deboom.explore.robust import RobustValues
 from deboom.report import figures
 from deboom.report.page import Headline, Page, Picture, Section, Table
 from deboom.report.style import signed
+from deboom.study.motion_report import motion_report
 from deboom.study.mount_selection import MountSelection
 from deboom.study.result import Scalar, StudyResult
 
@@ -223,6 +224,8 @@ def _page(
         if study.retuning
         else "Parts are taken as they are."
     )
+    level = study.index.levels[0]
+    motion = motion_report(level, np.ones((1, len(level.variable_names)))).warnings
     half = float(study.robust.space.tolerance.max())
     return Page(
         title="Mounts from the catalogue",
@@ -233,7 +236,7 @@ def _page(
         ),
         headlines=tuple(headlines),
         terms=TERMS,
-        warnings=(WARNING,),
+        warnings=(WARNING, *motion),
         sections=(
             Section(
                 "What to order",

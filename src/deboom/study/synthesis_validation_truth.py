@@ -8,7 +8,6 @@ from pathlib import Path
 import numpy as np
 
 from deboom.measurement.channels import Frf, Spectrum
-from deboom.measurement.channel_geometry import ChannelGeometry
 from deboom.physics.arrays import ComplexArray, RealArray
 
 _LOADS = ("x", "y", "z", "mx", "my", "mz")
@@ -28,30 +27,29 @@ class VehicleTruth:
         Outputs are the ears, inputs ``<mount> [<piece>] x y z mx my mz`` [Pa/N].
     natural_frequency : array, shape (n_mode,)
         Of the trimmed body on average; between two measurements it changes a little [Hz].
-    damping_ratio : array, shape (n_mode,)
-        [1].
-    interfaces : tuple of str
-        ``<mount> [<piece>]``.
     shapes : array, shape (n_mode, n_interface, 6)
-        At the interfaces, x y z rx ry rz.
+        At the interfaces, x y z rx ry rz [kg^-1/2].
+    panel_shapes : array, shape (n_mode, n_panel)
+        Inwards [kg^-1/2].
     """
 
     force: Spectrum
     pressure: Spectrum
     noise_transfer: Frf
     natural_frequency: RealArray
-    damping_ratio: RealArray
-    interfaces: tuple[str, ...]
     shapes: RealArray
+    panel_shapes: RealArray
 
-    def shape_at(self, mode: int, geometries: dict[str, ChannelGeometry]) -> dict[str, float]:
-        """Return what the sensors around each interface see of a mode, by channel."""
-        found = {}
-        for place, name in enumerate(self.interfaces):
-            geometry = geometries[name]
-            seen = geometry.forward @ self.shapes[mode, place]
-            found |= dict(zip(geometry.channels, seen.tolist(), strict=True))
-        return found
+    def mode_shapes(self, n_outputs: int) -> RealArray:
+        """Translations at the interfaces, then panels: the first outputs of every mode, in order.
+
+        Returns
+        -------
+        array, shape (n_mode, n_outputs)
+            [kg^-1/2].
+        """
+        at_interfaces = self.shapes[:, :, :3].reshape(len(self.shapes), -1)
+        return np.hstack([at_interfaces, self.panel_shapes])[:, :n_outputs]
 
 
 def read_vehicle_truth(folder: Path, run: str) -> VehicleTruth | None:
@@ -87,9 +85,8 @@ def read_vehicle_truth(folder: Path, run: str) -> VehicleTruth | None:
             "Pa/N",
         ),
         natural_frequency=body["natural_frequencies"],
-        damping_ratio=body["damping_ratios"],
-        interfaces=interfaces,
         shapes=body["shapes_at_interfaces"],
+        panel_shapes=body["shapes_at_panels"],
     )
 
 

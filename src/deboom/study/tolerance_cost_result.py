@@ -12,6 +12,7 @@ from deboom.report import figures
 from deboom.report.figures import CurvePanel
 from deboom.report.page import Headline, Page, Picture, Section, Table
 from deboom.report.style import mount_of, signed
+from deboom.study.motion_report import motion_report
 from deboom.study.result import Scalar, StudyResult
 from deboom.study.tolerance_cost import DRAWS, ToleranceStudy
 
@@ -203,7 +204,7 @@ def _page(
         ),
         headlines=(
             Headline(f"{signed(at_today, 0)} %", "σ at today's cost"),
-            Headline(f"{signed(allocated, 0)} %", "of it by choosing tolerances"),
+            Headline(f"{signed(allocated, 0)} %", "σ against one tolerance everywhere"),
             Headline(f"{signed(louder, 2)} dB", "mean level of that design"),
         ),
         terms=TERMS,
@@ -211,6 +212,7 @@ def _page(
             "The price of a tolerance is an assumption: weight × (reference / tolerance − 1) per "
             f"direction, weights {_span(cost.weight)}, references {_span(cost.reference)}. Give "
             "your own with --cost-table.",
+            *motion_report(study.index, study.response.robust.space.nominal[np.newaxis]).warnings,
         ),
         sections=(
             Section(

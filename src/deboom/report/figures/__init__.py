@@ -6,22 +6,28 @@ used and no global setting survives a call. The same arguments give the same byt
 
 from deboom.report.figures.changes import per_vehicle_change
 from deboom.report.figures.choices import fronts, part_choices
+from deboom.report.figures.dot_panels import DotPanel, dot_panels
 from deboom.report.figures.front import pareto_front
 from deboom.report.figures.levels import spl_curves
 from deboom.report.figures.panels import CurvePanel, MapPanel, curve_panels, map_panels
 from deboom.report.figures.progress import convergence
+from deboom.report.figures.speed_panels import SpeedPanel, speed_panels
 from deboom.report.figures.stiffness import stiffness_bars
 
 __all__ = [
     "CurvePanel",
+    "DotPanel",
     "MapPanel",
+    "SpeedPanel",
     "convergence",
     "curve_panels",
+    "dot_panels",
     "fronts",
     "map_panels",
     "pareto_front",
     "part_choices",
     "per_vehicle_change",
+    "speed_panels",
     "spl_curves",
     "stiffness_bars",
 ]

@@ -96,7 +96,7 @@ def spl_curves(
             change = float(np.mean(rows["optimised"][place] - rows["baseline"][place]))
             axes.set_title(f"mean change {signed(change, 1)} dB", loc="right", fontsize=8.0)
             if place < columns:
-                _rpm_axis(axes, order)
+                rpm_axis(axes, order)
             if place + columns >= len(vehicles):
                 axes.tick_params(labelbottom=True)
                 axes.set_xlabel("frequency [Hz]")
@@ -130,7 +130,8 @@ def _curves(
     axes.plot(frequency, after, color=colour, linewidth=1.5)
 
 
-def _rpm_axis(axes: Axes, order: float) -> None:
+def rpm_axis(axes: Axes, order: float) -> None:
+    """Put the engine speed above a frequency axis [Hz] of an engine order."""
     from matplotlib.ticker import MaxNLocator
 
     def rpm(frequency: npt.ArrayLike) -> npt.ArrayLike:

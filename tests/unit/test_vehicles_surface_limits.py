@@ -1,0 +1,71 @@
+"""How far a surface speaks about a run, and what is refused."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import resolved_truth as truth
+from deboom.errors import InputError
+from deboom.files.platform import read_platform
+from deboom.mounts.response_surface import DynamicStiffnessSurface
+from deboom.vehicles.amplitude_identification import identified_surfaces
+from deboom.vehicles.surface_limits import backed_range
+
+RNG = np.random.default_rng(1)
+TORQUE, AMPLITUDE, FREQUENCY = (
+    RNG.uniform(low, high, 4000) for low, high in ((50.0, 700.0), (1e-5, 1e-3), (20.0, 60.0))
+)
+STIFFNESS = 2e5 * (1 + TORQUE / 700 - 100 * AMPLITUDE) * (1 + 0.1j)
+SURFACE = DynamicStiffnessSurface.fit(
+    *(TORQUE, AMPLITUDE, FREQUENCY, STIFFNESS), preload_unit="N m"
+)
+LINES = np.array([300.0, 400.0]), np.array([2e-4, 3e-4]), np.array([30.0, 50.0])
+
+
+def test_range_goes_to_the_end_of_what_was_measured():
+    low, high = backed_range(SURFACE, *LINES, "amplitude", "run")
+    assert low == pytest.approx(SURFACE.ranges["amplitude"][0], rel=1e-9)
+    assert high == pytest.approx(SURFACE.ranges["amplitude"][1], rel=1e-9)
+    low, high = backed_range(SURFACE, *LINES, "preload", "run")
+    assert low == pytest.approx(SURFACE.ranges["preload"][0], rel=1e-9)
+    assert high == pytest.approx(SURFACE.ranges["preload"][1], rel=1e-9)
+
+
+def test_range_ends_at_a_hole():
+    here = AMPLITUDE < 4e-4
+    holed = DynamicStiffnessSurface.fit(
+        *(TORQUE[here], AMPLITUDE[here], FREQUENCY[here], STIFFNESS[here]),
+        preload_unit="N m",
+    )
+    far = TORQUE > 600.0
+    points = np.vstack([holed.region.points, np.c_[TORQUE, AMPLITUDE, FREQUENCY][far]])
+    joined = replace(holed, region=type(holed.region).around(points))
+    _, high = backed_range(joined, *LINES, "amplitude", "run")
+    assert np.all((high > 3e-4) & (high < 6e-4))
+
+
+def test_refuses_lines_that_are_not_backed_and_torque_that_does_not_drive():
+    args = LINES[0], np.array([2e-4, 5e-3]), LINES[2]
+    with pytest.raises(InputError, match=r"TSM x: 1 of 2 lines, from 50 to 50 Hz, lie outside"):
+        backed_range(SURFACE, *args, "amplitude", "run, TSM x")
+    slow = DynamicStiffnessSurface.fit(
+        *(TORQUE - 100.0, AMPLITUDE, FREQUENCY, STIFFNESS), preload_unit="N m"
+    )
+    with pytest.raises(InputError, match="a preload of 0 or less: take a run whose wheel torque"):
+        backed_range(slow, *LINES, "preload", "run")
+
+
+def test_surfaces_of_the_library_are_those_that_were_identified():
+    parts = truth.platform_parts(read_platform(truth.PLATFORM))
+    names = {"EnM x", "EnM z", "GeM x", "GeM z", "TSM x", "TSM z", "Du x"}
+    assert set(identified_surfaces(parts)) == names
+    with pytest.raises(InputError, match="two characterised mounts are EnM: keep one"):
+        identified_surfaces([*parts, parts[0]])
+    direction = parts[0].directions[0]
+    stored = dict(direction.surface.arrays) | {"preload_unit": np.asarray("N")}
+    static = replace(direction, surface=replace(direction.surface, arrays=stored))
+    with pytest.raises(InputError, match="direction x: its surface is over static force"):
+        identified_surfaces([replace(parts[0], directions=(static,))])

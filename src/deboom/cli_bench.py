@@ -1,4 +1,4 @@
-"""The command line of the virtual test bench: a platform, or a campaign of raw channels."""
+"""The command line of the virtual test bench: platform, campaign, vehicle, compressor."""
 
 from __future__ import annotations
 
@@ -6,6 +6,8 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
+
+from deboom.bench.compressor_plan import CalibrationLevel, CompressorCase
 
 bench_app = typer.Typer(
     no_args_is_help=True,
@@ -148,4 +150,70 @@ def vehicle(
     with one_sentence_errors(), progress_bar("virtual vehicle") as progress:
         errors = NO_VEHICLE_ERRORS if exact else VehicleErrors()
         write_vehicle(folder, seed, name, mount_set, errors, blows_at=hammer, progress=progress)
+        typer.echo(folder.as_posix())
+
+
+@bench_app.command("compressor")
+def compressor(
+    folder: Folder,
+    level: Annotated[
+        CalibrationLevel,
+        typer.Option(
+            help="How well sensors and impacts are calibrated and placed, 1 sigma of gain, position "
+            "and angle: C0.5 0.5 %, 0.5 mm, 0.5 deg; C1 1 %, 1 mm, 1 deg; C2 2 %, 1.5 mm, 1.5 deg; "
+            "C3 3 %, 2 mm, 2 deg."
+        ),
+    ] = CalibrationLevel.C2,
+    seed: Annotated[
+        int, typer.Option(help="From 1. Draws the compressor, the errors and the noise.")
+    ] = 1,
+    case: Annotated[
+        CompressorCase,
+        typer.Option(help="table11: the thesis's mounts; random: drawn around the drawing."),
+    ] = CompressorCase.RANDOM,
+    identical_mounts: Annotated[
+        bool,
+        typer.Option(
+            "--identical-mounts", help="All mounts of one part number, equal in both radial axes."
+        ),
+    ] = False,
+    softening: Annotated[
+        bool, typer.Option("--softening", help="Mounts soften with their amplitude, hit by hit.")
+    ] = False,
+    flexible_receiver: Annotated[
+        bool,
+        typer.Option("--flexible-receiver", help="A subframe with a mode at 38 Hz carries them."),
+    ] = False,
+    flexible_body: Annotated[
+        float,
+        typer.Option(
+            help="The compressor is two parts that swing against each other at this frequency "
+            "[Hz], such as 400; 0: rigid."
+        ),
+    ] = 0.0,
+    hits: Annotated[
+        bool, typer.Option("--hits", help="Every hit over time as well, 30 MB more.")
+    ] = False,
+    noise_free: Annotated[
+        bool,
+        typer.Option("--noise-free", help="Every sensor and hit as stated, no noise."),
+    ] = False,
+) -> None:
+    """Write a roving-hammer test on a mounted refrigerant compressor.
+
+    FRFs from 18 impacts to 6 triaxial accelerometers and their coherence (UFF), the position sheet
+    (Excel), and a compressor_test.toml that names them and states tolerances, weighed mass and
+    drawing. The exact truth goes to the folder `truth/`, which no identification reads.
+
+    Try: deboom bench compressor /tmp/c --level C2 --seed 1
+    """
+    from deboom.bench.compressor_plan import CompressorPlan
+    from deboom.bench.compressor_writer import write_compressor_test
+    from deboom.study.runner import one_sentence_errors
+
+    with one_sentence_errors():
+        plan = CompressorPlan(
+            case, identical_mounts, softening, flexible_receiver, flexible_body, hits
+        )
+        write_compressor_test(folder, seed, level, plan, noise_free=noise_free)
         typer.echo(folder.as_posix())

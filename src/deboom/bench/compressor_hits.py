@@ -294,7 +294,8 @@ def exact_inertance(
         response @ compressor.inertance(frequency, factor) @ wrench
         for wrench, factor in zip(excitation, factors, strict=True)
     ]
-    return np.stack(columns, axis=2) / (1 + placed.hammer_gain)
+    matrix: ComplexArray = np.stack(columns, axis=2) / (1 + placed.hammer_gain)
+    return matrix
 
 
 def _pushes(plan: HitPlan, n_impact: int, generator: np.random.Generator) -> RealArray:

@@ -115,20 +115,25 @@ _Measured = tuple[Frf, RealArray, int, list[Path]]
 
 
 def _from_frfs(folder: Path, file: InertanceTestFile, places: Places) -> _Measured:
-    paths = [folder / str(file.frf), folder / str(file.coherence)]
+    # loading made sure that the three come together
+    assert file.frf is not None
+    assert file.coherence is not None
+    assert file.hits_per_impact is not None
+    paths = [folder / file.frf, folder / file.coherence]
     frequency, values = read_inertances(paths[0], places)
     lines, coherence = read_coherences(paths[1], places)
     if not np.array_equal(lines, frequency):
         raise InputError(f"{paths[1]} has other lines than {paths[0]}: export both with the same")
     impacts = tuple(impact.impact for impact in places.impacts)
     frf = Frf(frequency, values, places.channels, impacts, ACCELERATION_PER_FORCE)
-    return frf, coherence, file.hits_per_impact or 0, paths
+    return frf, coherence, file.hits_per_impact, paths
 
 
 def _from_hits(
     folder: Path, file: InertanceTestFile, impacts: tuple[Impact, ...], channels: tuple[str, ...]
 ) -> _Measured:
-    hits = folder / str(file.hits)
+    assert file.hits is not None
+    hits = folder / file.hits
     test = read_hammer_test(hits)
     _check_same_places(hits, test, impacts)
     estimate = hammer_frfs(test, HammerOptions(band=file.band_hz))

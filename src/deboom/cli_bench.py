@@ -159,8 +159,8 @@ def compressor(
     level: Annotated[
         CalibrationLevel,
         typer.Option(
-            help="How well sensors and impacts are calibrated and placed, 1 sigma of gain, position "
-            "and angle: C0.5 0.5 %, 0.5 mm, 0.5 deg; C1 1 %, 1 mm, 1 deg; C2 2 %, 1.5 mm, 1.5 deg; "
+            help="How well sensors and impacts are calibrated and placed, 1 sigma of gain, "
+            "position and angle: C0.5 0.5 %, 0.5 mm, 0.5 deg; C1 1 %, 1 mm, 1 deg; C2 2 %, 1.5 mm, 1.5 deg; "
             "C3 3 %, 2 mm, 2 deg."
         ),
     ] = CalibrationLevel.C2,
@@ -205,7 +205,7 @@ def compressor(
     (Excel), and a compressor_test.toml that names them and states tolerances, weighed mass and
     drawing. The exact truth goes to the folder `truth/`, which no identification reads.
 
-    Try: deboom bench compressor /tmp/c --level C2 --seed 1
+    Try: deboom bench compressor hammer_test --level C2 --seed 1
     """
     from deboom.bench.compressor_plan import CompressorPlan
     from deboom.bench.compressor_writer import write_compressor_test

@@ -16,15 +16,15 @@ def readme_text(title: str, plan: CompressorPlan, hits: HitPlan, sheet: Sheet) -
         title,
         "=" * len(title),
         "",
-        "A refrigerant compressor on its rubber mounts, struck with a roving hammer; with the errors",
-        "of real sensors, of a real hammer and of a tape measure. Nobody measured this.",
+        "A refrigerant compressor on its rubber mounts, struck with a roving hammer; with the",
+        "errors of real sensors, of a real hammer and of a tape measure. Nobody measured this.",
         "",
         f"{lines.size} lines from {lines[0]:g} to {lines[-1]:g} Hz, {step:g} Hz apart; SI units; "
         "time factor e^{+jwt}.",
         f"H1 of {hits.hits} hits per impact, half sine of {1e3 * hits.pulse:g} ms and about "
         f"{hits.impulse:g} N s; blocks of {hits.duration:g} s.",
         "Positions count from the virtual point. Directions of responses are those of the sensor's",
-        "own axes; directions of forces those of the position sheet. UFF files: binary, data set 58.",
+        "own axes, directions of forces those of the position sheet. UFF: binary, data set 58.",
         "",
         "compressor_test.toml   names every other file; tolerances, weighed mass, drawing",
         "positions.xlsx         sheets sensors and impacts",

@@ -127,8 +127,10 @@ def write_compressor_test(
     with complete_or_not_at_all(Path(folder)) as unfinished:
         blows = strike(compressor, sheet, placed, hits, generator(_STRIKING))
         measured = _Measured(compressor, sheet, placed, hits, blows)
-        off = 0.0 if noise_free else SCALES * float(generator(_WEIGHING).standard_normal())
-        weighed = compressor.mass * (1 + off)
+        weighed = compressor.mass
+        if not noise_free:
+            off = SCALES * float(generator(_WEIGHING).standard_normal())
+            weighed = round(weighed * (1 + off), 3)
         title = f"virtual compressor, {plan.case.value}, level {level.value}, seed {seed}"
         _write_files(unfinished, measured, plan, level, weighed, title)
         _write_truth(unfinished / "truth", measured, plan, level)

@@ -251,7 +251,9 @@ def identify(
         knowledge(parametrisation.names, calibrated.parameter_covariance, prior.deviations),
         modal_table(calibrated.model),
         rigid_limit(
-            calibrated.model, inertance.frequency, np.linalg.inv(_calibrated(calibrated, raw))
+            calibrated.model,
+            inertance.frequency,
+            np.linalg.inv(calibrated.at_virtual_point(raw.frf.values)),
         ),
         tuple(held_out),
     )
@@ -336,10 +338,3 @@ def _prior(options: IdentifyOptions) -> Prior:
         np.concatenate([np.zeros(free), START_GAIN]),
         np.concatenate([np.full(free, np.inf), options.gain_deviation]),
     )
-
-
-def _calibrated(found: SelfCalibration, raw: RawInertance) -> RealArray:
-    """Inertance at the virtual point of all lines with the placement that was found."""
-    response = np.linalg.pinv(found.placement.response_matrix(found.errors))
-    excitation = np.linalg.pinv(found.placement.excitation_matrix(found.errors))
-    return np.asarray(response @ raw.frf.values @ excitation.T)

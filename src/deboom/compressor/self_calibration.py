@@ -95,6 +95,23 @@ class SelfCalibration:
         n = self.values.size
         return self.covariance[:n, :n]
 
+    def at_virtual_point(self, frf: ComplexArray) -> ComplexArray:
+        """Inertance at the virtual point by the placement that was found.
+
+        Parameters
+        ----------
+        frf : array, shape (n_frequency, n_channel, n_impact)
+            Raw, of the sensors and impacts of `placement` [1/kg].
+
+        Returns
+        -------
+        array, shape (n_frequency, 6, 6)
+            [1/kg, 1/(kg m), 1/(kg m²)].
+        """
+        response = np.linalg.pinv(self.placement.response_matrix(self.errors))
+        excitation = np.linalg.pinv(self.placement.excitation_matrix(self.errors))
+        return np.asarray(response @ frf @ excitation.T)
+
 
 def self_calibrate(
     parametrisation: Parametrisation,

@@ -53,6 +53,7 @@ def bench_load_case(
                 raise InputError(f"run {run.name}: lines of {channel} are not those of the run")
             displacement[channel], force[channel] = lines.displacement, lines.force
     channels = tuple(force)
+    moved, pushed = (np.column_stack([*one.values()]) for one in (displacement, force))
     return LoadCase(
         name=run.name,
         title=title,
@@ -60,7 +61,7 @@ def bench_load_case(
         total_ratio=run.total_ratio,
         torque_limit=run.torque_limit,
         order=run.order,
-        displacement=Spectrum(run.frequency, np.column_stack([*displacement.values()]), channels, "m"),
-        force=Spectrum(run.frequency, np.column_stack([*force.values()]), channels, "N"),
+        displacement=Spectrum(run.frequency, moved, channels, "m"),
+        force=Spectrum(run.frequency, pushed, channels, "N"),
         engine_torque=run.engine_torque,
     )

@@ -104,9 +104,7 @@ def _synthesis(
     vehicle = driven.vehicle
     run = vehicle.run(run_name)
     measured = run.pressure.select([listening.ear]).values[:, 0]
-    by_method = {
-        method: path_noise_transfer(vehicle, method, listening.ear) for method in Method
-    }
+    by_method = {method: path_noise_transfer(vehicle, method, listening.ear) for method in Method}
     force = mounts.load_case.force
     reciprocal = paths_of(vehicle, force, by_method[Method.RECIPROCAL])
     hammer = paths_of(vehicle, force, by_method[Method.DIRECT])

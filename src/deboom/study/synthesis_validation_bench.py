@@ -92,5 +92,5 @@ def _run(campaign: Campaign, mount_set: str, gear: int, torque_limit: float) -> 
     raise InputError(
         f"campaign {campaign.name}, mount set {mount_set}: there is no full-load run in gear "
         f"{gear} with {torque_limit:g} N m to compare with the road: measure it, or choose another "
-        "run with --run"
+        "run with --load-case"
     )

@@ -83,14 +83,14 @@ def criteria(
     surfaces = comparisons[comparisons["comparison"] == BY_SURFACES]
     hammer = comparisons[comparisons["comparison"] == BY_HAMMER]
     found = [
-        Criterion("corr_f, complex pressure, median [%]", _median(road, "corr_f complex [%]"), "5", 5),
+        Criterion(
+            "corr_f, complex pressure, median [%]", _median(road, "corr_f complex [%]"), "5", 5
+        ),
         Criterion(
             "corr_f, complex pressure, largest [%]", float(road["corr_f complex [%]"].max()), "", 10
         ),
         Criterion("corr_f, magnitude, median [%]", _median(road, "corr_f magnitude [%]")),
-        Criterion(
-            "corr_s, magnitude, median [%]", _median(road, "corr_s magnitude [%]"), "10", 15
-        ),
+        Criterion("corr_s, magnitude, median [%]", _median(road, "corr_s magnitude [%]"), "10", 15),
         Criterion(
             "corr_s, magnitude, largest [%]", float(road["corr_s magnitude [%]"].max()), "", 20
         ),
@@ -115,7 +115,9 @@ def criteria(
             if what.startswith(DESIGN)
         ]
     found += [
-        Criterion("hammer against reciprocal, at peaks, median [dB]", _median(hammer, PEAK), "1 to 2"),
+        Criterion(
+            "hammer against reciprocal, at peaks, median [dB]", _median(hammer, PEAK), "1 to 2"
+        ),
         Criterion("hammer against reciprocal, at peaks, largest [dB]", _largest(hammer), "1 to 2"),
     ]
     if len(forces):
@@ -133,7 +135,10 @@ def criteria(
                     "",
                     10,
                 ),
-                Criterion("bench forces as interface forces, rms error, largest [%]", float(forces[blocked].max())),
+                Criterion(
+                    "bench forces as interface forces, rms error, largest [%]",
+                    float(forces[blocked].max()),
+                ),
             ]
             for name, what in judged.items():
                 rows = causes[causes["what is compared"] == what]
@@ -161,7 +166,11 @@ def criteria(
     ]
     macs = [float(value) for name, value in modes.items() if name.endswith("_mac")]
     if macs and np.isfinite(macs).all():
-        found.append(Criterion("shapes of the modes against the truth, least MAC [1]", min(macs), "", None, 0.95))
+        found.append(
+            Criterion(
+                "shapes of the modes against the truth, least MAC [1]", min(macs), "", None, 0.95
+            )
+        )
     return tuple(found)
 
 

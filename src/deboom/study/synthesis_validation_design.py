@@ -13,7 +13,6 @@ from deboom.measurement.campaign import Campaign
 from deboom.measurement.measured_vehicle import MeasuredVehicle, Method, path_noise_transfer
 from deboom.mounts.characterised_mount import CharacterisedMount
 from deboom.mounts.mount import Mount
-from deboom.physics.arrays import ComplexArray
 from deboom.study.synthesis_validation import Listening, paths_of, surface_load_case
 from deboom.study.synthesis_validation_bench import BenchSet
 from deboom.study.synthesis_validation_data import ValidationData
@@ -61,7 +60,8 @@ class VirtualDesign:
     @property
     def peak_deviation(self) -> float:
         """Largest one of all ways and vehicles; nan without a pair of peaks [dB]."""
-        return max((one.peak_deviation for one in self.comparisons.values()), default=np.nan)
+        found = [one.peak_deviation for one in self.comparisons.values()]
+        return max((value for value in found if np.isfinite(value)), default=float("nan"))
 
 
 def virtual_design(data: ValidationData, listening: Listening) -> VirtualDesign | None:
@@ -94,9 +94,7 @@ def virtual_design(data: ValidationData, listening: Listening) -> VirtualDesign 
     with_mix = surface_load_case(design, measured)
     with_other = surface_load_case(design, other.load_case)
 
-    fleet = Fleet(
-        tuple(_listener(driven.vehicle, listening.ear) for driven in data.vehicles)
-    )
+    fleet = Fleet(tuple(_listener(driven.vehicle, listening.ear) for driven in data.vehicles))
     reference = coupled_motion(
         fleet,
         _with_bodies(data.vehicles[0].vehicle),
@@ -157,8 +155,3 @@ def _with_bodies(vehicle: MeasuredVehicle) -> tuple[Mount, ...]:
 def _powertrain(campaign: Campaign) -> Powertrain:
     matrix = campaign.mass_matrix
     return Powertrain(mass=float(matrix[0, 0]), inertia=matrix[3:, 3:])
-
-
-def pressure_of(design: VirtualDesign, vehicle: str, way: DesignMotion) -> ComplexArray:
-    """Pressure of a design in one vehicle, within the band [Pa]."""
-    return design.comparisons[vehicle, way].compared

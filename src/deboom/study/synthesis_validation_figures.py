@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
-import numpy.typing as npt
 import pandas as pd
 
+from deboom.physics.arrays import RealArray
 from deboom.physics.sound_level import spl
 from deboom.report.figures import DotPanel, SpeedPanel, dot_panels, speed_panels
 from deboom.report.style import INK, MUTED, VEHICLE_PALETTE, mount_colours, vehicle_colours
@@ -21,7 +21,8 @@ from deboom.study.synthesis_validation_numbers import (
     Validation,
 )
 from deboom.study.synthesis_validation_transfer import RoadAnalysis
-from deboom.vehicles.path_analysis import PathAnalysis, paths_by_axis, paths_by_mount
+from deboom.vehicles.booming_peaks import BoomingPeak
+from deboom.vehicles.path_analysis import PathAnalysis, paths_by_axis
 from deboom.vehicles.pressure_comparison import PressureComparison
 
 DEPTH = 45.0
@@ -69,8 +70,8 @@ def _pairs(result: Validation, what: str, reference: str, compared: str) -> byte
                 {reference: first, compared: second},
                 f"peaks within {pair.peak_deviation:.2f} dB" if several else "no paired peak",
                 {
-                    reference: _points([a.frequency for a, _ in peaks.pairs], [a.level for a, _ in peaks.pairs]),
-                    compared: _points([b.frequency for _, b in peaks.pairs], [b.level for _, b in peaks.pairs]),
+                    reference: _points([peak for peak, _ in peaks.pairs]),
+                    compared: _points([peak for _, peak in peaks.pairs]),
                 },
             )
         )
@@ -86,8 +87,8 @@ def _pairs(result: Validation, what: str, reference: str, compared: str) -> byte
     )
 
 
-def _points(x: list[float], y: list[float]) -> tuple[npt.ArrayLike, npt.ArrayLike]:
-    return np.array(x), np.array(y)
+def _points(peaks: list[BoomingPeak]) -> tuple[RealArray, RealArray]:
+    return np.array([one.frequency for one in peaks]), np.array([one.level for one in peaks])
 
 
 def _errors(result: Validation, comparisons: pd.DataFrame) -> bytes:
@@ -98,10 +99,7 @@ def _errors(result: Validation, comparisons: pd.DataFrame) -> bytes:
         BY_SURFACES: "surfaces against forces",
     }
     return _dots(
-        {
-            label: comparisons[comparisons["comparison"] == what]
-            for what, label in wanted.items()
-        },
+        {label: comparisons[comparisons["comparison"] == what] for what, label in wanted.items()},
         result,
         (("corr_f complex [%]", 5.0), ("corr_s magnitude [%]", 15.0), (PEAK, 3.0)),
         "asked of the road",
@@ -109,7 +107,7 @@ def _errors(result: Validation, comparisons: pd.DataFrame) -> bytes:
 
 
 def _causes(result: Validation, causes: pd.DataFrame) -> bytes:
-    """What a synthesis loses where."""
+    """Show what a synthesis loses where."""
     rows = {
         str(what).replace(", against", ",\nagainst"): causes[causes["what is compared"] == what]
         for what in dict.fromkeys(causes["what is compared"])
@@ -156,7 +154,8 @@ def _virtual_design(result: Validation) -> bytes:
         panels.append(
             SpeedPanel(
                 name,
-                {measured: first.levels[0]} | {way.value: one.levels[1] for way, one in ways.items()},
+                {measured: first.levels[0]}
+                | {way.value: one.levels[1] for way, one in ways.items()},
                 f"peaks within {worst:.2f} dB" if np.isfinite(worst) else "no paired peak",
             )
         )
@@ -173,9 +172,9 @@ def _virtual_design(result: Validation) -> bytes:
 
 
 def path_groups(paths: PathAnalysis) -> PathAnalysis:
-    """Paths along x by mount, all others by axis: the grouping of the thesis's figure 42."""
+    """Sum all paths across by axis and keep those along x apart, as the thesis's figure 42."""
     by_axis = paths_by_axis(paths.paths)
-    groups = {f"{mount} x": [f"{mount} x"] for mount in paths_by_mount(paths.paths) if f"{mount} x" in paths.paths}
+    groups = {name: [name] for name in by_axis.get("x", ())}
     groups |= {f"all {axis}": [*names] for axis, names in by_axis.items() if axis != "x"}
     return paths.grouped(groups)
 
@@ -184,7 +183,7 @@ def _contributions(result: Validation) -> bytes:
     """First vehicle: partial sums with reciprocal and with hammer functions."""
     one = result.shown[0]
     low, high = result.listening.band
-    grouped = {label: path_groups(a) for label, a in ((RECIPROCAL, one.reciprocal), (HAMMER, one.hammer))}
+    grouped = {RECIPROCAL: path_groups(one.reciprocal), HAMMER: path_groups(one.hammer)}
     names = grouped[RECIPROCAL].paths
     colours = mount_colours(names) | {ALL_PATHS: INK}
     panels = []
@@ -214,7 +213,11 @@ def _interface_forces(result: Validation) -> bytes:
     force = road.forces.force
     inside = (force.frequency >= low) & (force.frequency <= high)
     blocked = result.data.sets[one.driven.mount_set].load_case.force
-    by_inversion, on_bench, exact = "by inversion on the road", "on the bench", "true, in the vehicle"
+    by_inversion, on_bench, exact = (
+        "by inversion on the road",
+        "on the bench",
+        "true, in the vehicle",
+    )
     channels = [name for name in force.channels if name.endswith(" x")]
     panels = []
     for name in channels:

@@ -9,7 +9,8 @@ from threadpoolctl import threadpool_limits
 
 from deboom.errors import InputError
 from deboom.physics.arrays import RealArray
-from deboom.study.modal_part import ModalPart, modal_figures, modal_part, modal_tables
+from deboom.study.modal_figures import modal_figures
+from deboom.study.modal_part import ModalPart, modal_part, modal_tables
 from deboom.study.modal_part import summary as modal_summary
 from deboom.study.result import Scalar, StudyResult
 from deboom.study.synthesis_validation import Listening

@@ -55,6 +55,12 @@ class RoadAnalysis:
     force_error: float
     blocked_error: float
 
+    @property
+    def largest_condition(self) -> float:
+        """Of the inverted accelerances, columns scaled, over the lines; nan without inversion."""
+        found = self.forces.inversion
+        return float("nan") if found is None else float(found.condition_number.max())
+
 
 def road_analyses(
     data: ValidationData, done: tuple[Synthesis, ...], listening: Listening

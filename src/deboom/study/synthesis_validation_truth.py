@@ -41,7 +41,7 @@ class VehicleTruth:
     panel_shapes: RealArray
 
     def mode_shapes(self, n_outputs: int) -> RealArray:
-        """Translations at the interfaces, then panels: the first outputs of every mode, in order.
+        """Return every mode at the first outputs: translations at the interfaces, then panels.
 
         Returns
         -------

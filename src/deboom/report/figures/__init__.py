@@ -9,12 +9,15 @@ from deboom.report.figures.choices import fronts, part_choices
 from deboom.report.figures.dot_panels import DotPanel, dot_panels
 from deboom.report.figures.front import pareto_front
 from deboom.report.figures.levels import spl_curves
+from deboom.report.figures.modal import matrix_map, stabilisation_chart
+from deboom.report.figures.mode_shapes import BodyMotion, mode_shapes, moving_mode_shapes
 from deboom.report.figures.panels import CurvePanel, MapPanel, curve_panels, map_panels
 from deboom.report.figures.progress import convergence
 from deboom.report.figures.speed_panels import SpeedPanel, speed_panels
 from deboom.report.figures.stiffness import stiffness_bars
 
 __all__ = [
+    "BodyMotion",
     "CurvePanel",
     "DotPanel",
     "MapPanel",
@@ -24,10 +27,14 @@ __all__ = [
     "dot_panels",
     "fronts",
     "map_panels",
+    "matrix_map",
+    "mode_shapes",
+    "moving_mode_shapes",
     "pareto_front",
     "part_choices",
     "per_vehicle_change",
     "speed_panels",
     "spl_curves",
+    "stabilisation_chart",
     "stiffness_bars",
 ]

@@ -9,10 +9,13 @@ from deboom.report.figures.choices import fronts, part_choices
 from deboom.report.figures.dot_panels import DotPanel, dot_panels
 from deboom.report.figures.front import pareto_front
 from deboom.report.figures.levels import spl_curves
+from deboom.report.figures.matrices import HeatMap, curve_matrix, heat_maps
 from deboom.report.figures.modal import matrix_map, stabilisation_chart
 from deboom.report.figures.mode_shapes import BodyMotion, mode_shapes, moving_mode_shapes
 from deboom.report.figures.panels import CurvePanel, MapPanel, curve_panels, map_panels
 from deboom.report.figures.progress import convergence
+from deboom.report.figures.ratios import ratio_bars
+from deboom.report.figures.spectra import SpectrumPanel, spectra_panels
 from deboom.report.figures.speed_panels import SpeedPanel, speed_panels
 from deboom.report.figures.stiffness import stiffness_bars
 
@@ -20,12 +23,16 @@ __all__ = [
     "BodyMotion",
     "CurvePanel",
     "DotPanel",
+    "HeatMap",
     "MapPanel",
+    "SpectrumPanel",
     "SpeedPanel",
     "convergence",
+    "curve_matrix",
     "curve_panels",
     "dot_panels",
     "fronts",
+    "heat_maps",
     "map_panels",
     "matrix_map",
     "mode_shapes",
@@ -33,6 +40,8 @@ __all__ = [
     "pareto_front",
     "part_choices",
     "per_vehicle_change",
+    "ratio_bars",
+    "spectra_panels",
     "speed_panels",
     "spl_curves",
     "stabilisation_chart",

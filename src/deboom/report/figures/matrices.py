@@ -1,0 +1,227 @@
+"""Matrices as pictures: a curve in every entry, or a colour."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+import numpy.typing as npt
+
+from deboom.errors import InputError
+from deboom.report.figures.canvas import finite, png, styled_figure
+from deboom.report.figures.spectra import frequency_axis
+from deboom.report.style import FULL_WIDTH, INK, TRACK, VEHICLE_PALETTE
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+_CELL = 1.13
+_SMALL = 5.5
+
+
+@dataclass(frozen=True, eq=False)
+class HeatMap:
+    """One matrix of numbers from 0 to 1.
+
+    Parameters
+    ----------
+    title : str
+        What it shows.
+    rows, columns : tuple of str
+        Labels.
+    values : array, shape (n_rows, n_columns)
+        [1].
+    row_title, column_title : str
+        What rows and columns are.
+    """
+
+    title: str
+    rows: tuple[str, ...]
+    columns: tuple[str, ...]
+    values: npt.ArrayLike
+    row_title: str = ""
+    column_title: str = ""
+
+
+def curve_matrix(
+    names: Sequence[str],
+    frequency: npt.ArrayLike,
+    curves: Mapping[str, npt.ArrayLike],
+    *,
+    units: Sequence[str],
+    what: str,
+    dashed: Sequence[str] = (),
+    fitted: Sequence[tuple[float, float]] = (),
+    logarithmic: bool = False,
+) -> bytes:
+    """Draw one small panel per entry of a matrix.
+
+    Parameters
+    ----------
+    names : sequence of str
+        Of rows and columns, translations before rotations.
+    frequency : array, shape (n_frequency,)
+        Increasing, above 0 [Hz].
+    curves : mapping of str to array, shape (n_frequency, n, n)
+        Label → real values.
+    units : sequence of str
+        Of the translational, the coupling and the rotational entries.
+    what : str
+        Quantity, for the title.
+    dashed : sequence of str
+        Labels whose curves are dashed and dark.
+    fitted : sequence of (float, float)
+        Frequency bands that are shaded [Hz].
+    logarithmic : bool
+        Scale of the values; entries of one unit then share it.
+
+    Returns
+    -------
+    bytes
+        PNG.
+
+    Raises
+    ------
+    InputError
+        A shape that does not fit, values that are not finite.
+    """
+    n = len(names)
+    lines = finite("curve_matrix", {"frequency": frequency})["frequency"]
+    values = finite("curve_matrix", {"frequency": frequency, **curves})
+    for name in curves:
+        if values[name].shape != (lines.size, n, n):
+            raise InputError(f"figure curve_matrix: {name} has shape {values[name].shape}")
+    plain = [name for name in curves if name not in dashed]
+    colour = {name: VEHICLE_PALETTE[i % len(VEHICLE_PALETTE)] for i, name in enumerate(plain)}
+    with styled_figure(FULL_WIDTH, 0.9 + n * _CELL) as figure:
+        grid = figure.subplots(n, n, sharex=True)
+        for row in range(n):
+            for column in range(n):
+                axes = grid[row, column]
+                for low, high in fitted:
+                    axes.axvspan(low, high, color=TRACK, alpha=0.6, linewidth=0, zorder=0)
+                for name in curves:
+                    model = name in dashed
+                    axes.plot(
+                        lines,
+                        values[name][:, row, column],
+                        color=colour.get(name, INK),
+                        ls=(0, (3, 1.5)) if model else "-",
+                        linewidth=0.7 if model else 1.1,
+                        zorder=3 if model else 2,
+                    )
+                _small_axes(axes, lines, logarithmic=logarithmic)
+                if row == 0:
+                    axes.set_title(names[column], fontweight="bold")
+                if column == 0:
+                    axes.set_ylabel(names[row], fontweight="bold", fontsize=9)
+                if row == n - 1:
+                    axes.set_xlabel("f [Hz]", fontsize=7)
+        if logarithmic:
+            _share_blocks(grid, n)
+        figure.suptitle(
+            f"{what}: response in rows, excitation in columns; translations [{units[0]}], "
+            f"couplings [{units[1]}], rotations [{units[2]}]",
+            fontsize=8,
+        )
+        _matrix_legend(figure, list(curves), colour, dashed)
+        return png(figure)
+
+
+def heat_maps(maps: Sequence[HeatMap], *, columns: int = 3) -> bytes:
+    """Draw matrices of numbers from 0 to 1, each number written into its cell.
+
+    Parameters
+    ----------
+    maps : sequence of HeatMap
+        At least one.
+    columns : int
+        Per row of the figure.
+
+    Returns
+    -------
+    bytes
+        PNG.
+
+    Raises
+    ------
+    InputError
+        No map, a shape that does not fit its labels, values that are not finite.
+    """
+    if not maps:
+        raise InputError("figure heat_maps: there is no matrix to draw")
+    rows = -(-len(maps) // columns)
+    with styled_figure(FULL_WIDTH, rows * (0.65 + FULL_WIDTH / columns)) as figure:
+        grid = figure.subplots(rows, columns, squeeze=False)
+        for axes, one in zip(grid.ravel(), maps, strict=False):
+            values = finite("heat_maps", {one.title: one.values})[one.title]
+            if values.shape != (len(one.rows), len(one.columns)):
+                raise InputError(f"figure heat_maps: {one.title} has shape {values.shape}")
+            axes.imshow(values, cmap="Blues", vmin=0, vmax=1)
+            axes.grid(visible=False)
+            axes.set_xticks(range(len(one.columns)), one.columns, fontsize=7)
+            axes.set_yticks(range(len(one.rows)), one.rows, fontsize=7)
+            axes.tick_params(length=0)
+            axes.set_xlabel(one.column_title)
+            axes.set_ylabel(one.row_title)
+            axes.set_title(one.title, loc="left", fontweight="bold", fontsize=8.5)
+            for (row, column), value in np.ndenumerate(values):
+                # rounded down: 1.00 is written for nothing less
+                text = f"{np.floor(100 * value + 1e-9) / 100:.2f}"
+                shade = "white" if value > 0.6 else INK
+                axes.text(column, row, text, ha="center", va="center", fontsize=6.3, color=shade)
+        for axes in grid.ravel()[len(maps) :]:
+            axes.set_axis_off()
+        return png(figure)
+
+
+def _small_axes(axes: Axes, lines: npt.NDArray[np.float64], *, logarithmic: bool) -> None:
+    from matplotlib.ticker import MaxNLocator
+
+    frequency_axis(axes, lines[0], lines[-1])
+    axes.set_xticks([tick for tick in (10, 30, 100) if lines[0] <= tick <= lines[-1]])
+    if logarithmic:
+        axes.set_yscale("log")
+    else:
+        axes.yaxis.set_major_locator(MaxNLocator(3))
+        axes.ticklabel_format(axis="y", style="sci", scilimits=(-2, 3))
+        axes.yaxis.get_offset_text().set_fontsize(_SMALL)
+    axes.tick_params(labelsize=_SMALL, length=2, pad=1.5)
+
+
+def _share_blocks(grid: npt.NDArray[np.object_], n: int) -> None:
+    """One scale for all entries of a unit; numbers only at the left end of a block."""
+    half = n // 2
+    first, last = slice(None, half), slice(half, None)
+    couplings = [*grid[first, last].ravel(), *grid[last, first].ravel()]
+    for block in (list(grid[first, first].ravel()), couplings, list(grid[last, last].ravel())):
+        limits = np.array([axes.get_ylim() for axes in block])
+        for axes in block:
+            axes.set_ylim(limits[:, 0].min(), limits[:, 1].max())
+    for column in range(n):
+        if column not in (0, half):
+            for axes in grid[:, column]:
+                axes.tick_params(labelleft=False)
+
+
+def _matrix_legend(
+    figure: Figure, labels: Sequence[str], colour: Mapping[str, str], dashed: Sequence[str]
+) -> None:
+    from matplotlib.lines import Line2D
+
+    if len(labels) < 2:
+        return
+    handles = [
+        Line2D(
+            [],
+            [],
+            color=colour.get(name, INK),
+            ls=(0, (4, 1.6)) if name in dashed else "-",
+            label=name,
+        )
+        for name in labels
+    ]
+    figure.legend(handles=handles, loc="outside lower center", ncols=min(len(handles), 4))

@@ -10,6 +10,7 @@ import pandas as pd
 import pytest
 
 from deboom.errors import InputError
+from deboom.study.aims import Aim
 from deboom.study.motion import Kernel, Motion
 from deboom.study.mount_source import LIBRARY_FILE, MountSource
 from deboom.study.runner import load_study, run_study
@@ -111,6 +112,7 @@ def test_another_seed_another_front(finished, tmp_path):
         {"load_case": ["g5_wot120=1", "g6_wot220=0.5"]},
         {"group": "F39", "tolerance": 0.45},
         {"nominal_mean": True},
+        {"objective": Aim.tail, "control_variate": True, "samples": 32},
         {"motion": Motion.coupled, "kernel": Kernel.numpy},
     ],
 )

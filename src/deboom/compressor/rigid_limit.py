@@ -11,6 +11,8 @@ from deboom.compressor.model import CompressorModel
 from deboom.errors import InputError
 
 SMALLEST_LINES = 8
+GRID = 1001
+"""Steps in which the limit is looked for, in f² from 0 to the highest line."""
 
 
 @dataclass(frozen=True)
@@ -20,8 +22,9 @@ class RigidLimit:
     Parameters
     ----------
     drift : float
-        Change of the apparent mass, less that of the mounts, from 0 Hz to the highest line,
-        relative [1].
+        Change of the apparent mass, less that of the mounts, from 0 Hz to the highest line: norm
+        of the 6×6 matrix relative to the mass matrix, rotations scaled by the radius of gyration
+        [1].
     deviation : float
         Its standard deviation, from the scatter of the lines [1].
     holds_to : float
@@ -51,7 +54,7 @@ class RigidLimit:
                 f"The mass line does not drift: the compressor is rigid to {self.highest:.0f} Hz."
             )
         return (
-            f"The apparent mass drifts by {self.drift:+.1%} to {self.highest:.0f} Hz: the rigid "
+            f"The apparent mass drifts by {self.drift:.1%} to {self.highest:.0f} Hz: the rigid "
             f"model holds to {self.holds_to:.0f} Hz; fit lines below it only."
         )
 
@@ -90,9 +93,10 @@ def rigid_limit(
 
     Notes
     -----
-    A first flexible mode at f_n lets the apparent mass fall as ``1 − c (f/f_n)²``, while that of a
-    rigid body is constant: the slope of ``tr(M_meas + v K/ω²)`` over f², translations and rotations
-    each relative to the model, is the drift. Three standard deviations count as none.
+    A first flexible mode at f_n lets the apparent mass drift as ``c (f/f_n)²``, steeper towards
+    f_n, while that of a rigid body is constant: ``M_meas + v K/ω² = A + B f² + C f⁴`` is fitted to
+    each of the 36 elements, since two parts that swing against each other show in the products
+    and the coupling as well as on the diagonal. Three standard deviations count as none.
     """
     lines = np.asarray(frequency, dtype=float)
     judged = lines >= above
@@ -104,14 +108,21 @@ def rigid_limit(
     lines = lines[judged]
     mounts = (model.gain.at(lines) / (2 * np.pi * lines) ** 2)[:, np.newaxis, np.newaxis]
     left = np.asarray(apparent_mass)[judged].real + (mounts * model.stiffness).real
-    diagonal = np.diagonal(left, axis1=1, axis2=2) / np.diag(model.mass_matrix)
-    relative = diagonal.mean(axis=1)
+    length = np.sqrt(np.trace(model.inertia) / (3 * model.mass))
+    scale = np.repeat([1.0, 1 / length], 3)
+    elements = (left * np.outer(scale, scale)).reshape(lines.size, 36)
     squared = (lines / lines[-1]) ** 2
-    columns = np.stack([np.ones_like(squared), squared], axis=1)
-    (level, slope), misfit, *_ = np.linalg.lstsq(columns, relative)
-    scatter = float(misfit[0]) / (lines.size - 2) if misfit.size else 0.0
-    deviation = float(np.sqrt(scatter * np.linalg.inv(columns.T @ columns)[1, 1])) / abs(level)
-    drift = float(slope / level)
-    seen = abs(drift) > 3 * deviation and abs(drift) > tolerance
-    holds_to = float(lines[-1] * np.sqrt(tolerance / abs(drift))) if seen else np.inf
+    columns = np.stack([np.ones_like(squared), squared, squared**2], axis=1)
+    fit, *_ = np.linalg.lstsq(columns, elements)
+    misfit = elements - columns @ fit
+    level = np.linalg.norm(fit[0])
+    to_highest = np.array([0.0, 1.0, 1.0])
+    scatter = np.sum(misfit**2) / (lines.size - columns.shape[1])
+    spread = to_highest @ np.linalg.inv(columns.T @ columns) @ to_highest
+    deviation = float(np.sqrt(scatter * spread) / level)
+    drift = float(np.linalg.norm(to_highest @ fit) / level)
+    grid = np.linspace(0, 1, GRID)
+    drifts = np.linalg.norm(np.outer(grid, fit[1]) + np.outer(grid**2, fit[2]), axis=1) / level
+    seen = drift > 3 * deviation and drift > tolerance
+    holds_to = float(lines[-1] * np.sqrt(grid[np.argmax(drifts > tolerance)])) if seen else np.inf
     return RigidLimit(drift, deviation, holds_to, tolerance, float(lines[-1]))

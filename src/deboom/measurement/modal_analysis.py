@@ -9,7 +9,6 @@ from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 from scipy.linalg import toeplitz
 
 from deboom.errors import InputError
@@ -108,7 +107,7 @@ class ModalModel:
             return f"{share}."
         return (
             f"{share}, more than {100 * LARGE_ERROR:g} %: a mode is missing, the FRF is of another "
-            "form than stated, or noise prevails; do not use the shapes."
+            "form than stated, or noise prevails; compare the rebuilt FRFs before using the shapes."
         )
 
 

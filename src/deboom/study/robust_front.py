@@ -107,6 +107,8 @@ class RobustFront:
             "motion": self.motion,
             "design_factor": factor_name(self.model),
             "kernel": self.index.kernel.name,
+            "objectives": "; ".join(objective.name for objective in self.robust.objectives),
+            "estimator": self.robust.estimator.kind,
             "tolerance_sample": sample.kind,
             "tolerance_draws": sample.n_samples,
             "verification_draws": self.verification.n_samples,

@@ -10,6 +10,7 @@ import pandas as pd
 from deboom.report import figures
 from deboom.report.page import Headline, Page, Picture, Section, Table
 from deboom.report.style import mount_colours, signed, vehicle_colours
+from deboom.study.aims import aim_note
 from deboom.study.robust_front import ENERGY_BAND, NOTICEABLE, RobustFront
 
 TERMS = (
@@ -259,7 +260,7 @@ def front_page(
                 f"NSGA-II, {search.hypervolume.size} generations, {search.seconds:.1f} s. Motion: "
                 f"{study.motion}; meaning of a stiffness factor: "
                 f"{motion.summary['design_factor']}; kernel: {study.index.kernel.name}.\n\n"
-                f"{motion.text}\n\n{study.note}".strip(),
+                "\n\n".join((motion.text, aim_note(study.robust), study.note)).strip(),
                 figures=(
                     _picture(
                         pictures,

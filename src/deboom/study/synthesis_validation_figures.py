@@ -33,6 +33,7 @@ BENCH_FORCES, SURFACE_FORCES = "measured bench forces", "forces from response su
 RECIPROCAL, HAMMER = "reciprocal functions", "hammer functions"
 ALL_PATHS = "sum of all paths"
 LEVEL = "SPL [dB(A)]"
+WAYS = {way.value: VEHICLE_PALETTE[place] for place, way in enumerate(DesignMotion)}
 
 
 def validation_figures(
@@ -46,6 +47,7 @@ def validation_figures(
     }
     if result.design is not None:
         figures["virtual_design"] = _virtual_design(result)
+        figures["virtual_design_deviation"] = _design_deviation(result)
     figures["hammer_reciprocal"] = _pairs(result, "by_hammer", RECIPROCAL, HAMMER)
     figures["contributions"] = _contributions(result)
     if len(causes):
@@ -142,9 +144,7 @@ def _virtual_design(result: Validation) -> bytes:
     design = result.design
     assert design is not None
     measured = "measured forces of the design"
-    colours = {measured: INK} | {
-        way.value: VEHICLE_PALETTE[place] for place, way in enumerate(DesignMotion)
-    }
+    colours = {measured: INK, **WAYS}
     panels = []
     names = [one.vehicle.name for one in result.data.vehicles]
     for name in names:
@@ -171,6 +171,25 @@ def _virtual_design(result: Validation) -> bytes:
     )
 
 
+def _design_deviation(result: Validation) -> bytes:
+    """Levels of the three ways above those of the measured forces."""
+    design = result.design
+    assert design is not None
+    panels = []
+    for name in (one.vehicle.name for one in result.data.vehicles):
+        ways = {way.value: design.comparisons[name, way] for way in DesignMotion}
+        curves = {label: one.levels[1] - one.levels[0] for label, one in ways.items()}
+        panels.append(SpeedPanel(name, curves))
+    some = next(iter(design.comparisons.values()))
+    return speed_panels(
+        some.frequency,
+        some.order,
+        panels,
+        y_label="deviation [dB]",
+        colours=WAYS,
+    )
+
+
 def path_groups(paths: PathAnalysis) -> PathAnalysis:
     """Sum all paths across by axis and keep those along x apart, as the thesis's figure 42."""
     by_axis = paths_by_axis(paths.paths)
@@ -189,8 +208,11 @@ def _contributions(result: Validation) -> bytes:
     panels = []
     inside = (one.reciprocal.frequency >= low) & (one.reciprocal.frequency <= high)
     for label, analysis in grouped.items():
+        loudest = analysis.level[inside].max()
         curves = {ALL_PATHS: analysis.level[inside]} | {
-            name: analysis.path_levels[inside, column] for column, name in enumerate(names)
+            name: level
+            for name, level in zip(names, analysis.path_levels[inside].T, strict=True)
+            if level.max() > loudest - DEPTH
         }
         panels.append(SpeedPanel(f"{one.driven.title}, {label}", curves))
     order = one.on_road.order

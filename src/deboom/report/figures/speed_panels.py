@@ -19,7 +19,9 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _PANEL_HEIGHT = {1: 3.3, 2: 1.85, 3: 1.6}  # in, by the number of columns
-_DASHED = (0, (4, 1.6))
+_DASH, _GAP = 4.0, 1.6  # in line widths
+
+_Dash = tuple[float, tuple[float, float]]
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,7 +72,7 @@ def speed_panels(
     colours : mapping of str to str
         Of every label, in the order of the legend.
     dashed : sequence of str
-        Labels whose curves are dashed.
+        Labels whose curves are dashed, in turns: curves that coincide stay visible.
     columns : int
         Panels per row, up to 3.
     depth : float, optional
@@ -91,12 +93,13 @@ def speed_panels(
         raise InputError("figure speed_panels: there is no panel to draw")
     lines = finite("speed_panels", {"frequency": frequency})["frequency"]
     drawn = [_checked(panel, lines, colours) for panel in panels]
+    looks = _dashes(dashed)
     columns = min(columns, len(panels))
     rows = -(-len(panels) // columns)
     with styled_figure(FULL_WIDTH, 1.1 + rows * _PANEL_HEIGHT[columns]) as figure:
         grid = figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False).ravel()
         for place, (axes, panel, curves) in enumerate(zip(grid, panels, drawn, strict=False)):
-            _draw(axes, lines, panel, curves, colours, dashed)
+            _draw(axes, lines, panel, curves, colours, looks)
             if place < columns:
                 rpm_axis(axes, order)
             if place + columns >= len(panels):
@@ -111,7 +114,7 @@ def speed_panels(
             highest = max(float(np.nanmax(curve)) for curves in drawn for curve in curves.values())
             grid[0].set_ylim(highest - depth, highest + 0.06 * depth)
         there = [name for name in colours if any(name in curves for curves in drawn)]
-        _legend(figure, there, colours, dashed)
+        _legend(figure, there, colours, looks)
         return png(figure)
 
 
@@ -130,21 +133,28 @@ def _checked(
     return curves
 
 
+def _dashes(dashed: Sequence[str]) -> dict[str, _Dash]:
+    """Give each dashed label its turn; the gap of several holds the dashes of the others."""
+    turn = _DASH + _GAP / len(dashed) if dashed else 0.0
+    gap = max(len(dashed) - 1, 0) * turn + _GAP / max(len(dashed), 1)
+    return {name: (k * turn, (_DASH, gap)) for k, name in enumerate(dashed)}
+
+
 def _draw(
     axes: Axes,
     lines: RealArray,
     panel: SpeedPanel,
     curves: Mapping[str, RealArray],
     colours: Mapping[str, str],
-    dashed: Sequence[str],
+    looks: Mapping[str, _Dash],
 ) -> None:
     for name, values in curves.items():
         axes.plot(
             lines,
             values,
             color=colours[name],
-            linestyle=_DASHED if name in dashed else "-",
-            linewidth=1.2 if name in dashed else 1.4,
+            linestyle=looks.get(name, "-"),
+            linewidth=1.4,
         )
     for name, (x, y) in panel.peaks.items():
         axes.plot(x, y, "o", color=colours[name], markersize=3.5, markeredgecolor="white")
@@ -154,14 +164,13 @@ def _draw(
 
 
 def _legend(
-    figure: Figure, labels: Sequence[str], colours: Mapping[str, str], dashed: Sequence[str]
+    figure: Figure, labels: Sequence[str], colours: Mapping[str, str], looks: Mapping[str, _Dash]
 ) -> None:
     from matplotlib.lines import Line2D
 
+    single: _Dash = (0.0, (_DASH, _GAP))
     handles = [
-        Line2D(
-            [], [], color=colours[name], linestyle=_DASHED if name in dashed else "-", label=name
-        )
+        Line2D([], [], color=colours[name], linestyle=single if name in looks else "-", label=name)
         for name in labels
     ]
     if len(handles) > 1:

@@ -1,0 +1,224 @@
+"""Modes against closed forms, the bench's vehicles out of their files, and a measured ruler."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from deboom.bench.ears import ear_transfer, panel_pressure, source_motion
+from deboom.bench.fleet import load_fleet
+from deboom.bench.interfaces import interface_shapes
+from deboom.bench.vehicle_state import NO_STATE_SPREAD
+from deboom.bench.vehicle_writer import NO_VEHICLE_ERRORS, VehicleErrors, write_vehicle
+from deboom.errors import InputError
+from deboom.files.vehicle import read_vehicle
+from deboom.measurement.channels import Frf
+from deboom.measurement.coherence_gate import imported_estimate
+from deboom.measurement.modal_analysis import LARGE_ERROR, modal_model, poles_over_orders
+from deboom.measurement.modal_poles import pole_clusters
+from deboom.measurement.mode_shapes import mac_matrix
+from deboom.measurement.panels import pressure_of_modes
+from deboom.physics.frf import FrfForm
+from deboom.study.modal_part import modal_part, modal_tables, summary, truth_mac
+
+pytest.importorskip("sdypy.EMA", reason="modal analysis is an extra")
+
+DATA = Path(__file__).parents[1] / "data"
+CASES = ("U06-1", "U06-5", "F45-4")
+
+
+def chain():
+    """Four masses between springs, one end fixed: frequencies, dampings, mass-normalised shapes."""
+    n, mass, spring = 4, 2.0, 6e4
+    r = np.arange(1, n + 1)
+    angle = (2 * r - 1) * np.pi / (2 * n + 1)
+    omega = 2 * np.sqrt(spring / mass) * np.sin(angle / 2)
+    shapes = np.sin(np.outer(angle, np.arange(1, n + 1)))
+    shapes /= np.sqrt(mass * np.sum(shapes**2, axis=1))[:, None]
+    return omega, 0.01 + 1e-5 * omega, shapes
+
+
+def chain_frf(form, frequency):
+    omega, damping, shapes = chain()
+    w = 2 * np.pi * frequency[:, None]
+    modal = 1 / (omega**2 - w**2 + 2j * damping * omega * w)
+    values = np.einsum("nl,fn,nk->flk", shapes, modal, shapes[:, :2])
+    values = values * (1j * w[:, :, None]) ** form.derivative
+    return Frf(frequency, values, tuple("abcd"), ("a", "b"), "any")
+
+
+@pytest.mark.parametrize("form", [FrfForm.RECEPTANCE, FrfForm.MOBILITY, FrfForm.INERTANCE])
+def test_poles_constants_and_shapes_of_a_chain_of_masses(form):
+    omega, damping, shapes = chain()
+    frf = chain_frf(form, np.arange(0.25, 80.01, 0.25))
+    band = (1.0, 80.0)
+
+    clusters = pole_clusters(poles_over_orders(frf, form, band, largest_order=14))
+    model = modal_model(frf, form, band, clusters)
+
+    np.testing.assert_allclose(2 * np.pi * model.frequency, omega, rtol=1e-6)
+    np.testing.assert_allclose(model.damping, damping, rtol=1e-5)
+    assert max(cluster.frequency_spread for cluster in clusters) < 1e-3
+    constants = np.einsum("nl,nk->nlk", shapes, shapes[:, :2]) / (
+        2j * omega * np.sqrt(1 - damping**2)
+    )[:, None, None]
+    error = np.abs(model.residues - constants) / np.abs(constants).max(axis=(1, 2), keepdims=True)
+    assert error.max() < 1e-4
+    assert np.diag(mac_matrix(model.shapes, shapes)) == pytest.approx(1.0, abs=1e-6)
+    assert model.rank_one == pytest.approx(1.0, abs=1e-6)
+    assert model.complexity == pytest.approx(0.0, abs=1e-4)
+    assert model.total_error < 1e-4
+    assert np.array_equal(model.rebuilt.frequency, frf.frequency[frf.frequency >= 1.0])
+
+
+def test_residuals_stand_for_the_mode_left_out():
+    """Above the band the chain's last mode is stiffness, U = sum of phi phi / omega²."""
+    omega, damping, shapes = chain()
+    frequency = np.arange(0.25, 35.01, 0.25)
+    frf = chain_frf(FrfForm.RECEPTANCE, frequency)
+    clusters = pole_clusters(poles_over_orders(frf, FrfForm.RECEPTANCE, (1.0, 35.0)))
+    assert len(clusters) == 2
+    model = modal_model(frf, FrfForm.RECEPTANCE, (1.0, 35.0), clusters)
+    above = np.einsum("nl,nk->lk", shapes[2:] / omega[2:, None] ** 2, shapes[2:, :2])
+    # not constant up to 35 Hz with a mode at 42 Hz: larger than the static value, of its sign
+    ratio = np.sum(model.upper_residual.real * above) / np.sum(above**2)
+    assert 1.0 < ratio < 2.0
+    assert model.total_error < 0.02
+
+
+@pytest.fixture(scope="module")
+def still_air():
+    """A vehicle whose air only compresses: pressure follows the panels at all frequencies."""
+    fleet = load_fleet(1)
+    cabin = replace(fleet.cabin, frequency=1e6)
+    return fleet.bodies["U06-1"], replace(cabin, ear_shape=0.0)
+
+
+def as_constants(body, row, column):
+    m = 2j * 2 * np.pi * body.frequencies * np.sqrt(1 - body.damping_ratios**2)
+    return np.einsum("nl,nk->nlk", row, column) / m[:, None, None]
+
+
+@pytest.mark.parametrize("kind", ["a/Qdot", "p/F"])
+def test_loudspeaker_and_noise_transfer_are_receptance_like(still_air, kind):
+    """a/Qdot = u/q and p/F both come as sums of phi G/(w_n² - w² + ...), without powers of w."""
+    body, cabin = still_air
+    frequency = np.arange(0.25, 90.01, 0.25)
+    shapes = interface_shapes(body)[:, :, :3].reshape(body.frequencies.size, -1)
+    ear = (panel_pressure(cabin, np.array([40.0]))[0, :1] @ body.shapes_at_panels.T).real.T
+    names = tuple(f"{k}" for k in range(shapes.shape[1]))
+    if kind == "a/Qdot":
+        values = source_motion(body, cabin, frequency)[:, :, :3, :1].reshape(frequency.size, -1, 1)
+        frf = Frf(frequency, values, names, ("ear",), "(m/s^2)/(m^3/s^2)")
+        expected = as_constants(body, shapes, -ear)
+    else:
+        values = ear_transfer(body, cabin, frequency)[:, :1, :, :3].reshape(frequency.size, 1, -1)
+        frf = Frf(frequency, values, ("ear",), names, "Pa/N")
+        expected = as_constants(body, ear, shapes)
+    band = (5.0, 90.0)
+    clusters = pole_clusters(poles_over_orders(frf, FrfForm.RECEPTANCE, band))
+    model = modal_model(frf, FrfForm.RECEPTANCE, band, clusters)
+
+    np.testing.assert_allclose(model.frequency, body.frequencies, rtol=1e-6)
+    np.testing.assert_allclose(model.damping, body.damping_ratios, rtol=1e-4)
+    error = np.abs(model.residues - expected).max() / np.abs(expected).max()
+    assert error < 1e-4
+    assert model.total_error < 1e-4
+    other = modal_model(frf, FrfForm.INERTANCE, band, clusters)
+    assert other.total_error > 100 * model.total_error
+
+
+@pytest.fixture(scope="module", params=CASES)
+def vehicle(request, tmp_path_factory):
+    """As a good laboratory delivers it, its body the same on all days."""
+    folder = tmp_path_factory.mktemp("modes") / request.param
+    errors = VehicleErrors(state=NO_STATE_SPREAD)
+    write_vehicle(folder, 1, request.param, errors=errors, load_cases=(), accelerance=False)
+    truth = np.load(folder / "truth/vehicle.npz")
+    shapes = truth["shapes_at_interfaces"][:, :, :3].reshape(len(truth["damping_ratios"]), -1)
+    known = np.hstack([shapes, truth["shapes_at_panels"]])
+    return modal_part(read_vehicle(folder)), truth, known
+
+
+def test_five_modes_of_a_vehicle_out_of_its_files(vehicle):
+    part, truth, shapes = vehicle
+    frequency, damping = part.model.frequency[:5], part.model.damping[:5]
+    assert np.abs(frequency / truth["natural_frequencies"][:5] - 1).max() < 0.005
+    assert np.abs(damping / truth["damping_ratios"][:5] - 1).max() < 0.15
+    assert np.diag(truth_mac(part, shapes)).min() > 0.95
+    assert np.diag(truth_mac(part, shapes, mount_points_only=True)).min() > 0.95
+    numbers = summary(part, shapes)
+    assert list(numbers)[::5] == ["mode_1_hz", "mode_1_mac"]
+    assert numbers["mode_3_hz"] == frequency[2]
+    assert part.model.complexity[:5].max() < 0.1
+    assert part.model.total_error < LARGE_ERROR
+
+
+def test_panels_of_each_mode_add_up_and_are_the_true_ones(vehicle):
+    part, truth, _ = vehicle
+    cabin = load_fleet(1).cabin
+    at_modes = panel_pressure(cabin, truth["natural_frequencies"][:5])[:, 0]
+    true = at_modes * truth["shapes_at_panels"][:5]
+    true = (true / true.sum(axis=1, keepdims=True)).real
+    found = part.panels.shares[:5]
+    assert found.sum(axis=1) == pytest.approx(1.0, abs=1e-12)
+    assert np.abs(found - true).max() < 0.06
+    table = modal_tables(part)["panel_contributions"]
+    assert table.shape == (5, 9)
+    assert np.array_equal(found.argmax(axis=1), true.argmax(axis=1))
+
+
+def test_panels_bring_what_hammer_and_loudspeaker_say_a_mode_brings(tmp_path):
+    """Without errors nothing is missing; without the trunk floor the sum falls short."""
+    folder = write_vehicle(tmp_path / "car", 1, errors=NO_VEHICLE_ERRORS, load_cases=())
+    car = read_vehicle(folder)
+    part = modal_part(car, n_modes=5)
+    clusters, band = part.model.clusters, part.chart.band
+    models = [
+        modal_model(frf, form, band, clusters)
+        for frf, form in (
+            (car.reciprocal, FrfForm.RECEPTANCE),
+            (car.direct, FrfForm.RECEPTANCE),
+            (car.accelerance, FrfForm.INERTANCE),
+        )
+    ]
+    expected = pressure_of_modes(*models, car.ears[0])[:5]
+    found = part.panels.pressure[:5]
+    assert np.abs(found / expected - 1).max() < 0.05
+    without = found - part.panels.values[:5, part.panels.panels.index("trunk floor")]
+    assert abs(without[0] / expected[0]) < 0.6
+    fewer = modal_model(car.reciprocal, FrfForm.RECEPTANCE, band, clusters[:4])
+    with pytest.raises(InputError, match="different modes"):
+        pressure_of_modes(fewer, models[1], models[2], car.ears[0])
+
+
+def test_a_measured_ruler_has_the_ratios_of_a_clamped_beam():
+    with np.load(DATA / "pydvma-ruler" / "ruler_ten_lines_0-600Hz.npz") as measured:
+        names = tuple(f"line {k}" for k in range(10))
+        frf = Frf(measured["freq_hz"], measured["tf"][:, :, None], names, ("hammer",), "any")
+    band = (20.0, 400.0)
+    clusters = pole_clusters(poles_over_orders(frf, FrfForm.INERTANCE, band, largest_order=16))
+    # accelerometer and cable bring one broad pole; bending is damped by a few per cent at most
+    bending = [cluster for cluster in clusters if cluster.damping < 0.03]
+    frequency = np.array([cluster.frequency for cluster in bending])
+    assert frequency == pytest.approx([39.5, 108.7, 212.5, 352.1], rel=0.005)
+    ratios = np.array([1.0, 2.800, 5.487, 9.070])
+    assert frequency / frequency[0] == pytest.approx(ratios, rel=0.04)
+    damping = np.array([cluster.damping for cluster in bending])
+    assert damping == pytest.approx([0.005, 0.010, 0.013, 0.007], rel=0.3)
+    model = modal_model(frf, FrfForm.INERTANCE, band, clusters)
+    assert model.total_error < 0.2
+    assert "more than 5 %" in model.verdict
+
+
+def test_an_analyzer_export_without_coherence_is_not_identified_from():
+    with np.load(DATA / "vibrationtesting-analyzer" / "case1.npz") as case:
+        lines = slice(10, 800)
+        values = case["Hf_chan_2"][lines, None, None]
+        coherence = case["Hf_coh_chan_2"].real[lines, None, None]
+        frequency = 0.3125 * np.arange(1601)[lines]
+    frf = Frf(frequency, values, ("response",), ("force",), "any")
+    estimate = imported_estimate(frf, np.clip(coherence, 0, 1))
+    with pytest.raises(InputError, match="median coherence 0"):
+        poles_over_orders(estimate, FrfForm.INERTANCE, (20.0, 200.0))

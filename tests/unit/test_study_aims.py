@@ -19,6 +19,7 @@ class TwoVehicles:
     response_unit: str = "dB"
 
     def __call__(self, designs):
+        """Return both responses, shape (n, 2)."""
         return np.column_stack([designs[:, 0], 3 * designs[:, 1] ** 2])
 
 

@@ -9,6 +9,7 @@ import typer
 
 import deboom
 from deboom.cli_bench import bench_app
+from deboom.cli_identify import identify
 from deboom.cli_library import characterise, library_app
 from deboom.cli_orders import orders
 
@@ -27,6 +28,7 @@ app.add_typer(bench_app, name="bench")
 app.add_typer(library_app, name="library")
 app.command()(characterise)
 app.command()(orders)
+app.command()(identify)
 
 
 def _print_version(wanted: bool) -> None:

@@ -160,8 +160,8 @@ def compressor(
         CalibrationLevel,
         typer.Option(
             help="How well sensors and impacts are calibrated and placed, 1 sigma of gain, "
-            "position and angle: C0.5 0.5 %, 0.5 mm, 0.5 deg; C1 1 %, 1 mm, 1 deg; C2 2 %, 1.5 mm, 1.5 deg; "
-            "C3 3 %, 2 mm, 2 deg."
+            "position and angle: C0.5 0.5 %, 0.5 mm, 0.5 deg; C1 1 %, 1 mm, 1 deg; C2 2 %, 1.5 mm, "
+            "1.5 deg; C3 3 %, 2 mm, 2 deg."
         ),
     ] = CalibrationLevel.C2,
     seed: Annotated[

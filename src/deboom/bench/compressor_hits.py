@@ -294,8 +294,7 @@ def exact_inertance(
         response @ compressor.inertance(frequency, factor) @ wrench
         for wrench, factor in zip(excitation, factors, strict=True)
     ]
-    matrix: ComplexArray = np.stack(columns, axis=2) / (1 + placed.hammer_gain)
-    return matrix
+    return np.asarray(np.stack(columns, axis=2) / (1 + placed.hammer_gain), dtype=np.complex128)
 
 
 def _pushes(plan: HitPlan, n_impact: int, generator: np.random.Generator) -> RealArray:

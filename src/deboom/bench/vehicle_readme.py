@@ -44,7 +44,7 @@ def readme_text(bench: VirtualBench, vehicle: str, parts: str, seed: int) -> str
         "                                loudspeaker at each ear [m/s^2 per m^3/s^2], out of it",
         "                                positive; pressure per force is its negative",
         "noise_transfer/accelerance.uff  acceleration on the body per force of each blow",
-        "panels.csv                      panels of the cabin: nodes, places, normals inwards, areas",
+        "panels.csv                      panels of the cabin: node, place, inward normal, area",
         "noise_transfer/panel_*.uff      acceleration of the panels inwards, and pressure at them,",
         "                                per volume acceleration at the ears",
         "operating/RUN.uff               the driven car: pressure at the ears, acceleration on",

@@ -20,7 +20,7 @@ from deboom.compressor.self_calibration import (
     self_calibrate,
 )
 from deboom.compressor.thesis_fit import drawn_mounts
-from deboom.compressor.virtual_point_fit import fit_at_virtual_point
+from deboom.compressor.virtual_point_fit import Bounds, fit_at_virtual_point
 
 if TYPE_CHECKING:
     from deboom.compressor.identify import Identification
@@ -105,7 +105,16 @@ def fit_identical_mounts(found: Identification, drawing: Drawing) -> IdenticalFi
         found.excitation.inverse,
         np.sqrt(np.mean(part.deviation**2, axis=(1, 2))),
     )
-    point = fit_at_virtual_point(parametrisation, objective, start)
+    width = np.concatenate(
+        [
+            np.full(N_MASS, np.inf),
+            np.full(3 * n, 2 * OFFSET_DEVIATION),
+            np.full(2 * n, 2 * TILT_DEVIATION),
+            np.full(2 + gain.size, np.inf),
+        ]
+    )
+    bounds = Bounds(start - width, start + width)
+    point = fit_at_virtual_point(parametrisation, objective, start, bounds)
     prior = Prior(
         np.concatenate([np.zeros(N_MASS + 5 * n + 2), START_GAIN]),
         np.concatenate(

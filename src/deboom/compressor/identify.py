@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TypeAlias
@@ -24,28 +23,29 @@ from deboom.compressor.self_calibration import (
     WeighedMass,
     self_calibrate,
 )
+from deboom.compressor.sheet_checks import (
+    misplaced,
+    refuse_different_units,
+    refuse_implausible_body,
+    refuse_sheet_faults,
+    refuse_wrong_scale,
+    sheet_tolerances,
+)
 from deboom.compressor.virtual_point_fit import PointFit, fit_at_virtual_point
 from deboom.errors import InputError
 from deboom.measurement.channel_geometry import impact_geometry, sensor_geometry
 from deboom.measurement.channels import Frf
-from deboom.measurement.culprit import Diagnosis, culprit_of_excitation, culprit_of_responses
-from deboom.measurement.fault_fits import Fault
 from deboom.measurement.inertance_test import InertanceTest
 from deboom.measurement.quality import quality_of_frf
 from deboom.measurement.quality_check import QualityCheck
-from deboom.measurement.tolerances import Tolerances
 from deboom.measurement.virtual_point import VirtualPoint, virtual_point, virtual_point_frf
 from deboom.physics.arrays import RealArray
 from deboom.physics.frf import FrfForm
 
 ALARM = 1.5
 """Reduced χ above this: flexible receiver, hoses, wrong symmetry; do not trust the model."""
-PLAUSIBLE_DENSITY = (50.0, 2e4)
-"""Of a body with the found mass and radius of gyration, from foam to lead [kg/m³]."""
 GAIN_DEVIATION = (0.6, 0.8, 0.15, 0.8, 0.8)
 """How widely rubbers differ from `START_GAIN`, 1 σ, in the order of `GAIN_SHAPE_NAMES`."""
-SHEET_FAULTS = (Fault.SIGN, Fault.AXES)
-"""Faults that no tolerance explains and no fit may swallow."""
 
 Step = Callable[[str], None]
 LineMask: TypeAlias = npt.NDArray[np.bool_]
@@ -146,6 +146,18 @@ class Identification:
                 f"The residuals are {self.calibrated.reduced_chi:.2f} times the noise (alarm at "
                 f"{ALARM:g}): a flexible receiver, hoses, or mounts that differ in their gain."
             )
+        for check in self.held_out:
+            if check.reduced_chi > ALARM:
+                found.append(
+                    f"Held out, {check.what} are missed by {check.reduced_chi:.2f} times the noise "
+                    f"(alarm at {ALARM:g}), {check.relative_error:.1%} of their size."
+                )
+        off = misplaced(self.calibrated, self.test.tolerances)
+        if off:
+            found.append(
+                f"Further from the sheet than its tolerances allow: {', '.join(off[:4])}"
+                + (f" and {len(off) - 4} more." if len(off) > 4 else ".")
+            )
         if not self.rigid.is_rigid:
             found.append(self.rigid.statement)
         if not self.calibrated.converged:
@@ -172,21 +184,25 @@ def identify(
     Raises
     ------
     InputError
-        Coherence too low, a reversed or swapped channel, a body of implausible size, a virtual
-        point that the sensors or impacts do not span.
+        Coherence too low, a reversed, swapped or exchanged channel or impact, a body of implausible
+        size, a mass that is not the weighed one, a virtual point that the sensors or impacts do not
+        span.
     """
     options = options or IdentifyOptions()
     say = step or (lambda _: None)
     say("virtual point and quality")
+    refuse_different_units(test)
     fitted = _lines(test, options)
     _require_coherence(test, fitted, options)
     response = virtual_point(sensor_geometry(test.sensors))
     excitation = virtual_point(impact_geometry(test.impacts))
-    tolerances = _tolerances(test)
-    _refuse_sheet_faults(culprit_of_responses(response, test.frf, tolerances), "sensor")
-    _refuse_sheet_faults(culprit_of_excitation(excitation, test.frf, tolerances), "impact")
+    refuse_sheet_faults(test, response, excitation)
     quality = quality_of_frf(
-        response, excitation, test.frf, FrfForm.INERTANCE, tolerances=tolerances
+        response,
+        excitation,
+        test.frf,
+        FrfForm.INERTANCE,
+        tolerances=sheet_tolerances(test.tolerances),
     )
     inertance = virtual_point_frf(test.frf, response=response, excitation=excitation)
     raw = RawInertance(
@@ -210,6 +226,7 @@ def identify(
         np.sqrt(np.mean(part.deviation**2, axis=(1, 2))),
     )
     point = fit_at_virtual_point(parametrisation, objective, start)
+    refuse_wrong_scale(test, point.model)
     say("self-calibration")
     weighed = (
         WeighedMass(test.weighed_mass, test.weighed_mass_deviation)
@@ -251,9 +268,10 @@ def identify(
         knowledge(parametrisation.names, calibrated.parameter_covariance, prior.deviations),
         modal_table(calibrated.model),
         rigid_limit(
+            # by the sheet: the calibration explains part of a flexible body by placement
             calibrated.model,
             inertance.frequency,
-            np.linalg.inv(calibrated.at_virtual_point(raw.frf.values)),
+            np.linalg.inv(inertance.values),
         ),
         tuple(held_out),
     )
@@ -288,26 +306,6 @@ def _require_coherence(test: InertanceTest, lines: LineMask, options: IdentifyOp
         )
 
 
-def _tolerances(test: InertanceTest) -> Tolerances:
-    """Tolerances of the sheet as the search for the culprit takes them."""
-    stated = test.tolerances
-    return Tolerances(
-        sensor_position=max(stated.sensor_position, stated.impact_position),
-        sensor_angle=max(stated.sensor_angle, stated.impact_angle),
-        sensor_gain=max(stated.sensor_gain, stated.hammer_gain),
-        sensor_cross_axis=0.0,
-    )
-
-
-def _refuse_sheet_faults(diagnosis: Diagnosis, what: str) -> None:
-    suspect = diagnosis.suspect
-    if diagnosis.named and suspect is not None and suspect.fault in SHEET_FAULTS:
-        raise InputError(
-            f"{what} {suspect.name} contradicts all others: {diagnosis.verdict} Mend the position "
-            "sheet and start again"
-        )
-
-
 def _start(
     test: InertanceTest, inertance: Frf, fitted: LineMask
 ) -> tuple[MinimalParameters, RealArray]:
@@ -320,15 +318,7 @@ def _start(
         start = linear_start(parametrisation, lines, values)
         model = parametrisation.model(start)
         length = float(np.sqrt(np.trace(model.inertia) / (3 * model.mass)))
-    radius = length * math.sqrt(5 / 2)
-    density = model.mass / (4 / 3 * math.pi * radius**3)
-    low, high = PLAUSIBLE_DENSITY
-    if not low <= density <= high:
-        raise InputError(
-            f"{test.name}: {model.mass:.3g} kg with a radius of gyration of {length:.3g} m has a "
-            f"density of {density:.2g} kg/m³: check the length unit of the position sheet and the "
-            "units of the FRFs"
-        )
+    refuse_implausible_body(test, model, length)
     return parametrisation, parametrisation.values_of(model)
 
 

@@ -9,10 +9,13 @@ import numpy.typing as npt
 
 from deboom.compressor.model import CompressorModel
 from deboom.errors import InputError
+from deboom.physics.arrays import RealArray
 
 SMALLEST_LINES = 8
 GRID = 1001
 """Steps in which the limit is looked for, in f² from 0 to the highest line."""
+NEARNESS = tuple(np.linspace(0.0, 0.95, 39))
+"""Of the body's first resonance, as the squared ratio of the highest line to it."""
 
 
 @dataclass(frozen=True)
@@ -93,10 +96,11 @@ def rigid_limit(
 
     Notes
     -----
-    A first flexible mode at f_n lets the apparent mass drift as ``c (f/f_n)²``, steeper towards
-    f_n, while that of a rigid body is constant: ``M_meas + v K/ω² = A + B f² + C f⁴`` is fitted to
-    each of the 36 elements, since two parts that swing against each other show in the products
-    and the coupling as well as on the diagonal. Three standard deviations count as none.
+    Towards a first resonance f_n of the body its apparent mass drifts as ``f²/(1 − (f/f_n)²)``,
+    while that of a rigid body is constant: ``M_meas + v K/ω² = A + B f²/(1 − (f/f_n)²)`` is fitted
+    to all 36 elements, since parts that swing against each other show in the products and the
+    coupling as well as on the diagonal; f_n is looked for above the highest line. Three standard
+    deviations count as none.
     """
     lines = np.asarray(frequency, dtype=float)
     judged = lines >= above
@@ -112,17 +116,32 @@ def rigid_limit(
     scale = np.repeat([1.0, 1 / length], 3)
     elements = (left * np.outer(scale, scale)).reshape(lines.size, 36)
     squared = (lines / lines[-1]) ** 2
-    columns = np.stack([np.ones_like(squared), squared, squared**2], axis=1)
-    fit, *_ = np.linalg.lstsq(columns, elements)
-    misfit = elements - columns @ fit
-    level = np.linalg.norm(fit[0])
-    to_highest = np.array([0.0, 1.0, 1.0])
-    scatter = np.sum(misfit**2) / (lines.size - columns.shape[1])
-    spread = to_highest @ np.linalg.inv(columns.T @ columns) @ to_highest
+    fits = [_fit(squared, elements, nearness) for nearness in NEARNESS]
+    best = int(np.argmin([scatter for *_, scatter in fits]))
+    level, growth, spread, scatter = fits[best]
     deviation = float(np.sqrt(scatter * spread) / level)
-    drift = float(np.linalg.norm(to_highest @ fit) / level)
-    grid = np.linspace(0, 1, GRID)
-    drifts = np.linalg.norm(np.outer(grid, fit[1]) + np.outer(grid**2, fit[2]), axis=1) / level
+    # at the highest line itself the growth is that of the fitted law
+    drift = float(growth / level * _law(1.0, NEARNESS[best]))
     seen = drift > 3 * deviation and drift > tolerance
-    holds_to = float(lines[-1] * np.sqrt(grid[np.argmax(drifts > tolerance)])) if seen else np.inf
+    grid = np.linspace(0, 1, GRID)
+    beyond = growth / level * _law(grid, NEARNESS[best]) > tolerance
+    holds_to = float(lines[-1] * np.sqrt(grid[np.argmax(beyond)])) if seen else np.inf
     return RigidLimit(drift, deviation, holds_to, tolerance, float(lines[-1]))
+
+
+def _law(squared: npt.ArrayLike, nearness: float) -> RealArray:
+    """Growth ``f²/(1 − (f/f_n)²)`` with f and f_n relative to the highest line."""
+    share = np.asarray(squared, dtype=float)
+    return np.asarray(share / (1 - nearness * share))
+
+
+def _fit(
+    squared: RealArray, elements: RealArray, nearness: float
+) -> tuple[float, float, float, float]:
+    """Norms of constant and growth, variance of the growth at the top over that of a line."""
+    columns = np.stack([np.ones_like(squared), _law(squared, nearness)], axis=1)
+    fit, *_ = np.linalg.lstsq(columns, elements)
+    scatter = float(np.sum((elements - columns @ fit) ** 2)) / (squared.size - 2)
+    variance = np.linalg.inv(columns.T @ columns)[1, 1] * float(_law(1.0, nearness)) ** 2
+    level, growth = np.linalg.norm(fit, axis=1)
+    return float(level), float(growth), float(variance), scatter

@@ -1,4 +1,5 @@
 """Designs in, responses out: robustness, optimisation, selection.
 
-Depends on: numpy and scipy, pymoo behind `problems`, moocore behind `fronts`; it knows no physics.
+Depends on: numpy and scipy, pymoo behind `problems`, moocore behind `fronts`, SALib behind
+`sensitivity`; it knows no physics.
 """

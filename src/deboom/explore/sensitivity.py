@@ -11,7 +11,6 @@ from __future__ import annotations
 import warnings
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -20,6 +19,7 @@ from deboom.errors import InputError
 from deboom.explore.arrays import RealArray
 from deboom.explore.seeds import checked_seed
 from deboom.explore.sensitivity_inputs import SensitivityInputs
+from deboom.explore.sensitivity_measures import DistributionIndices, MorrisEffects
 from deboom.explore.sobol_indices import (
     CONFIDENCE,
     SobolIndices,
@@ -31,50 +31,6 @@ from deboom.explore.sobol_indices import (
 
 LEVELS = 4
 """Levels of each variable in the designs of Morris."""
-
-
-@dataclass(frozen=True, eq=False)
-class MorrisEffects:
-    """Elementary effects: change of an output over a step of one factor, per unit of its range.
-
-    Parameters
-    ----------
-    factors, outputs : tuple of str
-        Lengths d and r.
-    mu, mu_star, mu_star_interval : array, shape (d, r)
-        Mean of the effects, mean of their magnitudes and half width of its interval
-        [unit of the output].
-    sigma : array, shape (d, r)
-        Standard deviation of the effects: curvature and coupling; nan for groups of several
-        variables [unit of the output].
-    """
-
-    factors: tuple[str, ...]
-    outputs: tuple[str, ...]
-    mu: RealArray
-    mu_star: RealArray
-    mu_star_interval: RealArray
-    sigma: RealArray
-
-
-@dataclass(frozen=True, eq=False)
-class DistributionIndices:
-    """What fixing a factor does to the whole distribution of an output, 0 to 1.
-
-    Parameters
-    ----------
-    factors, outputs : tuple of str
-        Lengths d and r.
-    index : array, shape (d, r)
-        [1].
-    interval : array, shape (d, r)
-        Half width of its interval; nan where the method gives none [1].
-    """
-
-    factors: tuple[str, ...]
-    outputs: tuple[str, ...]
-    index: RealArray
-    interval: RealArray
 
 
 def sobol_designs(
@@ -322,15 +278,16 @@ def delta_analysis(
     checked_seed(seed)
 
     def one(column: RealArray) -> list[RealArray]:
-        found = delta.analyze(
-            _problem(inputs),
-            designs,
-            column,
-            num_resamples=n_resamples,
-            conf_level=CONFIDENCE,
-            seed=seed,
-            method="delta",
-        )
+        with warnings.catch_warnings(record=True):  # of ways of resampling that are not used here
+            found = delta.analyze(
+                _problem(inputs),
+                designs,
+                column,
+                num_resamples=n_resamples,
+                conf_level=CONFIDENCE,
+                seed=seed,
+                method="delta",
+            )
         rows = [np.asarray(found[key], dtype=float) for key in ("delta_raw", "delta_raw_conf")]
         if not np.isfinite(rows).all():
             raise InputError(

@@ -69,7 +69,7 @@ class SobolIndices:
     @property
     def zero(self) -> BoolArray:
         """Whether a total index is not above its own interval, shape (d, r)."""
-        return np.asarray(self.total <= self.total_interval)
+        return np.less_equal(self.total, self.total_interval)
 
     @property
     def pair_names(self) -> tuple[tuple[str, str], ...]:
@@ -138,8 +138,8 @@ def checked_values(
     constant = [names[place] for place in np.flatnonzero(spread <= NO_VARIATION * size)]
     if constant:
         raise InputError(
-            f"output {_named(constant)} does not vary over the designs: no share of its variance "
-            "can be given, leave it out"
+            f"no variation over the designs in output {_named(constant)}: there is no variance to "
+            "share out, leave it out"
         )
     return array, names
 

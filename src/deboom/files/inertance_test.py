@@ -67,26 +67,12 @@ def read_inertance_test(folder: Path | str, *, from_hits: bool = False) -> Inert
     file = load_inertance_test_file(path)
     tables = [folder / file.sensor_table, folder / file.impact_table]
     places = Places(read_placed_sensors(tables[0]), read_placed_impacts(tables[1]))
-    sensors = tuple(
-        Sensor(
-            name=row.sensor,
-            kind=SensorKind.ACCELEROMETER,
-            model="",
-            mount="",
-            piece="",
-            position=np.array(row.position),
-            orientation=rotation_matrix(row.angles),
-        )
-        for row in places.sensors
-    )
-    impacts = tuple(
-        Impact(row.impact, np.array(row.position), np.array(row.direction))
-        for row in places.impacts
-    )
     try:
+        sensors, impacts = _sensors(places), _impacts(places)
         check_enough(sensors, impacts)
     except InputError as error:
-        raise InputError(f"{folder}: {error}") from None
+        where = " and ".join(dict.fromkeys(map(str, tables)))
+        raise InputError(f"{where}: {error}") from None
     if from_hits and file.hits is None:
         raise InputError(f"{path}: key 'hits' is missing: name the folder of the hits over time")
     if from_hits or file.frf is None:
@@ -109,6 +95,28 @@ def read_inertance_test(folder: Path | str, *, from_hits: bool = False) -> Inert
         )
     except InputError as error:
         raise InputError(f"{folder}: {error}") from None
+
+
+def _sensors(places: Places) -> tuple[Sensor, ...]:
+    return tuple(
+        Sensor(
+            name=row.sensor,
+            kind=SensorKind.ACCELEROMETER,
+            model="",
+            mount="",
+            piece="",
+            position=np.array(row.position),
+            orientation=rotation_matrix(row.angles),
+        )
+        for row in places.sensors
+    )
+
+
+def _impacts(places: Places) -> tuple[Impact, ...]:
+    return tuple(
+        Impact(row.impact, np.array(row.position), np.array(row.direction))
+        for row in places.impacts
+    )
 
 
 _Measured = tuple[Frf, RealArray, int, list[Path]]

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from deboom.errors import InputError
-from deboom.files.run_folder import RECORD, UNFINISHED, Run
+from deboom.files.run_folder import RECORD, UNFINISHED, Run, hash_files
 from deboom.files.run_lock import is_held
 
 
@@ -69,10 +69,70 @@ def list_runs(results: Path) -> tuple[RunEntry, ...]:
     InputError
         There is no such folder, or a run's record is damaged.
     """
+    entries, damaged = readable_runs(results)
+    if damaged:
+        raise damaged[0]
+    return entries
+
+
+def readable_runs(results: Path) -> tuple[tuple[RunEntry, ...], tuple[InputError, ...]]:
+    """Return all runs whose record can be read, and what is wrong with the others.
+
+    Raises
+    ------
+    InputError
+        There is no such folder.
+    """
     if not results.is_dir():
         raise InputError(f"{results}: there is no such folder; `deboom run` makes it")
-    records = sorted(results.glob(f"*/*/{RECORD}"))
-    return tuple(RunEntry(path.parent, _read(path)) for path in records if _shown(path))
+    entries, damaged = [], []
+    for path in filter(_shown, sorted(results.glob(f"*/*/{RECORD}"))):
+        try:
+            entries.append(RunEntry(path.parent, _read(path)))
+        except InputError as error:
+            damaged.append(error)
+    return tuple(entries), tuple(damaged)
+
+
+def read_run(folder: Path) -> RunEntry:
+    """Return the run of a folder, or of a page or file in it.
+
+    Raises
+    ------
+    InputError
+        The folder holds no run, or its record is damaged.
+    """
+    for place in (folder, folder.parent):
+        if (place / RECORD).is_file():
+            return RunEntry(place, _read(place / RECORD))
+    raise InputError(f"{folder} is no run folder: it has no {RECORD}; `deboom list` shows all runs")
+
+
+def check_files(entry: RunEntry) -> None:
+    """Refuse a run whose files are not those that it wrote.
+
+    Raises
+    ------
+    InputError
+        A run that is not finished, one without hashes of its files, a file that is missing or
+        that has been edited: names it.
+    """
+    if not entry.finished:
+        raise InputError(f"run {entry.folder} is not finished: go on with it by --resume")
+    hashes = entry.record.get("files_sha256")
+    if not hashes:
+        raise InputError(
+            f"run {entry.folder} has no hashes of its files, an older deboom wrote it: run the "
+            "study again"
+        )
+    for name, wanted in hashes.items():
+        path = entry.folder / name
+        if not path.is_file():
+            raise InputError(f"{path} is missing from its run: bring it back or run again")
+        if hash_files([path], relative_to=entry.folder)[name] != wanted:
+            raise InputError(
+                f"{path} has been edited since its run wrote it: bring it back or run again"
+            )
 
 
 def find_run(out: Path, study: str, wanted: str) -> RunEntry:

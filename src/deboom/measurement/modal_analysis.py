@@ -215,7 +215,11 @@ def modal_model(
         all_poles=[[cluster.pole for cluster in kept]],
     )
     rebuilt, constants = model.get_constants(
-        whose_poles=chosen, f_lower=band[0], f_upper=float(model.freq[-1]), upper_r=True, lower_r=True
+        whose_poles=chosen,
+        f_lower=band[0],
+        f_upper=float(model.freq[-1]),
+        upper_r=True,
+        lower_r=True,
     )
     pairs = len(frf.outputs), len(frf.inputs)
     lines = (frf.frequency >= band[0]) & (frf.frequency <= band[1])
@@ -259,7 +263,7 @@ def _lines_of(frf: Frf, band: tuple[float, float]) -> tuple[int, int, float]:
         raise InputError("modal analysis needs equidistant lines: interpolating would bend modes")
     step = float(steps.mean())
     number = frf.frequency / step
-    if np.abs(number - np.round(number)).max() > 1e-3:
+    if np.abs(number - np.round(number)).max() > 0.01:
         raise InputError(
             f"modal analysis needs lines on whole multiples of their step, {step:g} Hz, but the "
             f"first one is at {frf.frequency[0]:g} Hz"

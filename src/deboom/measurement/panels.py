@@ -132,9 +132,7 @@ def panel_contributions(
     rows = [model.outputs.index(name) for name in panels.names]
     constants = model.residues[:, rows, model.inputs.index(ear)]
     squared = -((2 * np.pi * at) ** 2)[:, np.newaxis]
-    return PanelContributions(
-        ear, panels.names, at, squared * at_modes * panels.areas * constants
-    )
+    return PanelContributions(ear, panels.names, at, squared * at_modes * panels.areas * constants)
 
 
 def pressure_of_modes(

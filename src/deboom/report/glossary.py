@@ -78,5 +78,20 @@ GLOSSARY: Mapping[str, str] = {
         "Coupled motion in which every mount's stiffness also follows the amplitude that comes "
         "out: rubber softens as it moves further."
     ),
+    "sensitivity index": (
+        "The share of an output's variance that a variable is behind, between 0 and 1, when all "
+        "variables vary at the same time within stated ranges (Sobol index). First order: what "
+        "the variable does alone. Total: that and all it does together with others; the rest is "
+        "the coupled effect. A variable whose total index is zero can be left out."
+    ),
+    "correlation": (
+        "How far two vehicles rise and fall together when mounts change: 1 always in step, 0 not "
+        "at all, −1 always opposed. Pearson's coefficient (r) takes the levels themselves, "
+        "Spearman's only their order. It says nothing about how much each of them changes."
+    ),
+    "family of vehicles": (
+        "Vehicles of which any two correlate at least as much as asked: a design that is better "
+        "for one of them is better for the others, so that they can share one mount set."
+    ),
 }
 """Definition by term."""

@@ -75,6 +75,12 @@ class IdentifiedTest:
     seconds: float
     kept: IdentifiedCompressor
 
+    @property
+    def input_files(self) -> tuple[Path, ...]:
+        """Every file that was read, the truth included."""
+        truth = () if self.truth is None else (self.truth.path,)
+        return (*self.found.test.input_files, *truth)
+
 
 def read_test(
     folder: Path, *, from_hits: bool = False

@@ -121,9 +121,7 @@ def _gain(test: IdentifiedTest) -> bytes:
         half = WIDE_BAND * of(deviation)
         low, high = of(identified) - half, of(identified) + half
         panels.append(
-            SpectrumPanel(
-                title, "gain [1]", lines, curves, ranges={"95 % interval": (low, high)}
-            )
+            SpectrumPanel(title, "gain [1]", lines, curves, ranges={"95 % interval": (low, high)})
         )
     return spectra_panels(panels, columns=2, dashed=("truth",), fitted=test.options.bands)
 
@@ -145,11 +143,11 @@ def _likeness(
         numbers = tuple(str(number) for number in range(1, 7))
         title = "Modes, MAC"
         maps.append(HeatMap(title, numbers, numbers, modes, "linear estimate", "identified"))
-    for what, values in (("Inertance", inertances), ("App. mass", masses)):
+    for what, values in (("inertance", inertances), ("app. mass", masses)):
         for low, high in test.options.bands:
             values_in_band = frac(values[0], values[2], lines, (low, high))
-            title = f"{what}, {low:g}–{high:g} Hz"
-            maps.append(HeatMap(title, MOTIONS, MOTIONS, values_in_band, "", "FRAC"))
+            title = f"FRAC, {what}, {low:g}–{high:g} Hz"
+            maps.append(HeatMap(title, MOTIONS, MOTIONS, values_in_band, "", "excitation"))
     return heat_maps(maps)
 
 
@@ -190,7 +188,7 @@ def _comparison(
     panels = []
     for what, values, units in (
         ("inertance", inertances, INERTANCE_UNITS),
-        ("apparent mass", masses, MASS_UNITS),
+        ("app. mass", masses, MASS_UNITS),
     ):
         for part, of in (("Re", np.real), ("Im", np.imag)):
             for row, column in entries:

@@ -10,6 +10,7 @@ import pandas as pd
 
 from deboom.compressor.identifiability import ALONE, PRIOR_DOMINATED
 from deboom.compressor.quantities import quantities, quantity_deviations
+from deboom.compressor.thesis_parameters import ThesisParameters
 from deboom.measurement.quality_check import quality_table
 from deboom.study.compressor_identification_truth import errors_of, mounting_errors
 
@@ -41,14 +42,14 @@ def tables_of(tests: Sequence[IdentifiedTest]) -> dict[str, pd.DataFrame]:
         tables["identifiability"] = identifiability_table(first, first.thesis)
         tables["fits"] = fit_table(first.thesis)
     if first.identical is not None:
-        tables["identical_mounts"] = identical_table(first, first.identical)
+        tables["identical_mounts"] = identical_table(first.identical)
     if all(test.truth is not None for test in tests):
         tables["cases"] = case_table(tests)
     return tables
 
 
 def parameter_table(test: IdentifiedTest) -> pd.DataFrame:
-    """What was found: start, identified, standard deviation, truth where it is known."""
+    """Tell what was found: start, identified, standard deviation, truth where it is known."""
     found = test.found
     identified = quantities(found.calibrated.model)
     start = quantities(found.point.parametrisation.model(found.start))
@@ -82,7 +83,7 @@ def mode_table(test: IdentifiedTest) -> pd.DataFrame:
 
 
 def identifiability_table(test: IdentifiedTest, thesis: ThesisFit) -> pd.DataFrame:
-    """The thesis's numbers beside its table 11: values, bounds, and what the test says of each."""
+    """Put the thesis's numbers side by side with their bounds and what the test says of each."""
     parametrisation = thesis.fit.parametrisation
     shown = [_SHOWN_UNIT.get(unit, (unit, 1.0)) for unit in parametrisation.units]
     factor = np.array([scale for _, scale in shown])
@@ -101,9 +102,9 @@ def identifiability_table(test: IdentifiedTest, thesis: ThesisFit) -> pd.DataFra
         "verdict": verdicts(thesis),
     }
     if test.truth is not None:
-        values_of = getattr(parametrisation, "values_of", None)
-        if values_of is not None and len(test.truth.mounts) == len(test.truth.mounts):
-            table["truth"] = factor * values_of(test.truth.model, test.truth.mounts)
+        names = tuple(mount.name for mount in test.truth.mounts)
+        true = ThesisParameters(names).values_of(test.truth.model, test.truth.mounts)
+        table["truth"] = factor * true
     return pd.DataFrame(table)
 
 
@@ -140,7 +141,7 @@ def fit_table(thesis: ThesisFit) -> pd.DataFrame:
 
 
 def knowledge_table(test: IdentifiedTest) -> pd.DataFrame:
-    """The minimal parameters: what was known, what is known now."""
+    """Tell of each minimal parameter what was known, and what is known now."""
     known = test.found.known
     dominated = set(known.prior_dominated)
     finite = np.isfinite(known.prior)
@@ -198,7 +199,7 @@ def held_out_table(test: IdentifiedTest) -> pd.DataFrame:
     )
 
 
-def identical_table(test: IdentifiedTest, fit: IdenticalFit) -> pd.DataFrame:
+def identical_table(fit: IdenticalFit) -> pd.DataFrame:
     """Place, tilt and stiffness of identical round mounts."""
     parametrisation, n = fit.calibrated.parametrisation, len(fit.drawn)
     values = fit.calibrated.values[10 : 10 + 5 * n]
@@ -207,7 +208,11 @@ def identical_table(test: IdentifiedTest, fit: IdenticalFit) -> pd.DataFrame:
     factor = np.array([1e3] * (3 * n) + [180 / np.pi] * (2 * n))
     stiffness = fit.mounts[0].stiffness[:2]
     rows: dict[str, list[object] | RealArray] = {
-        "parameter": [*parametrisation.names[10 : 10 + 5 * n], "axial stiffness", "radial stiffness"],
+        "parameter": [
+            *parametrisation.names[10 : 10 + 5 * n],
+            "axial stiffness",
+            "radial stiffness",
+        ],
         "unit": [*unit, "N/mm", "N/mm"],
         "identified": np.concatenate([factor * values, 1e-3 * stiffness]),
         "standard deviation": np.concatenate(

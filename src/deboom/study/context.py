@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from deboom.explore.checkpoint import Checkpoint
+from deboom.explore.robust import RobustResponse
 from deboom.files.checkpoint import CheckpointFolder
 from deboom.files.run_folder import Run, hash_files
 
@@ -32,6 +33,17 @@ class RunContext:
 
     run: Run
     relative_to: Path
+
+    def search_begins(self, model: RobustResponse) -> None:
+        """Learn what a search for a front is about to evaluate.
+
+        A run goes on; `deboom.study.rebuilt` wants no more than the model.
+
+        Parameters
+        ----------
+        model : RobustResponse
+            Model, design space and draws of the search.
+        """
 
     def checkpoint(
         self, inputs: Iterable[Path], name: str = "search", every: int = EVERY

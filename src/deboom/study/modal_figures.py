@@ -1,4 +1,4 @@
-"""Figures of a modal analysis: stabilisation, shapes, agreement with truth, rebuilt FRFs, panels."""
+"""Figures of a modal analysis: poles, shapes, agreement with a truth, rebuilt FRFs, panels."""
 
 from __future__ import annotations
 

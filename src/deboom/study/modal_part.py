@@ -192,7 +192,9 @@ def truth_mac(part: ModalPart, truth: npt.ArrayLike, mount_points_only: bool = F
     """
     columns = list(range(len(part.model.outputs)))
     if mount_points_only:
-        at_points = {name for place in part.places if not place.is_panel for name in place.directions}
+        at_points = {
+            name for place in part.places if not place.is_panel for name in place.directions
+        }
         columns = [k for k, name in enumerate(part.model.outputs) if name in at_points]
     known = np.asarray(truth)
     if known.ndim != 2 or known.shape[1] != len(part.model.outputs):
@@ -243,4 +245,3 @@ def modal_tables(part: ModalPart, truth: npt.ArrayLike | None = None) -> dict[st
         shares.insert(0, "mode", numbers)
         tables["panel_contributions"] = shares
     return tables
-

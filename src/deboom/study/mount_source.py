@@ -111,7 +111,7 @@ def operation(
     platform: Platform,
     requests: Sequence[str] | None,
     source: MountSource,
-    group: str,
+    group: str | None,
     band: Band,
 ) -> Operation:
     """Look up load cases and give them the forces of the mounts' response surfaces.
@@ -125,8 +125,8 @@ def operation(
     source : MountSource
         Whether forces come from the library, and are compared with the measured ones, or stay as
         measured.
-    group : str
-        Vehicles to listen in.
+    group : str or None
+        Vehicles to listen in; None: all of them.
     band : (lower, upper)
         Both edges belong to the band [Hz].
 
@@ -136,7 +136,7 @@ def operation(
         An unknown load case or group; a platform without a mount library; a run without engine
         torque, or with lines outside of the region that a mount was measured in.
     """
-    fleet = platform.fleet.group(group)
+    fleet = platform.fleet if group is None else platform.fleet.group(group)
     cases = weighted_load_cases(platform, requests)
     if source is MountSource.spectra:
         return Operation(platform, fleet, cases, band, None)

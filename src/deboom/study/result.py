@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 import pandas as pd
 
@@ -31,6 +32,8 @@ class StudyResult:
         Every file the study read; their hashes go into ``run.json``.
     facts : mapping of str to float, int or str
         What the study settled itself, such as the kernel it used; goes into ``run.json``.
+    documents : mapping of str to mapping
+        File stem → what other studies load, such as an identified model; becomes ``<stem>.json``.
     """
 
     tables: Mapping[str, pd.DataFrame]
@@ -39,3 +42,4 @@ class StudyResult:
     page: Page
     inputs: tuple[Path, ...]
     facts: Mapping[str, Scalar] = field(default_factory=dict)
+    documents: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)

@@ -6,6 +6,7 @@ from deboom.study.result import StudyResult
 from deboom.study.robust_front import RobustFront
 from deboom.study.robust_front_page import front_figures, front_page
 from deboom.study.robust_front_tables import (
+    convergence_table,
     design_table,
     front_summary,
     front_table,
@@ -29,12 +30,13 @@ def robust_front_result(study: RobustFront) -> StudyResult:
     Returns
     -------
     StudyResult
-        Tables ``front``, ``designs``, ``per_vehicle``, ``picks``, ``stiffness``, ``vehicles``,
-        ``peaks``; with loss factors as variables also ``loss_factors``.
+        Tables ``front``, ``designs``, ``convergence``, ``per_vehicle``, ``picks``, ``stiffness``,
+        ``vehicles``, ``peaks``; with loss factors as variables also ``loss_factors``.
     """
     tables = {
         "front": front_table(study),
         "designs": design_table(study),
+        "convergence": convergence_table(study),
         "per_vehicle": per_vehicle_table(study),
         "picks": pick_table(study),
         "stiffness": stiffness_table(study),

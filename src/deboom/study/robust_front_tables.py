@@ -37,6 +37,14 @@ def design_table(study: RobustFront) -> pd.DataFrame:
     return pd.DataFrame({"point": np.arange(1, len(designs) + 1), **columns})
 
 
+def convergence_table(study: RobustFront) -> pd.DataFrame:
+    """One row per generation: hypervolume of the front so far, as the search saw it."""
+    volume = study.search.hypervolume
+    return pd.DataFrame(
+        {"generation": np.arange(1, len(volume) + 1), "hypervolume [dB²]": volume}
+    )
+
+
 def per_vehicle_table(study: RobustFront) -> pd.DataFrame:
     """One row per design of the front and vehicle, verified."""
     values, n_lines = study.verification.values, study.index.n_lines

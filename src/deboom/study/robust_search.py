@@ -100,6 +100,8 @@ def robust_search(
         raise InputError(
             "a polish knows no limits: search for more generations, or leave the limits out"
         )
+    if run is not None:
+        run.search_begins(model)
     found = []
     for number in range(seed, seed + budget.searches):
         folder = name if number == seed else f"{name}_seed{number}"

@@ -28,6 +28,7 @@ from deboom.files.run_list import find_run
 from deboom.files.run_lock import LOCK, held
 from deboom.report.page import render_page
 from deboom.study.context import RunContext
+from deboom.study.overview import refresh_overview
 from deboom.study.result import StudyResult
 from deboom.study.resume import check_same_code, resumed_arguments
 
@@ -38,6 +39,7 @@ PACKAGES = (
     "pandas",
     "pymoo",
     "moocore",
+    "SALib",
     "numba",
     "matplotlib",
     "seaborn",
@@ -243,19 +245,42 @@ def _carry_out(
             "inputs_sha256": hash_files(result.inputs, relative_to=here),
             "wall_time_s": round(time.perf_counter() - begin, 3),
         }
-        _save(run, result, {**record, **used})
-    return finish_run(run)
+        save_result(run, result, {**record, **used})
+    folder = finish_run(run)
+    refresh_overview(folder.parent.parent)
+    return folder
 
 
-def _save(run: Run, result: StudyResult, record: Mapping[str, Any]) -> None:
+def save_result(run: Run, result: StudyResult, record: Mapping[str, Any]) -> None:
+    """Save everything that a result holds, and last the final record, which has all hashes.
+
+    Parameters
+    ----------
+    run : Run
+        Unfinished.
+    result : StudyResult
+    record : mapping
+        What was asked for, with ``facts``, ``inputs_sha256`` and ``wall_time_s``; a ``command``
+        where it was none of ``deboom run``.
+    """
     for stem, table in result.tables.items():
         run.save_table(f"{stem}.csv", table)
     for stem, png in result.figures.items():
         run.save_bytes(f"figures/{stem}.png", png)
+    for stem, document in result.documents.items():
+        run.save_json(f"{stem}.json", document)
     run.save_json("summary.json", dict(result.summary))
-    run.save_json(RECORD, record)
     page = replace(result.page, provenance=_provenance(record))
     run.save_text("report.html", render_page(page))
+    names = [f"{stem}.csv" for stem in result.tables]
+    names += [f"figures/{stem}.png" for stem in result.figures]
+    names += [f"{stem}.json" for stem in result.documents]
+    saved = [run.folder / name for name in (*names, "summary.json", "report.html")]
+    shown = {
+        "headlines": {headline.label: headline.value for headline in result.page.headlines},
+        "files_sha256": hash_files(saved, relative_to=run.folder),
+    }
+    run.save_json(RECORD, {**record, **shown})
 
 
 def _option(name: str, value: Any) -> str:
@@ -274,8 +299,9 @@ def _provenance(record: Mapping[str, Any]) -> dict[str, Any]:
         if value is not None
         for item in (value if isinstance(value, list) else [value])
     )
+    command = record.get("command", f"deboom run studies/{record['study']}.py")
     return {
-        "command": f"deboom run studies/{record['study']}.py {options}",
+        "command": f"{command} {options}",
         "seed": record["seed"],
         "facts": record["facts"],
         "environment": environment,

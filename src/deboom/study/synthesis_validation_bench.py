@@ -40,7 +40,7 @@ class BenchSet:
 
 
 def bench_sets(
-    folder: Path, gear: int, torque_limit: float, progress: Progress
+    folder: Path, gear: int, torque_limit: float, progress: Progress, needed: str | None = None
 ) -> tuple[Campaign, dict[str, BenchSet]]:
     """Characterise every mount set of a campaign, without the run that is to be predicted.
 
@@ -54,6 +54,8 @@ def bench_sets(
         Its limit [N m].
     progress : callable
         ``progress(done, total, text)``; one step per mount set.
+    needed : str, optional
+        A mount set that must be there.
 
     Returns
     -------
@@ -64,11 +66,16 @@ def bench_sets(
     Raises
     ------
     InputError
-        A campaign that cannot be read or characterised, a mount set without that run or without
-        any other one.
+        A campaign that cannot be read or characterised, or without the mount set that is needed; a
+        mount set without that run or without any other one.
     """
     progress(0, 1, "reading the bench's files")
     campaign = read_campaign(folder)
+    if needed is not None and needed not in campaign.mount_sets:
+        raise InputError(
+            f"{folder}: the vehicles' mount set '{needed}' was not on the bench, use one of "
+            f"{list(campaign.mount_sets)}"
+        )
     looked_at = {name: _run(campaign, name, gear, torque_limit) for name in campaign.mount_sets}
     shown = [id(run) for run in looked_at.values()]
     others = replace(campaign, runs=tuple(run for run in campaign.runs if id(run) not in shown))

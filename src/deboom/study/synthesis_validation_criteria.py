@@ -68,6 +68,7 @@ def criteria(
     causes: pd.DataFrame,
     forces: pd.DataFrame,
     modes: Mapping[str, Scalar],
+    mode_errors: tuple[float, float] | None = None,
 ) -> tuple[Criterion, ...]:
     """Gather the figures of a validation.
 
@@ -78,6 +79,8 @@ def criteria(
         Its tables, see `deboom.study.synthesis_validation_numbers`.
     modes : mapping of str to float
         ``mode_<n>_hz`` and ``mode_<n>_mac``; empty without modal analysis.
+    mode_errors : (float, float), optional
+        Largest relative error of natural frequencies and damping ratios, where these are known [1].
     """
     road = comparisons[comparisons["comparison"] == ON_ROAD]
     surfaces = comparisons[comparisons["comparison"] == BY_SURFACES]
@@ -164,6 +167,18 @@ def criteria(
         for n, asked in enumerate(BODY_MODES, 1)
         if f"mode_{n}_hz" in modes
     ]
+    if mode_errors is not None:
+        of_frequency, of_damping = mode_errors
+        found += [
+            Criterion(
+                "natural frequencies against the truth, largest error [%]",
+                100 * of_frequency,
+                most=0.5,
+            ),
+            Criterion(
+                "damping ratios against the truth, largest error [%]", 100 * of_damping, most=15
+            ),
+        ]
     macs = [float(value) for name, value in modes.items() if name.endswith("_mac")]
     if macs and np.isfinite(macs).all():
         found.append(

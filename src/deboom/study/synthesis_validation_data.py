@@ -195,12 +195,9 @@ def given_data(
     progress(0, 1, "vehicles")
     driven = [DrivenVehicle(*_read(Path(folder), run), mount_set) for folder in vehicle_folders]
     road = driven[0].vehicle.run(run)
-    campaign, benches = bench_sets(Path(campaign_folder), road.gear, road.torque_limit, progress)
-    if mount_set not in benches:
-        raise InputError(
-            f"{campaign_folder}: the vehicles' mount set '{mount_set}' was not on the bench, use "
-            f"one of {list(benches)}"
-        )
+    campaign, benches = bench_sets(
+        Path(campaign_folder), road.gear, road.torque_limit, progress, needed=mount_set
+    )
     progress(len(benches), len(benches), "")
     found = [path for folder in vehicle_folders for path in sorted(Path(folder).rglob("*"))]
     files = tuple(path for path in found if path.is_file())

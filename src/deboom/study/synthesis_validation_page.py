@@ -153,8 +153,23 @@ def _road(tables: Mapping[str, pd.DataFrame], figures: Mapping[str, bytes]) -> S
                 "shape, in scale, and at booming peaks (thesis, figure 37).",
             },
         ),
-        tables=(Table(road, "Every vehicle and mount set. Notches rule the rms over all lines."),),
+        tables=(
+            Table(road, "Every vehicle and mount set. Notches rule the rms over all lines."),
+            *_unpaired(tables["peaks"]),
+        ),
     )
+
+
+def _unpaired(peaks: pd.DataFrame) -> tuple[Table, ...]:
+    """Peaks of one curve alone; no table without any."""
+    alone = peaks[(peaks["comparison"] == ON_ROAD) & peaks["deviation [dB]"].isna()]
+    if alone.empty:
+        return ()
+    shown = alone.drop(columns=["comparison", "deviation [dB]"]).rename(
+        columns={name: name.replace("reference", "measured") for name in alone.columns}
+    )
+    shown = shown.rename(columns=lambda name: str(name).replace("compared", "synthesised"))
+    return (Table(shown, "Booming peaks of one curve alone: they have no deviation."),)
 
 
 def _forces(figures: Mapping[str, bytes]) -> Section:
@@ -189,8 +204,8 @@ def _design(
         "check is nearly circular. With the motion of "
         f"{design.other} nothing of the design is known but its parts. Re-solved, only the "
         f"excitation comes from {design.other}: inertia from the data sheet, stiffness from the "
-        f"surfaces at the amplitude that comes out ({design.resolved.sweeps} sweeps, {outside} "
-        f"lines outside of the measured region).{kept}",
+        f"surfaces at the amplitude that comes out ({design.resolved.sweeps} sweeps; lines and "
+        f"directions outside of the measured region: {outside}).{kept}",
         figures=_pictures(
             figures,
             {

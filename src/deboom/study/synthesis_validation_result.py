@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+import numpy as np
 import pandas as pd
 from threadpoolctl import threadpool_limits
 
@@ -68,7 +69,8 @@ def synthesis_validation_result(
         comparisons, causes, forces = (
             table(result) for table in (comparison_table, cause_table, force_table)
         )
-        found = criteria(result, comparisons, causes, forces, modes)
+        errors = _mode_errors(result, part)
+        found = criteria(result, comparisons, causes, forces, modes, errors)
         tables = {
             "validation": criteria_table(found),
             "comparisons": comparisons,
@@ -107,6 +109,20 @@ def _true_shapes(result: Validation, part: ModalPart | None) -> RealArray | None
     if part is None or truth is None:
         return None
     return truth.mode_shapes(len(part.model.outputs))
+
+
+def _mode_errors(result: Validation, part: ModalPart | None) -> tuple[float, float] | None:
+    """Find how far natural frequencies and damping ratios lie from the truth, relative [1]."""
+    truth = result.shown[0].driven.truth
+    if part is None or truth is None:
+        return None
+    pairs = (
+        (part.model.frequency, truth.natural_frequency),
+        (part.model.damping, truth.damping_ratio),
+    )
+    n = part.n_modes
+    first, second = (float(np.max(np.abs(found[:n] / true[:n] - 1))) for found, true in pairs)
+    return first, second
 
 
 def _ranking(result: Validation) -> pd.DataFrame:

@@ -27,6 +27,8 @@ class VehicleTruth:
         Outputs are the ears, inputs ``<mount> [<piece>] x y z mx my mz`` [Pa/N].
     natural_frequency : array, shape (n_mode,)
         Of the trimmed body on average; between two measurements it changes a little [Hz].
+    damping_ratio : array, shape (n_mode,)
+        [1].
     shapes : array, shape (n_mode, n_interface, 6)
         At the interfaces, x y z rx ry rz [kg^-1/2].
     panel_shapes : array, shape (n_mode, n_panel)
@@ -37,6 +39,7 @@ class VehicleTruth:
     pressure: Spectrum
     noise_transfer: Frf
     natural_frequency: RealArray
+    damping_ratio: RealArray
     shapes: RealArray
     panel_shapes: RealArray
 
@@ -85,6 +88,7 @@ def read_vehicle_truth(folder: Path, run: str) -> VehicleTruth | None:
             "Pa/N",
         ),
         natural_frequency=body["natural_frequencies"],
+        damping_ratio=body["damping_ratios"],
         shapes=body["shapes_at_interfaces"],
         panel_shapes=body["shapes_at_panels"],
     )

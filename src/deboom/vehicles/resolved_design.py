@@ -12,6 +12,7 @@ from deboom.errors import InputError
 from deboom.mounts.response_surface import DynamicStiffnessSurface
 from deboom.physics.arrays import ComplexArray, RealArray
 from deboom.vehicles.coupled_motion import CoupledMotion
+from deboom.vehicles.surface_limits import backed_range
 
 TOLERANCE = 1e-6
 """Largest relative change of an amplitude in the last sweep [1]."""
@@ -30,8 +31,9 @@ class ResolvedDesign:
     motion : CoupledMotion
         With the stiffnesses that the solved amplitudes give; at factors 1 it is the design.
     outside : array of bool, shape (n_frequency, n_direction + n_own)
-        Lines at which a surface does not speak: torque, amplitude and frequency lie outside of
-        what was measured. The measured stiffness of the reference stays there.
+        Lines whose torque, frequency and amplitude lie outside of what the mount was measured at.
+        The stiffness stays at the last amplitude that measurements back; where not even that of the
+        reference is backed, the reference's own stiffness stays.
     kept : tuple of str
         Variables without a surface; they keep the measured stiffness of the reference.
     sweeps : int
@@ -96,10 +98,15 @@ def resolve_design(
     measured = np.hstack([reference.stiffness, reference.own_stiffness])
     n_body = len(reference.forward)
     amplitude = reference.nominal_amplitude
+    backed = {
+        column: _Backed.about(surfaces[name], torque, amplitude[:, column], reference, name)
+        for column, name in enumerate(columns)
+        if name in surfaces
+    }
     for sweep in range(1, MOST_SWEEPS + 1):
-        stiffness, outside = _stiffness(
-            measured, columns, surfaces, torque, amplitude, reference.frequency
-        )
+        stiffness, outside = measured.copy(), np.zeros(measured.shape, dtype=bool)
+        for column, one in backed.items():
+            one.fill(stiffness[:, column], outside[:, column], amplitude[:, column])
         design = replace(
             reference, stiffness=stiffness[:, :n_body], own_stiffness=stiffness[:, n_body:]
         )
@@ -115,23 +122,43 @@ def resolve_design(
     )
 
 
-def _stiffness(
-    measured: ComplexArray,
-    columns: list[str],
-    surfaces: Mapping[str, DynamicStiffnessSurface],
-    torque: RealArray,
-    amplitude: RealArray,
-    frequency: RealArray,
-) -> tuple[ComplexArray, npt.NDArray[np.bool_]]:
-    stiffness = measured.copy()
-    outside = np.zeros(measured.shape, dtype=bool)
-    for column, name in enumerate(columns):
-        if name not in surfaces:
-            continue
-        own, inside = surfaces[name].predict_masked(torque, amplitude[:, column], frequency)
-        stiffness[inside, column] = own[inside]
-        outside[:, column] = ~inside
-    return stiffness, outside
+@dataclass(frozen=True, eq=False)
+class _Backed:
+    """One surface at the lines of a run, between the amplitudes that measurements back."""
+
+    surface: DynamicStiffnessSurface
+    torque: RealArray
+    frequency: RealArray
+    lines: npt.NDArray[np.bool_]
+    lowest: RealArray
+    highest: RealArray
+
+    @classmethod
+    def about(
+        cls,
+        surface: DynamicStiffnessSurface,
+        torque: RealArray,
+        amplitude: RealArray,
+        reference: CoupledMotion,
+        name: str,
+    ) -> _Backed:
+        lines = surface.inside(torque, amplitude, reference.frequency)
+        own = torque[lines], amplitude[lines], reference.frequency[lines]
+        bounds = amplitude.copy(), amplitude.copy()
+        if lines.any():
+            where = f"load case {reference.load_case}, {name}"
+            bounds[0][lines], bounds[1][lines] = backed_range(surface, *own, "amplitude", where)
+        return cls(surface, torque, reference.frequency, lines, *bounds)
+
+    def fill(
+        self, stiffness: ComplexArray, outside: npt.NDArray[np.bool_], amplitude: RealArray
+    ) -> None:
+        """Write the stiffness at these amplitudes, and where they are held."""
+        held = np.clip(amplitude, self.lowest, self.highest)
+        on = self.lines
+        own, _ = self.surface.predict_masked(self.torque[on], held[on], self.frequency[on])
+        stiffness[on] = own
+        outside[:] = ~on | (held != amplitude)
 
 
 def _nominal(motion: CoupledMotion) -> RealArray:

@@ -6,6 +6,13 @@ used and no global setting survives a call. The same arguments give the same byt
 
 from deboom.report.figures.changes import per_vehicle_change
 from deboom.report.figures.choices import fronts, part_choices
+from deboom.report.figures.correlations import (
+    CorrelationPanel,
+    PopulationPanel,
+    correlation_matrices,
+    family_tree,
+    populations,
+)
 from deboom.report.figures.dot_panels import DotPanel, dot_panels
 from deboom.report.figures.front import pareto_front
 from deboom.report.figures.levels import spl_curves
@@ -15,24 +22,37 @@ from deboom.report.figures.mode_shapes import BodyMotion, mode_shapes, moving_mo
 from deboom.report.figures.panels import CurvePanel, MapPanel, curve_panels, map_panels
 from deboom.report.figures.progress import convergence
 from deboom.report.figures.ratios import ratio_bars
+from deboom.report.figures.scatter_matrix import scatter_matrix
+from deboom.report.figures.sensitivity import IndexBars, IndexMap, index_bars, index_map
+from deboom.report.figures.sensitivity_growth import IndexGrowth, index_growth
 from deboom.report.figures.spectra import SpectrumPanel, spectra_panels
 from deboom.report.figures.speed_panels import SpeedPanel, speed_panels
 from deboom.report.figures.stiffness import stiffness_bars
 
 __all__ = [
     "BodyMotion",
+    "CorrelationPanel",
     "CurvePanel",
     "DotPanel",
     "HeatMap",
+    "IndexBars",
+    "IndexGrowth",
+    "IndexMap",
     "MapPanel",
+    "PopulationPanel",
     "SpectrumPanel",
     "SpeedPanel",
     "convergence",
+    "correlation_matrices",
     "curve_matrix",
     "curve_panels",
     "dot_panels",
+    "family_tree",
     "fronts",
     "heat_maps",
+    "index_bars",
+    "index_growth",
+    "index_map",
     "map_panels",
     "matrix_map",
     "mode_shapes",
@@ -40,7 +60,9 @@ __all__ = [
     "pareto_front",
     "part_choices",
     "per_vehicle_change",
+    "populations",
     "ratio_bars",
+    "scatter_matrix",
     "spectra_panels",
     "speed_panels",
     "spl_curves",

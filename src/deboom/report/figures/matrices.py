@@ -96,8 +96,19 @@ def curve_matrix(
             raise InputError(f"figure curve_matrix: {name} has shape {values[name].shape}")
     plain = [name for name in curves if name not in dashed]
     colour = {name: VEHICLE_PALETTE[i % len(VEHICLE_PALETTE)] for i, name in enumerate(plain)}
-    with styled_figure(FULL_WIDTH, 0.9 + n * _CELL) as figure:
-        grid = figure.subplots(n, n, sharex=True)
+    height = 0.95 + n * _CELL
+    with styled_figure(FULL_WIDTH, height) as figure:
+        # places by hand: the layout engine takes seconds over 36 panels
+        figure.set_layout_engine("none")
+        places = {
+            "left": 0.075,
+            "right": 0.99,
+            "bottom": 0.62 / height,
+            "top": 1 - 0.5 / height,
+            "wspace": 0.26 if logarithmic else 0.33,
+            "hspace": 0.12 if logarithmic else 0.24,
+        }
+        grid = figure.subplots(n, n, sharex=True, gridspec_kw=places)
         for row in range(n):
             for column in range(n):
                 axes = grid[row, column]
@@ -117,15 +128,24 @@ def curve_matrix(
                 if row == 0:
                     axes.set_title(names[column], fontweight="bold")
                 if column == 0:
-                    axes.set_ylabel(names[row], fontweight="bold", fontsize=9)
+                    axes.annotate(
+                        names[row],
+                        (0.008, 0.5),
+                        xycoords=("figure fraction", "axes fraction"),
+                        rotation=90,
+                        va="center",
+                        fontweight="bold",
+                    )
                 if row == n - 1:
-                    axes.set_xlabel("f [Hz]", fontsize=7)
+                    axes.set_xlabel("f [Hz]", fontsize=7, labelpad=1)
         if logarithmic:
             _share_blocks(grid, n)
         figure.suptitle(
             f"{what}: response in rows, excitation in columns; translations [{units[0]}], "
             f"couplings [{units[1]}], rotations [{units[2]}]",
             fontsize=8,
+            y=1 - 0.1 / height,
+            va="top",
         )
         _matrix_legend(figure, list(curves), colour, dashed)
         return png(figure)
@@ -154,7 +174,7 @@ def heat_maps(maps: Sequence[HeatMap], *, columns: int = 3) -> bytes:
     if not maps:
         raise InputError("figure heat_maps: there is no matrix to draw")
     rows = -(-len(maps) // columns)
-    with styled_figure(FULL_WIDTH, rows * (0.65 + FULL_WIDTH / columns)) as figure:
+    with styled_figure(FULL_WIDTH, rows * (0.25 + FULL_WIDTH / columns)) as figure:
         grid = figure.subplots(rows, columns, squeeze=False)
         for axes, one in zip(grid.ravel(), maps, strict=False):
             values = finite("heat_maps", {one.title: one.values})[one.title]
@@ -179,12 +199,13 @@ def heat_maps(maps: Sequence[HeatMap], *, columns: int = 3) -> bytes:
 
 
 def _small_axes(axes: Axes, lines: npt.NDArray[np.float64], *, logarithmic: bool) -> None:
-    from matplotlib.ticker import MaxNLocator
+    from matplotlib.ticker import MaxNLocator, NullLocator
 
     frequency_axis(axes, lines[0], lines[-1])
     axes.set_xticks([tick for tick in (10, 30, 100) if lines[0] <= tick <= lines[-1]])
     if logarithmic:
         axes.set_yscale("log")
+        axes.yaxis.set_minor_locator(NullLocator())
     else:
         axes.yaxis.set_major_locator(MaxNLocator(3))
         axes.ticklabel_format(axis="y", style="sci", scilimits=(-2, 3))
@@ -224,4 +245,4 @@ def _matrix_legend(
         )
         for name in labels
     ]
-    figure.legend(handles=handles, loc="outside lower center", ncols=min(len(handles), 4))
+    figure.legend(handles=handles, loc="lower center", ncols=min(len(handles), 4))

@@ -168,6 +168,6 @@ def matrix_map(
         axes.tick_params(axis="y", rotation=0)
         axes.tick_params(axis="x", rotation=35 if max(map(len, columns)) > 9 else 0)
         for label in axes.get_xticklabels():
-            label.set_ha("right" if max(map(len, columns)) > 9 else "center")
+            label.set_horizontalalignment("right" if max(map(len, columns)) > 9 else "center")
             label.set_rotation_mode("anchor")
         return png(figure)

@@ -124,11 +124,14 @@ def moving_mode_shapes(body: BodyMotion) -> bytes:
     drawing = _Drawing(body)
     columns = len(body.titles)
     frames = []
-    with styled_figure(1.9 * columns, 3.4) as figure:
+    with styled_figure(1.75 * columns, 3.0) as figure:
         grid = figure.subplots(2, columns, squeeze=False)
         for mode in range(columns):
             for axes, view in zip(grid[:, mode], (_SIDE, _FRONT), strict=True):
                 drawing.at_rest(axes, view, last=True)
+                if mode:
+                    axes.set_ylabel("")
+                    axes.tick_params(labelleft=False)
             grid[0, mode].set_title(body.titles[mode], loc="left", fontsize=8.0)
         freeze_layout(figure)
         for frame in range(N_FRAMES):
@@ -140,7 +143,7 @@ def moving_mode_shapes(body: BodyMotion) -> bytes:
                 for line in drawing.moved(axes, view, mode, phase, VEHICLE_PALETTE[0])
             ]
             drawn = io.BytesIO()
-            figure.savefig(drawn, format="png", dpi=90, metadata={"Software": None})
+            figure.savefig(drawn, format="png", dpi=100, metadata={"Software": None})
             for line in moved:
                 line.remove()
             with Image.open(drawn) as picture:
@@ -219,9 +222,7 @@ class _Drawing:
         if last:
             axes.set_xlabel(f"{view.axes[0]} [m], {view.name}")
 
-    def moved(
-        self, axes: Axes, view: _View, mode: int, phase: float, colour: str
-    ) -> list[Line2D]:
+    def moved(self, axes: Axes, view: _View, mode: int, phase: float, colour: str) -> list[Line2D]:
         """Draw the body as a mode holds it at one phase."""
         points = self.positions + (self.motion[mode] * np.exp(1j * phase)).real
         return self._body(axes, view, points, colour, 1.4, "-")

@@ -121,6 +121,8 @@ def _draw(
     dashed: Sequence[str],
     fitted: Sequence[tuple[float, float]],
 ) -> None:
+    from matplotlib.ticker import NullLocator
+
     data = finite("spectra_panels", {"frequency": panel.frequency, **panel.curves})
     frequency = data["frequency"]
     for low, high in fitted:
@@ -152,6 +154,7 @@ def _draw(
         )
     if panel.logarithmic:
         axes.set_yscale("log")
+        axes.yaxis.set_minor_locator(NullLocator())
     frequency_axis(axes, frequency[0], frequency[-1])
 
 

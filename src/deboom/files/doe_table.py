@@ -1,0 +1,174 @@
+"""Designs of experiments as tables: a user's own designs in, and a whole DOE out and in again.
+
+CSV or Excel. A column per design variable with its unit in the header, such as ``TSM x [1]``; a
+whole DOE has the columns ``doe, design, plan``, its responses and ``failure`` beside them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from deboom.errors import InputError
+from deboom.explore.arrays import RealArray
+from deboom.explore.design_space import DesignSpace
+from deboom.explore.doe import SAME, Doe, Failure
+from deboom.files.table_cells import Row, read_rows
+from deboom.files.units import parse_unit
+
+_RESERVED = ("doe", "design", "plan", "failure")
+
+
+def read_designs(path: Path, space: DesignSpace) -> RealArray:
+    """Read a user's table of designs.
+
+    Parameters
+    ----------
+    path : Path
+        ``.csv`` or ``.xlsx`` (first sheet), one column per design variable, in any order.
+    space : DesignSpace
+        Its variables.
+
+    Returns
+    -------
+    array, shape (n, k)
+        [units of the space].
+
+    Raises
+    ------
+    InputError
+        The file is missing or no table, a column is missing, unknown or without its unit, an entry
+        is no number or outside its bounds: names line and column.
+    """
+    plain, with_unit = _columns(space)
+    return _designs(read_rows(path, plain, with_unit), space)
+
+
+def doe_frame(doe: Doe) -> pd.DataFrame:
+    """Return a DOE as the table that `read_doe` reads.
+
+    Raises
+    ------
+    InputError
+        A response with the name of a variable or of one of the table's own columns.
+    """
+    taken = [*_RESERVED, *doe.space.names]
+    for name in doe.response_names:
+        if name in taken:
+            raise InputError(f"response '{name}' has the name of another column: rename it")
+    return pd.DataFrame(
+        {
+            "doe": doe.name,
+            "design": np.arange(1, len(doe) + 1),
+            "plan": list(doe.plans),
+            **dict(zip(doe.space.labels, doe.designs.T, strict=True)),
+            **{
+                f"{name} [{doe.response_unit}]": column
+                for name, column in zip(doe.response_names, doe.responses.T, strict=True)
+            },
+            "failure": [failure.value for failure in doe.failures],
+        }
+    )
+
+
+def read_doe(
+    path: Path,
+    space: DesignSpace,
+    response_names: Sequence[str],
+    response_unit: str,
+    *,
+    name: str,
+) -> Doe:
+    """Read a whole DOE, to continue it.
+
+    Parameters
+    ----------
+    path : Path
+        As `doe_frame` makes it, ``.csv`` or ``.xlsx``.
+    space : DesignSpace
+        Of the DOE to come.
+    response_names : sequence of str
+        Of the DOE to come.
+    response_unit : str
+        Of all responses.
+    name : str
+        Of the DOE to come.
+
+    Returns
+    -------
+    Doe
+
+    Raises
+    ------
+    InputError
+        See `read_designs`; also a DOE of another name, an unknown failure code, a design with a
+        failure code and responses or with neither.
+    """
+    plain, with_unit = _columns(space)
+    rows = read_rows(path, (*_RESERVED, *plain, *response_names), with_unit)
+    for row in rows:
+        if row.cells["doe"] != name:
+            raise row.error(
+                f"the design belongs to the DOE '{row.cells['doe']}', not to '{name}': continue a "
+                "DOE with the options it was begun with, or start a new one"
+            )
+    try:
+        return Doe(
+            name=name,
+            space=space,
+            response_names=tuple(response_names),
+            response_unit=response_unit,
+            designs=_designs(rows, space),
+            responses=np.array([_responses(row, response_names) for row in rows]),
+            failures=tuple(_failure(row) for row in rows),
+            plans=tuple(row.cells["plan"] for row in rows),
+        )
+    except InputError as error:
+        text = str(error)
+        raise error if str(path) in text else InputError(f"{path}: {text}") from None
+
+
+def _columns(space: DesignSpace) -> tuple[tuple[str, ...], dict[str, str]]:
+    """Columns without and with a unit that we can check, the latter with their SI unit."""
+    with_unit = {}
+    for name, unit in zip(space.names, space.units, strict=True):
+        try:
+            with_unit[name] = parse_unit(unit).si
+        except InputError:  # a foreign model's own unit
+            continue
+    return tuple(name for name in space.names if name not in with_unit), with_unit
+
+
+def _designs(rows: Sequence[Row], space: DesignSpace) -> RealArray:
+    designs = np.empty((len(rows), space.n_variables))
+    _, with_unit = _columns(space)
+    for column, (name, unit) in enumerate(zip(space.names, space.units, strict=True)):
+        factor = parse_unit(unit).factor if name in with_unit else 1.0
+        lower, upper = float(space.lower[column]), float(space.upper[column])
+        slack = SAME * (upper - lower)
+        for place, row in enumerate(rows):
+            value = row.number(name) / factor
+            if not lower - slack <= value <= upper + slack:
+                raise row.error(
+                    f"'{name}' is {value:g}, outside its bounds {lower:g} to {upper:g} [{unit}]: "
+                    "correct it or widen the bounds"
+                )
+            designs[place, column] = value
+    return designs
+
+
+def _responses(row: Row, names: Sequence[str]) -> list[float]:
+    return [row.number(name) if row.cells[name] else np.nan for name in names]
+
+
+def _failure(row: Row) -> Failure:
+    try:
+        return Failure(row.cells["failure"])
+    except ValueError:
+        known = ", ".join(failure.value for failure in Failure if failure.value)
+        raise row.error(
+            f"unknown failure code '{row.cells['failure']}': use {known}, or leave it empty"
+        ) from None

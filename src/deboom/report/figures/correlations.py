@@ -1,0 +1,259 @@
+"""Correlation: matrices as pictures, families as a tree, and one value within a population."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+import numpy.typing as npt
+
+from deboom.errors import InputError
+from deboom.report.figures.canvas import RealArray, finite, png, styled_figure
+from deboom.report.style import ACCENT, FULL_WIDTH, INK, MUTED, TRACK, VEHICLE_PALETTE
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+_INTERVALS_UP_TO = 6
+"""Rows; of larger matrices the intervals would not be legible and stand in the table alone."""
+_LABELS_FLAT_UP_TO = 6
+
+
+@dataclass(frozen=True, eq=False)
+class CorrelationPanel:
+    """One correlation matrix.
+
+    Parameters
+    ----------
+    title : str
+        What was correlated.
+    values, low, high : array, shape (n, n)
+        Coefficients and the ends of their intervals [1].
+    """
+
+    title: str
+    values: npt.ArrayLike
+    low: npt.ArrayLike
+    high: npt.ArrayLike
+
+
+@dataclass(frozen=True, eq=False)
+class PopulationPanel:
+    """One value, and those of others that were not chosen.
+
+    Parameters
+    ----------
+    x_label : str
+        With its unit.
+    values : array, shape (n,)
+        Of the population.
+    own : float
+        The value that is held against it.
+    asked : tuple of float
+        Bounds that are drawn as lines.
+    note : str
+        Title of the panel.
+    """
+
+    x_label: str
+    values: npt.ArrayLike
+    own: float
+    asked: tuple[float, ...] = ()
+    note: str = ""
+
+
+def correlation_matrices(
+    names: Sequence[str], panels: Sequence[CorrelationPanel], groups: Sequence[str] = ()
+) -> bytes:
+    """Draw correlation matrices side by side, each coefficient written into its cell.
+
+    Parameters
+    ----------
+    names : sequence of str
+        Of rows and columns.
+    panels : sequence of CorrelationPanel
+        At least one.
+    groups : sequence of str, optional
+        Group of each row; lines separate neighbours of different groups.
+
+    Returns
+    -------
+    bytes
+        PNG. Small matrices show the interval below the coefficient.
+
+    Raises
+    ------
+    InputError
+        No panel, shapes that do not fit the names, values that are not finite.
+    """
+    if not panels:
+        raise InputError("figure correlation_matrices: there is no matrix to draw")
+    n, count = len(names), len(panels)
+    checked = [_checked_panel(panel, n) for panel in panels]
+    lowest = min(float(part["values"].min()) for part in checked)
+    limits, colours = ((-1.0, 1.0), "PuOr_r") if lowest < 0.0 else ((0.0, 1.0), "Blues")
+    side = FULL_WIDTH / count
+    edges = [place for place in range(1, len(groups)) if groups[place] != groups[place - 1]]
+    with styled_figure(FULL_WIDTH, side + 0.15 + (0.35 if n > _LABELS_FLAT_UP_TO else 0.0)) as page:
+        grid = page.subplots(1, count, squeeze=False).ravel()
+        size = 72.0 * (side - 0.7) / n  # of a cell [pt]
+        for axes, panel, part in zip(grid, panels, checked, strict=True):
+            axes.imshow(part["values"], cmap=colours, vmin=limits[0], vmax=limits[1])
+            axes.grid(visible=False)
+            axes.spines[:].set_visible(False)
+            axes.set_xticks(range(n), names, fontsize=min(7.5, 0.36 * size + 1.0))
+            axes.set_yticks(range(n), names, fontsize=min(7.5, 0.36 * size + 1.0))
+            axes.tick_params(length=0)
+            if n > _LABELS_FLAT_UP_TO or max(map(len, names)) * 4.2 > size:
+                axes.tick_params(axis="x", rotation=90)
+            axes.set_title(panel.title, loc="left", fontweight="bold", fontsize=8.5)
+            for edge in edges:
+                axes.axhline(edge - 0.5, color="white", linewidth=2.5)
+                axes.axvline(edge - 0.5, color="white", linewidth=2.5)
+            _cells(axes, part, size)
+        return png(page)
+
+
+def family_tree(
+    merges: npt.ArrayLike, names: Sequence[str], family: Sequence[int], cut: float
+) -> bytes:
+    """Draw which responses go together, as a tree over the correlation of its branches.
+
+    Parameters
+    ----------
+    merges : array, shape (n - 1, 4)
+        In the layout of `scipy.cluster.hierarchy.linkage`; heights are 1 - r.
+    names : sequence of str
+        Of the leaves.
+    family : sequence of int
+        Number of each leaf's family, from 1: its colour.
+    cut : float
+        Correlation at which the tree was cut [1].
+
+    Returns
+    -------
+    bytes
+        PNG.
+
+    Raises
+    ------
+    InputError
+        Lengths that do not fit, values that are not finite.
+    """
+    from scipy.cluster.hierarchy import dendrogram
+
+    tree = finite("family_tree", {"merges": merges})["merges"]
+    if len(names) != len(tree) + 1 or len(family) != len(names):
+        raise InputError(
+            f"figure family_tree: {len(names)} names and {len(family)} families for a tree of "
+            f"{len(tree) + 1} leaves"
+        )
+    drawn = dendrogram(tree, no_plot=True)
+    colour = [VEHICLE_PALETTE[(number - 1) % len(VEHICLE_PALETTE)] for number in family]
+    leaves = drawn["leaves"] or []
+    with styled_figure(FULL_WIDTH, 0.9 + 0.22 * len(names)) as figure:
+        axes = figure.subplots()
+        for places, heights in zip(drawn["icoord"], drawn["dcoord"], strict=True):
+            inside = heights[1] <= 1.0 - cut
+            below = leaves[round((min(places) - 5.0) / 10.0)]
+            axes.plot(heights, places, color=colour[below] if inside else MUTED, linewidth=1.6)
+        axes.axvline(1.0 - cut, color=INK, linewidth=1.0, linestyle=(0, (4, 2)))
+        axes.set_yticks([10.0 * place + 5.0 for place in range(len(names))])
+        axes.set_yticklabels([names[leaf] for leaf in leaves])
+        for label, leaf in zip(axes.get_yticklabels(), leaves, strict=True):
+            label.set_color(colour[leaf])
+            label.set_fontweight("bold")
+        axes.set_ylim(10.0 * len(names), 0.0)
+        axes.grid(visible=False, axis="y")
+        axes.set_xlim(right=1.06 * max(float(tree[:, 2].max()), 1.0 - cut))
+        axes.set_xlim(left=-0.01 * axes.get_xlim()[1])
+        axes.set_xlabel("1 − r of the worst pair below a branch [1]")
+        axes.set_title(f"cut at r = {cut:g}", loc="right", fontsize=8.0)
+        return png(figure)
+
+
+def populations(panels: Sequence[PopulationPanel]) -> bytes:
+    """Draw histograms of a population with one value marked in each.
+
+    Parameters
+    ----------
+    panels : sequence of PopulationPanel
+        At least one.
+
+    Returns
+    -------
+    bytes
+        PNG.
+
+    Raises
+    ------
+    InputError
+        No panel, values that are not finite.
+    """
+    if not panels:
+        raise InputError("figure populations: there is no panel to draw")
+    with styled_figure(FULL_WIDTH, 2.5) as figure:
+        grid = figure.subplots(1, len(panels), squeeze=False).ravel()
+        for axes, panel in zip(grid, panels, strict=True):
+            values = finite("populations", {"values": panel.values})["values"]
+            low = min(float(values.min()), panel.own)
+            axes.hist(values, bins=list(np.linspace(min(low, 0.99), 1.0, 31)), color=TRACK)
+            axes.axvline(panel.own, color=VEHICLE_PALETTE[1], linewidth=1.8)
+            for bound in panel.asked:
+                axes.axvline(bound, color=ACCENT, linewidth=1.0, linestyle=(0, (4, 2)))
+            axes.set_xlabel(panel.x_label)
+            axes.set_title(panel.note, loc="left", fontsize=8.0)
+            axes.grid(visible=False, axis="x")
+        grid[0].set_ylabel("fleets")
+        return png(figure)
+
+
+def _checked_panel(panel: CorrelationPanel, n: int) -> dict[str, RealArray]:
+    part = finite(
+        "correlation_matrices", {"values": panel.values, "low": panel.low, "high": panel.high}
+    )
+    for name, values in part.items():
+        if values.shape != (n, n):
+            raise InputError(
+                f"figure correlation_matrices: {name} of '{panel.title}' has shape {values.shape} "
+                f"for {n} names"
+            )
+    return part
+
+
+def _cells(axes: Axes, part: dict[str, RealArray], size: float) -> None:
+    n = len(part["values"])
+    with_interval = n <= _INTERVALS_UP_TO
+    for (row, column), value in np.ndenumerate(part["values"]):
+        shade = "white" if abs(value) > 0.6 else INK
+        text = "1" if row == column else _coefficient(float(value))
+        below = with_interval and row != column
+        axes.text(
+            column,
+            row - (0.12 if below else 0.0),
+            text,
+            ha="center",
+            va="center",
+            fontsize=min(9.0, 0.3 * size),
+            color=shade,
+        )
+        if below:
+            ends = (_coefficient(float(part[end][row, column])) for end in ("low", "high"))
+            axes.text(
+                column,
+                row + 0.24,
+                "–".join(ends),
+                ha="center",
+                va="center",
+                fontsize=min(6.5, 0.165 * size),
+                color=shade,
+            )
+
+
+def _coefficient(value: float) -> str:
+    """Write a coefficient; one close to 1 gets a third decimal and is never rounded up to it."""
+    if abs(value) < 0.95:
+        return f"{value:.2f}".replace("-", "−")
+    return f"{np.trunc(1000.0 * value + np.sign(value) * 1e-9) / 1000.0:.3f}".replace("-", "−")

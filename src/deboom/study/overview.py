@@ -1,0 +1,195 @@
+"""What stands in a results folder: every run in a line, one run in full, and a page of all."""
+
+from __future__ import annotations
+
+import json
+import re
+import sys
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+from urllib.parse import quote
+
+from deboom.errors import InputError
+from deboom.files.atomic import replace_text
+from deboom.files.run_folder import RECORD
+from deboom.files.run_list import RunEntry, check_files, readable_runs
+from deboom.report.overview import RunCard, render_overview
+
+INDEX = "index.html"
+SUMMARY = "summary.json"
+_STARTED = re.compile(r"(\d{4}-\d\d-\d\d)_(\d\d)(\d\d)(\d\d)")
+_FEW = 4
+"""Numbers of the summary that stand for a run without headlines."""
+_WHAT = {
+    "report.html": "the page for a reader",
+    "summary.json": "headline numbers, flat",
+    RECORD: "how to get the same again: options, versions, hashes",
+}
+
+
+def run_card(entry: RunEntry, results: Path) -> RunCard:
+    """Return what an overview of a results folder says of a run.
+
+    Parameters
+    ----------
+    entry : RunEntry
+        The run.
+    results : Path
+        Folder that links start from.
+    """
+    record = entry.record
+    found = _STARTED.match(entry.name)
+    day, hour, minute, second = found.groups() if found else (entry.name, "", "", "")
+    folder = quote(entry.folder.relative_to(results).as_posix())
+    page = entry.folder / "report.html"
+    return RunCard(
+        study=entry.study,
+        name=entry.name,
+        question=str(record.get("question", "")),
+        state=entry.state,
+        started=f"{day} {hour}:{minute}:{second}" if found else day,
+        seed=int(record.get("seed", 0)),
+        headlines=headlines(entry),
+        folder=folder,
+        report=f"{folder}/report.html" if page.is_file() else "",
+        options=", ".join(f"{name} {value}" for name, value in options(record).items()),
+    )
+
+
+def headlines(entry: RunEntry) -> dict[str, str]:
+    """Return the headline numbers of a run, label → value; none if it is not finished."""
+    kept = entry.record.get("headlines")
+    if kept:
+        return {str(label): str(value) for label, value in kept.items()}
+    items = list(_summary(entry).items())[:_FEW]
+    return {name: _number(value) for name, value in items}
+
+
+def options(record: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the options that a run was given, by the names of the command line."""
+    return {
+        name.replace("_", "-"): value
+        for name, value in record.get("arguments", {}).items()
+        if value is not None
+    }
+
+
+def refresh_overview(results: Path) -> Path | None:
+    """Write the page of all runs anew, in one step.
+
+    Parameters
+    ----------
+    results : Path
+        Folder of all results; gets ``index.html``.
+
+    Returns
+    -------
+    Path or None
+        The page; None, with a line on standard error, where it cannot be written: a run that has
+        ended well must not fail for it.
+    """
+    try:
+        entries, damaged = readable_runs(results)
+        cards = [run_card(entry, results) for entry in entries]
+        replace_text(results / INDEX, render_overview(cards, [str(error) for error in damaged]))
+    except InputError as error:
+        print(f"deboom: no overview: {error}", file=sys.stderr)
+        return None
+    return results / INDEX
+
+
+def list_lines(results: Path) -> Iterator[str]:
+    """Yield the runs of a results folder as text, by study and time, and what is damaged.
+
+    Raises
+    ------
+    InputError
+        There is no such folder.
+    """
+    entries, damaged = readable_runs(results)
+    study = None
+    for entry in entries:
+        card = run_card(entry, results)
+        if card.study != study:
+            study = card.study
+            yield f"{study}: {card.question}"
+        numbers = "; ".join(f"{label} {value}" for label, value in card.headlines.items())
+        line = f"{card.state:10}  {entry.folder.as_posix()}  {card.started}  seed {card.seed}"
+        yield f"  {line}"
+        if numbers:
+            yield f"      {numbers}"
+    for error in damaged:
+        yield f"damaged     {error}"
+
+
+def show_lines(entry: RunEntry) -> Iterator[str]:
+    """Yield everything that there is to say of a run, as text."""
+    record = entry.record
+    yield f"{entry.folder.as_posix()}  ({entry.state}, seed {record.get('seed')})"
+    yield str(record.get("question", ""))
+    yield from _block("Options", options(record))
+    yield from _block("Headlines", headlines(entry))
+    yield from _block(SUMMARY, {name: _number(v) for name, v in _summary(entry).items()})
+    yield from _block("Settled by the study", record.get("facts", {}))
+    environment = record.get("environment", {})
+    git = environment.get("git") or {}
+    versions = {"Python": environment.get("python"), **environment.get("packages", {})}
+    if git:
+        versions["revision"] = f"{git['revision']}{', changed' if git['dirty'] else ''}"
+    yield from _block("Versions", {name: text for name, text in versions.items() if text})
+    yield from _block("Files", dict(_files(entry)))
+    yield _whole(entry)
+
+
+def _whole(entry: RunEntry) -> str:
+    try:
+        check_files(entry)
+    except InputError as error:
+        return str(error)
+    return "All files are as the run wrote them."
+
+
+def _block(title: str, facts: Mapping[str, Any]) -> Iterator[str]:
+    if not facts:
+        return
+    yield ""
+    yield title
+    width = max(len(name) for name in facts)
+    for name, value in facts.items():
+        yield f"  {name:{width}}  {value}"
+
+
+def _files(entry: RunEntry) -> Iterator[tuple[str, str]]:
+    """Yield the files of a run with a line on each; folders of searches count as one."""
+    for path in sorted(entry.folder.rglob("*")):
+        name = path.relative_to(entry.folder).as_posix()
+        top = name.partition("/")[0]
+        if path.is_dir() and "/" not in name and top != "figures":
+            yield f"{name}/", "kept for --resume: states and evaluations"
+        elif path.is_file() and top in (name, "figures") and not name.startswith("."):
+            yield name, _about(path, name)
+
+
+def _about(path: Path, name: str) -> str:
+    if name in _WHAT:
+        return _WHAT[name]
+    if path.suffix == ".csv":
+        with path.open(encoding="utf-8") as file:
+            columns = file.readline().rstrip("\n")
+            count = sum(1 for _ in file)
+        return f"table, {count} rows: {columns}"
+    size = path.stat().st_size / 1e3
+    kind = {".png": "figure", ".json": "document"}.get(path.suffix, "file")
+    return f"{kind}, {size:.0f} kB"
+
+
+def _summary(entry: RunEntry) -> dict[str, Any]:
+    try:
+        return dict(json.loads((entry.folder / SUMMARY).read_text(encoding="utf-8")))
+    except (OSError, ValueError):
+        return {}
+
+
+def _number(value: Any) -> str:
+    return f"{value:.4g}" if isinstance(value, float) else str(value)

@@ -1,0 +1,68 @@
+"""Do the groups of a platform react alike to a change of the mounts?
+
+300 designs within ±15 % are evaluated in all vehicles; the index of a group is the sum over its
+vehicles (thesis, figure 44). Beside the groups: all vehicles with each other, the means over the
+manufacturing tolerance and its scatter alone, and which vehicles can share one mount set.
+
+On the virtual platform the three groups correlate above 0.97. Its fleet was selected; the page says
+how many of 300 fleets that nobody selected show the same.
+
+Keys of summary.json: r_group_min, r_group_min_from, r_group_min_to (least Pearson correlation of
+two groups over the designs, 95 % interval), r_group_min_means, r_group_min_tolerance (of means and
+of scatter); r_vehicle_min; n_families; n_designs, n_failed; rate_groups, n_unselected_fleets
+(share of unselected fleets above 0.9); surface_difference_at_peaks_db (library against spectra).
+"""
+
+from pathlib import Path
+from typing import Annotated
+
+from typer import Option
+
+from deboom.files.platform import read_platform
+from deboom.study.correlation import correlation_study
+from deboom.study.doe import DoeRequest, Plan
+from deboom.study.group_correlation_result import group_correlation_result
+from deboom.study.motion import Kernel, Motion, motion_index
+from deboom.study.mount_source import MountSource, operation
+from deboom.study.result import StudyResult
+from deboom.study.runner import run_script
+
+PLATFORM = Path(__file__).parent / "data" / "u06_f39_f45"
+
+
+def main(
+    seed: Annotated[int, Option(help="From 1; the same seed gives the same designs.")] = 1,
+    designs: Annotated[int, Option(help="Of a space-filling plan.")] = 300,
+    plan: Annotated[Plan, Option(help="How designs are laid out.")] = Plan.latin_hypercube,
+    generators: Annotated[str | None, Option(help="Fraction, such as 'a b c abc'.")] = None,
+    table: Annotated[Path | None, Option(help="Own designs, CSV or xlsx.")] = None,
+    append_to: Annotated[Path | None, Option(help="doe.csv of a run, to go on.")] = None,
+    half_width: Annotated[float, Option(help="Designs lie within 1 ± this [1].")] = 0.15,
+    tolerance: Annotated[float, Option(help="Half width of the scatter, 3 sigma [1].")] = 0.15,
+    draws: Annotated[int, Option(help="Of the scatter per design; a power of two.")] = 16,
+    resamples: Annotated[int, Option(help="Of the bootstrap.")] = 1000,
+    cut: Annotated[float, Option(help="Least correlation within a family [1].")] = 0.9,
+    load_case: Annotated[list[str] | None, Option(help="name or name=weight; repeatable.")] = None,
+    platform: Annotated[Path, Option(help="Folder with platform.toml.")] = PLATFORM,
+    mounts: Annotated[MountSource, Option(help="Source of forces.")] = MountSource.library,
+    motion: Annotated[Motion, Option(help="Of the powertrain.")] = Motion.prescribed,
+    kernel: Annotated[Kernel | None, Option(help="By default as the motion needs.")] = None,
+) -> StudyResult:
+    """Evaluate, correlate and report."""
+    runs = operation(read_platform(platform), load_case, mounts, group=None, band=(20, 60))
+    study = correlation_study(
+        runs,
+        motion_index(runs, motion, kernel),
+        DoeRequest(plan, designs, seed, generators, table, append_to),
+        motion=motion.value,
+        half_width=half_width,
+        tolerance=tolerance,
+        draws=draws,
+        resamples=resamples,
+        cut=cut,
+    )
+    return runs.checked(group_correlation_result(study))
+
+
+if __name__ == "__main__":
+    run_script(__file__)

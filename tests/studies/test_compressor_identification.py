@@ -1,0 +1,68 @@
+"""The compressor's study with one virtual compressor, through the same door as a user."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from deboom.files.compressor_model import read_compressor_model
+from deboom.study.runner import load_study, run_study
+
+STUDY = Path(__file__).parents[2] / "studies" / "compressor_identification.py"
+KEYS = [
+    "mass_kg",
+    "cog_error_mm",
+    "inertia_error_percent",
+    "k_vp_error_percent",
+    "jacobian_rank",
+    "reduced_chi2",
+    "condition_scaled_100hz",
+    "seconds",
+]
+
+
+@pytest.fixture(scope="module")
+def finished(tmp_path_factory):
+    """One run that several tests look at."""
+    options = {"cases": 1, "reference": False, "figures": False}
+    return run_study(load_study(STUDY), tmp_path_factory.mktemp("results"), options)
+
+
+def test_a_compressor_is_identified(finished):
+    summary = json.loads((finished / "summary.json").read_text(encoding="utf-8"))
+    assert list(summary) == KEYS
+    # 1.5 times what twenty compressors reach in nine of ten cases
+    assert summary["cog_error_mm"] < 1.8
+    assert summary["jacobian_rank"] == 35
+    assert summary["condition_scaled_100hz"] == pytest.approx(2.0, abs=0.2)
+
+
+def test_tables_say_what_is_known(finished):
+    parameters = pd.read_csv(finished / "parameters.csv").set_index("parameter")
+    columns = ["unit", "start", "identified", "standard deviation", "truth"]
+    assert list(parameters.columns) == columns
+    score = (parameters["identified"] - parameters["truth"]) / parameters["standard deviation"]
+    assert np.sqrt(np.mean(score**2)) < 2.5
+    numbers = pd.read_csv(finished / "identifiability.csv").set_index("parameter")
+    assert len(numbers) == 44
+    assert numbers.loc["mass", "verdict"] == "identified"
+    assert numbers.loc["mount 1 rotation x", "verdict"] == "invisible"
+    assert numbers["posterior over prior [1]"].between(0, 1).all()
+
+
+def test_the_saved_compressor_is_the_identified_one(finished):
+    kept = read_compressor_model(finished / "compressor_model.json")
+    parameters = pd.read_csv(finished / "parameters.csv").set_index("parameter")["identified"]
+    assert kept.model.mass == pytest.approx(parameters["mass"], rel=1e-12)
+    assert 1e3 * kept.model.centre[2] == pytest.approx(parameters["centre z"], rel=1e-12)
+    assert kept.response.shape == kept.excitation.shape == (18, 6)
+
+
+def test_the_page_says_what_the_test_cannot(finished):
+    page = (finished / "report.html").read_text(encoding="utf-8")
+    assert "What this test can and cannot say" in page
+    assert "35 of 44" in page
+    assert "mount 1 rotation x is not visible" in page
+    assert "nothing but mass over the smallest moment of inertia" in page

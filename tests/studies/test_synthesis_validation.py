@@ -1,0 +1,204 @@
+"""The validation of a synthesis at a tiny budget, through the same door as a user."""
+
+import json
+import shutil
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from deboom.bench.campaign_plan import TRAINING_RUNS, CampaignPlan
+from deboom.bench.campaign_writer import write_campaign
+from deboom.bench.platform_layout import LOAD_CASES
+from deboom.bench.vehicle_writer import write_vehicle
+from deboom.errors import InputError
+from deboom.study import synthesis_validation_figures
+from deboom.study.runner import load_study, run_study
+from deboom.study.synthesis_validation import Listening
+from deboom.study.synthesis_validation_criteria import Criterion
+from deboom.study.synthesis_validation_data import given_data, parts_of, virtual_data
+from deboom.study.synthesis_validation_design import DesignMotion
+from deboom.study.synthesis_validation_figures import validation_figures
+from deboom.study.synthesis_validation_numbers import validate
+from deboom.study.synthesis_validation_result import synthesis_validation_result
+from deboom.study.synthesis_validation_transfer import (
+    BLOCKED,
+    EVERYTHING,
+    FUNCTIONS,
+    INVERSION,
+    OTHER_PATHS,
+)
+
+STUDY = Path(__file__).parents[2] / "studies" / "synthesis_validation.py"
+MIX = "EnM1-GeM2-TSM1-Du2"
+PLAN = CampaignPlan(("M1", "M2", MIX), TRAINING_RUNS[:9], shaker_repeats=1)
+CASE = LOAD_CASES[1]
+
+
+@pytest.fixture(scope="module")
+def vehicle(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("measured") / "U06-2"
+    return write_vehicle(folder, 1, "U06-2", "M1", load_cases=(CASE,))
+
+
+@pytest.fixture(scope="module")
+def validation(vehicle, tmp_path_factory):
+    """Two mount sets and a mix of them, in 5th gear, compared and put into tables."""
+    bench = write_campaign(tmp_path_factory.mktemp("measured") / "bench", 1, PLAN)
+    data = given_data(bench, [vehicle], "M1", CASE.name, lambda *_: None)
+    return data, synthesis_validation_result(data, "driver ear", (20.0, 55.0), with_figures=False)
+
+
+@pytest.fixture(scope="module")
+def small_campaign(tmp_path_factory):
+    """One mount set in five runs."""
+    plan = replace(PLAN, mount_sets=("M1",), runs=TRAINING_RUNS[:9:2])
+    return write_campaign(tmp_path_factory.mktemp("measured") / "small", 1, plan)
+
+
+def test_the_synthesis_is_near_the_road_and_each_step_nearer(validation):
+    summary = validation[1].summary
+    # the vehicle of seed 1 whose peaks are nearest; corr_f pinned to what was found
+    assert summary["corr_f_percent"] == pytest.approx(1.812, abs=0.01)
+    assert 5.0 < summary["corr_s_percent"] < 20.0
+    assert 0.1 < summary["peak_deviation_db"] < 3.0
+    assert 0.0 < summary["virtual_design_peak_db"] < 0.5
+
+
+def test_the_modes_of_the_body_are_part_of_it(validation):
+    pytest.importorskip("sdypy.EMA", reason="modal analysis is an extra")
+    summary = validation[1].summary
+    assert all(summary[f"mode_{n}_hz"] > 20.0 for n in range(1, 6))
+    assert min(summary[f"mode_{n}_mac"] for n in range(1, 6)) > 0.95
+    assert {"modes", "panel_contributions"} <= set(validation[1].tables)
+
+
+def test_blocked_forces_cost_more_than_transfer_functions(validation):
+    tables = validation[1].tables
+    corr_f = tables["causes"].set_index("what is compared")["corr_f complex [%]"]
+    assert corr_f[BLOCKED] > corr_f[FUNCTIONS] > corr_f[OTHER_PATHS] > 0
+    assert corr_f[INVERSION] < corr_f[EVERYTHING]
+    forces = tables["forces"]
+    assert forces["forces by inversion, rms error [%]"].item() < 12.0
+    assert forces["bench forces, rms error [%]"].item() > 12.0
+
+
+def test_every_figure_stands_beside_the_thesis(validation):
+    table = validation[1].tables["validation"]
+    assert list(table.columns) == ["name", "measured", "thesis", "target", "holds"]
+    rows = table.set_index("name")
+    corr_f = rows.loc["corr_f, complex pressure, median [%]"]
+    assert (corr_f["thesis"], corr_f["target"], corr_f["holds"]) == ("5", "≤ 5", "yes")
+    surfaces = rows.loc["forces from surfaces, at peaks, largest [dB]"]
+    assert surfaces["measured"] < 0.3
+    # without a target nothing is judged
+    assert set(rows.loc[rows["target"] == "", "holds"]) == {""}
+
+
+def test_a_target_missed_is_said():
+    missed = Criterion("peaks [dB]", 3.1, "3", most=3)
+    assert (missed.target, missed.holds) == ("≤ 3", "no")
+    assert Criterion("MAC [1]", 0.96, least=0.95).holds == "yes"
+    assert Criterion("MAC [1]", float("nan"), least=0.95).holds == "no"
+
+
+def test_peaks_are_listed_with_and_without_partner(validation):
+    tables = validation[1].tables
+    peaks, comparisons = tables["peaks"], tables["comparisons"]
+    paired = peaks["deviation [dB]"].notna()
+    assert paired.sum() == comparisons["paired peaks"].sum() > 0
+    assert (~paired).sum() == comparisons["unpaired peaks"].sum()
+    frequency = peaks["reference at [Hz]"].fillna(peaks["compared at [Hz]"])
+    assert np.allclose(peaks["engine speed [rpm]"], 40 * frequency)
+
+
+def test_every_figure_shows_its_curves(validation, monkeypatch):
+    """What goes into the drawing; the drawing itself has tests of its own."""
+    drawn = []
+
+    def record(frequency, order, panels, **_):
+        drawn.append([panel.curves for panel in panels])
+        assert all(len(c) == len(frequency) for p in panels for c in p.curves.values())
+        return b"lines"
+
+    monkeypatch.setattr(synthesis_validation_figures, "speed_panels", record)
+    monkeypatch.setattr(synthesis_validation_figures, "dot_panels", lambda *_: b"dots")
+    data, result = validation
+    again = validate(data, Listening("driver ear", (20.0, 55.0)))
+    tables = result.tables
+    figures = validation_figures(again, tables["comparisons"], tables["causes"])
+    assert list(figures) == [
+        "measured_synthesised",
+        "synthesis_error",
+        "surface_forces",
+        "virtual_design",
+        "virtual_design_deviation",
+        "hammer_reciprocal",
+        "contributions",
+        "causes",
+        "interface_forces",
+    ]
+    ways = [way.value for way in DesignMotion]
+    assert list(drawn[2][0]) == ["measured forces of the design", *ways]
+    assert {"sum of all paths", "TSM x", "Du x", "all z"} <= set(drawn[5][0])
+    assert list(drawn[6][0]) == ["on the bench", "by inversion on the road", "true, in the vehicle"]
+
+
+def test_without_truth_accelerances_and_mix_what_is_unknown_is_left_out(
+    small_campaign, vehicle, tmp_path
+):
+    bare = tmp_path / "bare"
+    shutil.copytree(vehicle, bare, ignore=shutil.ignore_patterns("truth", "accelerance.uff"))
+    settings = bare / "vehicle.toml"
+    lines = settings.read_text(encoding="utf-8").splitlines()
+    kept = [line for line in lines if not line.startswith("accelerance")]
+    settings.write_text("\n".join(kept) + "\n", encoding="utf-8")
+    options = {"campaign": small_campaign, "vehicle": [bare], "figures": False}
+    done = run_study(load_study(STUDY), tmp_path / "results", options)
+    assert not (done / "causes.csv").exists()
+    names = pd.read_csv(done / "validation.csv")["name"]
+    assert not names.str.contains("truth|virtual design").any()
+    summary = json.loads((done / "summary.json").read_text(encoding="utf-8"))
+    assert "virtual_design_peak_db" not in summary
+    assert "corr_s_percent" in summary
+    record = json.loads((done / "run.json").read_text(encoding="utf-8"))
+    read = list(record["inputs_sha256"])
+    assert any(name.endswith("small/campaign.toml") for name in read)
+    assert any(name.endswith(f"operating/{CASE.name}.uff") for name in read)
+    page = (done / "report.html").read_text(encoding="utf-8")
+    assert "Where the accuracy is lost" not in page
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"vehicle": None}, "needs --vehicle and --campaign"),
+        ({"mount_set": "M7"}, "'M7' was not on the bench"),
+        ({"load_case": "g7_wot220"}, "no run 'g7_wot220'"),
+    ],
+)
+def test_bad_requests_are_refused_in_words(small_campaign, vehicle, tmp_path, changes, message):
+    options = {"campaign": small_campaign, "vehicle": [vehicle], **changes}
+    with pytest.raises(InputError, match=message):
+        run_study(load_study(STUDY), tmp_path, options)
+
+
+@pytest.mark.parametrize(
+    ("seed", "vehicles", "sets", "run", "message"),
+    [
+        (0, 1, 2, CASE.name, "seed 0 is refused"),
+        (1, 6, 2, CASE.name, "group U06 has 1 to 5"),
+        (1, 1, 1, CASE.name, "at least 2"),
+        (1, 1, 2, "g1_wot220", "no run 'g1_wot220'"),
+    ],
+)
+def test_impossible_virtual_measurements_are_refused(seed, vehicles, sets, run, message):
+    with pytest.raises(InputError, match=message):
+        virtual_data(seed, vehicles, sets, run, lambda *_: None)
+
+
+def test_a_mix_names_the_set_of_every_part():
+    assert parts_of(MIX) == {"EnM": "M1", "GeM": "M2", "TSM": "M1", "Du": "M2"}
+    assert parts_of("M1") == {}

@@ -1,0 +1,148 @@
+"""The sensitivity study at a tiny budget, through the same door as a user."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from deboom.errors import InputError
+from deboom.study import sensitivity as room
+from deboom.study.motion import Kernel, Motion
+from deboom.study.mount_source import MountSource
+from deboom.study.runner import load_study, run_study
+from deboom.study.sensitivity import Analysis
+from deboom.study.sensitivity_outputs import Ranked
+
+STUDY = Path(__file__).parents[2] / "studies" / "u06_sensitivity.py"
+BUDGET = {"seed": 1, "n": 64, "resamples": 20, "mounts": MountSource.spectra}
+LOUD = [f"U06-{number}" for number in range(1, 5)]
+TABLES = ("sobol", "sobol_pairs", "sobol_mounts", "sobol_beside", "sobol_lines")
+
+
+def run(out, **changes):
+    return run_study(load_study(STUDY), out, {**BUDGET, **changes})
+
+
+@pytest.fixture(scope="module")
+def finished(tmp_path_factory):
+    """One run that several tests look at."""
+    return run(tmp_path_factory.mktemp("results"), mounts=MountSource.library)
+
+
+def test_the_ranking_is_that_of_the_thesis(finished):
+    table = pd.read_csv(finished / "sobol.csv")
+    leading = {
+        vehicle: list(rows.sort_values("rank")["variable"][:2])
+        for vehicle, rows in table.groupby("vehicle")
+    }
+    assert all(leading[vehicle] == ["TSM x", "Du x"] for vehicle in LOUD)
+    assert leading["U06-5"][0] == "GeM x"
+    inert = table[table["variable"].isin(["Du y", "Du z"])]
+    assert (inert["total [1]"] == 0.0).all()
+    assert (inert["zero"] == "first order, total, coupled").all()
+
+
+def test_summary_and_tables_say_the_same(finished):
+    summary = json.loads((finished / "summary.json").read_text())
+    table = pd.read_csv(finished / "sobol.csv").set_index(["vehicle", "variable"])
+    assert summary["st_TSM_x_U06-1"] == table.loc[("U06-1", "TSM x"), "total [1]"]
+    assert summary["salib_difference"] <= 1e-12
+    assert sum(key.startswith("st_") and "mount" not in key for key in summary) == 60
+    mounts = pd.read_csv(finished / "sobol_mounts.csv")
+    assert list(mounts["mount"][:4]) == ["EnM", "GeM", "TSM", "Du"]
+    # 64 base points: 26 rows each for pairs, 14 without (two ranges, lines), 10 by mount; Morris
+    assert summary["n_runs"] == 64 * (26 + 3 * 14 + 10) + 50 * 13
+    rest = (table["coupled [1]"] - (table["total [1]"] - table["first order [1]"])).abs()
+    assert rest.max() <= 1e-12
+
+
+def test_lines_convergence_and_other_methods(finished):
+    lines = pd.read_csv(finished / "sobol_lines.csv")
+    assert len(lines) == 5 * 161
+    low = lines[lines["frequency [Hz]"] < 22.0]
+    assert (low["Du x [1]"] > 0.5).all()
+    assert (lines["Du y [1]"] == 0.0).all()
+    convergence = pd.read_csv(finished / "sobol_convergence.csv")
+    table = pd.read_csv(finished / "sobol.csv")
+    assert set(convergence["base points"]) == {64}
+    assert convergence["total [1]"].to_numpy() == pytest.approx(table["total [1]"].to_numpy())
+    screening = pd.read_csv(finished / "screening.csv").set_index(["vehicle", "variable"])
+    assert screening.loc[("U06-1", "TSM x"), "Morris mean effect [dB]"] > 1.0  # stiffer is louder
+    assert screening["PAWN [1]"].groupby("vehicle").idxmax().iloc[0] == ("U06-1", "TSM x")
+
+
+def test_ranges_and_measures_stand_beside(finished):
+    labels = list(pd.read_csv(finished / "sobol_beside.csv").columns)
+    for words in (
+        "design ±15 %, sum of decibels (SPLV)",
+        "design ±20 %",
+        "tolerance ±15 % (3 σ)",
+        "design ±15 %, energy level of the band",
+    ):
+        assert f"total, {words} [1]" in labels
+    record = json.loads((finished / "run.json").read_text())
+    assert record["facts"]["ranked"] == "sum of decibels (SPLV)"
+    assert record["facts"]["variables"] == "design: uniform from 0.85 to 1.15"
+    page = (finished / "report.html").read_text(encoding="utf-8")
+    assert "Ranked is the sum of decibels (SPLV)" in page
+    assert "Zero in every vehicle: Du y and Du z." in page
+    for stem in ("sobol", "sobol_mounts", "sobol_lines", "convergence"):
+        assert (finished / "figures" / f"{stem}.png").stat().st_size > 5000
+
+
+def test_the_same_seed_gives_the_same_bytes(tmp_path):
+    one, two = (run(tmp_path, n=8) for _ in range(2))
+    for stem in (*TABLES, "sobol_convergence", "screening"):
+        assert (one / f"{stem}.csv").read_bytes() == (two / f"{stem}.csv").read_bytes(), stem
+
+
+def test_energy_and_tolerance_change_places_with_what_stands_beside(tmp_path):
+    folder = run(
+        tmp_path,
+        n=32,
+        analysis=Analysis.tolerance,
+        ranked=Ranked.energy,
+        load_case=["g5_wot220=1", "g6_wot220=1"],
+        group="F39",
+    )
+    table = pd.read_csv(folder / "sobol_beside.csv")
+    totals = [name for name in table.columns if name.startswith("total")]
+    assert totals == [
+        "total, tolerance ±15 % (3 σ), energy level of the band [1]",
+        "total, design ±15 % [1]",
+        "total, design ±20 % [1]",
+        "total, tolerance ±15 % (3 σ), sum of decibels (SPLV) [1]",
+    ]
+    # a small scatter and a small range rank nearly alike, decibels otherwise
+    near, other = (np.abs(table[totals[0]] - table[totals[at]]).max() for at in (1, 3))
+    assert near < 0.05 < other
+
+
+def test_coupled_motion_can_be_asked_too(tmp_path):
+    folder = run(tmp_path, n=2, motion=Motion.coupled, kernel=Kernel.numpy)
+    assert json.loads((folder / "run.json").read_text())["facts"]["motion"] == "coupled"
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"n": 100}, r"100 base points .* take 64 or 128"),
+        ({"seed": 0}, "seed 0"),
+        ({"half_width": 0.0}, "variable 'EnM x' does not vary"),
+        ({"tolerance": 0.0}, "variable 'EnM x' does not vary"),
+        ({"beside": 1.5}, "give a half width from 0 up to"),
+        ({"resamples": 1}, "cannot give an interval"),
+    ],
+)
+def test_bad_options_give_one_sentence(tmp_path, changes, message):
+    with pytest.raises(InputError, match=message):
+        run(tmp_path, **{"n": 4, **changes})
+    assert not list(tmp_path.rglob("*.csv"))
+
+
+def test_a_salib_that_counts_otherwise_is_noticed(tmp_path, monkeypatch):
+    monkeypatch.setattr(room, "AGREEMENT", -1.0)
+    with pytest.raises(RuntimeError, match="SALib differ"):
+        run(tmp_path, n=4)

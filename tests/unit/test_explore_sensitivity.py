@@ -1,0 +1,181 @@
+"""The door to SALib: what is refused, and what is left as it was."""
+
+import warnings
+
+import numpy as np
+import pytest
+
+from deboom.errors import InputError
+from deboom.explore.design_space import stiffness_factor_space
+from deboom.explore.known_indices import SobolG
+from deboom.explore.sensitivity import (
+    delta_analysis,
+    morris_analysis,
+    morris_designs,
+    pawn_analysis,
+    sobol_analysis,
+    sobol_designs,
+)
+from deboom.explore.sensitivity_inputs import SensitivityInputs, design_inputs, tolerance_inputs
+from deboom.explore.sobol_indices import base_rows, first_and_total, sobol_indices
+
+G = SobolG((0.0, 1.0, 9.0))
+DESIGNS = sobol_designs(G.inputs, 16, seed=1)
+VALUES = np.hstack([G(DESIGNS), -G(DESIGNS)])
+OUTPUTS = ("sedan", "tourer")
+PATHS = morris_designs(G.inputs, 8, seed=1)
+
+
+@pytest.mark.parametrize("analyse", [sobol_analysis, sobol_indices])
+def test_bad_responses_are_refused_by_name_and_number(analyse):
+    broken = VALUES.copy()
+    broken[17, 1] = np.nan
+    with pytest.raises(InputError, match="design 17 has no finite tourer, and 1 of 128 designs"):
+        analyse(broken, G.inputs.names, OUTPUTS, seed=1)
+    constant = VALUES * [1.0, 0.0] + 7.0
+    with pytest.raises(InputError, match="no variation over the designs in output 'tourer'"):
+        analyse(constant, G.inputs.names, OUTPUTS, seed=1)
+    with pytest.raises(InputError, match="a multiple of 8 rows"):
+        analyse(VALUES[:-1], G.inputs.names, OUTPUTS, seed=1)
+    with pytest.raises(InputError, match=r"12 base points .* take 8 or 16"):
+        analyse(VALUES[:96], G.inputs.names, OUTPUTS, seed=1)
+    with pytest.raises(InputError, match="seed 0 is not an integer from 1 upwards"):
+        analyse(VALUES, G.inputs.names, OUTPUTS, seed=0)
+    with pytest.raises(InputError, match="1 resamples cannot give an interval"):
+        analyse(VALUES, G.inputs.names, OUTPUTS, seed=1, n_resamples=1)
+
+
+def test_many_constant_outputs_are_named_and_counted():
+    values = np.ones((64, 5)) * 0.1 * 3.0
+    with pytest.raises(
+        InputError, match="in output 'a', 'b', 'c' and 2 more: there is no variance"
+    ):
+        sobol_indices(values, ["x"] * 6, list("abcde"), seed=1, second_order=False)
+
+
+def test_rounding_is_no_variation():
+    values = VALUES[:, :1] * 1e-14 + 60.0
+    with pytest.raises(InputError, match="no variation"):
+        sobol_indices(values, G.inputs.names, ["y"], seed=1)
+
+
+@pytest.mark.parametrize("n_base", [0, 1, 3, 100])
+def test_base_points_are_a_power_of_two(n_base):
+    with pytest.raises(InputError, match=f"{n_base} base points .* not a power of two"):
+        sobol_designs(G.inputs, n_base, seed=1)
+
+
+def test_seed_zero_and_too_few_paths_are_refused():
+    with pytest.raises(InputError, match="seed 0"):
+        sobol_designs(G.inputs, 8, seed=0)
+    with pytest.raises(InputError, match="seed 0"):
+        morris_designs(G.inputs, 8, seed=0)
+    with pytest.raises(InputError, match="take at least 2"):
+        morris_designs(G.inputs, 1, seed=1)
+    with pytest.raises(InputError, match="seed 0"):
+        morris_analysis(G.inputs, PATHS, G(PATHS), ["y"], seed=0)
+    with pytest.raises(InputError, match="seed 0"):
+        delta_analysis(G.inputs, DESIGNS, VALUES, OUTPUTS, seed=0)
+
+
+def test_the_global_state_and_the_inputs_stay_as_they_were():
+    few = base_rows(DESIGNS, 3, True)
+    np.random.seed(4)  # noqa: NPY002
+    before, layout, filters = np.random.get_state()[1], warnings.formatwarning, warnings.filters[:]  # noqa: NPY002
+    pawn_analysis(G.inputs, few, G(few), ["y"])
+    delta_analysis(G.inputs, few[:, :], G(few), ["y"], seed=1, n_resamples=2)
+    sobol_analysis(VALUES, G.inputs.names, OUTPUTS, seed=1, n_resamples=4)
+    morris_analysis(G.inputs, PATHS, G(PATHS), ["y"], seed=1)
+    assert np.array_equal(np.random.get_state()[1], before)  # noqa: NPY002
+    assert warnings.formatwarning is layout
+    assert warnings.filters == filters
+
+
+def test_the_same_seed_gives_the_same_bits_and_more_points_begin_alike():
+    again = sobol_designs(G.inputs, 16, seed=1)
+    assert np.array_equal(again, DESIGNS)
+    assert np.array_equal(sobol_designs(G.inputs, 64, seed=1)[: len(DESIGNS)], DESIGNS)
+    assert not np.array_equal(sobol_designs(G.inputs, 16, seed=2), DESIGNS)
+    one, two = (sobol_indices(VALUES, G.inputs.names, OUTPUTS, seed=3) for _ in range(2))
+    assert one.difference(two) == 0.0
+    alone = sobol_indices(VALUES[:, :1], G.inputs.names, OUTPUTS[:1], seed=3)
+    assert np.array_equal(alone.total[:, 0], one.total[:, 0])
+
+
+def test_first_and_total_need_fewer_designs():
+    short = sobol_designs(G.inputs, 16, seed=1, second_order=False)
+    assert np.array_equal(first_and_total(DESIGNS, 3), short)
+    every = sobol_indices(VALUES, G.inputs.names, OUTPUTS, seed=1)
+    some = sobol_indices(G(short), G.inputs.names, ["y"], seed=1, second_order=False)
+    # scaled by the spread of fewer designs: the same up to that
+    assert some.total[:, 0] == pytest.approx(every.total[:, 0], rel=1e-12)
+    assert some.second.shape == (0, 1)
+    assert base_rows(DESIGNS, 3, True).shape == (32, 3)
+    assert np.array_equal(base_rows(DESIGNS, 3, True), base_rows(short, 3, False))
+
+
+def test_names_that_salib_refuses_are_allowed():
+    inputs = SensitivityInputs(("k_raw", "k_conf"), np.zeros(2), np.ones(2))
+    designs = base_rows(sobol_designs(inputs, 128, seed=1), 2, True)
+    found = delta_analysis(inputs, designs, designs[:, :1], ["y"], seed=1, n_resamples=2)
+    assert found.factors == ("k_raw", "k_conf")
+
+
+def test_designs_belong_to_their_responses():
+    with pytest.raises(InputError, match="bring the designs that gave the responses"):
+        pawn_analysis(G.inputs, DESIGNS[:, :2], VALUES, OUTPUTS)
+    with pytest.raises(InputError, match="delta has no meaning for groups"):
+        delta_analysis(G.inputs.grouped(["a", "a", "b"]), DESIGNS, VALUES, OUTPUTS, seed=1)
+
+
+def test_groups_are_factors_in_the_order_they_appear():
+    inputs = G.inputs.grouped(["late", "early", "late"])
+    assert inputs.factors == ("late", "early")
+    assert len(sobol_designs(inputs, 8, seed=1)) == 8 * 6
+    paths = morris_designs(inputs, 8, seed=1)
+    effects = morris_analysis(inputs, paths, G(paths), ["y"], seed=1)
+    assert effects.factors == ("late", "early")
+    assert np.isnan(effects.sigma[0, 0])
+    assert np.isfinite(effects.sigma[1, 0])
+    assert pawn_analysis(inputs, DESIGNS, VALUES, OUTPUTS).index.shape == (2, 2)
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"groups": ("a", "a", "a")}, "all variables are in the group 'a'"),
+        ({"groups": ("a", "b")}, "2 groups for 3 variables"),
+        ({"upper": np.array([1.0, 0.0, 1.0])}, "variable 'x2' does not vary"),
+        ({"sigma": np.array([1.0, 1.0, 0.0])}, "variable 'x3' does not vary"),
+        ({"sigma": np.array([1.0, 1.0])}, r"sigma of shape \(2,\) for 3 variables"),
+        ({"lower": np.array([0.0, np.nan, 0.0])}, "one finite number per variable"),
+        ({"names": ("x", "x", "y")}, "each with a name of its own"),
+    ],
+)
+def test_inputs_that_cannot_be_analysed_are_refused(change, message):
+    good = {"names": ("x1", "x2", "x3"), "lower": np.zeros(3), "upper": np.ones(3)}
+    with pytest.raises(InputError, match=message):
+        SensitivityInputs(**{**good, **change})
+
+
+def test_named_analyses_say_what_varies():
+    space = stiffness_factor_space(["TSM x", "GeM x"], 0.15, 0.12)
+    assert design_inputs(space).description == "uniform from 0.85 to 1.15"
+    scatter = tolerance_inputs(space)
+    assert scatter.description == "gaussian, cut at ±3 σ, from 0.88 to 1.12"
+    assert scatter.sigma == pytest.approx([0.04, 0.04])
+    with pytest.raises(InputError, match="variable 'TSM x' does not vary"):
+        design_inputs(stiffness_factor_space(["TSM x"], 0.0))
+    with pytest.raises(InputError, match="variable 'TSM x' does not vary"):
+        tolerance_inputs(stiffness_factor_space(["TSM x"], 0.2, 0.0))
+
+
+def test_an_index_within_its_interval_is_zero():
+    random = np.random.default_rng(2)
+    noise = np.hstack([G(DESIGNS) + 1e-3 * random.normal(size=(128, 1))])
+    found = sobol_indices(VALUES, G.inputs.names, OUTPUTS, seed=1)
+    assert not found.zero[:2].any()
+    inert = sobol_indices(DESIGNS[:, :1], G.inputs.names, ["y"], seed=1)
+    assert inert.zero[:, 0].tolist() == [False, True, True]
+    assert inert.total[1:, 0].tolist() == [0.0, 0.0]
+    assert sobol_indices(noise, G.inputs.names, ["y"], seed=1).difference(found) > 0.0

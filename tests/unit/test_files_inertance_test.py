@@ -1,0 +1,348 @@
+"""The folder of a roving-hammer test: what is written reads back, what is bad is named."""
+
+import shutil
+from dataclasses import replace
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from deboom.errors import InputError
+from deboom.files.inertance_test import INERTANCE_TEST_FILE, read_inertance_test
+from deboom.files.inertance_test_file import (
+    DrawingSection,
+    DrawnMountSection,
+    InertanceTestFile,
+    ToleranceSection,
+    dump_inertance_test_file,
+)
+from deboom.files.inertance_test_tables import (
+    PlacedImpact,
+    PlacedSensor,
+    write_placed_impacts,
+    write_placed_sensors,
+    write_positions,
+)
+from deboom.files.uff import UffFunction, write_uff
+from deboom.physics.rigid_body import rotation_matrix
+
+LINES = np.array([10.0, 10.5, 11.0])
+SENSORS = tuple(
+    PlacedSensor(f"A{k + 1}", 11 + k, position, angles)
+    for k, (position, angles) in enumerate(
+        [
+            ((0.08, 0.04, 0.045), (0.1, -0.2, 0.3)),
+            ((-0.09, 0.04, -0.04), (0.0, 0.0, 0.0)),
+            ((0.0, 0.06, -0.02), (0.0, 0.5, 0.0)),
+        ]
+    )
+)
+OBLIQUE = (0.6, 0.0, 0.8)
+IMPACTS = tuple(
+    PlacedImpact(f"I{k + 1}", node, position, direction)
+    for k, (node, position, direction) in enumerate(
+        [
+            (21, (-0.11, 0.04, 0.02), (1.0, 0.0, 0.0)),
+            (21, (-0.11, 0.04, 0.02), (0.0, -1.0, 0.0)),
+            (22, (0.09, 0.0, 0.02), (-1.0, 0.0, 0.0)),
+            (23, (0.0, 0.06, -0.03), (0.0, 1.0, 0.0)),
+            (24, (0.0, -0.02, 0.06), (0.0, 0.0, -1.0)),
+            (25, (0.07, 0.02, -0.06), OBLIQUE),
+        ]
+    )
+)
+CHANNELS = [(sensor, axis) for sensor in SENSORS for axis in "xyz"]
+FILE = InertanceTestFile(
+    format=1,
+    title="six blows",
+    sensor_table="positions.xlsx",
+    impact_table="positions.xlsx",
+    frf="frf.uff",
+    coherence="coherence.uff",
+    hits_per_impact=4,
+    weighed_mass_kg=7.1,
+    weighed_mass_deviation_kg=0.007,
+    tolerances=ToleranceSection(
+        sensor_gain=0.02,
+        sensor_position_m=0.001,
+        sensor_angle_deg=1.5,
+        hammer_gain=0.01,
+        impact_position_m=0.002,
+        impact_angle_deg=3.0,
+    ),
+    drawing=DrawingSection(
+        mass_kg=6.8,
+        centre_of_gravity_m=(0.0, 0.0, 0.001),
+        inertia_kg_m2=((0.015, 0.0, 0.0), (0.0, 0.03, 0.0), (0.0, 0.0, 0.029)),
+    ),
+    mounts=(
+        DrawnMountSection(
+            name="mount 1",
+            position_m=(-0.14, 0.0, 0.01),
+            rotation_deg=(0.0, 0.0, 180.0),
+            stiffness_n_per_m=(23000.0, 13000.0, 13000.0),
+        ),
+    ),
+)
+
+
+def measured():
+    """FRFs and coherences, shape (3, 9, 6)."""
+    generator = np.random.default_rng(1)
+    real, imaginary, coherence = generator.uniform(0.1, 0.9, (3, 3, 9, 6))
+    return real + 1j * imaginary, coherence
+
+
+def functions(kind, values, lines=LINES):
+    unit = {
+        4: ("acceleration", "m/s^2", "force", "N"),
+        6: ("general", "1", "none", ""),
+    }[kind]
+    return [
+        UffFunction(
+            *(lines, values[:, row, column], kind, sensor.node, f"+{axis}"),
+            *(impact.node, impact.uff_direction, *unit),
+        )
+        for row, (sensor, axis) in enumerate(CHANNELS)
+        for column, impact in enumerate(IMPACTS)
+    ]
+
+
+@pytest.fixture(scope="module")
+def written(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("inertance") / "test"
+    folder.mkdir()
+    frf, coherence = measured()
+    write_uff(folder / "frf.uff", functions(4, frf), binary=True)
+    write_uff(folder / "coherence.uff", functions(6, coherence), binary=True)
+    write_positions(folder / "positions.xlsx", SENSORS, IMPACTS)
+    dump_inertance_test_file(folder / INERTANCE_TEST_FILE, FILE)
+    return folder
+
+
+@pytest.fixture
+def folder(written, tmp_path):
+    return shutil.copytree(written, tmp_path / "copy")
+
+
+def refused(folder, *words):
+    with pytest.raises(InputError) as caught:
+        read_inertance_test(folder)
+    sentence = str(caught.value)
+    assert all(word in sentence for word in words), sentence
+    assert "\n" not in sentence
+
+
+def restate(folder, **changes):
+    dump_inertance_test_file(folder / INERTANCE_TEST_FILE, FILE.model_copy(update=changes))
+
+
+def test_what_is_written_reads_back(written):
+    frf, coherence = measured()
+    test = read_inertance_test(written)
+    assert test.name == "six blows"
+    assert test.frf.outputs == tuple(f"{sensor.sensor} {axis}" for sensor, axis in CHANNELS)
+    assert test.frf.inputs == tuple(impact.impact for impact in IMPACTS)
+    assert test.frf.unit == "(m/s^2)/N"
+    np.testing.assert_array_equal(test.frf.frequency, LINES)
+    np.testing.assert_array_equal(test.frf.values, frf)
+    np.testing.assert_array_equal(test.coherence, coherence)
+    assert test.n_averages == 4
+    for sensor, row in zip(test.sensors, SENSORS, strict=True):
+        np.testing.assert_allclose(sensor.position, row.position, rtol=0, atol=1e-15)
+        np.testing.assert_allclose(sensor.orientation, rotation_matrix(row.angles), atol=1e-12)
+    for impact, row in zip(test.impacts, IMPACTS, strict=True):
+        np.testing.assert_allclose(impact.position, row.position, rtol=0, atol=1e-15)
+        np.testing.assert_allclose(impact.direction, row.direction, rtol=0, atol=1e-15)
+    stated = test.tolerances
+    assert (stated.sensor_gain, stated.hammer_gain) == (0.02, 0.01)
+    assert (stated.sensor_position, stated.impact_position) == (0.001, 0.002)
+    assert stated.impact_angle == pytest.approx(np.deg2rad(3.0))
+    assert stated.sensor_angle == pytest.approx(np.deg2rad(1.5))
+    assert (test.weighed_mass, test.weighed_mass_deviation) == (7.1, 0.007)
+    assert test.drawing.mass == 6.8
+    np.testing.assert_array_equal(test.drawing.centre, [0, 0, 0.001])
+    (mount,) = test.drawing.mounts
+    np.testing.assert_allclose(mount.rotation, [0, 0, np.pi])
+    np.testing.assert_array_equal(mount.stiffness, [23000, 13000, 13000])
+    assert [path.name for path in test.input_files] == [
+        INERTANCE_TEST_FILE,
+        "positions.xlsx",
+        "frf.uff",
+        "coherence.uff",
+    ]
+
+
+def test_csv_sheets_one_uff_file_and_nothing_known_besides(folder):
+    """In any order, with a channel against its axis and functions that nobody asked for."""
+    frf, coherence = measured()
+    write_placed_sensors(folder / "sensors.csv", SENSORS)
+    write_placed_impacts(folder / "impacts.csv", IMPACTS)
+    everything = functions(4, frf) + functions(6, coherence)
+    flipped = everything[0]
+    everything[0] = replace(flipped, values=-flipped.values, response_direction="-x")
+    power = replace(flipped, values=np.abs(flipped.values), function_type=2, response_node=999)
+    write_uff(folder / "all.uff", [power, *reversed(everything)], binary=True)
+    restate(
+        folder,
+        sensor_table="sensors.csv",
+        impact_table="impacts.csv",
+        frf="all.uff",
+        coherence="all.uff",
+        weighed_mass_kg=None,
+        weighed_mass_deviation_kg=None,
+        drawing=None,
+        mounts=(),
+    )
+    test = read_inertance_test(folder)
+    np.testing.assert_array_equal(test.frf.values, frf)
+    np.testing.assert_array_equal(test.coherence, coherence)
+    assert (test.weighed_mass, test.weighed_mass_deviation, test.drawing) == (None, 0.0, None)
+
+
+def test_the_position_sheet_carries_no_time(written, tmp_path):
+    write_positions(tmp_path / "again.xlsx", SENSORS, IMPACTS)
+    assert (tmp_path / "again.xlsx").read_bytes() == (written / "positions.xlsx").read_bytes()
+
+
+def edit_sheet(folder, sheet, change):
+    path = folder / "positions.xlsx"
+    tables = pd.read_excel(path, sheet_name=None)
+    tables[sheet] = change(tables[sheet])
+    with pd.ExcelWriter(path) as writer:
+        for name, table in tables.items():
+            table.to_excel(writer, sheet_name=name, index=False)
+
+
+@pytest.mark.parametrize(
+    ("sheet", "change", "words"),
+    [
+        ("sensors", lambda t: t.rename(columns={"x [mm]": "x"}), ("column 'x' has no unit",)),
+        (
+            "sensors",
+            lambda t: t.rename(columns={f"{a} [mm]": f"{a} [m]" for a in "xyz"}),
+            ("the sensors lie within", "mm and m"),
+        ),
+        (
+            "impacts",
+            lambda t: t.assign(**{f"{a} [mm]": t[f"{a} [mm]"] / 1000 for a in "xyz"}),
+            ("the impacts lie within", "mm and m"),
+        ),
+        ("sensors", lambda t: t.iloc[:2], ("2 triaxial accelerometers", "at least three")),
+        ("impacts", lambda t: t.iloc[:5], ("5 impacts", "at least six")),
+        ("impacts", lambda t: t.assign(impact="I1"), ("sheet 'impacts', line 3", "already")),
+        ("sensors", lambda t: t.assign(node=11), ("node 11 already stands in line 2",)),
+        ("sensors", lambda t: t.assign(node=1.5), ("no whole number",)),
+        ("impacts", lambda t: t.assign(dx=np.nan), ("column 'dx'", "no finite number")),
+        (
+            "impacts",
+            lambda t: t.replace({"dx": {0.6: 0.9}}),
+            ("positions.xlsx", "I6", "unit vector"),
+        ),
+        ("impacts", lambda t: t.replace({"node": {24: 77}}), ("node 24 is no impact",)),
+        ("sensors", lambda t: t.replace({"node": {12: 77}}), ("node 12 is no sensor",)),
+        ("impacts", lambda t: t.assign(dy=-t["dy"]), ("recorded along", "correct the wrong one")),
+    ],
+)
+def test_bad_position_sheets(folder, sheet, change, words):
+    edit_sheet(folder, sheet, change)
+    refused(folder, *words)
+
+
+def test_a_missing_sheet_is_named(folder):
+    table = pd.read_excel(folder / "positions.xlsx", sheet_name="sensors")
+    table.to_excel(folder / "positions.xlsx", sheet_name="sensors", index=False)
+    refused(folder, "has no sheet 'impacts', only sensors")
+
+
+def with_functions(folder, name, change):
+    frf, coherence = measured()
+    all_of = {"frf.uff": functions(4, frf), "coherence.uff": functions(6, coherence)}[name]
+    write_uff(folder / name, change(all_of), binary=True)
+
+
+def first(**changes):
+    return lambda all_of: [replace(all_of[0], **changes), *all_of[1:]]
+
+
+@pytest.mark.parametrize(
+    ("name", "change", "words"),
+    [
+        ("frf.uff", lambda all_of: [*all_of, all_of[7]], ("comes twice", "A1 y to I2")),
+        ("frf.uff", lambda all_of: all_of[1:], ("FRF of A1 x to I1", "is missing")),
+        ("coherence.uff", lambda all_of: all_of[:-1], ("coherence of A3 z to I6", "is missing")),
+        ("frf.uff", first(response_node=99), ("node 99 is no sensor", "position sheet")),
+        ("frf.uff", first(reference_node=98), ("node 98 is no impact",)),
+        ("frf.uff", first(response_direction="scalar"), ("its direction is scalar",)),
+        ("frf.uff", first(reference_direction="-x"), ("recorded along -x",)),
+        ("frf.uff", first(reference_direction="scalar"), ("recorded along scalar",)),
+        ("frf.uff", first(abscissa=LINES + 0.5), ("has other lines than",)),
+        ("frf.uff", first(ordinate="velocity", ordinate_unit="m/s"), ("it is velocity",)),
+        ("frf.uff", first(values=np.ones(3)), ("it is real",)),
+        ("coherence.uff", first(values=np.full(3, 1.1)), ("between 0 and 1",)),
+        (
+            "coherence.uff",
+            lambda all_of: [replace(one, function_type=0) for one in all_of],
+            ("holds no coherence", "type 6"),
+        ),
+        (
+            "coherence.uff",
+            lambda all_of: [replace(one, abscissa=LINES + 0.5) for one in all_of],
+            ("coherence.uff has other lines than",),
+        ),
+    ],
+)
+def test_bad_functions(folder, name, change, words):
+    with_functions(folder, name, change)
+    refused(folder, *words)
+
+
+def test_a_line_at_0_hz(folder):
+    for name in ("frf.uff", "coherence.uff"):
+        with_functions(
+            folder, name, lambda all_of: [replace(f, abscissa=LINES - 10.0) for f in all_of]
+        )
+    refused(folder, "line at 0 Hz", "leave it out")
+
+
+def test_a_value_that_is_not_finite(folder):
+    frf, _ = measured()
+    data = (folder / "frf.uff").read_bytes()
+    value = frf[1, 0, 0].real.tobytes()
+    assert data.count(value) == 1
+    (folder / "frf.uff").write_bytes(data.replace(value, np.float64(np.nan).tobytes()))
+    refused(folder, "frf.uff", "node 11 +x", "nan")
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ('coherence = "coherence.uff"\n', "", ("'frf' needs the key 'coherence'", "noise")),
+        ("hits_per_impact = 4\n", "", ("needs the key 'hits_per_impact'",)),
+        ("weighed_mass_deviation_kg = 0.007\n", "", ("'weighed_mass_deviation_kg'", "scales")),
+        ("weighed_mass_kg = 7.1\n", "", ("needs the key 'weighed_mass_kg'",)),
+        ("sensor_gain = 0.02", "sensor_gain = 0.0", ("sensor_gain", "greater than 0")),
+        ("sensor_gain = 0.02", "sensor_gains = 0.02", ("did you mean 'sensor_gain'",)),
+        ("hammer_gain = 0.01\n", "", ("'hammer_gain' in [tolerances] is missing",)),
+        ("hits_per_impact = 4\n", 'hits_per_impact = 4\nhits = "hits"\n', ("'band_hz'",)),
+        ('frf = "frf.uff"\n', "", ("'coherence' needs the key 'frf'",)),
+        ('frf = "frf.uff"\ncoherence = "coherence.uff"\n', "", ("neither key 'frf' nor 'hits'",)),
+    ],
+)
+def test_bad_facts(folder, old, new, words):
+    path = folder / INERTANCE_TEST_FILE
+    text = path.read_text(encoding="utf-8")
+    assert old in text
+    path.write_text(text.replace(old, new), encoding="utf-8")
+    refused(folder, *words)
+
+
+def test_bad_facts_that_no_line_alone_makes(folder):
+    with pytest.raises(InputError, match=r"two \[\[mounts\]\] are named 'mount 1'"):
+        restate(folder, mounts=FILE.mounts * 2)
+    with pytest.raises(InputError, match="'drawing' needs the key 'mounts'"):
+        restate(folder, mounts=())
+    with pytest.raises(InputError, match="'band_hz'"):
+        restate(folder, hits="hits", band_hz=(150.0, 10.0))
+    with pytest.raises(InputError, match="key 'hits' is missing"):
+        read_inertance_test(folder, from_hits=True)

@@ -1,0 +1,84 @@
+"""A roving-hammer test as a value: what does not fit together is refused."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from deboom.errors import InputError
+from deboom.measurement.channels import Frf
+from deboom.measurement.impacts import Impact
+from deboom.measurement.inertance_test import (
+    ACCELERATION_PER_FORCE,
+    Drawing,
+    DrawnMount,
+    InertanceTest,
+)
+from deboom.measurement.placement_tolerances import PlacementTolerances
+from deboom.measurement.sensors import Sensor, SensorKind
+
+SENSORS = tuple(
+    Sensor(f"A{k}", SensorKind.ACCELEROMETER, "", "", "", np.eye(3)[k], np.eye(3)) for k in range(3)
+)
+IMPACTS = tuple(Impact(f"I{k}", np.eye(3)[k // 2], np.eye(3)[k % 3]) for k in range(6))
+CHANNELS = tuple(f"A{k} {axis}" for k in range(3) for axis in "xyz")
+NAMES = tuple(impact.name for impact in IMPACTS)
+
+
+def frf(lines=(10.0, 11.0), outputs=CHANNELS, inputs=NAMES, unit=ACCELERATION_PER_FORCE):
+    values = np.ones((len(lines), len(outputs), len(inputs)))
+    return Frf(np.array(lines), values, outputs, inputs, unit)
+
+
+TEST = InertanceTest(
+    "test", SENSORS, IMPACTS, frf(), np.full((2, 9, 6), 0.9), 5, PlacementTolerances()
+)
+
+
+def test_arrays_are_copies_that_nobody_changes():
+    coherence = np.full((2, 9, 6), 0.5)
+    test = replace(TEST, coherence=coherence)
+    coherence[:] = 0
+    assert test.coherence.min() == 0.5
+    with pytest.raises(ValueError, match="read-only"):
+        test.coherence[0, 0, 0] = 1
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"sensors": SENSORS[:2]}, "2 triaxial accelerometers"),
+        ({"impacts": IMPACTS[:5]}, "5 impacts"),
+        ({"frf": frf(outputs=CHANNELS[::-1])}, "outputs are not the channels"),
+        ({"frf": frf(inputs=NAMES[::-1])}, "inputs are not the impacts"),
+        ({"frf": frf(unit="m/N")}, "the FRFs are in 'm/N'"),
+        ({"frf": frf(lines=(0.0, 1.0))}, "line at 0 Hz"),
+        ({"coherence": np.ones((2, 9, 5))}, r"shape \(2, 9, 5\)"),
+        ({"coherence": np.full((2, 9, 6), np.nan)}, "not finite"),
+        ({"coherence": np.full((2, 9, 6), 1.2)}, "between 0 and 1"),
+        ({"n_averages": 0}, "at least one"),
+        ({"weighed_mass": 7.0}, "weighed mass and its deviation"),
+        ({"weighed_mass": -7.0, "weighed_mass_deviation": 0.1}, "must be positive"),
+    ],
+)
+def test_what_does_not_fit_is_refused(changes, words):
+    with pytest.raises(InputError, match=words):
+        replace(TEST, **changes)
+
+
+def test_a_drawing_is_a_body_on_mounts():
+    mount = DrawnMount("mount 1", np.zeros(3), np.zeros(3), np.ones(3))
+    drawing = Drawing(6.8, np.zeros(3), np.eye(3), (mount,))
+    assert replace(TEST, drawing=drawing).drawing.mounts[0].name == "mount 1"
+    with pytest.raises(InputError, match="mount 1: a static stiffness must be positive"):
+        replace(mount, stiffness=np.array([1.0, 0.0, 1.0]))
+    with pytest.raises(InputError, match="position has shape"):
+        replace(mount, position=np.zeros(2))
+    with pytest.raises(InputError, match="the mass is 0 kg"):
+        replace(drawing, mass=0.0)
+
+
+@pytest.mark.parametrize("value", [0.0, -0.1, np.nan, np.inf])
+def test_a_tolerance_is_never_nothing(value):
+    with pytest.raises(InputError, match="tolerance hammer_gain"):
+        PlacementTolerances(hammer_gain=value)

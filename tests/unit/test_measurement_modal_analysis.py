@@ -1,0 +1,164 @@
+"""Poles, clusters and shapes: what is kept, what is dropped, what is refused."""
+
+import sys
+
+import numpy as np
+import pytest
+
+from deboom.errors import InputError
+from deboom.measurement.channels import Frf
+from deboom.measurement.modal_analysis import (
+    modal_model,
+    poles_over_orders,
+)
+from deboom.measurement.modal_poles import (
+    PoleCluster,
+    StabilityLimits,
+    pole_clusters,
+    stabilisation_chart,
+)
+from deboom.measurement.mode_shapes import in_common_phase, mac_matrix, phase_collinearity
+from deboom.physics.frf import FrfForm
+
+BAND = (20.0, 60.0)
+RECEPTANCE = FrfForm.RECEPTANCE
+
+
+def pole(frequency, damping):
+    omega = 2 * np.pi * frequency
+    return complex(-damping * omega, omega * np.sqrt(1 - damping**2))
+
+
+def frf_of(poles, frequency, form_power=0):
+    w = 2 * np.pi * frequency[:, None]
+    values = sum(
+        (k + 1) / (1j * w - s) + (k + 1) / (1j * w - np.conj(s)) for k, s in enumerate(poles)
+    )
+    values = values * (1j * w) ** form_power
+    return Frf(frequency, values[:, :, None], ("out",), ("in",), "m/N")
+
+
+TWO = [pole(30.0, 0.02), pole(41.0, 0.03)]
+LINES = np.arange(0.25, 65.01, 0.25)
+
+
+def test_what_a_structure_cannot_have_is_dropped():
+    good = pole(30.0, 0.02)
+    chart = stabilisation_chart(
+        {
+            4: np.array([0j, good, np.conj(good), pole(10.0, 0.02), pole(70.0, 0.02)]),
+            5: np.array([good, good * (1 + 1e-9), pole(40.0, 0.5), -np.conj(pole(45.0, 0.02))]),
+        },
+        BAND,
+    )
+    assert chart.order.tolist() == [4, 5]
+    assert chart.frequency == pytest.approx([30.0, 30.0])
+    assert chart.damping == pytest.approx([0.02, 0.02])
+    assert chart.stable.tolist() == [False, True]
+    assert chart.orders == (4, 5)
+
+
+def test_limits_decide_what_is_stable():
+    poles = {4: np.array([pole(30.0, 0.02)]), 5: np.array([pole(30.6, 0.02)])}
+    assert stabilisation_chart(poles, BAND).stable.tolist() == [False, False]
+    wide = stabilisation_chart(poles, BAND, StabilityLimits(frequency=0.03))
+    assert wide.stable.tolist() == [False, True]
+
+
+def test_clusters_carry_the_spread_over_the_orders():
+    frequencies = [30.0, 30.03, 29.97, 30.06]
+    dampings = [0.02, 0.021, 0.0205, 0.02]
+    by_order = {
+        4 + k: np.array([pole(f, z)])
+        for k, (f, z) in enumerate(zip(frequencies, dampings, strict=True))
+    }
+    (cluster,) = pole_clusters(stabilisation_chart(by_order, BAND))
+    assert cluster.frequency == pytest.approx(np.median(frequencies[1:]))
+    assert cluster.frequency_spread == pytest.approx(np.std(frequencies[1:]))
+    assert cluster.damping_spread == pytest.approx(np.std(dampings[1:]))
+    assert cluster.share == pytest.approx(3 / 4)
+    assert cluster.pole == pytest.approx(pole(cluster.frequency, cluster.damping))
+
+
+def test_modes_closer_than_the_width_stay_two():
+    """A chain of poles 0.6 % apart: one order has both, so they are two modes."""
+    pair = np.array([pole(30.0, 0.02), pole(30.2, 0.021)])
+    by_order = {order: pair * (1 + 1e-4 * (order % 2)) for order in range(4, 12)}
+    clusters = pole_clusters(stabilisation_chart(by_order, BAND), width=0.01)
+    assert [round(cluster.frequency, 1) for cluster in clusters] == [30.0, 30.2]
+    assert all(cluster.share == 7 / 8 for cluster in clusters)
+
+
+def test_no_stable_pole_is_said():
+    by_order = {k: np.array([pole(25.0 + 3 * (k % 5), 0.02)]) for k in range(4, 12)}
+    with pytest.raises(InputError, match="no pole between 20 and 60 Hz is stable over 25%"):
+        pole_clusters(stabilisation_chart(by_order, BAND))
+
+
+def test_mac_matrix_and_collinearity():
+    real = np.array([[1.0, 2.0, -1.0], [0.5, 0.0, 2.0]])
+    turned = real * np.exp(1j * np.array([[0.4], [2.0]]))
+    assert np.diag(mac_matrix(real, turned)) == pytest.approx(1.0)
+    assert mac_matrix(real, turned[:1]).shape == (2, 1)
+    assert phase_collinearity(turned) == pytest.approx(1.0)
+    assert phase_collinearity(np.array([1.0, 1j])) == pytest.approx(0.0)
+    common = in_common_phase(turned)
+    assert common == pytest.approx(real / np.array([[2.0], [2.0]]), abs=1e-12)
+    with pytest.raises(InputError, match="3 and of 2 outputs"):
+        mac_matrix(real, real[:, :2])
+
+
+@pytest.mark.parametrize(
+    ("frf", "form", "band", "order", "sentence"),
+    [
+        (frf_of(TWO, LINES), FrfForm.APPARENT_MASS, BAND, 8, "not apparent mass: convert"),
+        (frf_of(TWO, LINES**1.01), RECEPTANCE, BAND, 8, "needs equidistant lines"),
+        (frf_of(TWO, LINES + 0.1), RECEPTANCE, BAND, 8, "whole multiples of their step"),
+        (frf_of(TWO, LINES), RECEPTANCE, (20.0, 90.0), 8, "does not lie within the lines, 0.25-65"),
+        (frf_of(TWO, LINES), RECEPTANCE, (0.0, 60.0), 8, "begins above 0 Hz"),
+        (frf_of(TWO, LINES), RECEPTANCE, (60.0, 20.0), 8, "begins above 0 Hz and ends later"),
+        (frf_of(TWO, LINES), RECEPTANCE, (30.0, 32.0), 8, "9 lines between 30 and 32 Hz do not"),
+        (frf_of(TWO, LINES), RECEPTANCE, (50.0, 60.0), 15, "does not carry a polynomial of order"),
+        (frf_of(TWO, LINES), RECEPTANCE, (55.0, 60.0), None, "carries no polynomial above order 4"),
+    ],
+)
+def test_bad_input_is_refused(frf, form, band, order, sentence):
+    pytest.importorskip("sdypy.EMA")
+    with pytest.raises(InputError, match=sentence):
+        poles_over_orders(frf, form, band, largest_order=order)
+
+
+def test_a_line_at_0_hz_does_no_harm():
+    pytest.importorskip("sdypy.EMA")
+    with_zero = frf_of(TWO, np.arange(0.0, 65.01, 0.25))
+    clusters = pole_clusters(poles_over_orders(with_zero, RECEPTANCE, BAND, largest_order=8))
+    assert [round(cluster.frequency, 2) for cluster in clusters] == [30.0, 41.0]
+    model = modal_model(with_zero, RECEPTANCE, BAND, clusters)
+    assert model.residues[:, 0, 0] == pytest.approx([1.0, 2.0], rel=1e-3)
+
+
+def test_modes_that_cannot_be_told_apart_are_refused():
+    pytest.importorskip("sdypy.EMA")
+    frf = frf_of(TWO, LINES)
+    mode = PoleCluster(30.0, 0.0, 0.02, 0.0, 1.0)
+    with pytest.raises(InputError, match=r"two modes share the pole at 30\.00 Hz"):
+        modal_model(frf, RECEPTANCE, BAND, [mode, mode])
+    with pytest.raises(InputError, match="at least one mode"):
+        modal_model(frf, RECEPTANCE, BAND, [])
+
+
+def test_a_missing_mode_shows_in_the_rebuilt_frf():
+    pytest.importorskip("sdypy.EMA")
+    frf = frf_of(TWO, LINES)
+    clusters = pole_clusters(poles_over_orders(frf, RECEPTANCE, BAND, largest_order=8))
+    whole = modal_model(frf, RECEPTANCE, BAND, clusters)
+    assert whole.verdict.endswith("of the FRFs unexplained.")
+    partly = modal_model(frf, RECEPTANCE, BAND, clusters[:1])
+    assert partly.total_error > 0.3
+    assert "a mode is missing" in partly.verdict
+
+
+def test_without_the_library_the_extra_is_named(monkeypatch):
+    monkeypatch.setitem(sys.modules, "sdypy", None)
+    with pytest.raises(InputError, match='the extra "modal"'):
+        poles_over_orders(frf_of(TWO, LINES), RECEPTANCE, BAND, largest_order=8)

@@ -1,0 +1,126 @@
+"""Sobol indices against closed forms, against SALib, and on the virtual test bench."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from deboom.explore.design_space import stiffness_factor_space
+from deboom.explore.known_indices import Ishigami, SobolG
+from deboom.explore.sensitivity import (
+    delta_analysis,
+    morris_analysis,
+    morris_designs,
+    pawn_analysis,
+    sobol_analysis,
+    sobol_designs,
+)
+from deboom.explore.sensitivity_inputs import SensitivityInputs, design_inputs, tolerance_inputs
+from deboom.explore.sobol_indices import base_rows, sobol_indices
+from deboom.files.platform import read_platform
+from deboom.vehicles.booming_index import booming_index
+from deboom.vehicles.kernel_numpy import NUMPY
+
+PLATFORM = Path(__file__).parents[2] / "studies" / "data" / "u06_f39_f45"
+
+
+def analysed(inputs, model, n_base, seed=1, **options):
+    values = model(sobol_designs(inputs, n_base, seed=seed))
+    names = [f"y{place}" for place in range(values.shape[1])]
+    return sobol_indices(values, inputs.factors, names, seed=seed, **options)
+
+
+@pytest.mark.parametrize("model", [Ishigami(), SobolG()], ids=["Ishigami", "Sobol G"])
+def test_indices_and_pairs_reach_the_closed_form(model):
+    found, exact = analysed(model.inputs, model, 4096), model.exact
+    assert found.first[:, 0] == pytest.approx(exact.first, abs=0.005)
+    assert found.total[:, 0] == pytest.approx(exact.total, abs=0.005)
+    for place, pair in enumerate(found.pairs):
+        assert found.second[place, 0] == pytest.approx(exact.second[pair], abs=0.006)
+    assert np.all(np.abs(found.total[:, 0] - exact.total) <= found.total_interval[:, 0])
+    assert exact.first.sum() + exact.second.sum() <= 1.0 + 1e-12
+
+
+def test_ishigami_as_published():
+    exact = Ishigami().exact  # Saltelli et al., "Global Sensitivity Analysis. The Primer", 2008
+    assert exact.first == pytest.approx([0.3139, 0.4424, 0.0], abs=5e-5)
+    assert exact.total == pytest.approx([0.5576, 0.4424, 0.2437], abs=5e-5)
+
+
+def test_groups_reach_the_closed_form():
+    model = SobolG((0.0, 0.5, 3.0, 9.0))
+    inputs = model.inputs.grouped(["a", "a", "b", "b"])
+    alone = 1.0 / (3.0 * (1.0 + np.array(model.a)) ** 2)
+    both = np.array([np.prod(1.0 + alone[:2]), np.prod(1.0 + alone[2:])]) - 1.0
+    variance = np.prod(1.0 + both) - 1.0
+    found = analysed(inputs, model, 4096)
+    assert found.factors == ("a", "b")
+    assert found.first[:, 0] == pytest.approx(both / variance, abs=0.01)
+    assert found.second[0, 0] == pytest.approx(both.prod() / variance, abs=0.01)
+
+
+def test_both_named_analyses_weigh_a_sum_by_its_variances():
+    weights, space = np.array([1.0, 2.0, 3.0]), stiffness_factor_space(["a", "b", "c"], 0.15, 0.30)
+    for inputs in (design_inputs(space), tolerance_inputs(space)):
+        designs = sobol_designs(inputs, 1024, seed=3)
+        assert designs.min() >= inputs.lower.min()
+        assert designs.max() <= inputs.upper.max()
+        found = analysed(inputs, lambda x: x @ weights[:, None], 1024, seed=3)
+        share = weights**2 / (weights**2).sum()
+        assert found.total[:, 0] == pytest.approx(share, abs=0.002)
+        assert found.first[:, 0] == pytest.approx(share, abs=0.005)
+    drawn = base_rows(designs, 3, True)  # gaussian, σ = 0.1, cut at ±3 σ
+    assert drawn.std(axis=0) == pytest.approx([0.0986578] * 3, rel=2e-3)
+    assert np.abs(drawn - 1.0).max() <= 0.3
+
+
+@pytest.mark.parametrize("second_order", [True, False])
+def test_every_number_is_salibs(second_order):
+    random = np.random.default_rng(7)
+    inputs = SensitivityInputs(tuple("abcde"), np.zeros(5), np.ones(5))
+    designs = sobol_designs(inputs, 128, seed=5, second_order=second_order)
+    weights = random.normal(size=(5, 20))
+    values = 1e3 + np.exp(designs @ weights) + (designs[:, :1] - 0.5) * designs[:, 1:2] ** 2
+    names = [f"y{place}" for place in range(20)]
+    options = {"seed": 9, "second_order": second_order, "n_resamples": 30}
+    own = sobol_indices(values, inputs.names, names, **options)
+    salib = sobol_analysis(values, inputs.names, names, **options)
+    assert own.difference(salib) <= 1e-12
+    assert own.pair_names == salib.pair_names
+    assert len(own.pairs) == (10 if second_order else 0)
+
+
+def test_variables_without_path_are_exactly_zero_on_the_bench():
+    data = read_platform(PLATFORM)
+    cases = [(data.load_case(data.default_load_case), 1.0)]
+    index = booming_index(data.fleet.group("U06"), data.mounts, cases, (20, 60), NUMPY)
+    space = stiffness_factor_space(index.variable_names, 0.15, 0.15)
+    for inputs in (design_inputs(space), tolerance_inputs(space)):
+        designs = sobol_designs(inputs, 64, seed=1)
+        values = index(designs)
+        found = sobol_indices(values, inputs.names, index.response_names, seed=1)
+        for name in ("Du y", "Du z"):
+            row = inputs.names.index(name)
+            for column in ("first", "total", "coupled", "first_interval", "total_interval"):
+                assert np.all(getattr(found, column)[row] == 0.0)
+            assert found.zero[row].all()
+        leaders = np.array(inputs.names)[found.total.argmax(axis=0)]
+        assert list(leaders) == ["TSM x"] * 4 + ["GeM x"]
+
+
+def test_other_methods_see_the_same_ishigami():
+    model, inputs = Ishigami(), Ishigami().inputs
+    paths = morris_designs(inputs, 100, seed=1)
+    morris = morris_analysis(inputs, paths, model(paths), ["y"], seed=1)
+    # x2 alone is symmetric: its effects cancel in the mean and not in their size; four levels of x2
+    # from -π to π give sin² 0 or 3/4, hence effects of ±7·3/4 over a step of 2/3
+    assert morris.mu_star[1, 0] == pytest.approx(7.0 * 0.75 * 1.5)
+    assert abs(morris.mu[1, 0]) < 0.5 * morris.mu_star[1, 0]
+    designs = base_rows(sobol_designs(inputs, 512, seed=1), 3, True)
+    pawn = pawn_analysis(inputs, designs, model(designs), ["y"])
+    assert list(np.argsort(-pawn.index[:, 0])) == [1, 0, 2]
+    few = designs[:128, :2]  # x1 rules, x2 does nothing
+    two = SensitivityInputs(inputs.names[:2], inputs.lower[:2], inputs.upper[:2])
+    delta = delta_analysis(two, few, few[:, :1] ** 3, ["y"], seed=1, n_resamples=2)
+    assert delta.index[0, 0] > 0.6
+    assert delta.index[1, 0] < 0.25

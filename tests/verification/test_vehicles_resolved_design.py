@@ -1,0 +1,115 @@
+"""A virtual design's motion against the root of its scalar equation, direction by direction."""
+
+import numpy as np
+import pytest
+from scipy.optimize import brentq
+
+from deboom.errors import InputError
+from deboom.mounts.response_surface import DynamicStiffnessSurface
+from deboom.vehicles.coupled_motion import CoupledMotion
+from deboom.vehicles.resolved_design import resolve_design
+
+FREQUENCY = np.array([20.0, 25.0, 30.0, 40.0])
+TORQUE = np.full(FREQUENCY.size, 1500.0)
+MASS = 0.5
+NAMES = ("A x", "A y", "A z", "B x", "B y", "B z", "C x")
+SOFTENING = 300.0
+"""Relative loss of stiffness per metre of amplitude."""
+
+
+def stiffness(amplitude):
+    return (2e5 + 2e4j) * (1 - SOFTENING * amplitude)
+
+
+@pytest.fixture(scope="module")
+def surface():
+    """Fit a stiffness that falls with the amplitude; a cubic holds it exactly."""
+    torque, amplitude, frequency = (
+        one.ravel()
+        for one in np.meshgrid(
+            np.linspace(500, 2500, 5), np.linspace(1e-5, 1e-3, 61), np.linspace(15, 45, 7)
+        )
+    )
+    return DynamicStiffnessSurface.fit(
+        torque, amplitude, frequency, stiffness(amplitude), preload_unit="N m"
+    )
+
+
+def reference():
+    """Six directions that do not feel each other, and a body of its own, with other mounts."""
+    n_line = FREQUENCY.size
+    other = np.full((n_line, 6), 1.6e5 + 3e4j)
+    return CoupledMotion(
+        load_case="run",
+        frequency=FREQUENCY,
+        forward=np.eye(6),
+        mass_matrix=MASS * np.eye(6),
+        stiffness=other,
+        load=np.outer(np.linspace(30, 60, n_line), np.linspace(0.6, 1.2, 6)).astype(complex),
+        variables=np.arange(6),
+        transfer=np.full((1, n_line, 6), 1e-3 + 0j),
+        own_mass=np.array([MASS]),
+        own_stiffness=other[:, :1],
+        own_load=np.full((n_line, 1), 40.0 + 0j),
+        own_variables=np.array([6]),
+        own_transfer=np.full((1, n_line, 1), 2e-3 + 0j),
+        rigid_residual=0.0,
+        vehicle_names=("V",),
+        variable_names=NAMES,
+    )
+
+
+def root(load, omega_squared):
+    """Amplitude at which the stiffness of that amplitude gives it."""
+
+    def difference(amplitude):
+        return abs(load / (stiffness(amplitude) - omega_squared * MASS)) - amplitude
+
+    return brentq(difference, 1e-6, 9e-4, xtol=1e-16)
+
+
+def test_every_amplitude_is_the_root_of_its_equation(surface):
+    coupled = reference()
+    found = resolve_design(coupled, dict.fromkeys(NAMES, surface), TORQUE)
+    omega_squared = (2 * np.pi * FREQUENCY) ** 2
+    loads = np.hstack([coupled.load, coupled.own_load]).real
+    expected = [
+        [root(load, squared) for load in row]
+        for row, squared in zip(loads, omega_squared, strict=True)
+    ]
+    assert found.motion.nominal_amplitude == pytest.approx(np.array(expected), rel=1e-5)
+    assert not found.outside.any()
+    assert found.kept == ()
+    forces = stiffness(np.array(expected)) * (
+        loads / (stiffness(np.array(expected)) - omega_squared[:, np.newaxis] * MASS)
+    )
+    pressure = forces @ np.array([1e-3] * 6 + [2e-3])
+    assert found.pressure[0] == pytest.approx(pressure, rel=1e-5)
+
+
+def test_directions_without_surface_keep_what_was_measured(surface):
+    coupled = reference()
+    found = resolve_design(coupled, {"A x": surface}, TORQUE)
+    assert found.kept == NAMES[1:]
+    assert np.array_equal(found.motion.stiffness[:, 1:], coupled.stiffness[:, 1:])
+    assert not np.array_equal(found.motion.stiffness[:, 0], coupled.stiffness[:, 0])
+
+
+def test_lines_that_no_surface_speaks_of_are_counted_and_keep_their_stiffness(surface):
+    coupled = reference()
+    found = resolve_design(coupled, {"A x": surface}, TORQUE + 1e5)
+    assert found.outside[:, 0].all()
+    assert not found.outside[:, 1:].any()
+    assert np.array_equal(found.motion.stiffness, coupled.stiffness)
+
+
+def test_bad_input_is_refused_in_words(surface):
+    with pytest.raises(InputError, match="one value for each of 4 lines"):
+        resolve_design(reference(), {}, TORQUE[1:])
+    samples = np.linspace(1e-5, 1e-3, 60)
+    over_force = DynamicStiffnessSurface.fit(
+        np.tile([100.0, 200.0, 300.0], 20), samples, 20 + 1e4 * samples,
+        stiffness(samples), preload_unit="N",
+    )  # fmt: skip
+    with pytest.raises(InputError, match="over static force"):
+        resolve_design(reference(), {"A x": over_force}, TORQUE)

@@ -64,5 +64,5 @@ def test_the_page_says_what_the_test_cannot(finished):
     page = (finished / "report.html").read_text(encoding="utf-8")
     assert "What this test can and cannot say" in page
     assert "35 of 44" in page
-    assert "mount 1 rotation x is not visible" in page
+    assert "mount 1&#39;s rotation about its own axis is not visible" in page
     assert "nothing but mass over the smallest moment of inertia" in page

@@ -18,6 +18,17 @@ if TYPE_CHECKING:
     from deboom.compressor.thesis_fit import ThesisFit
     from deboom.study.compressor_identification import IdentifiedTest
 
+NARROW: Mapping[str, str] = {
+    "parameter": "parameter",
+    "unit": "unit",
+    "start": "start",
+    "fitted": "fitted",
+    "truth": "truth",
+    "posterior deviation": "±",
+    "posterior over prior [1]": "left [1]",
+    "verdict": "verdict",
+}
+"""Columns of the table of 44 numbers that the page has room for, and their short names."""
 SHOWN_ROWS = 12
 """Of long tables; the files of the run hold them all."""
 DIGITS = 4
@@ -166,6 +177,7 @@ def _sound(
     condition: float,
 ) -> Section:
     length = test.found.length
+    checks = tables["quality"].assign(limit=tables["quality"]["limit"].str.replace(" ", "\u00a0"))
     return Section(
         "Is the test sound?",
         f"{test.found.rigid.statement}\n\nThe condition number of the inertance near 100 Hz is "
@@ -179,7 +191,7 @@ def _sound(
         figures=_pictures(figures, ("figure_53", "figure_56")),
         tables=(
             Table(
-                tables["quality"],
+                checks,
                 "Checks in the order in which a laboratory repairs things. A reversed or swapped "
                 "channel would have stopped the identification.",
                 {"number [1]": 3},
@@ -250,16 +262,19 @@ def _cannot(
     ]
     if test.thesis is not None:
         text += "\n\n" + _thesis_words(test.thesis)
-        table = tables["identifiability"].drop(columns=["lower bound", "upper bound"])
         shown = [
+            Table(tables["null_space"], "Changes that no test at one virtual point can see."),
             Table(tables["fits"], "Optimisers of the 44-number fit, one cost."),
             Table(
-                _as_words(table),
+                _as_words(tables["identifiability"]).rename(columns=NARROW)[
+                    [name for name in NARROW.values() if name in _narrow_columns(tables)]
+                ],
                 "The thesis's numbers, from the drawing (its table 10) to the fit (its table 11). "
-                "Invisible: nothing but the drawing is known of it. Prior-dominated: more than "
-                f"{PRIOR_DOMINATED:.0%} of the uncertainty is left. With others only: a part "
-                "of it lies in a combination that no test at one point can see; read it together "
-                "with the others, or not at all.",
+                "±: what is left of the bound, which counts as 1 σ before the test; left: its "
+                "share. Invisible: nothing but the drawing is known of it. Prior-dominated: more "
+                f"than {PRIOR_DOMINATED:.0%} is left. With others only: a part of it lies in a "
+                "combination that no test at one point can see; read it together with the others, "
+                "or not at all.",
             ),
             *shown,
         ]
@@ -278,10 +293,6 @@ def _cannot(
 
 def _thesis_words(thesis: ThesisFit) -> str:
     seen = thesis.seen
-    statements = "; ".join(
-        f"({number}) {direction.statement}"
-        for number, direction in enumerate(seen.null_space, start=1)
-    )
     held = (
         f"The fit ends with {', '.join(thesis.fit.at_bound)} at a bound."
         if thesis.fit.at_bound
@@ -290,9 +301,8 @@ def _thesis_words(thesis: ThesisFit) -> str:
     return (
         f"The thesis fits {len(seen.names)} numbers. A hammer test at one virtual point sees "
         f"{seen.rank} combinations of them, whatever its noise: {len(seen.null_space)} changes "
-        "leave every FRF as it is. A mount is known by its axial line; its rotation about its own "
-        "axis (rotation x) matters only as far as its two radial stiffnesses differ. In words: "
-        f"{statements}.\n\n"
+        "leave every FRF as it is; the first table names them. Rotation x is a mount's rotation "
+        "about its own axis: it matters only as far as the two radial stiffnesses differ. "
         "Mass, centre of gravity and inertia take no part in any of these and are unique; "
         "single positions, rotations and stiffnesses of mounts are not, and equally good fits "
         f"differ by millimetres and degrees. {held} Report the stiffness at the virtual point "
@@ -364,14 +374,19 @@ def _as_words(table: pd.DataFrame) -> pd.DataFrame:
     words = table.copy()
     for name in table.columns:
         if table[name].dtype.kind == "f" and not str(name).endswith("]"):
-            words[name] = [_digits(float(value)) for value in table[name]]
+            digits = 2 if "deviation" in str(name) else DIGITS
+            words[name] = [_digits(float(value), digits) for value in table[name]]
     return words
 
 
-def _digits(value: float) -> str:
+def _narrow_columns(tables: Mapping[str, pd.DataFrame]) -> list[str]:
+    return [NARROW.get(name, "") for name in tables["identifiability"]]
+
+
+def _digits(value: float, digits: int) -> str:
     if not math.isfinite(value):
         return "–"
     if value == 0:
         return "0"
-    decimals = max(DIGITS - 1 - math.floor(math.log10(abs(value))), 0)
+    decimals = max(digits - 1 - math.floor(math.log10(abs(value))), 0)
     return f"{value:.{min(decimals, 6)}f}".replace("-", "−")

@@ -40,6 +40,7 @@ def tables_of(tests: Sequence[IdentifiedTest]) -> dict[str, pd.DataFrame]:
     }
     if first.thesis is not None:
         tables["identifiability"] = identifiability_table(first, first.thesis)
+        tables["null_space"] = null_space_table(first.thesis)
         tables["fits"] = fit_table(first.thesis)
     if first.identical is not None:
         tables["identical_mounts"] = identical_table(first.identical)
@@ -106,6 +107,17 @@ def identifiability_table(test: IdentifiedTest, thesis: ThesisFit) -> pd.DataFra
         true = ThesisParameters(names).values_of(test.truth.model, test.truth.mounts)
         table["truth"] = factor * true
     return pd.DataFrame(table)
+
+
+def null_space_table(thesis: ThesisFit) -> pd.DataFrame:
+    """Say in words which changes leave every measurement as it is."""
+    own_axis = (" rotation x", "'s rotation about its own axis")
+    return pd.DataFrame(
+        {
+            "change": [str(number) for number in range(1, 1 + len(thesis.seen.null_space))],
+            "in words": [one.statement.replace(*own_axis) for one in thesis.seen.null_space],
+        }
+    )
 
 
 def verdicts(thesis: ThesisFit) -> list[str]:

@@ -23,13 +23,13 @@ LINES = np.linspace(20.0, 60.0, 9)
 
 
 def bars(panels=None, **options):
-    drawn = [IndexBars("U06-1", FIRST, TOTAL, HALF, ZERO)] * 4 if panels is None else panels
+    drawn = [IndexBars("U06-1", FIRST, TOTAL, HALF, ZERO)] * 2 if panels is None else panels
     return index_bars(FACTORS, COLOURS, drawn, x_label="share [1]", **options)
 
 
 def heat(panels=None, **options):
     values = np.outer(TOTAL, np.ones(LINES.size))
-    drawn = [IndexMap("U06-1", values, [30.0])] * 3 if panels is None else panels
+    drawn = [IndexMap("U06-1", values, [30.0])] * 2 if panels is None else panels
     return index_map(LINES, 1.5, FACTORS, drawn, value_label="share [1]", **options)
 
 
@@ -55,8 +55,11 @@ def test_figures_grow_with_their_panels_and_repeat_byte_by_byte(draw):
 
 
 def test_what_is_zero_or_coupled_is_seen():
-    assert bars() != bars([IndexBars("U06-1", FIRST, TOTAL, HALF, ~ZERO)] * 4)
-    assert bars() != bars([IndexBars("U06-1", TOTAL, TOTAL, HALF, ZERO)] * 4)
+    drawn = [
+        bars([IndexBars("U06-1", first, TOTAL, HALF, zero)])
+        for first, zero in ((FIRST, ZERO), (FIRST, ~ZERO), (TOTAL, ZERO))
+    ]
+    assert len(set(drawn)) == 3
 
 
 def test_values_that_a_plot_would_drop_are_refused():

@@ -292,7 +292,7 @@ def _mid_ranks(values: RealArray) -> Transform:
             ties = np.add.reduceat(weights[:, order], np.flatnonzero(first), axis=1)
             middle = np.cumsum(ties, axis=1) - (ties - 1.0) / 2.0
             result[:, row] = middle[:, place]
-        return result - (weights.sum(axis=1)[:, np.newaxis, np.newaxis] + 1.0) / 2.0
+        return np.asarray(result - (weights.sum(axis=1)[:, np.newaxis, np.newaxis] + 1.0) / 2.0)
 
     return ranks
 

@@ -6,7 +6,6 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from os.path import commonprefix
 from typing import Any
 
 import numpy as np
@@ -264,6 +263,7 @@ def correlation_study(
 
 def key_of(names: Sequence[str]) -> str:
     """Return a short name of several vehicles for summary keys, ``u06_1_4`` for U06-1 to U06-4."""
-    shared = re.match(r"(.*\W)?", commonprefix(list(names)))
-    parts = [names[0], names[-1].removeprefix(shared[0] if shared else "")][: len(names)]
+    head = re.match(r"(.*\W)?", names[0])
+    shared = head[0] if head and all(name.startswith(head[0]) for name in names) else ""
+    parts = [names[0], names[-1].removeprefix(shared)][: len(names)]
     return re.sub(r"\W+", "_", " ".join(parts)).strip("_").lower()

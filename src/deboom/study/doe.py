@@ -83,7 +83,7 @@ class DoeRequest:
             return f"{kind[self.plan]}, seed {self.seed}"
         if self.plan is Plan.fractional_factorial:
             return f"fractional factorial of resolution {resolution(self._generators)}"
-        return self.plan.value.replace("-", " ")
+        return str(self.plan.value).replace("-", " ")
 
     @property
     def _generators(self) -> str:

@@ -17,6 +17,7 @@ import kernel
 import kernel_amplitude
 import kernel_coupled
 import kernel_smooth
+import sobol_indices
 
 TABLES: tuple[ModuleType, ...] = (
     kernel,
@@ -24,6 +25,7 @@ TABLES: tuple[ModuleType, ...] = (
     kernel_smooth,
     kernel_amplitude,
     end_to_end,
+    sobol_indices,
 )
 
 

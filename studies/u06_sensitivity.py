@@ -7,7 +7,8 @@ and tolerance (gaussian, cut at 3 sigma). Ranked is the sum of decibels (SPLV) o
 what is not ranked stands beside it.
 
 On the virtual platform TSM x leads in U06-1 to U06-4, before Du x; in U06-5, the one with the
-battery, GeM x leads before TSM x. Du y and z have no path to the cabin and come out as exactly 0.
+battery, GeM x leads before TSM x; of the energy, which follows the loud lines, TSM x leads there
+too. Du y and z have no path to the cabin and come out as exactly 0.
 
 Keys of summary.json: st_<variable>_<vehicle> such as st_TSM_x_U06-1 (total index), and
 st_mount_<mount>_<vehicle>; largest_interval (half width, 95 %), largest_coupled (total minus first

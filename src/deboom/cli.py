@@ -12,6 +12,9 @@ from deboom.cli_bench import bench_app
 from deboom.cli_identify import identify
 from deboom.cli_library import characterise, library_app
 from deboom.cli_orders import orders
+from deboom.cli_platform import check, new_app
+from deboom.cli_report import report
+from deboom.cli_results import compare, list_, show
 
 app = typer.Typer(
     add_completion=False,
@@ -26,8 +29,14 @@ app = typer.Typer(
 )
 app.add_typer(bench_app, name="bench")
 app.add_typer(library_app, name="library")
+app.add_typer(new_app, name="new")
+app.command()(check)
 app.command()(characterise)
 app.command()(orders)
+app.command("list")(list_)
+app.command()(show)
+app.command()(compare)
+app.command()(report)
 app.command()(identify)
 
 
@@ -89,19 +98,3 @@ def studies(
     with one_sentence_errors():
         for path in sorted(folder.glob("*.py")):
             typer.echo(f"{path.as_posix()}\n    {question_of(path)}")
-
-
-@app.command("list")
-def list_(
-    results: Annotated[Path, typer.Argument(help="Folder with results.")] = Path("results"),
-) -> None:
-    """List finished, running and unfinished runs, by study and time.
-
-    An unfinished run was interrupted: `deboom run STUDY --resume RUN` goes on with it.
-    """
-    from deboom.files.run_list import list_runs
-    from deboom.study.runner import one_sentence_errors
-
-    with one_sentence_errors():
-        for entry in list_runs(results):
-            typer.echo(f"{entry.state:10}  {entry.study}  {entry.folder.as_posix()}")

@@ -44,9 +44,14 @@ def vehicle(tmp_path_factory):
 
 
 @pytest.fixture(scope="module")
-def validation(vehicle, tmp_path_factory):
-    """Two mount sets and a mix of them, in 5th gear, compared and put into tables."""
-    bench = write_campaign(tmp_path_factory.mktemp("measured") / "bench", 1, PLAN)
+def bench(tmp_path_factory):
+    """Two mount sets and a mix of them, in 5th gear."""
+    return write_campaign(tmp_path_factory.mktemp("measured") / "bench", 1, PLAN)
+
+
+@pytest.fixture(scope="module")
+def validation(bench, vehicle):
+    """Everything compared and put into tables."""
     data = given_data(bench, [vehicle], "M1", CASE.name, lambda *_: None)
     return data, synthesis_validation_result(data, "driver ear", (20.0, 55.0), with_figures=False)
 
@@ -73,6 +78,22 @@ def test_the_modes_of_the_body_are_part_of_it(validation):
     assert all(summary[f"mode_{n}_hz"] > 20.0 for n in range(1, 6))
     assert min(summary[f"mode_{n}_mac"] for n in range(1, 6)) > 0.95
     assert {"modes", "panel_contributions"} <= set(validation[1].tables)
+
+
+def test_the_run_on_the_bench_is_what_its_cells_and_sensors_saw(bench, validation):
+    case = validation[0].sets["M1"].load_case
+    with np.load(bench / "truth" / "M1.npz", allow_pickle=False) as truth:
+        run = truth["runs"].tolist().index(CASE.name)
+        columns = [truth["channels"].tolist().index(name) for name in case.force.channels]
+        true = {name: truth[name][run][:, columns] for name in ("displacement", "force")}
+    along_x = [name.endswith("x") for name in case.force.channels]
+    for name in true:
+        error = np.linalg.norm(getattr(case, name).values - true[name], axis=0)
+        relative = error / np.linalg.norm(true[name], axis=0)
+        assert 0 < relative[along_x].max() < 0.02
+    assert set(along_x) == {True, False}
+    assert case.order == 1.5
+    assert case.total_ratio == validation[0].campaign.total_ratios[4]
 
 
 def test_blocked_forces_cost_more_than_transfer_functions(validation):

@@ -10,9 +10,11 @@ import pandas as pd
 import pytest
 
 from deboom.errors import InputError
+from deboom.files.run_list import read_run
 from deboom.study.aims import Aim
 from deboom.study.motion import Kernel, Motion
 from deboom.study.mount_source import LIBRARY_FILE, MountSource
+from deboom.study.rebuilt import rebuilt_model
 from deboom.study.runner import load_study, run_study
 
 STUDY = Path(__file__).parents[2] / "studies" / "u06_robust_front.py"
@@ -99,6 +101,16 @@ def test_the_same_seed_gives_the_same_bytes_and_truth_is_never_read(finished, tm
     again = run(tmp_path / "results", platform=platform)
     for name in ("front.csv", "designs.csv", "per_vehicle.csv", "stiffness.csv", "peaks.csv"):
         assert (again / name).read_bytes() == (finished / name).read_bytes(), name
+
+
+def test_the_model_of_a_run_is_built_again_without_a_search(finished):
+    before = sorted(path.as_posix() for path in finished.rglob("*"))
+    model = rebuilt_model(read_run(finished), load_study(STUDY))
+    designs = pd.read_csv(finished / "designs.csv").iloc[:, 1:].to_numpy()
+    front, searched = pd.read_csv(finished / "front.csv"), model(designs)
+    assert searched.mean_sum.tolist() == front["SPLV mean sum in search [dB(A)]"].tolist()
+    assert searched.sigma_sum.tolist() == front["SPLV sigma sum in search [dB]"].tolist()
+    assert sorted(path.as_posix() for path in finished.rglob("*")) == before
 
 
 def test_another_seed_another_front(finished, tmp_path):

@@ -1,6 +1,7 @@
 """The sensitivity study at a tiny budget, through the same door as a user."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import pandas as pd
@@ -8,13 +9,18 @@ import pytest
 
 from deboom.errors import InputError
 from deboom.files.platform import read_platform
+from deboom.report.page import render_page
 from deboom.study import sensitivity as room
 from deboom.study.motion import Kernel, Motion, motion_index
 from deboom.study.mount_source import MountSource, operation
 from deboom.study.runner import load_study, run_study
 from deboom.study.sensitivity import Analysis
 from deboom.study.sensitivity_outputs import Ranked
+from deboom.study.sensitivity_result import sensitivity_result
 from deboom.study.sensitivity_tables import index_table, line_table, screening_table
+from deboom.vehicles.booming_index import BoomingIndex, booming_index
+from deboom.vehicles.fleet import Fleet
+from deboom.vehicles.kernel_numpy import NUMPY
 
 STUDY = Path(__file__).parents[2] / "studies" / "u06_sensitivity.py"
 BUDGET = {"seed": 1, "n": 64, "resamples": 20, "mounts": MountSource.spectra}
@@ -89,6 +95,8 @@ def test_ranges_and_measures_stand_beside(finished):
     page = (finished / "report.html").read_text(encoding="utf-8")
     assert "Ranked is the sum of decibels (SPLV)" in page
     assert "Zero in every vehicle: Du y and Du z." in page
+    assert "design ±20 %: the same two lead in every vehicle." in page
+    assert "U06-5: TSM x, then" in page  # of the energy, at 20 to 60 Hz
     for stem in ("sobol", "sobol_mounts", "sobol_lines", "convergence"):
         assert (finished / "figures" / f"{stem}.png").stat().st_size > 5000
 
@@ -116,7 +124,7 @@ def test_other_questions_change_places_with_what_stands_beside(tmp_path, monkeyp
     monkeypatch.setattr(room, "TRAJECTORIES", 4)
     folder = run(
         tmp_path,
-        n=4,
+        n=8,
         analysis=Analysis.tolerance,
         ranked=Ranked.energy,
         load_case=["g5_wot220=1", "g6_wot220=1"],
@@ -137,6 +145,29 @@ def test_other_questions_change_places_with_what_stands_beside(tmp_path, monkeyp
     assert "what manufacturing does" in (folder / "report.html").read_text(encoding="utf-8")
 
 
+def test_one_mount_one_vehicle_and_few_lines_are_enough(monkeypatch):
+    monkeypatch.setattr(room, "TRAJECTORIES", 4)
+    data = read_platform(PLATFORM)
+    small = replace(data, mounts=data.mounts[:1])
+    fleet = Fleet(data.fleet.vehicles[-1:])
+    cases = [(data.load_case(data.default_load_case), 1.0)]
+    (paths,) = booming_index(fleet, data.mounts, cases, (20.0, 20.5), NUMPY).contributions
+    few = replace(paths, values=paths.values[..., :3], variable_names=paths.variable_names[:3])
+    index = BoomingIndex((few,), (1.0,), NUMPY)
+    plan = room.SensitivityPlan(
+        *(Analysis.design, Ranked.decibels, 0.1, 0.1, 0.1), n_base=32, n_resamples=10, seed=2
+    )
+    found = room.sensitivity(small, index, plan)
+    assert found.by_mount is None
+    assert [*found.beside] == ["tolerance ±10 % (3 σ)", "design ±10 %, energy level of the band"]
+    result = sensitivity_result(found)
+    assert "sobol_mounts" not in result.figures
+    assert len(result.tables["sobol_lines"]) == 3
+    assert len(result.tables["sobol"]) == 3
+    assert set(result.summary) >= {f"st_EnM_{axis}_{fleet.names[0]}" for axis in "xyz"}
+    assert "Mount by mount" not in render_page(result.page)
+
+
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
@@ -150,11 +181,11 @@ def test_other_questions_change_places_with_what_stands_beside(tmp_path, monkeyp
 )
 def test_bad_options_give_one_sentence(tmp_path, changes, message):
     with pytest.raises(InputError, match=message):
-        run(tmp_path, **{"n": 4, **changes})
+        run(tmp_path, **{"n": 8, **changes})
     assert not list(tmp_path.rglob("*.csv"))
 
 
 def test_a_salib_that_counts_otherwise_is_noticed(tmp_path, monkeypatch):
     monkeypatch.setattr(room, "AGREEMENT", -1.0)
     with pytest.raises(RuntimeError, match="SALib differ"):
-        run(tmp_path, n=4)
+        run(tmp_path, n=8)

@@ -20,7 +20,7 @@ def call(*arguments):
 
 @pytest.fixture(scope="module")
 def measured(tmp_path_factory):
-    """A test without its truth, as a laboratory would deliver it."""
+    """Write a test without its truth, as a laboratory would deliver it."""
     folder = write_compressor_test(
         tmp_path_factory.mktemp("bench") / "test", 3, CalibrationLevel.C05
     )

@@ -62,6 +62,12 @@ def test_what_is_zero_or_coupled_is_seen():
     assert len(set(drawn)) == 3
 
 
+def test_a_single_line_and_a_single_panel_are_drawn():
+    one = [IndexMap("U06-1", TOTAL[:, None])]
+    assert height(index_map([30.0], 1.5, FACTORS, one, value_label="share [1]")) > 100
+    assert height(bars([IndexBars("U06-1", FIRST, TOTAL, HALF, ZERO)])) > 100
+
+
 def test_values_that_a_plot_would_drop_are_refused():
     with pytest.raises(InputError, match="different lengths"):
         bars([IndexBars("a", FIRST[:2], TOTAL, HALF, ZERO)])

@@ -54,13 +54,13 @@ from deboom.bench.mount_sets import mount_set, with_mount_set
 from deboom.bench.parameters import AXES, VirtualBench, load_bench
 from deboom.bench.platform_layout import CYLINDERS
 from deboom.bench.time_run import record_over_time
-from deboom.bench.whole_folder import complete_or_not_at_all
 from deboom.errors import InputError
 from deboom.files.atomic import replace_text
 from deboom.files.campaign_file import dump_campaign_file
 from deboom.files.campaign_tables import write_campaign_channels, write_curve, write_sensor_table
 from deboom.files.tables import write_mount_table
 from deboom.files.uff import AxisDriftWarning, write_uff
+from deboom.files.whole_folder import complete_or_not_at_all
 
 Progress = Callable[[int, int, str], None]
 

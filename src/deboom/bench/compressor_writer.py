@@ -42,7 +42,6 @@ from deboom.bench.compressor_truth import (
     true_compressor,
 )
 from deboom.bench.parameters import read_data
-from deboom.bench.whole_folder import complete_or_not_at_all
 from deboom.errors import InputError
 from deboom.files.atomic import replace_text
 from deboom.files.inertance_test_file import (
@@ -55,6 +54,7 @@ from deboom.files.inertance_test_file import (
 )
 from deboom.files.inertance_test_tables import write_positions
 from deboom.files.uff import write_uff
+from deboom.files.whole_folder import complete_or_not_at_all
 from deboom.physics.arrays import RealArray
 
 POSITIONS, FRF_FILE, COHERENCE_FILE, HITS = "positions.xlsx", "frf.uff", "coherence.uff", "hits"

@@ -41,7 +41,6 @@ from deboom.bench.vehicle_panels import listen_at_panels, panel_functions, panel
 from deboom.bench.vehicle_readme import readme_text
 from deboom.bench.vehicle_state import NO_STATE_SPREAD, StateSpread, in_state
 from deboom.bench.vehicle_truth import write_run_truth, write_vehicle_truth
-from deboom.bench.whole_folder import complete_or_not_at_all
 from deboom.errors import InputError
 from deboom.files.atomic import replace_text
 from deboom.files.campaign_tables import write_campaign_channels, write_sensor_table
@@ -56,6 +55,7 @@ from deboom.files.vehicle_file import (
 )
 from deboom.files.vehicle_panels import PanelEntry, write_panel_table
 from deboom.files.vehicle_tables import write_impact_table
+from deboom.files.whole_folder import complete_or_not_at_all
 from deboom.physics.arrays import ComplexArray
 from deboom.physics.orders import rpm_of_frequency
 from deboom.physics.rigid_body import forward_matrices

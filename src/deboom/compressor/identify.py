@@ -31,7 +31,7 @@ from deboom.compressor.sheet_checks import (
     refuse_wrong_scale,
     sheet_tolerances,
 )
-from deboom.compressor.virtual_point_fit import PointFit, fit_at_virtual_point
+from deboom.compressor.virtual_point_fit import Bounds, PointFit, fit_at_virtual_point
 from deboom.errors import InputError
 from deboom.measurement.channel_geometry import impact_geometry, sensor_geometry
 from deboom.measurement.channels import Frf
@@ -46,6 +46,8 @@ ALARM = 1.5
 """Reduced χ above this: flexible receiver, hoses, wrong symmetry; do not trust the model."""
 GAIN_DEVIATION = (0.6, 0.8, 0.15, 0.8, 0.8)
 """How widely rubbers differ from `START_GAIN`, 1 σ, in the order of `GAIN_SHAPE_NAMES`."""
+SANE_DEVIATIONS = 6.0
+"""Of these that the gain's shape may move in the fit at the virtual point."""
 
 Step = Callable[[str], None]
 LineMask: TypeAlias = npt.NDArray[np.bool_]
@@ -158,6 +160,12 @@ class Identification:
                 f"Further from the sheet than its tolerances allow: {', '.join(off[:4])}"
                 + (f" and {len(off) - 4} more." if len(off) > 4 else ".")
             )
+        found += [
+            f"The prediction of {check.what} misses by {check.reduced_chi:.2f} times the noise "
+            f"(alarm at {ALARM:g}): the model does not hold there."
+            for check in self.held_out
+            if check.reduced_chi > ALARM
+        ]
         if not self.rigid.is_rigid:
             found.append(self.rigid.statement)
         if not self.calibrated.converged:
@@ -225,7 +233,8 @@ def identify(
         excitation.inverse,
         np.sqrt(np.mean(part.deviation**2, axis=(1, 2))),
     )
-    point = fit_at_virtual_point(parametrisation, objective, start)
+    prior = _prior(options)
+    point = fit_at_virtual_point(parametrisation, objective, start, _sane(prior, start))
     refuse_wrong_scale(test, point.model)
     say("self-calibration")
     weighed = (
@@ -233,7 +242,6 @@ def identify(
         if test.weighed_mass is not None
         else None
     )
-    prior = _prior(options)
     calibrated = self_calibrate(
         parametrisation, part, test.tolerances, point.values, weighed=weighed, prior=prior
     )
@@ -320,6 +328,20 @@ def _start(
         length = float(np.sqrt(np.trace(model.inertia) / (3 * model.mass)))
     refuse_implausible_body(test, model, length)
     return parametrisation, parametrisation.values_of(model)
+
+
+def _sane(prior: Prior, start: RealArray) -> Bounds:
+    """Bounds of the gain's shape only, so far out that they hold no rubber.
+
+    Misplaced sensors leave the shape so free that a fit without prior may run off to infinity.
+    """
+    width = SANE_DEVIATIONS * prior.deviations
+    known = np.isfinite(width)
+    lower, upper = prior.values - width, prior.values + width
+    return Bounds(
+        np.where(known, np.minimum(lower, start), -np.inf),
+        np.where(known, np.maximum(upper, start), np.inf),
+    )
 
 
 def _prior(options: IdentifyOptions) -> Prior:

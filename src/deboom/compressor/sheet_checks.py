@@ -11,7 +11,7 @@ from deboom.compressor.model import CompressorModel
 from deboom.compressor.self_calibration import SelfCalibration
 from deboom.errors import InputError
 from deboom.measurement.culprit import Diagnosis, culprit_of_excitation, culprit_of_responses
-from deboom.measurement.exchanged import exchanged_impacts, exchanged_responses
+from deboom.measurement.exchanged import Exchange, exchanged_impacts, exchanged_responses
 from deboom.measurement.fault_fits import Fault
 from deboom.measurement.inertance_test import InertanceTest
 from deboom.measurement.placement_tolerances import PlacementTolerances
@@ -92,17 +92,18 @@ def refuse_sheet_faults(
         impacts exchanged.
     """
     tolerances = sheet_tolerances(test.tolerances)
-    _refuse_culprit(culprit_of_responses(response, test.frf, tolerances), "sensor")
-    _refuse_culprit(culprit_of_excitation(excitation, test.frf, tolerances), "impact")
-    for found in (
+    _refuse_fault(
+        test,
+        culprit_of_responses(response, test.frf, tolerances),
         exchanged_responses(response, test.frf),
+        "sensor",
+    )
+    _refuse_fault(
+        test,
+        culprit_of_excitation(excitation, test.frf, tolerances),
         exchanged_impacts(excitation, test.frf),
-    ):
-        if found is not None:
-            raise InputError(
-                f"{test.name}: {found.verdict}. Mend the position sheet or the cables and start "
-                "again"
-            )
+        "impact",
+    )
 
 
 def refuse_implausible_body(test: InertanceTest, model: CompressorModel, length: float) -> None:
@@ -181,9 +182,19 @@ def misplaced(found: SelfCalibration, tolerances: PlacementTolerances) -> tuple[
     )
 
 
-def _refuse_culprit(diagnosis: Diagnosis, what: str) -> None:
+def _refuse_fault(
+    test: InertanceTest, diagnosis: Diagnosis, exchange: Exchange | None, what: str
+) -> None:
+    """Refuse the better of two explanations: one item at fault, or two exchanged."""
     suspect = diagnosis.suspect
-    if diagnosis.named and suspect is not None and suspect.fault in SHEET_FAULTS:
+    named = diagnosis.named and suspect is not None and suspect.fault in SHEET_FAULTS
+    left = suspect.residual_undone / diagnosis.residual_of_all if named and suspect else np.inf
+    if exchange is not None and exchange.left / exchange.disagreement < left:
+        raise InputError(
+            f"{test.name}: {exchange.verdict}. Mend the position sheet or the cables and start "
+            "again"
+        )
+    if named and suspect is not None:
         raise InputError(
             f"{what} {suspect.name} contradicts all others: {diagnosis.verdict}. Mend the position "
             "sheet and start again"

@@ -14,9 +14,10 @@ from scipy.spatial.distance import squareform
 
 from deboom.errors import InputError
 from deboom.explore.arrays import RealArray, frozen_copy
-from deboom.explore.evaluate import responses
-from deboom.explore.robust import RobustResponse
+from deboom.explore.design_space import DesignSpace
+from deboom.explore.evaluate import Evaluate, responses
 from deboom.explore.seeds import generator
+from deboom.explore.tolerance_samples import sobol_sample
 
 FEWEST = 10
 """Designs that a correlation needs at least."""
@@ -134,25 +135,48 @@ def correlations(
     return Correlations(names=tuple(names), n_designs=n, n_draws=m, **found)
 
 
-def tolerance_scatter(robust: RobustResponse, designs: RealArray) -> tuple[RealArray, RealArray]:
+def tolerance_scatter(
+    evaluate: Evaluate, space: DesignSpace, designs: RealArray, *, n_draws: int, seed: int
+) -> tuple[RealArray, RealArray]:
     """Split the responses of toleranced designs into means and scatter.
 
     Parameters
     ----------
-    robust : RobustResponse
-        Model, space and tolerance draws; its objectives play no part.
+    evaluate : Evaluate
+        The model.
+    space : DesignSpace
+        Of its variables, with their tolerances.
     designs : array, shape (n, k)
         As made without scatter.
+    n_draws : int
+        Per design, a power of two.
+    seed : int
+        From 1.
 
     Returns
     -------
     mean : array, shape (n, r)
         Mean of each design over its draws [unit of the responses].
-    scatter : array, shape (n, m, r)
+    scatter : array, shape (n, n_draws, r)
         Each draw less the mean of its design; NaN for all draws of a design of which one could
         not be computed [unit of the responses].
+
+    Raises
+    ------
+    InputError
+        A number of draws that is not a power of two from 2, seed 0, designs of another shape.
+
+    Notes
+    -----
+    Each design has scrambled Sobol draws of its own. Draws that all designs share would be better
+    for comparing designs, but would leave the correlation of the scatter to those few draws.
     """
-    drawn = np.stack([_draws(robust, design) for design in robust.space.checked(designs)])
+    rows = []
+    for number, design in enumerate(space.checked(designs), 1):
+        purpose = f"scatter of design {number}"
+        draws = sobol_sample(space.n_variables, n_draws, seed=seed, purpose=purpose).values
+        rows.append(_draws(evaluate, design * (1.0 + space.relative_sigma * draws)))
+    drawn = np.stack(rows)
     mean = drawn.mean(axis=1)
     return mean, drawn - mean[:, np.newaxis]
 
@@ -310,10 +334,9 @@ def _weighted(transform: Transform, weights: RealArray) -> RealArray:
         return np.asarray(np.clip(covariance / scale, -1.0, 1.0))
 
 
-def _draws(robust: RobustResponse, design: RealArray) -> RealArray:
+def _draws(evaluate: Evaluate, made: RealArray) -> RealArray:
     """Responses of all draws of one design, shape (m, r)."""
-    made = robust.made(design)
     try:
-        return responses(robust.evaluate, made)
+        return responses(evaluate, made)
     except (ArithmeticError, np.linalg.LinAlgError):
-        return np.full((len(made), len(robust.evaluate.response_names)), np.nan)
+        return np.full((len(made), len(evaluate.response_names)), np.nan)

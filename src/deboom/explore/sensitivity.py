@@ -24,6 +24,7 @@ from deboom.explore.sobol_indices import (
     CONFIDENCE,
     SobolIndices,
     checked_base,
+    checked_resamples,
     checked_values,
     interval_of,
     n_rows,
@@ -88,9 +89,7 @@ def sobol_analysis(
     d, step = len(factors), n_rows(len(factors), second_order)
     array, names = checked_values(values, outputs, step)
     n_base = checked_base(len(array) // step)
-    if n_resamples < 2:
-        raise InputError(f"{n_resamples} resamples cannot give an interval: take at least 2")
-    checked_seed(seed)
+    resampling = {"num_resamples": checked_resamples(n_resamples), "seed": checked_seed(seed)}
     pairs = tuple(zip(*np.triu_indices(d, 1), strict=True)) if second_order else ()
     problem = {"num_vars": d, "names": [f"x{place}" for place in range(d)]}
 
@@ -99,10 +98,9 @@ def sobol_analysis(
             dict(problem),
             column,
             calc_second_order=second_order,
-            num_resamples=n_resamples,
             conf_level=CONFIDENCE,
             keep_resamples=True,
-            seed=seed,
+            **resampling,
         )
         coupled = interval_of(found["ST_conf_all"] - found["S1_conf_all"])
         rows = [found["S1"], found["S1_conf"], found["ST"], found["ST_conf"]]
@@ -290,10 +288,7 @@ def delta_analysis(
             )
         rows = [np.asarray(found[key], dtype=float) for key in ("delta_raw", "delta_raw_conf")]
         if not np.isfinite(rows).all():
-            raise InputError(
-                f"delta of {len(column)} designs cannot be computed: bring at least 100 "
-                "independent designs"
-            )
+            raise InputError(f"{len(column)} designs are too few for delta: bring at least 100")
         return rows
 
     return DistributionIndices(inputs.factors, names, *_by_output(one, array))

@@ -23,6 +23,8 @@ CONFIDENCE = 0.95
 """Share of cases in which an interval is to hold the true index [1]."""
 NO_VARIATION = 64.0 * np.finfo(float).eps
 """An output that varies by less than this part of its size is constant but for rounding [1]."""
+FEWEST = 8  # base points; with fewer a resample may have no variance at all
+FLAT = 1e-2  # part of the variance of all designs that a resample may have by difference
 BLOCK = 16  # outputs that are laid out at a time
 
 
@@ -77,10 +79,14 @@ class SobolIndices:
         return tuple((self.factors[j], self.factors[k]) for j, k in self.pairs)
 
     def difference(self, other: SobolIndices) -> float:
-        """Return the largest difference of any index or interval from those of the same outputs."""
+        """Return the largest difference of any index or interval from those of the same outputs.
+
+        Relative to one plus the number's size: intervals of a handful of points may be large.
+        """
         columns = ("first", "total", "coupled", "second")
         names = [*columns, *(f"{column}_interval" for column in columns)]
-        gaps = [np.abs(getattr(self, name) - getattr(other, name)) for name in names]
+        pairs = [(getattr(self, name), getattr(other, name)) for name in names]
+        gaps = [np.abs(one - two) / (1.0 + np.abs(two)) for one, two in pairs]
         return max(float(gap.max(initial=0.0)) for gap in gaps)
 
 
@@ -213,15 +219,24 @@ def sobol_indices(
 
 
 def checked_base(n_base: int) -> int:
-    """Return the number of base points, or refuse one that is not a power of two from 2 upwards."""
+    """Return the number of base points, or refuse one that is not a power of two from 8 upwards."""
     exponent = max(n_base, 1).bit_length() - 1
-    if n_base < 2 or n_base != 2**exponent:
-        low = max(2**exponent, 2)
+    if n_base < FEWEST or n_base != 2**exponent:
+        low = max(2**exponent, FEWEST)
         raise InputError(
-            f"{n_base} base points of a Sobol analysis are not a power of two from 2 upwards and "
-            f"would be unbalanced: take {low} or {2 * low}"
+            f"{n_base} base points of a Sobol analysis are not a power of two from {FEWEST} "
+            f"upwards and would be unbalanced or too few: take {low} or {2 * low}"
         )
     return n_base
+
+
+def checked_resamples(n_resamples: int) -> int:
+    """Return the number of resamples, or refuse fewer than two."""
+    if n_resamples < 2:
+        raise InputError(
+            f"{n_resamples} resamples cannot give an interval: take at least 2, better 100"
+        )
+    return n_resamples
 
 
 def resample_weights(n_base: int, n_resamples: int, seed: int) -> RealArray:
@@ -232,10 +247,7 @@ def resample_weights(n_base: int, n_resamples: int, seed: int) -> RealArray:
     InputError
         Fewer than two resamples, seed 0.
     """
-    if n_resamples < 2:
-        raise InputError(
-            f"{n_resamples} resamples cannot give an interval: take at least 2, better 100"
-        )
+    checked_resamples(n_resamples)
     drawn = np.random.default_rng(checked_seed(seed)).integers(n_base, size=(n_base, n_resamples))
     offset = drawn + n_base * np.arange(n_resamples)
     counts = np.bincount(offset.ravel(), minlength=n_base * n_resamples)
@@ -262,6 +274,9 @@ def _one_output(
     terms[-2], terms[-1] = 0.5 * (a + b), 0.5 * (a * a + b * b)
     means = weights @ terms.T / rows.shape[1]
     variance = means[:, -1] - means[:, -2] ** 2
+    for row in np.flatnonzero(variance < FLAT):  # the difference has lost its digits
+        centred = (a - means[row, -2]) ** 2 + (b - means[row, -2]) ** 2
+        variance[row] = 0.5 * np.mean(weights[row] * centred)
     shares = means[:, :-2] / variance[:, None]
     first, total, both = shares[:, :d], shares[:, d : 2 * d], shares[:, 2 * d :]
     if pairs:

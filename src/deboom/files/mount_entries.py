@@ -2,17 +2,23 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from pathlib import Path
 
 from deboom.errors import InputError
+from deboom.files.faults import Note, refuse
 from deboom.files.platform_file import MountEntry
 from deboom.files.tables import MountRow
 from deboom.mounts.mount import Mount
 
 
 def mounts_of(
-    path: Path, entries: Sequence[MountEntry], table: Path, rows: Sequence[MountRow]
+    path: Path,
+    entries: Sequence[MountEntry],
+    table: Path,
+    rows: Sequence[MountRow],
+    note: Note = refuse,
 ) -> tuple[Mount, ...]:
     """Put mounts and positions together.
 
@@ -26,6 +32,8 @@ def mounts_of(
         File of the rows, for messages.
     rows : sequence of MountRow
         One per mount and piece, in any order.
+    note : callable
+        Gets every fault; by default the first one is raised. A position at fault is nan.
 
     Raises
     ------
@@ -36,17 +44,21 @@ def mounts_of(
     positions = {(row.mount, row.piece): row.position for row in rows}
     for key in positions:
         if key not in known:
-            raise InputError(
-                f"{table}: mount '{key[0]}', piece '{key[1]}' is not in {path}: "
-                "correct its name or add it there"
+            note(
+                InputError(
+                    f"{table}: mount '{key[0]}', piece '{key[1]}' is not in {path}: "
+                    "correct its name or add it there"
+                )
             )
 
     def position(entry: MountEntry, piece: str) -> tuple[float, float, float]:
         if (entry.name, piece) not in positions:
-            raise InputError(
-                f"{table}: no row for mount '{entry.name}', piece '{piece}': add its position"
+            note(
+                InputError(
+                    f"{table}: no row for mount '{entry.name}', piece '{piece}': add its position"
+                )
             )
-        return positions[entry.name, piece]
+        return positions.get((entry.name, piece), (math.nan,) * 3)
 
     return tuple(
         Mount(

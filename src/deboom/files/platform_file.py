@@ -14,7 +14,9 @@ from pydantic import (
 )
 
 from deboom.errors import InputError
-from deboom.files.strict_toml import StrictModel, dump_toml, load_toml
+from deboom.files.faults import Note, refuse
+from deboom.files.function_files import TABLE_ENDINGS
+from deboom.files.strict_toml import StrictModel, dump_toml, load_toml, load_what_is_right
 
 
 def _plain_name(name: str) -> str:
@@ -112,9 +114,17 @@ class VehicleEntry(StrictModel):
     group: Name
     """Vehicles of one body, such as ``U06``."""
     noise_transfer: RelativePath
-    """UFF file."""
-    ear_node: Annotated[int, Field(ge=1)]
-    """Response node of the driver's ear in that file."""
+    """UFF file, or a table: CSV, xlsx or MATLAB's mat."""
+    ear_node: Annotated[int, Field(ge=1)] | None = Field(default=None, validate_default=True)
+    """Response node of the driver's ear in a UFF file; a table has none."""
+
+    @field_validator("ear_node")
+    @classmethod
+    def _node_of_a_uff_file(cls, node: int | None, others: ValidationInfo) -> int | None:
+        name = others.data.get("noise_transfer", "")
+        if node is None and PurePosixPath(name).suffix.lower() not in ("", *TABLE_ENDINGS):
+            raise ValueError("a UFF file needs the response node of the driver's ear: add it")
+        return node
 
 
 class LoadCaseEntry(StrictModel):
@@ -129,9 +139,9 @@ class LoadCaseEntry(StrictModel):
     torque_limit_nm: Positive
     """Engine torque limit [N m]."""
     operating: RelativePath
-    """UFF file."""
+    """UFF file, or a table: CSV, xlsx or MATLAB's mat."""
     torque_table: RelativePath | None = None
-    """CSV with the engine torque at every line; left out where it was not recorded."""
+    """CSV or xlsx with the engine torque at every line; left out where it was not recorded."""
 
 
 class PlatformFile(StrictModel):
@@ -146,9 +156,9 @@ class PlatformFile(StrictModel):
     description: str
     """A paragraph for the report."""
     mount_table: RelativePath
-    """CSV with the positions of the mounts."""
+    """CSV or xlsx with the positions of the mounts."""
     channel_table: RelativePath
-    """CSV that says which UFF node and direction is which channel."""
+    """CSV or xlsx that says which UFF node and direction is which channel."""
     default_load_case: Name
     """Name of the load case that is meant when none is asked for."""
     engine: Engine
@@ -187,6 +197,20 @@ def load_platform_file(path: Path) -> PlatformFile:
     return platform
 
 
+def load_right_platform_file(path: Path, note: Note) -> PlatformFile:
+    """Read ``platform.toml``, tell all its faults, and return what is right of it.
+
+    Raises
+    ------
+    InputError
+        The file is missing or is not TOML; see also
+        `deboom.files.strict_toml.load_what_is_right`.
+    """
+    platform = load_what_is_right(path, PlatformFile, note)
+    _check_names(path, platform, note)
+    return platform
+
+
 def dump_platform_file(path: Path, platform: PlatformFile) -> None:
     """Write ``platform.toml``; what is written is read back and compared first.
 
@@ -199,7 +223,8 @@ def dump_platform_file(path: Path, platform: PlatformFile) -> None:
     dump_toml(path, platform)
 
 
-def _check_names(path: Path, platform: PlatformFile) -> None:
+def _check_names(path: Path, platform: PlatformFile, note: Note = refuse) -> None:
+    """Compare the entries with each other; keys at fault, which may be missing, are passed over."""
     named: list[tuple[str, list[str]]] = [
         ("[[mounts]]", [mount.name for mount in platform.mounts]),
         ("[[vehicles]]", [vehicle.name for vehicle in platform.vehicles]),
@@ -207,20 +232,27 @@ def _check_names(path: Path, platform: PlatformFile) -> None:
     ]
     for mount in platform.mounts:
         named.append((f"pieces of mount {mount.name}", list(mount.piece_names)))
-        named.append((f"transfer_axes of mount {mount.name}", list(mount.transfer_axes)))
+        axes = list(getattr(mount, "transfer_axes", ()))
+        named.append((f"transfer_axes of mount {mount.name}", axes))
     for section, names in named:
         doubled = next((name for name in names if names.count(name) > 1), None)
         if doubled is not None:
-            raise InputError(f"{path}: two {section} are named '{doubled}': keep or rename one")
+            note(InputError(f"{path}: two {section} are named '{doubled}': keep or rename one"))
+    ratios = getattr(getattr(platform, "engine", None), "total_ratios", None)
     for case in platform.load_cases:
-        if case.gear > len(platform.engine.total_ratios):
-            raise InputError(
-                f"{path}: load case '{case.name}' is in gear {case.gear}, but total_ratios in "
-                f"[engine] has {len(platform.engine.total_ratios)} gears: add the ratio"
+        if ratios is not None and getattr(case, "gear", 0) > len(ratios):
+            note(
+                InputError(
+                    f"{path}: load case '{case.name}' is in gear {case.gear}, but total_ratios in "
+                    f"[engine] has {len(ratios)} gears: add the ratio"
+                )
             )
     known = [case.name for case in platform.load_cases]
-    if platform.default_load_case not in known:
-        raise InputError(
-            f"{path}: default_load_case '{platform.default_load_case}' is not among the load cases "
-            f"{', '.join(known)}: name one of them"
+    default = getattr(platform, "default_load_case", None)
+    if default is not None and default not in known:
+        note(
+            InputError(
+                f"{path}: default_load_case '{default}' is not among the load cases "
+                f"{', '.join(known)}: name one of them"
+            )
         )

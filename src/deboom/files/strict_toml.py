@@ -11,9 +11,11 @@ from types import UnionType
 from typing import Annotated, Any, TypeVar, Union, get_args, get_origin
 
 from pydantic import BaseModel, ConfigDict, ValidationError
+from pydantic_core import ErrorDetails
 
 from deboom.errors import InputError
 from deboom.files.atomic import replace_text
+from deboom.files.faults import Note
 
 
 class StrictModel(BaseModel):
@@ -40,13 +42,53 @@ def load_toml(path: Path, model: type[_Model]) -> _Model:
     InputError
         The file is missing or no TOML; a key is unknown, missing, mistyped or out of range.
     """
+    return _parsed(path, _text(path), model)
+
+
+def load_what_is_right(path: Path, model: type[_Model], note: Note) -> _Model:
+    """Read a TOML file, tell all its faults, and return what is right of it.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    model : type
+        As for `load_toml`.
+    note : callable
+        Gets an `InputError` for every key at fault.
+
+    Returns
+    -------
+    StrictModel
+        Without the keys at fault: ``getattr(content, key, None)``. Lists of sections are there,
+        with the entries that have a name. Complete if nothing was told.
+
+    Raises
+    ------
+    InputError
+        The file is missing or no TOML.
+    """
+    text = _text(path)
     try:
-        text = path.read_text(encoding="utf-8")
-    except OSError as error:
-        raise InputError(f"{path} cannot be read ({error.strerror}): check the path") from None
-    except UnicodeDecodeError:
-        raise InputError(f"{path} is not UTF-8 text: save it as UTF-8") from None
-    return _parsed(path, text, model)
+        return model.model_validate(_raw(path, text))
+    except ValidationError as error:
+        details = error.errors(include_url=False)
+        # an unknown key first: it explains a missing one
+        for detail in sorted(details, key=lambda one: one["type"] != "extra_forbidden"):
+            # pydantic counts the right entries of a list alone
+            if detail["type"] != "too_short" or not detail["input"]:
+                note(InputError(f"{path}: {_detail_sentence(detail, model)}"))
+    raw = _raw(path, text)
+    right = _right_keys(model, raw)
+    for name, section in _sections(model).items():
+        content = raw.get(name)
+        if get_origin(model.model_fields[name].annotation) is tuple:
+            entries = content if isinstance(content, list) else []
+            made = (section.model_construct(**_right_keys(section, entry)) for entry in entries)
+            right[name] = tuple(entry for entry in made if hasattr(entry, "name"))
+        elif isinstance(content, dict):
+            right[name] = section.model_construct(**_right_keys(section, content))
+    return model.model_construct(**right)
 
 
 def dump_toml(path: Path, content: StrictModel) -> None:
@@ -116,11 +158,37 @@ def _model_in(annotation: Any) -> type[BaseModel] | None:
     return None
 
 
-def _parsed(path: Path, text: str, model: type[_Model]) -> _Model:
+def _text(path: Path) -> str:
     try:
-        return model.model_validate(tomllib.loads(text))
+        return path.read_text(encoding="utf-8")
+    except OSError as error:
+        raise InputError(f"{path} cannot be read ({error.strerror}): check the path") from None
+    except UnicodeDecodeError:
+        raise InputError(f"{path} is not UTF-8 text: save it as UTF-8") from None
+
+
+def _raw(path: Path, text: str) -> dict[str, Any]:
+    try:
+        return tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
         raise InputError(f"{path} is not TOML: {error}") from None
+
+
+def _right_keys(model: type[BaseModel], raw: Any) -> dict[str, Any]:
+    """Keys of a section that pydantic has nothing against."""
+    if not isinstance(raw, dict):
+        return {}
+    try:
+        return dict(model.model_validate(raw))
+    except ValidationError as error:
+        wrong = {str(detail["loc"][0]) for detail in error.errors(include_url=False)}
+        return {key: value for key, value in raw.items() if key not in wrong}
+
+
+def _parsed(path: Path, text: str, model: type[_Model]) -> _Model:
+    raw = _raw(path, text)
+    try:
+        return model.model_validate(raw)
     except ValidationError as error:
         raise InputError(f"{path}: {_sentence(error, model)}") from None
 
@@ -129,6 +197,10 @@ def _sentence(error: ValidationError, model: type[BaseModel]) -> str:
     """Say the most helpful one of pydantic's errors: an unknown key explains a missing one."""
     details = error.errors(include_url=False)
     detail = next((d for d in details if d["type"] == "extra_forbidden"), details[0])
+    return _detail_sentence(detail, model)
+
+
+def _detail_sentence(detail: ErrorDetails, model: type[BaseModel]) -> str:
     sections = _sections(model)
     section, key = _place(detail["loc"], sections)
     where = f"key '{key}' in {section}"

@@ -15,6 +15,7 @@ from zipfile import BadZipFile
 import pandas as pd
 
 from deboom.errors import InputError
+from deboom.files.faults import Note, noting, refuse
 from deboom.files.units import Unit, parse_unit
 
 _WITH_UNIT = re.compile(r"(?P<name>[^\[\]]+?)\s*\[(?P<unit>[^\[\]]*)\]")
@@ -65,9 +66,9 @@ class Row:
         Raises
         ------
         InputError
-            It is no number, or not finite.
+            It is empty, no number, or not finite.
         """
-        text = self.cells[column]
+        text = self.filled(column)
         try:
             number = float(text)
         except ValueError:
@@ -81,7 +82,11 @@ class Row:
 
 
 def read_rows(
-    path: Path, plain: Sequence[str], with_unit: Mapping[str, str], sheet: str | None = None
+    path: Path,
+    plain: Sequence[str],
+    with_unit: Mapping[str, str],
+    sheet: str | None = None,
+    note: Note = refuse,
 ) -> tuple[Row, ...]:
     """Read a table from a CSV file or from one sheet of an Excel file.
 
@@ -95,11 +100,13 @@ def read_rows(
         Columns with a unit in their header, and the SI unit of it.
     sheet : str, optional
         Of an Excel file; by default its first one. A CSV file has only one.
+    note : callable
+        Gets every fault of the header; by default the first one is raised.
 
     Returns
     -------
     tuple of Row
-        Rows that are not empty.
+        Rows that are not empty; none if the header is at fault.
 
     Raises
     ------
@@ -111,32 +118,70 @@ def read_rows(
     if sheet is not None and _is_excel(path):
         path = path.with_name(f"{path.name}, sheet '{sheet}',")
     header = [text.strip() for text in cells.iloc[0]]
-    names, units = [], {}
+    names: list[str] = []
+    units: dict[str, Unit] = {}
+    faults: list[InputError] = []
     for text in header:
-        match = _WITH_UNIT.fullmatch(text)
-        name = match["name"] if match else text
+        name, label = name_and_unit(text)
         names.append(name)
         if name in with_unit:
-            if not match:
+            if label is None:
                 example = _EXAMPLES.get(with_unit[name], f"[{with_unit[name]}]'")
-                raise InputError(f"{path}: column '{text}' has no unit: write '{text} {example}")
-            units[name] = _column_unit(path, text, match["unit"], with_unit[name])
+                sentence = f"{path}: column '{text}' has no unit: write '{text} {example}"
+                faults.append(InputError(sentence))
+                continue
+            with noting(faults.append):
+                units[name] = _column_unit(path, text, label, with_unit[name])
     wanted = [*plain, *with_unit]
     separated = "" if _is_excel(path) else ", separated by commas"
-    for name in (*wanted, *names):
+    for name in dict.fromkeys((*wanted, *names)):
         if names.count(name) != 1 or name not in wanted:
             state = "is missing" if name not in names else "is unknown or doubled"
-            raise InputError(
-                f"{path}: column '{name}' {state}; the columns are {', '.join(wanted)}{separated}"
-            )
+            sentence = f"column '{name}' {state}; the columns are {', '.join(wanted)}{separated}"
+            faults.append(InputError(f"{path}: {sentence}"))
+    for fault in faults:
+        note(fault)
+    if faults:
+        return ()
     rows = []
     for line, row in enumerate(cells.iloc[1:].itertuples(index=False), 2):
         texts = [str(text).strip() for text in row]
         if any(texts):
             rows.append(Row(path, line, dict(zip(names, texts, strict=True)), units))
     if not rows:
-        raise InputError(f"{path} has a header and no rows: add one row per item")
+        note(InputError(f"{path} has a header and no rows: add one row per item"))
     return tuple(rows)
+
+
+def read_columns(path: Path) -> dict[str, tuple[str, ...]]:
+    """Read a table whose columns are not known beforehand, from CSV or the first sheet of Excel.
+
+    Returns
+    -------
+    dict of str to tuple of str
+        Header, as it stands, to the texts below it; empty rows at the end are left out.
+
+    Raises
+    ------
+    InputError
+        The file is missing or no table, a header comes twice, or there is no row.
+    """
+    cells = _cells(path, None).map(lambda text: str(text).strip())
+    filled = cells.index[(cells != "").any(axis=1)]
+    if len(filled) < 2:
+        raise InputError(f"{path} has a header and no rows: add one row per item")
+    header = list(cells.iloc[0])
+    doubled = next((text for text in header if text and header.count(text) > 1), None)
+    if doubled is not None:
+        raise InputError(f"{path}: column '{doubled}' comes twice: keep one")
+    below = cells.iloc[1 : filled[-1] + 1]
+    return {text: tuple(below.iloc[:, i]) for i, text in enumerate(header) if text}
+
+
+def name_and_unit(header: str) -> tuple[str, str | None]:
+    """Split ``x [mm]`` into ``x`` and ``mm``; None where there are no brackets."""
+    match = _WITH_UNIT.fullmatch(header)
+    return (match["name"], match["unit"]) if match else (header, None)
 
 
 def _is_excel(path: Path) -> bool:

@@ -1,11 +1,12 @@
 """The two tables of a platform: where the mounts sit, and which UFF DoF is which channel.
 
-Comma-separated UTF-8 text with one header line. A length carries its unit in the header
-(``x [mm]``); a channel carries it in its row.
+CSV (comma-separated UTF-8 text) or the first sheet of an xlsx file, with one header line. A length
+carries its unit in the header (``x [mm]``); a channel carries it in its row.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,6 +15,7 @@ import pandas as pd
 
 from deboom.errors import InputError
 from deboom.files.atomic import replace_text
+from deboom.files.faults import Note, noting, refuse
 from deboom.files.table_cells import Row, read_rows
 from deboom.files.uff_function import DIRECTIONS
 from deboom.files.units import Unit, parse_unit
@@ -78,8 +80,15 @@ class ChannelRow:
         return -1.0 if self.direction.startswith("-") else 1.0
 
 
-def read_mount_table(path: Path) -> tuple[MountRow, ...]:
+def read_mount_table(path: Path, note: Note = refuse) -> tuple[MountRow, ...]:
     """Read the table ``mount, piece, x [unit], y [unit], z [unit]``.
+
+    Parameters
+    ----------
+    path : Path
+        CSV or xlsx.
+    note : callable
+        Gets every fault; by default the first one is raised. A number at fault is nan.
 
     Raises
     ------
@@ -87,15 +96,22 @@ def read_mount_table(path: Path) -> tuple[MountRow, ...]:
         The file is missing or no table; a column is missing, unknown, or a length without a unit;
         an entry is no finite number; a piece comes twice.
     """
-    rows = read_rows(path, ("mount", "piece"), dict.fromkeys(_AXES, "m"))
+    rows = read_rows(path, ("mount", "piece"), dict.fromkeys(_AXES, "m"), note=note)
     positions: dict[tuple[str, str], MountRow] = {}
     for row in rows:
-        key = (row.filled("mount"), row.cells["piece"])
-        if key in positions:
-            raise row.error(f"'{' '.join(key).strip()}' comes twice: keep one")
-        x, y, z = (row.number(axis) for axis in _AXES)
-        positions[key] = MountRow(*key, (x, y, z))
+        with noting(note):
+            key = (row.filled("mount"), row.cells["piece"])
+            if key in positions:
+                raise row.error(f"'{' '.join(key).strip()}' comes twice: keep one")
+            x, y, z = (_coordinate(row, axis, note) for axis in _AXES)
+            positions[key] = MountRow(*key, (x, y, z))
     return tuple(positions.values())
+
+
+def _coordinate(row: Row, axis: str, note: Note) -> float:
+    with noting(note):
+        return row.number(axis)
+    return math.nan
 
 
 def write_mount_table(path: Path, rows: Sequence[MountRow]) -> None:
@@ -113,8 +129,15 @@ def write_mount_table(path: Path, rows: Sequence[MountRow]) -> None:
     replace_text(path, table.to_csv(index=False, lineterminator="\n"))
 
 
-def read_channel_table(path: Path) -> tuple[ChannelRow, ...]:
+def read_channel_table(path: Path, note: Note = refuse) -> tuple[ChannelRow, ...]:
     """Read the table ``channel, quantity, mount, piece, axis, node, direction, unit``.
+
+    Parameters
+    ----------
+    path : Path
+        CSV or xlsx.
+    note : callable
+        Gets every fault; by default the first one is raised. A row at fault is left out.
 
     Raises
     ------
@@ -125,23 +148,28 @@ def read_channel_table(path: Path) -> tuple[ChannelRow, ...]:
     """
     seen: dict[tuple[str, ...], int] = {}
     channels = []
-    for row in read_rows(path, _CHANNEL_COLUMNS, {}):
-        channel = _channel(row)
-        for key, what in (
-            ((channel.quantity, channel.channel), f"channel '{channel.channel}'"),
-            (
-                (channel.quantity, str(channel.node), channel.direction),
-                f"node {channel.node} {channel.direction}",
-            ),
-        ):
-            if key in seen:
-                raise row.error(
-                    f"{channel.quantity} {what} is duplicated, it stands in line {seen[key]} "
-                    "already: keep one"
-                )
-            seen[key] = row.line
-        channels.append(channel)
+    for row in read_rows(path, _CHANNEL_COLUMNS, {}, note=note):
+        with noting(note):
+            channel = _channel(row)
+            _refuse_doubled(row, channel, seen)
+            channels.append(channel)
     return tuple(channels)
+
+
+def _refuse_doubled(row: Row, channel: ChannelRow, seen: dict[tuple[str, ...], int]) -> None:
+    for key, what in (
+        ((channel.quantity, channel.channel), f"channel '{channel.channel}'"),
+        (
+            (channel.quantity, str(channel.node), channel.direction),
+            f"node {channel.node} {channel.direction}",
+        ),
+    ):
+        if key in seen:
+            raise row.error(
+                f"{channel.quantity} {what} is duplicated, it stands in line {seen[key]} "
+                "already: keep one"
+            )
+        seen[key] = row.line
 
 
 def write_channel_table(path: Path, rows: Sequence[ChannelRow]) -> None:

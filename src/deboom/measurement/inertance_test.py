@@ -71,7 +71,7 @@ class Drawing:
     Raises
     ------
     InputError
-        Shapes, or a mass that is not positive.
+        Shapes, a mass that is not positive, an inertia that is not symmetric or not positive.
     """
 
     mass: float
@@ -84,6 +84,14 @@ class Drawing:
         _freeze(self, "inertia", (3, 3), "drawing")
         if not self.mass > 0:
             raise InputError(f"drawing: the mass is {self.mass:g} kg, it must be positive")
+        if not np.allclose(self.inertia, self.inertia.T, rtol=1e-6, atol=0):
+            raise InputError("drawing: the inertia is not symmetric")
+        moments = np.linalg.eigvalsh(self.inertia)
+        if moments[0] <= 0:
+            raise InputError(
+                f"drawing: the inertia has a principal moment of {moments[0]:.3g} kg m², all must "
+                "be positive: check signs and units of its entries"
+            )
 
 
 @dataclass(frozen=True, eq=False)

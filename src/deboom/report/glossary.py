@@ -38,6 +38,14 @@ GLOSSARY: Mapping[str, str] = {
         "Force per displacement under vibration, here as its magnitude in N/mm at a stated "
         "frequency and load. It is not the static stiffness of a data sheet."
     ),
+    "loss factor": (
+        "The part of a mount's dynamic stiffness that takes energy out, over the part that gives "
+        "it back: the tangent of the angle by which the force leads the displacement."
+    ),
+    "preload": (
+        "The static force in one direction of a mount under the engine's torque, about which it "
+        "vibrates. Rubber is stiffer the further it is loaded."
+    ),
     "tolerance": (
         "Manufacturing scatter of a mount's stiffness around its own value, drawn at random many "
         "times for each design. Its half width counts as three standard deviations."
@@ -56,6 +64,11 @@ GLOSSARY: Mapping[str, str] = {
     "no requirement": (
         "The stiffness of this mount in this axis has no influence on the result. It may keep its "
         "present value; nothing needs to be held for the sake of booming."
+    ),
+    "not identified": (
+        "The measurement cannot tell the stiffness of this mount in this axis well enough to ask "
+        "for a number: its 95 % interval is wider than ±15 %, or nothing was measured. Please "
+        "leave it as it is."
     ),
     "no noticeable difference": (
         "The range of one stiffness, all others kept, within which the result does not change by "
@@ -77,6 +90,18 @@ GLOSSARY: Mapping[str, str] = {
     "amplitude-dependent motion": (
         "Coupled motion in which every mount's stiffness also follows the amplitude that comes "
         "out: rubber softens as it moves further."
+    ),
+    "hypervolume": (
+        "How much of a box a front dominates, from its ideal corner to a stated reference point: "
+        "one number for a whole front, the larger the better."
+    ),
+    "attainment band": (
+        "From what the luckiest to what the unluckiest of several seeds attains; the line within "
+        "is what half of them attain."
+    ),
+    "within noise": (
+        "A difference that other draws and other seeds could have given as well. A real "
+        "difference is larger than chance explains at 99 %."
     ),
     "sensitivity index": (
         "The share of an output's variance that a variable is behind, between 0 and 1, when all "

@@ -29,8 +29,10 @@ class RunCard:
         Its folder, relative to the page, with forward slashes.
     report : str
         Its report, relative to the page; empty if there is none.
-    options : str
-        Options that are not the study's defaults, or all of them, in one line.
+    special : str
+        What sets it apart from the study's other runs, in one line; may be empty.
+    call : str
+        How it was called.
     """
 
     study: str
@@ -42,7 +44,8 @@ class RunCard:
     headlines: Mapping[str, str]
     folder: str
     report: str
-    options: str
+    special: str
+    call: str
 
 
 def render_overview(cards: Sequence[RunCard], problems: Sequence[str] = ()) -> str:

@@ -46,8 +46,8 @@ def figures_of(test: IdentifiedTest) -> dict[str, bytes]:
     sheet = found.inertance.values
     calibrated = found.calibrated.at_virtual_point(found.raw.frf.values)
     model = found.calibrated.model.inertance(lines)
-    masses = tuple(np.linalg.inv(values) for values in (sheet, calibrated, model))
     inertances = (sheet, calibrated, model)
+    masses = [np.asarray(np.linalg.inv(values), dtype=complex) for values in inertances]
     bands = test.options.bands
     figures = {
         "figure_53_inertance": curve_matrix(

@@ -221,7 +221,7 @@ def _found(
                 tables["modes"],
                 "Rigid-body modes. Energy: share of each motion in the kinetic energy; coupling "
                 "through the mass matrix can make it negative.",
-                {name: 0 for name in tables["modes"] if name.startswith("energy")},
+                {name: 0 for name in map(str, tables["modes"]) if name.startswith("energy")},
             ),
         ),
     )
@@ -274,7 +274,8 @@ def _cannot(
                 "share. Invisible: nothing but the drawing is known of it. Prior-dominated: more "
                 f"than {PRIOR_DOMINATED:.0%} is left. With others only: a part of it lies in a "
                 "combination that no test at one point can see; read it together with the others, "
-                "or not at all.",
+                "or not at all. Both judge what the self-calibrated test knows; the fit itself "
+                "takes the places of the sheet for exact and may be further off.",
             ),
             *shown,
         ]
@@ -353,7 +354,11 @@ def _truth(cases: pd.DataFrame) -> Section:
             Table(
                 cases,
                 "Identified against true.",
-                {name: 2 for name in cases if name.endswith(("[%]", "[1]", "[mm]", "[°]"))}
+                {
+                    name: 2
+                    for name in map(str, cases)
+                    if name.endswith(("[%]", "[1]", "[mm]", "[°]"))
+                }
                 | {"within 1 σ [%]": 0, "Re gain [%]": 3, "Im gain [%]": 3},
             ),
         ),
@@ -380,7 +385,7 @@ def _as_words(table: pd.DataFrame) -> pd.DataFrame:
 
 
 def _narrow_columns(tables: Mapping[str, pd.DataFrame]) -> list[str]:
-    return [NARROW.get(name, "") for name in tables["identifiability"]]
+    return [NARROW.get(str(name), "") for name in tables["identifiability"]]
 
 
 def _digits(value: float, digits: int) -> str:

@@ -19,11 +19,10 @@ from deboom.explore.correlation_study import (
     tolerance_scatter,
 )
 from deboom.explore.doe import Doe
-from deboom.explore.robust import RobustResponse
 from deboom.physics.arrays import RealArray
 from deboom.study.doe import DoeRequest, doe_name, study_doe
 from deboom.study.mount_source import Operation
-from deboom.study.sampling import Sampler, factor_space, tolerance_sample
+from deboom.study.sampling import factor_space
 from deboom.vehicles.load_case_index import LoadCaseIndex
 
 
@@ -111,8 +110,6 @@ class CorrelationStudy:
         Vehicles, load cases and band.
     index : LoadCaseIndex
         What was evaluated.
-    robust : RobustResponse
-        How it scatters.
     doe : Doe
         All designs with their responses.
     plan : str
@@ -131,7 +128,6 @@ class CorrelationStudy:
 
     runs: Operation
     index: LoadCaseIndex[Any, Any]
-    robust: RobustResponse
     doe: Doe
     plan: str
     n_known: int
@@ -239,17 +235,16 @@ def correlation_study(
     if len(names) < 2:
         raise InputError(f"only vehicle {names[0]} was asked for: a correlation needs two")
     space = factor_space(index.variable_names, half_width, tolerance)
-    sample = tolerance_sample(Sampler.sobol, space.n_variables, draws, seed=request.seed)
-    robust = RobustResponse(index, space, sample)
     doe, n_known = study_doe(index, space, request, doe_name(runs, motion, space))
-    means, scatter = tolerance_scatter(robust, doe.computed_designs)
+    means, scatter = tolerance_scatter(
+        index, space, doe.computed_designs, n_draws=draws, seed=request.seed
+    )
     whole = np.isfinite(scatter).all(axis=(1, 2))
     scale = 1.0 / index.n_lines
     levels = Levels(names, doe.computed * scale, means[whole] * scale, scatter[whole] * scale)
     return CorrelationStudy(
         runs=runs,
         index=index,
-        robust=robust,
         doe=doe,
         plan=request.words,
         n_known=n_known,

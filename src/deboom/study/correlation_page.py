@@ -12,7 +12,6 @@ from deboom.report.page import Picture, Section, Table
 from deboom.report.style import vehicle_colours
 from deboom.study.correlation import CorrelationSet, CorrelationStudy, Levels
 
-LEVEL = "mean level of the lines [dB(A)]"
 TERMS = (
     "booming noise",
     "SPL",
@@ -36,7 +35,7 @@ def matrix_figure(sets: CorrelationSet, groups: Sequence[str] = ()) -> bytes:
 
 
 def scatter_figures(
-    study: CorrelationStudy, levels: Levels, sets: CorrelationSet, stem: str
+    study: CorrelationStudy, levels: Levels, sets: CorrelationSet, stem: str, label: str
 ) -> dict[str, bytes]:
     """Draw the scatter matrices of designs and of tolerance draws; none if there are too many."""
     names = levels.names
@@ -44,7 +43,7 @@ def scatter_figures(
         return {}
     colours = vehicle_colours(study.runs.platform.fleet.names)
     drawn = {
-        f"{stem}_designs": (levels.designs, sets.designs, LEVEL),
+        f"{stem}_designs": (levels.designs, sets.designs, label),
         f"{stem}_tolerance": (
             levels.scatter.reshape(-1, len(names)),
             sets.scatter,
@@ -57,9 +56,9 @@ def scatter_figures(
             values,
             (found.pearson, found.pearson_low, found.pearson_high),
             colours,
-            value_label=label,
+            value_label=words,
         )
-        for file, (values, found, label) in drawn.items()
+        for file, (values, found, words) in drawn.items()
     }
 
 
@@ -76,7 +75,7 @@ def family_figure(study: CorrelationStudy) -> bytes:
 
 def asked(study: CorrelationStudy) -> Section:
     """Say what was evaluated."""
-    doe, space = study.doe, study.robust.space
+    doe, space = study.doe, study.doe.space
     platform = study.runs.platform
     cases = ", ".join(
         f"{platform.load_case(case.name).title} (weight {weight:g})"
@@ -165,6 +164,24 @@ def fleet_section(
             tables=(Table(tables["rates"], "Phenomena beside their rates."),),
         ),
     )
+
+
+def pair_words(pairs: pd.DataFrame) -> Table:
+    """Return the pairs for the page: designs with their interval, the others beside them."""
+    kinds = {kind: part.reset_index() for kind, part in pairs.groupby("correlated", sort=False)}
+    designs, means, scatter = kinds.values()
+    frame = pd.DataFrame(
+        {
+            "pair": designs["first"] + " and " + designs["second"],
+            "r [1]": designs["pearson [1]"],
+            "from [1]": designs["pearson from [1]"],
+            "to [1]": designs["pearson to [1]"],
+            "Spearman [1]": designs["spearman [1]"],
+            "r, means [1]": means["pearson [1]"],
+            "r, tolerance [1]": scatter["pearson [1]"],
+        }
+    )
+    return Table(frame, "Pairs: Pearson's r over the designs with its interval, and the others.")
 
 
 def picture(pictures: Mapping[str, bytes], stem: str, caption: str) -> Picture:

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 import pandas as pd
 
 from deboom.report import figures
-from deboom.report.page import Headline, Page, Section, Table
+from deboom.report.page import Headline, Page, Section
 from deboom.study.correlation import CorrelationSet, CorrelationStudy
 from deboom.study.correlation_page import (
     TERMS,
@@ -16,6 +16,7 @@ from deboom.study.correlation_page import (
     family_section,
     fleet_section,
     matrix_figure,
+    pair_words,
     picture,
     scatter_figures,
 )
@@ -79,7 +80,13 @@ def group_correlation_result(study: CorrelationStudy) -> StudyResult:
             "group_pairs": pair_table(by_group),
         }
         pictures["group_matrix"] = matrix_figure(by_group)
-        pictures |= scatter_figures(study, study.group_levels, by_group, "groups")
+        pictures |= scatter_figures(
+            study,
+            study.group_levels,
+            by_group,
+            "groups",
+            "mean level of the lines, summed over the vehicles of a group [dB(A)]",
+        )
         summary |= _group_summary(by_group)
         _fleet(study, float(summary["r_group_min"]), tables, pictures, summary)
     return StudyResult(
@@ -207,6 +214,6 @@ def _groups(
                 ),
                 *(picture(pictures, stem, words) for stem, words in drawn if stem in pictures),
             ),
-            tables=(Table(tables["group_pairs"], "Both coefficients with their intervals."),),
+            tables=(pair_words(tables["group_pairs"]),),
         ),
     )

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import csv
 import json
 import re
 import sys
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 from urllib.parse import quote
@@ -21,6 +22,8 @@ SUMMARY = "summary.json"
 _STARTED = re.compile(r"(\d{4}-\d\d-\d\d)_(\d\d)(\d\d)(\d\d)")
 _FEW = 4
 """Numbers of the summary that stand for a run without headlines."""
+_COLUMNS = 5
+"""Columns of a table that its line names."""
 _WHAT = {
     "report.html": "the page for a reader",
     "summary.json": "headline numbers, flat",
@@ -28,16 +31,32 @@ _WHAT = {
 }
 
 
-def run_card(entry: RunEntry, results: Path) -> RunCard:
-    """Return what an overview of a results folder says of a run.
+def run_cards(entries: Sequence[RunEntry], results: Path) -> list[RunCard]:
+    """Return what an overview of a results folder says of its runs.
 
     Parameters
     ----------
-    entry : RunEntry
-        The run.
+    entries : sequence of RunEntry
+        The runs.
     results : Path
         Folder that links start from.
     """
+    asked: dict[str, list[dict[str, Any]]] = {}
+    for entry in entries:
+        asked.setdefault(entry.study, []).append(options(entry.record))
+    cards = []
+    for entry in entries:
+        mine = options(entry.record)
+        special = {
+            name: value
+            for name, value in mine.items()
+            if name != "seed" and any(other.get(name) != value for other in asked[entry.study])
+        }
+        cards.append(_card(entry, results, special))
+    return cards
+
+
+def _card(entry: RunEntry, results: Path, special: Mapping[str, Any]) -> RunCard:
     record = entry.record
     found = _STARTED.match(entry.name)
     day, hour, minute, second = found.groups() if found else (entry.name, "", "", "")
@@ -53,7 +72,13 @@ def run_card(entry: RunEntry, results: Path) -> RunCard:
         headlines=headlines(entry),
         folder=folder,
         report=f"{folder}/report.html" if page.is_file() else "",
-        options=", ".join(f"{name} {value}" for name, value in options(record).items()),
+        special=", ".join(f"{name} {value}" for name, value in special.items()),
+        call=" ".join(
+            [
+                str(record.get("command", entry.study)),
+                *(f"--{name} {value}" for name, value in options(record).items()),
+            ]
+        ),
     )
 
 
@@ -91,8 +116,8 @@ def refresh_overview(results: Path) -> Path | None:
     """
     try:
         entries, damaged = readable_runs(results)
-        cards = [run_card(entry, results) for entry in entries]
-        replace_text(results / INDEX, render_overview(cards, [str(error) for error in damaged]))
+        page = render_overview(run_cards(entries, results), [str(error) for error in damaged])
+        replace_text(results / INDEX, page)
     except InputError as error:
         print(f"deboom: no overview: {error}", file=sys.stderr)
         return None
@@ -109,14 +134,15 @@ def list_lines(results: Path) -> Iterator[str]:
     """
     entries, damaged = readable_runs(results)
     study = None
-    for entry in entries:
-        card = run_card(entry, results)
+    for entry, card in zip(entries, run_cards(entries, results), strict=True):
         if card.study != study:
             study = card.study
             yield f"{study}: {card.question}"
         numbers = "; ".join(f"{label} {value}" for label, value in card.headlines.items())
-        line = f"{card.state:10}  {entry.folder.as_posix()}  {card.started}  seed {card.seed}"
-        yield f"  {line}"
+        yield (
+            f"  {card.state:10}  {entry.folder.as_posix()}  {card.started}  seed {card.seed}"
+            f"{'  ' if card.special else ''}{card.special}"
+        )
         if numbers:
             yield f"      {numbers}"
     for error in damaged:
@@ -176,9 +202,10 @@ def _about(path: Path, name: str) -> str:
         return _WHAT[name]
     if path.suffix == ".csv":
         with path.open(encoding="utf-8") as file:
-            columns = file.readline().rstrip("\n")
+            columns = next(csv.reader(file), [])
             count = sum(1 for _ in file)
-        return f"table, {count} rows: {columns}"
+        more = ", …" if len(columns) > _COLUMNS else ""
+        return f"table, {count} rows: {', '.join(columns[:_COLUMNS])}{more}"
     size = path.stat().st_size / 1e3
     kind = {".png": "figure", ".json": "document"}.get(path.suffix, "file")
     return f"{kind}, {size:.0f} kB"

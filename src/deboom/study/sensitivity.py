@@ -179,11 +179,16 @@ class Sensitivity:
     @cached_property
     def ranking(self) -> dict[str, tuple[str, ...]]:
         """Variables of each vehicle by falling total index."""
-        order = np.argsort(-self.indices.total, axis=0, kind="stable")
-        return {
-            vehicle: tuple(self.variables[place] for place in places)
-            for vehicle, places in zip(self.vehicles, order.T, strict=True)
-        }
+        return ranking(self.indices)
+
+
+def ranking(found: SobolIndices) -> dict[str, tuple[str, ...]]:
+    """Return the factors by falling total index, for each output."""
+    order = np.argsort(-found.total, axis=0, kind="stable")
+    return {
+        output: tuple(found.factors[place] for place in places)
+        for output, places in zip(found.outputs, order.T, strict=True)
+    }
 
 
 def sensitivity(

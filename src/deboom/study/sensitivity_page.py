@@ -13,7 +13,13 @@ from deboom.report.figures import IndexBars, IndexGrowth, IndexMap
 from deboom.report.page import Headline, Page, Picture, Section, Table
 from deboom.report.style import mount_colours
 from deboom.study.motion_report import motion_report
-from deboom.study.sensitivity import AGREEMENT, TRAJECTORIES, Analysis, Sensitivity
+from deboom.study.sensitivity import (
+    AGREEMENT,
+    TRAJECTORIES,
+    Analysis,
+    Sensitivity,
+    ranking,
+)
 from deboom.study.sensitivity_tables import MATTERS, NEGLIGIBLE, matters, negligible
 from deboom.vehicles.booming_peaks import booming_peaks
 
@@ -167,7 +173,7 @@ def sensitivity_page(
             Section(
                 "Other ranges, the tolerance, another measure",
                 "How far the ranking depends on what was asked. A share says nothing of the size "
-                "of the variance, which grows with the range.",
+                f"of the variance, which grows with the range.\n\n{_other_leaders(study)}",
                 tables=(
                     Table(
                         _mattering(tables["sobol_beside"], study).filter(regex="^(?!interval)"),
@@ -178,7 +184,8 @@ def sensitivity_page(
             Section(
                 "How sure this is",
                 "Total indices of the first base points, more and more of them. An index that is "
-                "not above its own interval reads zero.",
+                "not above its own interval reads zero. The intervals are those of random points; "
+                "Sobol points are spread more evenly, and other seeds differ by much less.",
                 figures=(
                     _picture(
                         pictures,
@@ -230,6 +237,20 @@ def _leaders(study: Sensitivity) -> tuple[Headline, ...]:
         Headline(", then ".join(names), f"lead in {_listed(tuple(vehicles))}")
         for names, vehicles in sorted(groups.items(), key=lambda item: -len(item[1]))[:3]
     )
+
+
+def _other_leaders(study: Sensitivity) -> str:
+    """Name the vehicles in which another question has other leading variables."""
+    lines = []
+    for label, found in study.beside.items():
+        other = {
+            vehicle: names[:2]
+            for vehicle, names in ranking(found).items()
+            if names[:2] != study.ranking[vehicle][:2]
+        }
+        listed = "; ".join(f"{vehicle}: {', then '.join(two)}" for vehicle, two in other.items())
+        lines.append(f"{label}: {listed or 'the same two lead in every vehicle'}.")
+    return "\n\n".join(lines)
 
 
 def _noise(study: Sensitivity) -> float:

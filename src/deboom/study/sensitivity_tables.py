@@ -140,8 +140,9 @@ def negligible(study: Sensitivity) -> tuple[str, ...]:
 
 
 def matters(study: Sensitivity) -> list[int]:
-    """Places of the variables that matter in some vehicle."""
-    return np.flatnonzero(study.indices.total.max(axis=1) >= MATTERS).tolist()
+    """Places of the variables that matter in some vehicle; of many small ones the largest."""
+    highest = study.indices.total.max(axis=1)
+    return np.flatnonzero(highest >= min(MATTERS, highest.max())).tolist()
 
 
 def sensitivity_summary(study: Sensitivity) -> dict[str, Scalar]:

@@ -62,13 +62,30 @@ class Criterion:
         return "yes" if low and high else "no"
 
 
+@dataclass(frozen=True)
+class ModesAgainstTruth:
+    """How far the modes lie from the true ones, each from the nearest.
+
+    Parameters
+    ----------
+    frequency, damping : float
+        Largest relative error of natural frequency and damping ratio [1].
+    missed : int
+        True modes, of as many of the lowest as were asked for, that none was near.
+    """
+
+    frequency: float
+    damping: float
+    missed: int
+
+
 def criteria(
     result: Validation,
     comparisons: pd.DataFrame,
     causes: pd.DataFrame,
     forces: pd.DataFrame,
     modes: Mapping[str, Scalar],
-    mode_errors: tuple[float, float] | None = None,
+    against_truth: ModesAgainstTruth | None = None,
 ) -> tuple[Criterion, ...]:
     """Gather the figures of a validation.
 
@@ -79,8 +96,8 @@ def criteria(
         Its tables, see `deboom.study.synthesis_validation_numbers`.
     modes : mapping of str to float
         ``mode_<n>_hz`` and ``mode_<n>_mac``; empty without modal analysis.
-    mode_errors : (float, float), optional
-        Largest relative error of natural frequencies and damping ratios, where these are known [1].
+    against_truth : ModesAgainstTruth, optional
+        Where the true modes are known.
     """
     road = comparisons[comparisons["comparison"] == ON_ROAD]
     surfaces = comparisons[comparisons["comparison"] == BY_SURFACES]
@@ -167,16 +184,20 @@ def criteria(
         for n, asked in enumerate(BODY_MODES, 1)
         if f"mode_{n}_hz" in modes
     ]
-    if mode_errors is not None:
-        of_frequency, of_damping = mode_errors
+    if against_truth is not None:
         found += [
             Criterion(
+                "true modes among the lowest that were missed [1]", against_truth.missed, most=0
+            ),
+            Criterion(
                 "natural frequencies against the truth, largest error [%]",
-                100 * of_frequency,
+                100 * against_truth.frequency,
                 most=0.5,
             ),
             Criterion(
-                "damping ratios against the truth, largest error [%]", 100 * of_damping, most=15
+                "damping ratios against the truth, largest error [%]",
+                100 * against_truth.damping,
+                most=15,
             ),
         ]
     macs = [float(value) for name, value in modes.items() if name.endswith("_mac")]

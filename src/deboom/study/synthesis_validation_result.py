@@ -15,7 +15,12 @@ from deboom.study.modal_part import ModalPart, modal_part, modal_tables
 from deboom.study.modal_part import summary as modal_summary
 from deboom.study.result import Scalar, StudyResult
 from deboom.study.synthesis_validation import Listening
-from deboom.study.synthesis_validation_criteria import criteria, criteria_table, headline_numbers
+from deboom.study.synthesis_validation_criteria import (
+    ModesAgainstTruth,
+    criteria,
+    criteria_table,
+    headline_numbers,
+)
 from deboom.study.synthesis_validation_data import ValidationData
 from deboom.study.synthesis_validation_figures import validation_figures
 from deboom.study.synthesis_validation_numbers import (
@@ -69,8 +74,8 @@ def synthesis_validation_result(
         comparisons, causes, forces = (
             table(result) for table in (comparison_table, cause_table, force_table)
         )
-        errors = _mode_errors(result, part)
-        found = criteria(result, comparisons, causes, forces, modes, errors)
+        against = _against_truth(result, part)
+        found = criteria(result, comparisons, causes, forces, modes, against)
         tables = {
             "validation": criteria_table(found),
             "comparisons": comparisons,
@@ -111,18 +116,20 @@ def _true_shapes(result: Validation, part: ModalPart | None) -> RealArray | None
     return truth.mode_shapes(len(part.model.outputs))
 
 
-def _mode_errors(result: Validation, part: ModalPart | None) -> tuple[float, float] | None:
-    """Find how far natural frequencies and damping ratios lie from the truth, relative [1]."""
+def _against_truth(result: Validation, part: ModalPart | None) -> ModesAgainstTruth | None:
+    """Give every mode that was found the nearest true one, and see which of these are left."""
     truth = result.shown[0].driven.truth
     if part is None or truth is None:
         return None
-    pairs = (
-        (part.model.frequency, truth.natural_frequency),
-        (part.model.damping, truth.damping_ratio),
+    found = part.model.frequency[: part.n_modes]
+    true = truth.natural_frequency
+    nearest = np.abs(np.subtract.outer(found, true)).argmin(axis=1)
+    damping = part.model.damping[: part.n_modes] / truth.damping_ratio[nearest]
+    return ModesAgainstTruth(
+        frequency=float(np.max(np.abs(found / true[nearest] - 1))),
+        damping=float(np.max(np.abs(damping - 1))),
+        missed=len(set(range(part.n_modes)) - set(nearest.tolist())),
     )
-    n = part.n_modes
-    first, second = (float(np.max(np.abs(found[:n] / true[:n] - 1))) for found, true in pairs)
-    return first, second
 
 
 def _ranking(result: Validation) -> pd.DataFrame:

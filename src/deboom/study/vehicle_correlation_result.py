@@ -10,7 +10,7 @@ import pandas as pd
 
 from deboom.errors import InputError
 from deboom.report import figures
-from deboom.report.page import Headline, Page, Section, Table
+from deboom.report.page import Headline, Page, Section
 from deboom.study.correlation import CorrelationStudy, key_of
 from deboom.study.correlation_page import (
     TERMS,
@@ -19,6 +19,7 @@ from deboom.study.correlation_page import (
     family_section,
     fleet_section,
     matrix_figure,
+    pair_words,
     picture,
     scatter_figures,
 )
@@ -81,7 +82,13 @@ def vehicle_correlation_result(study: CorrelationStudy, apart: str | None) -> St
     }
     pictures = {
         "matrix": matrix_figure(study.by_vehicle),
-        **scatter_figures(study, study.vehicles, study.by_vehicle, "vehicles"),
+        **scatter_figures(
+            study,
+            study.vehicles,
+            study.by_vehicle,
+            "vehicles",
+            "mean level of the lines [dB(A)]",
+        ),
         "families": family_figure(study),
     }
     summary: dict[str, Scalar] = {
@@ -231,5 +238,5 @@ def _matrix_section(
             ),
             *(picture(pictures, stem, words) for stem, words in drawn if stem in pictures),
         ),
-        tables=(Table(tables["pairs"], "Both coefficients with their intervals."),),
+        tables=(pair_words(tables["pairs"]),),
     )

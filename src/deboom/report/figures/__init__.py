@@ -6,6 +6,12 @@ used and no global setting survives a call. The same arguments give the same byt
 
 from deboom.report.figures.changes import per_vehicle_change
 from deboom.report.figures.choices import fronts, part_choices
+from deboom.report.figures.comparison import (
+    AttainedFront,
+    attained_fronts,
+    design_ranges,
+    noise_bars,
+)
 from deboom.report.figures.correlations import (
     CorrelationPanel,
     PopulationPanel,
@@ -28,8 +34,15 @@ from deboom.report.figures.sensitivity_growth import IndexGrowth, index_growth
 from deboom.report.figures.spectra import SpectrumPanel, spectra_panels
 from deboom.report.figures.speed_panels import SpeedPanel, speed_panels
 from deboom.report.figures.stiffness import stiffness_bars
+from deboom.report.figures.supplier import (
+    StiffnessPanel,
+    part_effects,
+    stiffness_over_preload,
+    tolerance_worth,
+)
 
 __all__ = [
+    "AttainedFront",
     "BodyMotion",
     "CorrelationPanel",
     "CurvePanel",
@@ -42,10 +55,13 @@ __all__ = [
     "PopulationPanel",
     "SpectrumPanel",
     "SpeedPanel",
+    "StiffnessPanel",
+    "attained_fronts",
     "convergence",
     "correlation_matrices",
     "curve_matrix",
     "curve_panels",
+    "design_ranges",
     "dot_panels",
     "family_tree",
     "fronts",
@@ -57,8 +73,10 @@ __all__ = [
     "matrix_map",
     "mode_shapes",
     "moving_mode_shapes",
+    "noise_bars",
     "pareto_front",
     "part_choices",
+    "part_effects",
     "per_vehicle_change",
     "populations",
     "ratio_bars",
@@ -68,4 +86,6 @@ __all__ = [
     "spl_curves",
     "stabilisation_chart",
     "stiffness_bars",
+    "stiffness_over_preload",
+    "tolerance_worth",
 ]

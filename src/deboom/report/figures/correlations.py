@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from deboom.errors import InputError
 from deboom.report.figures.canvas import RealArray, finite, png, styled_figure
-from deboom.report.style import ACCENT, FULL_WIDTH, INK, MUTED, TRACK, VEHICLE_PALETTE
+from deboom.report.style import ACCENT, FULL_WIDTH, INK, MUTED, VEHICLE_PALETTE
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -19,6 +19,8 @@ if TYPE_CHECKING:
 _INTERVALS_UP_TO = 6
 """Rows; of larger matrices the intervals would not be legible and stand in the table alone."""
 _LABELS_FLAT_UP_TO = 6
+_TICKS = (-0.8, -0.5, 0.0, 0.5, 0.8, 0.9, 0.95, 0.99, 0.999, 1.0)
+_POPULATION = "#B3BCC8"
 
 
 @dataclass(frozen=True, eq=False)
@@ -167,15 +169,20 @@ def family_tree(
             label.set_fontweight("bold")
         axes.set_ylim(10.0 * len(names), 0.0)
         axes.grid(visible=False, axis="y")
-        axes.set_xlim(right=1.06 * max(float(tree[:, 2].max()), 1.0 - cut))
-        axes.set_xlim(left=-0.01 * axes.get_xlim()[1])
-        axes.set_xlabel("1 − r of the worst pair below a branch [1]")
+        furthest = 1.06 * max(float(tree[:, 2].max()), 1.0 - cut)
+        axes.set_xscale("function", functions=(np.sqrt, np.square))  # most branches are close to 1
+        axes.set_xlim(0.0, furthest)
+        ticks = [r for r in _TICKS if 1.0 - r <= furthest]
+        axes.set_xticks([1.0 - r for r in ticks], [_tick(r) for r in ticks])
+        axes.set_xlabel("correlation r of the worst pair below a branch [1]")
         axes.set_title(f"cut at r = {cut:g}", loc="right", fontsize=8.0)
         return png(figure)
 
 
 def populations(panels: Sequence[PopulationPanel]) -> bytes:
-    """Draw histograms of a population with one value marked in each.
+    """Draw histograms of correlations in a population with one value marked in each.
+
+    The scale is Fisher's artanh r, which spreads what is close to 1.
 
     Parameters
     ----------
@@ -198,11 +205,16 @@ def populations(panels: Sequence[PopulationPanel]) -> bytes:
         grid = figure.subplots(1, len(panels), squeeze=False).ravel()
         for axes, panel in zip(grid, panels, strict=True):
             values = finite("populations", {"values": panel.values})["values"]
-            low = min(float(values.min()), panel.own)
-            axes.hist(values, bins=list(np.linspace(min(low, 0.99), 1.0, 31)), color=TRACK)
-            axes.axvline(panel.own, color=VEHICLE_PALETTE[1], linewidth=1.8)
+            stretched = _stretched(values)
+            edges = np.linspace(stretched.min(), stretched.max(), 31)
+            axes.hist(stretched, bins=list(edges), color=_POPULATION)
+            axes.axvline(float(_stretched(panel.own)), color=VEHICLE_PALETTE[1], linewidth=1.8)
             for bound in panel.asked:
-                axes.axvline(bound, color=ACCENT, linewidth=1.0, linestyle=(0, (4, 2)))
+                place = float(_stretched(bound))
+                axes.axvline(place, color=ACCENT, linewidth=1.0, linestyle=(0, (4, 2)))
+            low, high = axes.get_xlim()
+            ticks = [r for r in _TICKS if low <= _stretched(r) <= high and r < 1.0]
+            axes.set_xticks([float(_stretched(r)) for r in ticks], [_tick(r) for r in ticks])
             axes.set_xlabel(panel.x_label)
             axes.set_title(panel.note, loc="left", fontsize=8.0)
             axes.grid(visible=False, axis="x")
@@ -228,7 +240,7 @@ def _cells(axes: Axes, part: dict[str, RealArray], size: float) -> None:
     with_interval = n <= _INTERVALS_UP_TO
     for (row, column), value in np.ndenumerate(part["values"]):
         shade = "white" if abs(value) > 0.6 else INK
-        text = "1" if row == column else _coefficient(float(value))
+        text = "1" if row == column else coefficient(float(value))
         below = with_interval and row != column
         axes.text(
             column,
@@ -240,7 +252,7 @@ def _cells(axes: Axes, part: dict[str, RealArray], size: float) -> None:
             color=shade,
         )
         if below:
-            ends = (_coefficient(float(part[end][row, column])) for end in ("low", "high"))
+            ends = (coefficient(float(part[end][row, column])) for end in ("low", "high"))
             axes.text(
                 column,
                 row + 0.24,
@@ -252,8 +264,20 @@ def _cells(axes: Axes, part: dict[str, RealArray], size: float) -> None:
             )
 
 
-def _coefficient(value: float) -> str:
-    """Write a coefficient; one close to 1 gets a third decimal and is never rounded up to it."""
-    if abs(value) < 0.95:
-        return f"{value:.2f}".replace("-", "−")
-    return f"{np.trunc(1000.0 * value + np.sign(value) * 1e-9) / 1000.0:.3f}".replace("-", "−")
+def _stretched(r: npt.ArrayLike) -> RealArray:
+    return np.asarray(np.arctanh(np.clip(np.asarray(r, dtype=float), -0.9999, 0.9999)))
+
+
+def _tick(r: float) -> str:
+    return f"{r:g}".replace("-", "−")
+
+
+def coefficient(value: float, decimals: int | None = None) -> str:
+    """Write a coefficient, cut and not rounded, so that 1 is written for nothing less.
+
+    By default with two decimals, close to 1 with three.
+    """
+    if decimals is None:
+        decimals = 2 if abs(value) < 0.95 else 3
+    cut = np.trunc(10.0**decimals * value + np.sign(value) * 1e-9) / 10.0**decimals
+    return f"{cut + 0.0:.{decimals}f}".replace("-", "−")

@@ -130,7 +130,7 @@ def index_map(
     Parameters
     ----------
     frequency : array, shape (n_frequency,)
-        Lines, at least two, rising [Hz].
+        Lines, rising [Hz].
     order : float
         Engine order of the lines [1]; gives the rpm axis.
     factors : sequence of str
@@ -154,10 +154,8 @@ def index_map(
     """
     refuse_nothing("index_map", panels)
     lines = finite("index_map", {"frequency": frequency})["frequency"]
-    middle = 0.5 * (lines[1:] + lines[:-1])
-    edges = np.concatenate(
-        [[1.5 * lines[0] - 0.5 * lines[1]], middle, [1.5 * lines[-1] - 0.5 * lines[-2]]]
-    )
+    edges = _edges(lines)
+    columns = min(columns, len(panels))
     rows = -(-len(panels) // columns)
     with styled_figure(FULL_WIDTH, 1.0 + rows * (0.4 + 0.8 * _ROW * len(factors))) as figure:
         grid = figure.subplots(rows, columns, squeeze=False, sharex=True, sharey=True).ravel()
@@ -189,9 +187,17 @@ def index_map(
         switch_off(list(grid[len(panels) :]))
         grid[0].set_yticks(range(len(factors)), factors)
         grid[0].set_ylim(len(factors) - 0.5, -0.5)
-        grid[0].set_xlim(lines[0], lines[-1])
+        grid[0].set_xlim(edges[0], edges[-1])
         figure.colorbar(shown, ax=list(grid), label=value_label, pad=0.015, aspect=40)  # type: ignore[arg-type]
         return png(figure)
+
+
+def _edges(lines: RealArray) -> RealArray:
+    """Return where the cell of each line begins and ends [Hz]."""
+    middle = 0.5 * (lines[1:] + lines[:-1])
+    first, last = (middle[0], middle[-1]) if middle.size else (lines[0] - 0.5, lines[0] + 0.5)
+    outer = (2.0 * lines[0] - first, 2.0 * lines[-1] - last) if middle.size else (first, last)
+    return np.concatenate([outer[:1], middle, outer[1:]])
 
 
 def refuse_nothing(name: str, panels: Sequence[object]) -> None:

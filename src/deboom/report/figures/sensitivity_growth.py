@@ -78,6 +78,7 @@ def index_growth(
     refuse_nothing("index_growth", panels)
     points = finite("index_growth", {"counts": counts})["counts"]
     styles = [_DASHES[list(colours[:place]).count(c) % 3] for place, c in enumerate(colours)]
+    columns = min(columns, len(panels))
     rows = -(-len(panels) // columns)
     with styled_figure(FULL_WIDTH, 0.85 + rows * 1.75) as figure:
         grid = figure.subplots(rows, columns, squeeze=False, sharex=True, sharey=True).ravel()

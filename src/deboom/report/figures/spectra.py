@@ -127,9 +127,11 @@ def _draw(
     frequency = data["frequency"]
     for low, high in fitted:
         axes.axvspan(low, high, color=TRACK, alpha=0.6, linewidth=0, zorder=0)
-    for name, (low, high) in panel.ranges.items():
-        pair = finite("spectra_panels", {f"{name}, low": low, f"{name}, high": high})
-        axes.fill_between(frequency, *pair.values(), color=colour[name], alpha=0.3, linewidth=0)
+    for name, (below, above) in panel.ranges.items():
+        pair = finite("spectra_panels", {"low": below, "high": above})
+        axes.fill_between(
+            frequency, pair["low"], pair["high"], color=colour[name], alpha=0.3, linewidth=0
+        )
     for name in panel.curves:
         model = name in dashed
         axes.plot(

@@ -1,0 +1,91 @@
+"""Comparing fronts.
+
+Twenty searches with shared Sobol draws and twenty with fresh draws for every design, the literal
+thesis, over the shipped fleet; 40 × 40 designs each, 128 draws per design, a sixth of the study's
+default budget. All fronts are judged as `deboom compare` does, with 1024 common draws and each pair
+in its own box. Pairs of two seeds are neighbours (1 and 2, …, 20 and 1).
+"""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from claims import Claim
+from deboom.explore.front_verdict import Verdict
+from deboom.explore.problems import nsga2
+from deboom.explore.robust import RobustResponse
+from deboom.files.platform import read_platform
+from deboom.files.run_list import RunEntry
+from deboom.study.compare import Comparison, JudgedRun, judged
+from deboom.study.compare_runs import ComparedRun
+from deboom.study.motion import Motion, motion_index
+from deboom.study.mount_source import MountSource, operation
+from deboom.study.sampling import Sampler, factor_space, tolerance_sample
+
+PLATFORM = Path(__file__).parents[2] / "studies" / "data" / "u06_f39_f45"
+SEEDS = range(1, 21)
+DESIGNS, GENERATIONS, DRAWS, COMMON_DRAWS = 40, 40, 128, 1024
+
+
+def claims() -> list[Claim]:
+    """Search forty times, judge once, and compare pair by pair and all with all."""
+    whole = judged(_runs(), COMMON_DRAWS, 1, lambda *_: None)
+    half = len(SEEDS)
+    shared, fresh = whole.fronts[:half], whole.fronts[half:]
+    same = [_pair(whole, one, shared[(place + 1) % half]) for place, one in enumerate(shared)]
+    other = [_pair(whole, one, two) for one, two in zip(shared, fresh, strict=True)]
+    noise = sum(found is Verdict.noise for found in same)
+    real = sum(found is Verdict.real for found in other)
+    names = list(whole.groups)
+    found = whole.pairs[names[0], names[1]]
+    volumes = [float(whole.hypervolumes[name].mean()) for name in names]
+    lost = 100.0 * (1.0 - volumes[1] / volumes[0])
+    gap = -whole.gap(names[0], names[1]) * whole.per_line
+    n_designs = [np.median([len(one.objectives) for one in part]) for part in (shared, fresh)]
+    return [
+        Claim("two seeds of one study: within noise", "≥ 18 of 20", f"{noise} of 20", noise >= 18),
+        Claim(
+            "one run with shared, one with fresh draws: real difference",
+            "≥ 18 of 20",
+            f"{real} of 20",
+            real >= 18,
+        ),
+        Claim(
+            "20 seeds of each: hypervolume that fresh draws lose [%]",
+            "real difference",
+            f"{lost:.0f} ({found.verdict.value}; noise ±{100 * found.noise / volumes[0]:.1f})",
+            found.verdict is Verdict.real,
+        ),
+        Claim(
+            "the same as level per line at equal σ [dB]", "> 0.1", f"{gap:.2f} louder", gap > 0.1
+        ),
+        Claim(
+            "designs on a front, median: shared, fresh draws",
+            "fresh fewer",
+            f"{n_designs[0]:.0f}, {n_designs[1]:.0f}",
+            bool(n_designs[1] < n_designs[0]),
+        ),
+    ]
+
+
+def _runs() -> list[ComparedRun]:
+    runs = operation(read_platform(PLATFORM), None, MountSource.library, "U06", band=(20, 60))
+    index = motion_index(runs, Motion.prescribed, None)
+    space = factor_space(index.variable_names, half_width=0.20, tolerance=0.15)
+    found = []
+    for sampler in (Sampler.sobol, Sampler.fresh):
+        for seed in SEEDS:
+            sample = tolerance_sample(sampler, space.n_variables, DRAWS, seed=seed)
+            model = RobustResponse(index, space, sample)
+            search = nsga2(model, DESIGNS, GENERATIONS, seed=seed)
+            record = {"seed": seed, "arguments": {"sampler": sampler.value}}
+            entry = RunEntry(Path("search", f"{sampler.value}{seed}"), record)
+            found.append(ComparedRun(entry, model, search.front.designs, search.hypervolume, False))
+    return found
+
+
+def _pair(whole: Comparison, first: JudgedRun, second: JudgedRun) -> Verdict:
+    """Compare two runs alone, in their own box."""
+    two = (replace(first, name="first"), replace(second, name="second"))
+    return replace(whole, fronts=two).pairs["first", "second"].verdict

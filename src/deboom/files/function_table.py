@@ -1,0 +1,215 @@
+"""Complex functions over frequency in tables: CSV, xlsx and MATLAB's mat, chosen by their name.
+
+A CSV file, or the first sheet of an xlsx file, has the column ``frequency [Hz]`` and two columns
+per function, ``<name> real [unit]`` and ``<name> imag [unit]``, one row per line. A mat file (up to
+version 7) has the variables ``frequency`` (n lines) [Hz], ``names`` (k, a cell array of text),
+``values`` (n × k, complex) and ``units`` (one text for all, or k of them). Other columns and
+variables are passed over. Units are never guessed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from deboom.errors import InputError
+from deboom.files.function_files import TABLE_ENDINGS
+from deboom.files.table_cells import name_and_unit, read_columns
+from deboom.files.units import Unit, parse_unit
+from deboom.physics.arrays import ComplexArray, RealArray
+
+_FREQUENCY = "frequency"
+_PARTS = ("real", "imag")
+_VARIABLES = (_FREQUENCY, "names", "values", "units")
+_HDF5 = b"\x89HDF"
+
+
+@dataclass(frozen=True, eq=False)
+class FunctionTable:
+    """Functions of one file, as they stand there.
+
+    Parameters
+    ----------
+    frequency : array, shape (n,)
+        [Hz].
+    functions : mapping of str to (str, array of shape (n,)) or InputError
+        Name to unit label and complex values [that unit], or to what is wrong with it.
+    """
+
+    frequency: RealArray
+    functions: Mapping[str, tuple[str, ComplexArray] | InputError]
+
+    def spectrum(self, name: str) -> tuple[Unit, ComplexArray]:
+        """Return unit and values of a function, in SI.
+
+        Raises
+        ------
+        InputError
+            It is not there, or at fault.
+        """
+        if name not in self.functions:
+            known = ", ".join(map(repr, list(self.functions)[:3])) or "none"
+            more = f" and {len(self.functions) - 3} more" if len(self.functions) > 3 else ""
+            raise InputError(
+                f"the file has no function '{name}': add it, with real and imaginary part; there "
+                f"are {known}{more}"
+            )
+        found = self.functions[name]
+        if isinstance(found, InputError):
+            raise InputError(str(found))
+        label, values = found
+        unit = parse_unit(label)
+        bad = np.flatnonzero(~np.isfinite(values))
+        if bad.size:
+            raise InputError(
+                f"the value of line {bad[0] + 1} is {values[bad[0]]}; measure or export it again, "
+                "deboom does not fill gaps"
+            )
+        return unit, values * unit.factor
+
+
+def is_table(path: Path) -> bool:
+    """Tell by its ending whether a file of functions is a table; otherwise it is UFF."""
+    return path.suffix.lower() in TABLE_ENDINGS
+
+
+def read_function_table(path: Path) -> FunctionTable:
+    """Read every function of a table.
+
+    Parameters
+    ----------
+    path : Path
+        ``.csv``, ``.xlsx`` or ``.mat``.
+
+    Raises
+    ------
+    InputError
+        The file is missing, damaged or no such table; it has no frequency in Hz, or one that is no
+        finite number or does not increase. What is wrong with a single function is told when it is
+        asked for.
+    """
+    table = _from_mat(path) if path.suffix.lower() == ".mat" else _from_columns(path)
+    lines = table.frequency
+    bad = np.flatnonzero(~np.isfinite(lines))
+    falling = np.flatnonzero(np.diff(lines) <= 0)
+    if lines.size < 2 or bad.size or falling.size:
+        k = int(bad[0]) if bad.size else int(falling[0]) + 1 if falling.size else 0
+        found = f"line {k + 1} is {lines[k]:g} Hz" if lines.size else "there is none"
+        raise InputError(
+            f"{path}: frequency needs two lines or more that increase: {found}; export it again"
+        )
+    return table
+
+
+def _from_columns(path: Path) -> FunctionTable:
+    columns = read_columns(path)
+    by_name = {name_and_unit(header)[0]: header for header in columns}
+    header = by_name.get(_FREQUENCY, "")
+    if header != "frequency [Hz]":
+        raise InputError(f"{path}: there is no column 'frequency [Hz]': add it")
+    frequency = _numbers(header, columns[header])
+    if isinstance(frequency, InputError):
+        raise InputError(f"{path}: {frequency}")
+    functions = {}
+    for name in by_name:
+        stem, _, part = name.rpartition(" ")
+        if part in _PARTS and stem not in functions:
+            headers = [by_name.get(f"{stem} {one}") for one in _PARTS]
+            functions[stem] = _complex(stem, headers, columns)
+    return FunctionTable(frequency, functions)
+
+
+def _complex(
+    stem: str, headers: list[str | None], columns: Mapping[str, tuple[str, ...]]
+) -> tuple[str, ComplexArray] | InputError:
+    real, imag = headers
+    if real is None or imag is None:
+        missing = _PARTS[0] if real is None else _PARTS[1]
+        return InputError(f"there is no column '{stem} {missing} [unit]': both parts are needed")
+    labels = [name_and_unit(header)[1] for header in (real, imag)]
+    if labels[0] is None or labels[0] != labels[1]:
+        return InputError(f"columns '{real}' and '{imag}' need one unit in brackets, the same")
+    parts = [_numbers(header, columns[header]) for header in (real, imag)]
+    for part in parts:
+        if isinstance(part, InputError):
+            return part
+    return labels[0], np.array(parts[0]) + 1j * np.array(parts[1])
+
+
+def _numbers(header: str, texts: tuple[str, ...]) -> npt.NDArray[np.float64] | InputError:
+    numbers = np.full(len(texts), np.nan)
+    for i, text in enumerate(texts):
+        try:
+            numbers[i] = float(text)
+        except ValueError:
+            break
+    bad = np.flatnonzero(~np.isfinite(numbers))
+    if bad.size:
+        return InputError(
+            f"line {bad[0] + 2}, column '{header}': '{texts[bad[0]]}' is no finite number (decimal "
+            "point, no thousands separator)"
+        )
+    return numbers
+
+
+def _from_mat(path: Path) -> FunctionTable:
+    content = _mat(path)
+    missing = [name for name in _VARIABLES if name not in content]
+    if missing:
+        raise InputError(
+            f"{path}: there is no variable {', '.join(map(repr, missing))}: save frequency [Hz], "
+            "names (cell array of text), values (lines x names, complex) and units"
+        )
+    names, units = _texts(content["names"]), _texts(content["units"])
+    units = units * len(names) if len(units) == 1 else units
+    try:
+        frequency = np.array(content["frequency"], dtype=float).ravel()
+        values = np.array(content["values"], dtype=complex)
+    except (TypeError, ValueError):
+        raise InputError(f"{path}: variables 'frequency' and 'values' must be numbers") from None
+    values = values.reshape(-1, 1) if values.ndim < 2 and len(names) == 1 else values
+    if values.shape != (frequency.size, len(names)) or len(units) != len(names):
+        raise InputError(
+            f"{path}: {frequency.size} frequencies, {len(names)} names, {len(units)} units and "
+            f"values of size {' x '.join(map(str, values.shape))} do not fit together: values need "
+            "one row per frequency and one column per name, units one text for all or one per name"
+        )
+    doubled = next((name for name in names if names.count(name) > 1), None)
+    if doubled is not None:
+        raise InputError(f"{path}: the name '{doubled}' comes twice in 'names': keep one")
+    return FunctionTable(
+        frequency, {name: (units[i], values[:, i]) for i, name in enumerate(names)}
+    )
+
+
+def _mat(path: Path) -> dict[str, Any]:
+    try:
+        start = path.read_bytes()[:516]
+    except OSError as error:
+        raise InputError(f"{path} cannot be read ({error.strerror}): check the path") from None
+    if not start.strip():
+        raise InputError(f"{path} is empty: export it again")
+    if start.startswith((b"MATLAB 7.3", _HDF5)) or start[512:] == _HDF5:
+        raise InputError(
+            f"{path} is a MATLAB file of version 7.3, which is not read: save it again with "
+            "save(file, ..., '-v7')"
+        )
+    from scipy.io import loadmat
+
+    try:
+        content: dict[str, Any] = loadmat(path, squeeze_me=True, chars_as_strings=True)
+    except Exception:  # scipy raises a dozen kinds, from TypeError to zlib.error
+        raise InputError(
+            f"{path} is damaged, or no MATLAB file: save it again with save(file, ..., '-v7')"
+        ) from None
+    return content
+
+
+def _texts(value: Any) -> list[str]:
+    """Text out of a char array, or a cell array of them."""
+    return [str(text).strip() for text in np.ravel(value)]

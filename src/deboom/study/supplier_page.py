@@ -1,0 +1,425 @@
+"""Figures and page for a mount supplier who has never met us."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+
+from deboom.report import figures
+from deboom.report.figures import IndexBars
+from deboom.report.page import Headline, Page, Picture, Section, Table
+from deboom.report.style import MUTED, mount_colours, signed, vehicle_colours
+from deboom.study.motion_report import MotionReport
+from deboom.study.robust_front import NOTICEABLE
+from deboom.study.supplier_curves import StiffnessCurve, stiffness_panels
+from deboom.study.supplier_effects import ALL, SupplierEffects
+from deboom.study.supplier_names import ShownNames
+from deboom.study.supplier_study import DRAWS, Direction, Need, SupplierStudy
+
+TERMS = (
+    "booming noise",
+    "SPL",
+    "dynamic stiffness",
+    "loss factor",
+    "preload",
+    "stiffness factor",
+    "tolerance",
+    "σ",
+    "no requirement",
+    "not identified",
+    "no noticeable difference",
+    "sensitivity index",
+)
+NO_UNCERTAINTY = (
+    "Today's stiffnesses come from operating spectra without a characterisation of the mounts: "
+    "nobody has stated how sure they are."
+)
+REQUIREMENT = (
+    "direction",
+    "requirement",
+    "today [N/mm]",
+    "wanted [N/mm]",
+    "at least [N/mm]",
+    "at most [N/mm]",
+    "free from [N/mm]",
+    "free to [N/mm]",
+    "loss factor today [1]",
+    "loss factor wanted [1]",
+)
+WORTH = (
+    "direction",
+    "tolerance today ± [%]",
+    "share of sigma [%]",
+    "sigma saved per % tighter [0.001 dB]",
+    "largest share [%]",
+    "in",
+)
+EDGE = 0.02
+"""Of the range of the search that counts as its edge [1]."""
+_WHOLE = {name: 0 for name in REQUIREMENT if name.endswith("[N/mm]")}
+
+
+@dataclass(frozen=True, eq=False)
+class SupplierContent:
+    """All that the page is made of.
+
+    Parameters
+    ----------
+    effects : SupplierEffects
+        Of all parts.
+    mount : str or None
+        The one that the page is about; None: all.
+    directions : tuple of Direction
+        That are shown.
+    curves : tuple of StiffnessCurve
+        Of these.
+    names : ShownNames
+        Of the vehicles.
+    tables : mapping of str to DataFrame
+        By sheet of the workbook.
+    motion : MotionReport
+        Models behind the levels, checked at today's and the wanted design.
+    """
+
+    effects: SupplierEffects
+    mount: str | None
+    directions: tuple[Direction, ...]
+    curves: tuple[StiffnessCurve, ...]
+    names: ShownNames
+    tables: Mapping[str, pd.DataFrame]
+    motion: MotionReport
+
+    @property
+    def study(self) -> SupplierStudy:
+        """What is asked for."""
+        return self.effects.study
+
+    @property
+    def mounts(self) -> tuple[str, ...]:
+        """Names of the mounts that are shown."""
+        return tuple(dict.fromkeys(direction.mount.name for direction in self.directions))
+
+    @property
+    def vehicles(self) -> tuple[str, ...]:
+        """Shown names of the vehicles."""
+        return tuple(self.names(vehicle) for vehicle in self.study.vehicles)
+
+
+def supplier_figures(content: SupplierContent) -> dict[str, bytes]:
+    """Draw all pictures of the page; file stem → PNG."""
+    study, effects = content.study, content.effects
+    colours = mount_colours([mount.name for mount in study.platform.mounts])
+    found = effects.importance
+    columns = [direction.column for direction in content.directions]
+    own = [colours[direction.mount.name] for direction in content.directions]
+    labels = [direction.name for direction in content.directions]
+    pictures = {}
+    for mount in content.mounts:
+        curves = [one for one in content.curves if one.direction.mount.name == mount]
+        if curves:
+            panels = stiffness_panels(study, curves)
+            pictures[f"stiffness {mount}"] = figures.stiffness_over_preload(panels, colours[mount])
+    pictures["parts"] = figures.part_effects(
+        content.vehicles,
+        {f"only {mount}": effects.change[mount] for mount in content.mounts},
+        {f"only {mount}": effects.half_width[mount] for mount in content.mounts},
+        effects.change[ALL],
+        {f"only {mount}": colours[mount] for mount in content.mounts},
+        x_label="change of the mean level [dB]",
+        together_label=f"{ALL} as wanted",
+    )
+    if content.mount is not None:
+        pictures["levels"] = _levels(content, content.mount)
+    pictures["importance"] = figures.index_bars(
+        labels,
+        own,
+        [
+            IndexBars(
+                vehicle,
+                found.first[columns, place],
+                found.total[columns, place],
+                found.total_interval[columns, place],
+                found.zero[columns, place],
+            )
+            for place, vehicle in enumerate(content.vehicles)
+        ],
+        x_label="share of the variance [1]",
+    )
+    worth = content.tables["tolerances"]
+    asked = [direction.need is not Need.nothing for direction in content.directions]
+    pictures["tolerances"] = figures.tolerance_worth(
+        labels,
+        worth["share of sigma [%]"],
+        worth["sigma saved per % tighter [0.001 dB]"],
+        [colour if need else MUTED for colour, need in zip(own, asked, strict=True)],
+    )
+    return pictures
+
+
+def supplier_page(
+    content: SupplierContent, pictures: Mapping[str, bytes], provenance: Mapping[str, object]
+) -> Page:
+    """Compose the page from its tables and pictures."""
+    study, tables = content.study, content.tables
+    what = "the mounts" if content.mount is None else f"mount {content.mount}"
+    low, high = study.band
+    unknown = () if study.parts else (NO_UNCERTAINTY,)
+    return Page(
+        title=f"What {what} should be",
+        question=(
+            f"Which dynamic stiffness of {what} keeps {_count(content.vehicles)} quiet "
+            f"between {low:g} and {high:g} Hz, how exactly must it be made, and what does it bring?"
+        ),
+        headlines=_headlines(content),
+        terms=tuple(content.motion.terms.get(term, term) for term in TERMS),
+        warnings=(*unknown, *content.motion.warnings),
+        sections=(
+            _wanted(content, pictures),
+            _parts(content, pictures),
+            _importance(content, pictures),
+            _tolerances(content, pictures),
+            _certainty(content),
+            Section(
+                "Data sheet",
+                "Units are SI with mm for lengths and N/mm for stiffness; every table of this page "
+                "and the points of the curves are in the workbook beside it.",
+                tables=(Table(tables["data sheet"], "What the numbers stand for."),),
+            ),
+        ),
+        provenance=provenance,
+    )
+
+
+def _headlines(content: SupplierContent) -> tuple[Headline, ...]:
+    effects, requirement = content.effects, content.tables["requirements"]
+    asked = requirement[requirement["requirement"] == Need.wanted.value]
+    if content.mount is None:
+        first = Headline(
+            f"{len(asked)} of {len(requirement)}", "directions have a stiffness that must be met"
+        )
+        name = min(content.mounts, key=lambda mount: float(effects.change[mount].mean()))
+    else:
+        name = content.mount
+        away = (asked["wanted / today [1]"] - 1.0).abs()
+        if asked.empty:
+            first = Headline("none", f"direction of {name} must change")
+        else:
+            row = asked.loc[away.idxmax()]
+            first = Headline(
+                f"{row['today [N/mm]']:.0f} → {row['wanted [N/mm]']:.0f} N/mm",
+                f"{row['direction']}, the largest change",
+            )
+    alone, together = effects.change[name], effects.change[ALL]
+    worth = content.tables["tolerances"]
+    top = worth.loc[worth["share of sigma [%]"].idxmax()]
+    return (
+        first,
+        Headline(f"{signed(float(alone.mean()), 1)} dB", f"mean level, only {name} changes"),
+        Headline(f"{signed(float(together.mean()), 1)} dB", "mean level, all parts as wanted"),
+        Headline(
+            f"{top['share of sigma [%]']:.0f} %", f"of the scatter comes from {top['direction']}"
+        ),
+    )
+
+
+def _wanted(content: SupplierContent, pictures: Mapping[str, bytes]) -> Section:
+    study, table = content.study, content.tables["requirements"]
+    case, _ = study.load_cases[0]
+    given_up = ""
+    if study.unidentified:
+        values, scale = content.effects.values, study.per_vehicle / len(study.vehicles)
+        lost = (values.mean_sum[-2] - values.mean_sum[-1]) * scale
+        own = [one.name for one in content.directions if one.need is Need.unknown]
+        given_up = (
+            f"\n\nNot identified: {', '.join(own) or 'directions of other mounts'}. No number is asked "
+            "for there. The search had moved such directions as well; leaving all of them as they are "
+            f"changes the mean level by {signed(float(lost), 2)} dB."
+        )
+    return Section(
+        "What is wanted",
+        "A stiffness is the mean magnitude of the dynamic stiffness over the lines of the run "
+        f"“{case.title}”; the whole curve over static force is to be scaled alike. At least and at "
+        "most: the tolerance band. Free: the range in which the mean level of all vehicles stays "
+        f"within {NOTICEABLE} dB, all other directions kept. A dash: nothing is asked."
+        f"{_at_bounds(content)}{given_up}",
+        figures=tuple(
+            _picture(
+                pictures,
+                f"stiffness {mount}",
+                f"{mount}: dynamic stiffness over preload. Dots are the states in the load cases "
+                "and scatter because amplitude and frequency differ; the curves are read at one "
+                "frequency and amplitude (in the table below), as on a test machine, where "
+                "measurements back them.",
+            )
+            for mount in content.mounts
+            if f"stiffness {mount}" in pictures
+        ),
+        tables=(
+            Table(table[list(REQUIREMENT)], "Today's and the wanted stiffness.", _WHOLE),
+            Table(
+                content.tables["conditions"],
+                "Preloads in the load cases, and the test condition of each curve.",
+                {"least preload": 0, "greatest preload": 0},
+            ),
+        ),
+    )
+
+
+def _at_bounds(content: SupplierContent) -> str:
+    """Name the wanted directions at the edge of what was searched."""
+    study = content.study
+    named = [
+        f"{one.name} ({study.wanted[one.column]:.2f} of today's)"
+        for one in content.directions
+        if one.need is Need.wanted
+        and min(
+            study.wanted[one.column] - study.space.lower[one.column],
+            study.space.upper[one.column] - study.wanted[one.column],
+        )
+        <= EDGE * (study.space.upper[one.column] - study.space.lower[one.column])
+    ]
+    if not named:
+        return ""
+    return (
+        f"\n\nAt the edge of what was searched: {', '.join(named)}. Going further may bring more; "
+        "tell us what can be made."
+    )
+
+
+def _parts(content: SupplierContent, pictures: Mapping[str, bytes]) -> Section:
+    alone = "parts change one at a time" if content.mount is None else "only this part changes"
+    drawn = [
+        _picture(
+            pictures,
+            "parts",
+            "Change against today's mounts without scatter, mean over the lines. Whiskers: 95 % "
+            "interval by the uncertainty of today's measured stiffness.",
+        )
+    ]
+    if "levels" in pictures:
+        case, _ = content.study.load_cases[0]
+        drawn.append(
+            _picture(
+                pictures,
+                "levels",
+                f"Sound pressure level at the driver's ear today (baseline) and with only "
+                f"{content.mount} as wanted (optimised); {case.title}.",
+            )
+        )
+    table = content.tables["part alone"]
+    sums = content.tables["part alone, summary"]
+    return Section(
+        f"What happens if {alone}",
+        "One mount is as wanted in all its directions, the others are as they are today; diamonds "
+        "show what all mounts bring together. The effects of parts do not simply add: forces "
+        "through different mounts may cancel each other at the ear.",
+        figures=tuple(drawn),
+        tables=(
+            Table(sums, "Mean over the vehicles, and the vehicles with most and least effect.")
+            if content.mount is None
+            else Table(
+                table, "Per vehicle; the level of the loudest booming peak beside the mean."
+            ),
+        ),
+    )
+
+
+def _importance(content: SupplierContent, pictures: Mapping[str, bytes]) -> Section:
+    found, space = content.effects.importance, content.study.space
+    low, high = space.lower.min(), space.upper.max()
+    leading = []
+    for place, vehicle in enumerate(content.vehicles):
+        top = int(np.argmax(found.total[:, place]))
+        if top in [direction.column for direction in content.directions]:
+            leading.append(
+                f"{found.factors[top]} in {vehicle} ({found.total[top, place]:.2f} ± "
+                f"{found.total_interval[top, place]:.2f})"
+            )
+    sentence = f" The leading direction: {', '.join(leading)}." if leading else ""
+    return Section(
+        "Which directions matter in which vehicle",
+        f"All factors of all mounts vary at the same time, evenly between {low:g} and {high:g}; "
+        "shown is the share of each direction in the variance of the mean level, with its 95 % "
+        f"interval from {found.n_resamples} resamples of {found.n_base} points.{sentence}",
+        figures=(
+            _picture(
+                pictures,
+                "importance",
+                "Total Sobol index per vehicle: filled what the direction does alone, hatched what "
+                "it does together with others.",
+            ),
+        ),
+    )
+
+
+def _tolerances(content: SupplierContent, pictures: Mapping[str, bytes]) -> Section:
+    shares = content.effects.shares
+    rest = 100.0 * float(shares.rest.max())
+    return Section(
+        "Where the scatter comes from, and what a tighter tolerance is worth",
+        "Parts that are all within their tolerance make vehicles of one type differ by σ. The "
+        "share of a direction in it says where a tighter tolerance pays; the other column says how "
+        "much σ falls for each percentage point, such as ±14 % instead of ±15 %, mean over the "
+        f"vehicles, of {DRAWS} draws around the wanted design. Up to {rest:.0f} % of σ² in a "
+        "vehicle belong to no single direction.",
+        figures=(
+            _picture(
+                pictures,
+                "tolerances",
+                "Share of each direction in the scatter, and σ saved by one percentage point.",
+            ),
+        ),
+        tables=(
+            Table(
+                content.tables["tolerances"][list(WORTH)],
+                "Shares are of σ²; the largest one and its vehicle beside the mean.",
+                {"tolerance today ± [%]": 0, "sigma saved per % tighter [0.001 dB]": 1},
+            ),
+        ),
+    )
+
+
+def _certainty(content: SupplierContent) -> Section:
+    study = content.study
+    text = (
+        "The error budget of the characterisation covers sensors, shaker, force cells and noise; "
+        "its 95 % half width is that of the stiffness itself. Above 15 % a direction counts as not "
+        "identified and no number is asked for. R² says how well the response surface repeats what "
+        "was measured; it is no accuracy. The intervals of the changes come from these stiffnesses "
+        "alone: noise transfer functions and the model of the motion have errors of their own."
+    )
+    texts = (text if study.parts else NO_UNCERTAINTY, content.motion.text)
+    return Section(
+        "How sure we are",
+        "\n\n".join(filter(None, texts)),
+        tables=(Table(content.tables["quality"], "Today's stiffness, direction by direction."),),
+    )
+
+
+def _levels(content: SupplierContent, mount: str) -> bytes:
+    study, design = content.study, content.effects.designs[mount]
+    case, _ = study.load_cases[0]
+    before, after = content.effects.levels(design)
+    peaks = content.effects.peaks(design)
+    colours = vehicle_colours(study.platform.fleet.names)
+    return figures.spl_curves(
+        np.asarray(study.index.frequency),
+        case.order,
+        before,
+        after,
+        content.vehicles,
+        [[c.before.frequency for c in peaks[v] if c.before] for v in study.vehicles],
+        [[c.after.frequency for c in peaks[v] if c.after] for v in study.vehicles],
+        {content.names(vehicle): colours[vehicle] for vehicle in study.vehicles},
+    )
+
+
+def _picture(pictures: Mapping[str, bytes], stem: str, caption: str) -> Picture:
+    return Picture(pictures[stem], alt=caption, caption=caption)
+
+
+def _count(vehicles: tuple[str, ...]) -> str:
+    return vehicles[0] if len(vehicles) == 1 else f"{len(vehicles)} vehicles"

@@ -1,0 +1,301 @@
+"""What a mount supplier is asked for, taken from the finished run of a front study."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from enum import Enum
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from deboom.errors import InputError
+from deboom.explore.design_space import DesignSpace
+from deboom.explore.fronts import verification_response
+from deboom.explore.robust import RobustResponse
+from deboom.explore.selection import (
+    at_nominal,
+    indifference_intervals,
+    variables_without_effect,
+)
+from deboom.files.platform import Platform, read_platform
+from deboom.measurement.load_case import LoadCase
+from deboom.mounts.characterised_direction import CharacterisedDirection
+from deboom.mounts.characterised_mount import CharacterisedMount
+from deboom.mounts.mount import AXES, Mount
+from deboom.physics.arrays import RealArray
+from deboom.study.compare_runs import FRONT, ComparedRun, compared_run
+from deboom.study.mount_source import operation
+from deboom.study.rebuilt import study_script
+from deboom.study.resume import resumed_arguments
+from deboom.study.robust_front import NOTICEABLE
+from deboom.study.runner import load_study
+from deboom.study.supplier_pick import Pick
+from deboom.vehicles.loss_factor_index import LossFactorIndex
+
+DRAWS = 1024
+"""Draws of the tolerance behind every scatter on the page; no search has seen them."""
+LOSS = " loss"
+"""End of the name of a variable that is a loss factor."""
+
+
+class Need(Enum):
+    """What is asked of a direction."""
+
+    wanted = "as wanted"
+    anything = "any within the bounds"
+    nothing = "no requirement"
+    unknown = "not identified"
+
+
+@dataclass(frozen=True, eq=False)
+class Direction:
+    """One direction of a mount, a design variable.
+
+    Parameters
+    ----------
+    mount : Mount
+        On the platform.
+    axis : str
+        ``x``, ``y`` or ``z``.
+    column : int
+        Of its stiffness factor in a design.
+    loss_column : int or None
+        Of its loss factor, where that is a variable.
+    characterised : CharacterisedDirection or None
+        Where its force comes from; None where that is the measured spectrum.
+    need : Need
+        What is asked of it.
+    """
+
+    mount: Mount
+    axis: str
+    column: int
+    loss_column: int | None
+    characterised: CharacterisedDirection | None
+    need: Need
+
+    @property
+    def name(self) -> str:
+        """Name of the design variable."""
+        return f"{self.mount.name} {self.axis}"
+
+    @property
+    def half_width_95(self) -> float:
+        """Of the 95 % band of today's stiffness, relative; nan where nobody stated it [1]."""
+        stated = self.characterised and self.characterised.quality.half_width_95
+        return float("nan") if stated is None else float(stated)
+
+
+@dataclass(frozen=True, eq=False)
+class SupplierStudy:
+    """A front study, as far as the supplier of its mounts needs it.
+
+    Parameters
+    ----------
+    run : ComparedRun
+        Finished, checked, with its model built again.
+    platform : Platform
+        With the forces of the run.
+    parts : tuple of CharacterisedMount
+        The forces come from; empty if they are the measured ones.
+    pick : Pick
+        The design that is wanted.
+    """
+
+    run: ComparedRun
+    platform: Platform
+    parts: tuple[CharacterisedMount, ...]
+    pick: Pick
+
+    @property
+    def model(self) -> RobustResponse:
+        """Of the run, with the draws of its search."""
+        return self.run.model
+
+    @property
+    def space(self) -> DesignSpace:
+        """Design variables and their tolerances."""
+        return self.model.space
+
+    @property
+    def index(self) -> Any:
+        """What the run evaluated."""
+        return self.model.evaluate
+
+    @property
+    def motion_index(self) -> Any:
+        """The model of the motion; behind loss factors it is that of the split stiffnesses."""
+        return self.index.split if isinstance(self.index, LossFactorIndex) else self.index
+
+    @property
+    def vehicles(self) -> tuple[str, ...]:
+        """Names of the vehicles that were served."""
+        return tuple(self.index.response_names)
+
+    @property
+    def per_vehicle(self) -> float:
+        """Factor from SPLV to the mean level of one line [1]."""
+        return float(1.0 / self.index.n_lines)
+
+    @property
+    def band(self) -> tuple[float, float]:
+        """First and last line [Hz]."""
+        return float(self.index.frequency[0]), float(self.index.frequency[-1])
+
+    @property
+    def load_cases(self) -> tuple[tuple[LoadCase, float], ...]:
+        """Load cases that count, with their weights; the levels shown are those of the first."""
+        names = self.index.load_case_names
+        pairs = zip(names, self.index.weights, strict=True)
+        return tuple((self.platform.load_case(name), float(weight)) for name, weight in pairs)
+
+    @cached_property
+    def picked(self) -> RealArray:
+        """The design as the search found it, shape (k,) [1]."""
+        front = pd.read_csv(self.run.entry.folder / FRONT)
+        name = self.pick.value.replace("-", " ")
+        rows = np.flatnonzero(front["pick"].to_numpy() == name) if "pick" in front else []
+        if len(rows) != 1:
+            raise InputError(
+                f"{self.run.entry.folder / FRONT} names no design '{name}' of its own: it is the "
+                "same as another pick, or the study picks none; use best-mean"
+            )
+        return np.asarray(self.run.designs[rows[0]])
+
+    @cached_property
+    def without_effect(self) -> tuple[str, ...]:
+        """Variables that no vehicle depends on."""
+        return variables_without_effect(self.index, self.space)
+
+    @cached_property
+    def unidentified(self) -> tuple[str, ...]:
+        """Variables whose direction nobody knows well enough to ask for a number."""
+        names = []
+        for mount in self.platform.mounts if self.parts else ():
+            for name, axis in zip(mount.variables, AXES, strict=True):
+                found = self._characterised(mount.name, axis)
+                known = found is not None and found.surface is not None and found.quality.identified
+                if not known:
+                    names += [n for n in (name, name + LOSS) if n in self.space.names]
+        return tuple(name for name in names if name not in self.without_effect)
+
+    @cached_property
+    def wanted(self) -> RealArray:
+        """The picked design with today's value where nothing can be asked, shape (k,) [1]."""
+        back = (*self.without_effect, *self.unidentified)
+        return np.asarray(at_nominal(self.picked[np.newaxis], self.space, back)[0])
+
+    @cached_property
+    def interval(self) -> RealArray:
+        """Range of each variable around `wanted` without a noticeable change, (k, 2) [1]."""
+        change = NOTICEABLE * self.index.n_lines
+        return np.column_stack(indifference_intervals(self.model, self.wanted, change))
+
+    @cached_property
+    def directions(self) -> tuple[Direction, ...]:
+        """All stiffness factors, in the order of the design."""
+        found = []
+        names = self.space.names
+        for mount in self.platform.mounts:
+            for name, axis in zip(mount.variables, AXES, strict=True):
+                if name not in names:
+                    raise InputError(
+                        f"run {self.run.entry.folder} has no stiffness factor '{name}': a page for "
+                        "suppliers needs one for every mount and axis of its platform"
+                    )
+                column = names.index(name)
+                loss = names.index(name + LOSS) if name + LOSS in names else None
+                part = self._characterised(mount.name, axis)
+                found.append(Direction(mount, axis, column, loss, part, self._need(name, column)))
+        return tuple(found)
+
+    @cached_property
+    def check(self) -> RobustResponse:
+        """The model with draws that the search never saw."""
+        return verification_response(self.model, DRAWS, seed=self.run.seed)
+
+    def of(self, mount: str | None) -> tuple[Direction, ...]:
+        """Return the directions of a mount; of all for None.
+
+        Raises
+        ------
+        InputError
+            No such mount.
+        """
+        known = [one.name for one in self.platform.mounts]
+        if mount is not None and mount not in known:
+            raise InputError(
+                f"run {self.run.entry.folder} has no mount '{mount}': use {', '.join(known)}"
+            )
+        return tuple(d for d in self.directions if mount in (None, d.mount.name))
+
+    def only(self, mount: str) -> RealArray:
+        """Return the design with one mount as wanted and the others as today, shape (k,) [1]."""
+        design = np.array(self.space.nominal)
+        for direction in self.of(mount):
+            for column in (direction.column, direction.loss_column):
+                if column is not None:
+                    design[column] = self.wanted[column]
+        return design
+
+    def _characterised(self, mount: str, axis: str) -> CharacterisedDirection | None:
+        for part in self.parts:
+            if part.mount.name == mount:
+                return next((one for one in part.directions if one.axis == axis), None)
+        return None
+
+    def _need(self, name: str, column: int) -> Need:
+        if name in self.without_effect:
+            return Need.nothing
+        if name in self.unidentified:
+            return Need.unknown
+        low, high = self.interval[column]
+        if low <= self.space.lower[column] and high >= self.space.upper[column]:
+            return Need.anything
+        return Need.wanted
+
+
+def supplier_study(folder: Path, studies: Path, pick: Pick) -> SupplierStudy:
+    """Read the run of a front study and build its model again.
+
+    Parameters
+    ----------
+    folder : Path
+        Of the finished run.
+    studies : Path
+        Folder with the study scripts.
+    pick : Pick
+        The design that is wanted.
+
+    Raises
+    ------
+    InputError
+        See `deboom.study.compare_runs.compared_run`; a study without platform and mounts.
+    """
+    run = compared_run(folder, studies)
+    given = _options(run, studies)
+    missing = [name for name in ("platform", "mounts", "group", "load_case") if name not in given]
+    if missing:
+        raise InputError(
+            f"run {folder}: its study {run.entry.study} has no option --{missing[0]}, so there is "
+            "no mount whose supplier could read about it"
+        )
+    frequency = run.model.evaluate.frequency  # type: ignore[attr-defined]
+    runs = operation(
+        read_platform(given["platform"]),
+        given["load_case"],
+        given["mounts"],
+        given["group"],
+        (float(frequency[0]), float(frequency[-1])),
+    )
+    return SupplierStudy(run, runs.platform, runs.parts, pick)
+
+
+def _options(run: ComparedRun, studies: Path) -> Mapping[str, Any]:
+    parameters = load_study(study_script(run.entry, studies)).parameters
+    hints = {name: parameter.annotation for name, parameter in parameters.items()}
+    return resumed_arguments(run.entry, hints, {})

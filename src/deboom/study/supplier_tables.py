@@ -1,0 +1,287 @@
+"""Tables of the supplier's page and workbook."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from datetime import date
+
+import numpy as np
+import pandas as pd
+
+from deboom.files.run_folder import hash_files
+from deboom.mounts.mount import AXES
+from deboom.mounts.operating_stiffness import mean_operating_stiffness
+from deboom.study.motion_report import factor_name, motion_name
+from deboom.study.robust_front import N_PER_MM, NOTICEABLE
+from deboom.study.supplier_curves import MICRO, StiffnessCurve
+from deboom.study.supplier_effects import CHANGE, HALF_WIDTH, SupplierEffects
+from deboom.study.supplier_names import ShownNames
+from deboom.study.supplier_study import Direction, Need, SupplierStudy
+
+PERCENT = 100.0
+MILLI = 1e3
+MM = 1e3
+"""From m to mm."""
+NAN = float("nan")
+SHOWN_FROM = 0.05
+"""Largest share of a direction of which its vehicle is named [%]."""
+SHORT_HASH = 12
+"""Characters of a hash that a data sheet shows."""
+
+
+def requirement_table(
+    study: SupplierStudy, directions: Sequence[Direction], curves: Sequence[StiffnessCurve]
+) -> pd.DataFrame:
+    """One row per direction: today's and the wanted stiffness, its limits, and the loss factor.
+
+    A stiffness is the mean magnitude over the lines of the first load case. A direction that is not
+    identified has no number at all.
+    """
+    by_name = {curve.direction.name: curve for curve in curves}
+    rows = []
+    for direction in directions:
+        column, curve = direction.column, by_name.get(direction.name)
+        known = curve is not None and direction.need is not Need.unknown
+        today = _stiffness(study, direction) if known else NAN
+        loss = float(np.mean(curve.loss_factor[: curve.n_first])) if curve and known else NAN
+        asked = direction.need in (Need.wanted, Need.anything)
+        factor = float(study.wanted[column]) if asked else NAN
+        tolerance = float(study.space.tolerance[column]) if asked else NAN
+        wanted = today * factor
+        free = study.interval[column] if asked else (NAN, NAN)
+        lost = 1.0 if direction.loss_column is None else study.wanted[direction.loss_column]
+        rows.append(
+            {
+                "direction": direction.name,
+                "requirement": direction.need.value,
+                "today [N/mm]": today,
+                "wanted [N/mm]": wanted,
+                "wanted / today [1]": factor,
+                "tolerance ± [%]": PERCENT * tolerance,
+                "at least [N/mm]": wanted * (1.0 - tolerance),
+                "at most [N/mm]": wanted * (1.0 + tolerance),
+                "free from [N/mm]": today * free[0],
+                "free to [N/mm]": today * free[1],
+                "loss factor today [1]": loss,
+                "loss factor wanted [1]": loss * float(lost) if asked else NAN,
+            }
+        )
+    return pd.DataFrame(rows)
+
+
+def condition_table(curves: Sequence[StiffnessCurve]) -> pd.DataFrame:
+    """One row per direction: the preload in the load cases, and where its curve is read."""
+    rows = []
+    for curve in curves:
+        low, high = curve.preload_range
+        condition = curve.condition if curve.has_curve else None
+        rows.append(
+            {
+                "direction": curve.direction.name,
+                "preload": curve.label,
+                "least preload": low,
+                "greatest preload": high,
+                "curve at [Hz]": condition.frequency if condition else NAN,
+                "amplitude, peak [µm]": condition.amplitude * MICRO if condition else NAN,
+            }
+        )
+    return pd.DataFrame(rows)
+
+
+def curve_table(study: SupplierStudy, curves: Sequence[StiffnessCurve]) -> pd.DataFrame:
+    """Points of today's curves, where something is asked of the direction.
+
+    The wanted curve is today's with both columns multiplied as the requirement says.
+    """
+    tables = [
+        pd.DataFrame(
+            {
+                "direction": curve.direction.name,
+                "preload": curve.label,
+                "preload value": curve.curve_preload[backed],
+                "today [N/mm]": curve.curve_stiffness[backed],
+                "wanted / today [1]": float(study.wanted[curve.direction.column]),
+            }
+        )
+        for curve in curves
+        if curve.direction.need in (Need.wanted, Need.anything)
+        for backed in [np.isfinite(curve.curve_stiffness)]
+    ]
+    columns = ["direction", "preload", "preload value", "today [N/mm]", "wanted / today [1]"]
+    return pd.concat(tables, ignore_index=True) if tables else pd.DataFrame(columns=columns)
+
+
+def importance_table(
+    effects: SupplierEffects, directions: Sequence[Direction], names: ShownNames
+) -> pd.DataFrame:
+    """One row per direction and vehicle: Sobol indices with the half widths of their intervals."""
+    found = effects.importance
+    return pd.DataFrame(
+        [
+            {
+                "direction": direction.name,
+                "vehicle": names(vehicle),
+                "total [1]": found.total[direction.column, place],
+                "total ± 95 % [1]": found.total_interval[direction.column, place],
+                "alone [1]": found.first[direction.column, place],
+                "alone ± 95 % [1]": found.first_interval[direction.column, place],
+                "above zero": not found.zero[direction.column, place],
+            }
+            for direction in directions
+            for place, vehicle in enumerate(found.outputs)
+        ]
+    )
+
+
+def tolerance_table(
+    effects: SupplierEffects, directions: Sequence[Direction], names: ShownNames
+) -> pd.DataFrame:
+    """One row per direction: its share in the scatter, and what a tighter tolerance is worth."""
+    shares, study = effects.shares, effects.study
+    rows = []
+    for direction in directions:
+        own = [
+            place
+            for place, draw in enumerate(shares.names)
+            if draw == direction.name or draw.startswith(f"{direction.name} ")
+        ]
+        of_vehicle = PERCENT * shares.of_response[own].sum(axis=0)
+        worst = int(np.argmax(of_vehicle))
+        rows.append(
+            {
+                "direction": direction.name,
+                "tolerance today ± [%]": PERCENT * study.space.tolerance[direction.column],
+                "share of sigma [%]": PERCENT * shares.of_sum[own].sum(),
+                "sigma saved per % tighter [0.001 dB]": (
+                    MILLI * effects.tolerance_gain[direction.column]
+                ),
+                "largest share [%]": of_vehicle[worst],
+                "in": names(study.vehicles[worst]) if of_vehicle[worst] >= SHOWN_FROM else "–",
+                **{
+                    f"share of sigma², {names(vehicle)} [%]": of_vehicle[place]
+                    for place, vehicle in enumerate(study.vehicles)
+                },
+            }
+        )
+    return pd.DataFrame(rows)
+
+
+def part_summary(parts: pd.DataFrame) -> pd.DataFrame:
+    """One row per part alone, and all together: mean over the vehicles, best and worst of them."""
+    change, half = CHANGE, HALF_WIDTH
+    rows = []
+    for name, table in parts.groupby("changed", sort=False):
+        best, worst = table[change].idxmin(), table[change].idxmax()
+        rows.append(
+            {
+                "changed": name,
+                "mean of the vehicles [dB]": table[change].mean(),
+                "best [dB]": table.loc[best, change],
+                "best in": table.loc[best, "vehicle"],
+                "least [dB]": table.loc[worst, change],
+                "least in": table.loc[worst, "vehicle"],
+                "largest ± 95 % [dB]": table[half].max(),
+                "change of sigma [%]": PERCENT
+                * (table["sigma then [dB]"].sum() / table["sigma today [dB]"].sum() - 1.0),
+            }
+        )
+    return pd.DataFrame(rows)
+
+
+def quality_table(directions: Sequence[Direction]) -> pd.DataFrame:
+    """One row per direction: how well today's stiffness is known."""
+    rows = []
+    for direction in directions:
+        found = direction.characterised
+        quality = found.quality if found else None
+        rows.append(
+            {
+                "direction": direction.name,
+                "identified": {True: "yes", False: "no"}[quality.identified] if quality else "–",
+                "stiffness ± 95 % [%]": PERCENT * direction.half_width_95,
+                "R² of the force [1]": _number(quality.r2_force if quality else None),
+                "R² of Re K [1]": _number(quality.r2_real if quality else None),
+                "R² of Im K [1]": _number(quality.r2_imag if quality else None),
+                "requirement": direction.need.value,
+            }
+        )
+    return pd.DataFrame(rows)
+
+
+def data_sheet(
+    study: SupplierStudy, mount: str | None, names: ShownNames, today: date
+) -> pd.DataFrame:
+    """Everything else that belongs on a data sheet: item and value."""
+    shown = [one for one in study.platform.mounts if mount in (None, one.name)]
+    items = {}
+    for one in shown:
+        identity = next((p.identity for p in study.parts if p.mount.name == one.name), None)
+        known = (
+            (
+                ("part number", identity.part_number),
+                ("supplier", identity.supplier),
+                ("serial", identity.serial),
+                ("variant", identity.variant),
+                ("campaign", identity.campaign),
+            )
+            if identity
+            else ()
+        )
+        pieces = [piece for piece in one.pieces if piece]
+        words = [one.description, *(["pieces " + ", ".join(pieces)] if pieces else [])]
+        words += [f"{key} {value}" for key, value in known if value]
+        items[f"mount {one.name}"] = "; ".join(words)
+        for piece, place in zip(one.pieces, one.positions, strict=True):
+            where = f"position of {one.name} {piece}".strip()
+            items[f"{where}, x, y, z [mm]"] = ", ".join(f"{MM * value:.1f}" for value in place)
+    low, high = study.band
+    items["frequency band"] = f"{low:g} to {high:g} Hz, {study.index.n_lines} lines"
+    for case, weight in study.load_cases:
+        torque = case.engine_torque
+        reached = (
+            "" if torque is None else f", wheel torque up to {case.wheel_torque.max():.0f} N m"
+        )
+        items[f"load case {case.name}"] = (
+            f"{case.title}; gear {case.gear}, engine torque limit {case.torque_limit:g} N m"
+            f"{reached}, engine order {case.order:g}, weight {weight:.3g}"
+        )
+    items["vehicles"] = f"{len(study.vehicles)}: " + ", ".join(map(names, study.vehicles))
+    items["design"] = f"{study.pick.value.replace('-', ' ')} of the front"
+    items["meaning of a factor"] = (
+        f"{factor_name(study.motion_index)}, motion {motion_name(study.motion_index)}"
+    )
+    items["tolerance"] = "three standard deviations of a normal distribution, cut there"
+    items["free range"] = f"mean level within {NOTICEABLE} dB of the wanted design, one at a time"
+    items["static force"] = "on the body side, under engine torque alone, in the axes below"
+    items["axes"] = "x rearward, y to the right, z upward"
+    items["stiffness"] = "magnitude of the complex dynamic stiffness, force per displacement"
+    items["amplitudes"] = "peak, not rms, at the virtual point inside the mount"
+    items["levels"] = "A-weighted, re 20 µPa, at the driver's ear, mean of the lines in dB(A)"
+    items |= _revision(study, today)
+    return pd.DataFrame({"item": list(items), "value": list(items.values())})
+
+
+def _revision(study: SupplierStudy, today: date) -> dict[str, str]:
+    entry = study.run.entry
+    environment = entry.record["environment"]
+    git = environment.get("git") or {}
+    revision = git.get("revision") or "unknown"
+    digest = hash_files([entry.folder / "run.json"], relative_to=entry.folder)["run.json"]
+    return {
+        "run": f"{entry.name}, seed {study.run.seed}",
+        "record of the run, SHA-256": digest[:SHORT_HASH],
+        "deboom": f"{environment['packages'].get('deboom', 'unknown')}, revision "
+        f"{revision[:SHORT_HASH]}{', changed' if git.get('dirty') else ''}",
+        "date of this page": today.isoformat(),
+    }
+
+
+def _stiffness(study: SupplierStudy, direction: Direction) -> float:
+    """Mean magnitude over the lines of the first load case [N/mm]."""
+    case, _ = study.load_cases[0]
+    of_axes = mean_operating_stiffness(direction.mount, case, study.band)
+    return float(of_axes[AXES.index(direction.axis)]) * N_PER_MM
+
+
+def _number(value: float | None) -> float:
+    return NAN if value is None else value

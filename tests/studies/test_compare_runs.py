@@ -1,0 +1,248 @@
+"""Comparing run folders, listing and showing them: through the same doors as a user."""
+
+import json
+import shutil
+from pathlib import Path
+
+import pandas as pd
+import pytest
+from typer.testing import CliRunner
+
+from deboom.cli import app
+from deboom.errors import InputError
+from deboom.study.compare_command import compare
+from deboom.study.runner import load_study, run_study
+
+FRONT = """'''Which of five springs are best?'''
+
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from deboom.explore.design_space import stiffness_factor_space
+from deboom.explore.fronts import verify
+from deboom.explore.known_truth import quad2
+from deboom.explore.robust import RobustResponse
+from deboom.report.page import Headline, Page
+from deboom.study.context import RunContext
+from deboom.study.result import StudyResult
+from deboom.study.robust_search import Budget, robust_search
+from deboom.study.sampling import Sampler, tolerance_sample
+
+
+def main(
+    seed: int = 1,
+    generations: int = 12,
+    population: int = 16,
+    springs: int = 5,
+    tolerance: float = 0.15,
+    platform: Path = Path(__file__).parent / "here",
+    run: RunContext | None = None,
+) -> StudyResult:
+    files = (platform / "platform.toml", platform / "masses.csv")
+    model = quad2(springs, seed=1)
+    space = stiffness_factor_space(model.variable_names, tolerance=tolerance)
+    sample = tolerance_sample(Sampler.sobol, springs, 32, seed=seed)
+    robust = RobustResponse(model, space, sample)
+    budget = Budget(population, generations)
+    search = robust_search(robust, robust, budget, seed, lambda *_: None, run, files)
+    check = verify(search.front, robust, 1024, seed=seed)
+    sums = {
+        "SPLV mean sum [dB(A)]": check.values.mean_sum,
+        "SPLV sigma sum [dB]": check.values.sigma_sum,
+    }
+    designs = search.front.designs
+    return StudyResult(
+        tables={
+            "front": pd.DataFrame(sums),
+            "designs": pd.DataFrame(designs, columns=[f"{n} [1]" for n in space.names]),
+            "convergence": pd.DataFrame({"hypervolume [1]": search.hypervolume}),
+        },
+        figures={},
+        summary={"n_front": len(search.front)},
+        page=Page("Springs", "Which?", (), (Headline(str(len(search.front)), "designs found"),)),
+        inputs=files,
+        facts={"verification_draws": check.n_samples},
+    )
+"""
+
+
+@pytest.fixture(scope="module")
+def home(tmp_path_factory):
+    """Return a folder with studies and two platforms, one of them with other masses."""
+    home = tmp_path_factory.mktemp("home")
+    for name in ("here", "there"):
+        (home / "studies" / name).mkdir(parents=True)
+        (home / "studies" / name / "platform.toml").write_text("title = 'springs'\n")
+        (home / "studies" / name / "masses.csv").write_text(f"mass\n{len(name)}\n")
+    (home / "studies" / "springs.py").write_text(FRONT, encoding="utf-8")
+    return home
+
+
+@pytest.fixture(scope="module")
+def studies(home):
+    return home / "studies"
+
+
+@pytest.fixture(scope="module")
+def results(home):
+    return home / "results"
+
+
+@pytest.fixture(scope="module")
+def springs(studies, results):
+    """Run the study with options."""
+
+    def run(**options):
+        out = results if not options.keys() - {"seed"} else results.with_name("more")
+        return run_study(load_study(studies / "springs.py"), out, {"seed": 1, **options})
+
+    return run
+
+
+@pytest.fixture(scope="module")
+def pair(springs):
+    """Two seeds of one study."""
+    return [springs(seed=seed) for seed in (1, 2)]
+
+
+@pytest.fixture
+def judged(studies):
+    def judge(runs, out, **changes):
+        options = {"out": out, "studies": studies, "samples": 1024, "seed": 1, **changes}
+        return compare(runs, **options)
+
+    return judge
+
+
+@pytest.fixture(scope="module")
+def compared(pair, results, studies):
+    return compare(pair, out=results, studies=studies, samples=1024, seed=1)
+
+
+def test_two_seeds_of_one_study(compared, pair):
+    folder, verdicts = compared
+    assert folder.parent.name == "compare"
+    summary = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
+    assert summary["verdict"] == "within noise"
+    assert summary["n_runs"] == summary["n_configurations"] == 2
+    assert verdicts[0].startswith("seed 1 against seed 2: within noise")
+    fronts = pd.read_csv(folder / "fronts.csv")
+    assert list(fronts["run"]) == [run.name for run in pair]
+    assert fronts["hypervolume [%]"].between(0.0, 100.0).all()
+    assert fronts["additive ε [%]"].min() >= 0.0
+    differ = pd.read_csv(folder / "differences.csv")
+    assert list(differ["what differs"]) == ["seed"]
+    record = json.loads((folder / "run.json").read_text(encoding="utf-8"))
+    assert record["facts"]["common_draws"] == 1024
+    assert {Path(name).name for name in record["inputs_sha256"]} == {
+        "front.csv",
+        "designs.csv",
+        "convergence.csv",
+        "run.json",
+    }
+    page = (folder / "report.html").read_text(encoding="utf-8")
+    assert "reference point" in page
+    assert "within noise" in page
+
+
+def test_the_same_comparison_gives_the_same_tables(compared, pair, judged, tmp_path):
+    again, _ = judged(pair, tmp_path)
+    for name in ("pairs.csv", "fronts.csv", "points.csv"):
+        assert (again / name).read_bytes() == (compared[0] / name).read_bytes()
+
+
+def test_configurations_are_named_by_what_differs_and_foreign_models_are_warned_of(
+    pair, springs, judged, tmp_path
+):
+    folder, verdicts = judged([*pair, springs(generations=1, tolerance=0.3)], tmp_path)
+    assert "generations 12, tolerance 0.15 against generations 1, tolerance 0.3" in verdicts[0]
+    assert "not decided" in verdicts[0]  # one generation does not say how far it moves
+    page = (folder / "report.html").read_text(encoding="utf-8")
+    assert "outside of its own world" in page
+
+
+def copied(run, folder):
+    target = folder / run.parent.name / run.name
+    shutil.copytree(run, target)
+    return target
+
+
+@pytest.mark.parametrize(
+    ("damage", "words"),
+    [
+        (lambda run: (run / "front.csv").unlink(), "front.csv is missing"),
+        (lambda run: (run / "designs.csv").write_text("point\n1\n"), "designs.csv has been edited"),
+        (lambda run: (run / "run.json").write_text("{"), "damaged"),
+        (lambda run: (run / "run.json").unlink(), "no run folder"),
+    ],
+)
+def test_a_damaged_run_folder_is_refused_and_nothing_is_left(pair, judged, tmp_path, damage, words):
+    run = copied(pair[1], tmp_path)
+    damage(run)
+    with pytest.raises(InputError, match=words):
+        judged([pair[0], run], tmp_path / "results")
+    assert not (tmp_path / "results").exists()
+
+
+def test_runs_that_cannot_be_compared_are_refused(
+    pair, compared, springs, studies, judged, tmp_path
+):
+    there = springs(platform=studies / "there", generations=1)
+    for runs, words in (
+        ([pair[0]], "two different runs"),
+        ([pair[0], pair[0]], "two different runs"),
+        ([pair[0], there], r"different platforms \(masses.csv differs\)"),
+        ([pair[0], springs(springs=4, generations=1)], "different design variables"),
+        ([pair[0], compared[0]], "no front study"),
+        ([pair[0], tmp_path], "no run folder"),
+    ):
+        with pytest.raises(InputError, match=words):
+            judged(runs, tmp_path / "results")
+    with pytest.raises(InputError, match="power of two"):
+        judged(pair, tmp_path / "results", samples=512)
+    with pytest.raises(InputError, match="--studies"):
+        judged(pair, tmp_path / "results", studies=tmp_path)
+    masses = studies / "there" / "masses.csv"
+    masses.write_text("mass\n6\n")
+    with pytest.raises(InputError, match=r"masses\.csv has changed since run"):
+        judged([there, pair[0]], tmp_path / "results")
+    assert not (tmp_path / "results").exists()
+
+
+def test_a_script_that_gives_other_figures_is_refused(pair, studies, judged, tmp_path):
+    other = tmp_path / "studies"
+    shutil.copytree(studies, other)
+    (other / "springs.py").write_text(
+        FRONT.replace("quad2(springs, seed=1)", "quad2(springs, seed=2)")
+    )
+    with pytest.raises(InputError, match="does not give the figures"):
+        judged(pair, tmp_path / "results", studies=other)
+
+
+def test_list_show_and_the_page_of_all_runs(pair, compared, results, tmp_path):
+    call = CliRunner().invoke
+    listed = call(app, ["list", str(results), "--html"])
+    assert listed.exit_code == 0, listed.output
+    for words in ("five springs", "seed 2", pair[0].name, "within noise", "index.html"):
+        assert words in listed.output
+    page = (results / "index.html").read_text(encoding="utf-8")
+    for run in (*pair, compared[0]):
+        assert f'href="{run.parent.name}/{run.name}/report.html"' in page
+    shown = call(app, ["show", str(pair[0])]).output
+    for words in ("generations", "designs found", "front.csv", "rows: SPLV mean", "kept for"):
+        assert words in shown
+    assert "All files are as the run wrote them." in shown
+    edited = copied(pair[0], tmp_path)
+    (edited / "front.csv").write_text("")
+    assert "front.csv has been edited" in call(app, ["show", str(edited)]).output
+    (edited.parent / "broken").mkdir()
+    (edited.parent / "broken" / "run.json").write_text("{")
+    again = call(app, ["list", str(tmp_path), "--html"])
+    assert again.exit_code == 0
+    assert "damaged" in again.output
+    assert "damaged" in (tmp_path / "index.html").read_text(encoding="utf-8")
+    refused = call(app, ["compare", str(pair[0])])
+    assert refused.exit_code == 2
+    assert len(refused.stderr.strip().splitlines()) == 1

@@ -1,0 +1,157 @@
+"""The correlation studies at a tiny budget, through the same door as a user."""
+
+import json
+from pathlib import Path
+
+import pandas as pd
+import pytest
+
+from deboom.errors import InputError
+from deboom.explore.design_space import stiffness_factor_space
+from deboom.study.correlation import key_of
+from deboom.study.doe import DoeRequest, Plan
+from deboom.study.mount_source import MountSource
+from deboom.study.runner import load_study, run_study
+
+STUDIES = Path(__file__).parents[2] / "studies"
+FRACTION = "fractional factorial of resolution 3"
+WORDS = "a b c d abc abd acd bcd ab ac ad bc"
+BUDGET = {"seed": 1, "designs": 64, "draws": 4, "resamples": 100, "mounts": MountSource.spectra}
+
+
+def run(name, out, **changes):
+    return run_study(load_study(STUDIES / f"{name}.py"), out, {**BUDGET, **changes})
+
+
+def summary_of(folder):
+    return json.loads((folder / "summary.json").read_text())
+
+
+@pytest.fixture(scope="module")
+def vehicles(tmp_path_factory):
+    """One run that several tests look at."""
+    return run("u06_correlation", tmp_path_factory.mktemp("results"))
+
+
+def test_groups_go_together_and_all_vehicles_are_compared(tmp_path):
+    folder = run("group_correlation", tmp_path)
+    summary = summary_of(folder)
+    assert summary["r_group_min"] > 0.9
+    assert summary["r_group_min_from"] < summary["r_group_min"] < summary["r_group_min_to"]
+    assert 0.85 < summary["rate_groups"] < 1.0
+    assert summary["n_unselected_fleets"] >= 200
+    matrix = pd.read_csv(folder / "vehicle_matrix.csv", index_col=0)
+    assert matrix.shape == (15, 15)
+    pairs = pd.read_csv(folder / "vehicle_pairs.csv")
+    assert len(pairs) == 3 * 105
+    assert (pairs["pearson from [1]"] <= pairs["pearson to [1]"]).all()
+    families = pd.read_csv(folder / "families.csv")
+    assert sum(len(names.split(", ")) for names in families["vehicles"]) == 15
+    assert (families["least r, designs [1]"].dropna() >= 0.9).all()
+    assert {path.stem for path in (folder / "figures").iterdir()} >= {
+        "group_matrix",
+        "groups_designs",
+        "groups_tolerance",
+        "vehicle_matrix",
+        "families",
+        "unselected_fleets",
+    }
+
+
+def test_the_battery_sets_one_vehicle_apart(vehicles):
+    summary = summary_of(vehicles)
+    assert summary["apart"] == "U06-5"
+    assert summary["r_u06_1_4_min"] > 0.95
+    assert 0.3 < summary["r_u06_5_mean"] < 0.8
+    assert summary["r_u06_1_4_min_tolerance"] > 0.95
+    assert summary["rate_battery"] < 0.3 < summary["rate_alike_closely"]
+    families = pd.read_csv(vehicles / "families.csv")
+    assert list(families["vehicles"]) == ["U06-1, U06-2, U06-3, U06-4", "U06-5"]
+    page = (vehicles / "report.html").read_text(encoding="utf-8")
+    assert "none of them selected" in page
+
+
+def test_a_doe_is_kept_and_goes_on(vehicles, tmp_path):
+    doe = pd.read_csv(vehicles / "doe.csv", keep_default_na=False)
+    assert len(doe) == 64
+    assert set(doe["failure"]) == {""}
+    path = vehicles / "doe.csv"
+    longer = run("u06_correlation", tmp_path, append_to=path, designs=32, seed=2)
+    record = json.loads((longer / "run.json").read_text())
+    assert record["facts"]["known_designs"] == 0
+    again = pd.read_csv(longer / "doe.csv", keep_default_na=False)
+    assert len(again) == 96
+    pd.testing.assert_frame_equal(again[:64], doe)
+    with pytest.raises(InputError, match=r"doe.csv line 2: the design belongs to the DOE .*1.15'"):
+        run("u06_correlation", tmp_path, append_to=path, half_width=0.2)
+
+
+def test_other_options(tmp_path):
+    changes = {"apart": "U06-1", "load_case": ["g5_wot120=1", "g6_wot220=2"]}
+    folder = run("u06_correlation", tmp_path, plan=Plan.sobol, **changes)
+    assert summary_of(folder)["apart"] == "U06-1"
+    assert not (folder / "rates.csv").exists()  # of another question than the fleets were asked
+
+
+@pytest.mark.parametrize(
+    ("request_", "n_designs", "words"),
+    [
+        (DoeRequest(Plan.latin_hypercube, 30, 1), 30, "Latin hypercube (maximin), seed 1"),
+        (DoeRequest(Plan.sobol, 32, 2), 32, "Sobol, seed 2"),
+        (DoeRequest(Plan.box_behnken, 0, 1), 193, "box behnken"),
+        (DoeRequest(Plan.full_factorial, 0, 1), 4096, "full factorial"),
+        (DoeRequest(Plan.fractional_factorial, 0, 1, WORDS), 16, FRACTION),
+        (DoeRequest(Plan.central_composite, 0, 1, WORDS), 41, "central composite"),
+        (DoeRequest(Plan.central_composite, 0, 1), 4121, "central composite"),
+    ],
+)
+def test_plans_of_twelve_variables(request_, n_designs, words):
+    space = stiffness_factor_space([f"variable {n}" for n in range(12)], half_width=0.15)
+    designs = request_.designs(space)
+    assert designs.shape == (n_designs, 12)
+    assert request_.words == words
+    assert designs.min() >= 0.85
+    assert designs.max() <= 1.15
+
+
+@pytest.mark.parametrize(
+    ("changes", "sentence"),
+    [
+        ({"plan": Plan.sobol, "designs": 300}, "300 Sobol points are not a power of two"),
+        ({"plan": Plan.fractional_factorial}, "needs --generators"),
+        ({"plan": Plan.fractional_factorial, "generators": "a b ab"}, "one column for each"),
+        ({"designs": 8}, "8 designs give no correlation"),
+        ({"apart": "F39-1", "designs": 10}, "--apart 'F39-1' is no vehicle of this study"),
+    ],
+)
+def test_what_cannot_be_asked_is_said_in_a_sentence(tmp_path, changes, sentence):
+    with pytest.raises(InputError, match=sentence):
+        run("u06_correlation", tmp_path, **changes)
+
+
+def test_a_users_own_table(tmp_path, vehicles):
+    doe = pd.read_csv(vehicles / "doe.csv")
+    path = tmp_path / "own.xlsx"
+    own = doe[[name for name in doe.columns if name.endswith("[1]")]].head(12)
+    own.to_excel(path, index=False)
+    space = stiffness_factor_space([name[:-4] for name in own.columns], half_width=0.15)
+    request = DoeRequest(Plan.sobol, 0, 1, table=path)
+    assert request.designs(space) == pytest.approx(own.to_numpy(), abs=1e-12)
+    assert (request.words, request.inputs) == ("table own.xlsx", (path,))
+    own.drop(columns="TSM x [1]").to_excel(path, index=False)
+    with pytest.raises(InputError, match="column 'TSM x' is missing"):
+        run("u06_correlation", tmp_path, table=path)
+
+
+@pytest.mark.parametrize(
+    ("names", "key"),
+    [
+        (["U06-1", "U06-2", "U06-4"], "u06_1_4"),
+        (["U06-10", "U06-12"], "u06_10_12"),
+        (["U06-5"], "u06_5"),
+        (["hatch", "wagon"], "hatch_wagon"),
+        (["Body A 1", "Van 2"], "body_a_1_van_2"),
+    ],
+)
+def test_summary_keys(names, key):
+    assert key_of(names) == key

@@ -1,0 +1,276 @@
+"""From a hammer test to a compressor: what is refused, what raises an alarm, what is held out."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from deboom.bench.compressor_plan import CompressorPlan
+from deboom.bench.compressor_writer import write_compressor_test
+from deboom.compressor.hold_out import hold_out_impacts, hold_out_lines
+from deboom.compressor.identify import ALARM, IdentifyOptions, identify
+from deboom.compressor.sheet_checks import misplaced
+from deboom.errors import InputError
+from deboom.files.inertance_test import read_inertance_test
+from deboom.measurement.channels import Frf
+
+QUICK = IdentifyOptions(largest_lines=12, held_out=0)
+
+
+def written(folder, plan=None):
+    write_compressor_test(folder / "test", plan=plan)
+    return read_inertance_test(folder / "test")
+
+
+def smaller(test, impacts=slice(None, None, 2)):
+    """Five sensors and every second impact: a third of the work."""
+    sensors, struck = test.sensors[:5], test.impacts[impacts]
+    channels = [name for sensor in sensors for name in sensor.channels]
+    frf = test.frf.select(channels, [impact.name for impact in struck])
+    coherence = test.coherence[:, : len(channels), impacts]
+    return replace(test, sensors=sensors, impacts=struck, frf=frf, coherence=coherence)
+
+
+def with_values(test, values):
+    frf = Frf(test.frf.frequency, values, test.frf.outputs, test.frf.inputs, test.frf.unit)
+    return replace(test, frf=frf)
+
+
+def scaled(items, factor):
+    return tuple(replace(item, position=factor * item.position) for item in items)
+
+
+@pytest.fixture(scope="module")
+def test(tmp_path_factory):
+    return written(tmp_path_factory.mktemp("rigid"))
+
+
+@pytest.fixture(scope="module")
+def told():
+    return []
+
+
+@pytest.fixture(scope="module")
+def found(test, told):
+    return identify(smaller(test), IdentifyOptions(largest_lines=30, held_out=4), told.append)
+
+
+def test_a_good_test_raises_no_alarm_and_says_what_it_does(found, told):
+    assert found.alarms == ()
+    assert found.calibrated.reduced_chi == pytest.approx(0.9, abs=0.15)
+    assert told == [
+        "virtual point and quality",
+        "linear start",
+        "fit at the virtual point",
+        "self-calibration",
+        "prediction of held-out impacts",
+    ]
+    assert np.count_nonzero(found.fitted) == 30
+    assert found.rigid.is_rigid
+    assert "does not drift" in found.rigid.statement
+    assert misplaced(found.calibrated, found.test.tolerances) == ()
+    assert len(found.modes.frequency) == 6
+
+
+def test_held_out_lines_and_impacts_are_predicted(found):
+    lines, impacts = found.held_out
+    assert lines.what == "251 lines from 10.5 to 149.5 Hz"
+    assert impacts.what == "impacts I01, I09, I17"
+    for check in found.held_out:
+        assert check.reduced_chi == pytest.approx(0.9, abs=0.2)
+        assert check.relative_error < 0.02
+        assert check.predicted.inputs == check.measured.inputs
+
+
+def test_held_out_lines_see_a_wrong_model(found):
+    """Mass 5 % off: the prediction misses by many times the noise."""
+    values = found.calibrated.values.copy()
+    values[0] += 0.05
+    off = replace(found.calibrated, values=values)
+    between = ~found.fitted & (found.raw.frf.frequency > 100)
+    right = hold_out_lines(found.calibrated, found.raw.select(between))
+    wrong = hold_out_lines(off, found.raw.select(between))
+    assert right.reduced_chi < ALARM < 3 * ALARM < wrong.reduced_chi
+
+
+def test_held_out_impacts_must_be_new(found):
+    with pytest.raises(InputError, match="no impact is left"):
+        hold_out_impacts(found.calibrated, found.raw.select(found.fitted), found.test.tolerances)
+
+
+def test_an_exchange_of_impacts_shows_in_the_prediction(found):
+    """The place of a held-out impact is estimated within its tolerance, not wherever it fits."""
+    part = found.raw.select(found.fitted)
+    kept = [impact.name for impact in part.impacts if impact.name not in ("I01", "I05")]
+    known = replace(
+        found.calibrated,
+        placement=replace(
+            found.calibrated.placement,
+            impacts=tuple(i for i in part.impacts if i.name in kept),
+        ),
+        errors=_without(found, ("I01", "I05")),
+    )
+    right = hold_out_impacts(known, part, found.test.tolerances)
+    order = [{"I01": "I05", "I05": "I01"}.get(name, name) for name in part.frf.inputs]
+    values = part.frf.select(inputs=order).values
+    frf = Frf(part.frf.frequency, values, part.frf.outputs, part.frf.inputs, part.frf.unit)
+    wrong = hold_out_impacts(known, replace(part, frf=frf), found.test.tolerances)
+    assert right.reduced_chi < ALARM
+    assert wrong.reduced_chi > 10 * ALARM
+
+
+def _without(found, names):
+    """Placement errors less those of some impacts."""
+    placement = found.calibrated.placement
+    out = [n for n, label in enumerate(placement.names) if label.split()[0] in names]
+    return np.delete(found.calibrated.errors, out)
+
+
+def limit_of_the_rigid_body(path, tolerance=0.03):
+    """Where the exact apparent mass seen by the true rows leaves that of the rigid body [Hz]."""
+    truth = np.load(path)
+    response = np.linalg.pinv(truth["response_matrix"])
+    seen = response @ truth["frf"] @ np.linalg.pinv(truth["excitation_matrix"]).T
+    scale = np.repeat([1.0, 1 / 0.055], 3)
+    weight = np.outer(scale, scale)
+    change = np.linalg.norm(weight * (np.linalg.inv(seen) - truth["apparent_mass"]), axis=(1, 2))
+    size = np.linalg.norm(weight * truth["apparent_mass"][-1])
+    above = truth["frequency"] > 40
+    return truth["frequency"][above][np.argmax(change[above] > tolerance * size)]
+
+
+def test_a_flexible_body_is_reported_with_the_limit_of_the_rigid_model(tmp_path):
+    test = written(tmp_path, CompressorPlan(flexible_body=300.0))
+    found = identify(smaller(test), QUICK)
+    assert not found.rigid.is_rigid
+    true_limit = limit_of_the_rigid_body(tmp_path / "test" / "truth" / "truth.npz")
+    assert found.rigid.holds_to == pytest.approx(true_limit, rel=0.2)
+    text = " ".join(found.alarms)
+    assert f"the rigid model holds to {found.rigid.holds_to:.0f} Hz" in text
+    assert "times the noise (alarm at 1.5)" in text
+
+
+def test_a_flexible_receiver_raises_reduced_chi(tmp_path):
+    test = written(tmp_path, CompressorPlan(flexible_receiver=True))
+    options = IdentifyOptions(bands=((10.0, 60.0),), largest_lines=14, held_out=0)
+    found = identify(smaller(test), options)
+    assert found.calibrated.reduced_chi > ALARM
+    assert any("a flexible receiver" in alarm for alarm in found.alarms)
+    assert any(alarm.startswith("Held out") for alarm in found.alarms)
+
+
+def test_a_place_beyond_its_tolerance_is_named(test):
+    """A sensor 15 mm off its sheet is ten times the tolerance of 1.5 mm."""
+    moved = smaller(test)
+    off = replace(moved.sensors[2], position=moved.sensors[2].position + 0.015 * np.eye(3)[1])
+    found = identify(replace(moved, sensors=(*moved.sensors[:2], off, *moved.sensors[3:])), QUICK)
+    text = " ".join(found.alarms)
+    assert "Further from the sheet than its tolerances allow: A3" in text
+
+
+# ------------------------------------------------------------------ refusals
+
+
+def test_a_flipped_channel_and_a_flipped_impact_are_named(test):
+    values = test.frf.values.copy()
+    values[:, 4] *= -1
+    with pytest.raises(InputError, match="sensor A2 contradicts all others: A2 y: reversed sign"):
+        identify(with_values(test, values))
+    values = test.frf.values.copy()
+    values[:, :, 5] *= -1
+    with pytest.raises(InputError, match="impact I06 contradicts all others: I06: reversed sign"):
+        identify(with_values(test, values))
+    with pytest.raises(InputError, match="negative mass"):
+        identify(with_values(test, -test.frf.values))
+
+
+@pytest.mark.parametrize(
+    ("rows", "names"),
+    [
+        ([[6, 7], [7, 6]], "A3: swapped axes, A3 x carries y, A3 y carries x"),
+        ([[6, 10], [10, 6]], "A3 x and A4 y are exchanged"),
+        ([[6, 7, 8, 9, 10, 11], [9, 10, 11, 6, 7, 8]], "A3 and A4 are exchanged"),
+    ],
+    ids=["axes", "channels", "sensors"],
+)
+def test_swapped_channels_are_named(test, rows, names):
+    values = test.frf.values.copy()
+    values[:, rows[0]] = values[:, rows[1]]
+    with pytest.raises(InputError, match=names):
+        identify(with_values(test, values))
+
+
+def test_swapped_impacts_are_named(test):
+    values = test.frf.values.copy()
+    values[:, :, [2, 9]] = values[:, :, [9, 2]]
+    with pytest.raises(InputError, match="I03 and I10 are exchanged"):
+        identify(with_values(test, values))
+
+
+def test_lengths_in_mm_read_as_m(test):
+    sensors, impacts = scaled(test.sensors, 1e3), scaled(test.impacts, 1e3)
+    with pytest.raises(InputError, match="check the length unit of the position sheet"):
+        identify(replace(test, sensors=sensors, impacts=impacts))
+    with pytest.raises(InputError, match="one of the two is in another unit of length"):
+        identify(replace(test, impacts=impacts))
+    with pytest.raises(InputError, match="one of the two is in another unit of length"):
+        identify(replace(test, sensors=sensors))
+
+
+def test_accelerations_in_g_contradict_the_scales(test):
+    small = smaller(test)
+    with pytest.raises(InputError, match=r"the scales say 6.81 kg, 9\.\d+ times apart"):
+        identify(with_values(small, small.frf.values / 9.81), QUICK)
+
+
+def test_low_coherence_is_refused(test):
+    with pytest.raises(InputError, match=r"median coherence is 0.60, below 0.8; the worst is A"):
+        identify(replace(test, coherence=0.6 * test.coherence))
+
+
+def test_a_line_at_0_hz_and_too_little_data_are_refused(test):
+    lines = test.frf.frequency - test.frf.frequency[0]
+    frf = Frf(lines, test.frf.values, test.frf.outputs, test.frf.inputs, test.frf.unit)
+    with pytest.raises(InputError, match="a line at 0 Hz"):
+        replace(test, frf=frf)
+    with pytest.raises(InputError, match="at least six"):
+        smaller(test, slice(0, 5))
+
+
+def test_six_impacts_that_are_not_independent_are_refused(test):
+    """All along one direction: three motions are never excited."""
+    along = [n for n, i in enumerate(test.impacts) if abs(i.direction[0]) > 0.9]
+    assert len(along) >= 6
+    struck = tuple(test.impacts[n] for n in along)
+    frf = test.frf.select(inputs=[impact.name for impact in struck])
+    part = replace(test, impacts=struck, frf=frf, coherence=test.coherence[:, :, along])
+    with pytest.raises(InputError, match="virtual point"):
+        identify(part)
+
+
+def test_sensors_on_a_line_are_refused(test):
+    first = test.sensors[:3]
+    on_line = tuple(
+        replace(sensor, position=np.array([0.05 * n, 0.01, 0.02])) for n, sensor in enumerate(first)
+    )
+    channels = [name for sensor in first for name in sensor.channels]
+    part = replace(
+        test, sensors=on_line, frf=test.frf.select(channels), coherence=test.coherence[:, :9]
+    )
+    with pytest.raises(InputError, match="line"):
+        identify(part)
+
+
+def test_options_are_checked():
+    with pytest.raises(InputError, match="at least 12 lines"):
+        IdentifyOptions(largest_lines=11)
+    with pytest.raises(InputError, match="every third impact"):
+        IdentifyOptions(held_out=2)
+
+
+def test_a_drawing_with_an_impossible_inertia_is_refused(test):
+    drawing = test.drawing
+    with pytest.raises(InputError, match=r"principal moment of -0.015 kg m²"):
+        replace(drawing, inertia=drawing.inertia * [[-1, 1, 1], [1, 1, 1], [1, 1, 1]])
+    with pytest.raises(InputError, match="not symmetric"):
+        replace(drawing, inertia=drawing.inertia + 1e-3 * np.eye(3, k=1))

@@ -1,0 +1,83 @@
+"""What the correlation study refuses, and what it does with failures."""
+
+import numpy as np
+import pytest
+
+from deboom.errors import InputError
+from deboom.explore.correlation_study import correlations, families, tolerance_scatter
+from deboom.explore.design_space import stiffness_factor_space
+from deboom.explore.evaluate import ResponseFunction
+
+VALUES = np.random.default_rng(1).normal(size=(30, 3))
+NAMES = ("sedan", "tourer", "van")
+
+
+def changed(place, value):
+    values = VALUES.copy()
+    values[place] = value
+    return values
+
+
+@pytest.mark.parametrize(
+    ("values", "options", "sentence"),
+    [
+        (changed((slice(None), 1), 58.1), {}, "'tourer' is the same in all 30 designs"),
+        (changed((4, 2), np.nan), {}, "design 5 has no finite value of 'van'"),
+        (VALUES[:9], {}, "9 designs give no correlation"),
+        (VALUES[:, :2], {}, r"shape \(30, 2\) for 3 responses"),
+        (VALUES, {"resamples": 99}, "take at least 100"),
+        (VALUES, {"level": 1.0}, "a level between 0 and 1"),
+        (VALUES, {"seed": 0}, "seed 0"),
+    ],
+)
+def test_correlations_refuse_bad_input(values, options, sentence):
+    with pytest.raises(InputError, match=sentence):
+        correlations(values, NAMES, **{"seed": 1, **options})
+
+
+def test_one_response_correlates_with_nothing():
+    with pytest.raises(InputError, match="at least two responses"):
+        correlations(VALUES[:, :1], ("a",), seed=1)
+
+
+def test_the_same_seed_gives_the_same_interval_and_more_confidence_a_wider_one():
+    one, again = (correlations(VALUES, NAMES, seed=1) for _ in range(2))
+    assert np.array_equal(one.pearson_low, again.pearson_low)
+    wide = correlations(VALUES, NAMES, seed=1, level=0.99)
+    above = np.triu_indices(3, 1)
+    assert np.all(wide.spearman_low[above] < one.spearman_low[above])
+    assert np.all(one.pearson_low[above] < one.pearson[above])
+    assert np.all(one.pearson[above] < one.pearson_high[above])
+
+
+def test_pairs_by_name():
+    found = correlations(VALUES, NAMES, seed=1)
+    assert found.pairs == ((0, 1), (0, 2), (1, 2))
+    assert found.among(("sedan", "van")) == pytest.approx([found.pearson[0, 2]])
+    assert found.between("van", NAMES[:2]) == pytest.approx(found.pearson[2, :2])
+
+
+def test_a_design_that_cannot_be_made_in_all_draws_has_no_scatter():
+    def fragile(designs):
+        if np.any(designs > 1.14):
+            raise ZeroDivisionError
+        return np.column_stack([designs[:, 0], designs[:, 1]])
+
+    evaluate = ResponseFunction(fragile, ("x", "y"), ("a", "b"), "dB")
+    space = stiffness_factor_space(("x", "y"), half_width=0.15)
+    designs = np.array([[0.9, 0.9], [1.1, 1.1]])
+    mean, scatter = tolerance_scatter(evaluate, space, designs, n_draws=16, seed=1)
+    assert np.isfinite(scatter[0]).all()
+    assert np.isnan(scatter[1]).all()
+    assert np.isnan(mean[1]).all()
+    with pytest.raises(InputError, match="12 Sobol points are not a power of two"):
+        tolerance_scatter(evaluate, space, designs, n_draws=12, seed=1)
+
+
+def test_families_refuse_bad_input_and_number_their_members():
+    with pytest.raises(InputError, match="at least two responses"):
+        families("a", np.ones((1, 1)))
+    with pytest.raises(InputError, match="a correlation between 0 and 1"):
+        families("ab", np.eye(2), cut=1.0)
+    found = families("abc", np.array([[1, 0.2, 0.95], [0.2, 1, 0.1], [0.95, 0.1, 1]]))
+    assert [found.number(name) for name in "abc"] == [1, 2, 1]

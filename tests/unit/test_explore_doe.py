@@ -1,0 +1,193 @@
+"""Designs of experiments: plans within bounds, nothing repeated, nothing lost."""
+
+import numpy as np
+import pytest
+from scipy.spatial.distance import pdist
+from scipy.stats import qmc
+
+from deboom.errors import InputError
+from deboom.explore.classical_plans import (
+    box_behnken,
+    central_composite,
+    fractional_factorial,
+    full_factorial,
+    within_bounds,
+)
+from deboom.explore.design_space import DesignSpace, stiffness_factor_space
+from deboom.explore.doe import Doe, Failure, continue_doe, run_doe
+from deboom.explore.evaluate import ResponseFunction
+from deboom.explore.space_filling import latin_hypercube, sobol_designs
+
+NAMES = ("EnM x", "GeM x", "TSM x")
+SPACE = stiffness_factor_space(NAMES, half_width=0.15)
+
+
+class Counted:
+    """A model that counts its designs, and fails where it is told to."""
+
+    variable_names = NAMES
+    response_names = ("sedan", "tourer")
+    response_unit = "dB"
+
+    def __init__(self, shift=0.0):
+        self.n = 0
+        self.shift = shift
+
+    def __call__(self, designs):
+        """Count and compute."""
+        self.n += len(designs)
+        if np.any(designs[:, 0] > 1.1):
+            raise ZeroDivisionError
+        if np.any(designs[:, 1] > 1.1):
+            raise np.linalg.LinAlgError
+        values = designs @ np.array([[1.0, 2.0], [0.5, 0.1], [0.2, 0.3]]) + self.shift
+        values[designs[:, 2] > 1.1] = np.inf
+        return values
+
+
+def inside(space, designs):
+    return np.all((designs >= space.lower) & (designs <= space.upper))
+
+
+def test_latin_hypercube_has_one_design_per_interval_and_keeps_them_apart():
+    designs = latin_hypercube(SPACE, 40, seed=1)
+    cells = np.floor((designs - 0.85) / 0.3 * 40 * (1 - 1e-12)).astype(int)
+    assert all(sorted(column) == list(range(40)) for column in cells.T)
+    plain = [pdist(qmc.LatinHypercube(3, rng=n).random(40)).min() for n in range(20)]
+    assert pdist((designs - 0.85) / 0.3).min() > 1.5 * max(plain)
+    assert np.array_equal(designs, latin_hypercube(SPACE, 40, seed=1))
+    assert not np.array_equal(designs, latin_hypercube(SPACE, 40, seed=2))
+
+
+def test_sobol_designs_need_a_power_of_two():
+    designs = sobol_designs(SPACE, 64, seed=1)
+    assert inside(SPACE, designs)
+    cells = np.floor((designs - 0.85) / 0.3 * 64)
+    assert all(len(set(column)) == 64 for column in cells.T)
+    with pytest.raises(InputError, match=r"300 Sobol points .* take 256 or 512, or another plan"):
+        sobol_designs(SPACE, 300, seed=1)
+    with pytest.raises(InputError, match="seed 0"):
+        sobol_designs(SPACE, 64, seed=0)
+
+
+def test_whole_numbers_stay_whole():
+    space = DesignSpace(
+        ("part", "factor"), ("1", "1"), np.array([1.0, 1.0]), np.array([1.0, 0.9]),
+        np.array([4.0, 1.1]), np.zeros(2), np.array([True, False]),
+    )  # fmt: skip
+    designs = sobol_designs(space, 128, seed=1)
+    assert np.array_equal(np.unique(designs[:, 0], return_counts=True)[1], [32] * 4)
+    with pytest.raises(InputError, match="'part' takes whole numbers"):
+        within_bounds(space, box_behnken(3)[:, :2])
+
+
+def test_outermost_levels_of_a_coded_plan_lie_on_the_bounds():
+    designs = within_bounds(SPACE, central_composite(full_factorial(3)))
+    assert inside(SPACE, designs)
+    assert designs.min() == pytest.approx(0.85, abs=1e-15)
+    assert designs.max() == pytest.approx(1.15, abs=1e-15)
+    assert np.unique(np.round(designs, 12)).size == 5
+    with pytest.raises(InputError, match="one column for each"):
+        within_bounds(SPACE, full_factorial(2))
+
+
+@pytest.mark.parametrize(
+    ("call", "sentence"),
+    [
+        (lambda: full_factorial(12, 4), "16,777,216 designs: take fewer levels"),
+        (lambda: full_factorial(0), "nothing to vary"),
+        (lambda: box_behnken(2), "at least 3 variables"),
+        (lambda: central_composite(np.zeros((4, 2))), "has levels -1 and 1"),
+        (lambda: central_composite(full_factorial(2), 0.0), "distance above 0"),
+        (lambda: fractional_factorial("a b abc"), r"'abc' needs columns \['c'\]"),
+        (lambda: fractional_factorial("a b -ab ab"), "same column, up to its sign"),
+        (lambda: fractional_factorial("a b aab"), "names a letter twice"),
+        (lambda: fractional_factorial("a b 12"), "one word of letters per variable"),
+        (lambda: fractional_factorial("ab"), "no base variable"),
+        (lambda: latin_hypercube(SPACE, 1, seed=1), "take at least 2"),
+    ],
+)
+def test_plans_refuse_what_they_cannot_be(call, sentence):
+    with pytest.raises(InputError, match=sentence):
+        call()
+
+
+def test_a_turned_column():
+    assert np.array_equal(fractional_factorial("a b -ab")[:, 2], [-1, 1, 1, -1])
+
+
+def test_every_design_is_kept_with_its_responses_or_its_failure():
+    designs = np.array([[1, 1, 1], [1.12, 1, 1], [1, 1.12, 1], [1, 1, 1.12], [0.9, 1, 1]])
+    doe = run_doe(Counted(), SPACE, designs, name="n", plan="p")
+    codes = [Failure.NONE, Failure.ARITHMETIC, Failure.SINGULAR, Failure.NOT_FINITE, Failure.NONE]
+    assert list(doe.failures) == codes
+    assert np.array_equal(doe.designs, designs)
+    assert np.isnan(doe.responses[1:4]).all()
+    assert doe.computed == pytest.approx(Counted()(designs[[0, 4]]))
+    assert np.array_equal(doe.computed_designs, designs[[0, 4]])
+    assert doe.n_failed == 3
+
+
+def test_a_doe_goes_on_without_repeating_a_design():
+    model = Counted()
+    first = np.array([[1.0, 1.0, 1.0], [1.12, 1.0, 1.0]])
+    doe = run_doe(model, SPACE, first, name="n", plan="first")
+    model.n = 0
+    more = np.array([[1.0, 1.0, 1.0 + 1e-13], [0.9, 1.0, 1.0], [1.12, 1.0, 1.0], [0.9, 1.0, 1.0]])
+    longer, n_known = continue_doe(doe, model, SPACE, more, name="n", plan="second")
+    assert n_known == 3
+    assert model.n == 2  # the new design, and one old one that is checked
+    assert longer.plans == ("first", "first", "second")
+    assert np.array_equal(longer.designs[:2], first)
+    assert len(longer) == 3
+
+
+@pytest.mark.parametrize(
+    ("changes", "sentence"),
+    [
+        ({"name": "other"}, "is named 'n', the new one 'other'"),
+        ({"evaluate": Counted(shift=0.1)}, "gives other responses now .* other data"),
+        ({"space": stiffness_factor_space(NAMES, half_width=0.2)}, "has other lower bounds"),
+        ({"designs": np.array([[1.0, 1.3, 1.0]])}, "1.3 for 'GeM x', outside its bounds 0.85"),
+    ],
+)
+def test_a_doe_of_another_kind_is_refused(changes, sentence):
+    doe = run_doe(Counted(), SPACE, np.ones((1, 3)), name="n", plan="p")
+    given = {"evaluate": Counted(), "space": SPACE, "designs": np.full((1, 3), 0.9), "name": "n"}
+    with pytest.raises(InputError, match=sentence):
+        continue_doe(doe, plan="p", **{**given, **changes})
+
+
+def test_other_variables_and_responses_are_refused():
+    doe = run_doe(Counted(), SPACE, np.ones((1, 3)), name="n", plan="p")
+    other = ResponseFunction(lambda x: x[:, :1], NAMES, ("van",), "dB")
+    with pytest.raises(InputError, match=r"responses \['sedan', 'tourer'\], the model .*'van'"):
+        continue_doe(doe, other, SPACE, np.ones((1, 3)), name="n", plan="p")
+    turned = ResponseFunction(lambda x: x[:, :1], NAMES[::-1], ("van",), "dB")
+    with pytest.raises(InputError, match="same names in the same order"):
+        run_doe(turned, SPACE, np.ones((1, 3)), name="n", plan="p")
+    with pytest.raises(InputError, match="has no design"):
+        run_doe(Counted(), SPACE, np.empty((0, 3)), name="n", plan="p")
+
+
+@pytest.mark.parametrize(
+    ("changes", "sentence"),
+    [
+        ({"plans": ("p",)}, "one code and plan per design"),
+        ({"failures": (Failure.NONE, Failure.NOT_FINITE)}, "design 2 .* failure code and resp"),
+        ({"designs": np.ones((2, 3))}, "design 2 of the DOE repeats an earlier one"),
+    ],
+)
+def test_a_doe_that_contradicts_itself_is_refused(changes, sentence):
+    given = {
+        "name": "n",
+        "space": SPACE,
+        "response_names": ("a", "b"),
+        "response_unit": "dB",
+        "designs": np.array([[1, 1, 1], [0.9, 1, 1]]),
+        "responses": np.zeros((2, 2)),
+        "failures": (Failure.NONE, Failure.NONE),
+        "plans": ("p", "p"),
+    }
+    with pytest.raises(InputError, match=sentence):
+        Doe(**{**given, **changes})

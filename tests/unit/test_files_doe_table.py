@@ -1,0 +1,100 @@
+"""Tables of designs: a user's own, and a whole DOE there and back."""
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from deboom.errors import InputError
+from deboom.explore.design_space import DesignSpace, stiffness_factor_space
+from deboom.explore.doe import run_doe
+from deboom.explore.evaluate import ResponseFunction
+from deboom.files.doe_table import doe_frame, read_designs, read_doe
+
+SPACE = stiffness_factor_space(("EnM x", "TSM x"), half_width=0.15)
+DESIGNS = np.array([[1.0, 1.0], [0.9, 1.1], [1.15, 0.85]])
+
+
+def levels(designs):
+    values = designs @ np.array([[1.0, 0.3], [2.0, 0.1]])
+    values[designs[:, 0] > 1.1] = np.nan
+    return values
+
+
+MODEL = ResponseFunction(levels, SPACE.names, ("U06-1", "U06-5"), "dB(A)")
+
+
+@pytest.fixture
+def doe():
+    return run_doe(MODEL, SPACE, DESIGNS, name="platform", plan="table")
+
+
+@pytest.mark.parametrize("suffix", ["csv", "xlsx"])
+def test_designs_in_any_column_order(tmp_path, suffix):
+    path = tmp_path / f"designs.{suffix}"
+    frame = pd.DataFrame({"TSM x [1]": DESIGNS[:, 1], "EnM x [1]": DESIGNS[:, 0]})
+    frame.to_csv(path, index=False) if suffix == "csv" else frame.to_excel(path, index=False)
+    assert np.array_equal(read_designs(path, SPACE), DESIGNS)
+
+
+def test_units_are_converted_and_foreign_ones_kept(tmp_path):
+    space = DesignSpace(
+        ("k", "hardness"), ("N/mm", "shore A"), *np.array([[200, 50], [100, 40], [300, 60], [0, 0]])
+    )
+    path = tmp_path / "designs.csv"
+    path.write_text("k [N/m],hardness [shore A]\n250000,55\n", encoding="utf-8")
+    assert read_designs(path, space) == pytest.approx(np.array([[250.0, 55.0]]))
+
+
+@pytest.mark.parametrize(
+    ("text", "sentence"),
+    [
+        ("EnM x [1]\n1\n", "column 'TSM x' is missing"),
+        ("EnM x [1],TSM x [1]\n1,1\n1,1.2\n", "line 3: 'TSM x' is 1.2, outside its bounds 0.85 to"),
+        ("EnM x [1],TSM x\n1,1\n", r"column 'TSM x' has no unit: write 'TSM x \[1\]'"),
+        ("EnM x [1],TSM x [N/mm]\n1,1\n", "'TSM x \\[N/mm\\]' is not in 1"),
+        ("EnM x [1],TSM x [1]\n1,soft\n", "'soft' is no finite number"),
+        ("EnM x [1],TSM x [1],Du x [1]\n1,1,1\n", "column 'Du x' is unknown"),
+    ],
+)
+def test_bad_tables_are_refused_in_one_sentence(tmp_path, text, sentence):
+    path = tmp_path / "designs.csv"
+    path.write_text(text, encoding="utf-8")
+    with pytest.raises(InputError, match=sentence):
+        read_designs(path, SPACE)
+
+
+@pytest.mark.parametrize("suffix", ["csv", "xlsx"])
+def test_a_whole_doe_there_and_back(tmp_path, doe, suffix):
+    path = tmp_path / f"doe.{suffix}"
+    frame = doe_frame(doe)
+    frame.to_csv(path, index=False) if suffix == "csv" else frame.to_excel(path, index=False)
+    again = read_doe(path, SPACE, MODEL.response_names, "dB(A)", name="platform")
+    exact = 0.0 if suffix == "csv" else 1e-14  # a spreadsheet keeps 15 digits
+    assert again.designs == pytest.approx(doe.designs, rel=exact)
+    assert again.responses == pytest.approx(doe.responses, rel=exact, nan_ok=True)
+    assert again.failures == doe.failures
+    assert again.plans == doe.plans
+    assert list(frame["failure"]) == ["", "", "not finite"]
+
+
+@pytest.mark.parametrize(
+    ("column", "value", "sentence"),
+    [
+        ("doe", "other", "line 3: the design belongs to the DOE 'other', not to 'platform'"),
+        ("failure", "tired", "unknown failure code 'tired'"),
+        ("failure", "singular", "doe.csv: design 2 of the DOE has a failure code and responses"),
+        ("EnM x [1]", 1.2, "line 3: 'EnM x' is 1.2, outside"),
+    ],
+)
+def test_a_doe_that_does_not_fit_is_refused(tmp_path, doe, column, value, sentence):
+    frame = doe_frame(doe)
+    frame.loc[1, column] = value
+    frame.to_csv(tmp_path / "doe.csv", index=False)
+    with pytest.raises(InputError, match=sentence):
+        read_doe(tmp_path / "doe.csv", SPACE, MODEL.response_names, "dB(A)", name="platform")
+
+
+def test_names_that_would_collide_are_refused():
+    model = ResponseFunction(levels, SPACE.names, ("EnM x", "plan"), "dB(A)")
+    with pytest.raises(InputError, match="'EnM x' has the name of another column"):
+        doe_frame(run_doe(model, SPACE, DESIGNS, name="n", plan="p"))

@@ -207,14 +207,14 @@ def _headlines(content: SupplierContent) -> tuple[Headline, ...]:
         if asked.empty:
             first = Headline("none", f"direction of {name} must change")
         else:
-            row = asked.loc[away.idxmax()]
+            row = asked.iloc[int(np.argmax(away))]
             first = Headline(
                 f"{row['today [N/mm]']:.0f} → {row['wanted [N/mm]']:.0f} N/mm",
                 f"{row['direction']}, the largest change",
             )
     alone, together = effects.change[name], effects.change[ALL]
     worth = content.tables["tolerances"]
-    top = worth.loc[worth["share of sigma [%]"].idxmax()]
+    top = worth.iloc[int(np.argmax(worth["share of sigma [%]"]))]
     return (
         first,
         Headline(f"{signed(float(alone.mean()), 1)} dB", f"mean level, only {name} changes"),
@@ -234,9 +234,9 @@ def _wanted(content: SupplierContent, pictures: Mapping[str, bytes]) -> Section:
         lost = (values.mean_sum[-2] - values.mean_sum[-1]) * scale
         own = [one.name for one in content.directions if one.need is Need.unknown]
         given_up = (
-            f"\n\nNot identified: {', '.join(own) or 'directions of other mounts'}. No number is asked "
-            "for there. The search had moved such directions as well; leaving all of them as they are "
-            f"changes the mean level by {signed(float(lost), 2)} dB."
+            f"\n\nNot identified: {', '.join(own) or 'directions of other mounts'}. No number is "
+            "asked for there. The search had moved such directions as well; leaving all of them as "
+            f"they are changes the mean level by {signed(float(lost), 2)} dB."
         )
     return Section(
         "What is wanted",

@@ -86,8 +86,9 @@ class Direction:
     @property
     def half_width_95(self) -> float:
         """Of the 95 % band of today's stiffness, relative; nan where nobody stated it [1]."""
-        stated = self.characterised and self.characterised.quality.half_width_95
-        return float("nan") if stated is None else float(stated)
+        part = self.characterised
+        stated = None if part is None else part.quality.half_width_95
+        return float("nan") if stated is None else stated
 
 
 @dataclass(frozen=True, eq=False)
@@ -158,7 +159,7 @@ class SupplierStudy:
         """The design as the search found it, shape (k,) [1]."""
         front = pd.read_csv(self.run.entry.folder / FRONT)
         name = self.pick.value.replace("-", " ")
-        rows = np.flatnonzero(front["pick"].to_numpy() == name) if "pick" in front else []
+        rows = [row for row, named in enumerate(front.get("pick", ())) if named == name]
         if len(rows) != 1:
             raise InputError(
                 f"{self.run.entry.folder / FRONT} names no design '{name}' of its own: it is the "

@@ -171,15 +171,17 @@ def part_summary(parts: pd.DataFrame) -> pd.DataFrame:
     change, half = CHANGE, HALF_WIDTH
     rows = []
     for name, table in parts.groupby("changed", sort=False):
-        best, worst = table[change].idxmin(), table[change].idxmax()
+        changes = table[change].to_numpy()
+        best, worst = int(np.argmin(changes)), int(np.argmax(changes))
+        vehicles = table["vehicle"].to_list()
         rows.append(
             {
                 "changed": name,
-                "mean of the vehicles [dB]": table[change].mean(),
-                "best [dB]": table.loc[best, change],
-                "best in": table.loc[best, "vehicle"],
-                "least [dB]": table.loc[worst, change],
-                "least in": table.loc[worst, "vehicle"],
+                "mean of the vehicles [dB]": changes.mean(),
+                "best [dB]": changes[best],
+                "best in": vehicles[best],
+                "least [dB]": changes[worst],
+                "least in": vehicles[worst],
                 "largest ± 95 % [dB]": table[half].max(),
                 "change of sigma [%]": PERCENT
                 * (table["sigma then [dB]"].sum() / table["sigma today [dB]"].sum() - 1.0),

@@ -5,7 +5,7 @@ are, as means over the manufacturing tolerance, and for the scatter alone. Vehic
 form families, which can share one mount set; one vehicle is held against all others.
 
 On the virtual platform U06-1 to U06-4 correlate above 0.99 and form a family; U06-5, with its
-battery, follows them by about 0.5 only. Its fleet was selected; the page says how many of 300
+battery, follows them by 0.4 to 0.5 only. Its fleet was selected; the page says how many of 300
 fleets that nobody selected show the same.
 
 Keys of summary.json: apart (the vehicle held against the others); r_<others>_min, r_<apart>_mean

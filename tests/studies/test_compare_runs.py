@@ -221,6 +221,17 @@ def test_a_script_that_gives_other_figures_is_refused(pair, studies, judged, tmp
         judged(pair, tmp_path / "results", studies=other)
 
 
+def test_a_search_that_does_not_show_its_model_is_not_begun(pair, studies, judged, tmp_path):
+    other = tmp_path / "studies"
+    shutil.copytree(studies, other)
+    text = FRONT.replace("    budget =", "    run.checkpoint(files)\n    budget =")
+    (other / "springs.py").write_text(text)
+    before = sorted(pair[0].rglob("*"))
+    with pytest.raises(InputError, match="does not search for a front"):
+        judged(pair, tmp_path / "results", studies=other)
+    assert sorted(pair[0].rglob("*")) == before
+
+
 def test_list_show_and_the_page_of_all_runs(pair, compared, results, tmp_path):
     call = CliRunner().invoke
     listed = call(app, ["list", str(results), "--html"])

@@ -1,6 +1,8 @@
 """The correlation studies at a tiny budget, through the same door as a user."""
 
 import json
+import re
+import shutil
 from pathlib import Path
 
 import pandas as pd
@@ -14,6 +16,7 @@ from deboom.study.mount_source import MountSource
 from deboom.study.runner import load_study, run_study
 
 STUDIES = Path(__file__).parents[2] / "studies"
+PLATFORM = STUDIES / "data" / "u06_f39_f45"
 FRACTION = "fractional factorial of resolution 3"
 WORDS = "a b c d abc abd acd bcd ab ac ad bc"
 BUDGET = {"seed": 1, "designs": 64, "draws": 4, "resamples": 100, "mounts": MountSource.spectra}
@@ -120,7 +123,7 @@ def test_plans_of_twelve_variables(request_, n_designs, words):
         ({"plan": Plan.sobol, "designs": 300}, "300 Sobol points are not a power of two"),
         ({"plan": Plan.fractional_factorial}, "needs --generators"),
         ({"plan": Plan.fractional_factorial, "generators": "a b ab"}, "one column for each"),
-        ({"designs": 8}, "8 designs give no correlation"),
+        ({"designs": 8}, r"from 8 design\(s\) says nothing"),
         ({"apart": "F39-1", "designs": 10}, "--apart 'F39-1' is no vehicle of this study"),
     ],
 )
@@ -155,3 +158,21 @@ def test_a_users_own_table(tmp_path, vehicles):
 )
 def test_summary_keys(names, key):
     assert key_of(names) == key
+
+
+def test_two_vehicles_of_one_group_under_other_names(tmp_path):
+    platform = tmp_path / "mine"
+    shutil.copytree(PLATFORM, platform, ignore=shutil.ignore_patterns("truth"))
+    text = (platform / "platform.toml").read_text(encoding="utf-8")
+    head, first, second, *_, last = re.split(r"(?=\[\[vehicles\]\])", text)
+    kept = (first + second).replace('name = "U06-1"', 'name = "hatch"')
+    kept = kept.replace('name = "U06-2"', 'name = "wagon"')
+    text = head.replace("u06_f39_f45", "mine") + kept + last[last.index("[[load_cases]]") :]
+    (platform / "platform.toml").write_text(text, encoding="utf-8")
+    folder = run("group_correlation", tmp_path, designs=12, platform=platform)
+    summary = summary_of(folder)
+    assert summary["r_vehicle_min"] > 0.9
+    assert "r_group_min" not in summary
+    assert not (folder / "rates.csv").exists()
+    page = (folder / "report.html").read_text(encoding="utf-8")
+    assert "there are no groups to compare" in page

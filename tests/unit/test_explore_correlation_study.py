@@ -23,7 +23,7 @@ def changed(place, value):
     [
         (changed((slice(None), 1), 58.1), {}, "'tourer' is the same in all 30 designs"),
         (changed((4, 2), np.nan), {}, "design 5 has no finite value of 'van'"),
-        (VALUES[:9], {}, "9 designs give no correlation"),
+        (VALUES[:9], {}, r"from 9 design\(s\) says nothing"),
         (VALUES[:, :2], {}, r"shape \(30, 2\) for 3 responses"),
         (VALUES, {"resamples": 99}, "take at least 100"),
         (VALUES, {"level": 1.0}, "a level between 0 and 1"),

@@ -62,7 +62,7 @@ def test_figures_refuse_what_they_cannot_show(draw, sentence):
 
 @pytest.mark.parametrize(
     ("value", "text"),
-    [(0.9999, "0.999"), (0.949, "0.94"), (-0.3, "−0.30"), (1.0, "1.000"), (-0.001, "0.00")],
+    [(0.9999, "0.999"), (0.949, "0.95"), (-0.3, "−0.30"), (1.0, "1.000"), (-0.001, "0.00")],
 )
-def test_a_coefficient_is_never_rounded_up(value, text):
+def test_a_coefficient_is_never_rounded_up_to_one(value, text):
     assert coefficient(value) == text

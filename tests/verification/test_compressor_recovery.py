@@ -48,7 +48,7 @@ def errors(model, truth):
 def test_identification_returns_the_truth_within_the_figures(tmp_path, case, level, seed, figures):
     folder = write_compressor_test(tmp_path / "test", seed, level, CompressorPlan(case))
     truth = json.loads((folder / "truth" / "truth.json").read_text(encoding="utf-8"))
-    found = identify(read_inertance_test(folder), IdentifyOptions(largest_lines=48, held_out=0))
+    found = identify(read_inertance_test(folder), IdentifyOptions(largest_lines=30, held_out=0))
     assert found.alarms == ()
     off = errors(found.calibrated.model, truth)
     centre, inertia, stiffness = figures
@@ -67,7 +67,7 @@ def test_exact_files_return_the_exact_compressor(tmp_path):
     plan = CompressorPlan(CompressorCase.TABLE11)
     folder = write_compressor_test(tmp_path / "test", plan=plan, noise_free=True)
     truth = json.loads((folder / "truth" / "truth.json").read_text(encoding="utf-8"))
-    found = identify(read_inertance_test(folder), IdentifyOptions(largest_lines=24, held_out=0))
+    found = identify(read_inertance_test(folder), IdentifyOptions(largest_lines=16, held_out=0))
     for name, error in errors(found.point.model, truth).items():
         assert error < 1e-5, name
     exact = mass_matrix(7.2, np.array(truth["inertia_kg_m2"]), truth["centre_of_gravity_m"])

@@ -272,7 +272,7 @@ def _checked(values: RealArray, names: Sequence[str], resamples: int, level: flo
         raise InputError("a correlation needs at least two responses")
     if len(rows) < FEWEST:
         raise InputError(
-            f"{len(rows)} designs give no correlation worth the name: evaluate at least {FEWEST}"
+            f"a correlation from {len(rows)} design(s) says nothing: evaluate at least {FEWEST}"
         )
     if resamples < 100 or not 0.0 < level < 1.0:
         raise InputError(

@@ -66,17 +66,18 @@ class Row:
         Raises
         ------
         InputError
-            It is empty, no number, or not finite.
+            It is no number, or not finite.
         """
-        text = self.filled(column)
+        text = self.cells[column]
         try:
             number = float(text)
         except ValueError:
             number = math.nan
         if not math.isfinite(number):
+            remedy = " (decimal point, no thousands separator)" if text else ": fill it in"
             raise InputError(
-                f"{self.path} line {self.line}, column '{column}': '{text}' is no finite number "
-                "(decimal point, no thousands separator)"
+                f"{self.path} line {self.line}, column '{column}': '{text}' is no finite number"
+                f"{remedy}"
             )
         return number * (self.units[column].factor if column in self.units else 1.0)
 

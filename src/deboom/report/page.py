@@ -159,7 +159,7 @@ def render_page(page: Page) -> str:
     )
     environment.filters["paragraphs"] = _paragraphs
     environment.filters["columns"] = _columns
-    environment.filters["image"] = _image
+    environment.filters["image"] = as_image
     template = environment.from_string(
         files("deboom.report").joinpath("page.html").read_text(encoding="utf-8")
     )
@@ -174,20 +174,28 @@ def render_page(page: Page) -> str:
 
 
 @dataclass(frozen=True)
-class _Image:
+class Image:
+    """A picture as a page takes it: data URI, width and height [CSS pixel]."""
+
     source: str
     width: int
     height: int
 
 
-def _image(picture: Picture) -> _Image:
-    """Turn the PNG into a data URI with its size on screen [CSS pixel]."""
+def as_image(picture: Picture) -> Image:
+    """Turn the PNG into a data URI with its size on screen.
+
+    Raises
+    ------
+    InputError
+        No PNG, or one without words.
+    """
     if not picture.png.startswith(_PNG_SIGNATURE):
         raise InputError(f"the picture '{picture.caption}' is not a PNG")
     if not picture.alt.strip() or not picture.caption.strip():
         raise InputError("a picture needs an alt text and a caption")
     width, height = struct.unpack(">II", picture.png[16:24])
-    return _Image(
+    return Image(
         source="data:image/png;base64," + base64.b64encode(picture.png).decode("ascii"),
         width=round(width / _PIXELS_PER_CSS_PIXEL),
         height=round(height / _PIXELS_PER_CSS_PIXEL),

@@ -106,7 +106,7 @@ def front_table(study: Comparison) -> pd.DataFrame:
                 "failed": one.n_failed,
                 "still non-dominated [%]": PERCENT * float(np.mean(nondominated(front))),
                 "hypervolume [%]": PERCENT * float(np.mean(volumes)),
-                "gain of the last generations [%]": PERCENT * study.progress(one),
+                "last gain [%]": PERCENT * study.progress(one),
                 "IGD+ [%]": PERCENT * study.box.igd_plus(front),
                 "additive ε [%]": PERCENT * study.box.epsilon(front),
                 f"best mean {_unit(study)}": front[:, 0].min() * study.per_line,
@@ -159,8 +159,8 @@ def verdict_sentence(study: Comparison, pair: tuple[str, str]) -> str:
         )
     better, worse = (first, second) if found.value > 0.0 else (second, first)
     return (
-        f"{better} is really better than {worse}: {abs(value):.2f} % more hypervolume; chance "
-        f"alone may give ±{noise:.2f} %."
+        f"{better} is really better than {worse}: its front dominates {abs(value):.2f} % more of "
+        f"the box; chance alone may give ±{noise:.2f} %."
     )
 
 
@@ -352,11 +352,12 @@ def _page(
                 ),
                 tables=(
                     Table(
-                        tables["fronts"],
-                        "Every run. Hypervolume, IGD+ and ε are in the units of the common box.",
+                        tables["fronts"].drop(columns=_hidden(tables["fronts"])),
+                        "Every run. Hypervolume, IGD+ and ε are in the units of the common box; "
+                        "last gain is what the last generations of the search have gained of it.",
                         {
                             "hypervolume [%]": 2,
-                            "gain of the last generations [%]": 2,
+                            "last gain [%]": 2,
                             "IGD+ [%]": 2,
                             "additive ε [%]": 2,
                         },
@@ -386,6 +387,12 @@ def _page(
             ),
         ),
     )
+
+
+def _hidden(fronts: pd.DataFrame) -> list[str]:
+    """Return columns that a page does without."""
+    hidden = [name for name in fronts.columns if name.startswith("best ")]
+    return hidden if fronts["failed"].any() else [*hidden, "failed"]
 
 
 def _method(study: Comparison) -> str:

@@ -87,6 +87,11 @@ def asked(study: CorrelationStudy) -> Section:
         if study.n_known
         else ""
     )
+    lost = (
+        f"; {study.n_untoleranced} of them failed in some draw and have no scatter"
+        if study.n_untoleranced
+        else ""
+    )
     return Section(
         "What was asked, and with which data",
         f"{platform.title}: {platform.description}\n\n"
@@ -96,8 +101,7 @@ def asked(study: CorrelationStudy) -> Section:
         f"{len(doe)} designs ({study.plan}) of {space.n_variables} stiffness factors between "
         f"{space.lower.min():g} and {space.upper.max():g}; {doe.n_failed} failed.{known} Each was "
         f"also made {scatter.n_draws} times within its tolerance of "
-        f"±{100 * space.tolerance.max():.0f} % (three standard deviations); "
-        f"{study.n_untoleranced} designs could not be made in all draws.\n\n"
+        f"±{100 * space.tolerance.max():.0f} % (three standard deviations){lost}.\n\n"
         "Three correlations are told apart. Designs: the levels of the designs as drawn, the "
         "thesis's. Means: of each design's mean over its scatter. Tolerance scatter: of what "
         "manufacturing adds, each draw less its design's mean, all designs pooled. Intervals are "

@@ -138,13 +138,10 @@ def list_lines(results: Path) -> Iterator[str]:
         if card.study != study:
             study = card.study
             yield f"{study}: {card.question}"
+        yield f"{card.state:10}  {study}  {entry.folder.as_posix()}"
         numbers = "; ".join(f"{label} {value}" for label, value in card.headlines.items())
-        yield (
-            f"  {card.state:10}  {entry.folder.as_posix()}  {card.started}  seed {card.seed}"
-            f"{'  ' if card.special else ''}{card.special}"
-        )
-        if numbers:
-            yield f"      {numbers}"
+        about = ", ".join(filter(None, (card.started, f"seed {card.seed}", card.special)))
+        yield f"            {about}{': ' if numbers else ''}{numbers}"
     for error in damaged:
         yield f"damaged     {error}"
 

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from deboom.errors import InputError
+from deboom.explore.checkpoint import Checkpoint
 from deboom.explore.robust import RobustResponse
 from deboom.files.run_folder import Run, hash_files
 from deboom.files.run_list import RunEntry
-from deboom.study.context import RunContext
+from deboom.study.context import EVERY, RunContext
 from deboom.study.resume import SAME_RESULT, resumed_arguments
 
 if TYPE_CHECKING:
@@ -32,6 +34,15 @@ class _ModelOnly(RunContext):
     def search_begins(self, model: RobustResponse) -> None:
         """Take the model and leave the study."""
         raise _ModelReady(model)
+
+    def checkpoint(
+        self,
+        inputs: Iterable[Path],  # noqa: ARG002
+        name: str = "search",  # noqa: ARG002
+        every: int = EVERY,  # noqa: ARG002
+    ) -> Checkpoint:
+        """Refuse a search that has not shown its model: it would write into the run."""
+        raise InputError(_no_front(self.run.folder))
 
 
 def rebuilt_model(entry: RunEntry, study: Study) -> RobustResponse:
@@ -75,8 +86,13 @@ def rebuilt_model(entry: RunEntry, study: Study) -> RobustResponse:
         study.main(**arguments, **dict.fromkeys(study.context_names, context))
     except _ModelReady as ready:
         return ready.model
-    raise InputError(
-        f"run {entry.name}: its study {entry.study} does not search for a front of stiffnesses"
+    raise InputError(_no_front(entry.folder))
+
+
+def _no_front(folder: Path) -> str:
+    return (
+        f"run {folder} cannot be judged: its study {folder.parent.name} does not search for a "
+        "front of factors with scatter"
     )
 
 

@@ -81,7 +81,11 @@ def supplier_report(
     study = supplier_study(folder, studies, pick)
     study.of(mount)
     names = shown_names(study, anonymous=anonymous)
-    html, workbook = supplier_documents(study, mount, names)
+    content = supplier_content(study, mount, names)
+    # pictures cannot be searched: whatever they show stands in a table as well
+    tables = {f"table of {name}": table.to_csv() for name, table in content.tables.items()}
+    refuse_leaks(names.secrets, tables)
+    html, workbook = supplier_documents(content)
     stem = "_".join(
         [
             STEM,
@@ -104,29 +108,26 @@ def supplier_report(
     return page_path, workbook_path
 
 
-def supplier_documents(
-    study: SupplierStudy, mount: str | None, names: ShownNames
-) -> tuple[str, bytes]:
-    """Return the page as HTML and the workbook as xlsx.
+def supplier_documents(content: SupplierContent) -> tuple[str, bytes]:
+    """Return the page as HTML and the workbook as xlsx."""
+    page = supplier_page(content, supplier_figures(content), _provenance(content))
+    what = f"mount {content.mount}" if content.mount else "the mounts"
+    sheets = {name: table for name, table in content.tables.items() if len(table)}
+    return render_page(page), workbook_bytes(sheets, f"What {what} should be")
+
+
+def supplier_content(study: SupplierStudy, mount: str | None, names: ShownNames) -> SupplierContent:
+    """Compute everything that page and workbook show.
 
     Parameters
     ----------
     study : SupplierStudy
         What is asked for.
     mount : str or None
-        The part that they are about; None: all.
+        The part that it is about; None: all.
     names : ShownNames
         Of the vehicles.
     """
-    content = supplier_content(study, mount, names)
-    page = supplier_page(content, supplier_figures(content), _provenance(content))
-    what = f"mount {mount}" if mount else "the mounts"
-    sheets = {name: table for name, table in content.tables.items() if len(table)}
-    return render_page(page), workbook_bytes(sheets, f"What {what} should be")
-
-
-def supplier_content(study: SupplierStudy, mount: str | None, names: ShownNames) -> SupplierContent:
-    """Compute everything that the page shows."""
     directions, effects = study.of(mount), SupplierEffects(study)
     curves = stiffness_curves(study, directions)
     parts = part_table(effects, names)

@@ -231,7 +231,7 @@ def _matrix_section(
         "Vehicle by vehicle",
         "A narrow cloud means that what quietens one vehicle quietens the other. The correlations "
         f"of means and of tolerance scatter differ from those of the designs by {apart:.2f} at "
-        "most.",
+        "most; the intervals say how much of that is chance.",
         figures=(
             picture(
                 pictures, "matrix", "Pearson's correlation of the vehicles, below it its interval."

@@ -151,9 +151,10 @@ def noise_bars(
         axes = figure.add_subplot()
         rows = np.arange(len(labels))
         known = np.nan_to_num(reach)
-        axes.barh(
-            rows, 2 * known, _BAR, -known, color=TRACK, label="what chance alone may give (99 %)"
-        )
+        band = axes.barh(rows, 2 * known, _BAR, -known, color=TRACK)
+        band.set_label("what chance alone may give (99 %)")
+        for patch in band:
+            patch.sticky_edges.x.clear()
         axes.axvline(0.0, color=MUTED, linewidth=0.9)
         real = np.abs(values["differences"]) > reach
         for chosen, marker, colour, label in (
@@ -169,6 +170,7 @@ def noise_bars(
                     markersize=6,
                     label=label,
                 )
+        axes.margins(x=0.05)
         axes.set_yticks(rows, labels)
         axes.set_ylim(len(labels) - 0.4, -0.6)
         axes.grid(False, axis="y")

@@ -273,11 +273,12 @@ def _tick(r: float) -> str:
 
 
 def coefficient(value: float, decimals: int | None = None) -> str:
-    """Write a coefficient, cut and not rounded, so that 1 is written for nothing less.
+    """Write a coefficient, by default with two decimals and close to 1 with three.
 
-    By default with two decimals, close to 1 with three.
+    1 is written for nothing less.
     """
     if decimals is None:
         decimals = 2 if abs(value) < 0.95 else 3
-    cut = np.trunc(10.0**decimals * value + np.sign(value) * 1e-9) / 10.0**decimals
-    return f"{cut + 0.0:.{decimals}f}".replace("-", "−")
+    largest = 1.0 if abs(value) >= 1.0 else 1.0 - 10.0**-decimals
+    rounded = np.clip(np.round(value, decimals), -largest, largest) + 0.0
+    return f"{rounded:.{decimals}f}".replace("-", "−")

@@ -1,0 +1,256 @@
+"""The page on which a front is explored: brush designs, pin two, read their stiffness.
+
+One HTML file with its data inside, drawn as SVG by a script of our own: no library, no network, no
+server. A reader without scripts gets the run's pictures.
+"""
+
+from __future__ import annotations
+
+import base64
+import hashlib
+import json
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from importlib.resources import files
+
+import numpy as np
+
+from deboom.errors import InputError
+from deboom.physics.arrays import RealArray
+from deboom.report.page import Picture, as_image
+
+LEVEL_STEP = 0.01
+"""Resolution of the levels in the page [dB]."""
+MAX_BYTES = 6_000_000
+"""Size of the page that is not exceeded [byte]."""
+_BYTES_PER_VALUE = 12
+_BYTES_PER_LEVEL = 8 / 3
+_PROGRAM = 100_000
+
+
+@dataclass(frozen=True, eq=False)
+class Axis:
+    """A quantity of every design, an axis of the parallel coordinates.
+
+    Parameters
+    ----------
+    name : str
+        Unique among the axes.
+    unit : str
+        ``1`` for a factor.
+    values : array, shape (n,)
+        Of each design [unit].
+    today : float
+        Of today's design [unit].
+    colour : str
+        ``#RRGGBB`` of what the axis belongs to.
+    kind : str
+        ``variable``, ``objective`` or ``vehicle``.
+    limits : (float, float) or None
+        Ends of the axis [unit]; None: those of the values and of today's.
+    stiffness : float
+        What a factor of 1 stands for [N/mm]; nan where it stands for none.
+    note : str
+        What the reader must know, such as ``no requirement``; may be empty.
+    """
+
+    name: str
+    unit: str
+    values: RealArray
+    today: float
+    colour: str
+    kind: str
+    limits: tuple[float, float] | None = None
+    stiffness: float = float("nan")
+    note: str = ""
+
+
+@dataclass(frozen=True, eq=False)
+class InteractiveFront:
+    """Everything that the page shows.
+
+    Parameters
+    ----------
+    title, question : str
+        Of the page.
+    run : str
+        Name of the run; also begins the name of the exported file.
+    facts : tuple of str
+        What the numbers are of: load case, band, model, seed; one sentence each.
+    axes : tuple of Axis
+        Variables, objectives, vehicles.
+    points : sequence of int
+        Number of each design in the run's tables.
+    picks : sequence of str
+        Name of each design that has one; empty for the others.
+    vehicles : tuple of str
+        Their names.
+    vehicle_colours : tuple of str
+        ``#RRGGBB`` of each.
+    frequency, speed : array, shape (n_frequency,)
+        Lines of the curves [Hz] and the engine's speed at them [rpm].
+    levels : array, shape (1 + n, n_vehicle, n_frequency)
+        SPL without scatter, of today's design first [dB(A)].
+    pictures : tuple of Picture
+        For a reader without scripts.
+
+    Raises
+    ------
+    InputError
+        Shapes that do not belong together, values that are not finite, doubled names.
+    """
+
+    title: str
+    question: str
+    run: str
+    facts: tuple[str, ...]
+    axes: tuple[Axis, ...]
+    points: Sequence[int]
+    picks: Sequence[str]
+    vehicles: tuple[str, ...]
+    vehicle_colours: tuple[str, ...]
+    frequency: RealArray
+    speed: RealArray
+    levels: RealArray
+    pictures: tuple[Picture, ...] = field(default=())
+
+    def __post_init__(self) -> None:
+        n, lines = len(self.points), len(self.frequency)
+        if n == 0:
+            raise InputError("an interactive page needs a front of at least one design")
+        fits = (
+            np.shape(self.levels) == (n + 1, len(self.vehicles), lines)
+            and len(self.picks) == n
+            and len(self.vehicle_colours) == len(self.vehicles)
+            and len(self.speed) == lines
+            and all(np.shape(axis.values) == (n,) for axis in self.axes)
+        )
+        if not fits:
+            raise InputError(
+                "designs, axes, vehicles, lines and levels of an interactive page differ in number"
+            )
+        names = [axis.name for axis in self.axes]
+        doubled = sorted({name for name in names if names.count(name) > 1})
+        if doubled:
+            raise InputError(f"doubled axes {doubled}: every axis needs a name of its own")
+        for axis in self.axes:
+            if not (np.all(np.isfinite(axis.values)) and math.isfinite(axis.today)):
+                raise InputError(f"axis '{axis.name}' has a value that is not finite")
+        if not np.all(np.isfinite(self.levels)) or np.max(np.abs(self.levels)) > 300.0:
+            raise InputError("a level of the front is not finite or beyond ±300 dB(A)")
+
+
+def render_interactive(front: InteractiveFront) -> str:
+    """Render the page.
+
+    Parameters
+    ----------
+    front : InteractiveFront
+        Its texts are escaped: no input can add markup or script.
+
+    Returns
+    -------
+    str
+        HTML of at most `MAX_BYTES`; save as UTF-8. A front too large for that is shown with every
+        second (third ...) design beside the picks, and the page says so.
+
+    Raises
+    ------
+    InputError
+        Pictures or lines that leave no room for a single design.
+    """
+    from jinja2 import Environment, StrictUndefined
+
+    rows = _shown(front)
+    facts = list(front.facts)
+    if len(rows) < len(front.points):
+        facts.append(
+            f"{len(rows)} of the {len(front.points)} designs are shown, evenly along the front and "
+            f"with all picks, so that the page stays below {MAX_BYTES // 1_000_000} MB."
+        )
+    room = files("deboom.report")
+    script = room.joinpath("interactive.js").read_text(encoding="utf-8")
+    digest = base64.b64encode(hashlib.sha256(script.encode("utf-8")).digest()).decode("ascii")
+    environment = Environment(
+        autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
+    )
+    environment.filters["image"] = as_image
+    template = environment.from_string(
+        room.joinpath("interactive.html").read_text(encoding="utf-8")
+    )
+    return template.render(
+        front=front, facts=facts, data=_json(front, rows), script=script, digest=digest
+    )
+
+
+def _shown(front: InteractiveFront) -> list[int]:
+    """Return the rows that fit into the page: all, or evenly chosen ones and the picks."""
+    n, n_vehicles, n_lines = len(front.points), len(front.vehicles), len(front.frequency)
+    pictures = sum(len(picture.png) * 4 / 3 for picture in front.pictures)
+    room = MAX_BYTES - _PROGRAM - pictures - 2 * _BYTES_PER_VALUE * n_lines
+    per_design = (
+        _BYTES_PER_LEVEL * n_vehicles * n_lines
+        + _BYTES_PER_VALUE * len(front.axes)
+        + 4 * _BYTES_PER_VALUE
+    )
+    most = int(room / per_design) - 1
+    named = {row for row, pick in enumerate(front.picks) if pick}
+    if most < max(1, len(named)):
+        raise InputError(
+            f"{n_vehicles} vehicles with {n_lines} lines leave no room for a design in a page of "
+            f"{MAX_BYTES // 1_000_000} MB: take a narrower band or fewer vehicles"
+        )
+    every = 1
+    while len(rows := sorted(named | set(range(0, n, every)))) > most:
+        every += 1
+    return rows
+
+
+def _json(front: InteractiveFront, rows: list[int]) -> str:
+    """Write the data as JSON that cannot end the script element it stands in."""
+    levels = np.asarray(front.levels)[[0, *(row + 1 for row in rows)]]
+    steps = np.rint(levels / LEVEL_STEP).astype("<i2")
+    data = {
+        "run": front.run,
+        "axes": [_axis(axis, rows) for axis in front.axes],
+        "points": [int(front.points[row]) for row in rows],
+        "picks": [front.picks[row] for row in rows],
+        "vehicles": [
+            {"name": name, "colour": colour}
+            for name, colour in zip(front.vehicles, front.vehicle_colours, strict=True)
+        ],
+        "frequency": _numbers(front.frequency),
+        "speed": _numbers(front.speed),
+        "levelStep": LEVEL_STEP,
+        "levels": base64.b64encode(steps.tobytes()).decode("ascii"),
+    }
+    text = json.dumps(data, allow_nan=False, ensure_ascii=False, separators=(",", ":"))
+    return text.replace("&", "\\u0026").replace("<", "\\u003c").replace(">", "\\u003e")
+
+
+def _axis(axis: Axis, rows: list[int]) -> dict[str, object]:
+    values = np.asarray(axis.values, dtype=float)
+    lower, upper = axis.limits or (
+        min(float(values.min()), axis.today),
+        max(float(values.max()), axis.today),
+    )
+    if upper <= lower:
+        half = max(abs(lower) * 1e-3, 1e-6)
+        lower, upper = lower - half, upper + half
+    return {
+        "name": axis.name,
+        "unit": axis.unit,
+        "kind": axis.kind,
+        "colour": axis.colour,
+        "note": axis.note,
+        "lower": lower,
+        "upper": upper,
+        "today": float(axis.today),
+        "stiffness": float(axis.stiffness) if math.isfinite(axis.stiffness) else None,
+        "values": _numbers(values[rows]),
+    }
+
+
+def _numbers(values: RealArray) -> list[float]:
+    return [float(f"{value:.7g}") for value in values]

@@ -1,0 +1,45 @@
+"""Names that an anonymous report shows, and those it refuses."""
+
+import pandas as pd
+import pytest
+
+from deboom.errors import InputError
+from deboom.files.workbook import workbook_bytes
+from deboom.study.supplier_names import letters, page_text, refuse_leaks, workbook_text
+
+
+def test_letters_go_on_after_z():
+    assert [letters(place) for place in (0, 1, 25, 26, 27, 701, 702)] == [
+        *("A", "B", "Z", "AA", "AB", "ZZ", "AAA")
+    ]
+
+
+@pytest.mark.parametrize(
+    "text", ["level in X7-1", "x7 at 30 Hz", "file x7_f1.csv", "<td>X7</td>", "a/b/X7/c"]
+)
+def test_a_name_is_found_in_any_case_and_beside_any_sign(text):
+    with pytest.raises(InputError, match=r"would show '(?i:x7)' in its page"):
+        refuse_leaks(["X7", "X7-1"], {"page": text})
+
+
+@pytest.mark.parametrize("text", ["MaX72", "0x7f", "X 7", ""])
+def test_a_name_within_another_word_is_none(text):
+    refuse_leaks(["X7"], {"page": text})
+
+
+def test_a_page_is_read_with_its_markup_but_without_the_bytes_of_pictures():
+    html = '<img src="data:image/png;base64,AX7+/X7=" alt="in&#32;X8"><b>X</b>9'
+
+    text = page_text(html)
+
+    assert "X7" not in text
+    assert "in X8" in text
+    assert "X 9" in text
+
+
+def test_a_workbook_is_read_with_sheets_cells_and_properties():
+    data = workbook_bytes({"sheet S1": pd.DataFrame({"head H1": ["cell C&1"]})}, "title T1")
+
+    text = workbook_text(data)
+
+    assert all(word in text for word in ("sheet S1", "head H1", "cell C&1", "title T1"))

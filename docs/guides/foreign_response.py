@@ -1,7 +1,7 @@
 """A response that is not deboom's: a supplier's Excel of levels and their slopes, made robust.
 
 Any function ``designs (n, variables) -> responses (n, responses)`` will do: a call of an FE solver,
-a neural network, a table. Two names tell deboom what its columns are.
+a neural network, a table. Three attributes tell deboom what its columns are.
 """
 
 from pathlib import Path
@@ -21,6 +21,7 @@ class Supplier:
 
     variable_names = tuple(name.removesuffix(" [dB]") for name in SHEET.columns[1:])
     response_names = tuple(SHEET.index)
+    response_unit = "dB(A)"
 
     def __call__(self, designs):
         """Return levels (n, vehicles) of stiffness factors (n, variables)."""
@@ -31,4 +32,6 @@ space = stiffness_factor_space(Supplier.variable_names, half_width=0.2, toleranc
 robust = RobustResponse(Supplier(), space, sobol_sample(space.n_variables, 64, seed=1))
 
 if __name__ == "__main__":
-    print(nsga2(robust, population=20, generations=30, seed=1).front)
+    front = nsga2(robust, population=20, generations=30, seed=1).front
+    designs = pd.DataFrame(front.designs, columns=space.names)
+    print(designs.assign(mean=front.mean_sum, sigma=front.sigma_sum).round(3))

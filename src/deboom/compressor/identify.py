@@ -160,12 +160,6 @@ class Identification:
                 f"Further from the sheet than its tolerances allow: {', '.join(off[:4])}"
                 + (f" and {len(off) - 4} more." if len(off) > 4 else ".")
             )
-        found += [
-            f"The prediction of {check.what} misses by {check.reduced_chi:.2f} times the noise "
-            f"(alarm at {ALARM:g}): the model does not hold there."
-            for check in self.held_out
-            if check.reduced_chi > ALARM
-        ]
         if not self.rigid.is_rigid:
             found.append(self.rigid.statement)
         if not self.calibrated.converged:

@@ -71,6 +71,13 @@ def nondominated(objectives: RealArray) -> BoolArray:
     return np.asarray(moocore.is_nondominated(objectives), dtype=bool)
 
 
+def pareto_rank(objectives: RealArray) -> npt.NDArray[np.intp]:
+    """Return how many fronts stand before each row's own, shape (n,), for objectives (n, m)."""
+    if len(objectives) == 0:
+        return np.zeros(0, dtype=np.intp)
+    return np.asarray(moocore.pareto_rank(objectives), dtype=np.intp)
+
+
 def hypervolume(objectives: RealArray, reference_point: npt.ArrayLike) -> float:
     """Return the volume that points dominate, up to a reference point.
 

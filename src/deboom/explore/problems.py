@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import time
 from collections.abc import Callable, Mapping
 from typing import Any
@@ -27,6 +28,7 @@ from deboom.explore.checkpoint import (
     restore_generator,
 )
 from deboom.explore.design_space import DesignSpace
+from deboom.explore.doe import checked_within
 from deboom.explore.limits import Limits
 from deboom.explore.robust import Robust, RobustValues
 from deboom.explore.seeds import checked_seed
@@ -155,12 +157,13 @@ def _with_options(designs: RealArray, space: DesignSpace, random: Any) -> RealAr
     return np.where(space.integer, drawn, designs)
 
 
-def _algorithm(space: DesignSpace, population: int) -> NSGA2:
+def _algorithm(space: DesignSpace, population: int, first: RealArray | None) -> NSGA2:
     if not space.integer.any():
-        return NSGA2(pop_size=population)
+        sampling = FloatRandomSampling() if first is None else first
+        return NSGA2(pop_size=population, sampling=sampling)
     return NSGA2(
         pop_size=population,
-        sampling=_MixedSampling(space),
+        sampling=_MixedSampling(space) if first is None else first,
         crossover=_MixedCrossover(space),
         mutation=_MixedMutation(space),
     )
@@ -174,6 +177,7 @@ def nsga2(
     seed: int,
     progress: Progress | None = None,
     checkpoint: Checkpoint | None = None,
+    first_population: RealArray | None = None,
 ) -> SearchResult:
     """Search the Pareto front of all objectives with NSGA-II.
 
@@ -198,6 +202,8 @@ def nsga2(
     checkpoint : Checkpoint, optional
         Where the search is kept. If a state is found there the search goes on from it, and ends
         with the same result, bit for bit, as if it had never stopped.
+    first_population : array, shape (population, n_variables), optional
+        Designs of the first generation [units of the space]; drawn at random if None.
 
     Returns
     -------
@@ -207,8 +213,8 @@ def nsga2(
     ------
     InputError
         Seed 0, too small a population or no generation; a first generation that fails altogether;
-        limits that no design keeps; a checkpoint of a search with another seed, population or
-        other variables.
+        limits that no design keeps; a first population of another size or outside the bounds; a
+        checkpoint of a search with another seed, population, first population or other variables.
     """
     checked_seed(seed)
     if population < 4 or generations < 1:
@@ -216,13 +222,20 @@ def nsga2(
             f"a search with a population of {population} over {generations} generations cannot "
             "run: take at least 4 designs and 1 generation"
         )
+    if first_population is not None:
+        first_population = _checked_first(robust.space, first_population, population)
     start = time.perf_counter()
     archive = Archive(robust, checkpoint.store if checkpoint else None)
-    algorithm = _algorithm(robust.space, population)
+    algorithm = _algorithm(robust.space, population, first_population)
     algorithm.setup(
         RobustProblem(archive), termination=MaximumGenerationTermination(generations), seed=seed
     )
-    search = {"seed": seed, "population": population, "variables": list(robust.space.names)}
+    search = {
+        "seed": seed,
+        "population": population,
+        "variables": list(robust.space.names),
+        "first_population_sha256": _digest(first_population),
+    }
     found = checkpoint.store.load() if checkpoint else None
     if found is not None:
         arrays, facts = found
@@ -235,10 +248,29 @@ def nsga2(
         if checkpoint and checkpoint.due(archive.generation, generations):
             arrays, facts = _state(algorithm, archive)
             seconds = {"seconds": time.perf_counter() - start}
-            checkpoint.store.save(arrays, facts | search | seconds)
+            said = {name: value for name, value in search.items() if value is not None}
+            checkpoint.store.save(arrays, facts | said | seconds)
         if progress is not None:
             progress(archive.generation, generations, archive.summary())
     return archive.result(seed, time.perf_counter() - start)
+
+
+def _checked_first(space: DesignSpace, designs: RealArray, population: int) -> RealArray:
+    """Return the first population, or refuse it."""
+    designs = checked_within(space, designs)
+    if len(designs) != population:
+        raise InputError(
+            f"a first population of {len(designs)} designs does not fit a search with a population "
+            f"of {population}: give as many"
+        )
+    return designs
+
+
+def _digest(designs: RealArray | None) -> str | None:
+    """Return the SHA-256 of a first population; None if the search draws its own."""
+    if designs is None:
+        return None
+    return hashlib.sha256(np.ascontiguousarray(designs).tobytes()).hexdigest()
 
 
 def _state(algorithm: Any, archive: Archive) -> tuple[dict[str, AnyArray], dict[str, Any]]:

@@ -31,11 +31,11 @@ from deboom.files.campaign_runs import (
 )
 from deboom.files.campaign_tables import (
     CampaignChannel,
-    SensorRow,
     read_campaign_channels,
     read_curve,
     read_sensor_table,
 )
+from deboom.files.sensor_rows import sensor_of
 from deboom.files.tables import read_mount_table
 from deboom.measurement.campaign import Campaign, StaticCurve
 from deboom.measurement.sensor_catalogue import SENSOR_CATALOGUE, SensorModel
@@ -43,7 +43,7 @@ from deboom.measurement.sensors import Sensor, SensorKind
 from deboom.measurement.time_run import TimeRun
 from deboom.measurement.tolerances import Tolerances
 from deboom.mounts.mount import Mount
-from deboom.physics.rigid_body import mass_matrix, rotation_matrix
+from deboom.physics.rigid_body import mass_matrix
 
 CAMPAIGN_FILE = "campaign.toml"
 _TIME = (1,)
@@ -217,7 +217,7 @@ def _read_tables(folder: Path, switched_off: Sequence[str]) -> _Tables:
     file = load_campaign_file(folder / CAMPAIGN_FILE)
     off = tuple(dict.fromkeys((*file.switched_off, *switched_off)))
     sheet, table = folder / file.sensor_table, folder / file.channel_table
-    sensors = tuple(_sensor(row) for row in read_sensor_table(sheet))
+    sensors = tuple(map(sensor_of, read_sensor_table(sheet)))
     channels = read_campaign_channels(table)
     check_sensors(sheet, file, sensors, off)
     check_channels(table, file, sensors, channels, off)
@@ -230,18 +230,6 @@ def _read_tables(folder: Path, switched_off: Sequence[str]) -> _Tables:
                 f"{CAMPAIGN_FILE}"
             )
     return _Tables(folder, file, _mounts(folder, file), sensors, channels, off, models)
-
-
-def _sensor(row: SensorRow) -> Sensor:
-    return Sensor(
-        name=row.sensor,
-        kind=SensorKind(row.kind),
-        model=row.model,
-        mount=row.mount,
-        piece=row.piece,
-        position=np.array(row.position),
-        orientation=rotation_matrix(row.angles),
-    )
 
 
 def _model(entry: SensorModelEntry) -> SensorModel:

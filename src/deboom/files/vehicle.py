@@ -16,6 +16,7 @@ from deboom.files.campaign_tables import (
 )
 from deboom.files.function_matrix import Dof, FunctionMatrix
 from deboom.files.mount_entries import mounts_of
+from deboom.files.sensor_rows import sensor_of
 from deboom.files.tables import read_mount_table
 from deboom.files.vehicle_file import (
     VEHICLE_FILE,
@@ -32,8 +33,6 @@ from deboom.measurement.noise_transfer import (
     ACCELERATION_PER_VOLUME_ACCELERATION,
     PRESSURE_PER_FORCE,
 )
-from deboom.measurement.sensors import Sensor, SensorKind
-from deboom.physics.rigid_body import rotation_matrix
 
 _FRF = (4,)
 _SPECTRA = (0, 12, 27)
@@ -97,11 +96,11 @@ def read_vehicle(folder: Path) -> MeasuredVehicle:
         ears=ear_names,
         mounts=mounts,
         body_sensors={
-            point: tuple(_sensor(row) for row in on_body if _point(row) == point)
+            point: tuple(sensor_of(row) for row in on_body if _point(row) == point)
             for point in points
         },
         source_sensors=tuple(
-            _sensor(row) for row in sensor_rows if row.sensor in file.source_sensors
+            sensor_of(row) for row in sensor_rows if row.sensor in file.source_sensors
         ),
         powertrain_mounts=tuple(mount.name for mount in mounts if mount.body_mass is None),
         impacts={
@@ -207,15 +206,3 @@ def _check_places(
 
 def _point(row: ImpactRow | SensorRow) -> str:
     return f"{row.mount} {row.piece}".strip()
-
-
-def _sensor(row: SensorRow) -> Sensor:
-    return Sensor(
-        name=row.sensor,
-        kind=SensorKind(row.kind),
-        model=row.model,
-        mount=row.mount,
-        piece=row.piece,
-        position=np.array(row.position),
-        orientation=rotation_matrix(row.angles),
-    )

@@ -79,7 +79,7 @@ class InteractiveFront:
     facts : tuple of str
         What the numbers are of: load case, band, model, seed; one sentence each.
     axes : tuple of Axis
-        Variables, objectives, vehicles.
+        Variables, objectives, and the mean level of each vehicle in their order.
     points : sequence of int
         Number of each design in the run's tables.
     picks : sequence of str
@@ -130,6 +130,8 @@ class InteractiveFront:
             raise InputError(
                 "designs, axes, vehicles, lines and levels of an interactive page differ in number"
             )
+        if sum(axis.kind == "vehicle" for axis in self.axes) != len(self.vehicles):
+            raise InputError("an interactive page needs one axis of kind 'vehicle' per vehicle")
         names = [axis.name for axis in self.axes]
         doubled = sorted({name for name in names if names.count(name) > 1})
         if doubled:

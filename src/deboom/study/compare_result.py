@@ -301,7 +301,7 @@ def _page(
     shown = _shown(study)
     pairs = tables["pairs"]
     rows = [(row.first, row.second) in shown for row in pairs.itertuples()]
-    more = "" if all(rows) else f" The {len(pairs)} pairs are in pairs.csv."
+    more = "" if all(rows) else f"All {len(pairs)} pairs are in pairs.csv."
     differ = tables["differences"]
     warnings = tuple(
         f"The model of {folder} is not the one that judges here ({study.fronts[0].run.entry.name}):"
@@ -317,7 +317,9 @@ def _page(
         sections=(
             Section(
                 "The verdict",
-                "\n\n".join(verdict_sentence(study, pair) for pair in shown) + more,
+                "\n\n".join(
+                    [*(verdict_sentence(study, pair) for pair in shown), more, _seeds_only(study)]
+                ),
                 figures=(
                     Picture(
                         pictures["noise"],
@@ -389,9 +391,21 @@ def _page(
     )
 
 
+def _seeds_only(study: Comparison) -> str:
+    """Say what a real difference means between runs that differ in their seed only."""
+    asked = {one.run.configuration for one in study.fronts}
+    if len(asked) > 1 or not any(d.verdict is Verdict.real for d in study.pairs.values()):
+        return ""
+    return (
+        "These runs differ in nothing but their seed. A real difference between them says that the "
+        "search of the worse one had come to rest elsewhere: give it more generations, or several "
+        "searches (--searches)."
+    )
+
+
 def _hidden(fronts: pd.DataFrame) -> list[str]:
     """Return columns that a page does without."""
-    hidden = [name for name in fronts.columns if name.startswith("best ")]
+    hidden = ["seed", *(name for name in fronts.columns if name.startswith("best "))]
     return hidden if fronts["failed"].any() else [*hidden, "failed"]
 
 

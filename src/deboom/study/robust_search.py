@@ -8,6 +8,7 @@ from pathlib import Path
 
 from deboom.errors import InputError
 from deboom.explore.archive import merge
+from deboom.explore.arrays import RealArray
 from deboom.explore.fronts import pareto_front
 from deboom.explore.polish import polish
 from deboom.explore.problems import Progress, SearchResult, nsga2
@@ -60,6 +61,7 @@ def robust_search(
     run: RunContext | None,
     inputs: Sequence[Path],
     name: str = "search",
+    first_population: RealArray | None = None,
 ) -> SearchResult:
     """Search with every seed, merge the fronts, and polish the picks.
 
@@ -81,6 +83,8 @@ def robust_search(
         Every file that the searches depend on.
     name : str
         Folder of the first search within the run.
+    first_population : array, shape (population, n_variables), optional
+        Designs that every search begins with [units of the space].
 
     Returns
     -------
@@ -114,6 +118,7 @@ def robust_search(
                 seed=number,
                 progress=progress,
                 checkpoint=kept,
+                first_population=first_population,
             )
         )
     first = found[0]

@@ -16,6 +16,8 @@ from deboom.study.supplier_study import SupplierStudy
 
 _PICTURE = re.compile(r"data:image/png;base64,[A-Za-z0-9+/=]*")
 _TAG = re.compile(r"<[^>]*>")
+_CELL = re.compile(r'\b(?:r|ref|sqref|activeCell|topLeftCell)="[A-Z0-9: ]*"')
+"""Places of cells, such as F39: no names of vehicles."""
 _CONTEXT = 30
 
 
@@ -117,11 +119,11 @@ def page_text(html: str) -> str:
 
 
 def workbook_text(data: bytes) -> str:
-    """Return all that can be read in an xlsx file, its properties included."""
+    """Return all that can be read in an xlsx file, properties included, without cells' places."""
     with zipfile.ZipFile(io.BytesIO(data)) as parts:
         names = parts.namelist()
         texts = [parts.read(name).decode("utf-8", "replace") for name in names]
-    return unescape("\n".join([*names, *texts]))
+    return unescape("\n".join([*names, *(_CELL.sub("", text) for text in texts)]))
 
 
 def _spellings(folder: Path) -> tuple[str, ...]:

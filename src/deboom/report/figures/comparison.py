@@ -14,6 +14,8 @@ from deboom.report.style import FULL_WIDTH, INK, MUTED, TRACK, VEHICLE_PALETTE
 
 _MARKERS = ("o", "s", "D", "^", "v", "P")
 _BAR = 0.7
+_MARKS = 40
+"""Marks on a front that has more points."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,7 +81,8 @@ def attained_fronts(
                 *points.T,
                 linestyle="none",
                 marker=_MARKERS[place % len(_MARKERS)],
-                markersize=2.6 if len(points) > 60 else 4.0,
+                markersize=3.6,
+                markevery=max(len(points) // _MARKS, 1),
                 color=colour,
                 label=name,
             )

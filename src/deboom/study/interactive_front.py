@@ -1,0 +1,187 @@
+"""The interactive page of a front study's finished run."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from deboom.errors import InputError
+from deboom.files.atomic import replace_bytes
+from deboom.physics.arrays import RealArray
+from deboom.physics.orders import rpm_of_frequency
+from deboom.report.interactive import Axis, InteractiveFront, render_interactive
+from deboom.report.page import Picture
+from deboom.report.style import ACCENT, MUTED, mount_colours, mount_of, vehicle_colours
+from deboom.study.supplier_pick import Pick
+from deboom.study.supplier_study import SupplierStudy, supplier_study
+
+NAME = "interactive.html"
+"""Of the page in its run's folder."""
+_MEAN, _SIGMA = "SPLV mean sum [dB(A)]", "SPLV sigma sum [dB]"
+_PICTURES = {
+    "pareto_front": ("Mean level and scatter of all designs.", "The front, today's and the picks."),
+    "spl_curves": ("SPL of each vehicle over speed.", "Before, and in the quietest design."),
+    "stiffness_bars": ("Stiffness of each mount and axis.", "Stiffnesses of the quietest design."),
+}
+"""File stem → words for those who cannot see it, caption."""
+
+
+def write_interactive_page(folder: Path, *, studies: Path, out: Path | None = None) -> Path:
+    """Write the interactive page of a run.
+
+    Parameters
+    ----------
+    folder : Path
+        Finished run of a front study.
+    studies : Path
+        Folder with the study scripts.
+    out : Path or None
+        Folder that gets the page, made when missing; None: the run's.
+
+    Returns
+    -------
+    Path
+        ``interactive.html``; an older one is replaced.
+
+    Raises
+    ------
+    InputError
+        A run that is no front study, misses a file or holds an edited one; a folder that cannot be
+        written. Nothing is written then.
+    """
+    study = supplier_study(folder, studies, Pick.best_mean)
+    html = render_interactive(interactive_front(study))
+    place = study.run.entry.folder if out is None else out
+    try:
+        place.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(
+            f"{place} cannot be made a folder ({error.strerror or error}): choose another --out"
+        ) from None
+    path = place / NAME
+    replace_bytes(path, html.encode("utf-8"))
+    return path
+
+
+def interactive_front(study: SupplierStudy) -> InteractiveFront:
+    """Gather what the page shows: verified figures of the run, levels of its model built again."""
+    entry, space, index = study.run.entry, study.space, study.index
+    front = _table(study, "front", ("point", _MEAN, _SIGMA))
+    load_case, _ = study.load_cases[0]
+    frequency = np.asarray(index.frequency)
+    designs = np.vstack([space.nominal, study.run.designs])
+    fleet = vehicle_colours(study.platform.fleet.names)
+    picks = front["pick"].fillna("") if "pick" in front else [""] * len(front)
+    return InteractiveFront(
+        title="Explore the front of mount stiffnesses",
+        question=entry.record["question"],
+        run=entry.name,
+        facts=_facts(study),
+        axes=(*_variables(study), *_objectives(study, front), *_vehicles(study, len(front))),
+        points=front["point"].tolist(),
+        picks=list(picks),
+        vehicles=study.vehicles,
+        vehicle_colours=tuple(fleet[name] for name in study.vehicles),
+        frequency=frequency,
+        speed=np.asarray(rpm_of_frequency(frequency, load_case.order)),
+        levels=np.asarray(index.levels(designs)),
+        pictures=_pictures(entry.folder),
+    )
+
+
+def _facts(study: SupplierStudy) -> tuple[str, ...]:
+    first, last = study.band
+    cases = study.load_cases
+    weighed = ", ".join(f"{case.title} (weight {weight:.3g})" for case, weight in cases)
+    many = f" The curves are those of {cases[0][0].title}." if len(cases) > 1 else ""
+    tolerance = 100.0 * float(np.max(study.space.tolerance))
+    return (
+        f"Run {study.run.entry.name} of the study {study.run.entry.study}, seed {study.run.seed}.",
+        f"{study.platform.title}: {weighed}; {first:g} to {last:g} Hz, order "
+        f"{cases[0][0].order:g}.{many}",
+        "Mean level and σ are verified with draws that the search never saw, parts scattered "
+        f"within ±{tolerance:.0f} %, per line of the band.",
+    )
+
+
+def _variables(study: SupplierStudy) -> list[Axis]:
+    space = study.space
+    table = _table(study, "stiffness", ("variable", "nominal [N/mm]", "requirement"))
+    rows = table.set_index("variable")
+    mounts = mount_colours([mount.name for mount in study.platform.mounts])
+    axes = []
+    for column, name in enumerate(space.names):
+        there = name in rows.index
+        owner = name if there else name.rpartition(" ")[0]
+        requirement = str(rows.loc[name, "requirement"]) if there else "as chosen"
+        axes.append(
+            Axis(
+                name,
+                space.units[column],
+                study.run.designs[:, column],
+                float(space.nominal[column]),
+                mounts.get(mount_of(owner), MUTED),
+                "variable",
+                (float(space.lower[column]), float(space.upper[column])),
+                float(rows.loc[name, "nominal [N/mm]"]) if there else float("nan"),
+                "" if requirement == "as chosen" else requirement,
+            )
+        )
+    return axes
+
+
+def _objectives(study: SupplierStudy, front: pd.DataFrame) -> list[Axis]:
+    per_line = study.per_vehicle / len(study.vehicles)
+    picks = _table(study, "picks", ("design", "mean level [dB(A)]", "sigma of the level [dB]"))
+    base = picks.set_index("design").loc["baseline"]
+    return [
+        Axis("mean level", "dB(A)", _array(front[_MEAN]) * per_line, float(base.iloc[0]), ACCENT,
+             "objective"),
+        Axis("σ", "dB", _array(front[_SIGMA]) * per_line,
+             float(base["sigma of the level [dB]"]), ACCENT, "objective"),
+    ]  # fmt: skip
+
+
+def _vehicles(study: SupplierStudy, n: int) -> list[Axis]:
+    level = "mean level of the lines [dB(A)]"
+    table = _table(study, "per_vehicle", ("point", "vehicle", level))
+    before = _table(study, "vehicles", ("vehicle", "level before [dB(A)]")).set_index("vehicle")
+    colours = vehicle_colours(study.platform.fleet.names)
+    axes = []
+    for name in study.vehicles:
+        values = _array(table.loc[table["vehicle"] == name, level])
+        if len(values) != n:
+            raise InputError(
+                f"{study.run.entry.folder / 'per_vehicle.csv'} has {len(values)} designs of "
+                f"{name}, the front has {n}: run the study again"
+            )
+        today = float(before.loc[name, "level before [dB(A)]"])
+        axes.append(Axis(f"{name} level", "dB(A)", values, today, colours[name], "vehicle"))
+    return axes
+
+
+def _array(column: pd.Series) -> RealArray:
+    return column.to_numpy(float)
+
+
+def _table(study: SupplierStudy, stem: str, columns: tuple[str, ...]) -> pd.DataFrame:
+    """Read a table of the run, whose hash has been checked."""
+    path = study.run.entry.folder / f"{stem}.csv"
+    names = {"vehicle": str, "variable": str, "design": str}
+    table = pd.read_csv(path, dtype=names) if path.is_file() else pd.DataFrame()
+    missing = [name for name in columns if name not in table.columns]
+    if missing:
+        raise InputError(
+            f"{path} has no column '{missing[0]}', which the interactive page shows: it needs the "
+            "run of a study such as u06_robust_front"
+        )
+    return table
+
+
+def _pictures(folder: Path) -> tuple[Picture, ...]:
+    there = {stem: folder / "figures" / f"{stem}.png" for stem in _PICTURES}
+    return tuple(
+        Picture(path.read_bytes(), *_PICTURES[stem]) for stem, path in there.items() if path.is_file()
+    )

@@ -62,13 +62,13 @@ def claims() -> list[Claim]:
             f"σ saved per % at {study.space.names[top]}, against its share of σ² [%]",
             "within ±10",
             f"{by_share[top]:+.1f}",
-            abs(by_share[top]) <= 10.0,
+            bool(abs(by_share[top]) <= 10.0),
         ),
         Claim(
             "the same, against a central difference over ±2 points, 4096 other draws [%]",
             "within ±10",
             f"{by_step[top]:+.1f}",
-            abs(by_step[top]) <= 10.0,
+            bool(abs(by_step[top]) <= 10.0),
         ),
     ]
 

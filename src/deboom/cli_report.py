@@ -15,6 +15,9 @@ def report(
     supplier: Annotated[
         bool, typer.Option("--supplier", help="The page that a mount supplier reads.")
     ] = False,
+    interactive: Annotated[
+        bool, typer.Option("--interactive", help="The page on which the front is explored.")
+    ] = False,
     mount: Annotated[str | None, typer.Option(help="One part; by default all of them.")] = None,
     anonymous: Annotated[
         bool, typer.Option("--anonymous", help="Vehicles are letters; a name left is refused.")
@@ -22,24 +25,35 @@ def report(
     design: Annotated[Pick, typer.Option(help="Of the front, that is wanted.")] = Pick.best_mean,
     studies: Annotated[Path, typer.Option(help="Folder with the study scripts.")] = Path("studies"),
     out: Annotated[
-        Path | None, typer.Option(help="Folder for page and workbook; by default RUN/supplier.")
+        Path | None, typer.Option(help="Folder for the files; by default RUN, and RUN/supplier.")
     ] = None,
 ) -> None:
-    """Write a page and a workbook for a mount supplier from a finished run.
+    """Write further pages from a finished run: for a mount supplier, or to explore its front.
 
-    For every mount and axis: today's and the wanted stiffness, its tolerance, what it brings, and
-    how sure that is. The model is built again from the run's options; edited files are refused.
+    --supplier: for every mount and axis today's and the wanted stiffness, its tolerance, what it
+    brings, and how sure that is; a page and a workbook. --interactive: one page to brush designs
+    in, pin two and read their stiffness. The model is built again from the run's options; edited
+    files are refused.
     """
     from deboom.errors import InputError
     from deboom.study.runner import one_sentence_errors
-    from deboom.study.supplier_report import supplier_report
 
     with one_sentence_errors():
-        if not supplier:
+        if not (supplier or interactive):
             raise InputError(
                 f"{run / 'report.html'} is the page of the run itself; say --supplier for the one "
-                "that a mount supplier reads"
+                "that a mount supplier reads, --interactive for the one to explore the front"
             )
+        if interactive:
+            if anonymous:
+                raise InputError("--anonymous belongs to --supplier: no other page hides names")
+            from deboom.study.interactive_front import write_interactive_page
+
+            typer.echo(write_interactive_page(run, studies=studies, out=out).as_posix())
+        if not supplier:
+            return
+        from deboom.study.supplier_report import supplier_report
+
         for path in supplier_report(
             run,
             mount=mount,

@@ -59,6 +59,7 @@ class Piece:
     stiffness: np.ndarray
 
     def channel(self, axis):
+        """Name of a channel, such as ``Rear in x``."""
         return " ".join(filter(None, (self.mount, self.name, axis)))
 
 

@@ -163,6 +163,18 @@ def test_configurations_are_named_by_what_differs_and_foreign_models_are_warned_
     assert "outside of its own world" in page
 
 
+def test_designs_for_another_scatter_are_really_worse(springs, judged, tmp_path):
+    sizes = {"generations": 30, "population": 32}
+    runs = [springs(**sizes, tolerance=tolerance) for tolerance in (0.15, 0.9)]
+    folder, verdicts = judged(runs, tmp_path)
+    assert verdicts[0].startswith("tolerance 0.15 is really better than tolerance 0.9")
+    summary = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
+    assert summary["hypervolume_difference_percent"] > summary["noise_percent"]
+    assert summary["n_real"] == 1
+    pairs = pd.read_csv(folder / "pairs.csv")
+    assert pairs["first covers second [%]"][0] > pairs["second covers first [%]"][0]
+
+
 def copied(run, folder):
     target = folder / run.parent.name / run.name
     shutil.copytree(run, target)

@@ -1,9 +1,10 @@
-"""Every study that takes a platform runs on a foreign one: no count, name, order or unit is assumed.
+"""Every study of a platform runs on a foreign one: no count, name, order or unit is assumed.
 
 A study that is added is run as well, with the smallest budget that its options know.
 """
 
 import json
+import shutil
 from pathlib import Path
 
 import pandas as pd
@@ -19,7 +20,6 @@ from foreign_platform_samples import (
     write_foreign_platform,
 )
 
-from deboom.errors import InputError
 from deboom.files.platform import read_platform
 from deboom.study.motion import Kernel
 from deboom.study.mount_source import MountSource
@@ -35,6 +35,7 @@ BUDGET = {
     "samples": 4,
     "searches": 1,
     "designs": 24,
+    "doe": 16,
     "n": 8,
     "resamples": 100,
     "draws": 4,
@@ -62,14 +63,9 @@ def test_the_study_runs_on_a_foreign_platform(name, folder, tmp_path):
     study = load_study(STUDIES / f"{name}.py")
     asked = {key: value for key, value in BUDGET.items() if key in study.parameters}
     arguments = {**asked, "platform": folder}
-    if "mounts" in study.parameters:
-        arguments["mounts"] = MountSource.spectra
-    try:
-        run = run_study(study, tmp_path, arguments)
-    except InputError as error:
-        # what chooses parts needs their surfaces
-        assert "--mounts library" in str(error)
-        run = run_study(study, tmp_path, {**arguments, "mounts": MountSource.library_inside})
+    # what chooses parts needs their surfaces
+    source = MountSource.library_inside if name == "mount_selection" else MountSource.spectra
+    run = run_study(study, tmp_path, {**arguments, "mounts": source})
     said = " ".join(path.read_text(encoding="utf-8") for path in run.glob("*.csv"))
     said += (run / "summary.json").read_text(encoding="utf-8")
     page = (run / "report.html").read_text(encoding="utf-8")
@@ -77,3 +73,49 @@ def test_the_study_runs_on_a_foreign_platform(name, folder, tmp_path):
         assert stranger not in said
     assert all(vehicle in said + page for vehicle in VEHICLES)
     assert json.loads((run / "summary.json").read_text(encoding="utf-8"))
+
+
+def test_units_order_and_lines_are_those_of_the_files(folder):
+    platform = read_platform(folder)
+    displacement, force = motion(130.0)
+    case = platform.load_case("high")
+    assert case.order == ORDER
+    assert case.force.frequency == pytest.approx(LINES)
+    for k, piece in enumerate(pieces()):
+        for a, axis in enumerate("xyz"):
+            column = case.force.channels.index(piece.channel(axis))
+            assert case.force.values[:, column] == pytest.approx(force[:, k, a])
+            assert case.displacement.values[:, column] == pytest.approx(displacement[:, k, a])
+    assert [name for mount in platform.mounts for name in mount.variables] == VARIABLES
+    for vehicle in platform.fleet.vehicles:
+        assert 1e-5 < abs(vehicle.noise_transfer.values).max() < 1.0
+
+
+def test_the_check_sums_up_the_foreign_platform(folder):
+    found = check_platform(folder)
+    assert found.faults == ()
+    assert "5, 15 variables" in found.summary
+    assert "101, 14 to 83.3 Hz, unevenly spaced" in found.summary
+    assert "of order 2" in found.summary
+    assert "fits all mounts" in found.summary
+
+
+def test_a_library_that_does_not_fit_is_found(folder, tmp_path):
+    library = tmp_path / "any" / "mounts.library.json"
+    shutil.copytree(folder, library.parent)
+    text = library.read_text(encoding="utf-8").replace('"Roll"', '"Other"')
+    library.write_text(text, encoding="utf-8")
+    (fault,) = check_platform(library.parent).faults
+    assert "mounts.library.json" in fault
+    assert "Other" in fault
+
+
+def test_the_place_of_a_column_in_a_table_does_not_matter(folder, tmp_path):
+    copy = tmp_path / "any"
+    shutil.copytree(folder, copy)
+    path = copy / "runs" / "high.csv"
+    table = pd.read_csv(path)
+    table[table.columns[::-1]].to_csv(path, index=False)
+    first, second = (read_platform(one).load_case("high").force for one in (folder, copy))
+    assert first.channels == second.channels
+    assert (first.values == second.values).all()

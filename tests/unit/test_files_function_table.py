@@ -151,7 +151,7 @@ def test_a_wrong_table_is_refused(tmp_path, header, row, sentence):
 def test_a_wrong_function_is_refused_when_it_is_asked_for(tmp_path, header, rows, sentence):
     path = tmp_path / "wrong.csv"
     lines = [f"{20 + i},{row}" for i, row in enumerate(rows.split("|"))]
-    path.write_text("\n".join([f"frequency [Hz],{header}", *lines, ",,"]) + "\n")
+    path.write_text("\n".join([f"frequency [Hz],{header}", *lines, ","]) + "\n")
     table = read_function_table(path)
     with pytest.raises(InputError, match=re.escape(sentence)):
         table.spectrum("a")
@@ -162,5 +162,5 @@ def test_a_value_that_is_not_finite_is_named_by_its_line(tmp_path):
     savemat(path, variables(values=np.where(np.arange(14).reshape(7, 2) == 4, np.nan, VALUES)))
     table = read_function_table(path)
     table.spectrum(NAMES[1])
-    with pytest.raises(InputError, match=r"line 3 is nan.*does not fill gaps"):
+    with pytest.raises(InputError, match=r"line 3 is .*nan.*does not fill gaps"):
         table.spectrum(NAMES[0])

@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from deboom.errors import InputError
-from deboom.files.faults import Note, noting, refuse
+from deboom.files.faults import Note, refuse
 from deboom.files.function_table import is_table, read_function_table
 from deboom.files.tables import NOISE_TRANSFER, QUANTITY_UNIT, ChannelRow
 from deboom.files.torque_table import SAME_LINE
@@ -222,9 +222,14 @@ def common_axis(files: Sequence[Columns], note: Note = refuse) -> npt.NDArray[np
         return np.zeros(0)
     first = there[0].functions[0]
     lines = first.abscissa
+    told: set[Path] = set()
     for columns in there:
-        with noting(note):
+        try:
             _check_axis(columns, there[0].path, first)
+        except InputError as error:
+            if columns.path not in told:
+                note(error)
+            told.add(columns.path)
     return lines
 
 

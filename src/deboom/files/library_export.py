@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 import json
 from collections.abc import Iterator, Sequence
 from pathlib import Path
@@ -10,12 +9,11 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from openpyxl import Workbook
-from openpyxl.cell import WriteOnlyCell
 
 from deboom.errors import InputError
 from deboom.files.atomic import replace_bytes, replace_text
 from deboom.files.uff import UffFunction, write_uff
+from deboom.files.workbook import workbook_bytes
 from deboom.mounts.characterised_mount import CampaignRecord, CharacterisedMount
 from deboom.mounts.library_document import from_document, to_document
 from deboom.mounts.library_tables import (
@@ -68,16 +66,7 @@ def write_library_xlsx(
                 f"{path}: {name} would have {len(table)} rows and a sheet holds {SHEET_ROWS}: "
                 "export fewer mounts, or JSON"
             )
-    workbook = Workbook(write_only=True)
-    for name, table in sheets.items():
-        sheet = workbook.create_sheet(name)
-        sheet.append(list(table.columns))
-        plain = table.astype(object).where(table.notna(), None)
-        for row in plain.itertuples(index=False, name=None):
-            sheet.append([_cell(sheet, value) for value in row])
-    buffer = io.BytesIO()
-    workbook.save(buffer)
-    replace_bytes(path, buffer.getvalue())
+    replace_bytes(path, workbook_bytes(sheets, "Mount library"))
 
 
 def write_library_json(
@@ -211,11 +200,3 @@ def _spectra(
 
 def _ascii(text: str) -> str:
     return text.encode("ascii", "backslashreplace").decode("ascii")
-
-
-def _cell(sheet: Any, value: Any) -> Any:
-    if isinstance(value, str) and value.startswith("="):
-        cell = WriteOnlyCell(sheet, value)
-        cell.data_type = "s"  # text that looks like a formula is text
-        return cell
-    return value.item() if isinstance(value, np.generic) else value

@@ -109,9 +109,11 @@ def read_mount_table(path: Path, note: Note = refuse) -> tuple[MountRow, ...]:
 
 
 def _coordinate(row: Row, axis: str, note: Note) -> float:
-    with noting(note):
+    try:
         return row.number(axis)
-    return math.nan
+    except InputError as error:
+        note(error)
+        return math.nan
 
 
 def write_mount_table(path: Path, rows: Sequence[MountRow]) -> None:

@@ -67,7 +67,7 @@ function signed(value, decimals) {
 }
 
 function decimalsOf(axis, scale = 1) {
-  if (isDecibel(axis)) return 2;
+  if (isDecibel(axis)) return axis.upper - axis.lower < 0.3 ? 3 : 2;
   if (scale === 1 && axis.unit === "1") return 3;
   return Math.max(0, 2 - Math.floor(Math.log10(Math.max(1e-9, Math.abs(axis.lower), Math.abs(axis.upper)) * scale)));
 }
@@ -219,10 +219,11 @@ function marks() {
 
 const parallel = {
   svg: picture(byId("parallel"), "parallel coordinates", walkByKey),
-  top: 60, bottom: 34, left: 46, right: 46, height: 330,
+  top: 74, bottom: 28, left: 46, right: 46,
   draw() {
+    this.height = printing ? 440 : 320;
     const shown = shownAxes();
-    const width = Math.max(roomIn(byId("parallel"), 1030), 66 * (shown.length - 1) + this.left + this.right);
+    const width = Math.max(roomIn(byId("parallel"), 1030), 60 * (shown.length - 1) + this.left + this.right);
     const gap = (width - this.left - this.right) / Math.max(1, shown.length - 1);
     this.shown = shown;
     this.x = (place) => this.left + gap * place;
@@ -247,16 +248,14 @@ const parallel = {
     element(svg, "line", { x1: x, x2: x, y1: this.y(0), y2: this.y(STEPS), stroke: axis.colour, "stroke-width": 3 });
     if (brushed) {
       const [low, high] = brushed.map((step) => this.y(step));
-      element(svg, "rect", { x: x - 8, width: 16, y: high, height: Math.max(2, low - high), fill: axis.colour, opacity: 0.35, stroke: axis.colour });
+      element(svg, "rect", { x: x - 8, width: 16, y: high, height: Math.max(2, low - high), fill: "#fff", "fill-opacity": 0.75, stroke: axis.colour, "stroke-width": 2 });
     }
     const name = fitted(axis.name, gap);
-    name.forEach((part, row) => element(svg, "text", { ...middle, y: 34 - 15 * (name.length - 1 - row), "font-weight": 600 }, part));
+    name.forEach((part, row) => element(svg, "text", { ...middle, y: 32 - 15 * (name.length - 1 - row), "font-weight": 600 }, part));
     const free = axis.note ? "°" : "";
-    element(svg, "text", { ...middle, y: 50, class: "muted" }, `[${unitOf(axis)}]${free}`);
-    for (const [step, y] of [[STEPS, this.top - 0], [0, this.height - this.bottom + 15]]) {
-      const label = shownValue(axis, atStep(axis, step));
-      if (step) backed(svg, label, x + 6, y + 10, "start");
-      else element(svg, "text", { ...middle, y, class: "muted" }, label);
+    element(svg, "text", { ...middle, y: 47, class: "muted" }, `[${unitOf(axis)}]${free}`);
+    for (const [step, y] of [[STEPS, this.top - 7], [0, this.height - this.bottom + 17]]) {
+      element(svg, "text", { ...middle, y }, shownValue(axis, atStep(axis, step)));
     }
   },
   // the axis near x, within reach of a hand
@@ -569,22 +568,28 @@ function drawWords() {
   byId("line").setAttribute("aria-valuetext", at);
 }
 
-function table(id, caption, heads, rows) {
+function table(id, caption, groups, heads, rows) {
   const place = byId(id);
   place.replaceChildren();
   node(place, "caption", {}, caption);
-  const top = node(node(place, "thead"), "tr");
+  const head = node(place, "thead");
+  const above = node(head, "tr", { class: "groups" });
+  for (const [words, columns] of groups) {
+    if (words) node(above, "th", { colspan: columns, scope: "colgroup" }, words);
+    else node(above, "td", { colspan: columns });
+  }
+  const top = node(head, "tr");
   for (const [name, unit] of heads) {
-    const head = node(top, "th", { scope: "col" }, name);
-    if (unit) node(head, "span", { class: "unit" }, `[${unit}]`);
+    const cell = node(top, "th", { scope: "col" }, name);
+    if (unit) node(cell, "span", { class: "unit" }, `[${unit}]`);
   }
   const body = node(place, "tbody");
   for (const [first, ...cells] of rows) {
     const row = node(body, "tr");
-    const head = node(row, "th", { scope: "row" });
-    node(head, "span", { class: "swatch", "aria-hidden": "true" }).style.background = first.colour;
-    head.append(first.name);
-    cells.forEach((cell) => node(row, "td", {}, cell));
+    const cell = node(row, "th", { scope: "row" });
+    node(cell, "span", { class: "swatch", "aria-hidden": "true" }).style.background = first.colour;
+    cell.append(first.name);
+    cells.forEach((words) => node(row, "td", {}, words));
   }
 }
 
@@ -593,8 +598,12 @@ const pinWords = () => `A is ${nameOf(state.pins.a)}; B is ${nameOf(state.pins.b
 function drawStiffness() {
   const variables = axes.filter((axis) => axis.kind === "variable");
   const notes = variables.some((axis) => axis.note);
-  const heads = [["variable"], ["today", "N/mm"], ["A", "N/mm"], ["B", "N/mm"], ["B − A", "N/mm"], ["A factor", "1"], ["B factor", "1"]];
-  if (notes) heads.push(["°"]);
+  const groups = [["", 1], ["dynamic stiffness", 4], ["factor", 2]];
+  const heads = [["variable"], ["today", "N/mm"], ["A", "N/mm"], ["B", "N/mm"], ["B − A", "N/mm"], ["A", "1"], ["B", "1"]];
+  if (notes) {
+    groups.push(["", 1]);
+    heads.push(["°"]);
+  }
   const rows = variables.map((axis) => {
     const [a, b] = [state.pins.a, state.pins.b].map((design) => valueOf(axis, design));
     const known = axis.stiffness !== null;
@@ -603,14 +612,13 @@ function drawStiffness() {
     const row = [axis, mm(axis.today), mm(a), mm(b), mm(b - a, signed), text(a, 3), text(b, 3)];
     return notes ? [...row, axis.note] : row;
   });
-  table("stiffness", `${pinWords()} Dynamic stiffness: mean magnitude over the band; today is factor 1.`, heads, rows);
+  table("stiffness", `${pinWords()} Dynamic stiffness: mean magnitude over the band, today at factor 1.`, groups, heads, rows);
 }
 
 function drawVehicles() {
   const at = state.line;
-  const heads = [["vehicle"], ["mean level, today", "dB(A)"], ["A", "dB(A)"], ["B", "dB(A)"], ["B − A", "dB"]];
-  const here = `at ${text(front.frequency[at], 2)} Hz`;
-  heads.push([`SPL ${here}, today`, "dB(A)"], ["A", "dB(A)"], ["B", "dB(A)"], ["B − A", "dB"]);
+  const four = [["today", "dB(A)"], ["A", "dB(A)"], ["B", "dB(A)"], ["B − A", "dB"]];
+  const groups = [["", 1], ["mean level", 4], [`SPL at ${text(front.frequency[at], 2)} Hz, ${text(front.speed[at], 0)} rpm`, 4]];
   const triple = (values, decimals) => [...values.map((value) => text(value, decimals)), signed(values[2] - values[1], decimals)];
   const three = [TODAY, state.pins.a, state.pins.b];
   const means = axes.filter((axis) => axis.kind === "vehicle");
@@ -619,10 +627,10 @@ function drawVehicles() {
     return [vehicle, ...mean, ...triple(three.map((design) => levelsOf(design, place)[at]), 1)];
   });
   for (const axis of axes.filter((one) => one.kind === "objective")) {
-    const values = triple(three.map((design) => valueOf(axis, design)), 2);
+    const values = triple(three.map((design) => valueOf(axis, design)), decimalsOf(axis));
     rows.push([{ name: `${axis.name} [${axis.unit}]`, colour: axis.colour }, ...values, "", "", "", ""]);
   }
-  table("vehicles", `${pinWords()} Mean level over the lines and the tolerance.`, heads, rows);
+  table("vehicles", `${pinWords()} Mean level over the lines and the tolerance.`, groups, [["vehicle"], ...four, ...four], rows);
 }
 
 function drawKey() {

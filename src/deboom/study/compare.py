@@ -115,8 +115,12 @@ class Comparison:
         }
 
     def progress(self, one: JudgedRun) -> float:
-        """Return what a search's last fifth has gained, as a share of the box; NaN: unknown."""
-        return self.box.share(last_gain(one.run.convergence))
+        """Return what a search's last fifth has gained, as a share of the box; NaN: unknown.
+
+        A gain beyond the box counts as well, but no more than the whole front is worth.
+        """
+        gained = self.box.share(last_gain(one.run.convergence))
+        return float(np.minimum(gained, self.box.hypervolume(one.objectives)))
 
     @cached_property
     def contestants(self) -> dict[str, Contestant]:

@@ -10,7 +10,8 @@ from deboom.errors import InputError
 from deboom.explore.seeds import checked_seed
 from deboom.files.run_folder import environment_record, finish_run, hash_files, start_run
 from deboom.study.compare import comparison
-from deboom.study.compare_result import QUESTION, compare_result, sentences
+from deboom.study.compare_page import QUESTION, sentences
+from deboom.study.compare_result import compare_result
 from deboom.study.overview import refresh_overview
 from deboom.study.progress import progress_bar
 from deboom.study.runner import PACKAGES, save_result

@@ -14,9 +14,11 @@ from deboom.physics.orders import rpm_of_frequency
 from deboom.report.interactive import Axis, InteractiveFront, render_interactive
 from deboom.report.page import Picture
 from deboom.report.style import ACCENT, MUTED, mount_colours, mount_of, vehicle_colours
+from deboom.study.robust_front_tables import NO_REQUIREMENT
 from deboom.study.supplier_pick import Pick
 from deboom.study.supplier_study import SupplierStudy, supplier_study
 
+AS_CHOSEN = "as chosen"
 NAME = "interactive.html"
 """Of the page in its run's folder."""
 _MEAN, _SIGMA = "SPLV mean sum [dB(A)]", "SPLV sigma sum [dB]"
@@ -103,19 +105,21 @@ def _facts(study: SupplierStudy) -> tuple[str, ...]:
         f"{cases[0][0].order:g}.{many}",
         "Mean level and σ are verified with draws that the search never saw, parts scattered "
         f"within ±{tolerance:.0f} %, per line of the band.",
+        f"° {NO_REQUIREMENT}: no vehicle depends on it; any in bounds: around the best mean its "
+        "whole range makes no noticeable difference.",
     )
 
 
 def _variables(study: SupplierStudy) -> list[Axis]:
     space = study.space
     table = _table(study, "stiffness", ("variable", "nominal [N/mm]", "requirement"))
-    rows = table.set_index("variable")
+    nominal = dict(zip(table["variable"], _array(table["nominal [N/mm]"]), strict=True))
+    required = dict(zip(table["variable"], table["requirement"], strict=True))
     mounts = mount_colours([mount.name for mount in study.platform.mounts])
     axes = []
     for column, name in enumerate(space.names):
-        there = name in rows.index
-        owner = name if there else name.rpartition(" ")[0]
-        requirement = str(rows.loc[name, "requirement"]) if there else "as chosen"
+        owner = name if name in nominal else name.rpartition(" ")[0]
+        requirement = required.get(name, AS_CHOSEN)
         axes.append(
             Axis(
                 name,
@@ -125,8 +129,8 @@ def _variables(study: SupplierStudy) -> list[Axis]:
                 mounts.get(mount_of(owner), MUTED),
                 "variable",
                 (float(space.lower[column]), float(space.upper[column])),
-                float(rows.loc[name, "nominal [N/mm]"]) if there else float("nan"),
-                "" if requirement == "as chosen" else requirement,
+                nominal.get(name, float("nan")),
+                "" if requirement == AS_CHOSEN else requirement,
             )
         )
     return axes
@@ -134,20 +138,30 @@ def _variables(study: SupplierStudy) -> list[Axis]:
 
 def _objectives(study: SupplierStudy, front: pd.DataFrame) -> list[Axis]:
     per_line = study.per_vehicle / len(study.vehicles)
-    picks = _table(study, "picks", ("design", "mean level [dB(A)]", "sigma of the level [dB]"))
-    base = picks.set_index("design").loc["baseline"]
+    shown = (
+        ("mean level", "dB(A)", _MEAN, "mean level [dB(A)]"),
+        ("σ", "dB", _SIGMA, "sigma of the level [dB]"),
+    )
+    picks = _table(study, "picks", ("design", *(column for *_, column in shown)))
+    today = picks[picks["design"] == "baseline"]
     return [
-        Axis("mean level", "dB(A)", _array(front[_MEAN]) * per_line, float(base.iloc[0]), ACCENT,
-             "objective"),
-        Axis("σ", "dB", _array(front[_SIGMA]) * per_line,
-             float(base["sigma of the level [dB]"]), ACCENT, "objective"),
-    ]  # fmt: skip
+        Axis(
+            name,
+            unit,
+            _array(front[total]) * per_line,
+            _array(today[column])[0],
+            ACCENT,
+            "objective",
+        )
+        for name, unit, total, column in shown
+    ]
 
 
 def _vehicles(study: SupplierStudy, n: int) -> list[Axis]:
     level = "mean level of the lines [dB(A)]"
     table = _table(study, "per_vehicle", ("point", "vehicle", level))
-    before = _table(study, "vehicles", ("vehicle", "level before [dB(A)]")).set_index("vehicle")
+    before = _table(study, "vehicles", ("vehicle", "level before [dB(A)]"))
+    today = dict(zip(before["vehicle"], _array(before["level before [dB(A)]"]), strict=True))
     colours = vehicle_colours(study.platform.fleet.names)
     axes = []
     for name in study.vehicles:
@@ -157,8 +171,7 @@ def _vehicles(study: SupplierStudy, n: int) -> list[Axis]:
                 f"{study.run.entry.folder / 'per_vehicle.csv'} has {len(values)} designs of "
                 f"{name}, the front has {n}: run the study again"
             )
-        today = float(before.loc[name, "level before [dB(A)]"])
-        axes.append(Axis(f"{name} level", "dB(A)", values, today, colours[name], "vehicle"))
+        axes.append(Axis(f"{name} level", "dB(A)", values, today[name], colours[name], "vehicle"))
     return axes
 
 
@@ -183,5 +196,7 @@ def _table(study: SupplierStudy, stem: str, columns: tuple[str, ...]) -> pd.Data
 def _pictures(folder: Path) -> tuple[Picture, ...]:
     there = {stem: folder / "figures" / f"{stem}.png" for stem in _PICTURES}
     return tuple(
-        Picture(path.read_bytes(), *_PICTURES[stem]) for stem, path in there.items() if path.is_file()
+        Picture(path.read_bytes(), *_PICTURES[stem])
+        for stem, path in there.items()
+        if path.is_file()
     )

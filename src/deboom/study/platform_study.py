@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from contextlib import AbstractContextManager
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -9,17 +11,27 @@ import numpy as np
 
 from deboom.errors import InputError
 from deboom.explore.correlation_study import tolerance_scatter
-from deboom.explore.design_space import DesignSpace
 from deboom.explore.evaluate import Evaluate
-from deboom.explore.fronts import pareto_rank
+from deboom.explore.fronts import pareto_rank, verify
+from deboom.explore.workers import workers_for
 from deboom.physics.arrays import RealArray
+from deboom.study.aims import Aim, robust_response
+from deboom.study.context import RunContext
 from deboom.study.correlation import CorrelationStudy, Levels, correlation_study
 from deboom.study.doe import DoeRequest
+from deboom.study.motion import Kernel, Motion, motion_index
 from deboom.study.mount_source import Operation
+from deboom.study.progress import Progress
 from deboom.study.robust_front import RobustFront
-from deboom.study.sensitivity import Sensitivity
+from deboom.study.robust_search import Budget, robust_search
+from deboom.study.sampling import Sampler, factor_space, tolerance_sample
+from deboom.study.sensitivity import Sensitivity, SensitivityPlan, sensitivity
 from deboom.vehicles.load_case_index import LoadCaseIndex
 
+SEARCHED = 0.20
+"""Stiffness factors of the search run within ``1 ± SEARCHED`` [1]."""
+VERIFIED = 1024
+"""Draws behind the verified front."""
 FAMILY = 0.9
 """Least correlation within a family of vehicles [1]."""
 FROM_DOE = (
@@ -53,6 +65,28 @@ class DoePlan:
     resamples: int
 
 
+@dataclass(frozen=True)
+class FrontPlan:
+    """How a front is searched.
+
+    Parameters
+    ----------
+    budget : Budget
+        How long.
+    samples : int
+        Tolerance draws per design, a power of two.
+    from_doe : bool
+        Whether the first population are the best designs of the DOE.
+    workers : int
+        Processes.
+    """
+
+    budget: Budget
+    samples: int
+    from_doe: bool
+    workers: int
+
+
 @dataclass(frozen=True, eq=False)
 class PlatformStudy:
     """Everything that was asked of one platform, in the order of the work.
@@ -81,6 +115,80 @@ class PlatformStudy:
     vehicles: CorrelationStudy | None
     front: RobustFront
     sensitivity: Sensitivity
+
+
+def platform_study(
+    everyone: Operation,
+    group: str,
+    model: tuple[Motion, Kernel | None],
+    doe: DoePlan,
+    search: FrontPlan,
+    sensitivities: SensitivityPlan,
+    run: RunContext | None,
+    progress: Callable[[str], AbstractContextManager[Progress]],
+) -> PlatformStudy:
+    """Try a DOE in all vehicles, then search the front of a group and rank its variables.
+
+    Parameters
+    ----------
+    everyone : Operation
+        With all vehicles of the platform.
+    group : str
+        Vehicles of the front and of the sensitivities.
+    model : (Motion, Kernel or None)
+        See `deboom.study.motion.motion_index`.
+    doe, search, sensitivities
+        The plans; the seed and the tolerance of the search are those of the DOE.
+    run : RunContext or None
+        Where the search is kept.
+    progress : callable
+        From a title to a context that shows progress.
+
+    Raises
+    ------
+    InputError
+        An unknown group; a plan that a step refuses.
+    """
+    motion, kernel = model
+    runs = replace(everyone, fleet=everyone.fleet.group(group))
+    index = motion_index(runs, motion, kernel)
+    fleet = fleet_doe(everyone, motion_index(everyone, motion, kernel), doe, motion.value)
+    with progress("NSGA-II") as bar:
+        front = _front(runs, index, doe, search, bar, run)
+    with progress("sensitivity") as bar:
+        ranked = sensitivity(runs.platform, index, sensitivities, bar)
+    return PlatformStudy(
+        group=group,
+        plan=doe,
+        fleet=fleet,
+        vehicles=within_group(fleet, runs, index),
+        front=front,
+        sensitivity=ranked,
+    )
+
+
+def _front(
+    runs: Operation,
+    index: LoadCaseIndex[Any, Any],
+    doe: DoePlan,
+    plan: FrontPlan,
+    progress: Progress,
+    run: RunContext | None,
+) -> RobustFront:
+    """Search and verify as the study of the front alone does."""
+    seed, budget = doe.request.seed, plan.budget
+    space = factor_space(index.variable_names, SEARCHED, doe.tolerance)
+    sample = tolerance_sample(Sampler.sobol, space.n_variables, plan.samples, seed=seed)
+    robust = robust_response(index, space, sample, Aim.mean, False, False)
+    first = best_of_doe(index, doe, budget.population) if plan.from_doe else None
+    files = runs.platform.input_files
+    with workers_for(robust, plan.workers, None) as spread:
+        found = robust_search(
+            spread, robust, budget, seed, progress, run, files, first_population=first
+        )
+    check = verify(found.front, robust, n_samples=VERIFIED, seed=seed)
+    note = " ".join(filter(None, (budget.note, FROM_DOE if plan.from_doe else "")))
+    return RobustFront(runs.platform, index, robust, found, check, note)
 
 
 def fleet_doe(
@@ -153,17 +261,13 @@ def within_group(
     return replace(study, runs=runs, index=index, vehicles=levels)
 
 
-def best_of_doe(
-    evaluate: Evaluate, space: DesignSpace, plan: DoePlan, population: int
-) -> RealArray:
+def best_of_doe(evaluate: Evaluate, plan: DoePlan, population: int) -> RealArray:
     """Return the designs of a DOE that a search may begin with.
 
     Parameters
     ----------
     evaluate : Evaluate
         The model, with the vehicles that the search serves.
-    space : DesignSpace
-        Of the search.
     plan : DoePlan
         The DOE.
     population : int
@@ -173,16 +277,15 @@ def best_of_doe(
     -------
     array, shape (population, k)
         Front by front of the sums over the vehicles of mean and sigma, in the DOE's order within a
-        front [units of the space].
+        front [1].
 
     Raises
     ------
     InputError
         Fewer designs that could be computed than wanted.
     """
-    bounds = replace(space, lower=1.0 - plan.half_width + 0.0 * space.lower,
-                     upper=1.0 + plan.half_width + 0.0 * space.upper)
-    designs = plan.request.designs(bounds)
+    space = factor_space(evaluate.variable_names, plan.half_width, plan.tolerance)
+    designs = plan.request.designs(space)
     mean, scatter = tolerance_scatter(
         evaluate, space, designs, n_draws=plan.draws, seed=plan.request.seed
     )

@@ -148,6 +148,11 @@ def stiffness_panels(
                 wanted=(
                     (shift * today[0], factor * today[1]) if curve.has_curve and asked else None
                 ),
+                wanted_points=(
+                    (shift * curve.preload, factor * curve.stiffness)
+                    if asked and not curve.has_curve
+                    else None
+                ),
                 tolerance=float(study.space.tolerance[direction.column]),
                 note="" if direction.need is Need.wanted else direction.need.value,
             )

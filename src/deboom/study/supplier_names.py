@@ -64,7 +64,7 @@ def shown_names(study: SupplierStudy, *, anonymous: bool) -> ShownNames:
     secrets = [
         *(vehicle.name for vehicle in vehicles),
         *(vehicle.group for vehicle in vehicles),
-        *(platform.name, platform.title, platform.description, platform.folder.name),
+        *(platform.name, platform.title, platform.description),
         *(str(entry.record.get("question", "")), entry.study),
         *paths,
     ]
@@ -108,7 +108,8 @@ def refuse_leaks(secrets: Sequence[str], texts: Mapping[str, str]) -> None:
                 around = " ".join(text[start : found.end() + _CONTEXT].split())
                 raise InputError(
                     f"an anonymous report would show '{secret}' in its {what} (… {around} …): give "
-                    "the load case, mount or campaign there a name that does not tell the vehicle"
+                    "the load case, mount or campaign there a name that does not tell it; if the "
+                    "name is an everyday word, give the vehicle, group or platform another one"
                 )
 
 

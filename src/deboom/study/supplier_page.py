@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
@@ -12,7 +13,8 @@ from deboom.report import figures
 from deboom.report.figures import IndexBars
 from deboom.report.page import Headline, Page, Picture, Section, Table
 from deboom.report.style import MUTED, mount_colours, signed, vehicle_colours
-from deboom.study.motion_report import MotionReport
+from deboom.study.motion import Factor
+from deboom.study.motion_report import MotionReport, factor_name
 from deboom.study.robust_front import NOTICEABLE
 from deboom.study.supplier_curves import StiffnessCurve, stiffness_panels
 from deboom.study.supplier_effects import ALL, SupplierEffects
@@ -32,6 +34,18 @@ TERMS = (
     "not identified",
     "no noticeable difference",
     "sensitivity index",
+)
+CURVE_SCALED = "the whole curve over static force is to be scaled alike, with the stops re-tuned"
+PART_SCALED = (
+    "the rubber itself is to be scaled, its force at every deflection. The numbers are those at "
+    "today's static deflection; under load the part rides elsewhere, as the curves show"
+)
+OPERATION = (
+    "Dots are the states in the load cases and scatter because amplitude and frequency differ"
+)
+AS_ON_A_MACHINE = (
+    "; the curves are read at one frequency and amplitude (in the table below), as on a test "
+    "machine, where measurements back them"
 )
 NO_UNCERTAINTY = (
     "Today's stiffnesses come from operating spectra without a characterisation of the mounts: "
@@ -228,6 +242,8 @@ def _headlines(content: SupplierContent) -> tuple[Headline, ...]:
 def _wanted(content: SupplierContent, pictures: Mapping[str, bytes]) -> Section:
     study, table = content.study, content.tables["requirements"]
     case, _ = study.load_cases[0]
+    part = factor_name(study.motion_index) == Factor.part.value
+    scaled = PART_SCALED if part else CURVE_SCALED
     given_up = ""
     if study.unidentified:
         values, scale = content.effects.values, study.per_vehicle / len(study.vehicles)
@@ -241,7 +257,7 @@ def _wanted(content: SupplierContent, pictures: Mapping[str, bytes]) -> Section:
     return Section(
         "What is wanted",
         "A stiffness is the mean magnitude of the dynamic stiffness over the lines of the run "
-        f"“{case.title}”; the whole curve over static force is to be scaled alike. At least and at "
+        f"“{case.title}”; {scaled}. At least and at "
         "most: the tolerance band. Free: the range in which the mean level of all vehicles stays "
         f"within {NOTICEABLE} dB, all other directions kept. A dash: nothing is asked."
         f"{_at_bounds(content)}{given_up}",
@@ -249,10 +265,8 @@ def _wanted(content: SupplierContent, pictures: Mapping[str, bytes]) -> Section:
             _picture(
                 pictures,
                 f"stiffness {mount}",
-                f"{mount}: dynamic stiffness over preload. Dots are the states in the load cases "
-                "and scatter because amplitude and frequency differ; the curves are read at one "
-                "frequency and amplitude (in the table below), as on a test machine, where "
-                "measurements back them.",
+                f"{mount}: dynamic stiffness over preload. {OPERATION}"
+                f"{AS_ON_A_MACHINE if any(c.has_curve for c in content.curves) else ''}.",
             )
             for mount in content.mounts
             if f"stiffness {mount}" in pictures
@@ -357,13 +371,13 @@ def _importance(content: SupplierContent, pictures: Mapping[str, bytes]) -> Sect
 
 def _tolerances(content: SupplierContent, pictures: Mapping[str, bytes]) -> Section:
     shares = content.effects.shares
-    rest = 100.0 * float(shares.rest.max())
+    rest = max(math.ceil(100.0 * float(shares.rest.max())), 1)
     return Section(
         "Where the scatter comes from, and what a tighter tolerance is worth",
         "Parts that are all within their tolerance make vehicles of one type differ by σ. The "
         "share of a direction in it says where a tighter tolerance pays; the other column says how "
         "much σ falls for each percentage point, such as ±14 % instead of ±15 %, mean over the "
-        f"vehicles, of {DRAWS} draws around the wanted design. Up to {rest:.0f} % of σ² in a "
+        f"vehicles, of {DRAWS} draws around the wanted design. At most {rest} % of σ² in a "
         "vehicle belong to no single direction.",
         figures=(
             _picture(

@@ -46,7 +46,7 @@ class Need(Enum):
     """What is asked of a direction."""
 
     wanted = "as wanted"
-    anything = "any within the bounds"
+    anything = "any in bounds"
     nothing = "no requirement"
     unknown = "not identified"
 

@@ -44,6 +44,7 @@ def requirement_table(
         known = curve is not None and direction.need is not Need.unknown
         today = _stiffness(study, direction) if known else NAN
         loss = float(np.mean(curve.loss_factor[: curve.n_first])) if curve and known else NAN
+        loss = loss if loss > 0.0 else NAN  # a mount cannot give energy: what was measured is noise
         asked = direction.need in (Need.wanted, Need.anything)
         factor = float(study.wanted[column]) if asked else NAN
         tolerance = float(study.space.tolerance[column]) if asked else NAN

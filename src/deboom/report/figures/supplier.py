@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from deboom.errors import InputError
 from deboom.report.figures.canvas import finite, halo, png, styled_figure
-from deboom.report.style import FULL_WIDTH, INK, MUTED, TRACK
+from deboom.report.style import FULL_WIDTH, INK, MUTED, TRACK, signed
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -39,6 +39,8 @@ class StiffnessPanel:
         Preload and stiffness of every line in operation [unit of the label, N/mm].
     today, wanted : (array, array) or None
         Curves at one test condition; nan where nothing backs them.
+    wanted_points : (array, array) or None
+        The wanted stiffness of single lines, where there is no curve.
     tolerance : float
         Half width of the band around the wanted curve [1].
     note : str
@@ -50,6 +52,7 @@ class StiffnessPanel:
     points: Pair
     today: Pair | None = None
     wanted: Pair | None = None
+    wanted_points: Pair | None = None
     tolerance: float = 0.0
     note: str = ""
 
@@ -93,16 +96,19 @@ def stiffness_over_preload(panels: Sequence[StiffnessPanel], colour: str) -> byt
                 axes.set_ylabel("dynamic stiffness |K| [N/mm]")
         for axes in grid[len(panels) :]:
             axes.set_axis_off()
-        figure.legend(
-            handles=[
-                Line2D([], [], ls="none", marker=".", color=MUTED, label="today, in operation"),
-                Line2D([], [], color=INK, ls=_DASHED, label="today"),
-                Line2D([], [], color=colour, label="wanted"),
-                Patch(color=colour, alpha=0.22, label="its tolerance"),
-            ],
-            loc="outside lower center",
-            ncols=4,
-        )
+        handles: list[Line2D | Patch] = [
+            Line2D([], [], color=MUTED, label="today, in operation", ls="none", marker=".")
+        ]
+        if any(panel.today is not None for panel in panels):
+            handles.append(Line2D([], [], color=INK, ls=_DASHED, label="today"))
+        if any(panel.wanted is not None for panel in panels):
+            handles.append(Line2D([], [], color=colour, label="wanted"))
+            handles.append(Patch(color=colour, alpha=0.22, label="its tolerance"))
+        if any(panel.wanted_points is not None for panel in panels):
+            handles.append(
+                Line2D([], [], color=colour, label="wanted, in operation", ls="none", marker=".")
+            )
+        figure.legend(handles=handles, loc="outside lower center", ncols=len(handles))
         return png(figure)
 
 
@@ -113,6 +119,12 @@ def _stiffness(axes: Axes, panel: StiffnessPanel, colour: str) -> None:
     if panel.today is not None:
         axes.plot(*(np.asarray(a) for a in panel.today), color=INK, ls=_DASHED, linewidth=1.2)
         tops.append(float(np.nanmax(np.asarray(panel.today[1]))))
+    if panel.wanted_points is not None:
+        wanted = finite(
+            "stiffness_over_preload", {"x": panel.wanted_points[0], "y": panel.wanted_points[1]}
+        )
+        axes.plot(wanted["x"], wanted["y"], ".", color=colour, markersize=2.2, alpha=0.6)
+        tops.append(float(np.max(wanted["y"])))
     if panel.wanted is not None:
         x, k = (np.asarray(a, dtype=float) for a in panel.wanted)
         low, high = ((1.0 + side * panel.tolerance) * k for side in (-1.0, 1.0))
@@ -264,7 +276,7 @@ def tolerance_worth(
             axes.barh(rows, data[key], color=list(colours), height=0.66)
             for row, value in enumerate(data[key]):
                 axes.annotate(
-                    f"{value:.1f}",
+                    signed(value, 1).removeprefix("+"),
                     (max(value, 0.0), row),
                     xytext=(3, 0),
                     textcoords="offset points",

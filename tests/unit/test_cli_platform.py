@@ -1,0 +1,271 @@
+"""`deboom new platform` and `deboom check`: a folder to fill in, and all its faults at once."""
+
+import re
+
+import numpy as np
+import pandas as pd
+import pytest
+from typer.testing import CliRunner
+
+from deboom.cli import app
+from deboom.errors import InputError
+from deboom.files.function_files import FunctionFiles
+from deboom.files.new_platform import new_platform
+from deboom.files.platform import read_platform
+from deboom.files.platform_file import Engine, LoadCaseEntry, MountEntry, PlatformFile, Powertrain
+from deboom.files.tables import read_channel_table
+from deboom.files.uff import UffFunction, read_uff, write_uff
+from deboom.study.platform_check import check_platform
+
+LINES = 20.0 + 2.0 * np.arange(21)
+
+
+def deboom(*arguments):
+    result = CliRunner().invoke(app, [str(one) for one in arguments])
+    assert result.exception is None or isinstance(result.exception, SystemExit)
+    return result
+
+
+def made(folder, **changes):
+    asked = {
+        "mounts": ("EnM", "Du=left,right"),
+        "vehicles": ("wagon", "cabrio"),
+        "group": "family",
+        "load_cases": ("slow", "fast"),
+        "files": FunctionFiles.uff,
+    }
+    return new_platform(folder, **(asked | changes))
+
+
+def filled(folder):
+    """Fill in every key and cell, and write the UFF files that its channel table names."""
+    toml = folder / "platform.toml"
+    text = re.sub(r"^# (\w+ = .*# FILL IN)", r"\1", toml.read_text(encoding="utf-8"), flags=re.M)
+    toml.write_text(text, encoding="utf-8")
+    mounts = pd.read_excel(folder / "mounts.xlsx", keep_default_na=False)
+    mounts[["x [m]", "y [m]", "z [m]"]] = np.arange(9.0).reshape(3, 3) / 10
+    mounts.to_excel(folder / "mounts.xlsx", index=False)
+    rows = read_channel_table(folder / "channels.xlsx")
+    for node, vehicle in enumerate(("wagon", "cabrio"), 901):
+        functions = [function(row, node) for row in rows if row.unit.si == "Pa/N"]
+        write_uff(folder / f"noise_transfer/{vehicle}.uff", functions)
+    for case in ("slow", "fast"):
+        functions = [function(row) for row in rows if row.unit.si != "Pa/N"]
+        write_uff(folder / f"operating/{case}.uff", functions)
+    return folder
+
+
+def function(row, ear=None):
+    size = 1e5 + 1e4j if row.quantity == "force" else 1.0 + 0.0j
+    return UffFunction(
+        abscissa=LINES,
+        values=np.full(LINES.size, size),
+        function_type=4 if ear else 0,
+        response_node=ear or row.node,
+        response_direction="scalar" if ear else row.direction,
+        reference_node=row.node if ear else 0,
+        reference_direction=row.direction if ear else "scalar",
+        ordinate="pressure" if ear else row.quantity,
+        ordinate_unit=row.unit.si.partition("/")[0],
+        denominator="force" if ear else "none",
+        denominator_unit="N" if ear else "",
+    )
+
+
+def test_the_check_of_a_new_folder_asks_for_what_is_empty_and_nothing_else(tmp_path):
+    folder = tmp_path / "mine"
+    assert deboom("new", "platform", folder, "--mount", "EnM").stdout.strip().endswith("mine")
+    found = check_platform(folder)
+    keys = re.findall(r"key '(\w+)'", " ".join(found.faults))
+    needed = {
+        name
+        for model in (Engine, Powertrain, LoadCaseEntry)
+        for name, field in model.model_fields.items()
+        if field.is_required()
+    }
+    assert set(keys) == needed - {"name", "title", "operating"}
+    told = [fault.removeprefix(str(folder)) for fault in found.faults[len(keys) :]]
+    assert [re.match(r"/([\w/.-]+)", one)[1] for one in told] == [
+        *["mounts.xlsx"] * 3,
+        "noise_transfer/car-1.uff",
+        "operating/run-1.uff",
+    ]
+
+
+@pytest.mark.parametrize("files", list(FunctionFiles))
+def test_the_folder_has_a_readme_that_names_each_file(tmp_path, files):
+    folder = made(tmp_path / "mine", files=files)
+    readme = (folder / "README.md").read_text(encoding="utf-8")
+    there = {path.relative_to(folder).as_posix() for path in folder.rglob("*") if path.is_file()}
+    expected = {"platform.toml", "mounts.xlsx", "channels.xlsx", "README.md"}
+    functions = {f"noise_transfer/{name}.{files.value}" for name in ("wagon", "cabrio")}
+    functions |= {f"operating/{name}.{files.value}" for name in ("slow", "fast")}
+    has_header = files in (FunctionFiles.csv, FunctionFiles.xlsx)
+    assert there == expected | (functions if has_header else set())
+    assert all(f"`{name}`" in readme for name in (expected | functions) - {"README.md"})
+
+
+def test_tables_have_their_columns_units_and_rows(tmp_path):
+    folder = made(tmp_path / "mine", files=FunctionFiles.csv)
+    rows = read_channel_table(folder / "channels.xlsx")
+    assert len(rows) == 2 * 3 * 3 + 2 * 3
+    assert {row.unit.label for row in rows} == {"m", "N", "Pa/N"}
+    header = pd.read_csv(folder / "operating/slow.csv").columns
+    assert len(header) == 1 + 2 * 2 * 9
+    assert {"frequency [Hz]", "Du left x force imag [N]"} <= set(header)
+    header = pd.read_csv(folder / "noise_transfer/wagon.csv").columns
+    assert list(header[-2:]) == ["Du z real [Pa/N]", "Du z imag [Pa/N]"]
+    assert list(pd.read_excel(folder / "mounts.xlsx", sheet_name=None)) == ["table", "help"]
+
+
+def test_every_key_of_the_file_is_in_its_comments(tmp_path):
+    text = (made(tmp_path / "mine") / "platform.toml").read_text(encoding="utf-8")
+    for model in (PlatformFile, Engine, Powertrain, MountEntry, LoadCaseEntry):
+        for name in model.model_fields:
+            assert re.search(rf"^(# )?(\[\[?)?{name}\b", text, flags=re.M), name
+
+
+def test_a_filled_folder_is_read_and_summed_up(tmp_path):
+    folder = filled(made(tmp_path / "mine"))
+    result = deboom("check", folder)
+    assert result.exit_code == 0, result.stderr
+    assert "2, 6 variables: EnM xyz, Du (left, right) xyz" in result.stdout
+    assert "2 in group family: wagon, cabrio" in result.stdout
+    assert "21, 20 to 60 Hz, every 2 Hz" in result.stdout
+    assert "21 lines in 20 to 60 Hz: 800 to 2400 rpm of order 1.5" in result.stdout
+    assert "slow (default)" in result.stdout
+    platform = read_platform(folder)
+    assert platform.fleet.names == ("wagon", "cabrio")
+    assert platform.load_case("fast").total_ratio == 6.2
+
+
+def test_all_faults_are_listed_at_once_each_with_file_item_and_remedy(tmp_path):
+    folder = filled(made(tmp_path / "mine"))
+    toml = folder / "platform.toml"
+    text = toml.read_text(encoding="utf-8")
+    text = text.replace("cylinders =", "cilinders =").replace("mass_kg = 190.0", "mass_kg = -1")
+    text = text.replace('default_load_case = "slow"', 'default_load_case = "no"')
+    text = text.replace("gear = 3", "gear = 9", 1)
+    toml.write_text(text, encoding="utf-8")
+    channels = pd.read_excel(folder / "channels.xlsx", keep_default_na=False)
+    channels.loc[0, "unit"] = "N"
+    channels.loc[3, "node"] = 77
+    channels.to_excel(folder / "channels.xlsx", index=False)
+    mounts = pd.read_excel(folder / "mounts.xlsx", keep_default_na=False, dtype=str)
+    mounts.loc[1, ["y [m]", "piece"]] = ["zero", "wrong"]
+    mounts.to_excel(folder / "mounts.xlsx", index=False)
+    (folder / "noise_transfer/wagon.uff").unlink()
+    functions = read_uff(folder / "noise_transfer/cabrio.uff")
+    write_uff(folder / "noise_transfer/cabrio.uff", functions[2:])
+    (folder / "operating/fast.uff").write_bytes(b"no UFF")
+    result = deboom("check", folder)
+    assert result.exit_code == 2
+    for sentence in (
+        "platform.toml: unknown key 'cilinders' in [engine]; did you mean 'cylinders'?",
+        "platform.toml: key 'cylinders' in [engine] is missing",
+        "platform.toml: key 'mass_kg' in [powertrain] is -1: input should be greater than 0",
+        "platform.toml: default_load_case 'no' is not among the load cases slow, fast",
+        "platform.toml: load case 'slow' is in gear 9, but total_ratios",
+        "mounts.xlsx line 3, column 'y': 'zero' is no finite number",
+        "mounts.xlsx: mount 'Du', piece 'wrong' is not in",
+        "mounts.xlsx: no row for mount 'Du', piece 'left'",
+        "channels.xlsx line 2: displacement channel 'EnM x' is in 'N'",
+        "wagon.uff cannot be read",
+        "cabrio.uff: vehicle cabrio, noise transfer function of 'EnM x': no function has",
+        "cabrio.uff: vehicle cabrio, noise transfer function of 'EnM y': no function has",
+        "slow.uff: load case slow, force of 'EnM x': no function has response node 77",
+        "fast.uff is not a UFF file",
+    ):
+        assert result.stderr.count(sentence) == 1, sentence
+    count = int(re.search(r"deboom: (\d+) faults", result.stderr)[1])
+    assert count == len(check_platform(folder).faults)
+    assert f"{count:3}  " in result.stderr
+
+
+def test_the_check_refuses_what_reading_refuses_and_no_less(tmp_path):
+    folder = filled(made(tmp_path / "mine"))
+    for name, content in (("mounts.xlsx", b""), ("channels.xlsx", None), ("platform.toml", b"[")):
+        path = folder / name
+        kept = path.read_bytes()
+        path.unlink()
+        if content is not None:
+            path.write_bytes(content)
+        with pytest.raises(InputError) as caught:
+            read_platform(folder)
+        assert str(caught.value) in check_platform(folder).faults
+        path.write_bytes(kept)
+    assert check_platform(folder).faults == ()
+
+
+def test_beyond_reading_signs_and_band_are_checked(tmp_path):
+    folder = filled(made(tmp_path / "mine"))
+    path = folder / "operating/fast.uff"
+    turned = [
+        UffFunction(**{**vars(one), "values": -one.values}) if one.ordinate == "force" else one
+        for one in read_uff(path)
+    ]
+    write_uff(path, turned)
+    (fault,) = check_platform(folder).faults
+    assert "load case fast: channel 'EnM x' has a negative stiffness" in fault
+    for path in folder.rglob("*.uff"):
+        high = [UffFunction(**{**vars(one), "abscissa": LINES + 80.0}) for one in read_uff(path)]
+        write_uff(path, high)
+    assert "none in the 20 to 60 Hz" in check_platform(folder).faults[-1]
+
+
+def test_frequency_axes_that_differ_are_told_file_by_file(tmp_path):
+    folder = filled(made(tmp_path / "mine"))
+    for name in ("noise_transfer/cabrio.uff", "operating/slow.uff"):
+        path = folder / name
+        shifted = [UffFunction(**{**vars(f), "abscissa": LINES + 1.0}) for f in read_uff(path)]
+        write_uff(path, shifted)
+    faults = check_platform(folder).faults
+    assert len([one for one in faults if "line 1 is 20 Hz and 21 Hz" in one]) == len(faults) == 2
+    assert {name for one in faults for name in ("cabrio", "slow") if name in one} == {
+        "cabrio",
+        "slow",
+    }
+
+
+@pytest.mark.parametrize(
+    ("options", "sentence"),
+    [
+        (("--mount", "a b"), "mount 'a b': a name needs at least one character, no blanks"),
+        (("--vehicle", "../x"), "vehicle '../x'"),
+        (("--vehicle", "A", "--vehicle", "a"), "two of vehicle are named 'A'"),
+        (("--mount", "Du=left"), "name two pieces or more"),
+        (("--mount", "Du=l,l"), "two of piece of Du are named 'l'"),
+        (("--load-case", ""), "load case ''"),
+        (("--group", "a b"), "group 'a b'"),
+    ],
+)
+def test_bad_names_are_refused_and_nothing_is_written(tmp_path, options, sentence):
+    result = deboom("new", "platform", tmp_path / "mine", *options)
+    assert result.exit_code == 2
+    assert sentence in result.stderr
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_an_existing_folder_is_refused_and_left_alone(tmp_path):
+    (tmp_path / "mine").mkdir()
+    result = deboom("new", "platform", tmp_path / "mine")
+    assert result.exit_code == 2
+    assert "is there already: name a new folder" in result.stderr
+    assert [path.name for path in tmp_path.rglob("*")] == ["mine"]
+
+
+def test_nothing_is_left_of_a_folder_that_could_not_be_finished(tmp_path, monkeypatch):
+    def fail(*_args):
+        raise OSError("disk full")
+
+    monkeypatch.setattr("deboom.files.new_platform.readme_text", fail)
+    with pytest.raises(InputError, match="cannot be written"):
+        made(tmp_path / "mine")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_folder_that_is_not_there_is_one_fault_with_its_remedy(tmp_path):
+    result = deboom("check", tmp_path / "none")
+    assert result.exit_code == 2
+    assert "there is no such folder: `deboom new platform" in result.stderr
+    assert "deboom: 1 fault in" in result.stderr

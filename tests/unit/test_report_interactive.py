@@ -1,0 +1,388 @@
+"""The interactive page: one file, safe against any name, used in a real browser by hand and key."""
+
+import csv
+import io
+import json
+import re
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from report_browser_samples import Browser
+
+from deboom.errors import InputError
+from deboom.report import interactive
+from deboom.report.figures import convergence
+from deboom.report.interactive import Axis, InteractiveFront, render_interactive
+from deboom.report.page import Picture
+
+N, MOUNTS, VEHICLES = 9, ("Front", "Roll stop", "Rear"), ("Wagon", '</script><b>Cabrio, "R"')
+LINES = np.array([14.0, 15.1, 15.9, 18.0, 21.5, 30.0, 33.3])
+PNG = convergence([1, 2, 3], [0.1, 0.2, 0.25], hypervolume_label="hypervolume [1]")
+
+
+def front(n=N, lines=LINES, vehicles=VEHICLES, **changes):
+    """Three mounts, two vehicles, seven uneven lines; the first factor rises from 0.7 to 1.3."""
+    rng = np.random.default_rng(5)
+    factors = rng.uniform(0.7, 1.3, (n, 9))
+    factors[:, 0] = np.linspace(0.7, 1.3, n)
+    names = [f"{mount} {axis}" for mount in MOUNTS for axis in "xyz"]
+    axes = [
+        Axis(name, "1", factors[:, k], 1.0, "#332288", "variable", (0.7, 1.3), 100.0 * (k + 1))
+        for k, name in enumerate(names)
+    ]
+    axes[1] = replace(axes[1], stiffness=float("nan"), note="no requirement")
+    axes += [
+        Axis("mean level", "dB(A)", 50.0 + np.arange(n), 60.0, "#0B4F7D", "objective"),
+        Axis("σ", "dB", 1.0 - 0.05 * np.arange(n), 1.2, "#0B4F7D", "objective"),
+    ]
+    axes += [
+        Axis(f"{name} level", "dB(A)", 50.0 + np.arange(n), 60.0, "#D55E00", "vehicle")
+        for name in vehicles
+    ]
+    whole = InteractiveFront(
+        title="Explore <me>",
+        question="Which & why?",
+        run="2026 seed 1",
+        facts=("One load case.",),
+        axes=tuple(axes),
+        points=list(range(1, n + 1)),
+        picks=["best mean", *[""] * (n - 2), "knee"],
+        vehicles=tuple(vehicles),
+        vehicle_colours=("#0072B2",) * len(vehicles),
+        frequency=lines,
+        speed=30.0 * lines,
+        levels=rng.uniform(20.0, 70.0, (n + 1, len(vehicles), len(lines))),
+        pictures=(Picture(PNG, "A curve.", "The front."),),
+    )
+    return replace(whole, **changes)
+
+
+def data_of(html):
+    """What the page holds, decoded."""
+    script = re.search(r'<script type="application/json" id="front">(.*?)</script>', html, re.S)
+    return json.loads(script[1])
+
+
+def test_the_page_is_one_file_and_holds_every_number():
+    given = front()
+    html = render_interactive(given)
+    assert not re.search(r"(?:src|href)\s*=\s*[\"'](?!data:)", html)
+    assert "<b>Cabrio" not in html
+    assert "Explore &lt;me&gt;" in html
+    data = data_of(html)
+    assert [vehicle["name"] for vehicle in data["vehicles"]] == list(VEHICLES)
+    stored = np.frombuffer(interactive.base64.b64decode(data["levels"]), "<i2")
+    np.testing.assert_allclose(
+        stored.reshape(given.levels.shape) * data["levelStep"], given.levels, atol=0.00501
+    )
+    for axis, kept in zip(given.axes, data["axes"], strict=True):
+        np.testing.assert_allclose(kept["values"], axis.values, rtol=1e-6)
+    assert data["axes"][1]["stiffness"] is None
+
+
+def test_a_large_front_is_thinned_evenly_keeps_its_picks_and_says_so():
+    given = front(n=900, lines=np.linspace(20.0, 60.0, 400), vehicles=("a", "b", "c", "d"))
+    picks = [""] * 900
+    picks[1], picks[898] = "best mean", "knee"
+    html = render_interactive(replace(given, picks=picks))
+    data = data_of(html)
+    assert 4_000_000 < len(html.encode()) <= interactive.MAX_BYTES == 6_000_000
+    assert {"best mean", "knee"} <= set(data["picks"])
+    shown = len(data["points"])
+    assert f"{shown} of the 900 designs are shown" in html
+    assert max(np.diff(data["points"])) <= 2
+    assert len(data["levels"]) == -(-2 * (shown + 1) * 4 * 400 // 3) * 4
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"points": []}, "at least one design"),
+        ({"speed": LINES[1:]}, "differ in number"),
+        ({"levels": np.full((N + 1, 2, len(LINES)), np.nan)}, "not finite"),
+        ({"vehicle_colours": ("#000000",)}, "differ in number"),
+    ],
+)
+def test_what_does_not_belong_together_is_refused(changes, words):
+    with pytest.raises(InputError, match=words):
+        front(**changes)
+
+
+def test_doubled_wrong_and_missing_axes_are_refused():
+    axes = front().axes
+    with pytest.raises(InputError, match=r"doubled axes \['Front x'\]"):
+        front(axes=(axes[0], *axes))
+    with pytest.raises(InputError, match="'σ' has a value that is not finite"):
+        front(axes=[replace(a, today=np.inf) if a.name == "σ" else a for a in axes])
+    with pytest.raises(InputError, match="one axis of kind 'vehicle' per vehicle"):
+        front(axes=axes[:-1])
+
+
+def test_a_front_without_room_for_a_design_is_refused():
+    with pytest.raises(InputError, match="no room for a design"):
+        render_interactive(front(n=2, lines=np.linspace(1, 2, 1_100_000), vehicles=("a",)))
+
+
+# ---- in the browser
+
+
+@pytest.fixture(scope="module")
+def browser():
+    opened = Browser()
+    yield opened
+    opened.close()
+
+
+@pytest.fixture(scope="module")
+def path(tmp_path_factory):
+    path = tmp_path_factory.mktemp("page") / "interactive.html"
+    path.write_text(render_interactive(front()), encoding="utf-8")
+    return path
+
+
+@pytest.fixture
+def page(browser, path):
+    """Open the page anew; it must have complained of nothing and asked for nothing in the end."""
+    browser.open(path)
+    yield browser
+    assert browser.complaints == []
+    assert browser.requests == [path.resolve().as_uri()]
+
+
+def axis_place(page, number):
+    """Middle, top and bottom of an axis of the parallel coordinates on the screen [px]."""
+    lines = "[...document.querySelectorAll('#parallel line')].map(l => l.getBoundingClientRect())"
+    box = page.value(f"(b => [b.x + b.width / 2, b.top, b.bottom])({lines}[{number}])")
+    return box
+
+
+def count(page):
+    return int(page.text("#count strong"))
+
+
+def selected(page):
+    return page.text("#count") + page.text("#brushed")
+
+
+def cells(page, table, row):
+    rows = f"document.querySelectorAll('#{table} tbody tr')[{row}].children"
+    return page.value(f"[...{rows}].map(cell => cell.textContent)")
+
+
+def test_it_opens_with_today_and_two_picks(page):
+    assert selected(page) == "9 of 9 designs selected, no brush"
+    assert page.value("document.getElementById('pin-a').selectedOptions[0].text") == (
+        "design 1, best mean"
+    )
+    assert page.value("document.getElementById('pin-b').selectedOptions[0].text") == (
+        "design 9, knee"
+    )
+    assert cells(page, "stiffness", 0) == [
+        "Front x",
+        "100",
+        "70",
+        "130",
+        "+60",
+        "0.700",
+        "1.300",
+        "",
+    ]
+    assert cells(page, "stiffness", 1)[1:5] == ["–"] * 4
+    assert cells(page, "stiffness", 1)[7] == "no requirement"
+    assert cells(page, "vehicles", 1)[:5] == [VEHICLES[1], "60.00", "50.00", "58.00", "+8.00"]
+    assert page.text("#stiffness caption").startswith("A is design 1, best mean; B is design 9")
+
+
+def test_a_drag_along_an_axis_and_its_sliders_brush_alike(page):
+    x, top, bottom = axis_place(page, 0)
+    middle = (top + bottom) / 2
+    page.drag((x, bottom + 4), (x, bottom - 20), (x, middle))
+    assert selected(page) == "5 of 9 designs selected: Front x 70 to 100 N/mm"
+    high = "#brushes fieldset:first-child input:last-child"
+    assert page.value(f"document.querySelector('{high}').value") == "100"
+    page.focus("#more summary")
+    page.key("Enter")
+    page.focus(high)
+    page.key("Home")
+    assert selected(page) == "1 of 9 designs selected: Front x 70 to 70 N/mm"
+    page.key("ArrowRight", times=26)
+    assert selected(page) == "2 of 9 designs selected: Front x 70 to 78 N/mm"
+    assert (
+        page.value(
+            f"document.querySelector('{high}').ariaValueText || "
+            f"document.querySelector('{high}').getAttribute('aria-valuetext')"
+        )
+        == "78 N/mm"
+    )
+    page.key("End")
+    assert selected(page) == "9 of 9 designs selected, no brush"
+
+
+def test_a_click_on_a_brushed_axis_takes_the_brush_off(page):
+    x, top, bottom = axis_place(page, 0)
+    page.drag((x, bottom), (x, bottom - 30))
+    assert count(page) < N
+    page.drag((x, top + 3))
+    assert count(page) == N
+
+
+def test_a_box_in_the_scatter_brushes_both_axes(page):
+    dots = "[...document.querySelectorAll('#scatter circle')].map(c => c.getBoundingClientRect())"
+    page.value("document.getElementById('scatter').scrollIntoView({block: 'center'})")
+    places = page.value(f"{dots}.slice(0, {N}).map(b => [b.x + b.width / 2, b.y + b.height / 2])")
+    (x0, y0), (x1, y1) = places[2], places[4]
+    page.drag((x0 - 4, y0 - 4), (x0, y0), (x1 + 4, y1 + 4))
+    assert count(page) == 3
+    assert ": mean level 5" in selected(page)
+    assert "; σ 0." in selected(page)
+    page.drag((places[6][0], places[6][1]))
+    assert page.text("#stiffness caption").startswith("A is design 7;")
+    page.focus("#clear")
+    page.key(" ")
+    assert count(page) == N
+
+
+def test_keys_walk_through_the_selection_and_pin(page):
+    page.focus("#scatter svg")
+    page.key("ArrowRight", times=3)
+    assert page.text("#walk") == "design 3: mean level 52.00 dB(A), σ 0.90 dB"
+    page.key("Enter")
+    page.key("End")
+    page.key("ArrowLeft")
+    page.key("Enter", shift=True)
+    assert page.text("#stiffness caption").startswith("A is design 3; B is design 8.")
+    page.value("document.getElementById('click-b').focus()")
+    page.key(" ")
+    page.focus("#parallel svg")
+    page.key("Home")
+    page.key("Enter")
+    assert page.text("#stiffness caption").startswith("A is design 3; B is design 1, best mean.")
+
+
+def test_escape_clears_the_brushes(page):
+    x, _, bottom = axis_place(page, 0)
+    page.drag((x, bottom), (x, bottom - 30))
+    page.focus("#parallel svg")
+    page.key("Escape")
+    assert selected(page) == "9 of 9 designs selected, no brush"
+
+
+def test_a_pin_can_be_chosen_from_the_list_even_todays(page):
+    page.focus("#pin-b")
+    page.key("Home")
+    assert "B is today's." in page.text("#stiffness caption")
+    assert cells(page, "stiffness", 0)[3] == "100"
+
+
+def test_factors_vehicle_axes_and_the_line_read_are_controls(page):
+    page.value("document.getElementById('in-stiffness').focus()")
+    page.key("ArrowRight")
+    x, _, bottom = axis_place(page, 0)
+    page.drag((x, bottom), (x, bottom - 30))
+    assert re.search(r"Front x 0\.700 to 0\.\d{3}$", selected(page))
+    axes = "document.querySelectorAll('#parallel line').length"
+    assert page.value(axes) == 11
+    page.focus("#with-vehicles")
+    page.key(" ")
+    assert page.value(axes) == 13
+    page.focus("#line")
+    page.key("End")
+    assert page.text("#line-value") == "33.30 Hz, 999 rpm"
+    levels = front().levels[[0, 1, N], 0, -1]
+    wanted = [f"{level:.1f}" for level in levels]
+    assert cells(page, "vehicles", 0)[5:8] == wanted
+
+
+def test_the_selection_is_exported_as_csv(page):
+    x, _, bottom = axis_place(page, 0)
+    page.drag((x, bottom + 2), (x, bottom - 5), (x, bottom - 50))
+    shown = count(page)
+    page.focus("#export")
+    page.key("Enter")
+    rows = list(csv.DictReader(io.StringIO(page.downloaded("2026-seed-1_selection.csv"))))
+    given = front()
+    assert 0 < len(rows) == shown < N
+    assert [row["point"] for row in rows] == [str(k + 1) for k in range(shown)]
+    assert rows[0]["pick"] == "best mean"
+    assert rows[0]["pin"] == "A"
+    assert "Front y [N/mm]" not in rows[0]
+    for k, row in enumerate(rows):
+        for axis in given.axes:
+            np.testing.assert_allclose(
+                float(row[f"{axis.name} [{axis.unit}]"]), axis.values[k], rtol=1e-6
+            )
+        assert float(row["Rear z [N/mm]"]) == pytest.approx(900.0 * given.axes[8].values[k])
+
+
+def test_tab_reaches_every_control_and_shows_where_it_is(page):
+    page.value("document.getElementById('more').open = true")
+    seen = []
+    for _ in range(60):
+        page.key("Tab")
+        name, outline = page.value(
+            "(e => [e.id || e.ariaLabel || e.getAttribute('aria-label') || e.tagName,"
+            " getComputedStyle(e).outlineWidth])(document.activeElement)"
+        )
+        if name in ("BODY", "HTML") or name in seen[:1]:
+            break
+        assert outline == "3px", name
+        seen.append(name)
+    assert seen[:3] == ["pin-a", "pin-b", "click-a"]
+    controls = page.value(
+        "[...document.querySelectorAll('select, button, input:not([type=radio])')]"
+        ".filter(e => e.offsetParent).map(e => e.id || e.getAttribute('aria-label'))"
+    )
+    assert set(controls) <= set(seen)
+    assert {"click-a", "in-stiffness"} <= set(seen)
+    unnamed = page.value(
+        "[...document.querySelectorAll('select, button, input, svg[role]')].filter(e =>"
+        " !(e.labels && e.labels.length) && !e.getAttribute('aria-label') && !e.textContent).length"
+    )
+    assert unnamed == 0
+
+
+@pytest.mark.parametrize("width", [1280, 1920])
+def test_it_is_readable_at_two_widths(page, width):
+    page.resize(width, 1000)
+    page.wait(f"document.documentElement.clientWidth === {width}")
+    page.wait(
+        f"document.querySelector('#parallel svg').getBoundingClientRect().width > {width} - 80"
+    )
+    assert page.value("document.documentElement.scrollWidth") == width
+    sizes = page.value(
+        "[...document.querySelectorAll('svg[role]')].map(s => "
+        "s.getBoundingClientRect().width / s.viewBox.baseVal.width)"
+    )
+    assert min(sizes) > 0.97
+    overlaps = page.value(
+        "[...document.querySelectorAll('#scatter, #panels')].map(e => e.getBoundingClientRect())"
+        ".reduce((a, b) => a.right <= b.left)"
+    )
+    assert overlaps
+
+
+def test_print_has_the_pictures_and_tables_but_no_controls(page):
+    pdf = page.pdf()
+    assert pdf.startswith(b"%PDF")
+    assert 1 <= len(re.findall(rb"/Type\s*/Page\b", pdf)) <= 3
+    page._send("Emulation.setEmulatedMedia", media="print")
+    shown = (
+        "[...document.querySelectorAll('{}')].filter(e => e.offsetParent || "
+        "e.getClientRects().length).length"
+    )
+    assert page.value(shown.format("select, button, input, summary")) == 0
+    assert page.value(shown.format("svg[role], table")) == 6
+    assert page.value(shown.format("#count")) == 1
+    page._send("Emulation.setEmulatedMedia", media="")
+
+
+def test_without_scripts_the_pictures_of_the_run_are_there(browser, path):
+    browser.scripts(allowed=False)
+    try:
+        browser.open(path)
+        assert "needs JavaScript" in browser.text("noscript")
+        assert browser.value("document.querySelector('noscript img').naturalWidth") > 100
+        assert browser.value("document.getElementById('explorer').offsetParent === null")
+    finally:
+        browser.scripts(allowed=True)

@@ -4,7 +4,7 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 READY := $(VENV)/.ready
-EXTRAS := fast,cluster,interactive,modal,postgres,dev
+EXTRAS := fast,cluster,modal,postgres,dev
 
 .PHONY: study test coverage lint bench validate pictures constraints clean
 

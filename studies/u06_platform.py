@@ -43,7 +43,7 @@ def main(
     from_doe: Annotated[bool, Option(help="NSGA-II begins with the DOE's best.")] = False,
     samples: Annotated[int, Option(help="Tolerance draws per design; a power of two.")] = 128,
     n: Annotated[int, Option(help="Base points of sensitivities; a power of two.")] = 1024,
-    resamples: Annotated[int, Option(help="Bootstrap resamples of all intervals.")] = 100,
+    resamples: Annotated[int, Option(help="Bootstrap resamples of all intervals.")] = 200,
     half_width: Annotated[float, Option(help="Of DOE and sensitivities [1].")] = 0.15,
     tolerance: Annotated[float, Option(help="Half width of the scatter, 3 sigma [1].")] = 0.15,
     load_case: Annotated[list[str] | None, Option(help="name or name=weight; repeatable.")] = None,

@@ -5,6 +5,7 @@ A study that is added is run as well, with the smallest budget that its options 
 
 import json
 import shutil
+from functools import cache
 from pathlib import Path
 
 import pandas as pd
@@ -21,9 +22,11 @@ from foreign_platform_samples import (
 )
 
 from deboom.files.platform import read_platform
+from deboom.files.run_list import find_run
 from deboom.study.motion import Kernel
 from deboom.study.mount_source import MountSource
 from deboom.study.platform_check import check_platform
+from deboom.study.rebuilt import rebuilt_model
 from deboom.study.runner import load_study, run_study
 
 STUDIES = Path(__file__).parents[2] / "studies"
@@ -58,14 +61,26 @@ def studies_of_a_platform():
     return [path.stem for path, script in text.items() if all(one in script for one in options)]
 
 
+@pytest.fixture(scope="module")
+def run_of(folder, tmp_path_factory):
+    """Run a study, once."""
+
+    @cache
+    def run(name):
+        study = load_study(STUDIES / f"{name}.py")
+        asked = {key: value for key, value in BUDGET.items() if key in study.parameters}
+        # what chooses parts needs their surfaces
+        chooses = name == "mount_selection"
+        source = MountSource.library_inside if chooses else MountSource.spectra
+        out = tmp_path_factory.mktemp("results")
+        return run_study(study, out, {**asked, "platform": folder, "mounts": source})
+
+    return run
+
+
 @pytest.mark.parametrize("name", studies_of_a_platform())
-def test_the_study_runs_on_a_foreign_platform(name, folder, tmp_path):
-    study = load_study(STUDIES / f"{name}.py")
-    asked = {key: value for key, value in BUDGET.items() if key in study.parameters}
-    arguments = {**asked, "platform": folder}
-    # what chooses parts needs their surfaces
-    source = MountSource.library_inside if name == "mount_selection" else MountSource.spectra
-    run = run_study(study, tmp_path, {**arguments, "mounts": source})
+def test_the_study_runs_on_a_foreign_platform(name, run_of):
+    run = run_of(name)
     said = " ".join(path.read_text(encoding="utf-8") for path in run.glob("*.csv"))
     said += (run / "summary.json").read_text(encoding="utf-8")
     page = (run / "report.html").read_text(encoding="utf-8")
@@ -73,6 +88,17 @@ def test_the_study_runs_on_a_foreign_platform(name, folder, tmp_path):
         assert stranger not in said
     assert all(vehicle in said + page for vehicle in VEHICLES)
     assert json.loads((run / "summary.json").read_text(encoding="utf-8"))
+
+
+def test_the_model_of_a_foreign_run_is_built_again(run_of):
+    run = run_of("u06_robust_front")
+    entry = find_run(run.parents[1], run.parent.name, run.name)
+    robust = rebuilt_model(entry, load_study(STUDIES / "u06_robust_front.py"))
+    assert list(robust.space.names) == VARIABLES
+    front = pd.read_csv(run / "front.csv")
+    designs = pd.read_csv(run / "designs.csv").filter(like="[1]")
+    found = robust(designs.to_numpy()).mean_sum
+    assert found == pytest.approx(front["SPLV mean sum in search [dB(A)]"].to_numpy())
 
 
 def test_units_order_and_lines_are_those_of_the_files(folder):

@@ -131,6 +131,9 @@ def test_the_page_of_one_part_stands_alone(one_part, study):
     sheet = {item: line["value"] for item, line in rows(workbook, "data sheet").items()}
     assert sheet["run"].startswith(study.run.entry.name)
     assert "220" in sheet["load case g5_wot220"]
+    curve = rows(workbook, "curves")["TSM x"]
+    assert curve["wanted [N/mm]"] == pytest.approx(factor * curve["today [N/mm]"])
+    assert curve["preload wanted"] == curve["preload today"]
     static = rows(workbook, "conditions")["TSM x"]
     assert static["preload"] == "static force [N]"
     assert -2000 < static["least preload"] < static["greatest preload"] < 0
@@ -243,7 +246,7 @@ def test_another_platform_has_its_own_mounts_vehicles_and_no_static_curves(tmp_p
     assert asked["Rear z"]["requirement"] == "no requirement"
     assert asked["Rear x"]["wanted [N/mm]"] > 0
     assert rows(workbook, "conditions")["Rear x"]["preload"] == "wheel torque [N m]"
-    text = page_text(page.read_text(encoding="utf-8"))
+    text = " ".join(page_text(page.read_text(encoding="utf-8")).split())
     assert all(name in text for name in VEHICLES)
     assert f"deboom report {run.as_posix()} --supplier --mount Rear" in text
     # the other mounts are nobody else's business

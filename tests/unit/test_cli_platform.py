@@ -179,7 +179,22 @@ def test_all_faults_are_listed_at_once_each_with_file_item_and_remedy(tmp_path):
         assert result.stderr.count(sentence) == 1, sentence
     count = int(re.search(r"deboom: (\d+) faults", result.stderr)[1])
     assert count == len(check_platform(folder).faults)
+    assert "there is no displacement channel 'EnM x'" not in result.stderr
     assert f"{count:3}  " in result.stderr
+
+
+def test_an_entry_at_fault_explains_itself_and_is_not_told_again_by_the_tables(tmp_path):
+    folder = filled(made(tmp_path / "mine"))
+    toml = folder / "platform.toml"
+    text = toml.read_text(encoding="utf-8")
+    toml.write_text(text.replace('name = "Du"', 'nam = "Du"').replace('"wagon"', '"wa gon"', 1))
+    found = check_platform(folder)
+    told = [fault.removeprefix(f"{folder}/platform.toml: ") for fault in found.faults]
+    assert told[0] == "unknown key 'nam' in [[mounts]] 2; did you mean 'name'?"
+    assert told[1] == "key 'name' in [[mounts]] 2 is missing: add it"
+    assert told[2].startswith("key 'name' in [[vehicles]] 1 is \"wa gon\": a name needs")
+    assert len(told) == 3
+    assert found.waiting[0] == "whether the tables fit the mounts"
 
 
 def test_the_check_refuses_what_reading_refuses_and_no_less(tmp_path):

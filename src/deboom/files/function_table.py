@@ -111,7 +111,8 @@ def _from_columns(path: Path) -> FunctionTable:
     by_name = {name_and_unit(header)[0]: header for header in columns}
     header = by_name.get(_FREQUENCY, "")
     if header != "frequency [Hz]":
-        raise InputError(f"{path}: there is no column 'frequency [Hz]': add it")
+        separated = ", columns separated by commas" if path.suffix.lower() == ".csv" else ""
+        raise InputError(f"{path}: there is no column 'frequency [Hz]': add it{separated}")
     frequency = _numbers(header, columns[header])
     if isinstance(frequency, InputError):
         raise InputError(f"{path}: {frequency}")

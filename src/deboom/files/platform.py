@@ -24,11 +24,13 @@ from deboom.files.platform_file import (
     VehicleEntry,
     load_platform_file,
 )
+from deboom.files.strict_toml import has_name
 from deboom.files.tables import (
     NOISE_TRANSFER,
     QUANTITY_UNIT,
     ChannelRow,
     MountRow,
+    named_channels,
     read_channel_table,
     read_mount_table,
 )
@@ -165,7 +167,10 @@ def read_contents(folder: Path, file: PlatformFile, note: Note = refuse) -> Cont
     if hasattr(file, "mount_table"):
         with noting(note):
             mount_rows = read_mount_table(folder / file.mount_table, note)
-    if mount_rows and all(hasattr(entry, key) for entry in file.mounts for key in _OF_A_MOUNT):
+    if mount_rows and all(
+        has_name(entry.name) and all(hasattr(entry, key) for key in _OF_A_MOUNT)
+        for entry in file.mounts
+    ):
         with noting(note):
             mounts = mounts_of(
                 folder / PLATFORM_FILE, file.mounts, folder / file.mount_table, mount_rows, note
@@ -176,7 +181,9 @@ def read_contents(folder: Path, file: PlatformFile, note: Note = refuse) -> Cont
         for fault in row_faults:
             note(fault)
         if rows and mounts:
-            _check_channels(folder / file.channel_table, rows, mounts, note)
+            # a row at fault has been told: its channel is not missing as well
+            named = named_channels(folder / file.channel_table) if row_faults else frozenset()
+            _check_channels(folder / file.channel_table, rows, mounts, note, named)
     wanted = _by_quantity(rows, mounts) if mounts else _in_table_order(rows)
     order = getattr(getattr(file, "engine", None), "dominant_order", None)
     noise_transfer: dict[str, Columns] = {}
@@ -288,7 +295,11 @@ def _by_quantity(
 
 
 def _check_channels(
-    path: Path, rows: Sequence[ChannelRow], mounts: Sequence[Mount], note: Note
+    path: Path,
+    rows: Sequence[ChannelRow],
+    mounts: Sequence[Mount],
+    note: Note,
+    named: frozenset[tuple[str, str]],
 ) -> None:
     """Every row belongs to a mount, and every path has all that its force and motion need."""
     paths = [name for mount in mounts for name in mount.paths]
@@ -303,7 +314,8 @@ def _check_channels(
             )
     if not paths:
         note(InputError(f"{path}: no mount of {PLATFORM_FILE} has a transfer axis: name one"))
-    measured = [row.channel for row in rows if row.quantity != NOISE_TRANSFER]
+    there = {(row.quantity, row.channel) for row in rows} | named
+    measured = [channel for quantity, channel in there if quantity != NOISE_TRANSFER]
     needed = [(NOISE_TRANSFER, name) for name in paths]
     for mount in mounts:
         names = [name for axis in AXES for name in mount.channels(axis)]
@@ -313,7 +325,6 @@ def _check_channels(
         for name in names:
             if name in through or name in measured:
                 needed += [("displacement", name), ("force", name)]
-    there = {(row.quantity, row.channel) for row in rows}
     for quantity, name in needed:
         if (quantity, name) not in there:
             note(

@@ -24,6 +24,7 @@ class StrictModel(BaseModel):
     model_config = ConfigDict(extra="forbid", strict=True, frozen=True, allow_inf_nan=False)
 
 
+_UNNAMED = "[["
 _Model = TypeVar("_Model", bound=StrictModel)
 
 
@@ -60,8 +61,9 @@ def load_what_is_right(path: Path, model: type[_Model], note: Note) -> _Model:
     Returns
     -------
     StrictModel
-        Without the keys at fault: ``getattr(content, key, None)``. Lists of sections are there,
-        with the entries that have a name. Complete if nothing was told.
+        Without the keys at fault: ``getattr(content, key, None)``. Lists of sections are there;
+        an entry without a name is called by its place, see `has_name`. Complete if nothing was
+        told.
 
     Raises
     ------
@@ -84,11 +86,18 @@ def load_what_is_right(path: Path, model: type[_Model], note: Note) -> _Model:
         content = raw.get(name)
         if get_origin(model.model_fields[name].annotation) is tuple:
             entries = content if isinstance(content, list) else []
-            made = (section.model_construct(**_right_keys(section, entry)) for entry in entries)
-            right[name] = tuple(entry for entry in made if hasattr(entry, "name"))
+            right[name] = tuple(
+                section.model_construct(**{"name": f"{_UNNAMED}{name}]] {number}"} | keys)
+                for number, keys in enumerate((_right_keys(section, entry) for entry in entries), 1)
+            )
         elif isinstance(content, dict):
             right[name] = section.model_construct(**_right_keys(section, content))
     return model.model_construct(**right)
+
+
+def has_name(name: str) -> bool:
+    """Tell whether a section has a name of its own, or is called by its place."""
+    return not name.startswith(_UNNAMED)
 
 
 def dump_toml(path: Path, content: StrictModel) -> None:

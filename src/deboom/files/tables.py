@@ -158,6 +158,12 @@ def read_channel_table(path: Path, note: Note = refuse) -> tuple[ChannelRow, ...
     return tuple(channels)
 
 
+def named_channels(path: Path) -> frozenset[tuple[str, str]]:
+    """Return quantity and name of every row of a channel table, right or wrong."""
+    rows = read_rows(path, _CHANNEL_COLUMNS, {}, note=lambda _error: None)
+    return frozenset((row.cells["quantity"], row.cells["channel"]) for row in rows)
+
+
 def _refuse_doubled(row: Row, channel: ChannelRow, seen: dict[tuple[str, ...], int]) -> None:
     for key, what in (
         ((channel.quantity, channel.channel), f"channel '{channel.channel}'"),

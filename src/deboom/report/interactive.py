@@ -15,11 +15,12 @@ from dataclasses import dataclass, field
 from importlib.resources import files
 
 import numpy as np
+import numpy.typing as npt
 
 from deboom.errors import InputError
-from deboom.physics.arrays import RealArray
 from deboom.report.page import Picture, as_image
 
+RealArray = npt.NDArray[np.float64]
 LEVEL_STEP = 0.01
 """Resolution of the levels in the page [dB]."""
 MAX_BYTES = 6_000_000
@@ -154,8 +155,8 @@ def render_interactive(front: InteractiveFront) -> str:
     Returns
     -------
     str
-        HTML of at most `MAX_BYTES`; save as UTF-8. A front too large for that is shown with every
-        second (third ...) design beside the picks, and the page says so.
+        HTML of at most `MAX_BYTES`; save as UTF-8. Of a front too large for that, the picks and
+        evenly chosen designs are shown, and the page says so.
 
     Raises
     ------
@@ -203,10 +204,10 @@ def _shown(front: InteractiveFront) -> list[int]:
             f"{n_vehicles} vehicles with {n_lines} lines leave no room for a design in a page of "
             f"{MAX_BYTES // 1_000_000} MB: take a narrower band or fewer vehicles"
         )
-    every = 1
-    while len(rows := sorted(named | set(range(0, n, every)))) > most:
-        every += 1
-    return rows
+    if n <= most:
+        return list(range(n))
+    evenly = np.rint(np.linspace(0, n - 1, most - len(named))).astype(int)
+    return sorted(named | {int(row) for row in evenly})
 
 
 def _json(front: InteractiveFront, rows: list[int]) -> str:

@@ -8,6 +8,7 @@ import numpy as np
 import pandas as pd
 
 from deboom.errors import InputError
+from deboom.explore.selection import at_nominal
 from deboom.files.atomic import replace_bytes
 from deboom.physics.arrays import RealArray
 from deboom.physics.orders import rpm_of_frequency
@@ -18,7 +19,7 @@ from deboom.study.robust_front_tables import NO_REQUIREMENT
 from deboom.study.supplier_pick import Pick
 from deboom.study.supplier_study import SupplierStudy, supplier_study
 
-AS_CHOSEN = "as chosen"
+ANY = "any in bounds"
 NAME = "interactive.html"
 """Of the page in its run's folder."""
 _MEAN, _SIGMA = "SPLV mean sum [dB(A)]", "SPLV sigma sum [dB]"
@@ -73,22 +74,29 @@ def interactive_front(study: SupplierStudy) -> InteractiveFront:
     front = _table(study, "front", ("point", _MEAN, _SIGMA))
     load_case, _ = study.load_cases[0]
     frequency = np.asarray(index.frequency)
-    designs = np.vstack([space.nominal, study.run.designs])
+    designs = at_nominal(study.run.designs, space, study.without_effect)
     fleet = vehicle_colours(study.platform.fleet.names)
     picks = front["pick"].fillna("") if "pick" in front else [""] * len(front)
     return InteractiveFront(
         title="Explore the front of mount stiffnesses",
-        question=entry.record["question"],
+        question=(
+            f"Which design suits {', '.join(study.vehicles)} best? Brush the front, pin two "
+            "designs, and read their stiffness in N/mm and their sound pressure level in dB(A)."
+        ),
         run=entry.name,
         facts=_facts(study),
-        axes=(*_variables(study), *_objectives(study, front), *_vehicles(study, len(front))),
+        axes=(
+            *_variables(study, designs),
+            *_objectives(study, front),
+            *_vehicles(study, len(front)),
+        ),
         points=front["point"].tolist(),
         picks=list(picks),
         vehicles=study.vehicles,
         vehicle_colours=tuple(fleet[name] for name in study.vehicles),
         frequency=frequency,
         speed=np.asarray(rpm_of_frequency(frequency, load_case.order)),
-        levels=np.asarray(index.levels(designs)),
+        levels=np.asarray(index.levels(np.vstack([space.nominal, designs]))),
         pictures=_pictures(entry.folder),
     )
 
@@ -105,32 +113,32 @@ def _facts(study: SupplierStudy) -> tuple[str, ...]:
         f"{cases[0][0].order:g}.{many}",
         "Mean level and σ are verified with draws that the search never saw, parts scattered "
         f"within ±{tolerance:.0f} %, per line of the band.",
-        f"° {NO_REQUIREMENT}: no vehicle depends on it; any in bounds: around the best mean its "
-        "whole range makes no noticeable difference.",
+        f"° {NO_REQUIREMENT}: no vehicle depends on it, so it is left at today's value; "
+        f"{ANY}: around the best mean its whole range makes no noticeable difference.",
     )
 
 
-def _variables(study: SupplierStudy) -> list[Axis]:
+def _variables(study: SupplierStudy, designs: RealArray) -> list[Axis]:
     space = study.space
     table = _table(study, "stiffness", ("variable", "nominal [N/mm]", "requirement"))
     nominal = dict(zip(table["variable"], _array(table["nominal [N/mm]"]), strict=True))
-    required = dict(zip(table["variable"], table["requirement"], strict=True))
+    notes = {name: ANY for name in table.loc[table["requirement"] == ANY, "variable"]}
+    notes |= dict.fromkeys(study.without_effect, NO_REQUIREMENT)
     mounts = mount_colours([mount.name for mount in study.platform.mounts])
     axes = []
     for column, name in enumerate(space.names):
         owner = name if name in nominal else name.rpartition(" ")[0]
-        requirement = required.get(name, AS_CHOSEN)
         axes.append(
             Axis(
                 name,
                 space.units[column],
-                study.run.designs[:, column],
+                designs[:, column],
                 float(space.nominal[column]),
                 mounts.get(mount_of(owner), MUTED),
                 "variable",
                 (float(space.lower[column]), float(space.upper[column])),
                 nominal.get(name, float("nan")),
-                "" if requirement == AS_CHOSEN else requirement,
+                notes.get(name, ""),
             )
         )
     return axes

@@ -70,7 +70,8 @@ def rebuilt_model(entry: RunEntry, study: Study) -> RobustResponse:
     """
     home = study.path.resolve().parent
     for name, wanted in entry.record.get("inputs_sha256", {}).items():
-        if hash_files([home / name], relative_to=home)[name] != wanted:
+        # the name that hash_files gives may be another one: a platform beside the working folder
+        if wanted not in hash_files([home / name], relative_to=home).values():
             raise InputError(
                 f"{home / name} has changed since run {entry.name}, which was computed from it: "
                 "bring the file back as it was or run the study again"

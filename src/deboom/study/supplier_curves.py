@@ -130,14 +130,13 @@ def stiffness_panels(
     A dynamic factor x makes the curve ``x K(F0)``, a factor of the part ``x K(F0/x)``: the part
     rides at the force F0 where today's rides at ``F0/x``.
     """
-    part = factor_name(study.motion_index) == Factor.part.value
     panels = []
     for curve in curves:
         direction = curve.direction
         unknown = direction.need is Need.unknown
         asked = direction.need in (Need.wanted, Need.anything)
         factor = float(study.wanted[direction.column])
-        shift = factor if part and curve.label != FREQUENCY else 1.0
+        shift = preload_factor(study, curve)
         today = (curve.curve_preload, curve.curve_stiffness)
         panels.append(
             StiffnessPanel(
@@ -158,6 +157,13 @@ def stiffness_panels(
             )
         )
     return tuple(panels)
+
+
+def preload_factor(study: SupplierStudy, curve: StiffnessCurve) -> float:
+    """Return the wanted part's preload over today's at the same place of the curve [1]."""
+    part = factor_name(study.motion_index) == Factor.part.value
+    moves = part and curve.label != FREQUENCY
+    return float(study.wanted[curve.direction.column]) if moves else 1.0
 
 
 def _kinematic_model(study: SupplierStudy) -> KinematicModel | None:

@@ -160,9 +160,10 @@ def _provenance(content: SupplierContent) -> dict[str, object]:
     if content.names.anonymous:
         return facts
     mount = f" --mount {content.mount}" if content.mount else ""
+    design = "" if study.pick is Pick.best_mean else f" --design {study.pick.value}"
     record = hash_files([entry.folder / "run.json"], relative_to=entry.folder)
     return {
-        "command": f"deboom report {entry.folder.as_posix()} --supplier{mount}",
+        "command": f"deboom report {entry.folder.as_posix()} --supplier{mount}{design}",
         **facts,
         "study": entry.study,
         "inputs": {**record, **entry.record["inputs_sha256"]},

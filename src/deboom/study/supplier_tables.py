@@ -13,7 +13,7 @@ from deboom.mounts.mount import AXES
 from deboom.mounts.operating_stiffness import mean_operating_stiffness
 from deboom.study.motion_report import factor_name, motion_name
 from deboom.study.robust_front import N_PER_MM, NOTICEABLE
-from deboom.study.supplier_curves import MICRO, StiffnessCurve
+from deboom.study.supplier_curves import MICRO, StiffnessCurve, preload_factor
 from deboom.study.supplier_effects import CHANGE, HALF_WIDTH, SupplierEffects
 from deboom.study.supplier_names import ShownNames
 from deboom.study.supplier_study import Direction, Need, SupplierStudy
@@ -90,26 +90,26 @@ def condition_table(curves: Sequence[StiffnessCurve]) -> pd.DataFrame:
 
 
 def curve_table(study: SupplierStudy, curves: Sequence[StiffnessCurve]) -> pd.DataFrame:
-    """Points of today's curves, where something is asked of the direction.
-
-    The wanted curve is today's with both columns multiplied as the requirement says.
-    """
-    tables = [
-        pd.DataFrame(
-            {
-                "direction": curve.direction.name,
-                "preload": curve.label,
-                "preload value": curve.curve_preload[backed],
-                "today [N/mm]": curve.curve_stiffness[backed],
-                "wanted / today [1]": float(study.wanted[curve.direction.column]),
-            }
-        )
-        for curve in curves
-        if curve.direction.need in (Need.wanted, Need.anything)
-        for backed in [np.isfinite(curve.curve_stiffness)]
-    ]
-    columns = ["direction", "preload", "preload value", "today [N/mm]", "wanted / today [1]"]
-    return pd.concat(tables, ignore_index=True) if tables else pd.DataFrame(columns=columns)
+    """Points of today's curves and of the wanted ones, where something is asked."""
+    tables = []
+    for curve in curves:
+        direction = curve.direction
+        if direction.need not in (Need.wanted, Need.anything):
+            continue
+        backed = np.isfinite(curve.curve_stiffness)
+        preload, today = curve.curve_preload[backed], curve.curve_stiffness[backed]
+        wanted = float(study.wanted[direction.column]) * today
+        tolerance = float(study.space.tolerance[direction.column])
+        points = {
+            "preload today": preload,
+            "today [N/mm]": today,
+            "preload wanted": preload_factor(study, curve) * preload,
+            "wanted [N/mm]": wanted,
+            "at least [N/mm]": wanted * (1.0 - tolerance),
+            "at most [N/mm]": wanted * (1.0 + tolerance),
+        }
+        tables.append(pd.DataFrame({"direction": direction.name, "preload": curve.label, **points}))
+    return pd.concat(tables, ignore_index=True) if tables else pd.DataFrame()
 
 
 def importance_table(
@@ -248,7 +248,7 @@ def data_sheet(
             f"{case.title}; gear {case.gear}, engine torque limit {case.torque_limit:g} N m"
             f"{reached}, engine order {case.order:g}, weight {weight:.3g}"
         )
-    items["vehicles"] = f"{len(study.vehicles)}: " + ", ".join(map(names, study.vehicles))
+    items[f"vehicles, {len(study.vehicles)}"] = ", ".join(map(names, study.vehicles))
     items["design"] = f"{study.pick.value.replace('-', ' ')} of the front"
     items["meaning of a factor"] = (
         f"{factor_name(study.motion_index)}, motion {motion_name(study.motion_index)}"

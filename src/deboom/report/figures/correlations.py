@@ -11,6 +11,7 @@ import numpy.typing as npt
 
 from deboom.errors import InputError
 from deboom.report.figures.canvas import RealArray, finite, png, styled_figure
+from deboom.report.figures.cells import cell_number, matrix_cells, on_cell
 from deboom.report.style import ACCENT, FULL_WIDTH, INK, MUTED, VEHICLE_PALETTE
 
 if TYPE_CHECKING:
@@ -95,19 +96,16 @@ def correlation_matrices(
     n, count = len(names), len(panels)
     checked = [_checked_panel(panel, n) for panel in panels]
     lowest = min(float(part["values"].min()) for part in checked)
-    limits, colours = ((-1.0, 1.0), "PuOr_r") if lowest < 0.0 else ((0.0, 1.0), "Blues")
+    limits = (-1.0 if lowest < 0.0 else 0.0, 1.0)
     side = FULL_WIDTH / count
     edges = [place for place in range(1, len(groups)) if groups[place] != groups[place - 1]]
     with styled_figure(FULL_WIDTH, side + 0.15 + (0.35 if n > _LABELS_FLAT_UP_TO else 0.0)) as page:
         grid = page.subplots(1, count, squeeze=False).ravel()
         size = 72.0 * (side - 0.7) / n  # of a cell [pt]
         for axes, panel, part in zip(grid, panels, checked, strict=True):
-            axes.imshow(part["values"], cmap=colours, vmin=limits[0], vmax=limits[1])
-            axes.grid(visible=False)
+            label_size = min(7.5, 0.36 * size + 1.0)
+            matrix_cells(axes, part["values"], names, names, limits=limits, fontsize=label_size)
             axes.spines[:].set_visible(False)
-            axes.set_xticks(range(n), names, fontsize=min(7.5, 0.36 * size + 1.0))
-            axes.set_yticks(range(n), names, fontsize=min(7.5, 0.36 * size + 1.0))
-            axes.tick_params(length=0)
             if n > _LABELS_FLAT_UP_TO or max(map(len, names)) * 4.2 > size:
                 axes.tick_params(axis="x", rotation=90)
             axes.set_title(panel.title, loc="left", fontweight="bold", fontsize=8.5)
@@ -239,7 +237,7 @@ def _cells(axes: Axes, part: dict[str, RealArray], size: float) -> None:
     n = len(part["values"])
     with_interval = n <= _INTERVALS_UP_TO
     for (row, column), value in np.ndenumerate(part["values"]):
-        shade = "white" if abs(value) > 0.6 else INK
+        shade = on_cell(float(value))
         text = "1" if row == column else coefficient(float(value))
         below = with_interval and row != column
         axes.text(
@@ -279,6 +277,4 @@ def coefficient(value: float, decimals: int | None = None) -> str:
     """
     if decimals is None:
         decimals = 2 if abs(value) < 0.95 else 3
-    largest = 1.0 if abs(value) >= 1.0 else 1.0 - 10.0**-decimals
-    rounded = np.clip(np.round(value, decimals), -largest, largest) + 0.0
-    return f"{rounded:.{decimals}f}".replace("-", "−")
+    return cell_number(value, decimals)

@@ -11,6 +11,7 @@ import numpy.typing as npt
 
 from deboom.errors import InputError
 from deboom.report.figures.canvas import finite, png, styled_figure
+from deboom.report.figures.cells import matrix_cells, write_cells
 from deboom.report.figures.spectra import frequency_axis
 from deboom.report.style import FULL_WIDTH, INK, TRACK, VEHICLE_PALETTE
 
@@ -180,19 +181,11 @@ def heat_maps(maps: Sequence[HeatMap], *, columns: int = 3) -> bytes:
             values = finite("heat_maps", {one.title: one.values})[one.title]
             if values.shape != (len(one.rows), len(one.columns)):
                 raise InputError(f"figure heat_maps: {one.title} has shape {values.shape}")
-            axes.imshow(values, cmap="Blues", vmin=0, vmax=1)
-            axes.grid(visible=False)
-            axes.set_xticks(range(len(one.columns)), one.columns, fontsize=7)
-            axes.set_yticks(range(len(one.rows)), one.rows, fontsize=7)
-            axes.tick_params(length=0)
+            matrix_cells(axes, values, one.rows, one.columns)
             axes.set_xlabel(one.column_title)
             axes.set_ylabel(one.row_title)
             axes.set_title(one.title, loc="left", fontweight="bold", fontsize=8.5)
-            for (row, column), value in np.ndenumerate(values):
-                # rounded down: 1.00 is written for nothing less
-                text = f"{np.floor(100 * value + 1e-9) / 100:.2f}"
-                shade = "white" if value > 0.6 else INK
-                axes.text(column, row, text, ha="center", va="center", fontsize=6.3, color=shade)
+            write_cells(axes, values, decimals=2, fontsize=6.3)
         for axes in grid.ravel()[len(maps) :]:
             axes.set_axis_off()
         return png(figure)

@@ -9,6 +9,7 @@ import numpy.typing as npt
 
 from deboom.errors import InputError
 from deboom.report.figures.canvas import finite, png, styled_figure
+from deboom.report.figures.cells import matrix_cells, write_cells
 from deboom.report.style import FULL_WIDTH, INK, MUTED, TRACK, VEHICLE_PALETTE
 
 _STABLE, _ALONE = VEHICLE_PALETTE[0], VEHICLE_PALETTE[1]
@@ -138,36 +139,21 @@ def matrix_map(
     InputError
         Names that do not fit the matrix, values that are not finite.
     """
-    matrix = np.round(finite("matrix_map", {"values": values})["values"], decimals) + 0.0
+    matrix = finite("matrix_map", {"values": values})["values"]
     if matrix.shape != (len(rows), len(columns)):
         raise InputError(
             f"figure matrix_map: {len(rows)} rows and {len(columns)} columns are named, the matrix "
             f"is {matrix.shape}"
         )
-    import seaborn
-
-    height = 0.9 + 0.36 * len(rows) + 0.055 * max(len(name) for name in columns)
-    with styled_figure(FULL_WIDTH, height) as figure:
+    longest = max(map(len, columns))
+    with styled_figure(FULL_WIDTH, 0.9 + 0.36 * len(rows) + 0.055 * longest) as figure:
         axes = figure.subplots()
-        seaborn.heatmap(
-            matrix,
-            ax=axes,
-            vmin=limits[0],
-            vmax=limits[1],
-            cmap="PuOr_r" if limits[0] < 0 else "Blues",
-            annot=True,
-            fmt=f".{decimals}f",
-            annot_kws={"fontsize": 7.5},
-            linewidths=1.0,
-            xticklabels=list(columns),
-            yticklabels=list(rows),
-            cbar_kws={"label": value_label, "pad": 0.02},
-        )
-        axes.grid(visible=False)
-        axes.tick_params(length=0)
-        axes.tick_params(axis="y", rotation=0)
-        axes.tick_params(axis="x", rotation=35 if max(map(len, columns)) > 9 else 0)
+        shown = matrix_cells(axes, matrix, rows, columns, limits=limits)
+        axes.set_aspect("auto")
+        write_cells(axes, matrix, decimals=decimals, fontsize=7.5, largest=limits[1])
+        figure.colorbar(shown, ax=axes, label=value_label, pad=0.02)
         for label in axes.get_xticklabels():
-            label.set_horizontalalignment("right" if max(map(len, columns)) > 9 else "center")
+            label.set_rotation(35 if longest > 9 else 0)
+            label.set_horizontalalignment("right" if longest > 9 else "center")
             label.set_rotation_mode("anchor")
         return png(figure)

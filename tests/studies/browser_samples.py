@@ -157,10 +157,9 @@ class Browser:
             time.sleep(0.02)
         return path.read_text(encoding="utf-8-sig")
 
-    def screenshot(self, whole=True):
-        """Return the page as PNG."""
-        answer = self._send("Page.captureScreenshot", captureBeyondViewport=whole)
-        return base64.b64decode(answer["data"])
+    def media(self, name):
+        """Show the page as for "print"; empty: as for the screen."""
+        self._send("Emulation.setEmulatedMedia", media=name)
 
     def pdf(self):
         """Return the page as it is printed."""

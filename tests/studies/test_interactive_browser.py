@@ -1,130 +1,15 @@
-"""The interactive page: one file, safe against any name, used in a real browser by hand and key."""
+"""The interactive page in a real browser, used by pointer, by key and by control."""
 
 import csv
 import io
-import json
 import re
-from dataclasses import replace
 
 import numpy as np
 import pytest
-from report_browser_samples import Browser
+from browser_samples import Browser
+from interactive_front_samples import VEHICLES, N, front
 
-from deboom.errors import InputError
-from deboom.report import interactive
-from deboom.report.figures import convergence
-from deboom.report.interactive import Axis, InteractiveFront, render_interactive
-from deboom.report.page import Picture
-
-N, MOUNTS, VEHICLES = 9, ("Front", "Roll stop", "Rear"), ("Wagon", '</script><b>Cabrio, "R"')
-LINES = np.array([14.0, 15.1, 15.9, 18.0, 21.5, 30.0, 33.3])
-PNG = convergence([1, 2, 3], [0.1, 0.2, 0.25], hypervolume_label="hypervolume [1]")
-
-
-def front(n=N, lines=LINES, vehicles=VEHICLES, **changes):
-    """Three mounts, two vehicles, seven uneven lines; the first factor rises from 0.7 to 1.3."""
-    rng = np.random.default_rng(5)
-    factors = rng.uniform(0.7, 1.3, (n, 9))
-    factors[:, 0] = np.linspace(0.7, 1.3, n)
-    names = [f"{mount} {axis}" for mount in MOUNTS for axis in "xyz"]
-    axes = [
-        Axis(name, "1", factors[:, k], 1.0, "#332288", "variable", (0.7, 1.3), 100.0 * (k + 1))
-        for k, name in enumerate(names)
-    ]
-    axes[1] = replace(axes[1], stiffness=float("nan"), note="no requirement")
-    axes += [
-        Axis("mean level", "dB(A)", 50.0 + np.arange(n), 60.0, "#0B4F7D", "objective"),
-        Axis("σ", "dB", 1.0 - 0.05 * np.arange(n), 1.2, "#0B4F7D", "objective"),
-    ]
-    axes += [
-        Axis(f"{name} level", "dB(A)", 50.0 + np.arange(n), 60.0, "#D55E00", "vehicle")
-        for name in vehicles
-    ]
-    whole = InteractiveFront(
-        title="Explore <me>",
-        question="Which & why?",
-        run="2026 seed 1",
-        facts=("One load case.",),
-        axes=tuple(axes),
-        points=list(range(1, n + 1)),
-        picks=["best mean", *[""] * (n - 2), "knee"],
-        vehicles=tuple(vehicles),
-        vehicle_colours=("#0072B2",) * len(vehicles),
-        frequency=lines,
-        speed=30.0 * lines,
-        levels=rng.uniform(20.0, 70.0, (n + 1, len(vehicles), len(lines))),
-        pictures=(Picture(PNG, "A curve.", "The front."),),
-    )
-    return replace(whole, **changes)
-
-
-def data_of(html):
-    """What the page holds, decoded."""
-    script = re.search(r'<script type="application/json" id="front">(.*?)</script>', html, re.S)
-    return json.loads(script[1])
-
-
-def test_the_page_is_one_file_and_holds_every_number():
-    given = front()
-    html = render_interactive(given)
-    assert not re.search(r"(?:src|href)\s*=\s*[\"'](?!data:)", html)
-    assert "<b>Cabrio" not in html
-    assert "Explore &lt;me&gt;" in html
-    data = data_of(html)
-    assert [vehicle["name"] for vehicle in data["vehicles"]] == list(VEHICLES)
-    stored = np.frombuffer(interactive.base64.b64decode(data["levels"]), "<i2")
-    np.testing.assert_allclose(
-        stored.reshape(given.levels.shape) * data["levelStep"], given.levels, atol=0.00501
-    )
-    for axis, kept in zip(given.axes, data["axes"], strict=True):
-        np.testing.assert_allclose(kept["values"], axis.values, rtol=1e-6)
-    assert data["axes"][1]["stiffness"] is None
-
-
-def test_a_large_front_is_thinned_evenly_keeps_its_picks_and_says_so():
-    given = front(n=900, lines=np.linspace(20.0, 60.0, 400), vehicles=("a", "b", "c", "d"))
-    picks = [""] * 900
-    picks[1], picks[898] = "best mean", "knee"
-    html = render_interactive(replace(given, picks=picks))
-    data = data_of(html)
-    assert 4_000_000 < len(html.encode()) <= interactive.MAX_BYTES == 6_000_000
-    assert {"best mean", "knee"} <= set(data["picks"])
-    shown = len(data["points"])
-    assert f"{shown} of the 900 designs are shown" in html
-    assert max(np.diff(data["points"])) <= 2
-    assert len(data["levels"]) == -(-2 * (shown + 1) * 4 * 400 // 3) * 4
-
-
-@pytest.mark.parametrize(
-    ("changes", "words"),
-    [
-        ({"points": []}, "at least one design"),
-        ({"speed": LINES[1:]}, "differ in number"),
-        ({"levels": np.full((N + 1, 2, len(LINES)), np.nan)}, "not finite"),
-        ({"vehicle_colours": ("#000000",)}, "differ in number"),
-    ],
-)
-def test_what_does_not_belong_together_is_refused(changes, words):
-    with pytest.raises(InputError, match=words):
-        front(**changes)
-
-
-def test_doubled_wrong_and_missing_axes_are_refused():
-    axes = front().axes
-    with pytest.raises(InputError, match=r"doubled axes \['Front x'\]"):
-        front(axes=(axes[0], *axes))
-    with pytest.raises(InputError, match="'σ' has a value that is not finite"):
-        front(axes=[replace(a, today=np.inf) if a.name == "σ" else a for a in axes])
-    with pytest.raises(InputError, match="one axis of kind 'vehicle' per vehicle"):
-        front(axes=axes[:-1])
-
-
-def test_a_front_without_room_for_a_design_is_refused():
-    with pytest.raises(InputError, match="no room for a design"):
-        render_interactive(front(n=2, lines=np.linspace(1, 2, 1_100_000), vehicles=("a",)))
-
-
-# ---- in the browser
+from deboom.report.interactive import render_interactive
 
 
 @pytest.fixture(scope="module")
@@ -366,7 +251,7 @@ def test_print_has_the_pictures_and_tables_but_no_controls(page):
     pdf = page.pdf()
     assert pdf.startswith(b"%PDF")
     assert 1 <= len(re.findall(rb"/Type\s*/Page\b", pdf)) <= 3
-    page._send("Emulation.setEmulatedMedia", media="print")
+    page.media("print")
     shown = (
         "[...document.querySelectorAll('{}')].filter(e => e.offsetParent || "
         "e.getClientRects().length).length"
@@ -374,7 +259,7 @@ def test_print_has_the_pictures_and_tables_but_no_controls(page):
     assert page.value(shown.format("select, button, input, summary")) == 0
     assert page.value(shown.format("svg[role], table")) == 6
     assert page.value(shown.format("#count")) == 1
-    page._send("Emulation.setEmulatedMedia", media="")
+    page.media("")
 
 
 def test_without_scripts_the_pictures_of_the_run_are_there(browser, path):

@@ -1,0 +1,58 @@
+"""A made-up front for the interactive page: three mounts, two vehicles, seven uneven lines."""
+
+import json
+import re
+from dataclasses import replace
+
+import numpy as np
+
+from deboom.report.figures import convergence
+from deboom.report.interactive import Axis, InteractiveFront
+from deboom.report.page import Picture
+
+N, MOUNTS, VEHICLES = 9, ("Front", "Roll stop", "Rear"), ("Wagon", '</script><b>Cabrio, "R"')
+LINES = np.array([14.0, 15.1, 15.9, 18.0, 21.5, 30.0, 33.3])
+PNG = convergence([1, 2, 3], [0.1, 0.2, 0.25], hypervolume_label="hypervolume [1]")
+
+
+def front(n=N, lines=LINES, vehicles=VEHICLES, **changes):
+    """Three mounts, two vehicles, seven uneven lines; the first factor rises from 0.7 to 1.3."""
+    rng = np.random.default_rng(5)
+    factors = rng.uniform(0.7, 1.3, (n, 9))
+    factors[:, 0] = np.linspace(0.7, 1.3, n)
+    names = [f"{mount} {axis}" for mount in MOUNTS for axis in "xyz"]
+    axes = [
+        Axis(name, "1", factors[:, k], 1.0, "#332288", "variable", (0.7, 1.3), 100.0 * (k + 1))
+        for k, name in enumerate(names)
+    ]
+    axes[1] = replace(axes[1], stiffness=float("nan"), note="no requirement")
+    axes += [
+        Axis("mean level", "dB(A)", 50.0 + np.arange(n), 60.0, "#0B4F7D", "objective"),
+        Axis("σ", "dB", 1.0 - 0.05 * np.arange(n), 1.2, "#0B4F7D", "objective"),
+    ]
+    axes += [
+        Axis(f"{name} level", "dB(A)", 50.0 + np.arange(n), 60.0, "#D55E00", "vehicle")
+        for name in vehicles
+    ]
+    whole = InteractiveFront(
+        title="Explore <me>",
+        question="Which & why?",
+        run="2026 seed 1",
+        facts=("One load case.",),
+        axes=tuple(axes),
+        points=list(range(1, n + 1)),
+        picks=["best mean", *[""] * (n - 2), "knee"],
+        vehicles=tuple(vehicles),
+        vehicle_colours=("#0072B2",) * len(vehicles),
+        frequency=lines,
+        speed=30.0 * lines,
+        levels=rng.uniform(20.0, 70.0, (n + 1, len(vehicles), len(lines))),
+        pictures=(Picture(PNG, "A curve.", "The front."),),
+    )
+    return replace(whole, **changes)
+
+
+def data_of(html):
+    """Return what the page holds."""
+    script = re.search(r'<script type="application/json" id="front">(.*?)</script>', html, re.S)
+    return json.loads(script[1])

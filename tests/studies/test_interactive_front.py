@@ -1,0 +1,152 @@
+"""`deboom report RUN --interactive` on a foreign platform: the page holds the run's own numbers."""
+
+import base64
+import re
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+from browser_samples import Browser
+from foreign_platform_samples import GROUP, LINES, ORDER, PLACES, VEHICLES, write_foreign_platform
+from interactive_front_samples import data_of
+from typer.testing import CliRunner
+
+from deboom.cli import app
+from deboom.report.interactive import MAX_BYTES
+from deboom.study.interactive_front import write_interactive_page
+from deboom.study.mount_source import MountSource
+from deboom.study.runner import load_study, run_study
+from deboom.study.supplier_pick import Pick
+from deboom.study.supplier_study import supplier_study
+
+STUDIES = Path(__file__).parents[2] / "studies"
+VARIABLES = [f"{mount} {axis}" for mount in PLACES for axis in "xyz"]
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """Run the front study once, with loss factors and two load cases."""
+    home = tmp_path_factory.mktemp("foreign")
+    arguments = {
+        "platform": write_foreign_platform(home / "any"),
+        "mounts": MountSource.spectra,
+        "group": GROUP,
+        "generations": 3,
+        "population": 12,
+        "samples": 4,
+        "loss_factors": True,
+        "load_case": ["high=2", "low=1"],
+    }
+    return run_study(load_study(STUDIES / "u06_robust_front.py"), home / "results", arguments)
+
+
+@pytest.fixture(scope="module")
+def page(folder):
+    asked = ["report", str(folder), "--interactive", "--studies", str(STUDIES)]
+    answer = CliRunner().invoke(app, asked)
+    assert answer.exit_code == 0, answer.output
+    assert answer.output.strip() == (folder / "interactive.html").as_posix()
+    return folder / "interactive.html"
+
+
+def test_the_page_holds_the_tables_of_the_run_and_its_levels(folder, page):
+    html = page.read_text(encoding="utf-8")
+    assert page.stat().st_size <= MAX_BYTES
+    assert "order 2. The curves are those of high." in html
+    data = data_of(html)
+    said = re.sub(r"base64,[\w+/=]+", "", html.replace(data["levels"], ""))
+    assert not any(stranger in said for stranger in ("U06", "EnM", "TSM", "F39"))
+    axes = {axis["name"]: axis for axis in data["axes"]}
+    losses = [f"{name} loss" for name in VARIABLES]
+    assert list(axes) == [*VARIABLES, *losses, "mean level", "σ", *(f"{v} level" for v in VEHICLES)]
+    designs, front, stiffness, per_vehicle = (
+        pd.read_csv(folder / f"{stem}.csv")
+        for stem in ("designs", "front", "stiffness", "per_vehicle")
+    )
+    free = {"Front y", "Rear y", "Rear z"}  # they transmit nothing
+    assert {name for name in VARIABLES if axes[name]["note"] == "no requirement"} == free
+    for name in free:
+        assert set(axes[name]["values"]) == {1.0}
+    for name in {*VARIABLES, *losses} - free - {f"{name} loss" for name in free}:
+        np.testing.assert_allclose(axes[name]["values"], designs[f"{name} [1]"], rtol=1e-6)
+    shown = [axes[name]["stiffness"] or np.nan for name in VARIABLES]
+    np.testing.assert_allclose(shown, stiffness["nominal [N/mm]"], rtol=1e-12)
+    assert axes[losses[0]]["stiffness"] is None
+    assert axes["Front x loss"]["colour"] == axes["Front x"]["colour"]
+    band = LINES[(LINES >= 20) & (LINES <= 60)]
+    np.testing.assert_allclose(data["frequency"], band, rtol=1e-6)
+    np.testing.assert_allclose(data["speed"], 60 * band / ORDER, rtol=1e-6)
+    per_line = 1 / (len(band) * len(VEHICLES))
+    np.testing.assert_allclose(
+        axes["mean level"]["values"], front["SPLV mean sum [dB(A)]"] * per_line, rtol=1e-6
+    )
+    cabrio = per_vehicle[per_vehicle["vehicle"] == "Cabrio"]
+    np.testing.assert_allclose(
+        axes["Cabrio level"]["values"], cabrio["mean level of the lines [dB(A)]"], rtol=1e-6
+    )
+    index = supplier_study(folder, STUDIES, Pick.best_mean).index
+    designs = np.vstack([np.ones(30), designs.to_numpy(float)[:, 1:]])
+    stored = np.frombuffer(base64.b64decode(data["levels"]), "<i2") * data["levelStep"]
+    levels = stored.reshape(len(designs), len(VEHICLES), len(band))
+    np.testing.assert_allclose(levels, index.levels(designs, "high"), atol=0.00501)
+
+
+def test_the_page_opens_with_the_run_and_reads_in_newton_per_millimetre(folder, page):
+    browser = Browser()
+    try:
+        browser.open(page)
+        n = len(pd.read_csv(folder / "designs.csv"))
+        assert browser.text("#count") == f"{n} of {n} designs selected"
+        rows = "[...document.querySelectorAll('#stiffness tbody tr')]"
+        shown = browser.value(
+            f"{rows}.map(r => [r.children[0].textContent, r.children[2].textContent])"
+        )
+        assert [name for name, _ in shown] == [*VARIABLES, *(f"{name} loss" for name in VARIABLES)]
+        wanted = pd.read_csv(folder / "stiffness.csv")["best mean [N/mm]"]
+        for value, (_, words) in zip(wanted, shown, strict=False):
+            assert (
+                np.isnan(value) if words == "–" else float(words) == pytest.approx(value, rel=5e-3)
+            )
+        assert browser.complaints == []
+        assert browser.requests == [page.resolve().as_uri()]
+    finally:
+        browser.close()
+
+
+def test_it_can_go_elsewhere_and_leaves_the_run_as_it_was(folder, tmp_path):
+    written = write_interactive_page(folder, studies=STUDIES, out=tmp_path / "new" / "place")
+    assert written == tmp_path / "new" / "place" / "interactive.html"
+    assert data_of(written.read_text(encoding="utf-8"))["run"] == folder.name
+    assert supplier_study(folder, STUDIES, Pick.best_mean).run.entry.finished
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ([], "--interactive for the one to explore the front"),
+        (["--interactive", "--anonymous"], "--anonymous belongs to --supplier"),
+        (["--interactive", "--studies", "nowhere"], "say with --studies"),
+    ],
+)
+def test_what_cannot_be_written_is_said_in_one_sentence(folder, options, words):
+    answer = CliRunner().invoke(app, ["report", str(folder), *options])
+    assert answer.exit_code == 2
+    assert words in answer.output
+
+
+def test_an_edited_run_and_an_out_that_is_a_file_are_refused(folder, tmp_path):
+    copy = tmp_path / folder.parent.name / folder.name
+    shutil.copytree(folder, copy)
+    (copy / "front.csv").write_text((copy / "front.csv").read_text() + "\n")
+    options = ["--interactive", "--studies", str(STUDIES)]
+    answer = CliRunner().invoke(app, ["report", str(copy), *options])
+    assert answer.exit_code == 2
+    assert "front.csv has been edited" in answer.output
+    (tmp_path / "file").write_text("")
+    answer = CliRunner().invoke(
+        app, ["report", str(folder), *options, "--out", str(tmp_path / "file")]
+    )
+    assert answer.exit_code == 2
+    assert "choose another --out" in answer.output

@@ -21,14 +21,13 @@ from deboom.bench.compressor_writer import write_compressor_test
 from deboom.compressor.amplitude_response import AmplitudeFactor, amplitude_response
 from deboom.compressor.gain import AmplitudeGain, GainFactor
 from deboom.compressor.identify import IdentifyOptions, identify
-from deboom.compressor.model import CompressorMount
 from deboom.compressor.sheet_checks import refuse_sheet_faults
 from deboom.compressor.unbalance_load import unbalance_load
 from deboom.errors import InputError
 from deboom.files.inertance_test import read_inertance_test
 from deboom.measurement.channel_geometry import impact_geometry, sensor_geometry
 from deboom.measurement.channels import Frf
-from deboom.measurement.inertance_test import InertanceTest
+from deboom.measurement.inertance_test import CompressorMount, InertanceTest
 from deboom.measurement.virtual_point import virtual_point
 from deboom.physics.arrays import ComplexArray
 from deboom.physics.rigid_body import mass_matrix

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from deboom.errors import InputError
+from deboom.explore.fronts import verify
 from deboom.files.platform import read_platform
 from deboom.study.motion import PART_WARNING, Factor, Kernel, Motion, motion_index
 from deboom.study.motion_report import motion_report
@@ -24,10 +25,23 @@ def runs():
     return operation(platform, ["g6_wot160"], MountSource.library, "U06", (20, 60))
 
 
-def test_part_with_amplitude_is_recorded_warned_of_and_checked(tmp_path, capsys):
+@pytest.fixture
+def study(monkeypatch):
+    """Return the front study, its front verified with few draws: each solves the motion again."""
+    loaded = load_study(STUDY)
+
+    def few(*arguments, n_samples, seed):
+        assert n_samples == 1024
+        return verify(*arguments, n_samples=64, seed=seed)
+
+    monkeypatch.setitem(loaded.main.__globals__, "verify", few)
+    return loaded
+
+
+def test_part_with_amplitude_is_recorded_warned_of_and_checked(study, tmp_path, capsys):
     pytest.importorskip("numba")
     options = {"motion": Motion.amplitude, "factor": Factor.part}
-    run = run_study(load_study(STUDY), tmp_path, {**BUDGET, **options})
+    run = run_study(study, tmp_path, {**BUDGET, **options})
     assert PART_WARNING in capsys.readouterr().err
     record = json.loads((run / "run.json").read_text())
     assert record["facts"]["motion"] == "amplitude-dependent"

@@ -13,6 +13,12 @@ from deboom.errors import InputError
 from deboom.files.platform import read_platform
 from deboom.files.run_list import read_run
 from deboom.report.page import render_page
+from deboom.study import (
+    group_correlation_result,
+    robust_front_result,
+    sensitivity_result,
+    vehicle_correlation_result,
+)
 from deboom.study import platform_study as room
 from deboom.study import sensitivity as sensitivity_room
 from deboom.study.doe import DoeRequest, Plan
@@ -39,8 +45,11 @@ def run(out, name="u06_platform", **asked):
 
 
 @pytest.fixture(scope="module", autouse=True)
-def few_trajectories():
+def few_trajectories_and_pictures():
+    """Leave out what takes long and is drawn in the tests of the single studies."""
     with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(vehicle_correlation_result, "scatter_figures", lambda *_: {})
+        patch.setattr(group_correlation_result, "scatter_figures", lambda *_: {})
         patch.setattr(sensitivity_room, "TRAJECTORIES", 4)
         yield
 
@@ -49,6 +58,14 @@ def few_trajectories():
 def finished(tmp_path_factory):
     """One run that several tests look at."""
     return run(tmp_path_factory.mktemp("results"), **REST)
+
+
+@pytest.fixture
+def drawn_before(finished, monkeypatch):
+    """Save the time of drawing: front and sensitivities get the pictures of the finished run."""
+    pictures = {path.stem: path.read_bytes() for path in (finished / "figures").iterdir()}
+    monkeypatch.setattr(robust_front_result, "front_figures", lambda _: pictures)
+    monkeypatch.setattr(sensitivity_result, "sensitivity_figures", lambda _: pictures)
 
 
 @pytest.fixture(scope="module")
@@ -83,6 +100,7 @@ def test_one_run_says_what_the_four_studies_say(finished):
     assert (summary["n_failed"], summary["doe_n_failed"]) == (0, 0)
 
 
+@pytest.mark.usefixtures("drawn_before")
 def test_the_front_is_that_of_the_front_study(finished, tmp_path):
     front = run(tmp_path, "u06_robust_front")
     for name in ("front.csv", "designs.csv", "picks.csv", "stiffness.csv", "vehicles.csv"):
@@ -112,7 +130,7 @@ def test_the_page_goes_through_the_steps_in_their_order(finished):
     assert page.count("carries a high-voltage battery") == 1  # the platform is described once
     for place in range(1, len(titles) + 1):
         assert f'href="#section-{place}"' in page
-    for stem in ("groups_designs", "vehicles_designs", "pareto_front", "sobol", "convergence"):
+    for stem in ("group_matrix", "matrix", "pareto_front", "sobol", "convergence"):
         assert (finished / "figures" / f"{stem}.png").stat().st_size > 5000
     assert (finished / "figures" / "sobol_convergence.png").is_file()
 
@@ -129,16 +147,18 @@ def test_a_first_population_larger_than_the_doe_is_refused(tmp_path):
         run(tmp_path, **{**REST, "population": 40, "from_doe": True})
 
 
-def test_one_group_of_two_vehicles_and_a_single_vehicle_are_enough(runs):
-    members = runs.fleet.group("F39").vehicles
-    for count, sentences in (
-        (2, ["there are no groups to compare"]),
-        (1, ["nothing to correlate", "F39-1 is the only vehicle"]),
-    ):
-        few = replace(runs, fleet=Fleet(members[:count]))
-        result = platform_result(asked_of(few, "F39"))
-        page = render_page(result.page)
-        assert all(sentence in page for sentence in sentences)
-        assert "r_group_min" not in result.summary
-        assert ("doe" in result.tables) == (count == 2)
-        assert "st_TSM_x_F39-1" in result.summary
+@pytest.mark.usefixtures("drawn_before")
+def test_where_there_is_nothing_to_compare_the_page_says_so(runs):
+    single = replace(runs, fleet=Fleet(runs.fleet.vehicles[-1:]))
+    result = platform_result(asked_of(single, "F45"))
+    page = render_page(result.page)
+    assert "nothing to correlate" in page
+    assert "F45-5 is the only vehicle" in page
+    assert not {"doe", "matrix"} & set(result.tables)
+    assert "st_TSM_x_F45-5" in result.summary
+    pair = replace(runs, fleet=Fleet(runs.fleet.vehicles[:2]))
+    study = asked_of(pair, "U06")
+    assert study.fleet.by_group is None
+    assert study.vehicles.names == ("U06-1", "U06-2")
+    lone = room.within_group(study.fleet, single, motion_index(single, Motion.prescribed, None))
+    assert lone is None

@@ -207,7 +207,9 @@ def test_the_check_refuses_what_reading_refuses_and_no_less(tmp_path):
             path.write_bytes(content)
         with pytest.raises(InputError) as caught:
             read_platform(folder)
-        assert str(caught.value) in check_platform(folder).faults
+        found = check_platform(folder)
+        assert str(caught.value) in found.faults
+        assert ("whether the files hold the channels" in found.waiting) == (content is None)
         path.write_bytes(kept)
     assert check_platform(folder).faults == ()
 

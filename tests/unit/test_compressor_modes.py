@@ -5,7 +5,7 @@ import pytest
 from scipy.optimize import brentq
 
 from deboom.compressor.gain import GainFactor
-from deboom.compressor.model import CompressorModel, CompressorMount
+from deboom.compressor.model import CompressorModel
 from deboom.compressor.modes import MOTIONS, modal_table
 from deboom.compressor.rigid_limit import rigid_limit
 from deboom.errors import InputError
@@ -13,6 +13,7 @@ from deboom.measurement.channel_geometry import impact_geometry
 from deboom.measurement.channels import Frf
 from deboom.measurement.exchanged import exchanged_impacts
 from deboom.measurement.impacts import Impact
+from deboom.measurement.inertance_test import CompressorMount
 from deboom.measurement.virtual_point import virtual_point
 
 RUBBER = [1.85, 0.06, 2.2, 0.42, 0.15, 2.5]

@@ -51,6 +51,7 @@ def test_overview_escapes_and_shows_the_newest_run_of_a_study_first():
             headlines={"level": "−2 dB"},
             folder=f"front/{day}",
             report=f"front/{day}/report.html",
+            interactive=f"front/{day}/interactive.html" if question == "New?" else "",
             special="sampler <fresh>",
             call="deboom run",
         )
@@ -62,3 +63,5 @@ def test_overview_escapes_and_shows_the_newest_run_of_a_study_first():
     assert "sampler &lt;fresh&gt;" in page
     assert "a &lt; b" in page
     assert "2 runs" in page
+    assert page.count("explore the front") == 1
+    assert 'href="front/2026-02-02/interactive.html"' in page

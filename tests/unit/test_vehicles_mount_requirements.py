@@ -7,13 +7,13 @@ from deboom.errors import InputError
 from deboom.measurement.campaign import StaticCurve
 from deboom.mounts.mount import Mount
 from deboom.physics.rigid_body import mount_stiffness_matrix, rigid_body_modes
+from deboom.vehicles.design_factor import Factor
 from deboom.vehicles.kinematic_model import KinematicModel
 from deboom.vehicles.mount_requirements import (
     GRAVITY,
     MountRequirements,
     NaturalFrequencies,
     OperatingStiffness,
-    StaticFactor,
     TorqueTravel,
     WeightSag,
 )
@@ -61,7 +61,7 @@ def test_a_common_dynamic_factor_divides_the_travel_and_a_part_rides_into_its_st
     one, soft = np.ones((1, 9)), np.full((1, 9), 0.8)
     dynamic = of(TorqueTravel(there, 900.0, there.names))
     np.testing.assert_allclose(dynamic(soft), dynamic(one) / 0.8, atol=1e-9)
-    part = of(TorqueTravel(there, 900.0, there.names, StaticFactor.PART))
+    part = of(TorqueTravel(there, 900.0, there.names, Factor.part))
     scaled = there.with_curve_scales(dict.fromkeys(NAMES, 0.8)).equilibrium(900.0)
     np.testing.assert_allclose(part(soft)[0], 1e3 * scaled.deflection[0], atol=1e-9)
     place = there.names.index("S z")
@@ -69,7 +69,7 @@ def test_a_common_dynamic_factor_divides_the_travel_and_a_part_rides_into_its_st
 
 
 def test_travel_beyond_the_measured_curve_is_not_a_number():
-    travel = of(TorqueTravel(model(), 1500.0, ("S z",), StaticFactor.PART))
+    travel = of(TorqueTravel(model(), 1500.0, ("S z",), Factor.part))
     assert np.isnan(travel(np.array([np.ones(9) * 0.5, np.ones(9) * 5.0]))).ravel().tolist() == [
         True,
         False,

@@ -9,7 +9,7 @@ from deboom.compressor.gain import GainFactor
 from deboom.compressor.identifiability import identifiability, knowledge
 from deboom.compressor.linear_start import START_GAIN, linear_start
 from deboom.compressor.minimal_parameters import MinimalParameters
-from deboom.compressor.model import CompressorModel, CompressorMount
+from deboom.compressor.model import CompressorModel
 from deboom.compressor.objectives import (
     InertanceAndApparentMass,
     WhitenedInertance,
@@ -23,6 +23,7 @@ from deboom.compressor.virtual_point_fit import Bounds, fit_at_virtual_point, fi
 from deboom.errors import InputError
 from deboom.measurement.channels import Frf
 from deboom.measurement.impacts import Impact
+from deboom.measurement.inertance_test import CompressorMount
 from deboom.measurement.placement_tolerances import PlacementTolerances
 from deboom.measurement.sensors import Sensor, SensorKind
 from deboom.physics.rigid_body import rotation_matrix

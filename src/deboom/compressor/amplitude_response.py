@@ -9,8 +9,8 @@ import numpy as np
 import numpy.typing as npt
 
 from deboom.compressor.gain import AmplitudeGain, GainFactor
-from deboom.compressor.model import CompressorMount
 from deboom.errors import InputError
+from deboom.measurement.inertance_test import CompressorMount
 from deboom.physics.arrays import ComplexArray, RealArray
 from deboom.physics.forced_response import (
     ConvergenceError,

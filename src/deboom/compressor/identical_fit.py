@@ -19,13 +19,11 @@ from deboom.compressor.self_calibration import (
     WeighedMass,
     self_calibrate,
 )
-from deboom.compressor.thesis_fit import drawn_mounts
 from deboom.compressor.virtual_point_fit import Bounds, fit_at_virtual_point
 
 if TYPE_CHECKING:
     from deboom.compressor.identify import Identification
-    from deboom.compressor.model import CompressorMount
-    from deboom.measurement.inertance_test import Drawing
+    from deboom.measurement.inertance_test import CompressorMount, Drawing
     from deboom.physics.arrays import RealArray
 
 OFFSET_DEVIATION = 6.3e-3
@@ -87,7 +85,7 @@ def fit_identical_mounts(found: Identification, drawing: Drawing) -> IdenticalFi
     -------
     IdenticalFit
     """
-    drawn = drawn_mounts(drawing)
+    drawn = drawing.mounts
     parametrisation = IdenticalMountParameters(drawn, found.length)
     n = len(drawn)
     values = found.calibrated.values

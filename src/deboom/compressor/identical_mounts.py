@@ -16,12 +16,13 @@ from deboom.compressor.mass_parameters import (
     mass_matrix_derivatives,
     mass_matrix_from_parameters,
 )
-from deboom.compressor.model import CompressorModel, CompressorMount, mounts_at_virtual_point
+from deboom.compressor.model import CompressorModel, mounts_at_virtual_point
 from deboom.compressor.mount_derivatives import (
     mount_stiffness_derivatives,
     plus_transpose,
     rotation_derivative,
 )
+from deboom.measurement.inertance_test import CompressorMount
 from deboom.physics.arrays import ComplexArray, RealArray
 from deboom.physics.mass_properties import mass_properties
 from deboom.physics.rigid_body import forward_matrix, rotation_matrix

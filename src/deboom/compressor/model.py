@@ -10,49 +10,12 @@ import numpy.typing as npt
 
 from deboom.compressor.gain import GainFactor
 from deboom.errors import InputError
+from deboom.measurement.inertance_test import CompressorMount, freeze_field
 from deboom.physics.arrays import ComplexArray, RealArray
-from deboom.physics.rigid_body import mass_matrix, mount_stiffness_matrix, rotation_matrix
+from deboom.physics.rigid_body import mass_matrix, mount_stiffness_matrix
 
 TRIANGLE_TOLERANCE = 1e-9
 """How far, relative to the largest, principal moments may break the triangle inequality."""
-
-
-@dataclass(frozen=True, eq=False)
-class CompressorMount:
-    """One rubber mount: its place, its direction, its three static stiffnesses.
-
-    Parameters
-    ----------
-    name : str
-        Such as ``mount 1``.
-    position : array, shape (3,)
-        Elastic centre, from the virtual point [m].
-    rotation : array, shape (3,)
-        Of the mount's axes about the fixed axes x, then y, then z [rad]; local x is axial.
-    stiffness : array, shape (3,)
-        Static, along the axial and the two radial axes [N/m].
-
-    Raises
-    ------
-    InputError
-        Not three finite numbers, or a stiffness that is not positive.
-    """
-
-    name: str
-    position: RealArray
-    rotation: RealArray
-    stiffness: RealArray
-
-    def __post_init__(self) -> None:
-        for field in ("position", "rotation", "stiffness"):
-            _freeze(self, field, (3,), self.name)
-        if np.any(self.stiffness <= 0):
-            raise InputError(f"{self.name}: a static stiffness must be positive")
-
-    @property
-    def orientation(self) -> RealArray:
-        """Rotation matrix, shape (3, 3): columns are the axial and the radial axes [1]."""
-        return rotation_matrix(self.rotation)
 
 
 def mounts_at_virtual_point(mounts: Sequence[CompressorMount]) -> RealArray:
@@ -115,9 +78,9 @@ class CompressorModel:
     gain: GainFactor
 
     def __post_init__(self) -> None:
-        _freeze(self, "centre", (3,), "the compressor")
-        _freeze(self, "inertia", (3, 3), "the compressor")
-        _freeze(self, "stiffness", (6, 6), "the compressor")
+        freeze_field(self, "centre", (3,), "the compressor")
+        freeze_field(self, "inertia", (3, 3), "the compressor")
+        freeze_field(self, "stiffness", (6, 6), "the compressor")
         for matrix, name in ((self.inertia, "inertia"), (self.stiffness, "stiffness")):
             if not np.allclose(matrix, matrix.T, rtol=0, atol=1e-9 * np.abs(matrix).max()):
                 raise InputError(f"the {name} of the compressor is not symmetric")
@@ -197,12 +160,3 @@ class CompressorModel:
             As `apparent_mass`.
         """
         return np.asarray(np.linalg.inv(self.apparent_mass(frequency)))
-
-
-def _freeze(owner: object, field: str, shape: tuple[int, ...], who: str) -> None:
-    """Replace an array field by a checked, read-only copy."""
-    array = np.array(getattr(owner, field), dtype=float)
-    if array.shape != shape or not np.all(np.isfinite(array)):
-        raise InputError(f"{who}: {field} needs {shape} finite numbers")
-    array.setflags(write=False)
-    object.__setattr__(owner, field, array)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from deboom.compressor.model import CompressorMount
+from deboom.measurement.inertance_test import CompressorMount
 from deboom.physics.arrays import RealArray
 from deboom.physics.rigid_body import forward_matrix, rotation_matrix, skew
 

@@ -18,7 +18,7 @@ from deboom.compressor.identifiability import (
 )
 from deboom.compressor.linear_start import START_GAIN
 from deboom.compressor.minimal_parameters import MinimalParameters
-from deboom.compressor.model import CompressorModel, CompressorMount
+from deboom.compressor.model import CompressorModel
 from deboom.compressor.objectives import InertanceAndApparentMass
 from deboom.compressor.thesis_parameters import ThesisParameters
 from deboom.compressor.virtual_point_fit import (
@@ -85,14 +85,6 @@ class ThesisFit:
     known: Knowledge
 
 
-def drawn_mounts(drawing: Drawing) -> tuple[CompressorMount, ...]:
-    """Mounts as drawn, for a parametrisation."""
-    return tuple(
-        CompressorMount(mount.name, mount.position, mount.rotation, mount.stiffness)
-        for mount in drawing.mounts
-    )
-
-
 def thesis_start(drawing: Drawing) -> tuple[ThesisParameters, RealArray]:
     """Start values: the drawing, and the gain of a medium rubber.
 
@@ -105,7 +97,7 @@ def thesis_start(drawing: Drawing) -> tuple[ThesisParameters, RealArray]:
     tuple of ThesisParameters and array, shape (n_parameters,)
         44 values for three mounts.
     """
-    mounts = drawn_mounts(drawing)
+    mounts = drawing.mounts
     parametrisation = ThesisParameters(tuple(mount.name for mount in mounts))
     drawn = CompressorModel.on_mounts(
         drawing.mass, drawing.centre, drawing.inertia, mounts, gain_from_parameters(START_GAIN, 0.0)

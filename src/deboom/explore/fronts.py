@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from deboom.errors import InputError
 from deboom.explore.arrays import BoolArray, RealArray, frozen_copy
-from deboom.explore.robust import RobustResponse, RobustValues
+from deboom.explore.robust import RobustResponse, RobustValues, joined
 from deboom.explore.tolerance_samples import sobol_sample
 
 
@@ -51,17 +51,13 @@ def pareto_front(*values: RobustValues) -> ParetoFront:
     *values : RobustValues
         At least one; fronts of several runs merge in the same way.
     """
-    merged = {
-        field.name: np.concatenate([getattr(part, field.name) for part in values])
-        for field in fields(RobustValues)
-    }
-    objectives = merged["objectives"]
-    keys = np.column_stack([objectives, merged["designs"]])
+    merged = joined(values)
+    keys = np.column_stack([merged.objectives, merged.designs])
     order = np.lexsort(keys.T[::-1])
-    feasible = RobustValues(**merged).feasible
-    order = order[feasible[order]]
-    order = order[nondominated(objectives[order])]
-    return ParetoFront(**{name: column[order] for name, column in merged.items()})
+    order = order[merged.feasible[order]]
+    order = order[nondominated(merged.objectives[order])]
+    columns = (field.name for field in fields(RobustValues))
+    return ParetoFront(**{name: getattr(merged, name)[order] for name in columns})
 
 
 def nondominated(objectives: RealArray) -> BoolArray:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, fields
 from functools import cached_property
 from typing import Protocol
@@ -73,6 +73,16 @@ class RobustValues:
     def feasible(self) -> BoolArray:
         """Designs that could be computed and keep all limits, shape (n,)."""
         return np.asarray(~self.failed & np.all(self.excess <= 0.0, axis=1))
+
+
+def joined(parts: Sequence[RobustValues]) -> RobustValues:
+    """Put the rows of several values below each other; at least one."""
+    return RobustValues(
+        **{
+            column.name: np.concatenate([getattr(part, column.name) for part in parts])
+            for column in fields(RobustValues)
+        }
+    )
 
 
 class Robust(Protocol):

@@ -9,7 +9,7 @@ import numpy as np
 from deboom.errors import InputError
 from deboom.explore.arrays import RealArray, frozen_copy
 from deboom.explore.design_space import DesignSpace
-from deboom.explore.robust import RobustResponse, RobustValues
+from deboom.explore.robust import RobustResponse, RobustValues, joined
 
 SUFFIX = " tolerance"
 """What the name of a tolerance's variable adds to that of its design variable."""
@@ -130,19 +130,8 @@ class ToleranceResponse:
             self.with_tolerances(tolerance)(design[np.newaxis, :])
             for design, tolerance in zip(inner, tolerances, strict=True)
         ]
-        columns = {
-            name: np.concatenate([getattr(row, name) for row in rows])
-            for name in (
-                "mean",
-                "sigma",
-                "mean_sum",
-                "sigma_sum",
-                "standard_error_mean_sum",
-                "standard_error_sigma_sum",
-                "failed",
-                "objectives",
-            )
-        }
-        cost = np.where(columns["failed"], np.nan, self.cost(tolerances))
-        columns["objectives"] = np.column_stack([columns["objectives"], cost])
-        return RobustValues(designs=designs, **columns)
+        values = joined(rows)
+        cost = np.where(values.failed, np.nan, self.cost(tolerances))
+        return replace(
+            values, designs=designs, objectives=np.column_stack([values.objectives, cost])
+        )

@@ -11,7 +11,7 @@ from collections.abc import Iterator, Sequence
 from concurrent.futures import CancelledError, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import AbstractContextManager, contextmanager, nullcontext
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from importlib import metadata
 from multiprocessing import get_context
 from multiprocessing.reduction import ForkingPickler
@@ -23,7 +23,7 @@ import numpy as np
 from deboom.errors import InputError
 from deboom.explore.arrays import RealArray
 from deboom.explore.design_space import DesignSpace
-from deboom.explore.robust import Robust, RobustValues
+from deboom.explore.robust import Robust, RobustValues, joined
 
 ATTEMPTS = 3
 """Times that one batch of designs may lose workers before the search gives up."""
@@ -78,12 +78,7 @@ class SpreadResponse:
         designs = self.space.checked(designs)
         n_chunks = max(1, min(self.pool.n_workers, len(designs)))
         parts = self.pool.compute(np.array_split(designs, n_chunks))
-        return RobustValues(
-            **{
-                field.name: np.concatenate([getattr(part, field.name) for part in parts])
-                for field in fields(RobustValues)
-            }
-        )
+        return joined(parts)
 
 
 def workers_for(

@@ -15,7 +15,7 @@ from deboom.errors import InputError
 from deboom.files.atomic import replace_text
 from deboom.files.platform_file import NotNegative, Positive, RelativePath
 from deboom.files.strict_toml import StrictModel
-from deboom.files.table_cells import Row, read_rows
+from deboom.files.table_cells import Row, read_rows, refuse_second
 from deboom.files.uff_function import DIRECTIONS
 from deboom.files.units import Unit, parse_unit
 
@@ -135,14 +135,14 @@ def read_hammer_points(path: Path) -> tuple[HammerPoint, ...]:
         x, y, z = (row.number(axis) for axis in _AXES)
         dx, dy, dz = (row.number(axis) for axis in _DIRECTION)
         point = HammerPoint(
-            row.filled("impact"), _node(row), row.filled("file"), (x, y, z), (dx, dy, dz)
+            row.filled("impact"), row.node(), row.filled("file"), (x, y, z), (dx, dy, dz)
         )
         parts = Path(point.file)
         if parts.is_absolute() or ".." in parts.parts:
             raise row.error(f"file '{point.file}' is not inside the folder: copy it there")
         pushed = f"node {point.node} along {point.direction}"
         for key in (f"impact '{point.impact}'", pushed, f"file '{point.file}'"):
-            _refuse_second(seen, key, row)
+            refuse_second(seen, key, row)
         points.append(point)
     return tuple(points)
 
@@ -178,9 +178,9 @@ def read_hammer_channels(path: Path) -> tuple[HammerChannel, ...]:
     columns = ("channel", "quantity", "node", "direction", "unit", "range")
     for row in read_rows(path, columns, {}):
         channel = _channel(row)
-        _refuse_second(seen, f"channel '{channel.channel}'", row)
+        refuse_second(seen, f"channel '{channel.channel}'", row)
         axis = channel.direction.lstrip("+-")
-        _refuse_second(seen, f"{channel.quantity} at node {channel.node} along {axis}", row)
+        refuse_second(seen, f"{channel.quantity} at node {channel.node} along {axis}", row)
         channels.append(channel)
     return tuple(channels)
 
@@ -254,17 +254,4 @@ def _channel(row: Row) -> HammerChannel:
         limit = row.number("range") * unit.factor
         if not limit > 0:
             raise row.error(f"channel '{name}': a range is positive; leave it empty if unknown")
-    return HammerChannel(name, quantity, _node(row), direction, unit, limit)
-
-
-def _node(row: Row) -> int:
-    node = row.number("node")
-    if node != int(node) or node < 1:
-        raise row.error(f"node '{row.cells['node']}' is no whole number from 1")
-    return int(node)
-
-
-def _refuse_second(seen: dict[str, int], key: str, row: Row) -> None:
-    if key in seen:
-        raise row.error(f"{key} already stands in line {seen[key]}: correct one of them")
-    seen[key] = row.line
+    return HammerChannel(name, quantity, row.node(), direction, unit, limit)

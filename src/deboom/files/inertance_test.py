@@ -22,8 +22,8 @@ from deboom.measurement.hammer_measurement import HammerTest
 from deboom.measurement.impacts import Impact
 from deboom.measurement.inertance_test import (
     ACCELERATION_PER_FORCE,
+    CompressorMount,
     Drawing,
-    DrawnMount,
     InertanceTest,
     check_enough,
 )
@@ -187,7 +187,7 @@ def _drawing(file: InertanceTestFile) -> Drawing | None:
         centre=np.array(file.drawing.centre_of_gravity_m),
         inertia=np.array(file.drawing.inertia_kg_m2),
         mounts=tuple(
-            DrawnMount(
+            CompressorMount(
                 mount.name,
                 np.array(mount.position_m),
                 np.deg2rad(mount.rotation_deg),

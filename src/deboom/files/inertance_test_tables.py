@@ -15,7 +15,7 @@ import pandas as pd
 
 from deboom.errors import InputError
 from deboom.files.atomic import replace_bytes, replace_text
-from deboom.files.table_cells import Row, read_rows
+from deboom.files.table_cells import Row, read_rows, refuse_second
 
 SENSOR_SHEET, IMPACT_SHEET = "sensors", "impacts"
 SMALLEST_SPAN, LARGEST_SPAN = 0.01, 10.0
@@ -96,10 +96,10 @@ def read_placed_sensors(path: Path) -> tuple[PlacedSensor, ...]:
     sensors = []
     for row in read_rows(path, ("sensor", "node"), units, SENSOR_SHEET):
         sensor = PlacedSensor(
-            row.filled("sensor"), _node(row), _three(row, _AXES), _three(row, _ANGLES)
+            row.filled("sensor"), row.node(), _three(row, _AXES), _three(row, _ANGLES)
         )
         for key in (f"sensor '{sensor.sensor}'", f"node {sensor.node}"):
-            _refuse_second(seen, key, row)
+            refuse_second(seen, key, row)
         sensors.append(sensor)
     _check_span(path, "sensors", [sensor.position for sensor in sensors])
     return tuple(sensors)
@@ -119,11 +119,11 @@ def read_placed_impacts(path: Path) -> tuple[PlacedImpact, ...]:
     columns = ("impact", "node", *_DIRECTION)
     for row in read_rows(path, columns, dict.fromkeys(_AXES, "m"), IMPACT_SHEET):
         impact = PlacedImpact(
-            row.filled("impact"), _node(row), _three(row, _AXES), _three(row, _DIRECTION)
+            row.filled("impact"), row.node(), _three(row, _AXES), _three(row, _DIRECTION)
         )
         pushed = f"node {impact.node} along {impact.uff_direction.lstrip('+-')}"
         for key in (f"impact '{impact.impact}'", pushed):
-            _refuse_second(seen, key, row)
+            refuse_second(seen, key, row)
         impacts.append(impact)
     _check_span(path, "impacts", [impact.position for impact in impacts])
     return tuple(impacts)
@@ -210,19 +210,6 @@ def _without_times(data: bytes) -> bytes:
 def _three(row: Row, columns: Sequence[str]) -> Three:
     first, second, third = (row.number(column) for column in columns)
     return first, second, third
-
-
-def _node(row: Row) -> int:
-    node = row.number("node")
-    if node != int(node) or node < 1:
-        raise row.error(f"node '{row.cells['node']}' is no whole number from 1")
-    return int(node)
-
-
-def _refuse_second(seen: dict[str, int], key: str, row: Row) -> None:
-    if key in seen:
-        raise row.error(f"{key} already stands in line {seen[key]}: correct one of them")
-    seen[key] = row.line
 
 
 def _check_span(path: Path, what: str, positions: Sequence[Three]) -> None:

@@ -131,6 +131,8 @@ class Contents:
     ----------
     mounts : tuple of Mount
         In the order of ``platform.toml``; None if one of its entries is at fault.
+    channels : tuple of ChannelRow
+        In the order of their table; empty if it cannot be read.
     frequency : array, shape (f,)
         Lines that all functions share [Hz].
     noise_transfer : dict of str to Columns
@@ -142,6 +144,7 @@ class Contents:
     """
 
     mounts: tuple[Mount, ...] | None
+    channels: tuple[ChannelRow, ...]
     frequency: RealArray
     noise_transfer: Mapping[str, Columns]
     operating: Mapping[str, tuple[Columns, ...]]
@@ -209,7 +212,7 @@ def read_contents(folder: Path, file: PlatformFile, note: Note = refuse) -> Cont
         if case.torque_table:
             with noting(note):
                 engine_torque[case.name] = read_torque_table(folder / case.torque_table, frequency)
-    return Contents(mounts, frequency, noise_transfer, operating, engine_torque)
+    return Contents(mounts, rows, frequency, noise_transfer, operating, engine_torque)
 
 
 def assembled(folder: Path, file: PlatformFile, contents: Contents) -> Platform:

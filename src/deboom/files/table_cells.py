@@ -81,6 +81,32 @@ class Row:
             )
         return number * (self.units[column].factor if column in self.units else 1.0)
 
+    def node(self) -> int:
+        """Return the number of the column ``node``.
+
+        Raises
+        ------
+        InputError
+            It is no whole number from 1.
+        """
+        node = self.number("node")
+        if node != int(node) or node < 1:
+            raise self.error(f"node '{self.cells['node']}' is no whole number from 1")
+        return int(node)
+
+
+def refuse_second(seen: dict[str, int], key: str, row: Row) -> None:
+    """Refuse what stands in an earlier line already; otherwise note its line in `seen`.
+
+    Raises
+    ------
+    InputError
+        It does.
+    """
+    if key in seen:
+        raise row.error(f"{key} already stands in line {seen[key]}: correct one of them")
+    seen[key] = row.line
+
 
 def read_rows(
     path: Path,

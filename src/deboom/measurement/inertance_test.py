@@ -14,6 +14,7 @@ from deboom.measurement.impacts import Impact
 from deboom.measurement.placement_tolerances import PlacementTolerances
 from deboom.measurement.sensors import Sensor
 from deboom.physics.arrays import RealArray
+from deboom.physics.rigid_body import rotation_matrix
 
 ACCELERATION_PER_FORCE = "(m/s^2)/N"
 """Unit of an inertance at points, as the FRF estimators state it; equal to 1/kg."""
@@ -22,15 +23,15 @@ SMALLEST_SENSORS, SMALLEST_IMPACTS = 3, 6
 
 
 @dataclass(frozen=True, eq=False)
-class DrawnMount:
-    """A rubber mount as its drawing and its data sheet have it.
+class CompressorMount:
+    """One rubber mount: its place, its direction, its three static stiffnesses.
 
     Parameters
     ----------
     name : str
         Such as ``mount 1``.
     position : array, shape (3,)
-        Elastic centre, from the origin of the position sheet [m].
+        Elastic centre, from the virtual point, the origin of the position sheet [m].
     rotation : array, shape (3,)
         Of the mount's axes about the fixed axes x, then y, then z [rad]; local x is axial.
     stiffness : array, shape (3,)
@@ -49,9 +50,14 @@ class DrawnMount:
 
     def __post_init__(self) -> None:
         for field in ("position", "rotation", "stiffness"):
-            _freeze(self, field, (3,), f"drawing of {self.name}")
+            freeze_field(self, field, (3,), self.name)
         if np.any(self.stiffness <= 0):
-            raise InputError(f"drawing of {self.name}: a static stiffness must be positive")
+            raise InputError(f"{self.name}: a static stiffness must be positive")
+
+    @property
+    def orientation(self) -> RealArray:
+        """Rotation matrix, shape (3, 3): columns are the axial and the radial axes [1]."""
+        return rotation_matrix(self.rotation)
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,7 +72,7 @@ class Drawing:
         Centre of gravity, from the origin of the position sheet [m].
     inertia : array, shape (3, 3)
         About the centre of gravity, products with their sign as matrix elements [kg m²].
-    mounts : tuple of DrawnMount
+    mounts : tuple of CompressorMount
 
     Raises
     ------
@@ -77,11 +83,11 @@ class Drawing:
     mass: float
     centre: RealArray
     inertia: RealArray
-    mounts: tuple[DrawnMount, ...]
+    mounts: tuple[CompressorMount, ...]
 
     def __post_init__(self) -> None:
-        _freeze(self, "centre", (3,), "drawing")
-        _freeze(self, "inertia", (3, 3), "drawing")
+        freeze_field(self, "centre", (3,), "drawing")
+        freeze_field(self, "inertia", (3, 3), "drawing")
         if not self.mass > 0:
             raise InputError(f"drawing: the mass is {self.mass:g} kg, it must be positive")
         if not np.allclose(self.inertia, self.inertia.T, rtol=1e-6, atol=0):
@@ -158,7 +164,7 @@ class InertanceTest:
             raise InputError(
                 "the FRFs have a line at 0 Hz, where accelerometers measure nothing: leave it out"
             )
-        _freeze(self, "coherence", self.frf.values.shape, "coherence")
+        freeze_field(self, "coherence", self.frf.values.shape, "coherence")
         if np.any((self.coherence < 0) | (self.coherence > 1 + 1e-9)):
             raise InputError("a coherence lies between 0 and 1: this is another function")
         if self.n_averages < 1:
@@ -191,7 +197,7 @@ def check_enough(sensors: tuple[Sensor, ...], impacts: tuple[Impact, ...]) -> No
         )
 
 
-def _freeze(owner: object, field: str, shape: tuple[int, ...], who: str) -> None:
+def freeze_field(owner: object, field: str, shape: tuple[int, ...], who: str) -> None:
     """Replace an array field by a checked, read-only copy."""
     array = np.array(getattr(owner, field), dtype=float)
     if array.shape != shape:

@@ -4,6 +4,7 @@
 
 const front = JSON.parse(document.getElementById("front").textContent);
 const STEPS = 200;
+const [WIDE, CLOSE] = [56, 42]; // gaps between axes [px]: below it names are slanted; the least
 const TODAY = -1;
 const SVG = "http://www.w3.org/2000/svg";
 const COLOUR = { a: "#1f2933", b: "#b5478a", chosen: "#0b4f7d", other: "#c3cad2", today: "#5f6b7a", walk: "#e69f00" };
@@ -219,12 +220,17 @@ function marks() {
 
 const parallel = {
   svg: picture(byId("parallel"), "parallel coordinates", walkByKey),
-  top: 74, bottom: 28, left: 46, right: 46,
+  left: 46, bottom: 28,
   draw() {
-    this.height = printing ? 440 : 320;
     const shown = shownAxes();
-    const width = Math.max(roomIn(byId("parallel"), 1030), 60 * (shown.length - 1) + this.left + this.right);
-    const gap = (width - this.left - this.right) / Math.max(1, shown.length - 1);
+    const room = roomIn(byId("parallel"), 1030);
+    const gaps = Math.max(1, shown.length - 1);
+    const slanted = (room - 2 * this.left) / gaps < WIDE; // names of close axes
+    const right = slanted ? 88 : this.left;
+    const gap = Math.max((room - this.left - right) / gaps, CLOSE);
+    const width = this.left + gap * gaps + right;
+    this.top = slanted ? 126 : 74;
+    this.height = (printing ? 366 : 246) + this.top;
     this.shown = shown;
     this.x = (place) => this.left + gap * place;
     this.y = (step) => this.height - this.bottom - (step / STEPS) * (this.height - this.top - this.bottom);
@@ -235,13 +241,13 @@ const parallel = {
     const others = designs.filter((design) => !chosen.has(design));
     element(svg, "path", { d: others.map((design) => this.path(design)).join(""), ...stroke(COLOUR.other, 1, { opacity: 0.75 }) });
     element(svg, "path", { d: selected.map((design) => this.path(design)).join(""), ...stroke(COLOUR.chosen, 1.2, { opacity: 0.5 }) });
-    shown.forEach((axis, place) => this.drawAxis(axis, this.x(place), gap));
+    shown.forEach((axis, place) => this.drawAxis(axis, this.x(place), gap, slanted));
     for (const { design, style } of marks()) element(svg, "path", { d: this.path(design), ...style });
   },
   path(design) {
     return path(this.shown.map((axis, place) => [this.x(place), this.y(stepOf(axis, valueOf(axis, design)))]));
   },
-  drawAxis(axis, x, gap) {
+  drawAxis(axis, x, gap, slanted) {
     const svg = this.svg;
     const middle = { x, "text-anchor": "middle" };
     const brushed = state.brushes.get(axis);
@@ -250,10 +256,15 @@ const parallel = {
       const [low, high] = brushed.map((step) => this.y(step));
       element(svg, "rect", { x: x - 8, width: 16, y: high, height: Math.max(2, low - high), fill: "#fff", "fill-opacity": 0.75, stroke: axis.colour, "stroke-width": 2 });
     }
-    const name = fitted(axis.name, gap);
-    name.forEach((part, row) => element(svg, "text", { ...middle, y: 32 - 15 * (name.length - 1 - row), "font-weight": 600 }, part));
-    const free = axis.note ? "°" : "";
-    element(svg, "text", { ...middle, y: 47, class: "muted" }, `[${unitOf(axis)}]${free}`);
+    const unit = `[${unitOf(axis)}]${axis.note ? "°" : ""}`;
+    if (slanted) {
+      const words = `${axis.name.length > 16 ? axis.name.slice(0, 15) + "…" : axis.name} ${unit}`;
+      element(svg, "text", { transform: `translate(${x + 3} ${this.top - 24}) rotate(-45)` }, words);
+    } else {
+      const name = fitted(axis.name, gap);
+      name.forEach((part, row) => element(svg, "text", { ...middle, y: 32 - 15 * (name.length - 1 - row), "font-weight": 600 }, part));
+      element(svg, "text", { ...middle, y: 47, class: "muted" }, unit);
+    }
     for (const [step, y] of [[STEPS, this.top - 7], [0, this.height - this.bottom + 17]]) {
       element(svg, "text", { ...middle, y }, shownValue(axis, atStep(axis, step)));
     }

@@ -29,6 +29,8 @@ class RunCard:
         Its folder, relative to the page, with forward slashes.
     report : str
         Its report, relative to the page; empty if there is none.
+    interactive : str
+        The page to explore its front, likewise.
     special : str
         What sets it apart from the study's other runs, in one line; may be empty.
     call : str
@@ -44,6 +46,7 @@ class RunCard:
     headlines: Mapping[str, str]
     folder: str
     report: str
+    interactive: str
     special: str
     call: str
 

@@ -15,13 +15,12 @@ from deboom.physics.orders import rpm_of_frequency
 from deboom.report.interactive import Axis, InteractiveFront, render_interactive
 from deboom.report.page import Picture
 from deboom.report.style import ACCENT, MUTED, mount_colours, mount_of, vehicle_colours
+from deboom.study.overview import INTERACTIVE
 from deboom.study.robust_front_tables import NO_REQUIREMENT
 from deboom.study.supplier_pick import Pick
 from deboom.study.supplier_study import SupplierStudy, supplier_study
 
 ANY = "any in bounds"
-NAME = "interactive.html"
-"""Of the page in its run's folder."""
 _MEAN, _SIGMA = "SPLV mean sum [dB(A)]", "SPLV sigma sum [dB]"
 _PICTURES = {
     "pareto_front": ("Mean level and scatter of all designs.", "The front, today's and the picks."),
@@ -63,7 +62,7 @@ def write_interactive_page(folder: Path, *, studies: Path, out: Path | None = No
         raise InputError(
             f"{place} cannot be made a folder ({error.strerror or error}): choose another --out"
         ) from None
-    path = place / NAME
+    path = place / INTERACTIVE
     replace_bytes(path, html.encode("utf-8"))
     return path
 

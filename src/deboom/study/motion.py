@@ -12,6 +12,7 @@ from deboom.vehicles.amplitude_index import AmplitudeIndex, amplitude_index
 from deboom.vehicles.booming_index import booming_index
 from deboom.vehicles.coupled_index import coupled_index
 from deboom.vehicles.design_factor import DYNAMIC, DesignFactor, PartFactor
+from deboom.vehicles.design_factor import Factor as Factor  # an option beside those below
 from deboom.vehicles.kernel_amplitude_numba import NUMBA_AMPLITUDE
 from deboom.vehicles.kernel_amplitude_numpy import NUMPY_AMPLITUDE
 from deboom.vehicles.kernel_coupled_numpy import NUMPY_COUPLED
@@ -50,15 +51,6 @@ class Kernel(Enum):
     numba = "numba"
     smooth = "smooth"
     """Coupled motion interpolated over frequency: for smooth data, which measured ones are not."""
-
-
-class Factor(Enum):
-    """What a stiffness factor means."""
-
-    dynamic = "dynamic"
-    """The dynamic stiffness at every static force is scaled, stops are re-tuned: the thesis."""
-    part = "part"
-    """The rubber itself is scaled: it settles elsewhere, nearer to or further from its stops."""
 
 
 _AMPLITUDE = {Kernel.numpy: NUMPY_AMPLITUDE, Kernel.numba: NUMBA_AMPLITUDE}

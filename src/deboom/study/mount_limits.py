@@ -31,12 +31,9 @@ from deboom.vehicles.mount_requirements import (
     NaturalFrequencies,
     OperatingStiffness,
     Quantity,
-    StaticFactor,
     TorqueTravel,
     WeightSag,
 )
-
-_FACTORS = {Factor.dynamic: StaticFactor.DYNAMIC, Factor.part: StaticFactor.PART}
 
 
 @dataclass(frozen=True, eq=False)
@@ -154,7 +151,7 @@ def mount_limits(
         return MountLimits()
     content = load_limits(path)
     try:
-        pairs = _quantities(content, runs, _FACTORS[factor])
+        pairs = _quantities(content, runs, factor)
     except InputError as error:
         raise InputError(f"{path}: {error}") from None
     requirements = MountRequirements(robust.space.names, tuple(one for one, _ in pairs))
@@ -169,7 +166,7 @@ def mount_limits(
 
 
 def _quantities(
-    content: LimitsFile, runs: Operation, factor: StaticFactor
+    content: LimitsFile, runs: Operation, factor: Factor
 ) -> list[tuple[Quantity, tuple[Limit, ...]]]:
     """Return what is limited with its limits, one per column."""
     powertrain = runs.platform.powertrain

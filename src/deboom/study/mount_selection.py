@@ -11,7 +11,7 @@ import numpy as np
 from deboom.errors import InputError
 from deboom.explore.fronts import ParetoFront, Verification, pareto_front, verification_response
 from deboom.explore.problems import SearchResult
-from deboom.explore.robust import Robust, RobustResponse, RobustValues
+from deboom.explore.robust import Robust, RobustResponse, RobustValues, joined
 from deboom.explore.selection import pick
 from deboom.files.platform import Platform
 from deboom.physics.arrays import RealArray
@@ -142,20 +142,7 @@ def evaluate_sets(
     for start in range(0, len(designs), BATCH):
         parts.append(robust(designs[start : start + BATCH]))
         progress(min(start + BATCH, len(designs)), len(designs), "sets of parts")
-    names = (
-        "designs",
-        "mean",
-        "sigma",
-        "mean_sum",
-        "sigma_sum",
-        "standard_error_mean_sum",
-        "standard_error_sigma_sum",
-        "failed",
-        "objectives",
-    )
-    values = RobustValues(
-        **{n: np.concatenate([getattr(part, n) for part in parts]) for n in names}
-    )
+    values = joined(parts)
     if values.failed.any():
         raise InputError(f"the parts {catalogue.labels(sets[values.failed][0])} cannot be computed")
     return values

@@ -18,6 +18,7 @@ from deboom.files.run_list import RunEntry, check_files, readable_runs
 from deboom.report.overview import RunCard, render_overview
 
 INDEX = "index.html"
+INTERACTIVE = "interactive.html"
 SUMMARY = "summary.json"
 _STARTED = re.compile(r"(\d{4}-\d\d-\d\d)_(\d\d)(\d\d)(\d\d)")
 _FEW = 4
@@ -26,6 +27,7 @@ _COLUMNS = 5
 """Columns of a table that its line names."""
 _WHAT = {
     "report.html": "the page for a reader",
+    INTERACTIVE: "the page to explore the front: brush, pin two, read N/mm",
     "summary.json": "headline numbers, flat",
     RECORD: "how to get the same again: options, versions, hashes",
 }
@@ -72,6 +74,7 @@ def _card(entry: RunEntry, results: Path, special: Mapping[str, Any]) -> RunCard
         headlines=headlines(entry),
         folder=folder,
         report=f"{folder}/report.html" if page.is_file() else "",
+        interactive=f"{folder}/{INTERACTIVE}" if (entry.folder / INTERACTIVE).is_file() else "",
         special=", ".join(f"{name} {value}" for name, value in special.items()),
         call=" ".join(
             [

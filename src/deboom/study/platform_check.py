@@ -75,6 +75,8 @@ def check_platform(folder: Path) -> PlatformCheck:
         contents = read_contents(folder, file, faults.append)
         if contents.mounts is None:
             waiting.append("whether the tables fit the mounts")
+        if not contents.channels:
+            waiting.append("whether the files hold the channels")
         if faults:
             waiting.append("signs, frequency band and mount library")
         else:

@@ -29,7 +29,7 @@ MICRO = 1e6
 
 
 @dataclass(frozen=True)
-class TestCondition:
+class CurveCondition:
     """Where on its surface a curve is read: what a dynamic test machine is set to.
 
     Parameters
@@ -65,7 +65,7 @@ class StiffnessCurve:
         Of them, those of the first load case.
     curve_preload, curve_stiffness : array, shape (m,)
         The surface at one test condition, nan beyond what measurements back; empty without one.
-    condition : TestCondition or None
+    condition : CurveCondition or None
         Of the curve.
     """
 
@@ -77,7 +77,7 @@ class StiffnessCurve:
     n_first: int
     curve_preload: RealArray
     curve_stiffness: RealArray
-    condition: TestCondition | None
+    condition: CurveCondition | None
 
     @property
     def has_curve(self) -> bool:
@@ -250,7 +250,7 @@ def _surface_curve(
     channels: Sequence[str],
     label: str,
     model: KinematicModel | None,
-) -> tuple[TestCondition | None, RealArray, ComplexArray]:
+) -> tuple[CurveCondition | None, RealArray, ComplexArray]:
     """Read the surface at the loudest line of the first load case."""
     nothing = (None, np.empty(0), np.empty(0, dtype=complex))
     part = direction.characterised
@@ -263,7 +263,7 @@ def _surface_curve(
     frequency = loudest_line(study)
     line = int(np.argmin(np.abs(case.displacement.frequency - frequency)))
     moved = np.abs(case.displacement.select(channels).values[line])
-    condition = TestCondition(frequency, float(moved.mean()))
+    condition = CurveCondition(frequency, float(moved.mean()))
     torque = np.linspace(0.0, max(c.wheel_torque.max() for c, _ in study.load_cases), STEPS)
     stiffness, inside = surface.predict_masked(torque, condition.amplitude, frequency)
     preload = _preload(label, model, channels, torque, np.full(STEPS, frequency))

@@ -17,6 +17,7 @@ from deboom.report.page import render_page
 from deboom.study.motion_report import motion_report
 from deboom.study.supplier_curves import stiffness_curves
 from deboom.study.supplier_effects import ALL, SupplierEffects, part_table
+from deboom.study.supplier_figures import SupplierContent, supplier_figures
 from deboom.study.supplier_names import (
     ShownNames,
     page_text,
@@ -24,7 +25,7 @@ from deboom.study.supplier_names import (
     shown_names,
     workbook_text,
 )
-from deboom.study.supplier_page import SupplierContent, supplier_figures, supplier_page
+from deboom.study.supplier_page import supplier_page
 from deboom.study.supplier_pick import Pick
 from deboom.study.supplier_study import SupplierStudy, supplier_study
 from deboom.study.supplier_tables import (

@@ -14,7 +14,7 @@ from deboom.mounts.operating_stiffness import mean_operating_stiffness
 from deboom.study.motion_report import factor_name, motion_name
 from deboom.study.robust_front import N_PER_MM, NOTICEABLE
 from deboom.study.supplier_curves import MICRO, StiffnessCurve, preload_factor
-from deboom.study.supplier_effects import CHANGE, HALF_WIDTH, SupplierEffects
+from deboom.study.supplier_effects import ALL, CHANGE, HALF_WIDTH, SupplierEffects
 from deboom.study.supplier_names import ShownNames
 from deboom.study.supplier_study import Direction, Need, SupplierStudy
 
@@ -189,6 +189,25 @@ def part_summary(parts: pd.DataFrame) -> pd.DataFrame:
             }
         )
     return pd.DataFrame(rows)
+
+
+def one_part_table(parts: pd.DataFrame, mount: str) -> pd.DataFrame:
+    """One row per vehicle: what this part does alone, beside all parts together."""
+    alone = parts[parts["changed"] == f"only {mount}"].reset_index(drop=True)
+    together = parts[parts["changed"] == ALL].reset_index(drop=True)
+    return pd.DataFrame(
+        {
+            "vehicle": alone["vehicle"],
+            f"only {mount} [dB]": alone[CHANGE],
+            HALF_WIDTH: alone[HALF_WIDTH],
+            f"{ALL} [dB]": together[CHANGE],
+            "sigma today [dB]": alone["sigma today [dB]"],
+            f"sigma, only {mount} [dB]": alone["sigma then [dB]"],
+            "loudest peak [Hz]": alone["loudest peak [Hz]"],
+            "peak today [dB(A)]": alone["peak today [dB(A)]"],
+            f"peak, only {mount} [dB(A)]": alone["peak then [dB(A)]"],
+        }
+    )
 
 
 def quality_table(directions: Sequence[Direction]) -> pd.DataFrame:

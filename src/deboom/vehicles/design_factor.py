@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from enum import Enum
 from functools import cached_property
 from typing import Protocol
 
@@ -24,6 +25,17 @@ from deboom.vehicles.coupled_motion import CoupledMotion
 from deboom.vehicles.kinematic_model import KinematicModel
 from deboom.vehicles.static_position import StaticPosition
 from deboom.vehicles.surface_limits import backed_range
+
+
+class Factor(Enum):
+    """What a stiffness factor means."""
+
+    dynamic = "dynamic"
+    """The dynamic stiffness at every static force is scaled, stops are re-tuned (the thesis): of
+    the quasi-static curve ``F(u)`` it makes ``F(x u)``."""
+    part = "part"
+    """The rubber itself is scaled, ``x F(u)``: it settles elsewhere, nearer to or further from its
+    stops."""
 
 
 class StiffnessRatio(Protocol):
@@ -72,7 +84,7 @@ class DynamicRatio:
 class DynamicFactor:
     """``K(F0) → x K(F0)``: the dynamic stiffness at every static force, stops re-tuned."""
 
-    name: str = "dynamic"
+    name: str = Factor.dynamic.value
 
     def ratio(
         self,
@@ -102,7 +114,7 @@ class PartFactor:
     """
 
     model: KinematicModel
-    name: str = "part"
+    name: str = Factor.part.value
 
     def ratio(
         self,

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from enum import Enum
 from typing import Protocol
 
 import numpy as np
@@ -18,6 +17,7 @@ from deboom.errors import InputError
 from deboom.mounts.mount import AXES, Mount
 from deboom.physics import rigid_body
 from deboom.physics.arrays import RealArray
+from deboom.vehicles.design_factor import Factor
 from deboom.vehicles.kinematic_model import KinematicModel
 from deboom.vehicles.powertrain import Powertrain
 from deboom.vehicles.static_balance import balanced_deflection
@@ -28,15 +28,6 @@ GRAVITY = 9.80665
 """Standard acceleration of free fall [m/s²]."""
 MILLIMETRES = 1e3
 N_PER_MM = 1e-3
-
-
-class StaticFactor(Enum):
-    """What a stiffness factor does to the quasi-static curve ``F(u)``."""
-
-    DYNAMIC = "dynamic"
-    """The stiffness at every force is multiplied, stops move along: ``F(x u)`` (the thesis)."""
-    PART = "part"
-    """The force at every deflection is multiplied, stops stay: ``x F(u)``."""
 
 
 class Quantity(Protocol):
@@ -166,14 +157,14 @@ class TorqueTravel:
         Engine torque times total ratio [N m].
     directions : tuple of str
         ``<mount> [<piece>] <axis>``.
-    factor : StaticFactor
-        What a stiffness factor does to the curves.
+    factor : Factor
+        What a stiffness factor means for the curves.
     """
 
     model: KinematicModel
     wheel_torque: float
     directions: tuple[str, ...]
-    factor: StaticFactor = StaticFactor.DYNAMIC
+    factor: Factor = Factor.dynamic
     unit: str = "mm"
 
     def __post_init__(self) -> None:
@@ -190,7 +181,7 @@ class TorqueTravel:
         springs = _springs(self.model)
         scale = _of_directions(self.model.mounts, factors)
         stretch, gain = scale, np.ones_like(scale)
-        if self.factor is StaticFactor.PART:
+        if self.factor is Factor.part:
             stretch, gain = gain, stretch
 
         def force(deflection: RealArray) -> RealArray:

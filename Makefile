@@ -9,7 +9,7 @@ EXTRAS := fast,cluster,modal,postgres,dev
 .PHONY: study test coverage lint bench validate pictures constraints clean
 
 study: $(READY)
-	$(BIN)/deboom run studies/u06_robust_front.py
+	$(BIN)/deboom run studies/u06_platform.py
 
 test: $(READY)
 	$(BIN)/python -m pytest -n auto

@@ -47,6 +47,8 @@ def report(
         if interactive:
             if anonymous:
                 raise InputError("--anonymous belongs to --supplier: no other page hides names")
+            if mount and not supplier:
+                raise InputError("--mount belongs to --supplier: the other page has all mounts")
             from deboom.study.interactive_front import write_interactive_page
 
             typer.echo(write_interactive_page(run, studies=studies, out=out).as_posix())

@@ -10,8 +10,8 @@ from deboom.measurement.channels import Frf
 from deboom.measurement.impacts import Impact
 from deboom.measurement.inertance_test import (
     ACCELERATION_PER_FORCE,
+    CompressorMount,
     Drawing,
-    DrawnMount,
     InertanceTest,
 )
 from deboom.measurement.placement_tolerances import PlacementTolerances
@@ -67,7 +67,7 @@ def test_what_does_not_fit_is_refused(changes, words):
 
 
 def test_a_drawing_is_a_body_on_mounts():
-    mount = DrawnMount("mount 1", np.zeros(3), np.zeros(3), np.ones(3))
+    mount = CompressorMount("mount 1", np.zeros(3), np.zeros(3), np.ones(3))
     drawing = Drawing(6.8, np.zeros(3), np.eye(3), (mount,))
     assert replace(TEST, drawing=drawing).drawing.mounts[0].name == "mount 1"
     with pytest.raises(InputError, match="mount 1: a static stiffness must be positive"):

@@ -234,6 +234,7 @@ class Compressor:
         Parameters
         ----------
         rows : array, shape (n, 6)
+            Motion of the body → motion of one point each, along one direction [1, m].
         positions : array, shape (n, 3)
             Of the points [m].
 

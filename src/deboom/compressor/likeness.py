@@ -27,7 +27,7 @@ def frac(
     Parameters
     ----------
     measured, identified : array, shape (n_frequency, 6, 6)
-        Inertance or apparent mass.
+        Inertance or apparent mass, each in its SI units.
     frequency : array, shape (n_frequency,)
         [Hz].
     band : (float, float)

@@ -16,6 +16,7 @@ def mac_matrix(first: npt.ArrayLike, second: npt.ArrayLike) -> RealArray:
     Parameters
     ----------
     first : array, shape (n_first, n_output)
+        Real or complex, of any scale.
     second : array, shape (n_second, n_output)
         The same outputs in the same order; outputs of one unit, since the largest ones count.
 

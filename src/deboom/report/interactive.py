@@ -25,6 +25,7 @@ LEVEL_STEP = 0.01
 """Resolution of the levels in the page [dB]."""
 MAX_BYTES = 6_000_000
 """Size of the page that is not exceeded [byte]."""
+_SCRIPTS = ("interactive_state.js", "interactive_pictures.js", "interactive_controls.js")
 _BYTES_PER_VALUE = 12
 _BYTES_PER_LEVEL = 8 / 3
 _PROGRAM = 100_000
@@ -173,7 +174,7 @@ def render_interactive(front: InteractiveFront) -> str:
             f"with all picks, so that the page stays below {MAX_BYTES // 1_000_000} MB."
         )
     room = files("deboom.report")
-    script = room.joinpath("interactive.js").read_text(encoding="utf-8")
+    script = "\n".join(room.joinpath(name).read_text(encoding="utf-8") for name in _SCRIPTS)
     digest = base64.b64encode(hashlib.sha256(script.encode("utf-8")).digest()).decode("ascii")
     environment = Environment(
         autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True

@@ -1,0 +1,180 @@
+"use strict";
+// Pictures and form controls show one state and change it through the same few functions (actions,
+// below). Brushes are steps of an axis, so that a drag and a slider mean the same.
+
+const front = JSON.parse(document.getElementById("front").textContent);
+const STEPS = 200;
+const [WIDE, CLOSE] = [56, 42]; // gaps between axes [px]: below it names are slanted; the least
+const TODAY = -1;
+const SVG = "http://www.w3.org/2000/svg";
+const COLOUR = { a: "#1f2933", b: "#b5478a", chosen: "#0b4f7d", other: "#c3cad2", today: "#5f6b7a", walk: "#e69f00" };
+const axes = front.axes;
+const designs = front.points.map((_, design) => design);
+const levels = decoded(front.levels);
+const byId = (id) => document.getElementById(id);
+
+const state = {
+  brushes: new Map(), // axis → [lowest step, highest step]
+  pins: { a: startPin(["best mean"], 0), b: startPin(["knee", "best sigma"], TODAY) },
+  stiffness: true, // numbers in N/mm, otherwise as factors
+  vehicles: false, // whether vehicles have axes of their own
+  across: axes.find((axis) => axis.kind === "objective") || axes[0],
+  up: axes.filter((axis) => axis.kind === "objective")[1] || axes[axes.length - 1],
+  line: Math.floor(front.frequency.length / 2),
+  walk: null, // design under the pointer or the arrow keys
+};
+let selected = designs;
+
+function startPin(names, otherwise) {
+  for (const name of names) {
+    const design = front.picks.indexOf(name);
+    if (design >= 0) return design;
+  }
+  return otherwise;
+}
+
+function decoded(text) {
+  const bytes = Uint8Array.from(atob(text), (character) => character.charCodeAt(0));
+  const view = new DataView(bytes.buffer);
+  const values = new Float32Array(bytes.length / 2);
+  for (let at = 0; at < values.length; at++) values[at] = view.getInt16(2 * at, true) * front.levelStep;
+  return values;
+}
+
+// ---- quantities
+
+const valueOf = (axis, design) => (design === TODAY ? axis.today : axis.values[design]);
+const inStiffness = (axis) => state.stiffness && axis.stiffness !== null;
+const unitOf = (axis) => (inStiffness(axis) ? "N/mm" : axis.unit);
+const stepOf = (axis, value) => ((value - axis.lower) / (axis.upper - axis.lower)) * STEPS;
+const atStep = (axis, step) => axis.lower + (step / STEPS) * (axis.upper - axis.lower);
+const isDecibel = (axis) => axis.unit.startsWith("dB");
+const shownAxes = () => axes.filter((axis) => state.vehicles || axis.kind !== "vehicle");
+
+function levelsOf(design, vehicle) {
+  const lines = front.frequency.length;
+  const first = ((design + 1) * front.vehicles.length + vehicle) * lines;
+  return levels.subarray(first, first + lines);
+}
+
+function text(value, decimals) {
+  const plain = Math.abs(value).toFixed(decimals);
+  return (value < 0 && Number(plain) !== 0 ? "−" : "") + plain;
+}
+
+function signed(value, decimals) {
+  const words = text(value, decimals);
+  return value > 0 && Number(words) !== 0 ? "+" + words : words;
+}
+
+function decimalsOf(axis, scale = 1) {
+  if (isDecibel(axis)) return axis.upper - axis.lower < 0.3 ? 3 : 2;
+  if (scale === 1 && axis.unit === "1") return 3;
+  return Math.max(0, 2 - Math.floor(Math.log10(Math.max(1e-9, Math.abs(axis.lower), Math.abs(axis.upper)) * scale)));
+}
+
+function shownValue(axis, value) {
+  const scale = inStiffness(axis) ? axis.stiffness : 1;
+  return text(value * scale, decimalsOf(axis, scale));
+}
+
+const withUnit = (axis, value) => shownValue(axis, value) + (unitOf(axis) === "1" ? "" : " " + unitOf(axis));
+
+function nameOf(design) {
+  if (design === TODAY) return "today's";
+  const pick = front.picks[design];
+  return "design " + front.points[design] + (pick ? ", " + pick : "");
+}
+
+function ticks(lower, upper, wanted) {
+  const rough = (upper - lower) / wanted;
+  const power = 10 ** Math.floor(Math.log10(rough));
+  const step = power * [1, 2, 5, 10].find((factor) => factor * power >= rough * 0.999);
+  const found = [];
+  for (let at = Math.ceil(lower / step - 1e-9); at * step <= upper + step * 1e-9; at++) found.push(at * step);
+  return { values: found, decimals: Math.max(0, -Math.floor(Math.log10(step) + 1e-9)) };
+}
+
+// ---- actions: everything that a pointer, a key or a control can ask for
+
+function brush(axis, from, to) {
+  const low = Math.max(0, Math.min(STEPS, Math.round(Math.min(from, to))));
+  const high = Math.max(0, Math.min(STEPS, Math.round(Math.max(from, to))));
+  if (low === 0 && high === STEPS) state.brushes.delete(axis);
+  else state.brushes.set(axis, [low, high]);
+  redraw();
+}
+
+function clearBrush(axis) {
+  state.brushes.delete(axis);
+  redraw();
+}
+
+function clearBrushes() {
+  state.brushes.clear();
+  redraw();
+}
+
+function pin(which, design) {
+  state.pins[which] = design;
+  drawMarks();
+  drawKey();
+  drawWords();
+  drawStiffness();
+  drawVehicles();
+}
+
+const clickedPin = () => (byId("click-b").checked ? "b" : "a");
+
+function walkTo(design, spoken) {
+  if (state.walk === design) return;
+  state.walk = design;
+  drawMarks();
+  if (!spoken || design === null) return;
+  const objectives = axes.filter((axis) => axis.kind === "objective");
+  const words = objectives.map((axis) => axis.name + " " + withUnit(axis, valueOf(axis, design)));
+  byId("walk").textContent = nameOf(design) + ": " + words.join(", ");
+}
+
+function walkByKey(event) {
+  const place = selected.indexOf(state.walk);
+  const last = selected.length - 1;
+  const to = {
+    ArrowRight: Math.min(place + 1, last), ArrowDown: Math.min(place + 1, last),
+    ArrowLeft: Math.max(place - 1, 0), ArrowUp: Math.max(place - 1, 0), Home: 0, End: last,
+  }[event.key];
+  if (to !== undefined && last >= 0) walkTo(selected[to], true);
+  else if (event.key === "Enter" && state.walk !== null) {
+    const which = clickedPin();
+    pin(event.shiftKey ? { a: "b", b: "a" }[which] : which, state.walk);
+  } else if (event.key === "Escape") clearBrushes();
+  else return;
+  event.preventDefault();
+}
+
+function exportSelection() {
+  const variables = axes.filter((axis) => axis.kind === "variable");
+  const heads = ["point", "pick", "pin"];
+  for (const axis of variables) {
+    heads.push(`${axis.name} [${axis.unit}]`);
+    if (axis.stiffness !== null) heads.push(`${axis.name} [N/mm]`);
+  }
+  const others = axes.filter((axis) => axis.kind !== "variable");
+  heads.push(...others.map((axis) => `${axis.name} [${axis.unit}]`));
+  const rows = selected.map((design) => {
+    const pins = ["a", "b"].filter((which) => state.pins[which] === design);
+    const row = [front.points[design], front.picks[design], pins.join(" ").toUpperCase()];
+    for (const axis of variables) {
+      row.push(axis.values[design]);
+      if (axis.stiffness !== null) row.push(Number((axis.values[design] * axis.stiffness).toPrecision(7)));
+    }
+    return row.concat(others.map((axis) => axis.values[design]));
+  });
+  const quoted = (cell) => (/[",\n\r]/.test(cell) ? `"${String(cell).replace(/"/g, '""')}"` : String(cell));
+  const lines = [heads, ...rows].map((row) => row.map(quoted).join(",") + "\n");
+  const link = document.createElement("a");
+  link.href = URL.createObjectURL(new Blob(["\ufeff", ...lines], { type: "text/csv;charset=utf-8" }));
+  link.download = front.run.replace(/[^\w.-]+/g, "-") + "_selection.csv";
+  link.click();
+  setTimeout(() => URL.revokeObjectURL(link.href), 10000);
+}

@@ -7,9 +7,9 @@ its own, too: group_correlation, u06_correlation, u06_robust_front, u06_sensitiv
 the DOE, the front is that of u06_robust_front, byte for byte.
 
 Keys of summary.json: those of the four studies, such as splv_change_db_per_line_U06-1,
-r_group_min, r_u06_1_4_min, r_u06_5_mean and st_TSM_x_U06-1. Of a key that two of them have the
-front's keeps its name; the correlation of groups has doe_, that within the group within_group_
-before it.
+r_group_min, r_u06_1_4_min, r_u06_5_mean and st_TSM_x_U06-1. Where two have the same key the front's
+keeps it (n_failed), then that of the groups (r_vehicle_min); the other gets doe_ or within_group_
+before it. surface_difference_at_peaks_db is that of all vehicles, n_runs counts sensitivities only.
 """
 
 from pathlib import Path

@@ -1,8 +1,14 @@
 """What all tests of whole studies share."""
 
+from pathlib import Path
+
 import pytest
 
+from deboom.explore.fronts import verify
 from deboom.report.figures import canvas
+from deboom.study.runner import load_study
+
+FRONT_STUDY = Path(__file__).parents[2] / "studies" / "u06_robust_front.py"
 
 PAGE_SIZES = ("test_supplier_report", "test_interactive_front")
 """Modules that hold the size of a page against its limit: there pictures are as delivered."""
@@ -18,3 +24,19 @@ def coarse_pictures(request):
         if request.module.__name__ not in PAGE_SIZES:
             patch.setattr(canvas, "DPI", 100)
         yield
+
+
+@pytest.fixture
+def quick_front(monkeypatch):
+    """Return the front study with 64 draws behind every verified number instead of 1024.
+
+    For tests of its options and words; those of its numbers verify in full.
+    """
+    study = load_study(FRONT_STUDY)
+
+    def few(*arguments, n_samples, seed):
+        assert n_samples == 1024
+        return verify(*arguments, n_samples=64, seed=seed)
+
+    monkeypatch.setitem(study.main.__globals__, "verify", few)
+    return study

@@ -8,15 +8,14 @@ import numpy as np
 import pytest
 
 from deboom.errors import InputError
-from deboom.explore.fronts import verify
 from deboom.files.platform import read_platform
 from deboom.study.motion import PART_WARNING, Factor, Kernel, Motion, motion_index
 from deboom.study.motion_report import motion_report
 from deboom.study.mount_source import MountSource, operation
-from deboom.study.runner import load_study, run_study
+from deboom.study.runner import run_study
 
 STUDY = Path(__file__).parents[2] / "studies" / "u06_robust_front.py"
-BUDGET = {"seed": 1, "generations": 2, "population": 8, "samples": 8, "load_case": ["g6_wot160"]}
+BUDGET = {"seed": 1, "generations": 1, "population": 4, "samples": 4, "load_case": ["g6_wot160"]}
 
 
 @pytest.fixture(scope="module")
@@ -25,23 +24,10 @@ def runs():
     return operation(platform, ["g6_wot160"], MountSource.library, "U06", (20, 60))
 
 
-@pytest.fixture
-def study(monkeypatch):
-    """Return the front study, its front verified with few draws: each solves the motion again."""
-    loaded = load_study(STUDY)
-
-    def few(*arguments, n_samples, seed):
-        assert n_samples == 1024
-        return verify(*arguments, n_samples=64, seed=seed)
-
-    monkeypatch.setitem(loaded.main.__globals__, "verify", few)
-    return loaded
-
-
-def test_part_with_amplitude_is_recorded_warned_of_and_checked(study, tmp_path, capsys):
+def test_part_with_amplitude_is_recorded_warned_of_and_checked(quick_front, tmp_path, capsys):
     pytest.importorskip("numba")
     options = {"motion": Motion.amplitude, "factor": Factor.part}
-    run = run_study(study, tmp_path, {**BUDGET, **options})
+    run = run_study(quick_front, tmp_path, {**BUDGET, **options})
     assert PART_WARNING in capsys.readouterr().err
     record = json.loads((run / "run.json").read_text())
     assert record["facts"]["motion"] == "amplitude-dependent"

@@ -22,8 +22,8 @@ PLATFORM = STUDY.parent / "data" / "u06_f39_f45"
 BUDGET = {"seed": 1, "generations": 12, "population": 24, "samples": 32}
 
 
-def run(out, **changes):
-    return run_study(load_study(STUDY), out, {**BUDGET, **changes})
+def run(out, study=None, **changes):
+    return run_study(study or load_study(STUDY), out, {**BUDGET, **changes})
 
 
 @pytest.fixture(scope="module")
@@ -128,23 +128,23 @@ def test_another_seed_another_front(finished, tmp_path):
         {"motion": Motion.coupled, "kernel": Kernel.numpy},
     ],
 )
-def test_options_change_what_is_asked(tmp_path, changes):
-    folder = run(tmp_path, generations=2, population=8, **changes)
+def test_options_change_what_is_asked(quick_front, tmp_path, changes):
+    folder = run(tmp_path, quick_front, generations=2, population=8, **changes)
     assert json.loads((folder / "summary.json").read_text())["n_evaluated"] == 16
 
 
-def test_spectra_as_source_need_no_library(tmp_path):
+def test_spectra_as_source_need_no_library(quick_front, tmp_path):
     platform = tmp_path / "platform"
     shutil.copytree(PLATFORM, platform, ignore=shutil.ignore_patterns("truth", LIBRARY_FILE))
     small = {"generations": 1, "population": 8, "platform": platform}
     with pytest.raises(InputError, match=r"has no mount library: export one .*--mounts spectra"):
         run(tmp_path, **small)
-    folder = run(tmp_path, **small, mounts=MountSource.spectra)
+    folder = run(tmp_path, quick_front, **small, mounts=MountSource.spectra)
     assert not (folder / "surface_check.csv").exists()
     assert len(json.loads((folder / "run.json").read_text())["inputs_sha256"]) == 30
 
 
-def test_lines_that_no_surface_knows_are_refused_or_measured_by_choice(tmp_path):
+def test_lines_that_no_surface_knows_are_refused_or_measured_by_choice(quick_front, tmp_path):
     platform = tmp_path / "platform"
     shutil.copytree(PLATFORM, platform, ignore=shutil.ignore_patterns("truth"))
     path = platform / "operating" / "g5_wot220_torque.csv"
@@ -154,7 +154,7 @@ def test_lines_that_no_surface_knows_are_refused_or_measured_by_choice(tmp_path)
     small = {"generations": 1, "population": 8, "platform": platform}
     with pytest.raises(InputError, match=r"1 of 241 lines, from 40 to 40 Hz, .* library-inside"):
         run(tmp_path, **small)
-    folder = run(tmp_path, **small, mounts=MountSource.library_inside)
+    folder = run(tmp_path, quick_front, **small, mounts=MountSource.library_inside)
     page = (folder / "report.html").read_text(encoding="utf-8")
     assert "TSM x (1 of 241 lines are outside)" in page
 
@@ -168,8 +168,8 @@ def test_the_script_runs_on_its_own_and_prints_its_folder_last(tmp_path):
     assert folder.parent == tmp_path / "u06_robust_front"
 
 
-def test_several_seeds_make_one_front_and_picks_go_on_by_gradient(finished, tmp_path):
-    folder = run(tmp_path, searches=2, polish=True)
+def test_several_seeds_make_one_front_and_picks_go_on_by_gradient(quick_front, finished, tmp_path):
+    folder = run(tmp_path, quick_front, searches=2, polish=True)
     assert json.loads((folder / "summary.json").read_text())["n_evaluated"] == 2 * 288
     one, both = (
         pd.read_csv(path / "front.csv")["SPLV mean sum in search [dB(A)]"].min()

@@ -11,15 +11,15 @@ from deboom.study.modal_part import modal_part
 from deboom.study.runner import load_study, run_study
 
 ROOT = Path(__file__).parents[1]
-PICTURES = ("spl_curves", "pareto_front", "stiffness_bars")
+PICTURES = ("spl_curves", "pareto_front", "stiffness_bars", "sobol", "vehicle_matrix")
 
 
 def main() -> None:
-    """Run the study with its default budget, copy three figures, and set a body in motion."""
+    """Run the study with its default budget, copy its best figures, and set a body in motion."""
     target = ROOT / "docs" / "pictures"
     target.mkdir(exist_ok=True)
     with tempfile.TemporaryDirectory() as folder:
-        study = load_study(ROOT / "studies" / "u06_robust_front.py")
+        study = load_study(ROOT / "studies" / "u06_platform.py")
         run = run_study(study, Path(folder), {"seed": 1})
         for stem in PICTURES:
             shutil.copyfile(run / "figures" / f"{stem}.png", target / f"{stem}.png")

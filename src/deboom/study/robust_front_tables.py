@@ -40,9 +40,7 @@ def design_table(study: RobustFront) -> pd.DataFrame:
 def convergence_table(study: RobustFront) -> pd.DataFrame:
     """One row per generation: hypervolume of the front so far, as the search saw it."""
     volume = study.search.hypervolume
-    return pd.DataFrame(
-        {"generation": np.arange(1, len(volume) + 1), "hypervolume [dB²]": volume}
-    )
+    return pd.DataFrame({"generation": np.arange(1, len(volume) + 1), "hypervolume [dB²]": volume})
 
 
 def per_vehicle_table(study: RobustFront) -> pd.DataFrame:

@@ -42,7 +42,6 @@ PACKAGES = (
     "SALib",
     "numba",
     "matplotlib",
-    "seaborn",
 )
 
 

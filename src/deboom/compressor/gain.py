@@ -52,13 +52,7 @@ class HyperbolicGain:
     offset: float
 
     def __post_init__(self) -> None:
-        if not all(map(math.isfinite, (self.limit, self.slope, self.offset))):
-            raise InputError("a gain factor needs finite limit, slope and offset")
-        if self.slope <= 0 or self.offset <= 0:
-            raise InputError(
-                f"a gain factor with slope {self.slope:g} s and offset {self.offset:g} has a pole "
-                "or falls with frequency: both must be positive"
-            )
+        _refuse_pole(self, "a gain factor", "s")
 
     def at(self, frequency: npt.ArrayLike) -> RealArray:
         """Value at each line.
@@ -211,13 +205,7 @@ class AmplitudeGain:
     offset: float
 
     def __post_init__(self) -> None:
-        if not all(map(math.isfinite, (self.limit, self.slope, self.offset))):
-            raise InputError("an amplitude gain needs finite limit, slope and offset")
-        if self.slope <= 0 or self.offset <= 0:
-            raise InputError(
-                f"an amplitude gain with slope {self.slope:g} 1/m and offset {self.offset:g} does "
-                "not fall with amplitude: both must be positive"
-            )
+        _refuse_pole(self, "an amplitude gain", "1/m")
 
     def at(self, amplitude: npt.ArrayLike) -> RealArray:
         """Value at each amplitude.
@@ -233,3 +221,14 @@ class AmplitudeGain:
             [1].
         """
         return self.limit + 1 / (self.slope * np.asarray(amplitude, dtype=float) + self.offset)
+
+
+def _refuse_pole(gain: HyperbolicGain | AmplitudeGain, what: str, unit: str) -> None:
+    """Refuse a hyperbola with a pole on the side where it is used."""
+    if not all(map(math.isfinite, (gain.limit, gain.slope, gain.offset))):
+        raise InputError(f"{what} needs finite limit, slope and offset")
+    if gain.slope <= 0 or gain.offset <= 0:
+        raise InputError(
+            f"{what} with slope {gain.slope:g} {unit} and offset {gain.offset:g} has a pole or "
+            "turns the wrong way: both must be positive"
+        )

@@ -52,7 +52,7 @@ class HyperbolicGain:
     offset: float
 
     def __post_init__(self) -> None:
-        _refuse_pole(self, "a gain factor", "s")
+        _refuse_pole(self, "a gain factor", "s", "falls with frequency")
 
     def at(self, frequency: npt.ArrayLike) -> RealArray:
         """Value at each line.
@@ -205,7 +205,7 @@ class AmplitudeGain:
     offset: float
 
     def __post_init__(self) -> None:
-        _refuse_pole(self, "an amplitude gain", "1/m")
+        _refuse_pole(self, "an amplitude gain", "1/m", "does not fall with amplitude")
 
     def at(self, amplitude: npt.ArrayLike) -> RealArray:
         """Value at each amplitude.
@@ -223,12 +223,12 @@ class AmplitudeGain:
         return self.limit + 1 / (self.slope * np.asarray(amplitude, dtype=float) + self.offset)
 
 
-def _refuse_pole(gain: HyperbolicGain | AmplitudeGain, what: str, unit: str) -> None:
+def _refuse_pole(gain: HyperbolicGain | AmplitudeGain, what: str, unit: str, fault: str) -> None:
     """Refuse a hyperbola with a pole on the side where it is used."""
     if not all(map(math.isfinite, (gain.limit, gain.slope, gain.offset))):
         raise InputError(f"{what} needs finite limit, slope and offset")
     if gain.slope <= 0 or gain.offset <= 0:
         raise InputError(
             f"{what} with slope {gain.slope:g} {unit} and offset {gain.offset:g} has a pole or "
-            "turns the wrong way: both must be positive"
+            f"{fault}: both must be positive"
         )

@@ -43,12 +43,18 @@ def section_text(module: ModuleType, rows: list[Claim], seconds: float) -> str:
         lines += [text.strip(), ""]
     lines += ["| claim | asked | measured | holds |", "|---|---|---|---|"]
     lines += [
-        f"| {row.topic} | {row.asked} | {row.measured} | {'yes' if row.holds else '**no**'} |"
+        f"| {_cell(row.topic)} | {_cell(row.asked)} | {_cell(row.measured)} | "
+        f"{'yes' if row.holds else '**no**'} |"
         for row in rows
     ]
     name = module.__name__.removeprefix("claims.")
     lines += ["", f"`python benchmarks/validate.py {name}` ({seconds:.0f} s)", ""]
     return "\n".join(lines)
+
+
+def _cell(text: str) -> str:
+    """A bar inside a cell, as in |K|, would end it."""
+    return text.replace("|", "\\|")
 
 
 def main(wanted: list[str]) -> None:

@@ -53,7 +53,7 @@ def section_text(module: ModuleType, rows: list[Claim], seconds: float) -> str:
 
 
 def _cell(text: str) -> str:
-    """A bar inside a cell, as in |K|, would end it."""
+    """Escape the bars of a cell, as in |K|, which would end it."""
     return text.replace("|", "\\|")
 
 

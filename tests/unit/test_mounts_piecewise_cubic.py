@@ -19,6 +19,7 @@ Y = np.tanh(4 * X[:, 0]) + 0.2 * X[:, 1]
 @parametrize_with_checks(
     [
         PiecewiseCubicRegressor(),
+        PiecewiseCubicRegressor(split="threshold"),
         PiecewiseCubicRegressor(pieces="cv", max_pieces=3),
     ]
 )

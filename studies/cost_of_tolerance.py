@@ -8,7 +8,6 @@ and reference 15 % are assumptions; --cost-table takes your own.
 What it showed, with seed 1 on the virtual platform: for today's money the scatter halves while the
 mean falls by 2.1 dB per line; x of all four mounts deserves the precision, TSM x first, and y of
 none. A quiet design with today's scatter saves the price of four halved tolerances.
-
 Keys of summary.json, of designs no louder than the quietest one by more than the margin, verified
 with 1024 draws: sigma_change_percent_at_todays_cost (against today's design),
 sigma_change_percent_by_allocation (against one tolerance everywhere at that cost and stiffness),
@@ -23,11 +22,11 @@ from typer import Option
 
 from deboom.explore.design_space import stiffness_factor_space
 from deboom.explore.problems import nsga2
-from deboom.explore.robust import RobustResponse
 from deboom.explore.tolerance_variables import ToleranceResponse
 from deboom.explore.workers import workers_for
 from deboom.files.platform import read_platform
 from deboom.study.context import RunContext
+from deboom.study.made_parts import made_parts
 from deboom.study.motion import Kernel, Motion, motion_index
 from deboom.study.mount_source import MountSource, operation
 from deboom.study.progress import progress_bar
@@ -52,6 +51,7 @@ def main(
     cost_table: Annotated[
         Path | None, Option(help="variable, weight, reference tolerance.")
     ] = None,
+    parts: Annotated[Path | None, Option(help="TOML: part numbers, batches, scatter.")] = None,
     load_case: Annotated[list[str] | None, Option(help="name or name=weight; repeatable.")] = None,
     group: Annotated[str, Option(help="Vehicles to serve.")] = "U06",
     platform: Annotated[Path, Option(help="Folder with platform.toml.")] = PLATFORM,
@@ -64,16 +64,16 @@ def main(
     """Search, verify and report."""
     runs = operation(read_platform(platform), load_case, mounts, group, band=(20, 60))
     index = motion_index(runs, motion, kernel)
-    space = stiffness_factor_space(index.variable_names, half_width=0.20, tolerance=tolerance)
-    sample = tolerance_sample(Sampler.sobol, space.n_variables, samples, seed=seed)
+    made = made_parts(parts, stiffness_factor_space(index.variable_names, 0.20, tolerance))
+    sample = tolerance_sample(Sampler.sobol, made.n_draws, samples, seed=seed)
     cost = tolerance_cost(cost_table, index.variable_names)
-    response = ToleranceResponse(RobustResponse(index, space, sample), tightest, widest, cost)
-    tables = (cost_table,) if cost_table else ()
+    response = ToleranceResponse(made.response(index, sample), tightest, widest, cost)
+    tables = (*((cost_table,) if cost_table else ()), *made.inputs)
     kept = run.checkpoint((*runs.platform.input_files, *tables)) if run else None
     with workers_for(response, workers) as spread, progress_bar("NSGA-II") as bar:
         search = nsga2(spread, population, generations, seed=seed, progress=bar, checkpoint=kept)
     found = ToleranceStudy(runs.platform, index, response, search, mean_margin, seed)
-    return runs.checked(tolerance_cost_result(found, tables))
+    return runs.checked(made.reported(tolerance_cost_result(found, tables)))
 
 
 if __name__ == "__main__":

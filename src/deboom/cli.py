@@ -15,6 +15,7 @@ from deboom.cli_orders import orders
 from deboom.cli_platform import check, new_app
 from deboom.cli_report import report
 from deboom.cli_results import compare, list_, show
+from deboom.cli_unbalance import unbalance
 
 app = typer.Typer(
     add_completion=False,
@@ -38,6 +39,7 @@ app.command()(show)
 app.command()(compare)
 app.command()(report)
 app.command()(identify)
+app.command()(unbalance)
 
 
 def _print_version(wanted: bool) -> None:

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from deboom.bench.compressor_plan import CalibrationLevel, CompressorCase
+from deboom.bench.compressor_plan import CalibrationLevel, CompressorCase, HoseCase
 
 bench_app = typer.Typer(
     no_args_is_help=True,
@@ -216,4 +216,168 @@ def compressor(
             case, identical_mounts, softening, flexible_receiver, flexible_body, hits
         )
         write_compressor_test(folder, seed, level, plan, noise_free=noise_free)
+        typer.echo(folder.as_posix())
+
+
+@bench_app.command("operation")
+def operation(
+    folder: Folder,
+    level: Annotated[
+        CalibrationLevel,
+        typer.Option(
+            help="How well sensors and impacts are calibrated and placed, see deboom bench "
+            "compressor."
+        ),
+    ] = CalibrationLevel.C2,
+    seed: Annotated[
+        int,
+        typer.Option(
+            help="From 1. Draws compressor, hoses, errors and noise; the compressor is the one of "
+            "deboom bench compressor."
+        ),
+    ] = 1,
+    case: Annotated[
+        CompressorCase,
+        typer.Option(help="table11: the thesis's mounts; random: drawn around the drawing."),
+    ] = CompressorCase.RANDOM,
+    hoses: Annotated[
+        HoseCase,
+        typer.Option(
+            help="The standard hoses: drawn: as catalogued; scattered: stiffness, mass and loss "
+            "0.75 to 1.3 times that; displaced: ports, directions and lengths are off, too."
+        ),
+    ] = HoseCase.SCATTERED,
+    hammer_with_hoses: Annotated[
+        bool,
+        typer.Option(
+            "--hammer-with-hoses",
+            help="A second hammer test with the standard hoses, compressor off: what identifies "
+            "hoses best.",
+        ),
+    ] = False,
+    mount_storage: Annotated[
+        float,
+        typer.Option(
+            help="Real part of the mounts' stiffness while it runs, over that under the hammer: "
+            "warmth, preload, amplitude. Try 0.9: the thesis's route errs below 50 Hz."
+        ),
+    ] = 1.0,
+    mount_loss: Annotated[
+        float, typer.Option(help="The same of the imaginary part. Try 1.1.")
+    ] = 1.0,
+    softening: Annotated[
+        bool,
+        typer.Option(
+            "--softening", help="Mounts soften with their amplitude: hit by hit, speed by speed."
+        ),
+    ] = False,
+    flexible_receiver: Annotated[
+        bool,
+        typer.Option("--flexible-receiver", help="A subframe with a mode at 38 Hz carries them."),
+    ] = False,
+    sense: Annotated[
+        int, typer.Option(help="1: the rotor turns from y to z; -1: from z to y.")
+    ] = 1,
+    time_record: Annotated[
+        bool,
+        typer.Option(
+            "--time-record",
+            help="A run-up from 50 to 60 Hz over time with tacho as well, 3 MB; readers track it.",
+        ),
+    ] = False,
+    noise_free: Annotated[
+        bool,
+        typer.Option("--noise-free", help="Every sensor and hit as stated, no noise."),
+    ] = False,
+) -> None:
+    """Write the test of a running refrigerant compressor: its unbalance shakes it.
+
+    A hammer test without hoses (hammer/), then speed sweeps from 1000 to 9000 1/min at 7.5 and 13.5
+    bar, with the hoses of the vehicle and with long soft ones, as spectra of first order with the
+    speed of the tacho (sweeps/, UFF), and an operation.toml that names them and the hoses as drawn.
+    Six unbalances leave 20 g mm and 1200 g mm²; gas forces grow with the pressure, unbalances do
+    not. The exact truth goes to the folder `truth/`, which no identification reads.
+
+    Try: deboom bench operation running --hammer-with-hoses --mount-storage 0.9 --mount-loss 1.1
+    """
+    from deboom.bench.compressor_operation_plan import OperationPlan
+    from deboom.bench.compressor_operation_writer import write_operating_test
+    from deboom.bench.compressor_plan import CompressorPlan
+    from deboom.study.runner import one_sentence_errors
+
+    with one_sentence_errors():
+        plan = OperationPlan(
+            CompressorPlan(case, softening=softening, flexible_receiver=flexible_receiver),
+            hoses,
+            hammer_with_hoses,
+            mount_storage,
+            mount_loss,
+            softening,
+            sense,
+            time_record,
+        )
+        write_operating_test(folder, seed, level, plan, noise_free=noise_free)
+        typer.echo(folder.as_posix())
+
+
+@bench_app.command("electric-car")
+def electric_car(
+    folder: Folder,
+    car: Annotated[str, typer.Option(help="Of the fleet, EV-1 to EV-5.")] = "EV-1",
+    fleet: Annotated[
+        int | None,
+        typer.Option(help="From 1. Draws another, unselected fleet; the frozen one if left out."),
+    ] = None,
+    level: Annotated[
+        CalibrationLevel,
+        typer.Option(help="How well sensors and impacts are calibrated and placed, on both."),
+    ] = CalibrationLevel.C2,
+    seed: Annotated[int, typer.Option(help="From 1. Draws hoses, errors and noise.")] = 1,
+    identical_mounts: Annotated[
+        bool,
+        typer.Option(
+            "--identical-mounts", help="All mounts of one part number, equal in both radial axes."
+        ),
+    ] = False,
+    hoses: Annotated[
+        HoseCase, typer.Option(help="The true hoses of the car, against their drawing.")
+    ] = HoseCase.SCATTERED,
+    hammer_with_hoses: Annotated[
+        bool,
+        typer.Option("--hammer-with-hoses", help="Strike the compressor with its hoses as well."),
+    ] = False,
+    mount_storage: Annotated[
+        float,
+        typer.Option(help="Real part of the mounts' stiffness in the car, over that on the rig."),
+    ] = 1.0,
+    mount_loss: Annotated[float, typer.Option(help="The same of the imaginary part.")] = 1.0,
+    noise_free: Annotated[
+        bool,
+        typer.Option("--noise-free", help="Every sensor and hit as stated, no noise."),
+    ] = False,
+) -> None:
+    """Write one electric car and its compressor as a laboratory measures them.
+
+    The compressor under the hammer (hammer/); its sweeps in the car with the car's hoses and with
+    long soft ones: compressor, body side of every mount, driver's ear (sweeps/, operation.toml);
+    the body under the hammer around every mount and hose end, compressor taken out: pressure at the
+    ear and acceleration (ntf/, car.toml). The exact truth goes to the folder `truth/`, which no
+    study reads.
+
+    Try: deboom bench electric-car car --car EV-2 --hammer-with-hoses
+    """
+    from deboom.bench.compressor_operation_plan import OperationPlan
+    from deboom.bench.compressor_plan import CompressorPlan
+    from deboom.bench.electric_car_writer import write_electric_car
+    from deboom.study.runner import one_sentence_errors
+
+    with one_sentence_errors():
+        plan = OperationPlan(
+            CompressorPlan(CompressorCase.TABLE11, identical_mounts),
+            hoses,
+            hammer_with_hoses,
+            mount_storage,
+            mount_loss,
+        )
+        write_electric_car(folder, seed, car, fleet, level, plan, noise_free=noise_free)
         typer.echo(folder.as_posix())

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from pathlib import Path
 from typing import Annotated
 
@@ -71,6 +70,7 @@ def identify(
     """
     from deboom.compressor.identify import IdentifyOptions
     from deboom.compressor.objectives import THESIS_BANDS
+    from deboom.study.band_option import band_of
     from deboom.study.compressor_identification import Beside
     from deboom.study.compressor_identify_command import identify_into_run
     from deboom.study.progress import progress_bar
@@ -78,7 +78,7 @@ def identify(
 
     with one_sentence_errors():
         options = IdentifyOptions(
-            bands=tuple(_band(text) for text in band) if band else THESIS_BANDS,
+            bands=tuple(band_of(text) for text in band) if band else THESIS_BANDS,
             largest_lines=lines,
             smallest_coherence=smallest_coherence,
             held_out=held_out,
@@ -95,16 +95,3 @@ def identify(
                 with_figures=figures,
             )
     typer.echo(run.as_posix())
-
-
-def _band(text: str) -> tuple[float, float]:
-    """Read ``10-30``."""
-    from deboom.errors import InputError
-
-    try:
-        low, high = (float(part) for part in text.split("-"))
-    except ValueError:
-        raise InputError(f"--band {text}: write it as LOW-HIGH in Hz, such as 10-30") from None
-    if not (0 < low < high and math.isfinite(high)):
-        raise InputError(f"--band {text}: the band must rise from above 0 Hz")
-    return low, high

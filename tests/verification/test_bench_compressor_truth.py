@@ -19,14 +19,19 @@ from deboom.bench.compressor_hits import (
     strike,
     without_noise,
 )
-from deboom.bench.compressor_plan import CalibrationLevel, CompressorCase, CompressorPlan
+from deboom.bench.compressor_plan import (
+    COMPRESSOR_DATA,
+    CalibrationLevel,
+    CompressorCase,
+    CompressorPlan,
+)
 from deboom.bench.compressor_rig import (
     NO_PLACEMENT_ERRORS,
     place,
     placement_errors,
     position_sheet,
 )
-from deboom.bench.compressor_truth import COMPRESSOR_DATA, true_compressor
+from deboom.bench.compressor_truth import true_compressor
 from deboom.bench.compressor_writer import write_compressor_test
 from deboom.bench.parameters import read_data
 from deboom.errors import InputError

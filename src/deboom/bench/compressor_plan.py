@@ -8,6 +8,9 @@ from enum import Enum
 
 from deboom.errors import InputError
 
+COMPRESSOR_DATA = "compressor.json"
+"""The bench's frozen data of compressor, rig, operation and hoses."""
+
 
 class CompressorCase(Enum):
     """Where the true compressor comes from."""
@@ -31,6 +34,17 @@ class CalibrationLevel(Enum):
     """3 %, 2 mm, 2°, hammer 1 %."""
 
 
+class HoseCase(Enum):
+    """Where the true hoses come from."""
+
+    DRAWN = "drawn"
+    """Exactly as drawn and catalogued."""
+    SCATTERED = "scattered"
+    """Stiffness, mass and loss from 0.75 to 1.3 times the catalogue's."""
+    DISPLACED = "displaced"
+    """Scattered, and off the drawing: ports by up to 4 mm, lengths by 4 %, directions by 9°."""
+
+
 @dataclass(frozen=True)
 class CompressorPlan:
     """The compressor under test and what is recorded of it.
@@ -50,6 +64,8 @@ class CompressorPlan:
         [Hz].
     hits : bool
         Write the blocks over time as well.
+    hoses : HoseCase or None
+        Joined to it; None where there are none.
 
     Raises
     ------
@@ -63,6 +79,7 @@ class CompressorPlan:
     flexible_receiver: bool = False
     flexible_body: float = 0.0
     hits: bool = False
+    hoses: HoseCase | None = None
 
     def __post_init__(self) -> None:
         if not (math.isfinite(self.flexible_body) and self.flexible_body >= 0):
@@ -70,3 +87,5 @@ class CompressorPlan:
                 f"a body cannot swing at {self.flexible_body} Hz: state a frequency, such as 400, "
                 "or 0 for a rigid one"
             )
+        if self.flexible_body and self.hoses is not None:
+            raise InputError("hoses hang on a rigid body here: leave out hoses or flexible body")

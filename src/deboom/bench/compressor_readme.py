@@ -6,6 +6,7 @@ from deboom.bench.compressor_functions import placed_impacts, placed_sensors
 from deboom.bench.compressor_hits import HitPlan
 from deboom.bench.compressor_plan import CompressorPlan
 from deboom.bench.compressor_rig import Sheet
+from deboom.files.operating_test_file import OperatingTestFile
 
 
 def readme_text(title: str, plan: CompressorPlan, hits: HitPlan, sheet: Sheet) -> str:
@@ -43,5 +44,31 @@ def readme_text(title: str, plan: CompressorPlan, hits: HitPlan, sheet: Sheet) -
             f"    node {row.node:<4} {row.impact} ({row.uff_direction})"
             for row in placed_impacts(sheet)
         ),
+    ]
+    return "\n".join(text) + "\n"
+
+
+def operation_readme(title: str, file: OperatingTestFile) -> str:
+    """Return ``README.txt`` of the test on a running compressor: every file."""
+    with_hoses = file.hammer_with_hoses
+    text = [
+        title,
+        "=" * len(title),
+        "",
+        "A refrigerant compressor on its rubber mounts, struck with a hammer at rest,",
+        "then run from 1000 to 9000 1/min at two pressures, with the standard hoses and with long",
+        "soft ones that have masses on them. Nobody measured this.",
+        "",
+        "SI units; time factor e^{+jwt}; complex peak amplitudes; phase from the tacho's pulse,",
+        "once per revolution, when the rotor's mark is on the y axis. UFF: binary, data set 58;",
+        "order spectra are type 0 over the frequency of rotation, with the tacho's speed; channels",
+        "over time are type 1, with its pulses.",
+        "",
+        "operation.toml         names every other file; hoses as drawn, deviations",
+        f"{file.sensor_table:22} where the accelerometers stood in the sweeps",
+        f"{file.hammer + '/':22} hammer test without hoses: see its README.txt",
+        *([f"{with_hoses + '/':22} the same with the standard hoses"] if with_hoses else []),
+        "sweeps/                one file per sweep",
+        "truth/                 the exact values behind, for verification only",
     ]
     return "\n".join(text) + "\n"

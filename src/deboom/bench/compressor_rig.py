@@ -6,8 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from deboom.bench.compressor_plan import CalibrationLevel
-from deboom.bench.compressor_truth import COMPRESSOR_DATA
+from deboom.bench.compressor_plan import COMPRESSOR_DATA, CalibrationLevel
 from deboom.bench.frozen import freeze_arrays
 from deboom.bench.parameters import read_data
 from deboom.physics.arrays import RealArray

@@ -11,8 +11,9 @@ from typing import Any
 
 import numpy as np
 
-from deboom.bench.compressor_plan import CompressorCase, CompressorPlan
+from deboom.bench.compressor_plan import COMPRESSOR_DATA, CompressorCase, CompressorPlan
 from deboom.bench.frozen import freeze_arrays
+from deboom.bench.hoses import Hose, held_stiffness, true_hoses
 from deboom.bench.parameters import read_data
 from deboom.physics.arrays import ComplexArray, RealArray
 from deboom.physics.rigid_body import (
@@ -21,8 +22,6 @@ from deboom.physics.rigid_body import (
     mount_stiffness_matrix,
     rotation_matrix,
 )
-
-COMPRESSOR_DATA = "compressor.json"
 
 
 @dataclass(frozen=True)
@@ -133,6 +132,8 @@ class Compressor:
         None where the ground is rigid.
     joint : Joint or None
         None where the body is rigid.
+    hoses : tuple of Hose
+        Whose other ends are held; a body with hoses is rigid.
     """
 
     mass: float
@@ -145,6 +146,7 @@ class Compressor:
     softening: Softening | None = None
     receiver: Receiver | None = None
     joint: Joint | None = None
+    hoses: tuple[Hose, ...] = ()
 
     def __post_init__(self) -> None:
         freeze_arrays(self)
@@ -177,7 +179,7 @@ class Compressor:
         ----------
         frequency : array, shape (f,)
             [Hz].
-        factors : array, shape (n_mount,), optional
+        factors : array, shape (n_mount,) or (f, n_mount), optional
             Of softening; by default 1.
 
         Returns
@@ -186,7 +188,7 @@ class Compressor:
             [N/m, N/rad, N m/rad].
         """
         factors = np.ones(len(self.positions)) if factors is None else factors
-        own = self.gain_at(frequency)[:, None, None] * (factors[:, None] * self.stiffness)
+        own = self.gain_at(frequency)[:, None, None] * (factors[..., None] * self.stiffness)
         if self.receiver is not None:
             # mount and receiver carry one force: their compliances add
             own = own / (1 + own * self.receiver.receptance(frequency)[:, None, None])
@@ -202,7 +204,7 @@ class Compressor:
         ----------
         frequency : array, shape (f,)
             From 0 [Hz].
-        factors : array, shape (n_mount,), optional
+        factors : array, shape (n_mount,) or (f, n_mount), optional
             Of softening; by default 1.
 
         Returns
@@ -210,7 +212,8 @@ class Compressor:
         array, shape (f, 6, 6), or (f, 12, 12) for a body of two parts
             The mounts hold the first part [N/m, N/rad, N m/rad].
         """
-        whole, held = self.mass_matrix, self.mount_stiffness(frequency, factors)
+        whole, mounts = self.mass_matrix, self.mount_stiffness(frequency, factors)
+        held = mounts + held_stiffness(self.hoses, frequency)
         squared = ((2 * np.pi * np.asarray(frequency)) ** 2)[:, None, None]
         if self.joint is None:
             return np.asarray(held - squared * whole)
@@ -262,11 +265,8 @@ def true_compressor(plan: CompressorPlan, generator: np.random.Generator) -> Com
     plan : CompressorPlan
         Which one.
     generator : Generator
-        Draws a random case: uniform around table 10, the gain around its true values.
-
-    Returns
-    -------
-    Compressor
+        Draws a random case: uniform around table 10, the gain around its true values; then the
+        hoses.
     """
     data = read_data(COMPRESSOR_DATA)
     case = _table_11(data) if plan.case is CompressorCase.TABLE11 else _random(data, generator)
@@ -291,6 +291,7 @@ def true_compressor(plan: CompressorPlan, generator: np.random.Generator) -> Com
         if plan.flexible_receiver
         else None,
         joint=Joint(plan.flexible_body) if plan.flexible_body else None,
+        hoses=true_hoses(plan.hoses, generator) if plan.hoses else (),
     )
 
 

@@ -25,24 +25,12 @@ from deboom.bench.compressor_hits import (
     strike,
     without_noise,
 )
-from deboom.bench.compressor_plan import CalibrationLevel, CompressorPlan
+from deboom.bench.compressor_laboratory import Laboratory, Purpose, draw, laboratory
+from deboom.bench.compressor_plan import COMPRESSOR_DATA, CalibrationLevel, CompressorPlan
 from deboom.bench.compressor_readme import readme_text
-from deboom.bench.compressor_rig import (
-    NO_PLACEMENT_ERRORS,
-    Placed,
-    Sheet,
-    place,
-    placement_errors,
-    position_sheet,
-)
-from deboom.bench.compressor_truth import (
-    COMPRESSOR_DATA,
-    Compressor,
-    inertia_tensor,
-    true_compressor,
-)
+from deboom.bench.compressor_rig import placement_errors
+from deboom.bench.compressor_truth import inertia_tensor
 from deboom.bench.parameters import read_data
-from deboom.errors import InputError
 from deboom.files.atomic import replace_text
 from deboom.files.inertance_test_file import (
     INERTANCE_TEST_FILE,
@@ -62,17 +50,12 @@ POSITIONS, FRF_FILE, COHERENCE_FILE, HITS = "positions.xlsx", "frf.uff", "cohere
 SCALES = 1e-3
 """Standard deviation of the weighed mass: a kitchen scale [1]."""
 
-_COMPRESSOR, _PLACING, _STRIKING, _WEIGHING = range(4)
-"""Purposes with random numbers of their own: one compressor under every level, and so on."""
-
 
 @dataclass(frozen=True)
 class _Measured:
     """One test, before it is written."""
 
-    compressor: Compressor
-    sheet: Sheet
-    placed: Placed
+    laboratory: Laboratory
     plan: HitPlan
     blows: Blows
 
@@ -112,26 +95,21 @@ def write_compressor_test(
     InputError
         Seed below 1; a folder that is not empty or cannot be written.
     """
-    if seed < 1:
-        raise InputError(f"seed {seed} is refused: seeds are whole numbers from 1")
     plan = plan or CompressorPlan()
-
-    def generator(purpose: int) -> np.random.Generator:
-        return np.random.default_rng([seed, purpose])
-
-    compressor = true_compressor(plan, generator(_COMPRESSOR))
-    sheet, errors, hits = position_sheet(), placement_errors(level), hit_plan()
-    if noise_free:
-        errors, hits = NO_PLACEMENT_ERRORS, without_noise(hits)
-    placed = place(sheet, errors, generator(_PLACING))
+    there = laboratory(seed, level, plan, noise_free=noise_free)
+    hits = without_noise(hit_plan()) if noise_free else hit_plan()
+    # who strikes a second time, now with hoses, makes other errors
+    striking = Purpose.STRIKING if plan.hoses is None else Purpose.STRIKING_WITH_HOSES
     with complete_or_not_at_all(Path(folder)) as unfinished:
-        blows = strike(compressor, sheet, placed, hits, generator(_STRIKING))
-        measured = _Measured(compressor, sheet, placed, hits, blows)
-        weighed = compressor.mass
+        blows = strike(there.compressor, there.sheet, there.placed, hits, draw(seed, striking))
+        measured = _Measured(there, hits, blows)
+        weighed = there.compressor.mass
         if not noise_free:
-            off = SCALES * float(generator(_WEIGHING).standard_normal())
+            off = SCALES * float(draw(seed, Purpose.WEIGHING).standard_normal())
             weighed = round(weighed * (1 + off), 3)
         title = f"virtual compressor, {plan.case.value}, level {level.value}, seed {seed}"
+        if plan.hoses is not None:
+            title += ", with hoses"
         _write_files(unfinished, measured, plan, level, weighed, title)
         _write_truth(unfinished / "truth", measured, plan, level)
     return Path(folder)
@@ -145,7 +123,7 @@ def _write_files(
     weighed: float,
     title: str,
 ) -> None:
-    sheet, hits = measured.sheet, measured.plan
+    sheet, hits = measured.laboratory.sheet, measured.plan
     inertance, coherence = averaged(measured.blows, hits)
     write_uff(folder / FRF_FILE, frf_functions(sheet, hits.lines, inertance), binary=True)
     write_uff(
@@ -222,7 +200,8 @@ def _write_truth(
     folder: Path, measured: _Measured, plan: CompressorPlan, level: CalibrationLevel
 ) -> None:
     folder.mkdir()
-    compressor, sheet, placed = measured.compressor, measured.sheet, measured.placed
+    there = measured.laboratory
+    compressor, sheet, placed = there.compressor, there.sheet, there.placed
     lines, blows = measured.plan.lines, measured.blows
     factors = blows.factors.mean(axis=1)
     # of the rigid body at the amplitude of a usual hit: what a model with six motions can find
@@ -260,6 +239,7 @@ def _write_truth(
                 1,
             )
         ],
+        "hoses": None if plan.hoses is None else plan.hoses.value,
         "gain": compressor.gain,
         "static_stiffness": compressor.static_stiffness,
         "sensor_gain": placed.sensor_gain,

@@ -136,11 +136,26 @@ def gain_deviation(found: SelfCalibration, frequency: npt.ArrayLike) -> ComplexA
 
 
 def propagated(found: SelfCalibration, of: Callable[[CompressorModel], RealArray]) -> RealArray:
-    """Covariance of any function of the model, to first order.
+    """Covariance of any function of the model, to first order; see `propagated_from`."""
+    return propagated_from(
+        found.parametrisation.model, found.values, found.parameter_covariance, of
+    )
+
+
+def propagated_from(
+    model: Callable[[RealArray], CompressorModel],
+    values: RealArray,
+    covariance: RealArray,
+    of: Callable[[CompressorModel], RealArray],
+) -> RealArray:
+    """Covariance of any function of a model whose parameters have a covariance, to first order.
 
     Parameters
     ----------
-    found : SelfCalibration
+    model : callable
+        Parameters → model.
+    values : array, shape (n_parameters,)
+    covariance : array, shape (n_parameters, n_parameters)
     of : callable
         Model → array, shape (n,).
 
@@ -148,13 +163,12 @@ def propagated(found: SelfCalibration, of: Callable[[CompressorModel], RealArray
     -------
     array, shape (n, n)
     """
-    covariance = found.parameter_covariance
     unit = np.sqrt(np.diag(covariance))
     slopes = []
     for number, step in enumerate(_STEP * unit):
         change = np.zeros(unit.size)
         change[number] = step
-        above, below = (of(found.parametrisation.model(found.values + s * change)) for s in (1, -1))
+        above, below = (of(model(values + s * change)) for s in (1, -1))
         slopes.append((above - below) / (2 * _STEP))
     columns = np.stack(slopes, axis=1)
     return np.asarray(columns @ (covariance / np.outer(unit, unit)) @ columns.T)

@@ -153,9 +153,7 @@ def verification_response(
     InputError
         See `sobol_sample`.
     """
-    sample = sobol_sample(
-        robust.space.n_variables, n_samples, seed=seed, purpose="verification sample"
-    )
+    sample = sobol_sample(robust.n_draws, n_samples, seed=seed, purpose="verification sample")
     return replace(robust, sample=sample)
 
 

@@ -244,6 +244,41 @@ def sample_statistics(values: RealArray) -> Moments:
     return Moments(values[0] + centre, sigma, mean_error, sigma_error)
 
 
+def moment_weights(
+    moments: Callable[[RealArray], Moments], values: RealArray, sigma: RealArray
+) -> tuple[RealArray, RealArray]:
+    """Return the derivatives of mean and sigma by the response to each draw.
+
+    Parameters
+    ----------
+    moments : callable
+        What an `Estimator` prepared.
+    values : array, shape (n_samples, r)
+        Responses.
+    sigma : array, shape (r,)
+        Their standard deviations.
+
+    Returns
+    -------
+    mean : array, shape (n_samples,)
+        The same for every response [1].
+    sigma : array, shape (n_samples, r)
+        Zero for a response without scatter [1].
+    """
+    n_samples = len(values)
+    per_sigma = np.divide(1.0, sigma, out=np.zeros_like(sigma), where=sigma > 0.0)
+    if isinstance(moments, FittedMoments):
+        fit = moments.fit(values)
+        middle = moments.terms.sum(axis=0) / n_samples
+        spare = n_samples - 1 - moments.terms.shape[1]
+        mean = 1.0 / n_samples - np.einsum("p,pt->t", middle, moments.solver)
+        along = fit.slope * moments.variance[:, None]
+        variance = np.einsum("pt,pr->tr", moments.solver, along) + fit.rest / spare
+        return mean, variance * per_sigma
+    deviation = values - values.sum(axis=0) / n_samples
+    return np.full(n_samples, 1.0 / n_samples), deviation * per_sigma / (n_samples - 1)
+
+
 def standard_error(influence: RealArray) -> float:
     """Return the standard error of a mean from its terms, shape (n_samples,), ``n > 1``."""
     centred = influence - influence.sum() / influence.size

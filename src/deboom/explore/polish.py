@@ -12,7 +12,7 @@ from scipy.optimize import minimize
 from deboom.errors import InputError
 from deboom.explore.arrays import RealArray
 from deboom.explore.evaluate import Evaluate, responses
-from deboom.explore.moments import FittedMoments
+from deboom.explore.moments import moment_weights
 from deboom.explore.objectives import MEAN_SUM, SIGMA_SUM
 from deboom.explore.robust import RobustResponse, RobustValues
 from deboom.explore.tolerance_samples import ToleranceSample
@@ -82,7 +82,7 @@ def sums_and_gradient(robust: RobustResponse, design: RealArray) -> tuple[RealAr
         raise InputError("a design on the way of a polish fails: leave its row out")
     moments = robust.estimator(normals)
     mean, sigma = moments(values)[:2]
-    mean_weight, sigma_weight = _weights(moments, values, sigma)
+    mean_weight, sigma_weight = moment_weights(moments, values, sigma)
     # a made design is x (1 + scatter)
     by_variable = _gradient_of(robust, made) * (made / design)[:, None, :]
     mean_gradient = np.einsum("t,trk->k", mean_weight, by_variable)
@@ -91,22 +91,6 @@ def sums_and_gradient(robust: RobustResponse, design: RealArray) -> tuple[RealAr
         mean_gradient = _gradient_of(robust, design[None, :])[0].sum(axis=0)
     sigma_gradient = np.einsum("tr,trk->k", sigma_weight, by_variable)
     return np.array([mean.sum(), sigma.sum()]), np.array([mean_gradient, sigma_gradient])
-
-
-def _weights(moments: object, values: RealArray, sigma: RealArray) -> tuple[RealArray, RealArray]:
-    """Return the derivatives of each mean (n,) and sigma (n, r) by the response to each draw."""
-    n_samples = len(values)
-    per_sigma = np.divide(1.0, sigma, out=np.zeros_like(sigma), where=sigma > 0.0)
-    if isinstance(moments, FittedMoments):
-        fit = moments.fit(values)
-        middle = moments.terms.sum(axis=0) / n_samples
-        spare = n_samples - 1 - moments.terms.shape[1]
-        mean = 1.0 / n_samples - np.einsum("p,pt->t", middle, moments.solver)
-        along = fit.slope * moments.variance[:, None]
-        variance = np.einsum("pt,pr->tr", moments.solver, along) + fit.rest / spare
-        return mean, variance * per_sigma
-    deviation = values - values.sum(axis=0) / n_samples
-    return np.full(n_samples, 1.0 / n_samples), deviation * per_sigma / (n_samples - 1)
 
 
 def _descend(robust: RobustResponse, start: RealArray, steps: int) -> RealArray:

@@ -212,6 +212,11 @@ class RobustResponse:
             objectives=objectives,
         )
 
+    @property
+    def n_draws(self) -> int:
+        """Number of independent draws that make one part: columns of its sample."""
+        return self.space.n_variables if self.structure is None else self.structure.n_draws
+
     def made(self, design: RealArray) -> RealArray:
         """Return one design (k,) as it is made, draw by draw, shape (n_samples, k)."""
         return self._made(design, self.sample.normals(design))

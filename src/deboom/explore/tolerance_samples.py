@@ -152,7 +152,7 @@ class FreshGaussianSampler:
         """Return the draws for one design (k,), shape (n_samples, k) [1]."""
         words = (np.asarray(design) + 0.0).astype("<f8").view("<u4")  # + 0.0 turns -0.0 into 0.0
         draws = generator(self.seed, "search sample", *words.tolist())
-        return _truncated_normal(draws.random((self.n_samples, self.n_variables)))
+        return truncated_normal(draws.random((self.n_samples, self.n_variables)))
 
 
 def sobol_sample(
@@ -189,7 +189,7 @@ def sobol_sample(
             f"take {2**exponent} or {2 ** (exponent + 1)}"
         )
     points = qmc.Sobol(n_variables, rng=generator(seed, purpose)).random_base2(exponent)
-    return ToleranceSample(_truncated_normal(points), "scrambled Sobol, shared", seed)
+    return ToleranceSample(truncated_normal(points), "scrambled Sobol, shared", seed)
 
 
 def gaussian_sample(
@@ -206,7 +206,7 @@ def gaussian_sample(
     """
     _check_size(n_variables, n_samples)
     draws = generator(seed, purpose).random((n_samples, n_variables))
-    return ToleranceSample(_truncated_normal(draws), "gaussian, shared", seed)
+    return ToleranceSample(truncated_normal(draws), "gaussian, shared", seed)
 
 
 def cut_normal_moments() -> tuple[float, float]:
@@ -225,7 +225,7 @@ def _check_size(n_variables: int, n_samples: int) -> None:
         )
 
 
-def _truncated_normal(uniform: RealArray) -> RealArray:
+def truncated_normal(uniform: RealArray) -> RealArray:
     """Map uniform draws in [0, 1) to the standard normal distribution cut at ±3."""
     below = ndtr(-TRUNCATION)
     return np.asarray(ndtri(below + uniform * (1.0 - 2.0 * below)))

@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.linalg import block_diag
 
 from deboom.errors import InputError
 from deboom.explore.arrays import RealArray, frozen_copy
@@ -20,15 +21,16 @@ class ToleranceStructure:
     names : tuple of str, length k
         The design variables.
     loadings : array, shape (k, m)
-        Scatter of the variables is ``loadings @ draws``, in standard deviations of each [1]. Rows
-        have length 1, so that every variable keeps its own tolerance.
+        Scatter of the variables is ``loadings @ draws``, in standard deviations of each [1]. A row
+        has length 1, so that the variable keeps its own tolerance, or less where it is the mean of
+        several pieces, which even out.
     draw_names : tuple of str, length m
         What each draw stands for, such as a part or a batch.
 
     Raises
     ------
     InputError
-        Another shape, a value that is not finite, or a row of another length.
+        Another shape, a value that is not finite, or a row of length 0 or longer than 1.
 
     Notes
     -----
@@ -49,10 +51,10 @@ class ToleranceStructure:
             )
         length = np.sqrt(np.einsum("km,km->k", loadings, loadings))
         for name, size in zip(self.names, length, strict=True):
-            if not abs(size - 1.0) < 1e-9:
+            if not 0.0 < size < 1.0 + 1e-9:
                 raise InputError(
                     f"the loadings of '{name}' have the length {size:g}: scale them to 1, or the "
-                    "variable's tolerance would change"
+                    "variable's tolerance would grow"
                 )
         object.__setattr__(self, "loadings", frozen_copy(loadings))
 
@@ -162,6 +164,95 @@ def correlated(names: Sequence[str], correlation: RealArray) -> ToleranceStructu
     length = np.sqrt(np.einsum("km,km->k", loadings, loadings))
     draws = tuple(f"draw {number}" for number in range(1, size + 1))
     return ToleranceStructure(tuple(names), loadings / length[:, None], draws)
+
+
+def independent(names: Sequence[str]) -> ToleranceStructure:
+    """Return the structure of variables that have nothing in common."""
+    return ToleranceStructure(tuple(names), np.eye(len(names)), tuple(names))
+
+
+def blended(parts: Sequence[tuple[float, ToleranceStructure]]) -> ToleranceStructure:
+    """Return the sum of independent kinds of scatter, such as that of batches and of pieces.
+
+    Parameters
+    ----------
+    parts : sequence of (float, ToleranceStructure)
+        Share of each kind in the variance of every variable, and how the variables scatter by it.
+        Draws are its own, even where another kind has one of the same name.
+
+    Returns
+    -------
+    ToleranceStructure
+        Its correlation is the mean of theirs, weighted with the shares. A kind without a share has
+        no draws.
+
+    Raises
+    ------
+    InputError
+        No kind, shares that are negative or do not sum to 1, variables that differ.
+    """
+    shares = [share for share, _ in parts]
+    if not parts or not all(share >= 0.0 for share in shares) or not abs(sum(shares) - 1.0) < 1e-9:
+        raise InputError(
+            f"kinds of scatter with the shares {shares} of the variance: give shares of at least 0 "
+            "that sum to 1"
+        )
+    names = parts[0][1].names
+    if any(structure.names != names for _, structure in parts):
+        raise InputError("kinds of scatter that are added must be those of the same variables")
+    used = [(share, structure) for share, structure in parts if share > 0.0]
+    loadings = np.hstack([np.sqrt(share) * structure.loadings for share, structure in used])
+    draws = tuple(name for _, structure in used for name in structure.draw_names)
+    return ToleranceStructure(names, loadings, draws)
+
+
+def beside(structures: Sequence[ToleranceStructure]) -> ToleranceStructure:
+    """Return several structures of different variables as one: they have nothing in common.
+
+    Raises
+    ------
+    InputError
+        No structure, or a variable in two of them.
+    """
+    names = tuple(name for structure in structures for name in structure.names)
+    twice = [name for name in names if names.count(name) > 1]
+    if not names or twice:
+        raise InputError(f"structures side by side need variables of their own: {twice or 'none'}")
+    loadings = block_diag(*(structure.loadings for structure in structures))
+    draws = tuple(name for structure in structures for name in structure.draw_names)
+    return ToleranceStructure(names, loadings, draws)
+
+
+def averaged(
+    structure: ToleranceStructure, pieces: Mapping[str, Sequence[str]]
+) -> ToleranceStructure:
+    """Return the structure of variables that are the mean of several pieces.
+
+    Parameters
+    ----------
+    structure : ToleranceStructure
+        Of the pieces' variables.
+    pieces : mapping of str to sequence of str
+        Variable → the variables of its pieces, at least one.
+
+    Raises
+    ------
+    InputError
+        A variable without pieces, or an unknown one.
+
+    Notes
+    -----
+    A factor on the stiffness of a mount with a left and a right piece is the mean of both pieces'
+    factors, exactly so where both contribute the same force.
+    """
+    rows = []
+    for name, members in pieces.items():
+        unknown = [member for member in members if member not in structure.names]
+        if unknown or not members:
+            raise InputError(f"variable '{name}' has no pieces, or unknown ones {unknown}")
+        places = [structure.names.index(member) for member in members]
+        rows.append(structure.loadings[places].sum(axis=0) / len(places))
+    return ToleranceStructure(tuple(pieces), np.array(rows), structure.draw_names)
 
 
 def _check_groups(names: Sequence[str], parts: Mapping[str, Sequence[str]]) -> None:

@@ -119,6 +119,8 @@ class Page:
     provenance : mapping of str
         How the numbers came about: ``command`` [text], ``inputs`` [file → SHA-256] and any
         further facts; mappings inside are written out.
+    compact : bool
+        Print with close spacing, for a sheet that shall fit on one page.
     """
 
     title: str
@@ -128,6 +130,7 @@ class Page:
     terms: tuple[str, ...] = ()
     warnings: tuple[str, ...] = ()
     provenance: Mapping[str, object] = field(default_factory=dict)
+    compact: bool = False
 
 
 def render_page(page: Page) -> str:

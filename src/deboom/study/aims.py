@@ -20,6 +20,7 @@ from deboom.explore.objectives import (
 )
 from deboom.explore.robust import RobustResponse
 from deboom.explore.tolerance_samples import ToleranceSampler
+from deboom.explore.tolerance_structure import ToleranceStructure
 
 TAIL = 0.95
 """Share of all parts below the quantile, and above which the worst parts are [1]."""
@@ -53,6 +54,7 @@ def robust_response(
     aim: Aim = Aim.mean,
     nominal_mean: bool = False,
     control_variate: bool = False,
+    structure: ToleranceStructure | None = None,
 ) -> RobustResponse:
     """Wrap a model with scatter as a study's options ask for.
 
@@ -64,6 +66,8 @@ def robust_response(
         What the search minimises.
     control_variate : bool
         Read mean and sigma with a parabola of the draws as control variate.
+    structure : ToleranceStructure, optional
+        What the scatter of the variables has in common.
 
     Raises
     ------
@@ -71,7 +75,9 @@ def robust_response(
         As `deboom.explore.robust.RobustResponse`.
     """
     estimator = ControlVariate(2) if control_variate else SAMPLE_MOMENTS
-    return RobustResponse(evaluate, space, sample, nominal_mean, estimator, _OBJECTIVES[aim])
+    return RobustResponse(
+        evaluate, space, sample, nominal_mean, estimator, _OBJECTIVES[aim], structure
+    )
 
 
 def aim_note(robust: RobustResponse) -> str:

@@ -187,6 +187,9 @@ def other_models(runs: Sequence[ComparedRun]) -> list[ComparedRun]:
     judge = runs[0].model
     others = []
     for run in runs[1:]:
+        if run.model.n_draws != judge.n_draws:
+            others.append(run)
+            continue
         model = replace(run.model, sample=judge.sample)
         rows = np.unique([0, len(run.designs) - 1])
         mine, theirs = (one(run.designs[rows]).objectives for one in (judge, model))

@@ -21,7 +21,7 @@ from deboom.files.inertance_test import read_inertance_test
 from deboom.files.run_folder import hash_files
 from deboom.measurement.inertance_test import InertanceTest
 from deboom.study.compressor_identification_truth import CompressorTruth, read_compressor_truth
-from deboom.study.progress import Progress
+from deboom.study.progress import Progress, counted
 
 STEPS = 7
 """Of `identified_test`, for progress."""
@@ -163,7 +163,7 @@ def identified_folder(
 ) -> IdentifiedTest:
     """Read and identify the test of a folder; see `read_test` and `identified_test`."""
     test, truth = read_test(folder, from_hits=from_hits)
-    return identified_test(test, truth, options, beside, _counted(progress, STEPS), folder)
+    return identified_test(test, truth, options, beside, counted(progress, STEPS), folder)
 
 
 def identified_virtual(
@@ -193,7 +193,7 @@ def identified_virtual(
     total = len(seeds) * STEPS
     done = []
     for place, seed in enumerate(seeds):
-        step = _counted(progress, total, place * STEPS, f"compressor {place + 1}: ")
+        step = counted(progress, total, place * STEPS, f"compressor {place + 1}: ")
         step("hammer test")
         plan = CompressorPlan(
             case=CompressorCase.TABLE11 if seed == 1 else CompressorCase.RANDOM,
@@ -205,17 +205,3 @@ def identified_virtual(
         own = beside if place == 0 else Beside(thesis=False)
         done.append(identified_test(test, truth, options, own, step))
     return done
-
-
-def _counted(
-    progress: Progress, total: int, first: int = 0, prefix: str = ""
-) -> Callable[[str], None]:
-    """Turn named steps into counted ones."""
-    done = first
-
-    def step(text: str) -> None:
-        nonlocal done
-        progress(min(done, total), total, prefix + text)
-        done += 1
-
-    return step

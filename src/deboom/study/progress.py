@@ -48,3 +48,33 @@ def progress_bar(title: str) -> Iterator[Progress]:
         yield progress
     finally:
         bar.close()
+
+
+def counted(
+    progress: Progress, total: int, first: int = 0, prefix: str = ""
+) -> Callable[[str], None]:
+    """Turn named steps into counted ones.
+
+    Parameters
+    ----------
+    progress : callable
+    total : int
+        Steps in all.
+    first : int
+        Done before.
+    prefix : str
+        Before every text.
+
+    Returns
+    -------
+    callable of str
+        To be called at the beginning of each step.
+    """
+    done = first
+
+    def step(text: str) -> None:
+        nonlocal done
+        progress(min(done, total), total, prefix + text)
+        done += 1
+
+    return step

@@ -34,6 +34,8 @@ class StudyResult:
         What the study settled itself, such as the kernel it used; goes into ``run.json``.
     documents : mapping of str to mapping
         File stem → what other studies load, such as an identified model; becomes ``<stem>.json``.
+    attachments : mapping of str to bytes
+        File name → content of further documents, such as a page for a supplier.
     """
 
     tables: Mapping[str, pd.DataFrame]
@@ -43,3 +45,4 @@ class StudyResult:
     inputs: tuple[Path, ...]
     facts: Mapping[str, Scalar] = field(default_factory=dict)
     documents: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
+    attachments: Mapping[str, bytes] = field(default_factory=dict)

@@ -268,12 +268,15 @@ def save_result(run: Run, result: StudyResult, record: Mapping[str, Any]) -> Non
         run.save_bytes(f"figures/{stem}.png", png)
     for stem, document in result.documents.items():
         run.save_json(f"{stem}.json", document)
+    for name, content in result.attachments.items():
+        run.save_bytes(name, content)
     run.save_json("summary.json", dict(result.summary))
     page = replace(result.page, provenance=_provenance(record))
     run.save_text("report.html", render_page(page))
     names = [f"{stem}.csv" for stem in result.tables]
     names += [f"figures/{stem}.png" for stem in result.figures]
     names += [f"{stem}.json" for stem in result.documents]
+    names += list(result.attachments)
     saved = [run.folder / name for name in (*names, "summary.json", "report.html")]
     shown = {
         "headlines": {headline.label: headline.value for headline in result.page.headlines},

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -15,9 +15,11 @@ from deboom.explore.sensitivity import sobol_designs
 from deboom.explore.sensitivity_inputs import design_inputs
 from deboom.explore.sigma_shares import SigmaShares, sigma_shares
 from deboom.explore.sobol_indices import SobolIndices, sobol_indices
-from deboom.explore.tolerance_samples import gaussian_sample
+from deboom.explore.tolerance_samples import sobol_sample
+from deboom.measurement.propagated_interval import Interval
 from deboom.physics.arrays import RealArray
-from deboom.study.supplier_study import SupplierStudy
+from deboom.study.supplier_certainty import SupplierCertainty
+from deboom.study.supplier_study import DRAWS, SupplierStudy
 from deboom.vehicles.booming_peaks import PeakChange, compare_peaks
 
 BASE_POINTS = 1024
@@ -26,13 +28,9 @@ PART = 4096
 """Designs that are evaluated at a time."""
 STEP = 0.01
 """By which a tolerance is made tighter: one percentage point [1]."""
-KNOWN_DRAWS = 256
-"""Of the measurement uncertainty of today's stiffnesses."""
-TWO_SIDED_95 = 1.959964
-"""Half width of a 95 % interval over its standard deviation, gaussian [1]."""
 ALL = "all parts"
+PICKED = "as searched"
 CHANGE = "change of level [dB]"
-HALF_WIDTH = "± 95 % [dB]"
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,28 +65,17 @@ class SupplierEffects:
         return dict(zip(self.designs, (splv[1:] - splv[0]) * self.study.per_vehicle, strict=True))
 
     @cached_property
-    def half_width(self) -> dict[str, RealArray]:
-        """Of the 95 % interval of `change` by today's measured stiffness, (n_vehicle,) [dB].
+    def certainty(self) -> SupplierCertainty:
+        """How sure these effects are, from measurements that are drawn again."""
+        loudest = [_loudest(changes) for changes in self.peaks(self.study.wanted).values()]
+        frequency = [change.frequency if change else np.nan for change in loudest]
+        designs = {**self.designs, PICKED: self.study.picked}
+        return SupplierCertainty(self.study, designs, np.array(frequency))
 
-        Notes
-        -----
-        Today's stiffness of each direction is off by an unknown factor, the same before and after,
-        with the standard deviation that its error budget states; directions are independent.
-        Directions without a usable surface have the measured force and add nothing.
-        """
-        study = self.study
-        relative = np.zeros(study.space.n_variables)
-        for direction in study.directions:
-            if direction.name not in study.unidentified and direction.half_width_95 > 0.0:
-                relative[direction.column] = direction.half_width_95 / TWO_SIDED_95
-        draws = gaussian_sample(study.space.n_variables, KNOWN_DRAWS, seed=study.run.seed).values
-        factors = 1.0 + relative * draws
-        before = study.index(factors * study.space.nominal)
-        found = {}
-        for name, design in self.designs.items():
-            moved = (study.index(factors * design) - before) * study.per_vehicle
-            found[name] = TWO_SIDED_95 * moved.std(axis=0, ddof=1)
-        return found
+    @cached_property
+    def half_width(self) -> dict[str, RealArray]:
+        """Of the 90 % interval of `change`, shape (n_vehicle,) [dB]."""
+        return {name: self.certainty.change(name).half_width for name in self.designs}
 
     @cached_property
     def importance(self) -> SobolIndices:
@@ -107,8 +94,15 @@ class SupplierEffects:
 
     @cached_property
     def shares(self) -> SigmaShares:
-        """Share of every draw in the scatter of the wanted design."""
-        return sigma_shares(self.study.check, self.study.wanted)
+        """Share of every direction in the scatter of the wanted design.
+
+        Each counts with all of its scatter, also with what parts or axes have in common.
+        """
+        study = self.study
+        if study.check.structure is None:
+            return sigma_shares(study.check, study.wanted)
+        draws = sobol_sample(study.space.n_variables, DRAWS, seed=study.run.seed)
+        return sigma_shares(replace(study.check, sample=draws, structure=None), study.wanted)
 
     @cached_property
     def tolerance_gain(self) -> RealArray:
@@ -163,24 +157,45 @@ def part_table(effects: SupplierEffects, shown: Callable[[str], str]) -> pd.Data
     shown : callable
         From a vehicle's name to the one that is shown.
     """
-    study, rows = effects.study, []
+    study, sure, rows = effects.study, effects.certainty, []
     scale = study.per_vehicle
     for place, (name, design) in enumerate(effects.designs.items(), 1):
         peaks = effects.peaks(design)
+        change, both = sure.change(name), ((None, 0, "today"), (name, place, "then"))
         for row, vehicle in enumerate(study.vehicles):
-            loudest = max(peaks[vehicle], key=lambda change: change.level_before, default=None)
-            sigma, today = effects.values.sigma[place, row], effects.values.sigma[0, row]
-            rows.append(
-                {
-                    "changed": name if name == ALL else f"only {name}",
-                    "vehicle": shown(vehicle),
-                    CHANGE: effects.change[name][row],
-                    HALF_WIDTH: effects.half_width[name][row],
-                    "sigma today [dB]": today * scale,
-                    "sigma then [dB]": sigma * scale,
-                    "loudest peak [Hz]": loudest.frequency if loudest else np.nan,
-                    "peak today [dB(A)]": loudest.level_before if loudest else np.nan,
-                    "peak then [dB(A)]": loudest.level_after if loudest else np.nan,
-                }
-            )
+            loudest = _loudest(peaks[vehicle])
+            levels = (loudest.level_before, loudest.level_after) if loudest else (np.nan, np.nan)
+            numbers: dict[str, float | str] = {
+                "changed": name if name == ALL else f"only {name}",
+                "vehicle": shown(vehicle),
+                **_with_interval(CHANGE, change.about(effects.change[name]), row),
+            }
+            for which, at, when in both:
+                sigma = sure.sigma(which).about(effects.values.sigma[at] * scale)
+                numbers |= _with_interval(f"sigma {when} [dB]", sigma, row)
+            numbers["loudest peak [Hz]"] = loudest.frequency if loudest else np.nan
+            for (which, _, when), level in zip(both, levels, strict=True):
+                peak = sure.peak(which).about(np.full(len(study.vehicles), level))
+                numbers |= _with_interval(f"peak {when} [dB(A)]", peak, row)
+            rows.append(numbers)
     return pd.DataFrame(rows)
+
+
+def half_width_label(label: str) -> str:
+    """Return the label of the half width that belongs to ``name [unit]``."""
+    name, _, unit = label.rpartition(" [")
+    return f"{name} ± 90 % [{unit}"
+
+
+def _with_interval(label: str, interval: Interval, row: int) -> dict[str, float]:
+    name, _, unit = label.rpartition(" [")
+    return {
+        label: float(interval.value[row]),
+        f"{name}, from [{unit}": float(interval.lower[row]),
+        f"{name}, to [{unit}": float(interval.upper[row]),
+    }
+
+
+def _loudest(changes: Sequence[PeakChange]) -> PeakChange | None:
+    """Return the peak that is loudest today."""
+    return max(changes, key=lambda change: change.level_before, default=None)

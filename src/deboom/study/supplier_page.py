@@ -7,12 +7,14 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from deboom.measurement.propagated_interval import Interval
 from deboom.report.page import Headline, Page, Picture, Section, Table
 from deboom.report.style import signed
 from deboom.study.motion import Factor
 from deboom.study.motion_report import factor_name
 from deboom.study.robust_front import NOTICEABLE
-from deboom.study.supplier_effects import ALL
+from deboom.study.supplier_certainty import MEASURED_AGAIN
+from deboom.study.supplier_effects import ALL, PICKED
 from deboom.study.supplier_figures import SupplierContent
 from deboom.study.supplier_study import DRAWS, Need
 from deboom.study.supplier_tables import one_part_table
@@ -45,25 +47,29 @@ AS_ON_A_MACHINE = (
 )
 NO_UNCERTAINTY = (
     "Today's stiffnesses come from operating spectra without a characterisation of the mounts: "
-    "nobody has stated how sure they are."
+    "their intervals rest on usual tolerances of a measuring chain, which nobody has stated."
 )
 REQUIREMENT = (
     "direction",
     "requirement",
     "today [N/mm]",
+    "± 90 % [%]",
     "wanted [N/mm]",
     "at least [N/mm]",
     "at most [N/mm]",
     "free from [N/mm]",
     "free to [N/mm]",
     "loss factor today [1]",
+    "loss factor ± 90 % [1]",
     "loss factor wanted [1]",
 )
 WORTH = (
     "direction",
     "tolerance today ± [%]",
     "share of sigma [%]",
+    "share of sigma ± 90 % [%]",
     "sigma saved per % tighter [0.001 dB]",
+    "sigma saved ± 90 % [0.001 dB]",
     "largest share [%]",
     "in",
 )
@@ -125,15 +131,16 @@ def _headlines(content: SupplierContent) -> tuple[Headline, ...]:
                 f"{row['today [N/mm]']:.0f} → {row['wanted [N/mm]']:.0f} N/mm",
                 f"{row['direction']}, the largest change",
             )
-    alone, together = effects.change[name], effects.change[ALL]
+    sure = effects.certainty
     worth = content.tables["tolerances"]
     top = worth.iloc[int(np.argmax(worth["share of sigma [%]"]))]
     return (
         first,
-        Headline(f"{signed(float(alone.mean()), 1)} dB", f"mean level, only {name} changes"),
-        Headline(f"{signed(float(together.mean()), 1)} dB", "mean level, all parts as wanted"),
+        Headline(_with_half_width(sure.mean_change(name)), f"mean level, only {name} changes"),
+        Headline(_with_half_width(sure.mean_change(ALL)), "mean level, all parts as wanted"),
         Headline(
-            f"{top['share of sigma [%]']:.0f} %", f"of the scatter comes from {top['direction']}"
+            f"{top['share of sigma [%]']:.0f} ± {top['share of sigma ± 90 % [%]']:.0f} %",
+            f"of the scatter comes from {top['direction']}",
         ),
     )
 
@@ -147,11 +154,12 @@ def _wanted(content: SupplierContent, pictures: Mapping[str, bytes]) -> Section:
     if study.unidentified:
         values, scale = content.effects.values, study.per_vehicle / len(study.vehicles)
         lost = (values.mean_sum[-2] - values.mean_sum[-1]) * scale
+        half = float(content.effects.certainty.mean_difference(ALL, PICKED).half_width)
         own = [one.name for one in content.directions if one.need is Need.unknown]
         given_up = (
             f"\n\nNot identified: {', '.join(own) or 'directions of other mounts'}. No number is "
             "asked for there. The search had moved such directions as well; leaving all of them as "
-            f"they are changes the mean level by {signed(float(lost), 2)} dB."
+            f"they are changes the mean level by {signed(float(lost), 2)} ± {half:.2f} dB."
         )
     return Section(
         "What is wanted",
@@ -208,8 +216,8 @@ def _parts(content: SupplierContent, pictures: Mapping[str, bytes]) -> Section:
         _picture(
             pictures,
             "parts",
-            "Change against today's mounts without scatter, mean over the lines. Whiskers: 95 % "
-            "interval by the uncertainty of today's measured stiffness.",
+            "Change against today's mounts without scatter, mean over the lines. Whiskers: half "
+            "width of the 90 % interval by all errors of measurement.",
         )
     ]
     if "levels" in pictures:
@@ -252,7 +260,8 @@ def _importance(content: SupplierContent, pictures: Mapping[str, bytes]) -> Sect
         if top in [direction.column for direction in content.directions]:
             leading.append(
                 f"{found.factors[top]} in {vehicle} ({found.total[top, place]:.2f} ± "
-                f"{found.total_interval[top, place]:.2f})"
+                f"{found.total_interval[top, place]:.2f}, it leads in "
+                f"{100.0 * content.effects.certainty.leads[place]:.0f} % of measurements drawn again)"
             )
     sentence = f" The leading direction: {', '.join(leading)}." if leading else ""
     return Section(
@@ -304,15 +313,28 @@ def _certainty(content: SupplierContent) -> Section:
         "The error budget of the characterisation covers sensors, shaker, force cells and noise; "
         "its 95 % half width is that of the stiffness itself. Above 15 % a direction counts as not "
         "identified and no number is asked for. R² says how well the response surface repeats what "
-        "was measured; it is no accuracy. The intervals of the changes come from these stiffnesses "
-        "alone: noise transfer functions and the model of the motion have errors of their own."
+        "was measured; it is no accuracy."
     )
-    texts = (text if study.parts else NO_UNCERTAINTY, content.motion.text)
+    again = (
+        "Numbers with ± 90 %, or from … to, have an interval: all measurements are drawn again "
+        f"{MEASURED_AGAIN} times with the errors below, the same for all designs and vehicles, and "
+        "computed anew; in 90 % of such cases the truth lies inside. The relative half width of "
+        "today's stiffness belongs to every stiffness of its row. The model of the motion has "
+        "errors of its own, which are not in them."
+    )
+    texts = (text if study.parts else NO_UNCERTAINTY, again, content.motion.text)
     return Section(
         "How sure we are",
         "\n\n".join(filter(None, texts)),
-        tables=(Table(content.tables["quality"], "Today's stiffness, direction by direction."),),
+        tables=(
+            Table(content.tables["quality"], "Today's stiffness, direction by direction."),
+            Table(content.tables["errors"], "Errors of measurement behind the intervals."),
+        ),
     )
+
+
+def _with_half_width(change: Interval) -> str:
+    return f"{signed(float(change.value), 1)} ± {float(change.half_width):.1f} dB"
 
 
 def _picture(pictures: Mapping[str, bytes], stem: str, caption: str) -> Picture:

@@ -36,6 +36,7 @@ from deboom.study.supplier_tables import (
     part_summary,
     quality_table,
     requirement_table,
+    source_table,
     tolerance_table,
 )
 
@@ -135,14 +136,15 @@ def supplier_content(study: SupplierStudy, mount: str | None, names: ShownNames)
     shown = [f"only {one.name}" for one in study.platform.mounts if mount in (None, one.name)]
     parts = parts[parts["changed"].isin([*shown, ALL])]
     tables: dict[str, pd.DataFrame] = {
-        "requirements": requirement_table(study, directions, curves),
+        "requirements": requirement_table(study, directions, curves, effects.certainty),
         "conditions": condition_table(curves),
         "curves": curve_table(study, curves),
         "part alone": parts,
-        "part alone, summary": part_summary(parts),
+        "part alone, summary": part_summary(effects, parts),
         "importance": importance_table(effects, directions, names),
         "tolerances": tolerance_table(effects, directions, names),
         "quality": quality_table(directions),
+        "errors": source_table(effects.certainty),
         "data sheet": data_sheet(study, mount, names, datetime.now(UTC).date()),
     }
     designs = np.stack([study.space.nominal, study.wanted])

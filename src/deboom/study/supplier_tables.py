@@ -13,8 +13,9 @@ from deboom.mounts.mount import AXES
 from deboom.mounts.operating_stiffness import mean_operating_stiffness
 from deboom.study.motion_report import factor_name, motion_name
 from deboom.study.robust_front import N_PER_MM, NOTICEABLE
+from deboom.study.supplier_certainty import SupplierCertainty
 from deboom.study.supplier_curves import MICRO, StiffnessCurve, preload_factor
-from deboom.study.supplier_effects import ALL, CHANGE, HALF_WIDTH, SupplierEffects
+from deboom.study.supplier_effects import ALL, CHANGE, SupplierEffects, half_width_label
 from deboom.study.supplier_names import ShownNames
 from deboom.study.supplier_study import Direction, Need, SupplierStudy
 
@@ -30,9 +31,14 @@ SHORT_HASH = 12
 
 
 def requirement_table(
-    study: SupplierStudy, directions: Sequence[Direction], curves: Sequence[StiffnessCurve]
+    study: SupplierStudy,
+    directions: Sequence[Direction],
+    curves: Sequence[StiffnessCurve],
+    sure: SupplierCertainty,
 ) -> pd.DataFrame:
     """One row per direction: today's and the wanted stiffness, its limits, and the loss factor.
+
+    The relative half width of today's stiffness is that of every stiffness in its row.
 
     A stiffness is the mean magnitude over the lines of the first load case. A direction that is not
     identified has no number at all.
@@ -51,11 +57,15 @@ def requirement_table(
         wanted = today * factor
         free = study.interval[column] if asked else (NAN, NAN)
         lost = 1.0 if direction.loss_column is None else study.wanted[direction.loss_column]
+        place = study.directions.index(direction)
+        half = float(sure.stiffness.half_width[place] / sure.stiffness.value[place])
+        half_loss = float(sure.loss.half_width[place])
         rows.append(
             {
                 "direction": direction.name,
                 "requirement": direction.need.value,
                 "today [N/mm]": today,
+                "± 90 % [%]": PERCENT * half if known else NAN,
                 "wanted [N/mm]": wanted,
                 "wanted / today [1]": factor,
                 "tolerance ± [%]": PERCENT * tolerance,
@@ -64,6 +74,7 @@ def requirement_table(
                 "free from [N/mm]": today * free[0],
                 "free to [N/mm]": today * free[1],
                 "loss factor today [1]": loss,
+                "loss factor ± 90 % [1]": half_loss if loss > 0.0 else NAN,
                 "loss factor wanted [1]": loss * float(lost) if asked else NAN,
             }
         )
@@ -138,9 +149,10 @@ def tolerance_table(
     effects: SupplierEffects, directions: Sequence[Direction], names: ShownNames
 ) -> pd.DataFrame:
     """One row per direction: its share in the scatter, and what a tighter tolerance is worth."""
-    shares, study = effects.shares, effects.study
+    shares, study, sure = effects.shares, effects.study, effects.certainty
     rows = []
     for direction in directions:
+        row = study.directions.index(direction)
         own = [
             place
             for place, draw in enumerate(shares.names)
@@ -153,9 +165,11 @@ def tolerance_table(
                 "direction": direction.name,
                 "tolerance today ± [%]": PERCENT * study.space.tolerance[direction.column],
                 "share of sigma [%]": PERCENT * shares.of_sum[own].sum(),
+                "share of sigma ± 90 % [%]": PERCENT * float(sure.share.half_width[row]),
                 "sigma saved per % tighter [0.001 dB]": (
                     MILLI * effects.tolerance_gain[direction.column]
                 ),
+                "sigma saved ± 90 % [0.001 dB]": MILLI * float(sure.gain.half_width[row]) / PERCENT,
                 "largest share [%]": of_vehicle[worst],
                 "in": names(study.vehicles[worst]) if of_vehicle[worst] >= SHOWN_FROM else "–",
                 **{
@@ -167,25 +181,30 @@ def tolerance_table(
     return pd.DataFrame(rows)
 
 
-def part_summary(parts: pd.DataFrame) -> pd.DataFrame:
+def part_summary(effects: SupplierEffects, parts: pd.DataFrame) -> pd.DataFrame:
     """One row per part alone, and all together: mean over the vehicles, best and worst of them."""
-    change, half = CHANGE, HALF_WIDTH
     rows = []
     for name, table in parts.groupby("changed", sort=False):
-        changes = table[change].to_numpy()
+        changes = table[CHANGE].to_numpy()
+        half = _half_widths(table, CHANGE).to_numpy()
         best, worst = int(np.argmin(changes)), int(np.argmax(changes))
         vehicles = table["vehicle"].to_list()
+        own = ALL if name == ALL else str(name).removeprefix("only ")
+        ratio = effects.certainty.sigma_ratio(own)
         rows.append(
             {
                 "changed": name,
                 "mean of the vehicles [dB]": changes.mean(),
+                "mean ± 90 % [dB]": float(effects.certainty.mean_change(own).half_width),
                 "best [dB]": changes[best],
+                "best ± 90 % [dB]": half[best],
                 "best in": vehicles[best],
                 "least [dB]": changes[worst],
+                "least ± 90 % [dB]": half[worst],
                 "least in": vehicles[worst],
-                "largest ± 95 % [dB]": table[half].max(),
                 "change of sigma [%]": PERCENT
                 * (table["sigma then [dB]"].sum() / table["sigma today [dB]"].sum() - 1.0),
+                "change of sigma ± 90 % [%]": PERCENT * float(ratio.half_width),
             }
         )
     return pd.DataFrame(rows)
@@ -195,18 +214,32 @@ def one_part_table(parts: pd.DataFrame, mount: str) -> pd.DataFrame:
     """One row per vehicle: what this part does alone, beside all parts together."""
     alone = parts[parts["changed"] == f"only {mount}"].reset_index(drop=True)
     together = parts[parts["changed"] == ALL].reset_index(drop=True)
+    columns: dict[str, pd.Series] = {"vehicle": alone["vehicle"]}
+    for label, table, source in (
+        (f"only {mount} [dB]", alone, CHANGE),
+        (f"{ALL} [dB]", together, CHANGE),
+        ("sigma today [dB]", alone, "sigma today [dB]"),
+        (f"sigma, only {mount} [dB]", alone, "sigma then [dB]"),
+        ("peak today [dB(A)]", alone, "peak today [dB(A)]"),
+        (f"peak, only {mount} [dB(A)]", alone, "peak then [dB(A)]"),
+    ):
+        columns[label] = table[source]
+        columns[half_width_label(label)] = _half_widths(table, source)
+    return pd.DataFrame({**columns, "loudest peak [Hz]": alone["loudest peak [Hz]"]})
+
+
+def _half_widths(table: pd.DataFrame, label: str) -> pd.Series:
+    name, _, unit = label.rpartition(" [")
+    return (table[f"{name}, to [{unit}"] - table[f"{name}, from [{unit}"]) / 2.0
+
+
+def source_table(sure: SupplierCertainty) -> pd.DataFrame:
+    """One row per source of error behind the intervals: its size and where that comes from."""
     return pd.DataFrame(
-        {
-            "vehicle": alone["vehicle"],
-            f"only {mount} [dB]": alone[CHANGE],
-            HALF_WIDTH: alone[HALF_WIDTH],
-            f"{ALL} [dB]": together[CHANGE],
-            "sigma today [dB]": alone["sigma today [dB]"],
-            f"sigma, only {mount} [dB]": alone["sigma then [dB]"],
-            "loudest peak [Hz]": alone["loudest peak [Hz]"],
-            "peak today [dB(A)]": alone["peak today [dB(A)]"],
-            f"peak, only {mount} [dB(A)]": alone["peak then [dB(A)]"],
-        }
+        [
+            {"source": one.name, "size, 1 σ": one.size, "from": one.origin}
+            for one in sure.uncertain.data.sources
+        ]
     )
 
 

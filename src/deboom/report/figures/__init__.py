@@ -4,6 +4,7 @@ matplotlib is imported inside the functions, so that importing a study stays fas
 used and no global setting survives a call. The same arguments give the same bytes.
 """
 
+from deboom.report.figures.boxes import Intervals, box_intervals, box_trade_off, levels_in_box
 from deboom.report.figures.changes import per_vehicle_change
 from deboom.report.figures.choices import fronts, part_choices
 from deboom.report.figures.comparison import (
@@ -21,7 +22,10 @@ from deboom.report.figures.correlations import (
 )
 from deboom.report.figures.dot_panels import DotPanel, dot_panels
 from deboom.report.figures.front import pareto_front
+from deboom.report.figures.intervals import IntervalPanel, front_intervals, interval_panels
 from deboom.report.figures.levels import spl_curves
+from deboom.report.figures.marked_bars import MarkedPanel, marked_bars
+from deboom.report.figures.masked_panels import MaskedPanel, masked_panels
 from deboom.report.figures.matrices import HeatMap, curve_matrix, heat_maps
 from deboom.report.figures.modal import matrix_map, stabilisation_chart
 from deboom.report.figures.mode_shapes import BodyMotion, mode_shapes, moving_mode_shapes
@@ -51,12 +55,18 @@ __all__ = [
     "IndexBars",
     "IndexGrowth",
     "IndexMap",
+    "IntervalPanel",
+    "Intervals",
     "MapPanel",
+    "MarkedPanel",
+    "MaskedPanel",
     "PopulationPanel",
     "SpectrumPanel",
     "SpeedPanel",
     "StiffnessPanel",
     "attained_fronts",
+    "box_intervals",
+    "box_trade_off",
     "convergence",
     "correlation_matrices",
     "curve_matrix",
@@ -64,12 +74,17 @@ __all__ = [
     "design_ranges",
     "dot_panels",
     "family_tree",
+    "front_intervals",
     "fronts",
     "heat_maps",
     "index_bars",
     "index_growth",
     "index_map",
+    "interval_panels",
+    "levels_in_box",
     "map_panels",
+    "marked_bars",
+    "masked_panels",
     "matrix_map",
     "mode_shapes",
     "moving_mode_shapes",

@@ -130,8 +130,8 @@ def _curves(
     axes.plot(frequency, after, color=colour, linewidth=1.5)
 
 
-def rpm_axis(axes: Axes, order: float) -> None:
-    """Put the engine speed above a frequency axis [Hz] of an engine order."""
+def rpm_axis(axes: Axes, order: float, label: str = "engine speed [rpm]") -> None:
+    """Put the speed above a frequency axis [Hz] of an order."""
     from matplotlib.ticker import MaxNLocator
 
     def rpm(frequency: npt.ArrayLike) -> npt.ArrayLike:
@@ -142,7 +142,7 @@ def rpm_axis(axes: Axes, order: float) -> None:
 
     top = axes.secondary_xaxis("top", functions=(rpm, hertz))
     top.xaxis.set_major_locator(MaxNLocator(5, steps=[1, 2, 2.5, 4, 5, 10]))
-    top.set_xlabel("engine speed [rpm]")
+    top.set_xlabel(label)
 
 
 def _level_axis(axes: Axes, frequency: RealArray, levels: RealArray) -> None:

@@ -1,0 +1,239 @@
+"""Uncertainty that was measured.
+
+On the virtual bench the truth is known. Every replicate draws a fleet from the prior of bodies,
+measures noise transfer functions on another day than the average one, instruments the powertrain
+anew and runs it; from these data alone the pipeline states 90 % intervals of the mean level of the
+lines (SPLV over their number), of the loudest line, and of what a design changes against today's.
+Then the truth is looked up. A coverage counts every vehicle of every replicate; the vehicles of a
+replicate share their forces, so the standard error in brackets is that over replicates.
+
+Stated: forces as measured, every transfer function measured once, sizes of all errors from the
+stated tolerances and priors. Measured: two methods on two days, sizes from their differences.
+Library: the same with forces from the surfaces of characterised mounts, of a bench with sensors of
+its own; their error budget is the library's. These benches are few, each serves several replicates.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cache
+
+import numpy as np
+
+from claims import Claim
+from deboom.bench.body import noise_transfer
+from deboom.bench.campaign_plan import CampaignErrors, PlannedRun
+from deboom.bench.fleet import load_fleet
+from deboom.bench.laboratory import evaluate
+from deboom.bench.mount_sets import DRAWING
+from deboom.bench.operating_run import OperatingRun, full_load_run
+from deboom.bench.parameters import load_bench
+from deboom.bench.sensors import ErrorBudget, draw_instrumentation, measure
+from deboom.bench.vehicle_measurement import TransferErrors, measured_noise_transfer
+from deboom.bench.vehicle_state import StateSpread, in_state
+from deboom.files.platform import Platform, read_platform
+from deboom.measurement.channels import Frf, Spectrum
+from deboom.measurement.load_case import LoadCase
+from deboom.measurement.method_difference import method_difference
+from deboom.measurement.propagated_interval import pivotal_interval
+from deboom.mounts.characterisation import CharacteriseOptions
+from deboom.mounts.characterise import characterise
+from deboom.mounts.characterised_mount import CharacterisedMount
+from deboom.mounts.surface_forces import Outside, surface_forces
+from deboom.study.uncertain_index import UncertainIndex
+from deboom.vehicles.booming_index import booming_index
+from deboom.vehicles.fleet import Fleet, Vehicle
+from deboom.vehicles.kernel_numpy import NUMPY
+from deboom.vehicles.platform_uncertainty import TransferUncertainty, force_sources
+from deboom.vehicles.uncertain_data import UncertainData
+from virtual_campaign import virtual_campaign
+from write_library import PLATFORM
+
+REPLICATES = 200
+DRAWS = 99
+BENCHES = 10
+"""Characterised for the library."""
+
+WOT = tuple(PlannedRun(gear, limit, True) for gear in (5, 6, 7) for limit in (120.0, 160.0, 220.0))
+GROUP = "U06"
+BAND = (20.0, 60.0)
+LINES = np.linspace(20.0, 80.0, 241)
+GEAR, TORQUE = 5, 220.0
+FIRST_FLEET = 101
+DESIGN = {"TSM x": 0.85, "Du x": 0.9, "EnM x": 1.1, "GeM z": 0.9}
+QUANTITIES = ("level", "loudest line", "change against today's", "mean of all vehicles: change")
+
+
+def claims() -> list[Claim]:
+    """Repeat the measurement and count."""
+    rows = []
+    for words, arm in (("stated", _stated), ("measured", _measured), ("library", _library)):
+        held = [arm(number) for number in range(1, REPLICATES + 1)]
+        for place, quantity in enumerate(QUANTITIES):
+            per_replicate = np.array([np.mean(one[place].holds) for one in held])
+            share = 100 * float(per_replicate.mean())
+            error = 100 * float(per_replicate.std(ddof=1)) / np.sqrt(REPLICATES)
+            width = np.median([np.median(one[place].half_width) for one in held])
+            rows.append(
+                Claim(
+                    f"{words}: coverage of the 90 % interval, {quantity}, {REPLICATES} replicates "
+                    "[%]",
+                    "85 to 95",
+                    f"{share:.1f} (± {error:.1f}), half width {width:.2f} dB",
+                    85.0 <= share <= 95.0,
+                )
+            )
+    return rows
+
+
+@dataclass(frozen=True, eq=False)
+class _Held:
+    holds: np.ndarray
+    half_width: np.ndarray
+
+
+@cache
+def _platform() -> Platform:
+    return read_platform(PLATFORM)
+
+
+@cache
+def _run() -> OperatingRun:
+    return full_load_run(load_bench(), GEAR, TORQUE, LINES)
+
+
+def _stated(number: int) -> tuple[_Held, ...]:
+    bodies = _Bodies(number)
+    return _held(bodies, bodies.measured(1), _measured_case(number), (), TransferUncertainty())
+
+
+def _measured(number: int) -> tuple[_Held, ...]:
+    bodies = _Bodies(number)
+    fleet, known = _both_ways(bodies)
+    return _held(bodies, fleet, _measured_case(number), (), known)
+
+
+def _library(number: int) -> tuple[_Held, ...]:
+    bodies = _Bodies(number)
+    fleet, known = _both_ways(bodies)
+    parts = _parts(number % BENCHES)
+    case = surface_forces(_measured_case(number), parts, Outside.KEEP_MEASURED).load_case
+    return _held(bodies, fleet, case, parts, known)
+
+
+def _both_ways(bodies: _Bodies) -> tuple[Fleet, TransferUncertainty]:
+    """Measure by two methods on two days; return their mean and what their difference says."""
+    pairs = [
+        (one.noise_transfer, other.noise_transfer)
+        for one, other in zip(bodies.measured(1).vehicles, bodies.measured(2).vehicles, strict=True)
+    ]
+    means = [replace(one, values=(one.values + other.values) / 2) for one, other in pairs]
+    vehicles = [Vehicle(n, GROUP, mean) for n, mean in zip(bodies.bodies, means, strict=True)]
+    known = TransferUncertainty.of_methods(method_difference(pairs), "both methods")
+    return Fleet(tuple(vehicles)), known
+
+
+class _Bodies:
+    """The vehicles of one replicate."""
+
+    def __init__(self, number: int) -> None:
+        self.number = number
+        drawn = load_fleet(FIRST_FLEET + number)
+        self.cabin, self.paths = drawn.cabin, drawn.paths
+        self.bodies = {n: b for n, b in drawn.bodies.items() if n.startswith(f"{GROUP}-")}
+
+    @property
+    def true(self) -> Fleet:
+        """As the vehicles are on average over the days."""
+        return self._fleet([noise_transfer(b, self.cabin, LINES) for b in self.bodies.values()])
+
+    def measured(self, method: int) -> Fleet:
+        """As one method finds them on a day of its own."""
+        generator = np.random.default_rng([self.number, method])
+        return self._fleet(
+            [
+                measured_noise_transfer(
+                    noise_transfer(in_state(body, StateSpread(), generator), self.cabin, LINES),
+                    TransferErrors(),
+                    generator,
+                )
+                for body in self.bodies.values()
+            ]
+        )
+
+    def _fleet(self, transfers: Sequence[np.ndarray]) -> Fleet:
+        return Fleet(
+            tuple(
+                Vehicle(
+                    name, GROUP, Frf(LINES, values[:, np.newaxis], ("ear",), self.paths, "Pa/N")
+                )
+                for name, values in zip(self.bodies, transfers, strict=True)
+            )
+        )
+
+
+def _case(displacement: np.ndarray, force: np.ndarray) -> LoadCase:
+    run = _run()
+    return LoadCase(
+        name="g5_wot220",
+        title="",
+        gear=GEAR,
+        total_ratio=load_bench().total_ratios[GEAR - 1],
+        torque_limit=TORQUE,
+        order=load_bench().order_torque.order,
+        displacement=Spectrum(LINES, displacement, run.channels, "m"),
+        force=Spectrum(LINES, force, run.channels, "N"),
+        engine_torque=run.engine_torque,
+    )
+
+
+def _measured_case(number: int) -> LoadCase:
+    generator = np.random.default_rng([number, 0])
+    budget = ErrorBudget()
+    instrumentation, knowledge = draw_instrumentation(load_bench(), budget, generator)
+    found = evaluate(knowledge, measure(instrumentation, _run(), budget, generator))
+    return _case(found.displacement, found.force)
+
+
+@cache
+def _parts(bench: int) -> tuple[CharacterisedMount, ...]:
+    campaign = virtual_campaign(FIRST_FLEET + bench, DRAWING, WOT, CampaignErrors())
+    return characterise(campaign, DRAWING, CharacteriseOptions(folds=0)).mounts
+
+
+def _held(
+    bodies: _Bodies,
+    fleet: Fleet,
+    case: LoadCase,
+    parts: Sequence[CharacterisedMount],
+    known: TransferUncertainty,
+) -> tuple[_Held, ...]:
+    """State intervals from measured data, and look up the truth."""
+    mounts = _platform().mounts
+    sources = (*known.sources, *force_sources(mounts, (case,), parts, BAND))
+    data = UncertainData(fleet, (case,), sources, BAND)
+    measured = booming_index(fleet, mounts, [(case, 1.0)], BAND, NUMPY)
+    truth = booming_index(
+        bodies.true, mounts, [(_case(_run().displacement, _run().force), 1.0)], BAND, NUMPY
+    )
+    uncertain = UncertainIndex(measured, data, _platform())
+    again = [_quantities(index) for index in uncertain.draws(DRAWS, seed=bodies.number)]
+    values, true = _quantities(measured), _quantities(truth)
+    found = []
+    for name in QUANTITIES:
+        interval = pivotal_interval(values[name], np.array([one[name] for one in again]))
+        found.append(_Held(interval.holds(true[name]), interval.half_width))
+    return tuple(found)
+
+
+def _quantities(index) -> Mapping[str, np.ndarray]:
+    designs = np.ones((2, len(index.variable_names)))
+    for name, factor in DESIGN.items():
+        designs[1, index.variable_names.index(name)] = factor
+    levels = index.levels(designs)
+    mean = levels.mean(axis=2)
+    change = mean[1] - mean[0]
+    return dict(
+        zip(QUANTITIES, (mean[0], levels[0].max(axis=1), change, change.mean()), strict=True)
+    )

@@ -1,0 +1,416 @@
+"""What hammer tests and sweeps say of a hose: residuals of a stiffness at the virtual point."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, NamedTuple, Protocol
+
+import numpy as np
+
+from deboom.compressor.hose_sweeps import running_compressor, sweep_pairs
+from deboom.compressor.operating_stiffness import FactorOverFrequency
+from deboom.compressor.raw_inertance import deviation_from_coherence
+from deboom.compressor.unbalance_load import RotationSense
+from deboom.errors import InputError
+from deboom.physics.arrays import ComplexArray, RealArray
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from deboom.compressor.hose_sweeps import RunningCompressor, SweepPair
+    from deboom.compressor.identify import Identification
+    from deboom.measurement.inertance_test import InertanceTest
+    from deboom.measurement.operating_sweep import OperatingTest
+
+HIT_SCATTER = 5e-4
+"""Of the hits around their mark, per axis, 1 σ [m]."""
+
+
+class Residuals(NamedTuple):
+    """Deviations in units of their noise, and their derivatives.
+
+    Parameters
+    ----------
+    values : array, shape (n,)
+        Complex, both parts of unit deviation [1].
+    slopes : array, shape (n_hose_number + n_nuisance, n)
+        By the numbers of the hoses, then by the nuisances.
+    """
+
+    values: ComplexArray
+    slopes: ComplexArray
+
+
+class Changes(NamedTuple):
+    """What k errors of the identification change, each alone.
+
+    Parameters
+    ----------
+    apparent_mass : array, shape (k, n_frequency, 6, 6)
+        [kg, kg m, kg m²].
+    response : array, shape (k, n_channel, 6)
+        Calibrated sensors [1, m].
+    excitation : array, shape (k, n_impact, 6)
+        Calibrated impacts [1, m].
+    """
+
+    apparent_mass: ComplexArray
+    response: RealArray
+    excitation: RealArray
+
+
+class HoseEvidence(Protocol):
+    """A measurement with hoses beside one without, as a function of the hoses' stiffness."""
+
+    @property
+    def name(self) -> str:
+        """Such as ``hammer tests``."""
+        ...
+
+    @property
+    def frequency(self) -> RealArray:
+        """Lines at which the stiffness is wanted, shape (n_frequency,) [Hz]."""
+        ...
+
+    @property
+    def nuisance_deviations(self) -> RealArray:
+        """1 σ of what is estimated along and of no interest, shape (n_nuisance,)."""
+        ...
+
+    def residuals(
+        self, stiffness: ComplexArray, slopes: ComplexArray, nuisances: RealArray
+    ) -> Residuals:
+        """Compare with a stiffness (n_frequency, 6, 6) and its slopes (k, n_frequency, 6, 6)."""
+        ...
+
+    def by_identification(
+        self, stiffness: ComplexArray, nuisances: RealArray, changes: Changes
+    ) -> ComplexArray:
+        """Differentiate the residuals by errors of the identification, shape (k, n)."""
+        ...
+
+
+@dataclass(frozen=True, eq=False)
+class HammerEvidence:
+    """Inertance with hoses less inertance without, in coordinates of white noise.
+
+    Parameters
+    ----------
+    frequency : array, shape (n_frequency,)
+        [Hz].
+    difference : array, shape (n_frequency, 6, 6)
+        ``Q_Vᵀ (Y_with − Y_without) Q_U``, with the calibrated ``V = Q_V R_V``, ``U = Q_U R_U``
+        [1/kg].
+    deviation : array, shape (n_frequency,)
+        Of the real as of the imaginary part of each entry [1/kg].
+    apparent_mass : array, shape (n_frequency, 6, 6)
+        Of the identified compressor without hoses [kg, kg m, kg m²].
+    response, excitation : array, shape (6, 6)
+        R_V and R_U [1, m].
+    channels, impacts : array, shape (n_channel, 6) and (n_impact, 6)
+        Q_V and Q_U [1].
+    scatter : float
+        Of the middle of each impact's hits between the two tests, 1 σ [m].
+
+    Notes
+    -----
+    Errors of sensors, hammer and model are the same in both tests and leave the difference but
+    for a share of itself. The hits do not strike where they struck before: 18 nuisances, moments
+    in the columns of U.
+    """
+
+    frequency: RealArray
+    difference: ComplexArray
+    deviation: RealArray
+    apparent_mass: ComplexArray
+    response: RealArray
+    excitation: RealArray
+    channels: RealArray
+    impacts: RealArray
+    scatter: float
+
+    @property
+    def name(self) -> str:
+        """For statements."""
+        return "hammer tests"
+
+    @property
+    def nuisance_deviations(self) -> RealArray:
+        """Of the moments per newton [m]."""
+        return np.full(18, self.scatter)
+
+    def residuals(
+        self, stiffness: ComplexArray, slopes: ComplexArray, nuisances: RealArray
+    ) -> Residuals:
+        """See `HoseEvidence`; ``H_with = (AM − K_h/ω²)⁻¹``."""
+        squared = ((2 * np.pi * self.frequency) ** 2)[:, np.newaxis, np.newaxis]
+        with_hoses = np.linalg.inv(self.apparent_mass - stiffness / squared)
+        without = np.linalg.inv(self.apparent_mass)
+        seen, struck = self.response @ with_hoses, self._struck(nuisances)
+        predicted = seen @ struck.T - self.response @ without @ self.excitation.T
+        scale = self.deviation[:, np.newaxis, np.newaxis]
+        by_hose = seen @ (slopes / squared) @ (with_hoses @ struck.T)
+        by_scatter = np.zeros((6, 3, *seen.shape), dtype=complex)
+        for impact in range(6):
+            by_scatter[impact, :, :, :, impact] = np.moveaxis(seen[:, :, 3:], -1, 0)
+        derivatives: ComplexArray = (
+            np.concatenate([by_hose, by_scatter.reshape(18, *seen.shape)]) / scale
+        )
+        deviation: ComplexArray = (predicted - self.difference) / scale
+        return Residuals(
+            deviation.reshape(-1),
+            derivatives.reshape(derivatives.shape[0], -1),
+        )
+
+    def by_identification(
+        self, stiffness: ComplexArray, nuisances: RealArray, changes: Changes
+    ) -> ComplexArray:
+        """See `HoseEvidence`; both inertances answer."""
+        squared = ((2 * np.pi * self.frequency) ** 2)[:, np.newaxis, np.newaxis]
+        with_hoses = np.linalg.inv(self.apparent_mass - stiffness / squared)
+        without = np.linalg.inv(self.apparent_mass)
+        by_mass = without @ changes.apparent_mass @ without
+        by_mass -= with_hoses @ changes.apparent_mass @ with_hoses
+        own, struck = with_hoses - without, self._struck(nuisances).T
+        seen = (self.channels.T @ changes.response)[:, np.newaxis]
+        moved = np.swapaxes(self.impacts.T @ changes.excitation, -1, -2)[:, np.newaxis]
+        change = (self.response @ by_mass + seen @ own) @ struck + self.response @ own @ moved
+        scaled = change / self.deviation[:, np.newaxis, np.newaxis]
+        return np.asarray(scaled.reshape(scaled.shape[0], -1))
+
+    def _struck(self, nuisances: RealArray) -> RealArray:
+        """R_U with the hits where they struck the second time."""
+        return self.excitation + np.hstack([np.zeros((6, 3)), nuisances.reshape(6, 3)])
+
+
+def hammer_evidence(
+    without: InertanceTest,
+    with_hoses: InertanceTest,
+    found: Identification,
+    *,
+    band: tuple[float, float],
+    largest_lines: int,
+    scatter: float = HIT_SCATTER,
+) -> HammerEvidence:
+    """Compare two hammer tests of one compressor.
+
+    Parameters
+    ----------
+    without, with_hoses : InertanceTest
+        Same sensors, impacts and lines.
+    found : Identification
+        Identified from `without`.
+    band : (float, float)
+        Lines that are used [Hz].
+    largest_lines : int
+        Denser ones are thinned evenly.
+    scatter : float
+        Of single hits around their mark, per axis, 1 σ [m].
+
+    Returns
+    -------
+    HammerEvidence
+
+    Raises
+    ------
+    InputError
+        Other sensors, impacts or lines, or no line in the band.
+    """
+    for test in (without, with_hoses):
+        if test.frf.outputs != found.test.frf.outputs or test.frf.inputs != found.test.frf.inputs:
+            raise InputError(
+                f"{test.name} has other sensors or impacts than {found.test.name}: keep the "
+                "sensors, strike the same points"
+            )
+    lines = without.frf.frequency
+    if not np.array_equal(lines, with_hoses.frf.frequency):
+        raise InputError(
+            f"{without.name} and {with_hoses.name} have other lines: record both with one setting"
+        )
+    kept = np.flatnonzero((lines >= band[0]) & (lines <= band[1]))
+    if not kept.size:
+        raise InputError(f"{without.name} has no line between {band[0]:g} and {band[1]:g} Hz")
+    if kept.size > largest_lines:
+        spread = np.linspace(0, kept.size - 1, largest_lines)
+        kept = kept[np.round(spread).astype(int)]
+    calibrated = found.calibrated
+    seen, response = np.linalg.qr(calibrated.placement.response_matrix(calibrated.errors))
+    struck, excitation = np.linalg.qr(calibrated.placement.excitation_matrix(calibrated.errors))
+    change = (with_hoses.frf.values - without.frf.values)[kept]
+    variance = sum(
+        np.mean(
+            deviation_from_coherence(test.frf, test.coherence, test.n_averages)[kept] ** 2, (1, 2)
+        )
+        for test in (without, with_hoses)
+    )
+    hits = 1 / without.n_averages + 1 / with_hoses.n_averages
+    floor = (1e-9 * np.abs(without.frf.values).max()) ** 2
+    return HammerEvidence(
+        lines[kept],
+        np.asarray(seen.T @ change @ struck),
+        np.sqrt(np.maximum(variance, floor)),
+        calibrated.model.apparent_mass(lines[kept]),
+        response,
+        excitation,
+        seen,
+        struck,
+        scatter * float(np.sqrt(hits)),
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class SweepEvidence:
+    """Motion with standard hoses as predicted from that with soft ones at one pressure.
+
+    Parameters
+    ----------
+    pair : SweepPair
+    state : RunningCompressor
+        At its lines.
+    whitening : array, shape (n_frequency, 6, 6)
+        ``L⁻¹`` of the covariance of both motions.
+    basis : array, shape (n_knot, n_frequency)
+        Of the change of the mounts in operation.
+    deviations : array, shape (n_knot,)
+        Its 1 σ in the real and in the imaginary part [1].
+
+    Notes
+    -----
+    ``(AM − K_h/ω²) a_standard = AM a_soft``: rotor and gas drop out, no unbalance is needed, and
+    the apparent mass counts in the product ``AM⁻¹ K_h`` only.
+    """
+
+    pair: SweepPair
+    state: RunningCompressor
+    whitening: RealArray
+    basis: RealArray
+    deviations: RealArray
+
+    @property
+    def name(self) -> str:
+        """For statements."""
+        return f"sweeps {self.pair.standard_name} and {self.pair.soft_name}"
+
+    @property
+    def frequency(self) -> RealArray:
+        """Of the pair [Hz]."""
+        return self.pair.frequency
+
+    @property
+    def nuisance_deviations(self) -> RealArray:
+        """Real and imaginary part of the mounts' change at each knot, by turns [1]."""
+        return np.repeat(self.deviations, 2)
+
+    def residuals(
+        self, stiffness: ComplexArray, slopes: ComplexArray, nuisances: RealArray
+    ) -> Residuals:
+        """See `HoseEvidence`."""
+        squared = ((2 * np.pi * self.frequency) ** 2)[:, np.newaxis, np.newaxis]
+        change = np.ascontiguousarray(nuisances).view(complex) @ self.basis
+        mounts = self.state.mounts
+        now = self.state.apparent_mass - change[:, np.newaxis, np.newaxis] * mounts
+        coupled = np.linalg.solve(now, stiffness / squared)
+        answer = np.linalg.inv(np.eye(6) - coupled)
+        predicted = answer @ self.pair.soft[..., np.newaxis]
+        deviation = self.whitening @ (predicted - self.pair.standard[..., np.newaxis])
+        pushed = self.whitening @ answer @ np.linalg.inv(now)
+        by_hose = (pushed @ ((slopes / squared) @ predicted))[..., 0]
+        by_change = (pushed @ mounts @ (coupled @ predicted))[..., 0]
+        by_knot = self.basis[:, :, np.newaxis] * by_change
+        by_mounts = np.stack([by_knot, 1j * by_knot], axis=1).reshape(-1, *by_change.shape)
+        derivatives = np.concatenate([by_hose, by_mounts])
+        return Residuals(deviation.reshape(-1), derivatives.reshape(derivatives.shape[0], -1))
+
+    def by_identification(
+        self, stiffness: ComplexArray, nuisances: RealArray, changes: Changes
+    ) -> ComplexArray:
+        """See `HoseEvidence`; ``∂a = (AM − K_h/ω²)⁻¹ ∂AM (a_soft − a)``, ``∂V⁺ = −V⁺ ∂V V⁺``."""
+        squared = ((2 * np.pi * self.frequency) ** 2)[:, np.newaxis, np.newaxis]
+        change = np.ascontiguousarray(nuisances).view(complex) @ self.basis
+        now = self.state.apparent_mass - change[:, np.newaxis, np.newaxis] * self.state.mounts
+        loaded = now - stiffness / squared
+        soft, standard = (
+            motion[..., np.newaxis] for motion in (self.pair.soft, self.pair.standard)
+        )
+        misread = -(self.pair.inverse @ changes.response)[:, np.newaxis]
+        pushed = changes.apparent_mass @ (soft - np.linalg.solve(loaded, now @ soft))
+        answer = np.linalg.solve(loaded, pushed + now @ (misread @ soft)) - misread @ standard
+        return np.asarray((self.whitening @ answer).reshape(answer.shape[0], -1))
+
+
+def sweep_evidence(
+    test: OperatingTest,
+    found: Identification,
+    *,
+    band: tuple[float, float],
+    mounts: FactorOverFrequency | None = None,
+    sense: RotationSense = RotationSense.POSITIVE,
+) -> tuple[SweepEvidence, ...]:
+    """Compare sweeps with standard and with soft hoses at each pressure that has both.
+
+    Parameters
+    ----------
+    test : OperatingTest
+    found : Identification
+        From its hammer test without hoses.
+    band : (float, float)
+        Lines that are used [Hz].
+    mounts : FactorOverFrequency, optional
+        How the mounts may differ from the hammer test; estimated along.
+    sense : RotationSense
+        Of the rotor, for its gyroscopic moment.
+
+    Returns
+    -------
+    tuple of SweepEvidence
+
+    Raises
+    ------
+    InputError
+        No pressure with both.
+    """
+    mounts = mounts or FactorOverFrequency()
+    result = []
+    for pair in sweep_pairs(test, found, band):
+        state = running_compressor(
+            found, pair.frequency, rotor_inertia=test.rotor_inertia, sense=sense
+        )
+        noise = pair.soft_covariance + pair.standard_covariance
+        result.append(
+            SweepEvidence(
+                pair,
+                state,
+                np.linalg.inv(np.linalg.cholesky(noise)),
+                mounts.basis(pair.frequency),
+                mounts.deviations,
+            )
+        )
+    return tuple(result)
+
+
+def stack(parts: Sequence[Residuals], first: int) -> tuple[RealArray, RealArray]:
+    """Put residuals of several measurements of the same hoses below each other, real.
+
+    Parameters
+    ----------
+    parts : sequence of Residuals
+        Each with nuisances of its own.
+    first : int
+        Number of the hoses' numbers, which all share.
+
+    Returns
+    -------
+    values : array, shape (n,)
+    jacobian : array, shape (n, first + n_nuisance)
+    """
+    sizes = [part.slopes.shape[0] - first for part in parts]
+    values, rows = [], []
+    at = first
+    for part, size in zip(parts, sizes, strict=True):
+        block = np.zeros((2 * part.values.size, first + sum(sizes)))
+        real = np.ascontiguousarray(part.slopes).view(float).T
+        block[:, :first], block[:, at : at + size] = real[:, :first], real[:, first:]
+        at += size
+        values.append(part.values.view(float))
+        rows.append(block)
+    return np.concatenate(values), np.concatenate(rows)

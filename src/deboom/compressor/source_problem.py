@@ -1,0 +1,255 @@
+"""Residuals, slopes and weights of the global fit of a running compressor."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, TypeAlias
+
+import numpy as np
+import numpy.typing as npt
+
+from deboom.compressor.operating_load import (
+    OperatingLoad,
+    applied,
+    mount_covariance,
+    noise_covariance,
+)
+from deboom.compressor.source_structure import gas_columns, pressures, rotor_columns
+from deboom.errors import InputError
+from deboom.physics.arrays import ComplexArray, RealArray
+
+if TYPE_CHECKING:
+    from deboom.compressor.operating_stiffness import StiffnessChange
+    from deboom.compressor.route_model import RouteModel
+    from deboom.compressor.source_structure import GasLaw
+    from deboom.compressor.unbalance_load import RotationSense
+
+N_ROTOR = 4
+"""Real unknowns of the rotor: static and dynamic unbalance, real and imaginary part."""
+SMALLEST_LINES = 6
+LARGEST_STEPS = 15
+TOLERANCE = 1e-2
+"""Largest step at the end, in standard deviations."""
+SHORTEST_STEP = 1 / 64
+WORST_STEP = 1.1
+"""Cost over the cost before that a step may lead to; a step that leads higher is shortened."""
+
+Indices: TypeAlias = npt.NDArray[np.intp]
+
+
+@dataclass(frozen=True, eq=False)
+class _Group:
+    """Lines that the same sweeps have, at which the hammer's noise is one and the same.
+
+    `rest` holds what each unknown of mounts and route takes off the apparent mass.
+    """
+
+    members: tuple[int, ...]
+    picks: tuple[Indices, ...]
+    parts: tuple[OperatingLoad, ...]
+    apparent_mass: ComplexArray
+    rest: ComplexArray
+
+    @property
+    def frequency(self) -> RealArray:
+        return self.parts[0].frequency
+
+    def now(self, values: RealArray) -> ComplexArray:
+        """Apparent mass with the unknowns as they are."""
+        return np.asarray(self.apparent_mass - np.tensordot(values, self.rest, axes=1))
+
+
+class SourceProblem:
+    """Holds what does not change from step to step; see `source_fit.fit_source`."""
+
+    def __init__(
+        self,
+        model: RouteModel,
+        loads: Sequence[OperatingLoad],
+        sense: RotationSense,
+        gas: GasLaw,
+        change: StiffnessChange,
+        band: tuple[float, float],
+    ) -> None:
+        self.model, self.loads = model, tuple(loads)
+        self.sense, self.gas = sense, gas
+        self.pressure, self.which = pressures([load.pressure for load in loads])
+        inside = [
+            np.flatnonzero((load.frequency >= band[0]) & (load.frequency <= band[1]))
+            for load in loads
+        ]
+        if sum(lines.size for lines in inside) < SMALLEST_LINES:
+            raise InputError(
+                f"fewer than {SMALLEST_LINES} lines of the sweeps lie in {band[0]:g} to "
+                f"{band[1]:g} Hz: unbalance and gas cannot be told apart"
+            )
+        self.n_gas = gas.start(self.pressure).size
+        self.deviations = change.deviations
+        n_error = model.by_error.shape[0]
+        self.prior = np.concatenate(
+            [np.zeros(N_ROTOR + self.n_gas), 1 / self.deviations**2, np.ones(n_error)]
+        )
+        self.groups = []
+        for members, picks in _shared_lines(self.loads, inside):
+            parts = tuple(self.loads[m].select(p) for m, p in zip(members, picks, strict=True))
+            lines = parts[0].lines
+            changes = change.matrices(parts[0].frequency, model.mounts[lines])
+            rest = np.concatenate([changes, model.by_error[:, lines]])
+            self.groups.append(_Group(members, picks, parts, model.apparent_mass[lines], rest))
+
+    def start(self) -> RealArray:
+        """No unbalance, no change, no error; gas as its law begins."""
+        values = np.zeros(self.prior.size)
+        values[N_ROTOR : N_ROTOR + self.n_gas] = self.gas.start(self.pressure)
+        return values
+
+    def solve(self, values: RealArray, mismatch: float) -> tuple[RealArray, RealArray, bool]:
+        """Gauss-Newton: values, covariance, convergence.
+
+        The slopes are those of the predicted motion: measured ones share the noise of the
+        residuals, which would draw the whole load towards zero by many percent. At the solution
+        the cost may therefore still fall a little, towards that bias.
+        """
+        for _ in range(LARGEST_STEPS):
+            normal, gradient = np.diag(self.prior), self.prior * values
+            whiteners = []
+            for group in self.groups:
+                right, rows = self._equations(group, values)
+                whitener = self._whitener(group, values, mismatch)
+                white = (whitener @ rows).reshape(-1, values.size)
+                misfit = (whitener @ right[..., np.newaxis]).reshape(-1)
+                normal += (white.conj().T @ white).real
+                gradient += (white.conj().T @ misfit).real
+                whiteners.append(whitener)
+            covariance = _inverse(normal)
+            step = -covariance @ gradient
+            # the size of the step in the metric of the posterior, whatever its direction
+            if np.sqrt(step @ normal @ step) < TOLERANCE:
+                return values + step, covariance, True
+            limit, share = WORST_STEP * self._cost(values, whiteners), 1.0
+            while share > SHORTEST_STEP and self._cost(values + share * step, whiteners) > limit:
+                share /= 2
+            values = values + share * step
+        return values, covariance, False
+
+    def spread(self, values: RealArray, covariance: RealArray, mismatch: float) -> RealArray:
+        """Covariance of a solution whose weights knew nothing of a mismatch that is there."""
+        middle = np.zeros_like(covariance)
+        for group in self.groups:
+            whitener = self._whitener(group, values, 0.0)
+            white = whitener @ self._equations(group, values)[1]
+            added = mismatch**2 * mount_covariance(self.model, group.parts)
+            factor = np.linalg.cholesky(added + _jitter(added))
+            seen = np.swapaxes(white, 1, 2).conj() @ (whitener @ factor)
+            seen = np.moveaxis(seen, 1, 0).reshape(values.size, -1)
+            middle += (seen @ seen.conj().T).real
+        return np.asarray(covariance + covariance @ middle @ covariance)
+
+    def reduced_chi(self, values: RealArray, mismatch: float, below: float = np.inf) -> float:
+        """Rms of the whitened residuals below a line [Hz]; 0 where there is none."""
+        squares, count = 0.0, 0
+        for group in self.groups:
+            lines = group.frequency < below
+            right = self._misfit(group, values)[lines][..., np.newaxis]
+            white = self._whitener(group, values, mismatch)[lines] @ right
+            squares += float(np.sum(np.abs(white) ** 2))
+            count += 2 * white.size
+        return float(np.sqrt(squares / count)) if count else 0.0
+
+    def residuals(
+        self, values: RealArray, mismatch: float
+    ) -> tuple[tuple[ComplexArray, ...], tuple[ComplexArray, ...]]:
+        """Of each sweep: plain [N, N m] and whitened [1], not a number outside of the band."""
+        plain = tuple(np.full(load.load.shape, np.nan, dtype=complex) for load in self.loads)
+        white = tuple(np.full(load.load.shape, np.nan, dtype=complex) for load in self.loads)
+        for group in self.groups:
+            right = self._misfit(group, values)
+            mixed = self._whitener(group, values, mismatch) @ right[..., np.newaxis]
+            for number, (member, pick) in enumerate(zip(group.members, group.picks, strict=True)):
+                own = slice(6 * number, 6 * number + 6)
+                plain[member][pick] = -right[:, own]
+                white[member][pick] = mixed[:, own, 0]
+        return plain, white
+
+    def _cost(self, values: RealArray, whiteners: Sequence[ComplexArray]) -> float:
+        cost = float(self.prior @ values**2)
+        for group, whitener in zip(self.groups, whiteners, strict=True):
+            white = whitener @ self._misfit(group, values)[..., np.newaxis]
+            cost += float(np.sum(np.abs(white) ** 2))
+        return cost
+
+    def _misfit(self, group: _Group, values: RealArray) -> ComplexArray:
+        """Load of source less load found, all sweeps of a group, shape (n, 6 n_sweep)."""
+        now = group.now(values[N_ROTOR + self.n_gas :])
+        right = [
+            self._source(values, member, group.frequency)[0] - applied(now, part.motion)
+            for member, part in zip(group.members, group.parts, strict=True)
+        ]
+        return np.concatenate(right, axis=1)
+
+    def _equations(self, group: _Group, values: RealArray) -> tuple[ComplexArray, ComplexArray]:
+        """Misfit, and its Jacobian of shape (n, 6 n_sweep, n_unknown)."""
+        now = group.now(values[N_ROTOR + self.n_gas :])
+        right, rows = [], []
+        for member, part in zip(group.members, group.parts, strict=True):
+            source, by_source = self._source(values, member, group.frequency)
+            motion = np.linalg.solve(now, source[..., np.newaxis])[..., 0]
+            by_rest = np.moveaxis(applied(group.rest, motion), 0, -1)
+            right.append(source - applied(now, part.motion))
+            rows.append(np.concatenate([by_source, by_rest], axis=-1))
+        return np.concatenate(right, axis=1), np.concatenate(rows, axis=1)
+
+    def _source(
+        self, values: RealArray, number: int, frequency: RealArray
+    ) -> tuple[ComplexArray, ComplexArray]:
+        """Load of rotor and gas in one sweep, shape (n, 6), and its Jacobian."""
+        rotor = rotor_columns(frequency, self.sense)
+        by_rotor = np.stack([rotor, 1j * rotor], axis=-1).reshape(*rotor.shape[:2], N_ROTOR)
+        unknowns = values[N_ROTOR : N_ROTOR + self.n_gas]
+        columns, pressure = gas_columns(self.sense), self.which[number]
+        by_gas = columns @ self.gas.derivatives(unknowns)[:, pressure].T
+        load = by_rotor @ values[:N_ROTOR] + columns @ self.gas.gas(unknowns)[pressure]
+        slopes = [by_rotor, np.broadcast_to(by_gas, (frequency.size, *by_gas.shape))]
+        return load, np.concatenate(slopes, axis=-1)
+
+    def _whitener(self, group: _Group, values: RealArray, mismatch: float) -> ComplexArray:
+        """Inverse of the Cholesky factor of the noise, shape (n, 6 n_sweep, 6 n_sweep)."""
+        now = group.now(values[N_ROTOR + self.n_gas :])
+        covariance = noise_covariance(self.model, group.parts, now)
+        if mismatch > 0:
+            covariance += mismatch**2 * mount_covariance(self.model, group.parts)
+        return np.asarray(np.linalg.inv(np.linalg.cholesky(covariance)))
+
+
+def _shared_lines(
+    loads: Sequence[OperatingLoad], inside: Sequence[Indices]
+) -> list[tuple[tuple[int, ...], tuple[Indices, ...]]]:
+    """Group lines by the sweeps that have them."""
+    n_line = 1 + max(int(load.lines.max()) for load in loads)
+    where = np.full((len(loads), n_line), -1)
+    for number, load in enumerate(loads):
+        where[number, load.lines[inside[number]]] = inside[number]
+    kinds, kind = np.unique(where >= 0, axis=1, return_inverse=True)
+    groups = []
+    for number, has in enumerate(kinds.T):
+        members = tuple(int(i) for i in np.flatnonzero(has))
+        if members:
+            columns = np.flatnonzero(kind.reshape(-1) == number)
+            groups.append((members, tuple(where[member, columns] for member in members)))
+    return groups
+
+
+def _inverse(normal: RealArray) -> RealArray:
+    """Invert with a unit diagonal; an unknown that nothing sees yet stays where it is."""
+    diagonal = np.diag(normal)
+    unseen = diagonal <= 0
+    unit = 1 / np.sqrt(np.where(unseen, 1.0, diagonal))
+    scaled = normal * np.outer(unit, unit) + np.diag(unseen.astype(float))
+    return np.asarray(np.linalg.inv(scaled) * np.outer(unit, unit))
+
+
+def _jitter(covariance: ComplexArray) -> RealArray:
+    """So little on the diagonal that a covariance of deficient rank has a Cholesky factor."""
+    trace = np.trace(covariance, axis1=1, axis2=2).real
+    return np.asarray(1e-9 * trace[:, np.newaxis, np.newaxis] * np.eye(covariance.shape[1]))

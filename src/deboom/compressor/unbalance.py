@@ -1,0 +1,361 @@
+"""From sweeps and a hammer test to unbalance, gas forces and how far they can be trusted."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import partial
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from deboom.compressor.mass_line import calibration_of
+from deboom.compressor.mount_state import MountState, mount_state
+from deboom.compressor.operating_checks import (
+    load_alarms,
+    refuse_resonant_sweep,
+    sweeps_of,
+    within_hammer_test,
+)
+from deboom.compressor.operating_load import OperatingLoad, operating_load
+from deboom.compressor.operating_motion import OperatingMotion, operating_motion
+from deboom.compressor.operating_stiffness import FactorOverFrequency, OneFactor
+from deboom.compressor.rotation import SenseOfRotation, sense_of_rotation
+from deboom.compressor.routes import (
+    CalibratedMeasurementRoute,
+    CalibratedModelRoute,
+    MeasuredRoute,
+    PointModelRoute,
+    Route,
+    RouteBasis,
+    UpdatedRoute,
+)
+from deboom.compressor.source_fit import SourceFit, fit_source
+from deboom.compressor.source_structure import GasLaw, GasPerPressure
+from deboom.compressor.sources import Sources, sources
+from deboom.compressor.unbalance_curve import LoadUncertainty, UnbalanceCurve, unbalance_curve
+from deboom.errors import InputError
+from deboom.physics.arrays import ComplexArray, RealArray
+
+if TYPE_CHECKING:
+    from deboom.compressor.identify import Identification
+    from deboom.compressor.route_model import RouteModel
+    from deboom.compressor.unbalance_load import RotationSense
+    from deboom.measurement.operating_sweep import HoseState, OperatingSweep, OperatingTest
+
+Step = Callable[[str], None]
+
+
+@dataclass(frozen=True)
+class UnbalanceOptions:
+    """How the load inside is found.
+
+    Parameters
+    ----------
+    routes : tuple of Route
+        All that are compared.
+    chosen : Route
+        The one that results are taken from; among `routes`.
+    state : FactorOverFrequency
+        What the mounts may have done between hammer test and operation; routes without update take
+        it as uncertainty.
+    gas : GasLaw
+        How the gas forces at several pressures hang together.
+    hoses : HoseState or None
+        Sweeps to be used; by default those with soft hoses, or, where there are none, the others.
+    expected_sense : RotationSense or None
+        Of the data sheet.
+    band : (float, float)
+        Lines of the global fit [Hz].
+    confidence : float
+        Of all bands and intervals [1].
+    largest_uncertainty : float
+        Half band over amplitude above which a line is not trusted [1].
+
+    Raises
+    ------
+    InputError
+        A chosen route that is not among the routes, two routes of one letter, a confidence outside
+        0 to 1.
+    """
+
+    routes: tuple[Route, ...] = (
+        MeasuredRoute(),
+        PointModelRoute(),
+        CalibratedModelRoute(),
+        CalibratedMeasurementRoute(),
+        UpdatedRoute(),
+    )
+    chosen: Route = CalibratedMeasurementRoute()
+    state: FactorOverFrequency = FactorOverFrequency()
+    gas: GasLaw = GasPerPressure()
+    hoses: HoseState | None = None
+    expected_sense: RotationSense | None = None
+    band: tuple[float, float] = (17.0, 150.0)
+    confidence: float = 0.95
+    largest_uncertainty: float = 0.05
+
+    def __post_init__(self) -> None:
+        letters = [route.letter for route in self.routes]
+        if len(set(letters)) < len(letters):
+            raise InputError(f"two routes have one letter: {', '.join(letters)}")
+        if self.chosen not in self.routes:
+            raise InputError(f"route {self.chosen.letter} is chosen but not among the routes")
+        if not 0 < self.confidence < 1:
+            raise InputError(f"a confidence lies between 0 and 1, not at {self.confidence:g}")
+
+
+@dataclass(frozen=True, eq=False)
+class SweepUnbalance:
+    """Line by line, for one sweep and one route.
+
+    Parameters
+    ----------
+    sweep : str
+        Its name.
+    pressure : float
+        [Pa].
+    hoses : HoseState
+    frequency : array, shape (n_frequency,)
+        Of the rotation [Hz].
+    load : array, shape (n_frequency, 6)
+        At the virtual point, complex peak [N, N m].
+    load_lower, load_upper : array, shape (n_frequency, 6)
+        Band of its amplitudes [N, N m].
+    static, dynamic : UnbalanceCurve
+        With the rotating gas force, which passes as unbalance [kg m], [kg m²].
+    static_without_gas : UnbalanceCurve
+        With the rotating gas force of the global fit taken off [kg m].
+    """
+
+    sweep: str
+    pressure: float
+    hoses: HoseState
+    frequency: RealArray
+    load: ComplexArray
+    load_lower: RealArray
+    load_upper: RealArray
+    static: UnbalanceCurve
+    dynamic: UnbalanceCurve
+    static_without_gas: UnbalanceCurve
+
+    @property
+    def speed(self) -> RealArray:
+        """Of the rotation, shape (n_frequency,) [1/min]."""
+        return np.asarray(60.0 * self.frequency)
+
+
+@dataclass(frozen=True, eq=False)
+class RouteResult:
+    """All that one route says.
+
+    Parameters
+    ----------
+    route : Route
+    sweeps : tuple of SweepUnbalance
+        Line by line.
+    sources : Sources
+        All lines and pressures at once.
+    fit : SourceFit
+        The same with everything that was fitted.
+    """
+
+    route: Route
+    sweeps: tuple[SweepUnbalance, ...]
+    sources: Sources
+    fit: SourceFit
+
+
+@dataclass(frozen=True, eq=False)
+class Unbalance:
+    """Everything that sweeps and hammer test say of the rotor, the gas and the mounts.
+
+    Parameters
+    ----------
+    test : OperatingTest
+    identification : Identification
+    options : UnbalanceOptions
+    motions : tuple of OperatingMotion
+        One per sweep that was used.
+    sense : SenseOfRotation
+    routes : tuple of RouteResult
+        In the order of the options.
+    state : MountState
+    alarms : tuple of str
+        Reasons not to trust the results, in words; empty where there are none.
+    notices : tuple of str
+        What was decided on the way.
+    """
+
+    test: OperatingTest
+    identification: Identification
+    options: UnbalanceOptions
+    motions: tuple[OperatingMotion, ...]
+    sense: SenseOfRotation
+    routes: tuple[RouteResult, ...]
+    state: MountState
+    alarms: tuple[str, ...]
+    notices: tuple[str, ...]
+
+    @property
+    def chosen(self) -> RouteResult:
+        """Result of the chosen route."""
+        return self.by_letter(self.options.chosen.letter)
+
+    def by_letter(self, letter: str) -> RouteResult:
+        """Result of the route of this letter.
+
+        Raises
+        ------
+        InputError
+            No such route.
+        """
+        for result in self.routes:
+            if result.route.letter == letter:
+                return result
+        letters = ", ".join(result.route.letter for result in self.routes)
+        raise InputError(f"there is no route {letter}, only {letters}")
+
+
+def unbalance(
+    test: OperatingTest,
+    identification: Identification,
+    options: UnbalanceOptions | None = None,
+    step: Step | None = None,
+) -> Unbalance:
+    """Find unbalance and internal forces of a running compressor.
+
+    Parameters
+    ----------
+    test : OperatingTest
+    identification : Identification
+        Of its hammer test without hoses.
+    options : UnbalanceOptions, optional
+    step : callable of str, optional
+        Told what is being done, for progress.
+
+    Returns
+    -------
+    Unbalance
+
+    Raises
+    ------
+    InputError
+        An identification of other sensors; no sweep with these hoses; a sweep outside of the hammer
+        test or one that never leaves the resonances; sweeps that turn against each other or against
+        the data sheet.
+
+    Notes
+    -----
+    Thesis, 4.2 and 4.4.1 (figures 52, 61 and 62), with the routes that the thesis lacks. Sweeps
+    share the unbalance and the mounts; each pressure has its own gas.
+    """
+    options = options or UnbalanceOptions()
+    say = step or (lambda _: None)
+    if identification.test.frf.outputs != test.hammer.frf.outputs:
+        raise InputError(f"{test.name}: the identification is of other sensors than the sweeps")
+    used, notices = sweeps_of(test, options.hoses)
+    used, trimmed = within_hammer_test(used, identification.raw.frf.frequency)
+    notices += trimmed
+    refuse_resonant_sweep(used, identification.modes)
+    say("motion at the virtual point")
+    motions = tuple(
+        operating_motion(sweep, identification.response, identification.calibrated)
+        for sweep in used
+    )
+    say("calibration")
+    basis = RouteBasis(identification, calibration_of(identification))
+    alarms = list(identification.alarms)
+    if basis.calibration is not identification.calibrated:
+        notices.append(
+            "The foundation is not rigid: sensors and impacts are calibrated by the mass line "
+            f"alone, which has a reduced χ of {basis.calibration.reduced_chi:.2f}."
+        )
+    frequency = np.unique(np.concatenate([sweep.frequency for sweep in used]))
+    solve = partial(fit_source, gas=options.gas, band=options.band)
+    say("sense of rotation")
+    chosen = options.chosen.model(basis, frequency)
+    sense = sense_of_rotation(
+        chosen, [operating_load(chosen, sweep) for sweep in used], options.expected_sense
+    )
+    results = []
+    for route in options.routes:
+        say(f"route {route.letter}: {route.title}")
+        model = _turning(route.model(basis, frequency), test, sense.sense)
+        loads = [operating_load(model, sweep) for sweep in used]
+        fit = solve(model, loads, sense.sense, change=route.update or options.state)
+        results.append(
+            RouteResult(
+                route,
+                tuple(
+                    _line_by_line(model, load, sweep, fit, route, options)
+                    for load, sweep in zip(loads, used, strict=True)
+                ),
+                sources(fit, loads, identification.length, options.confidence),
+                fit,
+            )
+        )
+        if route == options.chosen:
+            common = solve(model, loads, sense.sense, change=OneFactor())
+            resolved = (
+                fit
+                if fit.change == options.state
+                else solve(model, loads, sense.sense, change=options.state)
+            )
+    state = mount_state(
+        common, resolved, options.state, identification.calibrated.model.gain, frequency
+    )
+    result = next(one for one in results if one.route == options.chosen)
+    alarms += load_alarms(used, result.sources, result.fit.mismatch, state)
+    return Unbalance(
+        test,
+        identification,
+        options,
+        motions,
+        sense,
+        tuple(results),
+        state,
+        tuple(alarms),
+        tuple(notices),
+    )
+
+
+def _turning(model: RouteModel, test: OperatingTest, sense: RotationSense) -> RouteModel:
+    if test.rotor_inertia is None:
+        return model
+    return model.with_rotor(test.rotor_inertia, sense)
+
+
+def _line_by_line(
+    model: RouteModel,
+    load: OperatingLoad,
+    sweep: OperatingSweep,
+    fit: SourceFit,
+    route: Route,
+    options: UnbalanceOptions,
+) -> SweepUnbalance:
+    """Read both unbalances off the load at each line, in y and in z."""
+    errors = LoadUncertainty(
+        model, load, fit, updated=route.update is not None, confidence=options.confidence
+    )
+    square = (2 * np.pi * load.frequency) ** 2
+    turn = 1j * fit.sense.value
+    entry = np.eye(6) / square[:, np.newaxis, np.newaxis]
+    curve = partial(
+        unbalance_curve, errors, load.frequency, largest_uncertainty=options.largest_uncertainty
+    )
+    static = (entry[:, 1].astype(complex), turn * entry[:, 2])
+    ones = np.ones((load.frequency.size, 1))
+    bands = [errors.band(ones * np.eye(6)[axis].astype(complex)) for axis in range(6)]
+    return SweepUnbalance(
+        sweep.name,
+        sweep.pressure,
+        sweep.hoses,
+        load.frequency,
+        errors.load,
+        np.stack([band.lower for band in bands], axis=1),
+        np.stack([band.upper for band in bands], axis=1),
+        curve(*static),
+        curve(-turn * entry[:, 4], entry[:, 5].astype(complex)),
+        curve(*static, gas=1 / square.astype(complex)),
+    )

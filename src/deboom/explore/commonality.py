@@ -1,0 +1,229 @@
+"""The fewest part numbers with which every vehicle keeps its limit, and what sharing costs."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from itertools import chain, combinations
+
+import numpy as np
+
+from deboom.errors import InputError
+from deboom.explore.arrays import RealArray
+from deboom.explore.part_library import PartLibrary, choose_numbers
+from deboom.explore.shared_design import (
+    OwnOptima,
+    SharedDesign,
+    SharingProblem,
+    quietest_within_limits,
+    shared_design,
+)
+from deboom.explore.sharing import Sharing
+
+Step = Callable[[int, int, str], None]
+
+BESIDE = 3
+"""Counts above the first within the limits that are worked out as well: merging begins there."""
+WIDTH = 3
+"""Sharings of each count whose numbers are merged in pairs."""
+MOST_PARTS = 8
+"""Subsets of the parts are gone through one by one: 256 of them."""
+STARTS = 4
+"""Local optima of all vehicles that a relaxation begins with."""
+
+
+@dataclass(frozen=True, eq=False)
+class Commonality:
+    """Result of `fewest_part_numbers`.
+
+    Parameters
+    ----------
+    by_count : tuple of SharedDesign
+        Best sharing found for each count of part numbers, from few to many; each has a lower worst
+        excess than those before it.
+    fewest : SharedDesign
+        The first within all limits; among all values of these part numbers the quietest found.
+    lower_bound : int
+        With fewer numbers some vehicle misses its limit, even where every part that has several
+        numbers has one for each vehicle.
+    """
+
+    by_count: tuple[SharedDesign, ...]
+    fewest: SharedDesign
+    lower_bound: int
+
+
+def fewest_part_numbers(
+    problem: SharingProblem,
+    own: OwnOptima,
+    guesses: Sequence[Sharing] = (),
+    step: Step | None = None,
+) -> Commonality:
+    """Find the fewest distinct part numbers with which every vehicle keeps its limit.
+
+    Parameters
+    ----------
+    problem : SharingProblem
+    own : OwnOptima
+        Of `own_optima`, for the same model and space.
+    guesses : sequence of Sharing
+        Tried as well, such as the families of a correlation study.
+    step : callable, optional
+        Told what is done: number, of how many, in words.
+
+    Returns
+    -------
+    Commonality
+
+    Raises
+    ------
+    InputError
+        A limit that a vehicle misses even with parts of its own: says by how much, and which
+        vehicle binds. Rules that leave no sharing within the limits.
+
+    Notes
+    -----
+    Two steps in turn. Numbers: of a library of part values, choose a stated count and give every
+    vehicle one of each part, so that the worst vehicle is as good as can be (`choose_numbers`, an
+    exact integer program on that library). Values: move the values of these numbers by gradients
+    (`shared_design`). The library begins with the local optima of every vehicle by itself, and
+    takes in the values found; a vehicle's optimum may need two parts to change together, which is
+    why numbers are chosen for all parts at once.
+
+    The lower bound is a relaxation: parts outside of a subset are shared as far as the rules allow,
+    those inside are free for each vehicle. All optima of values are local ones, of several starts:
+    the search may miss a sharing, and the bound is one too high where every start missed one.
+    """
+    say = step or (lambda *_: None)
+    _refuse_unreachable(problem, own)
+    if len(problem.part_names) > MOST_PARTS:
+        raise InputError(
+            f"{len(problem.part_names)} parts: this search goes through subsets of at most "
+            f"{MOST_PARTS}; fix the parts that are settled"
+        )
+    least = problem.rules.fewest(problem.part_names, problem.vehicles)
+    most = sum(_free(problem, part) for part in range(len(problem.part_names)))
+    found: dict[bytes, SharedDesign] = {}
+
+    def work_out(sharing: Sharing, starts: Sequence[RealArray]) -> None:
+        known = found.get(sharing.key)
+        tried = shared_design(problem, sharing, starts)
+        if known is None or tried.worst < known.worst:
+            found[sharing.key] = tried
+
+    begin = _starts(problem, own)
+    for guess in [least, *guesses]:
+        if problem.rules.kept_by(guess):
+            work_out(guess, begin)
+    library = PartLibrary.of(problem, np.concatenate([own.designs, own.candidates]), own.designs)
+    reached = most
+    for count in range(least.total, most + 1):
+        say(count - least.total, most, f"choice of {count} part numbers")
+        chosen = choose_numbers(problem, library, count)
+        if chosen is not None:
+            work_out(chosen[0], [chosen[1]])
+        if _worst(found, count) <= 0.0:
+            reached = min(reached, count)
+        if count >= reached + BESIDE or (chosen is not None and chosen[0].total < count):
+            break
+    for count in range(max(one.sharing.total for one in found.values()), least.total, -1):
+        say(most - count, most, f"merging to {count - 1} part numbers")
+        for one in _of_count(found, count)[:WIDTH]:
+            for sharing, starts in _merged(problem, one):
+                work_out(sharing, starts)
+    say(most, most, "lower bound")
+    by_count = _best(found)
+    if by_count[-1].worst > 0.0:
+        raise InputError(
+            f"with every part number that the rules allow, {most}, the limits are missed by "
+            f"{by_count[-1].worst:.3g} {problem.evaluate.response_unit}: loosen the rules of what "
+            "belongs together, or the limits"
+        )
+    fewest = next(one for one in by_count if one.worst <= 0.0)
+    bound = _bound(problem, least, [*begin, *(one.designs for one in by_count)])
+    return Commonality(
+        by_count, quietest_within_limits(problem, fewest), min(bound, fewest.sharing.total)
+    )
+
+
+def _starts(problem: SharingProblem, own: OwnOptima) -> list[RealArray]:
+    """Every vehicle its own optimum; all vehicles one of the candidates that suit the worst."""
+    worst = (problem.evaluate(own.candidates) - problem.limits).max(axis=1)
+    alike = own.candidates[np.argsort(worst, kind="stable")[:STARTS]]
+    return [own.designs, *np.repeat(alike[:, np.newaxis], len(problem.vehicles), axis=1)]
+
+
+def _worst(found: dict[bytes, SharedDesign], count: int) -> float:
+    fitting = [one.worst for one in found.values() if one.sharing.total <= count]
+    return min(fitting, default=float("inf"))
+
+
+def _best(found: dict[bytes, SharedDesign]) -> tuple[SharedDesign, ...]:
+    """Of each count the best, where it is better than all with fewer numbers."""
+    best: list[SharedDesign] = []
+    for one in sorted(found.values(), key=lambda one: (one.sharing.total, one.worst)):
+        if not best or one.worst < best[-1].worst:
+            best.append(one)
+    first = {one.sharing.total: one for one in reversed(best)}
+    return tuple(first[count] for count in sorted(first))
+
+
+def _of_count(found: dict[bytes, SharedDesign], count: int) -> list[SharedDesign]:
+    fitting = [one for one in found.values() if one.sharing.total == count]
+    return sorted(fitting, key=lambda one: one.worst)
+
+
+def _merged(
+    problem: SharingProblem, one: SharedDesign
+) -> Iterator[tuple[Sharing, list[RealArray]]]:
+    """Join pairs of numbers; all their users begin with the value of one, then of the other."""
+    for part, count in enumerate(one.sharing.counts):
+        columns, numbers = list(problem.columns[part]), one.sharing.numbers[part]
+        for pair in combinations(range(count), 2):
+            sharing = one.sharing.merged(part, *pair)
+            if not problem.rules.kept_by(sharing):
+                continue
+            users, starts = np.flatnonzero(np.isin(numbers, pair)), []
+            for number in pair:
+                designs = one.designs.copy()
+                holder = np.flatnonzero(numbers == number)[0]
+                designs[np.ix_(users, columns)] = one.designs[holder, columns]
+                starts.append(designs)
+            yield sharing, starts
+
+
+def _refuse_unreachable(problem: SharingProblem, own: OwnOptima) -> None:
+    missed = own.levels - problem.limits
+    binding = int(np.argmax(missed))
+    if missed[binding] > 0.0:
+        unit = problem.evaluate.response_unit
+        raise InputError(
+            f"{problem.vehicles[binding]} cannot keep its limit of {problem.limits[binding]:.4g} "
+            f"{unit}: with parts of its own it reaches {own.levels[binding]:.4g} {unit}, "
+            f"{missed[binding]:.3g} too much; {int((missed > 0).sum())} of {missed.size} vehicles "
+            "miss theirs: raise the limit or widen the bounds"
+        )
+
+
+def _bound(problem: SharingProblem, least: Sharing, starts: Sequence[RealArray]) -> int:
+    """Return the least count that the relaxation leaves possible."""
+    best = least.total + len(problem.part_names)
+    for parts in chain([()], _subsets(len(problem.part_names))):
+        numbers = least.numbers.copy()
+        for part in parts:
+            numbers[part] = problem.rules.units(problem.part_names[part], problem.vehicles)
+        relaxed = Sharing(least.parts, least.vehicles, numbers)
+        # a part that is free for each vehicle has at least one number more
+        more = sum(relaxed.counts[part] > least.counts[part] for part in parts)
+        if least.total + more < best and shared_design(problem, relaxed, starts).worst <= 0.0:
+            best = least.total + more
+    return best
+
+
+def _free(problem: SharingProblem, part: int) -> int:
+    return len(np.unique(problem.rules.units(problem.part_names[part], problem.vehicles)))
+
+
+def _subsets(count: int) -> Iterator[tuple[int, ...]]:
+    """Non-empty subsets of the parts, small ones first."""
+    return chain.from_iterable(combinations(range(count), size) for size in range(1, count + 1))

@@ -1,0 +1,272 @@
+"""Problems whose largest acceptance boxes are known, found without a sample and without smoothing.
+
+Parts lie evenly in their box. The share of a box is then a volume over a volume, which linear and
+quadratic responses give in closed form or by quadrature, and its derivatives follow from the shares
+of the faces (Leibniz' rule). Nothing here is shared with the search of
+`deboom.explore.solution_box_search` but the box itself.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import factorial
+from typing import Protocol
+
+import numpy as np
+from scipy.optimize import brentq, minimize
+
+from deboom.explore.arrays import RealArray
+from deboom.explore.known_truth import Quad2
+from deboom.explore.polish import Differentiable
+from deboom.explore.solution_box import Box
+
+NODES = 400
+"""Nodes per variable of a quadrature; the error of a share is below 1e-4."""
+
+
+class KnownShare(Differentiable, Protocol):
+    """A model of which the share of every box is known."""
+
+    def shares(self, limit: RealArray, lower: RealArray, upper: RealArray) -> RealArray:
+        """Return the share that keeps each limit, shape (r,), of parts even in a box.
+
+        Variables with equal ends are held there.
+        """
+
+
+@dataclass(frozen=True, eq=False)
+class LinearProblem:
+    """Responses ``y_r = Σ_k slopes_rk x_k``.
+
+    Parameters
+    ----------
+    slopes : array, shape (r, k)
+    """
+
+    slopes: RealArray
+    response_unit: str = "1"
+
+    @property
+    def variable_names(self) -> tuple[str, ...]:
+        """``x1`` to ``xk``."""
+        return tuple(f"x{k + 1}" for k in range(self.slopes.shape[1]))
+
+    @property
+    def response_names(self) -> tuple[str, ...]:
+        """``y1`` to ``yr``."""
+        return tuple(f"y{r + 1}" for r in range(self.slopes.shape[0]))
+
+    def __call__(self, designs: RealArray) -> RealArray:
+        """Return the responses, shape (n, r)."""
+        return np.asarray(designs @ self.slopes.T)
+
+    def gradient(self, designs: RealArray) -> RealArray:
+        """Return the derivatives of the responses, shape (n, r, k)."""
+        return np.broadcast_to(self.slopes, (len(designs), *self.slopes.shape)).copy()
+
+    def shares(self, limit: RealArray, lower: RealArray, upper: RealArray) -> RealArray:
+        """Return the share that keeps each limit, shape (r,)."""
+        pairs = zip(self.slopes, limit, strict=True)
+        return np.array([linear_share(slope, value, lower, upper) for slope, value in pairs])
+
+
+@dataclass(frozen=True, eq=False)
+class QuadraticProblem(Quad2):
+    """QUAD2 of `deboom.explore.known_truth`, or one of its responses, with the share of a box."""
+
+    def shares(self, limit: RealArray, lower: RealArray, upper: RealArray) -> RealArray:
+        """Return the share that keeps each limit, shape (r,)."""
+        rows = zip(self.weights, self.targets, limit, strict=True)
+        return np.array([quadratic_share(w, c, value, lower, upper) for w, c, value in rows])
+
+
+def linear_share(slope: RealArray, limit: float, lower: RealArray, upper: RealArray) -> float:
+    """Return the share of a box in which ``slope · x ≤ limit``.
+
+    Notes
+    -----
+    ``P(Σ s_k U_k ≤ c) = Σ_S (-1)^|S| max(0, c - Σ_S s)^n / (n! Π s)`` over all subsets S of the n
+    steps ``s_k = |slope_k| width_k``, with c counted from the lowest corner: the volume of a cube
+    below a plane (D. L. Barrow and P. W. Smith, "Spline notation applied to a volume problem",
+    Amer. Math. Monthly 86, 1979).
+    """
+    steps = np.abs(slope) * (upper - lower)
+    room = limit - float(np.where(slope > 0.0, slope * lower, slope * upper).sum())
+    steps = steps[steps > 0.0]
+    if not steps.size or room <= 0.0 or room >= steps.sum():
+        return float(room >= steps.sum())
+    if room > 0.5 * steps.sum():  # the small corner above the plane: no digits are lost
+        return 1.0 - _corner(steps, float(steps.sum()) - room)
+    return _corner(steps, room)
+
+
+def _corner(steps: RealArray, room: float) -> float:
+    signs, sums = np.ones(1), np.zeros(1)
+    for step in steps:
+        signs, sums = np.concatenate([signs, -signs]), np.concatenate([sums, sums + step])
+    n = steps.size
+    return float(signs @ np.maximum(0.0, room - sums) ** n / (factorial(n) * np.prod(steps)))
+
+
+def quadratic_share(
+    weight: RealArray, target: RealArray, limit: float, lower: RealArray, upper: RealArray
+) -> float:
+    """Return the share of a box in which ``Σ_k weight_k (x_k - target_k)² ≤ limit``.
+
+    Notes
+    -----
+    The last variable that is not held is integrated in closed form (an interval's overlap with
+    another), the others by the midpoint rule with `NODES` nodes.
+    """
+    free = np.flatnonzero(upper > lower)
+    held = np.setdiff1d(np.arange(weight.size), free)
+    left = np.array(limit - float(weight[held] @ (lower[held] - target[held]) ** 2))
+    if not free.size:
+        return float(left >= 0.0)
+    middle = (np.arange(NODES) + 0.5) / NODES
+    for k in free[:-1]:
+        term = weight[k] * (lower[k] + middle * (upper[k] - lower[k]) - target[k]) ** 2
+        left = np.subtract.outer(left, term)
+    last = free[-1]
+    reach = np.sqrt(np.maximum(left, 0.0) / weight[last])
+    top = np.minimum(upper[last], target[last] + reach)
+    bottom = np.maximum(lower[last], target[last] - reach)
+    overlap = np.where(left >= 0.0, np.maximum(0.0, top - bottom), 0.0)
+    return float(overlap.mean() / (upper[last] - lower[last]))
+
+
+def exact_share(problem: KnownShare, limit: RealArray, box: Box) -> float:
+    """Return the true share of parts and responses that keep their limits [1]."""
+    return float(problem.shares(limit, box.lower, box.upper).mean())
+
+
+def exact_largest_box(
+    problem: KnownShare,
+    limit: RealArray,
+    share: float,
+    bounds: Box,
+    weight: RealArray | None = None,
+    anchors: Sequence[RealArray] = (),
+) -> Box:
+    """Return the largest box by its true share, from several starts.
+
+    Parameters
+    ----------
+    problem : KnownShare
+    limit : array, shape (r,)
+    share : float
+        Of parts and responses that keep their limits [1].
+    bounds : Box
+        All variables free.
+    weight : array, shape (k,), optional
+        Of the logarithms of the widths; default is 1 [1].
+    anchors : sequence of array, shape (k,)
+        Designs about which a small box keeps the limit; the middle and two corners of the bounds
+        are tried as well.
+    """
+    size = len(bounds.names)
+    price = np.ones(size) if weight is None else weight
+    allowed = np.log(1.0 - share)
+
+    def missed(ends: RealArray) -> tuple[float, RealArray]:
+        lower, upper = ends[:size], ends[size:]
+        whole = float(problem.shares(limit, lower, upper).mean())
+        slope = np.empty(2 * size)
+        for k, end in itertools.product(range(size), (0, 1)):
+            face = [lower.copy(), upper.copy()]
+            face[1 - end][k] = face[end][k]
+            differs = float(problem.shares(limit, *face).mean()) - whole
+            slope[k + end * size] = (differs if end else -differs) / (upper[k] - lower[k])
+        lost = max(1.0 - whole, 1e-12)
+        return float(np.log(lost)), -slope / lost
+
+    found = []
+    for anchor in (*anchors, bounds.lower, bounds.centre, bounds.upper):
+        first = _begin(problem, limit, share, bounds, anchor)
+        if first is None:
+            continue
+        least = 1e-3 * bounds.width
+        end = minimize(  # type: ignore[call-overload]  # the stubs know no array of any length
+            lambda ends: -price @ np.log(np.maximum(ends[size:] - ends[:size], 1e-9)),
+            first,
+            jac=lambda ends: (
+                np.tile(price / np.maximum(ends[size:] - ends[:size], 1e-9), 2)
+                * np.repeat([1.0, -1.0], size)
+            ),
+            method="SLSQP",
+            bounds=list(zip(np.tile(bounds.lower, 2), np.tile(bounds.upper, 2), strict=True)),
+            constraints=[
+                {
+                    "type": "ineq",
+                    "fun": lambda ends: allowed - missed(ends)[0],
+                    "jac": lambda ends: -missed(ends)[1],
+                },
+                {
+                    "type": "ineq",
+                    "fun": lambda ends: ends[size:] - ends[:size] - least,
+                    "jac": lambda _ends: np.hstack([-np.eye(size), np.eye(size)]),
+                },
+            ],
+            options={"maxiter": 200, "ftol": 1e-9},
+        )
+        narrow = np.any(end.x[size:] - end.x[:size] < 0.5 * least)
+        if not narrow and missed(end.x)[0] <= allowed + 1e-4:
+            found.append(end.x)
+    volumes = [price @ np.log(ends[size:] - ends[:size]) for ends in found]
+    best = found[int(np.argmax(volumes))]
+    return Box(bounds.names, best[:size], best[size:])
+
+
+def _begin(
+    problem: KnownShare, limit: RealArray, share: float, bounds: Box, anchor: RealArray
+) -> RealArray | None:
+    """Return the ends of the first box, shrunk about an anchor, with nearly the share."""
+    for size in 0.85 ** np.arange(60):
+        lower = anchor - size * (anchor - bounds.lower)
+        upper = anchor + size * (bounds.upper - anchor)
+        if float(problem.shares(limit, lower, upper).mean()) >= 0.8 * share:
+            return np.concatenate([lower, upper])
+    return None
+
+
+def largest_linear_box(slope: RealArray, limit: float, share: float, lower: RealArray) -> Box:
+    """Return the largest box below a plane with rising slopes, its lower ends at the bounds.
+
+    Notes
+    -----
+    The steps ``slope_k width_k`` are equal, by symmetry, so that ``Σ U_k`` of uniform U_k has to
+    stay below ``room / step``: the step follows from the quantile of the Irwin-Hall distribution.
+    """
+    ones = np.ones(slope.size)
+    room = limit - float(slope @ lower)
+    quantile = brentq(
+        lambda c: linear_share(ones, c, 0.0 * ones, ones) - share,
+        0.0,
+        float(slope.size),
+        xtol=1e-13,
+    )
+    names = LinearProblem(slope[np.newaxis]).variable_names
+    return Box(names, lower, lower + room / (quantile * slope))
+
+
+def largest_bowl_box(weight: RealArray, target: RealArray, limit: float, share: float) -> Box:
+    """Return the largest box of two variables about the middle of a quadratic bowl.
+
+    Notes
+    -----
+    The half widths are ``h / sqrt(weight_k)``, by symmetry, and the parts that keep the limit are
+    those of a square inside a circle of radius ``√q`` half sides, with ``q = limit / h²``: a share
+    ``π q / 4`` up to q = 1, and ``√(q-1) + q (asin(1/√q) - acos(1/√q)) / 2`` from there to 2.
+    """
+
+    def of_square(q: float) -> float:
+        if q <= 1.0:
+            return float(np.pi * q / 4.0)
+        angle = np.arcsin(1.0 / np.sqrt(q)) - np.arccos(1.0 / np.sqrt(q))
+        return float(np.sqrt(q - 1.0) + 0.5 * q * angle)
+
+    quantile = brentq(lambda q: of_square(q) - share, 1e-9, 2.0, xtol=1e-13)
+    half = np.sqrt(limit / (quantile * weight))
+    return Box(("x1", "x2"), target - half, target + half)

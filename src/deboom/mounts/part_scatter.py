@@ -1,0 +1,329 @@
+"""How far parts of one number scatter: standard deviation and what the axes share, with intervals.
+
+All of it is read from the logarithm of a stiffness, so that a standard deviation is relative.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.stats import chi2, f
+
+from deboom.errors import InputError
+from deboom.physics.arrays import RealArray
+
+ENOUGH = 20
+"""Parts from which on the measured scatter stands alone."""
+DOMINATES = 0.5
+"""Share of the observed variance from which on measuring is said to dominate [1]."""
+
+
+@dataclass(frozen=True)
+class ScatterPrior:
+    """What is assumed of a scatter before any part was measured.
+
+    Parameters
+    ----------
+    sigma : float
+        Relative standard deviation [1].
+    weight : float
+        Degrees of freedom that it counts like; 4 is as good as five parts.
+
+    Raises
+    ------
+    InputError
+        A value that is not above 0.
+
+    Notes
+    -----
+    The variance has a scaled inverse chi-square distribution, the conjugate one for normal data
+    (A. Gelman et al., "Bayesian Data Analysis", 3rd ed., 2013, ch. 3.2): the parts' degrees of
+    freedom and variance are added to it.
+    """
+
+    sigma: float = 0.05
+    weight: float = 4.0
+
+    def __post_init__(self) -> None:
+        if not (0.0 < self.sigma < np.inf and 0.0 < self.weight < np.inf):
+            raise InputError(
+                f"a prior scatter of {self.sigma:g} with the weight {self.weight:g}: give both "
+                "above 0"
+            )
+
+
+DEFAULT_PRIOR = ScatterPrior()
+
+
+@dataclass(frozen=True)
+class ShareEstimate:
+    """A share of the variance with its interval.
+
+    Parameters
+    ----------
+    value, lower, upper : float
+        From 0 to 1 [1].
+    """
+
+    value: float
+    lower: float
+    upper: float
+
+
+@dataclass(frozen=True)
+class DirectionScatter:
+    """Scatter of one direction.
+
+    Parameters
+    ----------
+    name : str
+        Such as ``TSM x``.
+    n_parts, n_batches : int
+        Measured; 0 batches: none is recorded.
+    sigma, lower, upper : float
+        Relative standard deviation of the parts, with the bounds of its interval [1].
+    observed : float
+        Standard deviation of the values, measuring included; nan of fewer than two parts [1].
+    measurement : float
+        Standard uncertainty of one value that was removed [1].
+    prior_share : float
+        Weight of the prior in the result, 0 to 1 [1].
+    """
+
+    name: str
+    n_parts: int
+    n_batches: int
+    sigma: float
+    lower: float
+    upper: float
+    observed: float
+    measurement: float
+    prior_share: float
+
+    @property
+    def dominated(self) -> bool:
+        """Whether what is observed is mostly the uncertainty of measuring."""
+        return bool(self.measurement**2 >= DOMINATES * self.observed**2)
+
+    @property
+    def note(self) -> str:
+        """What a reader must know; empty if the parts alone say it."""
+        notes = []
+        if self.prior_share == 1.0:
+            notes.append("assumed: fewer than two parts were measured")
+        elif self.prior_share > 0.0:
+            notes.append(f"{100 * self.prior_share:.0f} % assumed, {self.n_parts} parts")
+        if self.dominated:
+            notes.append("measuring dominates: the parts cannot be told apart")
+        if self.n_batches == 1:
+            notes.append("one batch: what batches differ by is not in it")
+        return "; ".join(notes)
+
+
+def direction_scatter(
+    name: str,
+    values: RealArray,
+    uncertainty: RealArray | None = None,
+    batches: Sequence[str] | None = None,
+    prior: ScatterPrior = DEFAULT_PRIOR,
+    confidence: float = 0.95,
+    *,
+    has_common: bool = False,
+) -> DirectionScatter:
+    """Estimate the scatter of one direction from its parts.
+
+    Parameters
+    ----------
+    name : str
+        Of the direction.
+    values : array, shape (n,)
+        Logarithm of the stiffness of each part, under equal conditions [1].
+    uncertainty : array, shape (n,), optional
+        Standard uncertainty of each value; default is none [1].
+    batches : sequence of str, length n, optional
+        Which batch each part is of; default is that nobody knows.
+    prior : ScatterPrior
+        Counts below `ENOUGH` parts.
+    confidence : float
+        Of the interval [1].
+    has_common : bool
+        Whether the uncertainty holds errors that all parts have in common, as the budget of one
+        campaign does. They scatter no part; the upper bound then removes nothing.
+
+    Raises
+    ------
+    InputError
+        Counts that differ, values that are not finite, a confidence outside 0 to 1.
+
+    Notes
+    -----
+    ``ν s²/χ²`` bounds the observed variance; the mean variance of measuring is taken off. Of
+    several batches the variance is that between plus that within them (one-way analysis of
+    variance), with the degrees of freedom of Satterthwaite (Biometrics Bulletin 2, 1946). With a
+    known uncertainty and without batches the interval is exact for normal scatter; with the prior
+    it is a credible interval of the observed variance.
+    """
+    values = np.asarray(values, dtype=float)
+    error = np.zeros(values.size) if uncertainty is None else np.asarray(uncertainty, dtype=float)
+    labels = np.zeros(values.size) if batches is None else np.asarray(batches)
+    if not values.shape == error.shape == labels.shape or values.ndim != 1:
+        raise InputError(f"{name}: give one value, uncertainty and batch per part")
+    if not (np.isfinite(values).all() and np.isfinite(error).all() and (error >= 0.0).all()):
+        raise InputError(f"{name}: values and uncertainties of parts must be finite")
+    if not 0.0 < confidence < 1.0:
+        raise InputError(f"a confidence of {confidence:g}: take one between 0 and 1")
+    measuring = float((error**2).mean()) if error.size else 0.0
+    observed, degrees = _variance(values, labels)
+    weight = prior.weight if values.size < ENOUGH else 0.0
+    total = weight + degrees
+    variance = (weight * (prior.sigma**2 + measuring) + degrees * observed) / total
+    tail = 0.5 * (1.0 - confidence)
+    low, high = (total * variance / chi2.ppf(one, total) for one in (1.0 - tail, tail))
+    return DirectionScatter(
+        name=name,
+        n_parts=values.size,
+        n_batches=0 if batches is None else len(np.unique(labels)),
+        sigma=_root(variance - measuring),
+        lower=_root(low - measuring),
+        upper=_root(high if has_common else high - measuring),
+        observed=float(np.sqrt(observed)) if degrees else float("nan"),
+        measurement=float(np.sqrt(measuring)),
+        prior_share=weight / total,
+    )
+
+
+def hardness_share(
+    values: Sequence[RealArray], reliability: float = 1.0, confidence: float = 0.95
+) -> ShareEstimate | None:
+    """Estimate how much of the variance all axes of a part have in common.
+
+    Parameters
+    ----------
+    values : sequence of array, each of shape (n, a)
+        One array per part number: logarithms of the stiffness of n parts along a axes [1].
+        Arrays of one part or of one axis say nothing.
+    reliability : float
+        Share of the observed variance that is not measuring, above 0 [1].
+    confidence : float
+        Of the interval [1].
+
+    Returns
+    -------
+    ShareEstimate or None
+        None if no array says anything.
+
+    Notes
+    -----
+    Intraclass correlation of the axes, each brought to a variance of 1, with its interval by the F
+    distribution (K. O. McGraw and S. P. Wong, Psychological Methods 1, 1996, case 3). Measuring
+    errors of the axes, taken for independent, lower it by the reliability.
+    """
+    between = within = degrees = inner = axes = 0.0
+    for array in values:
+        n, a = array.shape
+        if n < 2 or a < 2 or not (spread := array.std(axis=0, ddof=1)).all():
+            continue
+        scaled = (array - array.mean(axis=0)) / spread
+        common = a * float((scaled.mean(axis=1) ** 2).sum())
+        between += common
+        within += float((scaled**2).sum()) - common
+        degrees += n - 1
+        inner += (n - 1) * (a - 1)
+        axes += a * (n - 1)
+    if degrees == 0.0:
+        return None
+    return _intraclass(
+        between / degrees, within / inner, degrees, inner, axes / degrees, confidence, reliability
+    )
+
+
+def batch_share(
+    values: RealArray, batches: Sequence[str], confidence: float = 0.95
+) -> ShareEstimate | None:
+    """Estimate how much of the variance all parts of a batch have in common.
+
+    Parameters
+    ----------
+    values : array, shape (n, a)
+        Logarithms of the stiffness of n parts along a axes [1].
+    batches : sequence of str, length n
+        Of each part.
+    confidence : float
+        Of the interval, exact for batches of equal size [1].
+
+    Returns
+    -------
+    ShareEstimate or None
+        None for fewer than two batches, or without two parts of one batch.
+
+    Notes
+    -----
+    Intraclass correlation of the mean over the axes, each brought to a variance of 1 (case 1 of
+    McGraw and Wong).
+    """
+    spread = values.std(axis=0, ddof=1)
+    mean = (values / np.where(spread > 0.0, spread, 1.0)).mean(axis=1)
+    labels, place = np.unique(np.asarray(batches), return_inverse=True)
+    count = np.bincount(place)
+    outer, inner = len(labels) - 1, mean.size - len(labels)
+    if outer < 1 or inner < 1:
+        return None
+    between, within = _mean_squares(mean, place, count)
+    return _intraclass(between, within, outer, inner, _size(count), confidence, 1.0)
+
+
+def _variance(values: RealArray, labels: np.ndarray) -> tuple[float, float]:
+    """Return variance and degrees of freedom; both 0 of fewer than two parts."""
+    if values.size < 2:
+        return 0.0, 0.0
+    names, place = np.unique(labels, return_inverse=True)
+    count = np.bincount(place)
+    inner = values.size - len(names)
+    if len(names) < 2 or inner < 1:
+        return float(values.var(ddof=1)), float(values.size - 1)
+    between, within = _mean_squares(values, place, count)
+    size = _size(count)
+    # a batch that differs less than its parts do is no batch
+    parts = np.array([max(between, within) / size, (1.0 - 1.0 / size) * within])
+    variance = float(parts.sum())
+    degrees = variance**2 / float((parts**2 / np.array([len(names) - 1, inner])).sum())
+    return variance, degrees if variance > 0.0 else float(values.size - 1)
+
+
+def _mean_squares(values: RealArray, place: np.ndarray, count: np.ndarray) -> tuple[float, float]:
+    """Return the mean squares between and within batches."""
+    means = np.bincount(place, weights=values) / count
+    between = float((count * (means - values.mean()) ** 2).sum()) / (len(count) - 1)
+    return between, float(((values - means[place]) ** 2).sum()) / (values.size - len(count))
+
+
+def _size(count: np.ndarray) -> float:
+    """Parts per batch that count in an analysis of variance of unequal batches."""
+    return float((count.sum() - (count**2).sum() / count.sum()) / (len(count) - 1))
+
+
+def _intraclass(
+    between: float,
+    within: float,
+    outer: float,
+    inner: float,
+    size: float,
+    confidence: float,
+    reliability: float,
+) -> ShareEstimate:
+    tail = 0.5 * (1.0 - confidence)
+    ratio = between / within if within > 0.0 else np.inf
+    ratios = (
+        ratio,
+        ratio / f.ppf(1.0 - tail, outer, inner),
+        ratio * f.ppf(1.0 - tail, inner, outer),
+    )
+    shares = [1.0 if np.isinf(r) else (r - 1.0) / (r + size - 1.0) / reliability for r in ratios]
+    value, lower, upper = (float(np.clip(share, 0.0, 1.0)) for share in shares)
+    return ShareEstimate(value, lower, upper)
+
+
+def _root(variance: float) -> float:
+    return float(np.sqrt(max(variance, 0.0)))

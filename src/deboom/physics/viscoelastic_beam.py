@@ -1,0 +1,300 @@
+"""Dynamic stiffness of a straight uniform viscoelastic beam, exact at every frequency.
+
+End motions are stacked ``(x, y, z, rx, ry, rz)`` of the first end, then of the second; loads are
+those that act on the beam, so that a beam pushes back on what holds it with the negative of them.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+
+import numpy as np
+import numpy.typing as npt
+
+from deboom.errors import InputError
+from deboom.physics.arrays import ComplexArray, RealArray
+from deboom.physics.rigid_body import shift_matrix
+
+SERIES_BELOW = 0.1
+"""Bending wave number times length below which the closed form loses digits to cancellation."""
+LARGEST_BENDING = 50.0
+"""Bending wave number times length above which the hyperbolic functions are worth nothing."""
+DERIVATIVES = ("tension", "torsion", "bending", "line_mass", "loss_factor")
+"""Fields of a beam by whose logarithms `beam_stiffness_derivatives` differentiates."""
+
+
+@dataclass(frozen=True)
+class ViscoelasticBeam:
+    """Straight uniform beam of a round section, one complex modulus.
+
+    Parameters
+    ----------
+    length : float
+        [m]
+    tension, torsion, bending : float
+        Real parts of EA [N], GJ and EI [N m²].
+    line_mass : float
+        [kg/m]
+    loss_factor : float
+        Of all three stiffnesses [1].
+    torsion_radius : float
+        Radius of gyration of the section about the axis [m].
+
+    Raises
+    ------
+    InputError
+        A number that is not positive and finite.
+    """
+
+    length: float
+    tension: float
+    torsion: float
+    bending: float
+    line_mass: float
+    loss_factor: float
+    torsion_radius: float
+
+    def __post_init__(self) -> None:
+        for field in fields(self):
+            value = getattr(self, field.name)
+            if not (np.isfinite(value) and value > 0):
+                raise InputError(f"the {field.name} of a beam must be positive, not {value:g}")
+
+
+def beam_stiffness(beam: ViscoelasticBeam, frequency: npt.ArrayLike) -> ComplexArray:
+    """Dynamic stiffness between the two ends, in the axes of the beam.
+
+    Parameters
+    ----------
+    beam : ViscoelasticBeam
+    frequency : array, shape (n_frequency,)
+        Above 0 [Hz].
+
+    Returns
+    -------
+    array, shape (n_frequency, 12, 12)
+        Loads on the ends per motion of the ends; local x runs from the first end to the second;
+        symmetric [N/m, N/rad, N m/rad].
+
+    Raises
+    ------
+    InputError
+        A line at or below 0 Hz, or so high that the bending waves are shorter than an eighth of
+        the length.
+
+    Notes
+    -----
+    Spectral element of a bar, a shaft and a Euler-Bernoulli beam with the complex moduli
+    ``E(1 + jη)``, ``G(1 + jη)`` (Doyle, Wave Propagation in Structures, 2nd ed., ch. 2 and 3;
+    Koloušek, Dynamics in Engineering Structures, 1973). With ``X = EA(1 + jη)``, ``μ`` per length
+    and ``x = ωL√(μ/X)`` the bar is ``X/L [[x cot x, −x/sin x], [−x/sin x, x cot x]]``, the shaft
+    the same with GJ and ``μ r²``; in bending ``x⁴ = μω²L⁴/EI(1 + jη)`` and the entries are those
+    of `_bending`. No mesh and no truncation: one element holds all modes.
+
+    Valid for waves much longer than the hose is thick: shear, rotatory inertia, curvature, static
+    tension, flow and inner pressure are not in it.
+    """
+    return np.asarray(_element(beam, frequency, derivatives=False)[0])
+
+
+def beam_stiffness_derivatives(beam: ViscoelasticBeam, frequency: npt.ArrayLike) -> ComplexArray:
+    """Differentiate `beam_stiffness` by the logarithms of five of the beam's numbers.
+
+    Parameters
+    ----------
+    beam : ViscoelasticBeam
+    frequency : array, shape (n_frequency,)
+        Above 0 [Hz].
+
+    Returns
+    -------
+    array, shape (5, n_frequency, 12, 12)
+        In the order of `DERIVATIVES`.
+
+    Raises
+    ------
+    InputError
+        As `beam_stiffness`.
+
+    Notes
+    -----
+    Each entry is ``X/Lⁿ φ(x)`` with ``x ∝ (μ/X)^(1/p)``, p = 2 for the bar and 4 in bending:
+    ``∂/∂ln X = X/Lⁿ (φ − x φ'/p)`` and ``∂/∂ln μ = X/Lⁿ x φ'/p``; ``ln η`` moves ``ln X`` by
+    ``jη/(1 + jη)``.
+    """
+    return _element(beam, frequency, derivatives=True)[1:]
+
+
+def frame_along(direction: npt.ArrayLike) -> RealArray:
+    """Right-handed axes of a beam, the same ones for the same direction.
+
+    Parameters
+    ----------
+    direction : array, shape (3,)
+        From the first end to the second, of any length.
+
+    Returns
+    -------
+    array, shape (3, 3)
+        Columns are the local axes: x along the beam, y level (normal to the global z), or the
+        global y for a beam along z [1].
+
+    Raises
+    ------
+    InputError
+        A direction of no length.
+    """
+    axis = np.asarray(direction, dtype=float)
+    norm = np.linalg.norm(axis)
+    if axis.shape != (3,) or not (np.isfinite(norm) and norm > 0):
+        raise InputError("a beam needs a direction of three numbers that are not all zero")
+    axis = axis / norm
+    level = np.array([-axis[1], axis[0], 0.0])
+    length = np.linalg.norm(level)
+    # along z every transverse direction is level: y is taken, for there is no limit
+    level = level / length if length > 1e-9 else np.array([0.0, 1.0, 0.0])
+    return np.column_stack([axis, level, np.cross(axis, level)])
+
+
+def beam_congruence(
+    frame: npt.ArrayLike,
+    first: npt.ArrayLike = (0.0, 0.0, 0.0),
+    second: npt.ArrayLike = (0.0, 0.0, 0.0),
+) -> RealArray:
+    """Motion of two points in global axes → motion of the ends in the beam's axes.
+
+    Parameters
+    ----------
+    frame : array, shape (3, 3)
+        Of `frame_along`.
+    first : array, shape (3,)
+        First end, from the point of the body that holds it, such as a virtual point [m].
+    second : array, shape (3,)
+        Second end, from the point that holds it [m].
+
+    Returns
+    -------
+    array, shape (12, 12)
+        G; the stiffness seen at the points is ``Gᵀ K G``, the loads on the beam there
+        ``Gᵀ K G u`` [1, m].
+
+    Notes
+    -----
+    ``G = diag(Rᵀ, Rᵀ) [[I, skew(r)ᵀ], [0, I]]`` for each end: all six motions of the point, not
+    only the three of a mount.
+    """
+    turned = np.asarray(frame, dtype=float).T
+    turn = np.kron(np.eye(2), turned)
+    matrix = np.zeros((12, 12))
+    matrix[:6, :6] = turn @ shift_matrix(-np.asarray(first, dtype=float))
+    matrix[6:, 6:] = turn @ shift_matrix(-np.asarray(second, dtype=float))
+    return matrix
+
+
+def _element(beam: ViscoelasticBeam, frequency: npt.ArrayLike, derivatives: bool) -> ComplexArray:
+    """Stiffness and, if asked for, its five derivatives, shape (1 or 6, n_frequency, 12, 12)."""
+    lines = np.asarray(frequency, dtype=float)
+    if lines.ndim != 1 or not np.all(lines > 0):
+        raise InputError("a beam needs lines above 0 Hz: its mass has no static counterpart")
+    omega = 2 * np.pi * lines
+    modulus = 1 + 1j * beam.loss_factor
+    matrix = np.zeros((6 if derivatives else 1, lines.size, 12, 12), dtype=complex)
+    loss = 1j * beam.loss_factor / modulus
+
+    def put(
+        row: int, column: int, stiffness: int, value: ComplexArray, slope: ComplexArray
+    ) -> None:
+        """Place an entry; `slope` is its derivative by the logarithm of the mass."""
+        by_stiffness = value - slope
+        entries = {0: value, 1 + stiffness: by_stiffness, 4: slope, 5: loss * by_stiffness}
+        for layer, entry in entries.items():
+            if layer < matrix.shape[0]:
+                matrix[layer, :, row, column] = entry
+                matrix[layer, :, column, row] = entry
+
+    shaft_mass = beam.line_mass * beam.torsion_radius**2
+    for stiffness, dof, real, mass in (
+        (0, 0, beam.tension, beam.line_mass),
+        (1, 3, beam.torsion, shaft_mass),
+    ):
+        scale = real * modulus / beam.length
+        own, own_slope, across, across_slope = _bar(
+            omega * beam.length * np.sqrt(mass / (real * modulus))
+        )
+        for end in (dof, dof + 6):
+            put(end, end, stiffness, scale * own, scale * own_slope)
+        put(dof, dof + 6, stiffness, scale * across, scale * across_slope)
+
+    rigidity = beam.bending * modulus
+    waves = (beam.line_mass * omega**2 / rigidity) ** 0.25 * beam.length
+    entries, slopes = _bending(np.asarray(waves, dtype=complex))
+    powers = np.array([3, 2, 1, 3, 2, 1])
+    scaled = rigidity / beam.length**powers
+    values: ComplexArray = entries * scaled
+    changes: ComplexArray = slopes * scaled
+    for shift, turn, sign in ((1, 5, 1.0), (2, 4, -1.0)):
+        for row, column, entry, factor in (
+            (shift, shift, 0, 1.0),
+            (shift + 6, shift + 6, 0, 1.0),
+            (shift, turn, 1, sign),
+            (shift + 6, turn + 6, 1, -sign),
+            (turn, turn, 2, 1.0),
+            (turn + 6, turn + 6, 2, 1.0),
+            (shift, shift + 6, 3, 1.0),
+            (shift, turn + 6, 4, sign),
+            (turn, shift + 6, 4, -sign),
+            (turn, turn + 6, 5, 1.0),
+        ):
+            put(row, column, 2, factor * values[:, entry], factor * changes[:, entry])
+    return matrix
+
+
+def _bar(x: ComplexArray) -> tuple[ComplexArray, ComplexArray, ComplexArray, ComplexArray]:
+    """``φ = x cot x`` and ``−x/sin x``, each with ``x φ'/2``."""
+    sine, cosine = np.sin(x), np.cos(x)
+    own, across = x * cosine / sine, -x / sine
+    own_slope = (own - (x / sine) ** 2) / 2
+    across_slope = across * (1 - own) / 2
+    return own, own_slope, across, across_slope
+
+
+def _bending(x: ComplexArray) -> tuple[ComplexArray, ComplexArray]:
+    """Six entries of a bent beam over EI/Lⁿ, and ``x φ'/4`` of each, shape (n_frequency, 6) each.
+
+    Own force per shift, own force per turn (= moment per shift), own moment per turn, then the
+    three that act at one end for a motion of the other.
+    """
+    if np.abs(x).max() > LARGEST_BENDING:
+        raise InputError(
+            "the bending waves of the beam are shorter than an eighth of its length: it is too "
+            "long, heavy or limp for these frequencies to be one beam"
+        )
+    # below, the first two terms of the series: static stiffness and consistent mass
+    small = np.abs(x) < SERIES_BELOW
+    static = np.array([12.0, 6.0, 4.0, -12.0, 6.0, 2.0])
+    mass = np.array([156.0, 22.0, 4.0, 54.0, -13.0, -3.0]) / 420.0
+    fourth = x[:, np.newaxis] ** 4
+    series, series_slope = static - mass * fourth, -mass * fourth
+
+    x = np.where(small, 1.0, x)
+    s, c, sh, ch = np.sin(x), np.cos(x), np.sinh(x), np.cosh(x)
+    below = 1 - c * ch
+    below_slope = s * ch - c * sh
+    tops = (
+        (3, s * ch + c * sh, 2 * c * ch),
+        (2, s * sh, c * sh + s * ch),
+        (1, s * ch - c * sh, 2 * s * sh),
+        (3, -(s + sh), -(c + ch)),
+        (2, ch - c, sh + s),
+        (1, sh - s, ch - c),
+    )
+    entries = np.stack([x**power * top / below for power, top, _ in tops], axis=1)
+    slopes = np.stack(
+        [
+            x**power * (power * top + x * top_slope - x * top * below_slope / below) / below / 4
+            for power, top, top_slope in tops
+        ],
+        axis=1,
+    )
+    chosen = small[:, np.newaxis]
+    return np.where(chosen, series, entries), np.where(chosen, series_slope, slopes)

@@ -1,0 +1,143 @@
+"""Numbers with the interval of the truth: row by row, and along a front."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from deboom.errors import InputError
+from deboom.report.figures.canvas import finite, png, styled_figure
+from deboom.report.style import ACCENT, FULL_WIDTH, INK, MUTED, VEHICLE_PALETTE
+
+_ROW = 0.21  # in, of one interval
+_SPREAD = 0.3
+_MARKS = ("o", "s", "D", "^")
+
+
+@dataclass(frozen=True, eq=False)
+class IntervalPanel:
+    """One quantity of all rows.
+
+    Parameters
+    ----------
+    x_label : str
+        With its unit.
+    groups : mapping of str to (array, array, array)
+        Group → value, lower and upper bound of every row [unit of the label].
+    """
+
+    x_label: str
+    groups: Mapping[str, tuple[npt.ArrayLike, npt.ArrayLike, npt.ArrayLike]]
+
+
+def interval_panels(rows: Sequence[str], panels: Sequence[IntervalPanel]) -> bytes:
+    """Draw values with their intervals, panels side by side that share their rows.
+
+    Parameters
+    ----------
+    rows : sequence of str
+        Top to bottom.
+    panels : sequence of IntervalPanel
+        At least one; a group has one colour in all of them.
+
+    Returns
+    -------
+    bytes
+        PNG.
+
+    Raises
+    ------
+    InputError
+        No panel, arrays of other lengths than the rows, values that are not finite.
+    """
+    from matplotlib.lines import Line2D
+
+    if not panels:
+        raise InputError("figure interval_panels: there is no panel to draw")
+    names = list(dict.fromkeys(name for panel in panels for name in panel.groups))
+    colours = {name: _colour(place) for place, name in enumerate(names)}
+    height = 1.2 + _ROW * len(rows) * max(len(names), 2) * 0.62
+    with styled_figure(FULL_WIDTH, height) as figure:
+        grid = figure.subplots(1, len(panels), sharey=True, squeeze=False).ravel()
+        for axes, panel in zip(grid, panels, strict=True):
+            places = np.linspace(-_SPREAD, _SPREAD, max(len(panel.groups), 2))
+            for offset, (name, bounds) in zip(places, panel.groups.items(), strict=False):
+                arrays = dict(zip(("value", "lower", "upper"), bounds, strict=True))
+                checked = finite("interval_panels", {"rows": range(len(rows)), **arrays})
+                y = checked["rows"] + (offset if len(panel.groups) > 1 else 0.0)
+                axes.hlines(y, checked["lower"], checked["upper"], color=colours[name], lw=1.6)
+                mark = _MARKS[names.index(name) % len(_MARKS)]
+                axes.plot(checked["value"], y, mark, color=colours[name], markersize=4.0)
+            axes.set_xlabel(panel.x_label)
+            axes.grid(False, axis="y")
+        grid[0].set_yticks(range(len(rows)), list(rows))
+        grid[0].set_ylim(len(rows) - 0.5, -0.5)
+        if len(names) > 1:
+            handles = [
+                Line2D([], [], color=colours[n], marker=_MARKS[k % len(_MARKS)], ms=4, label=n)
+                for k, n in enumerate(names)
+            ]
+            figure.legend(handles=handles, loc="outside lower center", ncols=min(len(names), 4))
+        return png(figure)
+
+
+def front_intervals(
+    mean: tuple[npt.ArrayLike, npt.ArrayLike, npt.ArrayLike],
+    sigma: tuple[npt.ArrayLike, npt.ArrayLike, npt.ArrayLike],
+    picks: Mapping[str, int],
+    *,
+    mean_label: str,
+    sigma_label: str,
+) -> bytes:
+    """Draw a front whose points have an interval along both objectives.
+
+    Parameters
+    ----------
+    mean, sigma : (array, array, array), each of shape (n,)
+        Value, lower and upper bound of both objectives.
+    picks : mapping of str to int
+        Name of a point → its row.
+    mean_label, sigma_label : str
+        With units.
+
+    Returns
+    -------
+    bytes
+        PNG.
+
+    Raises
+    ------
+    InputError
+        Arrays of different lengths, empty ones, values that are not finite.
+    """
+    keys = [f"{what} {end}" for what in ("mean", "sigma") for end in ("value", "lower", "upper")]
+    arrays = finite("front_intervals", dict(zip(keys, (*mean, *sigma), strict=True)))
+    x, y = arrays["mean value"], arrays["sigma value"]
+    with styled_figure(FULL_WIDTH, 3.6) as figure:
+        axes = figure.subplots()
+        axes.hlines(y, arrays["mean lower"], arrays["mean upper"], color=MUTED, lw=0.7, alpha=0.55)
+        axes.vlines(
+            x, arrays["sigma lower"], arrays["sigma upper"], color=MUTED, lw=0.7, alpha=0.55
+        )
+        axes.plot(x, y, "o", color=ACCENT, markersize=3.2, label="front, with 90 % intervals")
+        for place, (name, row) in enumerate(picks.items()):
+            axes.plot(
+                x[row],
+                y[row],
+                _MARKS[place % len(_MARKS)],
+                color=_colour(place + 1),
+                markersize=7,
+                markeredgecolor=INK,
+                label=name,
+            )
+        axes.set_xlabel(mean_label)
+        axes.set_ylabel(sigma_label)
+        figure.legend(loc="outside lower center", ncols=4)
+        return png(figure)
+
+
+def _colour(place: int) -> str:
+    return VEHICLE_PALETTE[place % len(VEHICLE_PALETTE)]

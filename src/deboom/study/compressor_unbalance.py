@@ -1,0 +1,207 @@
+"""From a test on a running compressor to its unbalance: read, identify, unbalance, judge."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+import numpy as np
+from threadpoolctl import threadpool_limits
+
+from deboom.compressor.acceptance import Verdict
+from deboom.compressor.component_acceptance import component_verdicts
+from deboom.compressor.component_limits import ComponentLimits
+from deboom.compressor.hose_reaction import HoseReaction, hose_reactions
+from deboom.compressor.identified import IdentifiedCompressor, identified_compressor
+from deboom.compressor.identify import Identification, IdentifyOptions, identify
+from deboom.compressor.unbalance import RouteResult, Unbalance, UnbalanceOptions, unbalance
+from deboom.errors import InputError
+from deboom.files.operating_test import read_operating_test
+from deboom.files.run_folder import hash_files
+from deboom.measurement.operating_sweep import HoseState, OperatingTest
+from deboom.physics.arrays import ComplexArray, RealArray
+from deboom.study.compressor_unbalance_truth import UnbalanceTruth, read_unbalance_truth
+
+STEPS = 12
+"""Of `measured_unbalance`, for progress."""
+AUTOMATIC = "auto"
+"""Route d, or e where the sweep shows that the mounts have changed."""
+
+
+@dataclass(frozen=True)
+class UnbalancePlan:
+    """What is asked of an operating test.
+
+    Parameters
+    ----------
+    route : str
+        Letter of the route whose results are headline and verdict, or `AUTOMATIC`.
+    identify : IdentifyOptions
+        Of the hammer test.
+    unbalance : UnbalanceOptions
+        Of the sweeps.
+    limits : ComponentLimits or None
+        To be judged; None where there are none.
+    """
+
+    route: str = AUTOMATIC
+    identify: IdentifyOptions = field(default_factory=lambda: IdentifyOptions(held_out=0))
+    unbalance: UnbalanceOptions = field(default_factory=UnbalanceOptions)
+    limits: ComponentLimits | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class MeasuredUnbalance:
+    """One running compressor, evaluated.
+
+    Parameters
+    ----------
+    found : Unbalance
+    kept : IdentifiedCompressor
+        Of its hammer test.
+    with_hoses : RouteResult or None
+        The chosen route on the sweeps with the hoses of the vehicle (thesis, figure 62); None where
+        there are none besides those of `found`.
+    reactions : tuple of HoseReaction
+        Of the hoses, one per pressure with both kinds of hoses.
+    limits : ComponentLimits or None
+    verdicts : tuple of Verdict
+        One per limit.
+    truth : UnbalanceTruth or None
+        None where it is not known.
+    seconds : float
+        From the files to the verdicts [s].
+    """
+
+    found: Unbalance
+    kept: IdentifiedCompressor
+    with_hoses: RouteResult | None
+    reactions: tuple[HoseReaction, ...]
+    limits: ComponentLimits | None
+    verdicts: tuple[Verdict, ...]
+    truth: UnbalanceTruth | None
+    seconds: float
+
+    @property
+    def test(self) -> OperatingTest:
+        """What was measured."""
+        return self.found.test
+
+    @property
+    def input_files(self) -> tuple[Path, ...]:
+        """Every file that was read, limits and truth included."""
+        more = [one.path for one in (self.limits, self.truth) if one is not None]
+        return (*self.test.input_files, *more)
+
+
+def read_operation(folder: Path) -> OperatingTest:
+    """Read an operating test.
+
+    Raises
+    ------
+    InputError
+        A folder that holds no test that can be read.
+    """
+    if not folder.is_dir():
+        raise InputError(
+            f"{folder}: there is no such folder; `deboom bench operation {folder}` writes a "
+            "virtual test"
+        )
+    return read_operating_test(folder)
+
+
+def measured_unbalance(
+    folder: Path, plan: UnbalancePlan, step: Callable[[str], None]
+) -> MeasuredUnbalance:
+    """Evaluate the operating test of a folder.
+
+    Parameters
+    ----------
+    folder : Path
+        Holds ``operation.toml``.
+    plan : UnbalancePlan
+    step : callable of str
+        Told what is being done.
+
+    Returns
+    -------
+    MeasuredUnbalance
+
+    Raises
+    ------
+    InputError
+        A test that cannot be read, identified or evaluated, a route that was not computed.
+    """
+    begin = time.perf_counter()
+    with threadpool_limits(1):  # its matrices are too small to share
+        step("reading")
+        test = read_operation(folder)
+        truth = read_unbalance_truth(folder)
+        hammer = identify(test.hammer, plan.identify, step)
+        hashes = hash_files(test.hammer.input_files, folder)
+        kept = identified_compressor(hammer, plan.identify.bands, hashes)
+        found = with_route(unbalance(test, hammer, plan.unbalance, step), plan.route)
+        step("hoses")
+        with_hoses = _with_hoses(test, hammer, found)
+        reactions = _reactions(found, with_hoses)
+        verdicts = () if plan.limits is None else component_verdicts(found, kept, plan.limits)
+    seconds = time.perf_counter() - begin
+    return MeasuredUnbalance(
+        found, kept, with_hoses, reactions, plan.limits, verdicts, truth, seconds
+    )
+
+
+def with_route(found: Unbalance, wanted: str) -> Unbalance:
+    """Choose the route that counts.
+
+    Parameters
+    ----------
+    found : Unbalance
+    wanted : str
+        Its letter, or `AUTOMATIC`.
+
+    Returns
+    -------
+    Unbalance
+
+    Raises
+    ------
+    InputError
+        A letter that no route has.
+    """
+    letters = [result.route.letter for result in found.routes]
+    if wanted == AUTOMATIC:
+        wanted = "e" if found.state.changed and "e" in letters else found.chosen.route.letter
+    if wanted not in letters:
+        raise InputError(f"there is no route '{wanted}': choose {AUTOMATIC}, {', '.join(letters)}")
+    route = found.by_letter(wanted).route
+    return replace(found, options=replace(found.options, chosen=route))
+
+
+def _with_hoses(
+    test: OperatingTest, hammer: Identification, found: Unbalance
+) -> RouteResult | None:
+    """Evaluate the sweeps with the hoses of the vehicle by the chosen route."""
+    used = {sweep.hoses for sweep in found.chosen.sweeps}
+    if HoseState.STANDARD in used or not test.with_hoses(HoseState.STANDARD):
+        return None
+    route = found.chosen.route
+    options = replace(found.options, routes=(route,), chosen=route, hoses=HoseState.STANDARD)
+    return unbalance(test, hammer, options).chosen
+
+
+def _reactions(found: Unbalance, with_hoses: RouteResult | None) -> tuple[HoseReaction, ...]:
+    """Look for the reaction of the hoses where a pressure was run with both kinds."""
+    if with_hoses is None:
+        return ()
+    both = {sweep.pressure for sweep in with_hoses.sweeps}
+    if not both & {sweep.pressure for sweep in found.chosen.sweeps}:
+        return ()
+    state = found.state
+
+    def change(frequency: RealArray) -> ComplexArray:
+        return np.asarray(np.interp(frequency, state.frequency, state.curve))
+
+    return hose_reactions(found.test, found.identification, change=change, sense=found.sense.sense)

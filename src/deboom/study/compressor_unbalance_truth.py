@@ -1,0 +1,123 @@
+"""The truth of a running virtual compressor, for comparison only: no route ever sees it."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from deboom.errors import InputError
+from deboom.physics.arrays import ComplexArray
+
+if TYPE_CHECKING:
+    from deboom.compressor.unbalance import RouteResult
+
+TRUTH_FILE = Path("truth") / "operation.json"
+BANDS = ((20.0, 50.0), (50.0, 150.0))
+"""Where line-by-line errors are stated: around the rigid-body modes, and above them [Hz]."""
+
+
+@dataclass(frozen=True, eq=False)
+class UnbalanceTruth:
+    """What truly turns and pushes.
+
+    Parameters
+    ----------
+    path : Path
+        Where it was read.
+    static, dynamic : complex
+        Of all sources together [kg m, kg m²].
+    loads : mapping of str to array, shape (n_frequency, 6)
+        Sweep → load at the virtual point at its lines, gas included [N, N m]; sweeps over time
+        have none.
+    """
+
+    path: Path
+    static: complex
+    dynamic: complex
+    loads: Mapping[str, ComplexArray]
+
+
+@dataclass(frozen=True)
+class RouteErrors:
+    """How far a route is from the truth, and y from z, rms over lines, sweeps and both directions.
+
+    Parameters
+    ----------
+    static, dynamic : tuple of float
+        One per band of `BANDS`, relative to the true unbalance [1]; the truth includes the rotating
+        gas force, which passes as unbalance.
+    static_mismatch, dynamic_mismatch : tuple of float
+        Of y and z, relative to the true unbalance [1].
+    """
+
+    static: tuple[float, ...]
+    dynamic: tuple[float, ...]
+    static_mismatch: tuple[float, ...]
+    dynamic_mismatch: tuple[float, ...]
+
+
+def read_unbalance_truth(folder: Path) -> UnbalanceTruth | None:
+    """Read the truth beside a virtual operating test; None where there is none.
+
+    Raises
+    ------
+    InputError
+        A truth file that cannot be read.
+    """
+    path = folder / TRUTH_FILE
+    if not path.is_file():
+        return None
+    try:
+        content = json.loads(path.read_text(encoding="utf-8"))
+        static = complex(*content["static_unbalance_kg_m"])
+        dynamic = complex(*content["dynamic_unbalance_kg_m2"])
+        loads = {}
+        for number, name in enumerate(content["sweeps"]):
+            with np.load(path.parent / f"{number}.npz") as arrays:
+                loads[str(name)] = arrays["load"]
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        raise InputError(f"{path} is no truth of a running compressor: {error}") from None
+    return UnbalanceTruth(path, static, dynamic, loads)
+
+
+def route_errors(result: RouteResult, truth: UnbalanceTruth) -> RouteErrors:
+    """Compare a route with the truth, line by line.
+
+    Parameters
+    ----------
+    result : RouteResult
+    truth : UnbalanceTruth
+        Of the same sweeps.
+
+    Returns
+    -------
+    RouteErrors
+    """
+    rows = []
+    for low, high in BANDS:
+        static, dynamic, static_off, dynamic_off = [], [], [], []
+        for sweep in result.sweeps:
+            if sweep.sweep not in truth.loads:
+                continue
+            band = (sweep.frequency >= low) & (sweep.frequency <= high)
+            square = (2 * np.pi * sweep.frequency[band]) ** 2
+            load = truth.loads[sweep.sweep][band]
+            for curve, true, size, errors, off in (
+                (sweep.static, load[:, 1] / square, truth.static, static, static_off),
+                (sweep.dynamic, load[:, 5] / square, truth.dynamic, dynamic, dynamic_off),
+            ):
+                scale = 1.0 / abs(size)
+                from_y, from_z = curve.from_y.value[band], curve.from_z.value[band]
+                errors += [scale * (from_y - true), scale * (from_z - true)]
+                off.append(scale * (from_y - from_z))
+        rows.append([_rms(parts) for parts in (static, dynamic, static_off, dynamic_off)])
+    return RouteErrors(*(tuple(column) for column in zip(*rows, strict=True)))
+
+
+def _rms(parts: list[ComplexArray]) -> float:
+    return float(np.sqrt(np.mean(np.abs(np.concatenate(parts)) ** 2)))

@@ -1,0 +1,223 @@
+"""Parts as a study's file describes them: tolerances, measured or stated, and what parts share."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from deboom.errors import InputError
+from deboom.explore.design_space import SIGMAS_PER_TOLERANCE, DesignSpace
+from deboom.explore.evaluate import Evaluate
+from deboom.explore.part_numbers import PartNumber, part_structure
+from deboom.explore.robust import RobustResponse
+from deboom.explore.tolerance_samples import ToleranceSampler
+from deboom.explore.tolerance_structure import ToleranceStructure
+from deboom.files.library_export import read_library_json
+from deboom.files.part_scatter_file import MeasuredEntry, PartScatterFile, load_parts
+from deboom.mounts.characterised_mount import CharacterisedMount
+from deboom.mounts.library_scatter import LibraryScatter, library_scatter
+from deboom.mounts.part_scatter import ScatterPrior
+from deboom.report.page import Section, Table
+from deboom.study.aims import Aim, robust_response
+from deboom.study.result import StudyResult
+
+PERCENT = 100.0
+NOTHING_SHARED = (
+    "Every direction of every mount scatters on its own, left and right piece of a mount as one."
+)
+
+
+@dataclass(frozen=True, eq=False)
+class MadeParts:
+    """How the parts of a study scatter.
+
+    Parameters
+    ----------
+    space : DesignSpace
+        With their tolerances.
+    structure : ToleranceStructure or None
+        What their scatter has in common; None without a file: nothing.
+    scatter : LibraryScatter or None
+        What was measured.
+    inputs : tuple of Path
+        Files read.
+    """
+
+    space: DesignSpace
+    structure: ToleranceStructure | None = None
+    scatter: LibraryScatter | None = None
+    inputs: tuple[Path, ...] = ()
+
+    @property
+    def n_draws(self) -> int:
+        """Columns that a tolerance sample needs."""
+        return self.space.n_variables if self.structure is None else self.structure.n_draws
+
+    def response(
+        self,
+        evaluate: Evaluate,
+        sample: ToleranceSampler,
+        aim: Aim = Aim.mean,
+        nominal_mean: bool = False,
+        control_variate: bool = False,
+    ) -> RobustResponse:
+        """Wrap a model with this scatter; see `deboom.study.aims.robust_response`."""
+        return robust_response(
+            evaluate, self.space, sample, aim, nominal_mean, control_variate, self.structure
+        )
+
+    @property
+    def table(self) -> pd.DataFrame:
+        """One row per variable that scatters: its tolerance and where that comes from."""
+        rows = []
+        for name, tolerance in zip(self.space.names, self.space.tolerance, strict=True):
+            if tolerance == 0.0:
+                continue
+            row: dict[str, object] = {"variable": name, "tolerance ± [%]": PERCENT * tolerance}
+            if self.scatter is not None:
+                one = self.scatter.direction(name)
+                known = (one.sigma, one.lower, one.upper) if one else (np.nan,) * 3
+                columns = ("sigma measured [%]", "from [%]", "to [%]")
+                row |= dict(zip(columns, (PERCENT * value for value in known), strict=True))
+                row |= {"parts": one.n_parts if one else 0, "note": one.note if one else ""}
+            rows.append(row)
+        return pd.DataFrame(rows)
+
+    @property
+    def text(self) -> str:
+        """What parts have in common, in words."""
+        if self.structure is None:
+            return NOTHING_SHARED
+        correlation = self.structure.loadings @ self.structure.loadings.T
+        size = np.sqrt(np.diag(correlation))
+        linked = np.triu(correlation / np.outer(size, size), 1)
+        words = [
+            f"{self.n_draws} independent draws make one set of parts for {len(size)} variables; "
+            f"the largest correlation of two variables is {linked.max():.2f}."
+        ]
+        even = [n for n, one in zip(self.space.names, size, strict=True) if one < 1.0 - 1e-9]
+        if even:
+            words.append(
+                f"{', '.join(even)}: the mean of several pieces, which even out to "
+                f"{PERCENT * size.min():.0f} % of the tolerance of one."
+            )
+        if self.scatter is not None and self.scatter.hardness is not None:
+            share = self.scatter.hardness
+            words.append(
+                f"Measured share of the variance that the axes of a part have in common: "
+                f"{share.value:.2f}, 95 % interval {share.lower:.2f} to {share.upper:.2f}."
+            )
+        return " ".join(words)
+
+    def reported(self, result: StudyResult) -> StudyResult:
+        """Return a study's result with a section and a table ``parts``; as it is without a file."""
+        if self.structure is None:
+            return result
+        section = Section(
+            "How parts scatter",
+            self.text,
+            tables=(
+                Table(self.table, "Half widths of the scatter are three standard deviations."),
+            ),
+        )
+        return replace(
+            result,
+            tables={**result.tables, "parts": self.table},
+            page=replace(result.page, sections=(*result.page.sections, section)),
+            inputs=(*result.inputs, *self.inputs),
+        )
+
+
+def made_parts(path: Path | None, space: DesignSpace) -> MadeParts:
+    """Read how parts scatter.
+
+    Parameters
+    ----------
+    path : Path or None
+        See `deboom.files.part_scatter_file`; None: variables scatter independently, with the
+        tolerances of the space.
+    space : DesignSpace
+        Variables ``<mount> <axis>``. What is exactly made stays so.
+
+    Raises
+    ------
+    InputError
+        A file or library that cannot be read, a variable or place that there is not, or a place
+        with two part numbers.
+    """
+    if path is None:
+        return MadeParts(space)
+    content = load_parts(path)
+    scatter, inputs = None, [path]
+    if content.measured is not None:
+        inputs.append(path.parent / content.measured.library)
+        scatter = _measured(inputs[-1], content, content.measured)
+    try:
+        structure = _structure(content, space, scatter)
+        tolerance = _tolerance(content, space, scatter)
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from None
+    return MadeParts(replace(space, tolerance=tolerance), structure, scatter, tuple(inputs))
+
+
+def _measured(library: Path, content: PartScatterFile, entry: MeasuredEntry) -> LibraryScatter:
+    """Estimate the scatter from a library, of the part numbers that the file names."""
+    numbers = {place: part.number for part in content.parts for place in part.places}
+    parts = [one for one in read_library_json(library)[1] if _wanted(one, numbers)]
+    try:
+        return library_scatter(parts, ScatterPrior(entry.prior_sigma, entry.prior_weight))
+    except InputError as error:
+        raise InputError(f"{library}: {error}") from None
+
+
+def _wanted(part: CharacterisedMount, numbers: Mapping[str, str]) -> bool:
+    """Whether a part may be of the number that its mount takes."""
+    wanted, stated = numbers.get(part.mount.name, ""), part.identity.part_number
+    return not wanted or stated in ("", wanted)
+
+
+def _structure(
+    content: PartScatterFile, space: DesignSpace, scatter: LibraryScatter | None
+) -> ToleranceStructure:
+    hardness = content.hardness_share
+    if hardness is None:
+        hardness = scatter.hardness.value if scatter and scatter.hardness else 0.0
+    parts = []
+    for entry in content.parts:
+        batch = entry.batch_share if entry.batch_share is not None else content.batch_share
+        if batch is None:
+            batch = _measured_batch(entry.places, scatter)
+        own = hardness if entry.hardness_share is None else entry.hardness_share
+        parts.append(PartNumber(entry.number, entry.places, entry.pieces, own, batch))
+    return part_structure(space.names, parts, hardness)
+
+
+def _measured_batch(places: Sequence[str], scatter: LibraryScatter | None) -> float:
+    """Mean of the batch shares of the mounts where they were measured; 0 if nowhere."""
+    found = scatter.batches if scatter else {}
+    known = [found[place].value for place in places if place in found]
+    return float(np.mean(known)) if known else 0.0
+
+
+def _tolerance(
+    content: PartScatterFile, space: DesignSpace, scatter: LibraryScatter | None
+) -> np.ndarray:
+    stated = {entry.variable: entry.tolerance for entry in content.tolerances}
+    unknown = [name for name in stated if name not in space.names]
+    if unknown:
+        raise InputError(
+            f"there is a tolerance of '{unknown[0]}', which is no variable: use "
+            f"{', '.join(space.names)}"
+        )
+    tolerance = space.tolerance.copy()
+    for place, name in enumerate(space.names):
+        one = scatter.direction(name) if scatter else None
+        if tolerance[place] > 0.0 and one is not None:
+            tolerance[place] = SIGMAS_PER_TOLERANCE * one.sigma
+        if name in stated:
+            tolerance[place] = stated[name]
+    return tolerance

@@ -1,0 +1,190 @@
+"""From the options of a study to the box that is asked for."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from enum import Enum
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from deboom.errors import InputError
+from deboom.explore.arrays import RealArray
+from deboom.explore.design_space import DesignSpace
+from deboom.explore.problems import Progress, nsga2
+from deboom.explore.robust import RobustResponse
+from deboom.explore.selection import pick
+from deboom.explore.solution_box import BoxQuestion, CutNormalParts, PartLaw, UniformParts
+from deboom.explore.solution_box_peers import kept_offset, tolerance_box
+from deboom.explore.tolerance_samples import sobol_sample
+from deboom.study.supplier_pick import Pick
+from deboom.study.supplier_study import supplier_study
+from deboom.study.tolerance_cost import tolerance_cost
+from deboom.vehicles.fleet import Band
+from deboom.vehicles.limit_responses import MeanLevel, PeakLevel
+from deboom.vehicles.load_case_index import LoadCaseIndex
+
+POPULATION, GENERATIONS, DRAWS = 60, 50, 64
+"""Of the quick search for a Pareto point."""
+
+
+class Quantity(Enum):
+    """What is limited in every vehicle."""
+
+    mean = "mean"
+    """Mean level of the lines of the band."""
+    peak = "peak"
+    """Loudest line of the band."""
+
+
+class Law(Enum):
+    """How parts lie in their interval."""
+
+    uniform = "uniform"
+    """Evenly: all that an acceptance test promises."""
+    normal = "normal"
+    """Normal, with the ends three standard deviations off the middle."""
+
+
+_LAWS: dict[Law, PartLaw] = {Law.uniform: UniformParts(), Law.normal: CutNormalParts()}
+
+
+def limited_response(
+    quantity: Quantity, index: LoadCaseIndex[Any, Any], band: Band
+) -> MeanLevel | PeakLevel:
+    """Return what is limited.
+
+    Parameters
+    ----------
+    quantity : Quantity
+    index : LoadCaseIndex
+        The model.
+    band : (lower, upper)
+        Of a peak level [Hz].
+    """
+    return MeanLevel(index) if quantity is Quantity.mean else PeakLevel(index, band)
+
+
+def pareto_point(
+    front: Path | None,
+    chosen: Pick,
+    studies: Path,
+    index: LoadCaseIndex[Any, Any],
+    space: DesignSpace,
+    *,
+    seed: int,
+    progress: Progress,
+) -> RealArray:
+    """Return a design of a Pareto front, shape (k,) [1].
+
+    Parameters
+    ----------
+    front : Path or None
+        Finished run of a front study; None: a quick search of its own.
+    chosen : Pick
+        Which design of the front.
+    studies : Path
+        Folder with the study scripts.
+    index : LoadCaseIndex
+        The model of the quick search.
+    space : DesignSpace
+        Of the quick search.
+    seed : int
+        Of the quick search.
+    progress : callable
+        See `deboom.explore.problems.Progress`.
+
+    Raises
+    ------
+    InputError
+        A run that cannot be read, or has other variables.
+    """
+    if front is not None:
+        study = supplier_study(front, studies, chosen)
+        if study.space.names != space.names:
+            raise InputError(
+                f"run {front} has the variables {list(study.space.names)}, this study "
+                f"{list(space.names)}: take a front of the same platform without loss factors"
+            )
+        return np.asarray(study.picked)
+    sample = sobol_sample(space.n_variables, DRAWS, seed=seed)
+    robust = RobustResponse(index, space, sample)
+    found = nsga2(robust, POPULATION, GENERATIONS, seed=seed, progress=progress).front
+    rows = pick(found)
+    by_name = {
+        Pick.best_mean: rows.best_mean,
+        Pick.best_sigma: rows.best_sigma,
+        Pick.knee: rows.knee,
+    }
+    return np.asarray(found.designs[by_name[chosen]])
+
+
+def box_question(
+    response: MeanLevel | PeakLevel,
+    space: DesignSpace,
+    point: RealArray,
+    *,
+    limit: float | None,
+    below_today: float | None,
+    share: float,
+    together: bool,
+    law: Law,
+    cost_table: Path | None,
+    seed: int,
+) -> BoxQuestion:
+    """Return the question of a study.
+
+    Parameters
+    ----------
+    response : MeanLevel or PeakLevel
+        What is limited.
+    space : DesignSpace
+        Parts may lie where its designs, made with their tolerance, do.
+    point : array, shape (k,)
+        The Pareto point [1].
+    limit : float or None
+        For all vehicles [dB(A)].
+    below_today : float or None
+        What each vehicle must be quieter by than with today's mounts [dB]. Without either limit
+        it is the one for all vehicles that the box of the space's tolerance about the Pareto point
+        just keeps.
+    share : float
+        Of parts and vehicles, or of parts if `together` [1].
+    together : bool
+        The worst vehicle of a part decides.
+    law : Law
+        How parts lie in the box.
+    cost_table : Path or None
+        See `deboom.study.tolerance_cost.tolerance_cost`; weights are those of the intervals.
+    seed : int
+
+    Raises
+    ------
+    InputError
+        Two limits at once, or a table that cannot be read; see also `BoxQuestion`.
+    """
+    if limit is not None and below_today is not None:
+        raise InputError("--limit and --below-today are two limits at once: give one of them")
+    today = response(space.nominal[np.newaxis])[0]
+    level = np.zeros(len(today)) if limit is None else np.full(len(today), limit)
+    if below_today is not None:
+        level = today - below_today
+    question = BoxQuestion(
+        response,
+        level,
+        share,
+        lower=space.lower * (1.0 - space.tolerance),
+        upper=space.upper * (1.0 + space.tolerance),
+        weight=_weights(cost_table, space.names),
+        together=together,
+        law=_LAWS[law],
+    )
+    if limit is None and below_today is None:
+        about = tolerance_box(space.names, point, float(space.tolerance.max()))
+        return question.lowered(-kept_offset(question, about, seed=seed))
+    return question
+
+
+def _weights(table: Path | None, names: Sequence[str]) -> RealArray:
+    return np.asarray(tolerance_cost(table, names).weight)

@@ -1,0 +1,160 @@
+"""A study's booming index, built again from data that were measured again."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+from deboom.errors import InputError
+from deboom.files.library_export import read_library_json
+from deboom.files.platform import Platform
+from deboom.measurement.load_case import LoadCase
+from deboom.measurement.tolerances import Tolerances
+from deboom.mounts.characterised_mount import CharacterisedMount
+from deboom.study.mount_source import LIBRARY_FILE
+from deboom.vehicles.amplitude_index import AmplitudeIndex
+from deboom.vehicles.booming_index import BoomingIndex, booming_index
+from deboom.vehicles.coupled_identification import coupled_motion
+from deboom.vehicles.coupled_index import CoupledIndex, coupled_index
+from deboom.vehicles.fleet import Fleet
+from deboom.vehicles.loss_factor_index import (
+    LossFactorIndex,
+    booming_loss_index,
+    coupled_loss_index,
+)
+from deboom.vehicles.platform_uncertainty import (
+    ForceUncertainty,
+    TransferUncertainty,
+    force_sources,
+    tolerances_of_record,
+)
+from deboom.vehicles.uncertain_data import UncertainData
+
+
+@dataclass(frozen=True, eq=False)
+class UncertainIndex:
+    """A booming index that can be measured again.
+
+    Parameters
+    ----------
+    index : LoadCaseIndex or LossFactorIndex
+        From the data as measured.
+    data : UncertainData
+        These data, and what may be wrong with them.
+    platform : Platform
+        Mounts and powertrain.
+    """
+
+    index: Any
+    data: UncertainData
+    platform: Platform
+
+    def again(self, draw: int, seed: int, only: Collection[str] | None = None) -> Any:
+        """Return the index of one draw, see `UncertainData.drawn`; of the same kind and names."""
+        fleet, cases = self.data.drawn(draw, seed, only)
+        return index_like(self.index, fleet, cases, self.platform)
+
+    def draws(self, n_draws: int, seed: int, only: Collection[str] | None = None) -> Iterator[Any]:
+        """Give the indices of draws 0 to ``n_draws`` - 1, one after the other."""
+        for draw in range(n_draws):
+            yield self.again(draw, seed, only)
+
+
+def uncertain_index(
+    index: Any,
+    platform: Platform,
+    parts: Sequence[CharacterisedMount],
+    transfer: TransferUncertainty | None = None,
+    force: ForceUncertainty | None = None,
+) -> UncertainIndex:
+    """Put a study's index together with what may be wrong with its data.
+
+    Parameters
+    ----------
+    index : LoadCaseIndex or LossFactorIndex
+        Of the study.
+    platform : Platform
+        With the load cases that the index was made of, and its vehicles.
+    parts : sequence of CharacterisedMount
+        The forces come from; empty if they are the measured ones.
+    transfer : TransferUncertainty, optional
+        Of the noise transfer functions; by default the stated priors.
+    force : ForceUncertainty, optional
+        Of the measuring chains; by default the tolerances in the record of the mount library, or
+        stated priors where there is none.
+
+    Raises
+    ------
+    InputError
+        See `UncertainData`.
+    """
+    by_name = {vehicle.name: vehicle for vehicle in platform.fleet.vehicles}
+    fleet = Fleet(tuple(by_name[name] for name in index.response_names))
+    cases = tuple(platform.load_case(name) for name in index.load_case_names)
+    band = (float(index.frequency[0]), float(index.frequency[-1]))
+    chains = force or (library_tolerances(platform) if parts else None)
+    sources = (
+        *(transfer or TransferUncertainty()).sources,
+        *force_sources(platform.mounts, cases, parts, band, chains),
+    )
+    data = UncertainData(fleet, cases, sources, band)
+    return UncertainIndex(index, data, platform)
+
+
+def library_tolerances(platform: Platform) -> ForceUncertainty:
+    """Return the tolerances that the platform's mounts were characterised with."""
+    records = read_library_json(platform.folder / LIBRARY_FILE)[0]
+    if not records:
+        return ForceUncertainty()
+    return ForceUncertainty(
+        tolerances_of_record(records[0].tolerances, Tolerances()),
+        f"tolerances of campaign {records[0].name}",
+    )
+
+
+def index_like(
+    index: Any,
+    fleet: Fleet,
+    load_cases: Sequence[LoadCase],
+    platform: Platform,
+) -> Any:
+    """Build an index of the same kind from other data.
+
+    Parameters
+    ----------
+    index : LoadCaseIndex or LossFactorIndex
+        Its motion, kernel, weights and meaning of a factor stay.
+    fleet : Fleet
+        Other noise transfer functions.
+    load_cases : sequence of LoadCase
+        Other forces and motions, in the order of the index.
+    platform : Platform
+        Mounts and powertrain.
+
+    Raises
+    ------
+    InputError
+        An index of an unknown kind.
+    """
+    mounts, band = platform.mounts, (float(index.frequency[0]), float(index.frequency[-1]))
+    cases = list(zip(load_cases, index.weights, strict=True))
+    if isinstance(index, LossFactorIndex):
+        if isinstance(index.split, BoomingIndex):
+            return booming_loss_index(fleet, mounts, cases, band, index.kernel)
+        return coupled_loss_index(fleet, mounts, platform.powertrain, cases, band)
+    if isinstance(index, BoomingIndex):
+        return booming_index(fleet, mounts, cases, band, index.kernel)
+    if isinstance(index, CoupledIndex):
+        return coupled_index(fleet, mounts, platform.powertrain, cases, band, index.kernel)
+    if isinstance(index, AmplitudeIndex):
+        # over the ratio of amplitudes, so that the softening stays as measured
+        moved = [
+            replace(one, coupled=coupled_motion(fleet, mounts, platform.powertrain, case, band))
+            for one, case in zip(index.contributions, load_cases, strict=True)
+        ]
+        return AmplitudeIndex(tuple(moved), index.weights, index.kernel, index.factor)
+    raise InputError(
+        f"the uncertainty of {type(index).__name__} cannot be drawn: use one of the motions of "
+        "this version"
+    )

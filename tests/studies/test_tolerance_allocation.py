@@ -1,0 +1,129 @@
+"""The study of the cheapest tolerances at a tiny budget."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from deboom.errors import InputError
+from deboom.study import tolerance_allocation
+from deboom.study.front_design import WantedDesign, design_of_run
+from deboom.study.runner import load_study, run_study
+from deboom.study.supplier_pick import Pick
+from deboom.study.tolerance_allocation import WantedTarget, cost_curves
+
+STUDIES = Path(__file__).parents[2] / "studies"
+STUDY = STUDIES / "tolerance_allocation.py"
+PARTS = STUDIES / "data" / "u06_parts.toml"
+BUDGET = {"generations": 4, "population": 12, "samples": 32}
+NAMES = ("EnM x", "EnM y")
+
+
+@pytest.fixture(scope="module", autouse=True)
+def small_campaign():
+    """Fewer draws and targets than a study has."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(tolerance_allocation, "DRAWS", 512)
+        patch.setattr(tolerance_allocation, "ON_CURVE", 3)
+        patch.setattr(tolerance_allocation, "ALONG_FRONT", 2)
+        yield
+
+
+@pytest.fixture(scope="module")
+def finished(tmp_path_factory):
+    """One run that several tests look at."""
+    return run_study(load_study(STUDY), tmp_path_factory.mktemp("results"), BUDGET)
+
+
+def test_the_same_sigma_costs_less(finished):
+    summary = json.loads((finished / "summary.json").read_text())
+    assert summary["cost_ratio_to_uniform"] < 0.8
+    assert summary["cost_ratio_to_uniform"] <= summary["cost_ratio_to_uniform_of_effective"] < 1.0
+    assert summary["cost_uniform"] == pytest.approx(12.0, rel=1e-6)
+    assert summary["sigma_cheapest_db"] == pytest.approx(summary["sigma_today_db"], rel=1e-6)
+    assert summary["sigma_verified_db"] == pytest.approx(summary["sigma_today_db"], rel=0.2)
+    assert summary["optimality_percent"] < 0.1
+
+
+def test_tables_hold_together(finished):
+    table = pd.read_csv(finished / "allocation.csv")
+    tolerance = table["cheapest ± [%]"]
+    assert tolerance.between(5.0 - 1e-9, 30.0 + 1e-9).all()
+    np.testing.assert_allclose(table["cost cheapest [1]"], 15.0 / tolerance)
+    assert (table.loc[table["variable"].str.endswith("y"), "bound"] == "widest").all()
+    worth = pd.read_csv(finished / "marginal_values.csv")
+    inside = table["bound"].isna()
+    bought = worth["sigma per unit of cost, cheapest [0.001 dB]"][inside]
+    assert np.ptp(bought) < 1e-3 * bought.mean()
+    curve = pd.read_csv(finished / "cost_of_target.csv")
+    assert (curve["ratio [1]"] <= 1.0 + 1e-9).all()
+    assert curve["cost cheapest [1]"].is_monotonic_decreasing
+    assert len(pd.read_csv(finished / "front_marginal_values.csv")) == 2
+    figures = {path.stem for path in (finished / "figures").iterdir()}
+    assert figures == {"allocation", "marginal_values", "cost_of_target"}
+
+
+def test_a_share_within_limits_is_reached_with_parts_that_have_something_in_common(tmp_path):
+    options = {**BUDGET, "limit": ["+0.5"], "share": 0.85, "parts": PARTS, "pick": Pick.knee}
+    run = run_study(load_study(STUDY), tmp_path, options)
+    summary = json.loads((run / "summary.json").read_text())
+    assert summary["design"] == "knee"
+    assert summary["target"] == "share"
+    assert summary["share_verified"] >= 0.85
+    assert summary["share_lower_bound"] <= summary["share_verified"]
+    assert summary["cost_cheapest"] <= summary["cost_uniform"]
+    names = json.loads((run / "run.json").read_text())["inputs_sha256"]
+    assert any(name.endswith("u06_parts.toml") for name in names)
+    assert (run / "parts.csv").is_file()
+    assert "How parts scatter" in (run / "report.html").read_text()
+
+
+def test_a_design_of_a_finished_run_keeps_the_runs_parts(tmp_path, quick_front):
+    budget = {"generations": 3, "population": 12, "samples": 16, "parts": PARTS}
+    run = run_study(quick_front, tmp_path, budget)
+    chosen = design_of_run(run, STUDIES, WantedDesign(point=2))
+    table = pd.read_csv(run / "designs.csv")
+    np.testing.assert_array_equal(chosen.design, table.to_numpy()[1, 1:])
+    assert chosen.model.structure is not None
+    assert chosen.reported("result") == "result"
+    with pytest.raises(InputError, match="has its own parts"):
+        design_of_run(run, STUDIES, WantedDesign(), PARTS)
+    with pytest.raises(InputError, match="no point 999 on the front"):
+        design_of_run(run, STUDIES, WantedDesign(point=999))
+
+
+@pytest.mark.parametrize(
+    ("given", "words"),
+    [
+        ({"sigma": 0.3, "limit": ["50"]}, "not both"),
+        ({"limit": ["loud"]}, "write a level in dB"),
+        ({"limit": ["Q=50"]}, "with one of a, b"),
+        ({"limit": ["50", "a=51"]}, "a has one already"),
+        ({"limit": ["a=51"]}, "no limit of b"),
+    ],
+)
+def test_bad_targets_are_refused(given, words):
+    with pytest.raises(InputError, match=words):
+        WantedTarget(**given).limits(("a", "b"), np.zeros(2))
+
+
+def test_limits_may_be_relative_to_the_design():
+    wanted = WantedTarget(limit=["a=52", "b=+0.5"])
+    assert wanted.limits(("a", "b"), np.array([50.0, 48.0])).tolist() == [52.0, 48.5]
+
+
+def test_prices_are_read_from_points(tmp_path):
+    path = tmp_path / "points.csv"
+    path.write_text("variable,tolerance,cost\nEnM x,0.2,1\nEnM x,0.1,3\n")
+    curves, files = cost_curves(None, path, NAMES)
+    assert files == (path,)
+    assert curves.curves[0].cost(0.1) == pytest.approx(3.0)
+    assert curves.curves[1].cost(0.15) == pytest.approx(1.0)
+    path.write_text("variable,tolerance,cost\nEnM x,0.2,4\nEnM x,0.1,3\n")
+    with pytest.raises(InputError, match=r"points.csv: the cost of 'EnM x' rises from 3 at ±0.1"):
+        cost_curves(None, path, NAMES)
+    path.write_text("variable,tolerance,cost\nQ x,0.2,4\n")
+    with pytest.raises(InputError, match="line 2: 'Q x' is none of"):
+        cost_curves(None, path, NAMES)

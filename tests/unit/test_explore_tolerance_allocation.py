@@ -1,0 +1,273 @@
+"""The cheapest tolerances: closed forms, exact derivatives, and what is refused."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from deboom.errors import InputError
+from deboom.explore.design_space import stiffness_factor_space
+from deboom.explore.evaluate import ResponseFunction
+from deboom.explore.known_truth import quad2
+from deboom.explore.moments import SAMPLE_MOMENTS, ControlVariate
+from deboom.explore.robust import RobustResponse
+from deboom.explore.tolerance_allocation import Allocator, ShareTarget, SigmaTarget
+from deboom.explore.tolerance_curves import (
+    CostCurves,
+    ReciprocalCurve,
+    TabulatedCurve,
+    reciprocal_curves,
+)
+from deboom.explore.tolerance_effect import ToleranceEffect
+from deboom.explore.tolerance_samples import (
+    FreshGaussianSampler,
+    cut_normal_moments,
+    sobol_sample,
+)
+from deboom.explore.tolerance_structure import batches
+from deboom.explore.tolerance_variables import ToleranceCost
+
+SECOND = cut_normal_moments()[0]
+
+
+class Linear:
+    """Responses that are linear in the variables."""
+
+    response_unit = "dB"
+
+    def __init__(self, slopes):
+        self.slopes = np.atleast_2d(slopes)
+        self.variable_names = tuple(f"M x{k}" for k in range(self.slopes.shape[1]))
+        self.response_names = tuple(f"v{r}" for r in range(len(self.slopes)))
+
+    def __call__(self, designs):
+        """Return the responses."""
+        return designs @ self.slopes.T
+
+    def gradient(self, designs):
+        """Return their slopes."""
+        return np.tile(self.slopes, (len(designs), 1, 1))
+
+
+def linear_allocator(slopes, weight, lower=0.001, upper=0.9, structure=None):
+    model = Linear(slopes)
+    k = len(model.variable_names)
+    n_draws = structure.n_draws if structure else k
+    space = stiffness_factor_space(model.variable_names)
+    robust = RobustResponse(
+        model,
+        space,
+        sobol_sample(n_draws, 128, seed=1),
+        estimator=ControlVariate(1),
+        structure=structure,
+    )
+    cost = ToleranceCost(np.asarray(weight, dtype=float), np.full(k, 0.15))
+    curves = reciprocal_curves(model.variable_names, cost)
+    effect = ToleranceEffect(robust, np.ones(k))
+    return Allocator(effect, curves, np.asarray(lower), np.asarray(upper))
+
+
+def lagrange(slope, weight, sigma, lower=0.0, upper=np.inf):
+    """Minimise Σ w r / t within Σ (a t)² ≤ σ²: t = (w r / (2 λ a²))^(1/3) between the bounds."""
+    a = np.abs(slope) * np.sqrt(SECOND) / 3.0
+
+    def tolerance(price):
+        return np.clip(np.cbrt(weight * 0.15 / (2.0 * price * a**2)), lower, upper)
+
+    low, high = 1e-12, 1e12
+    for _ in range(300):
+        middle = np.sqrt(low * high)
+        over = np.sum((a * tolerance(middle)) ** 2) > sigma**2
+        low, high = (middle, high) if over else (low, middle)
+    return tolerance(high)
+
+
+RNG = np.random.default_rng(3)
+SLOPE, WEIGHT = RNG.uniform(0.2, 3.0, 12), RNG.uniform(0.5, 2.0, 12)
+
+
+@pytest.mark.parametrize("bounds", [(0.001, 0.9), (0.05, 0.30)])
+def test_the_cheapest_tolerances_are_lagranges(bounds):
+    allocator = linear_allocator(SLOPE, WEIGHT, *bounds)
+    target = SigmaTarget(allocator.at(allocator.today).sigma_sum)
+    found = allocator.cheapest(target)
+    exact = lagrange(SLOPE, WEIGHT, target.sigma_sum, *bounds)
+    np.testing.assert_allclose(found.tolerance, exact, rtol=2e-4)
+    assert found.total_cost == pytest.approx((WEIGHT * 0.15 / exact).sum(), rel=1e-8)
+    assert found.sigma_sum <= target.sigma_sum * (1.0 + 1e-6)
+    assert allocator.price_spread(found, target) < 1e-3
+    uniform = allocator.uniform(target)
+    np.testing.assert_allclose(uniform.tolerance, 0.15, rtol=1e-9)
+    assert found.total_cost < uniform.total_cost
+    # a unit of cost buys the same sigma wherever a bound does not hold
+    worth = allocator.marginal_values(found.tolerance).sigma_per_cost
+    inside = (exact > 1.01 * bounds[0]) & (exact < 0.99 * bounds[1])
+    assert np.ptp(worth[inside]) < 1e-3 * worth[inside].mean()
+
+
+def test_axes_of_one_hardness_have_their_own_closed_form():
+    """σ = Σ a t if all axes share one draw: t ∝ sqrt(w / a)."""
+    slope, weight = SLOPE[:4], WEIGHT[:4]
+    names = tuple(f"M x{k}" for k in range(4))
+    allocator = linear_allocator(slope, weight, structure=batches(names, {"M": names}, 1.0))
+    target = SigmaTarget(0.1)
+    found = allocator.cheapest(target)
+    a = slope * np.sqrt(SECOND) / 3.0
+    exact = np.sqrt(weight / a)
+    exact *= 0.1 / (a * exact).sum()
+    np.testing.assert_allclose(found.tolerance, exact, rtol=2e-4)
+
+
+def test_a_sum_of_two_vehicles_is_checked_by_a_search_of_all_pairs():
+    slopes = np.array([[1.0, 0.3], [0.2, 1.5]])
+    allocator = linear_allocator(slopes, [1.0, 1.0])
+    target = SigmaTarget(0.08)
+    first = np.linspace(0.05, 0.5, 1500)
+    scale = np.sqrt(SECOND) / 3.0
+    second = np.linspace(0.02, 0.5, 1500)[:, None]
+    sigma = scale * sum(np.sqrt((b * first) ** 2 + (c * second) ** 2) for b, c in slopes)
+    cost = np.where(sigma <= target.sigma_sum, 0.15 / first + 0.15 / second, np.inf)
+    assert allocator.cheapest(target).total_cost == pytest.approx(cost.min(), rel=1e-3)
+
+
+@pytest.mark.parametrize("estimator", [ControlVariate(2), ControlVariate(1), SAMPLE_MOMENTS])
+def test_gradients_by_the_tolerance_are_those_of_differences(estimator):
+    model = quad2(4, seed=2)
+    names = model.variable_names
+    structure = batches(names, {"M": names[:3]}, 0.4)
+    sample = sobol_sample(structure.n_draws, 64, seed=1)
+    space = stiffness_factor_space(names)
+    robust = RobustResponse(model, space, sample, estimator=estimator, structure=structure)
+    effect = ToleranceEffect(robust, np.array([0.9, 1.1, 1.0, 0.85]))
+    tolerance = np.array([0.1, 0.15, 0.2, 0.12])
+    here, step = effect.at(tolerance), 1e-6
+    limit = here.values.mean(axis=0) + 0.5 * here.sigma
+    share, share_slope = here.soft_share(limit)
+    for column in range(4):
+        move = step * np.eye(4)[column]
+        up, down = effect.at(tolerance + move), effect.at(tolerance - move)
+        slope = (up.sigma - down.sigma) / (2.0 * step)
+        np.testing.assert_allclose(here.sigma_by_tolerance[:, column], slope, rtol=1e-6)
+        slope = (up.soft_share(limit)[0] - down.soft_share(limit)[0]) / (2.0 * step)
+        np.testing.assert_allclose(share_slope[:, column], slope, rtol=1e-5, atol=1e-8)
+    assert np.all(np.abs(share - here.share(limit)) < 0.05)
+
+
+def test_a_share_of_a_linear_response_is_reached():
+    """Within μ + 2 σ lie 97.7 % of a normal response."""
+    allocator = linear_allocator(SLOPE, WEIGHT, 0.01, 0.6)
+    many = replace(
+        allocator.effect,
+        robust=replace(allocator.effect.robust, sample=sobol_sample(12, 4096, seed=2)),
+    )
+    allocator = replace(allocator, effect=many)
+    mean, sigma = SLOPE.sum(), 0.2
+    target = ShareTarget(np.array([mean + 2.0 * sigma]), 0.9772)
+    found = allocator.cheapest(target)
+    assert found.scattered.sigma[0] == pytest.approx(sigma, rel=0.03)
+    assert found.scattered.share(target.limit)[0] >= 0.9772 - 1e-3
+    exact = lagrange(SLOPE, WEIGHT, found.scattered.sigma[0], 0.01, 0.6)
+    assert found.total_cost == pytest.approx((WEIGHT * 0.15 / exact).sum(), rel=0.01)
+
+
+def test_tabulated_prices_keep_their_points_and_their_ends():
+    widths = np.geomspace(0.04, 0.4, 30)
+    names = tuple(f"M x{k}" for k in range(12))
+    law = linear_allocator(SLOPE, WEIGHT, 0.05, 0.35)
+    curves = tuple(
+        TabulatedCurve(name, widths[::-1], (w * 0.15 / widths)[::-1])
+        for name, w in zip(names, WEIGHT, strict=True)
+    )
+    table = replace(law, curves=CostCurves(curves))
+    target = SigmaTarget(law.at(law.today).sigma_sum)
+    assert curves[0].cost(widths[3]) == pytest.approx(WEIGHT[0] * 0.15 / widths[3])
+    step = 1e-6
+    slope = (curves[0].cost(0.1 + step) - curves[0].cost(0.1 - step)) / (2 * step)
+    assert curves[0].slope(0.1) == pytest.approx(slope, rel=1e-5)
+    assert table.cheapest(target).total_cost == pytest.approx(
+        law.cheapest(target).total_cost, rel=2e-3
+    )
+    ends = TabulatedCurve("M x0", [0.1, 0.2], [2.0, 1.0])
+    narrowed = replace(law, curves=CostCurves((ends, *curves[1:])))
+    assert (narrowed.lower[0], narrowed.upper[0]) == (0.1, 0.2)
+
+
+def test_a_target_that_costs_nothing_gets_the_widest_tolerances():
+    allocator = linear_allocator(SLOPE, WEIGHT, 0.05, 0.30)
+    np.testing.assert_allclose(allocator.cheapest(SigmaTarget(100.0)).tolerance, 0.30)
+
+
+def test_a_variable_without_a_price_keeps_its_tolerance():
+    allocator = linear_allocator(SLOPE, WEIGHT, 0.05, 0.30)
+    fewer = replace(
+        allocator,
+        curves=CostCurves(allocator.curves.curves[1:]),
+        lower=np.asarray(0.05),
+        upper=np.asarray(0.30),
+    )
+    target = SigmaTarget(allocator.at(allocator.today).sigma_sum)
+    found = fewer.cheapest(target)
+    assert found.tolerance.size == 11
+    assert found.scattered.tolerance[0] == 0.15
+
+
+def test_an_unreachable_target_says_by_how_much_and_who_binds():
+    allocator = linear_allocator([[1.0, 0.0], [3.0, 3.0]], [1.0, 1.0], 0.05, 0.30)
+    tightest = allocator.at(np.full(2, 0.05)).sigma_sum
+    with pytest.raises(InputError, match=rf"still {tightest:.4g}.*0.02 less; v1 binds with 81 %"):
+        allocator.cheapest(SigmaTarget(tightest - 0.02))
+    limit = np.array([2.0, 5.9])
+    with pytest.raises(InputError, match=r"v1 binds with .* %, its mean is 0\.1.* above the limit"):
+        allocator.cheapest(ShareTarget(limit, 0.95))
+
+
+@pytest.mark.parametrize(
+    ("make", "words"),
+    [
+        (
+            lambda: TabulatedCurve("TSM x", [0.1, 0.2, 0.3], [3.0, 1.0, 2.0]),
+            "'TSM x' rises from 1 at ±0.2 to 2 at ±0.3: a wider tolerance never costs more",
+        ),
+        (lambda: TabulatedCurve("TSM x", [0.1, 0.1], [3.0, 1.0]), "names a tolerance twice"),
+        (lambda: TabulatedCurve("TSM x", [0.1], [3.0]), "at least two"),
+        (lambda: TabulatedCurve("TSM x", [0.0, 0.1], [3.0, 1.0]), "above 0"),
+        (lambda: TabulatedCurve("TSM x", [0.1, 0.2], [3.0, -1.0]), "at least 0"),
+        (lambda: ReciprocalCurve("TSM x", -1.0, 0.15), "weight of at least 0"),
+        (lambda: ReciprocalCurve("TSM x", 1.0, 0.0), "reference above 0"),
+        (lambda: CostCurves(()), "needs one cost curve"),
+        (lambda: SigmaTarget(0.0), "give more than 0"),
+        (lambda: ShareTarget(np.zeros(1), 1.0), "between 0 and 1"),
+        (lambda: ShareTarget(np.array([np.nan]), 0.9), "finite"),
+        (lambda: linear_allocator(SLOPE, WEIGHT, 0.0, 0.3), "could only be chosen from 0 to 0.3"),
+        (lambda: linear_allocator(SLOPE, WEIGHT, 0.4, 0.3), "could only be chosen from 0.4"),
+    ],
+)
+def test_what_makes_no_sense_is_refused(make, words):
+    with pytest.raises(InputError, match=words):
+        make()
+
+
+def test_models_and_draws_that_do_not_serve_are_refused():
+    allocator = linear_allocator(SLOPE, WEIGHT)
+    effect = allocator.effect
+    other = CostCurves((ReciprocalCurve("Q x", 1.0, 0.15),))
+    with pytest.raises(InputError, match="there is a cost of"):
+        replace(allocator, curves=other, lower=np.asarray(0.05), upper=np.asarray(0.3))
+    fresh = replace(effect.robust, sample=FreshGaussianSampler(12, 64, seed=1))
+    with pytest.raises(InputError, match="draws that they share"):
+        ToleranceEffect(fresh, effect.design)
+    plain = ResponseFunction(Linear(SLOPE), effect.names, ("v0",), "dB")
+    with pytest.raises(InputError, match="offers no gradient"):
+        ToleranceEffect(replace(effect.robust, evaluate=plain), effect.design)
+
+
+def test_a_design_that_fails_in_its_scatter_is_refused():
+    class Broken(Linear):
+        def __call__(self, designs):
+            """Fail."""
+            return np.full((len(designs), 1), np.nan)
+
+    allocator = linear_allocator(SLOPE, WEIGHT)
+    robust = replace(allocator.effect.robust, evaluate=Broken(SLOPE))
+    with pytest.raises(InputError, match="fails somewhere in its scatter"):
+        ToleranceEffect(robust, np.ones(12)).at(np.full(12, 0.1))

@@ -1,0 +1,198 @@
+"""Electric cars from files: what is missing, mixed up or stated in another unit is refused."""
+
+import shutil
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from deboom.bench.compressor_operation_plan import OperationPlan
+from deboom.bench.electric_car_writer import write_electric_car
+from deboom.errors import InputError
+from deboom.files.electric_car import ELECTRIC_CAR_FILE, read_electric_car
+from deboom.files.electric_car_file import dump_electric_car_file, load_electric_car_file
+from deboom.files.uff import read_uff, write_uff
+from deboom.measurement.channels import Frf, Spectrum
+from deboom.measurement.electric_car import ElectricCar, PointKind
+
+MakeFolder = Callable[[], Path]
+
+
+@pytest.fixture(scope="module")
+def written(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return write_electric_car(tmp_path_factory.mktemp("car") / "EV-1", 1)
+
+
+@pytest.fixture(scope="module")
+def car(written: Path) -> ElectricCar:
+    return read_electric_car(written)
+
+
+@pytest.fixture
+def folder(written: Path, tmp_path: Path) -> Path:
+    """Give a folder whose files may be replaced; replacing breaks the link, the original stays."""
+    return Path(shutil.copytree(written, tmp_path / "car", copy_function=_link))
+
+
+def _link(source: str, target: str) -> None:
+    Path(target).hardlink_to(source)
+
+
+def _edit(folder: Path, old: str, new: str) -> None:
+    path = folder / ELECTRIC_CAR_FILE
+    text = path.read_text(encoding="utf-8")
+    assert old in text
+    path.unlink()
+    path.write_text(text.replace(old, new, 1), encoding="utf-8")
+
+
+def test_file_is_written_and_read_alike(written: Path, tmp_path: Path) -> None:
+    file = load_electric_car_file(written / ELECTRIC_CAR_FILE)
+    dump_electric_car_file(tmp_path / ELECTRIC_CAR_FILE, file)
+    assert load_electric_car_file(tmp_path / ELECTRIC_CAR_FILE) == file
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "sentence"),
+    [
+        ("format = 1", "format = 2", "format"),
+        ("hits_per_impact = 5", "hits_per_impact = 5\ncolour = 3", "colour"),
+        ('name = "mount 2"', 'name = "mount 1"', "point 'mount 1' comes twice: keep one"),
+        ('"M1 S1"', '"M2 S1"', "sensor 'M2 S1' comes twice"),
+        ('"M1 I1x", ', "", "impact 'M1 I1x' belongs to no point of car.toml: name it there"),
+        ('"M1 I1x"', '"M1 I9x"', "impact 'M1 I9x' is not in positions.xlsx: add it there"),
+        ("node = 901", "node = 902", "pressure 'driver ear' per M1 I1x .* is not in it: export it"),
+        ('"MIC2101"', '"MIC2102"', "of microphone 'MIC2101', but 'driver ear' is 'MIC2102'"),
+        ('kind = "hose"', 'kind = "pipe"', "kind"),
+        ("position_m = [", "position_mm = [", "position_m"),
+        ("ntf/pressure.uff", "ntf/sound.uff", "sound.uff"),
+    ],
+)
+def test_facts_that_do_not_fit(folder: Path, old: str, new: str, sentence: str) -> None:
+    _edit(folder, old, new)
+    with pytest.raises(InputError, match=sentence):
+        read_electric_car(folder)
+
+
+def test_ear_that_no_sweep_has(folder: Path) -> None:
+    _edit(folder, 'name = "driver ear"', 'name = "passenger ear"')
+    with pytest.raises(
+        InputError, match=r"sweep standard 7.5 bar has no pressure at 'passenger ear'.*record that"
+    ):
+        read_electric_car(folder)
+
+
+def test_functions_of_another_unit(folder: Path) -> None:
+    path = folder / "ntf/pressure.uff"
+    functions = [
+        replace(function, denominator="displacement", denominator_unit="m")
+        if function.ordinate == "pressure"
+        else function
+        for function in read_uff(path)
+    ]
+    path.unlink()
+    write_uff(path, functions)
+    with pytest.raises(InputError, match="in 'Pa/m': export it in Pa/N"):
+        read_electric_car(folder)
+
+
+def test_function_without_its_coherence(folder: Path) -> None:
+    path = folder / "ntf/pressure.uff"
+    functions = list(read_uff(path))
+    del functions[1]
+    path.unlink()
+    write_uff(path, functions, binary=True)
+    with pytest.raises(
+        InputError, match=r"coherence of M1 I1x \(reference node 501 \+x\) is missing"
+    ):
+        read_electric_car(folder)
+
+
+def test_noise_transfer_for_two_of_three_mounts(car: ElectricCar) -> None:
+    with pytest.raises(
+        InputError,
+        match="functions for mount 1, mount 3, but the compressor stands on mount 1, mount 2, "
+        "mount 3: measure mount 2 as well",
+    ):
+        _with_points(car, tuple(point for point in car.points if point.name != "mount 2"))
+
+
+def test_mount_without_its_holder(car: ElectricCar) -> None:
+    sweeps = tuple(
+        replace(
+            sweep,
+            holder=None if sweep.holder is None else sweep.holder.select(sweep.holder.channels[:8]),
+        )
+        for sweep in car.operation.sweeps
+    )
+    with pytest.raises(InputError, match="no body-side acceleration of mount 3 along z: record it"):
+        replace(car, operation=replace(car.operation, sweeps=sweeps))
+    none = tuple(replace(sweep, holder=None) for sweep in car.operation.sweeps)
+    with pytest.raises(InputError, match="the force of a mount needs both of its sides"):
+        replace(car, operation=replace(car.operation, sweeps=none))
+
+
+def test_hoses_may_be_left_out(car: ElectricCar) -> None:
+    without = _with_points(car, car.mounts)
+    assert without.hoses == ()
+    assert [point.kind for point in without.points] == 3 * [PointKind.MOUNT]
+
+
+def test_values_that_do_not_fit(car: ElectricCar) -> None:
+    frf = car.pressure
+    scaled = Frf(frf.frequency, frf.values, frf.outputs, frf.inputs, "kPa/N")
+    with pytest.raises(InputError, match="functions in 'kPa/N' where Pa/N is needed"):
+        replace(car, pressure=scaled)
+    with pytest.raises(InputError, match="not those of the points' sensors, impacts and ear"):
+        replace(car, ear="passenger ear")
+    with pytest.raises(InputError, match="coherence lies between 0 and 1"):
+        replace(car, coherence=2 * np.ones_like(car.coherence))
+    with pytest.raises(InputError, match="0 hits per impact"):
+        replace(car, n_averages=0)
+    shorter = Frf(frf.frequency[1:], frf.values[1:], frf.outputs, frf.inputs, frf.unit)
+    with pytest.raises(InputError, match="different lines"):
+        replace(car, pressure=shorter)
+    with pytest.raises(InputError, match="two points have one name"):
+        replace(car, points=(car.points[0], *car.points))
+    with pytest.raises(InputError, match="no point 'mount 7'"):
+        car.point("mount 7")
+    sweep = car.operation.sweeps[0]
+    silent = replace(
+        sweep, sound=Spectrum(sweep.frequency, np.ones((sweep.frequency.size, 1)), ("boot",), "Pa")
+    )
+    with pytest.raises(InputError, match="no pressure at 'driver ear'"):
+        replace(car, operation=replace(car.operation, sweeps=(silent,)))
+
+
+def test_points_need_enough_sensors_and_impacts(car: ElectricCar) -> None:
+    point = car.points[0]
+    with pytest.raises(InputError, match="mount 1: 2 triaxial accelerometers do not see"):
+        replace(point, sensors=point.sensors[:2])
+    with pytest.raises(InputError, match="mount 1: 5 impacts do not give all six loads"):
+        replace(point, impacts=point.impacts[:5])
+
+
+def test_plans_that_a_car_cannot_have(tmp_path: Path) -> None:
+    for plan in (OperationPlan(softening=True), OperationPlan(time_record=True)):
+        with pytest.raises(InputError, match="leave softening and time record out"):
+            write_electric_car(tmp_path / "car", 1, plan=plan)
+    with pytest.raises(InputError, match="seed 0 is refused"):
+        write_electric_car(tmp_path / "car", 0)
+    with pytest.raises(InputError, match="no car 'EV-7'"):
+        write_electric_car(tmp_path / "car", 1, "EV-7")
+    assert not any(tmp_path.iterdir())
+
+
+def _with_points(car: ElectricCar, points: tuple) -> ElectricCar:
+    impacts = [name for point in points for name in point.impact_names]
+    channels = [name for point in points for name in point.channels]
+    columns = [car.pressure.inputs.index(name) for name in impacts]
+    return replace(
+        car,
+        points=points,
+        pressure=car.pressure.select(inputs=impacts),
+        coherence=car.coherence[:, :, columns],
+        accelerance=car.accelerance.select(channels, impacts),
+    )

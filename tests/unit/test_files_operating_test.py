@@ -1,0 +1,341 @@
+"""The folder of a running compressor: what is written reads back, what is bad is named."""
+
+import re
+import shutil
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from deboom.bench.compressor_operation_plan import OperationPlan
+from deboom.bench.compressor_operation_writer import write_operating_test
+from deboom.errors import InputError
+from deboom.files.inertance_test_tables import (
+    PlacedSensor,
+    read_placed_impacts,
+    read_placed_sensors,
+    write_positions,
+)
+from deboom.files.operating_sweeps import (
+    SweepNodes,
+    read_sweep,
+    write_sweep,
+    write_sweep_record,
+)
+from deboom.files.operating_test import read_operating_test
+from deboom.files.operating_test_file import (
+    HolderSection,
+    MicrophoneSection,
+    SweepSection,
+    dump_operating_test_file,
+    load_operating_test_file,
+)
+from deboom.files.uff import read_uff, write_uff
+
+SENSORS = tuple(
+    PlacedSensor(f"A{k}", 10 + k, (0.1 * k, 0.0, 0.05), (0.0, 0.0, 0.1)) for k in (1, 2, 3)
+)
+NODES = SweepNodes(SENSORS, 1, (("mount 1", 31), ("mount 2", 32)), (("driver", 41),))
+LINES = np.arange(17.0, 25.0)
+WITH_HOSES = 'hammer_with_hoses = "hammer_with_hoses"'
+RECORD = r'\[\[sweeps\]\]\nname = "soft 7.5 bar over time"\n(?:.+\n)+\n'
+SOFT = "sweeps/soft_7.5_bar.uff"
+
+
+def drawn(*shape):
+    parts = np.random.default_rng(1).standard_normal((2, *shape))
+    return parts[0] + 1j * parts[1]
+
+
+@pytest.fixture(scope="module")
+def written(tmp_path_factory):
+    """Write a whole test, with a third of the impacts to be quick, and twice the same hammer."""
+    folder = tmp_path_factory.mktemp("operation") / "test"
+    write_operating_test(folder, 1, plan=OperationPlan(time_record=True))
+    sheet = folder / "hammer/positions.xlsx"
+    sensors, impacts = read_placed_sensors(sheet), read_placed_impacts(sheet)
+    kept = impacts[::3]
+    write_positions(sheet, sensors, kept)
+    for name in ("frf.uff", "coherence.uff"):
+        nodes = [impact.node for impact in kept]
+        rewrite(folder / "hammer" / name, lambda f, n=nodes: f if f.reference_node in n else None)
+    shutil.copytree(folder / "hammer", folder / "hammer_with_hoses")
+    return folder
+
+
+@pytest.fixture
+def whole_folder(written, tmp_path):
+    folder = shutil.copytree(written, tmp_path / "test")
+    edit(folder / "operation.toml", "sensor_table", f"{WITH_HOSES}\nsensor_table")
+    return folder
+
+
+@pytest.fixture
+def test_folder(written, tmp_path):
+    """Without the record and the second hammer test, which take their time."""
+    folder = shutil.copytree(written, tmp_path / "test")
+    path = folder / "operation.toml"
+    text = path.read_text(encoding="utf-8")
+    path.write_text(re.sub(RECORD, "", text), encoding="utf-8")
+    return folder
+
+
+def edit(path, before, after):
+    text = path.read_text(encoding="utf-8")
+    assert before in text
+    path.write_text(text.replace(before, after, 1), encoding="utf-8")
+
+
+def rewrite(path, change):
+    """Write the functions of a UFF file anew; `change` gives None for one to leave out."""
+    changed = [change(function) for function in read_uff(path)]
+    write_uff(path, [function for function in changed if function is not None], binary=True)
+
+
+def refused(folder, *words):
+    with pytest.raises(InputError) as error:
+        read_operating_test(folder)
+    sentence = str(error.value)
+    for word in words:
+        assert word in sentence, sentence
+    assert "\n" not in sentence
+    return sentence
+
+
+def test_spectra_read_back_with_holders_and_microphones(tmp_path):
+    acceleration, holder, sound = drawn(8, 9), drawn(8, 6), drawn(8, 1)
+    path = tmp_path / "sweep.uff"
+    write_sweep(path, NODES, LINES, acceleration, holder=holder, sound=sound, notes=("a", "b"))
+    found = read_sweep(path, NODES)
+    np.testing.assert_array_equal(found.acceleration.frequency, LINES)
+    np.testing.assert_array_equal(found.acceleration.values, acceleration)
+    assert found.acceleration.channels[:4] == ("A1 x", "A1 y", "A1 z", "A2 x")
+    assert found.acceleration.unit == "m/s^2"
+    np.testing.assert_array_equal(found.holder.values, holder)
+    assert found.holder.channels[3] == "mount 2 x"
+    np.testing.assert_array_equal(found.sound.values, sound)
+    assert (found.sound.channels, found.sound.unit) == (("driver",), "Pa")
+    # who does not ask for them does not get them
+    alone = read_sweep(path, SweepNodes(SENSORS, 1))
+    assert alone.holder is None
+    assert alone.sound is None
+    # a channel that was recorded against its axis
+    rewrite(
+        path,
+        lambda f: (
+            replace(f, response_direction="-y", values=-f.values)
+            if (f.response_node, f.response_direction) == (11, "+y")
+            else f
+        ),
+    )
+    np.testing.assert_array_equal(read_sweep(path, NODES).acceleration.values, acceleration)
+    with pytest.raises(InputError, match="holder has 0 columns, the nodes have 6"):
+        write_sweep(path, NODES, LINES, acceleration, sound=sound)
+
+
+def test_a_whole_test_reads_back(whole_folder):
+    test = read_operating_test(whole_folder)
+    assert [sweep.name for sweep in test.sweeps][-1] == "soft 7.5 bar over time"
+    assert test.sweeps[0].frequency[[0, -1]].tolist() == [17, 150]
+    assert test.sweeps[0].acceleration.channels == test.hammer.frf.outputs
+    assert test.hammer_with_hoses is not None
+    assert [hose.name for hose in test.hoses] == ["suction hose", "discharge hose"]
+    assert np.linalg.norm(test.hoses[0].direction) == pytest.approx(1)
+    assert all(path.is_file() for path in test.input_files)
+    assert len(set(test.input_files)) == len(test.input_files) == 2 + 2 * 4 + 5
+    # stated per part: a share of the amplitude, and a floor that grows below its corner
+    sweep = test.sweeps[2]
+    size = np.abs(sweep.acceleration.values)
+    stated = (3e-3 * size) ** 2 + (4e-4**2 * (1 + (20 / sweep.frequency) ** 2))[:, None]
+    np.testing.assert_allclose(sweep.deviation, np.sqrt(stated / 2), rtol=1e-9)
+
+
+def test_holders_and_microphones_of_the_folder(test_folder):
+    file = load_operating_test_file(test_folder / "operation.toml")
+    sensors = read_placed_sensors(test_folder / file.sensor_table)
+    nodes = SweepNodes(sensors, 1, (("mount 1", 301),), (("driver", 901),))
+    values, holder, sound = drawn(8, 18), drawn(8, 3), drawn(8, 1)
+    write_sweep(test_folder / SOFT, nodes, LINES, values, holder=holder, sound=sound)
+    time = np.arange(8000) / 2000.0
+    turning = 2 * np.pi * (40 * time + time**2 - 0.25)
+    write_sweep_record(
+        test_folder / "sweeps/record.uff",
+        nodes,
+        2000.0,
+        np.clip(0.5 + 3 * np.sin(turning), 0, 1),
+        np.cos(turning)[:, None] * np.arange(1.0, 19.0),
+        holder=0.5 * np.cos(turning)[:, None] * np.ones(3),
+        sound=np.sin(turning)[:, None],
+    )
+    spectra = file.sweeps[2]
+    record = SweepSection(
+        name="over time",
+        hoses="soft",
+        pressure_bar=7.5,
+        record="sweeps/record.uff",
+        sample_rate_hz=2000.0,
+    )
+    changed = {
+        "sweeps": (spectra, record),
+        "holders": (HolderSection(name="mount 1", node=301),),
+        "microphones": (MicrophoneSection(name="driver", node=901),),
+    }
+    dump_operating_test_file(test_folder / "operation.toml", file.model_copy(update=changed))
+    spectra, tracked = read_operating_test(test_folder).sweeps
+    np.testing.assert_array_equal(spectra.holder.values, holder)
+    assert spectra.sound.channels == ("driver",)
+    # the pulse rises where the sine does: the cosine has phase 0, the sine −90°
+    assert tracked.holder.channels == ("mount 1 x", "mount 1 y", "mount 1 z")
+    np.testing.assert_allclose(tracked.holder.values, 0.5, atol=0.005)
+    np.testing.assert_allclose(tracked.sound.values, -1j * np.ones((7, 1)), atol=0.01)
+    assert np.all(tracked.deviation > 0)
+
+
+def test_a_missing_tacho_is_named(test_folder):
+    rewrite(test_folder / SOFT, lambda f: None if f.response_node == 1 else f)
+    refused(test_folder, "sweep 'soft 7.5 bar'", "soft_7.5_bar.uff", "no tacho", "tacho_node")
+
+
+def test_a_missing_tacho_of_a_record_is_named(whole_folder):
+    path = whole_folder / "sweeps/soft_7.5_bar_over_time.uff"
+    rewrite(path, lambda f: None if f.response_node == 1 else f)
+    refused(whole_folder, "soft_7.5_bar_over_time.uff", "no tacho")
+    shutil.copy(whole_folder / SOFT, path)
+    refused(whole_folder, "soft_7.5_bar_over_time.uff", "sample_rate_hz")
+
+
+def test_a_dead_tacho_of_a_record_is_named(whole_folder):
+    path = whole_folder / "sweeps/soft_7.5_bar_over_time.uff"
+    rewrite(path, lambda f: replace(f, values=0 * f.values) if f.response_node == 1 else f)
+    refused(whole_folder, "soft_7.5_bar_over_time.uff", "tacho carries no pulses")
+
+
+def test_a_tacho_that_lost_pulses_is_named(test_folder):
+    rewrite(
+        test_folder / SOFT,
+        lambda f: replace(f, values=f.values / 2) if f.response_node == 1 else f,
+    )
+    refused(test_folder, "the tacho reads 510 rpm at 17 Hz", "repair the tacho")
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "words"),
+    [
+        ("A3,103,-95.0,", "A3,103,-93.0,", ("A3 stands 2 mm and 0°", "the hammer test", "strike")),
+        (",15.0637233", ",25.0637233", ("A1 stands 0 mm and", "the hammer test")),
+        ("A3,103", "B3,103", ("A1, A2, B3", "not those of the hammer test")),
+        ("A3,103", "A3,193", ("(node 193 +x) is not in it",)),
+    ],
+)
+def test_sensors_that_were_moved_are_named(test_folder, before, after, words):
+    edit(test_folder / "sensors.csv", before, after)
+    refused(test_folder, *words)
+
+
+def test_sensors_and_impacts_that_differ_between_both_hammer_tests_are_named(whole_folder):
+    sheet = whole_folder / "hammer_with_hoses/positions.xlsx"
+    sensors, impacts = read_placed_sensors(sheet), read_placed_impacts(sheet)
+    moved = replace(sensors[1], position=(0.08, -0.046, -0.04))
+    write_positions(sheet, (sensors[0], moved, *sensors[2:]), impacts)
+    refused(whole_folder, "sensor A2 stands 1 mm", "the hammer test with hoses")
+    other = replace(impacts[4], position=(0.095, -0.03, 0.027))
+    write_positions(sheet, sensors, (*impacts[:4], other, *impacts[5:]))
+    refused(whole_folder, "hammer_with_hoses", "I13 has another place", "strike the same points")
+
+
+def spoilt(scale=None, **changes):
+    """Change the first accelerometer's channel x."""
+    return lambda f: (
+        replace(f, values=scale(f.values) if scale else f.values, **changes)
+        if (f.response_node, f.response_direction) == (101, "+x")
+        else f
+    )
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (spoilt(np.zeros_like), ("'A1 x' (node 101 +x) is dead", "repair")),
+        (spoilt(np.abs), ("'A1 x'", "is real", "phase")),
+        (spoilt(function_type=4), ("'A1 x'", "type 4", "0 or 12 or 27")),
+        (
+            spoilt(ordinate="velocity", ordinate_unit="m/s"),
+            ("acceleration 'A1 x' (node 101 +x) is not in it",),
+        ),
+        (spoilt(id_lines=("order 2",)), ("of order 2", "an unbalance is of order 1")),
+        (
+            lambda f: replace(f, response_node=101) if f.response_node == 102 else f,
+            ("'A1 x'", "is in it 2 times"),
+        ),
+        (spoilt(abscissa=np.arange(17.5, 151.0)), ("axes of", "differ")),
+        (
+            lambda f: replace(f, values=1j * f.values) if f.response_node == 1 else f,
+            ("the tacho (node 1) is complex",),
+        ),
+    ],
+)
+def test_damaged_channels_are_named(test_folder, change, words):
+    rewrite(test_folder / SOFT, change)
+    refused(test_folder, "soft_7.5_bar.uff", *words)
+
+
+def test_damaged_and_missing_files_are_named(test_folder):
+    path = test_folder / SOFT
+    whole = path.read_bytes()
+    path.write_bytes(whole[:-3000])
+    refused(test_folder, "soft_7.5_bar.uff")
+    path.write_bytes(b"")
+    refused(test_folder, "soft_7.5_bar.uff", "is empty")
+    path.unlink()
+    refused(test_folder, "soft_7.5_bar.uff", "cannot be read")
+    path.write_bytes(whole)
+    read_operating_test(test_folder)
+    shutil.rmtree(test_folder / "hammer")
+    refused(test_folder, "compressor_test.toml cannot be read")
+    (test_folder / "operation.toml").unlink()
+    refused(test_folder, "operation.toml cannot be read")
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "words"),
+    [
+        ('hoses = "soft"', 'hoses = "absent"', ("[[sweeps]] 3", "'standard' or 'soft'")),
+        ("pressure_bar = 7.5", "pressure_pa = 7.5e5", ("unknown", "did you mean 'pressure_bar'")),
+        ('\nspectra = "sweeps/soft_7.5_bar.uff"', "", ("'soft 7.5 bar'", "'spectra'", "'record'")),
+        ('"standard 13.5 bar"', '"standard 7.5 bar"', ("two [[sweeps]] are named",)),
+        ("relative = 0.00212", "relative = -0.00212", ("'relative'",)),
+        ('sensor_table = "', 'sensor_table = "../', ("'sensor_table'", "without ..")),
+        ("length_m = 0.36", "length_m = 0.0", ("[[hoses]] 1", "length_m")),
+        ("direction = [-0.3", "direction = [0.0, 0.0, 0.0] # [", ("suction hose", "no length")),
+        (
+            "\n[deviations]",
+            '\n[[holders]]\nname = "m"\nnode = 1\n\n[deviations]',
+            ("node 1 stands",),
+        ),
+        (
+            "\n[deviations]",
+            '\n[[microphones]]\nname = "m"\nnode = 7\n\n[[holders]]\nname = "h"\nnode = 7\n\n'
+            "[deviations]",
+            ("node 7 stands for two",),
+        ),
+    ],
+)
+def test_wrong_keys_are_named(test_folder, before, after, words):
+    edit(test_folder / "operation.toml", before, after)
+    refused(test_folder, "operation.toml", *words)
+
+
+def test_a_record_without_its_rate_or_with_another_one_is_named(whole_folder):
+    path = whole_folder / "operation.toml"
+    edit(path, "sample_rate_hz = 2000.0", "sample_rate_hz = 1000.0")
+    refused(whole_folder, "over_time.uff", "0.0005 s apart")
+    edit(path, "sample_rate_hz = 1000.0", "")
+    refused(whole_folder, "operation.toml", "'record' and 'sample_rate_hz' come together")
+
+
+def test_a_test_without_sweeps_is_refused(test_folder):
+    path = test_folder / "operation.toml"
+    text = path.read_text(encoding="utf-8")
+    text = re.sub(r"\[\[sweeps\]\]\n(?:.+\n)+\n", "", text)
+    path.write_text(text.replace("tacho_node = 1", "tacho_node = 1\nsweeps = []"), encoding="utf-8")
+    refused(test_folder, "sweeps")

@@ -1,0 +1,104 @@
+"""The file that says how parts scatter, and what a study makes of it."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from deboom.errors import InputError
+from deboom.explore.design_space import stiffness_factor_space
+from deboom.study.made_parts import made_parts
+
+SHIPPED = Path(__file__).parents[2] / "studies" / "data"
+NAMES = tuple(f"{mount} {axis}" for mount in ("TSM", "Du") for axis in "xyz")
+SPACE = stiffness_factor_space(NAMES)
+
+
+def written(tmp_path, text):
+    path = tmp_path / "parts.toml"
+    path.write_text(f"format = 1\n{text}", encoding="utf-8")
+    return path
+
+
+def correlation(structure):
+    return structure.loadings @ structure.loadings.T
+
+
+def test_without_a_file_nothing_changes():
+    made = made_parts(None, SPACE)
+    assert made.space is SPACE
+    assert made.structure is None
+    assert made.n_draws == 6
+    assert made.reported("result") == "result"
+
+
+def test_the_shipped_file_is_what_it_says():
+    made = made_parts(SHIPPED / "u06_parts.toml", SPACE)
+    found = correlation(made.structure)
+    assert found[0, 1] == pytest.approx(0.6)
+    np.testing.assert_allclose(np.diag(found), [1, 1, 1, 0.75, 0.75, 0.75])
+    assert "87 % of the tolerance of one" in made.text
+    assert made.inputs == (SHIPPED / "u06_parts.toml",)
+
+
+def test_a_part_number_has_shares_of_its_own_and_a_variable_its_tolerance(tmp_path):
+    path = written(
+        tmp_path,
+        """hardness_share = 0.2
+[[parts]]
+number = "bush"
+places = ["TSM", "Du"]
+hardness_share = 0.5
+batch_share = 0.4
+[[tolerances]]
+variable = "TSM x"
+tolerance = 0.09
+""",
+    )
+    made = made_parts(path, SPACE)
+    found = correlation(made.structure)
+    assert (found[0, 1], found[0, 3], found[0, 4]) == pytest.approx((0.5, 0.4, 0.2))
+    assert made.space.tolerance.tolist() == [0.09, 0.15, 0.15, 0.15, 0.15, 0.15]
+    assert made.table["tolerance ± [%]"][0] == pytest.approx(9.0)
+
+
+def test_the_tolerance_comes_from_a_library(tmp_path):
+    """The shipped library has one part of each mount: the prior alone, three sigma of it."""
+    library = SHIPPED / "u06_f39_f45" / "mounts.library.json"
+    path = written(tmp_path, f'[measured]\nlibrary = "{library.as_posix()}"\nprior_sigma = 0.04\n')
+    made = made_parts(path, SPACE)
+    np.testing.assert_allclose(made.space.tolerance, 0.12)
+    assert made.inputs == (path, library)
+    assert set(made.table["note"]) == {"assumed: fewer than two parts were measured"}
+    assert made.table["to [%]"][0] > made.table["sigma measured [%]"][0]
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("hardness = 0.5\n", "unknown key 'hardness'"),
+        ("hardness_share = 1.5\n", "hardness_share"),
+        ("[[parts]]\nnumber = 'a'\n", "'places' in \\[\\[parts\\]\\] 1 is missing"),
+        ("[[parts]]\nnumber = 'a'\nplaces = []\n", "places"),
+        ("[[parts]]\nnumber = 'a'\nplaces = ['Q']\n", "sits at 'Q', which no variable has"),
+        (
+            "[[parts]]\nnumber='a'\nplaces=['Du']\n[[parts]]\nnumber='b'\nplaces=['Du']\n",
+            "part numbers 'a' and 'b'",
+        ),
+        (
+            "[[parts]]\nnumber='a'\nplaces=['Du']\n[[parts]]\nnumber='a'\nplaces=['TSM']\n",
+            "part number 'a' stands there twice",
+        ),
+        ("[[tolerances]]\nvariable = 'Q x'\ntolerance = 0.1\n", "'Q x', which is no variable"),
+        (
+            "[[tolerances]]\nvariable='Du x'\ntolerance=0.1\n" * 2,
+            "tolerance of 'Du x' stands there twice",
+        ),
+        ("[measured]\nlibrary = 'gone.json'\n", "gone.json"),
+    ],
+)
+def test_a_bad_file_is_refused_by_name(tmp_path, text, words):
+    path = written(tmp_path, text)
+    with pytest.raises(InputError, match=words) as error:
+        made_parts(path, SPACE)
+    assert str(path.parent) in str(error.value)

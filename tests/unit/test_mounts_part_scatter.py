@@ -1,0 +1,218 @@
+"""Scatter of parts: textbook intervals, the prior, measuring taken off, batches recognised."""
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+
+from deboom.errors import InputError
+from deboom.mounts.characterised_direction import (
+    CharacterisedDirection,
+    DirectionQuality,
+    FittedSurface,
+    MapPoints,
+)
+from deboom.mounts.characterised_mount import CharacterisedMount, MountIdentity
+from deboom.mounts.library_scatter import library_scatter, part_values
+from deboom.mounts.mount import Mount
+from deboom.mounts.part_scatter import (
+    ScatterPrior,
+    batch_share,
+    direction_scatter,
+    hardness_share,
+)
+from deboom.mounts.response_surface import DynamicStiffnessSurface
+
+RNG = np.random.default_rng(5)
+THIRTY = 0.04 * RNG.standard_normal(30)
+
+
+def test_thirty_parts_have_the_textbooks_interval():
+    """Chi-square with 29 degrees of freedom: 16.047 and 45.722 (any table of quantiles)."""
+    found = direction_scatter("TSM x", THIRTY)
+    variance = THIRTY.var(ddof=1)
+    assert found.sigma == pytest.approx(np.sqrt(variance), rel=1e-12)
+    assert found.lower == pytest.approx(np.sqrt(29.0 * variance / 45.722), rel=1e-4)
+    assert found.upper == pytest.approx(np.sqrt(29.0 * variance / 16.047), rel=1e-4)
+    assert (found.prior_share, found.note, found.n_batches) == (0.0, "", 0)
+
+
+def test_few_parts_are_combined_with_the_prior():
+    """Scaled inverse chi-square: degrees of freedom add up, and so do sums of squares."""
+    values, prior = THIRTY[:6], ScatterPrior(0.08, 10.0)
+    found = direction_scatter("TSM x", values, prior=prior)
+    combined = (10.0 * 0.08**2 + 5.0 * values.var(ddof=1)) / 15.0
+    assert found.sigma == pytest.approx(np.sqrt(combined), rel=1e-12)
+    assert found.prior_share == pytest.approx(10.0 / 15.0)
+    assert found.note == "67 % assumed, 6 parts"
+    # 15 degrees of freedom: 6.2621 and 27.488
+    assert found.lower == pytest.approx(np.sqrt(15.0 * combined / 27.488), rel=1e-4)
+    assert found.upper == pytest.approx(np.sqrt(15.0 * combined / 6.2621), rel=1e-4)
+
+
+def test_without_parts_the_prior_stands_alone():
+    found = direction_scatter("TSM x", np.empty(0), prior=ScatterPrior(0.05, 4.0))
+    assert found.sigma == pytest.approx(0.05)
+    assert found.note == "assumed: fewer than two parts were measured"
+    assert np.isnan(found.observed)
+    assert not found.dominated
+
+
+def test_measuring_is_taken_off_and_said_when_it_dominates():
+    error = np.full(30, 0.02)
+    found = direction_scatter("TSM x", THIRTY, error)
+    assert found.sigma**2 == pytest.approx(THIRTY.var(ddof=1) - 0.02**2)
+    bare = direction_scatter("TSM x", THIRTY)
+    assert found.upper**2 == pytest.approx(bare.upper**2 - 0.02**2)
+    common = direction_scatter("TSM x", THIRTY, error, has_common=True)
+    assert (common.sigma, common.lower, common.upper) == (found.sigma, found.lower, bare.upper)
+    lost = direction_scatter("TSM x", 0.02 * THIRTY / THIRTY.std(ddof=1), error)
+    assert (lost.sigma, lost.lower) == (0.0, 0.0)
+    assert lost.upper > 0.0
+    assert "measuring dominates" in lost.note
+
+
+def test_batches_add_their_scatter():
+    """Two variances by hand: balanced one-way analysis of variance."""
+    of_batch = np.repeat([0.03, -0.03, 0.01, -0.01, 0.0], 6)
+    own = np.tile([0.01, -0.01, 0.02, -0.02, 0.005, -0.005], 5)
+    labels = np.repeat(list("abcde"), 6)
+    found = direction_scatter("TSM x", of_batch + own, batches=labels)
+    between = 6.0 * np.var([0.03, -0.03, 0.01, -0.01, 0.0], ddof=1)
+    within = (own**2).sum() / 25.0
+    total = between / 6.0 + (1.0 - 1.0 / 6.0) * within
+    assert found.sigma == pytest.approx(np.sqrt(total))
+    assert found.n_batches == 5
+    # few batches count little: the interval is wider than that of 30 parts of no batch
+    bare = direction_scatter("TSM x", of_batch + own)
+    assert found.upper / found.sigma > 1.3 * bare.upper / bare.sigma
+    one = direction_scatter("TSM x", THIRTY, batches=["a"] * 30)
+    assert one.note == "one batch: what batches differ by is not in it"
+    share = batch_share((of_batch + own)[:, None], labels)
+    exact = (between - within) / (between + 5.0 * within)
+    assert share.value == pytest.approx(exact)
+    assert share.lower < exact < share.upper
+
+
+def test_parts_that_differ_no_more_between_batches_are_one_population():
+    values = np.tile([0.01, -0.01], 15)
+    found = direction_scatter("TSM x", values, batches=np.repeat(list("abc"), 10))
+    assert found.sigma == pytest.approx(np.sqrt((values**2).sum() / 27.0))
+    assert batch_share(values[:, None], np.repeat(list("abc"), 10)).value == 0.0
+
+
+def test_the_share_of_hardness_is_recovered():
+    rng = np.random.default_rng(3)
+    common = rng.standard_normal((400, 1))
+    values = 0.05 * (np.sqrt(0.7) * common + np.sqrt(0.3) * rng.standard_normal((400, 3)))
+    found = hardness_share([values[:200] + 1.0, values[200:, :2]])
+    assert found.value == pytest.approx(0.7, abs=0.05)
+    assert found.lower < 0.7 < found.upper
+    noisy = values + 0.05 * rng.standard_normal((400, 3))
+    assert hardness_share([noisy]).value == pytest.approx(0.35, abs=0.06)
+    assert hardness_share([noisy], reliability=0.5).value == pytest.approx(0.7, abs=0.1)
+    assert hardness_share([values[:1], values[:, :1], np.ones((5, 2))]) is None
+
+
+@pytest.mark.parametrize(
+    ("make", "words"),
+    [
+        (lambda: ScatterPrior(0.0, 4.0), "above 0"),
+        (lambda: direction_scatter("a", THIRTY, np.ones(3)), "one value, uncertainty and batch"),
+        (lambda: direction_scatter("a", np.array([1.0, np.nan])), "must be finite"),
+        (lambda: direction_scatter("a", THIRTY, confidence=1.0), "between 0 and 1"),
+        (lambda: library_scatter([]), "no part"),
+    ],
+)
+def test_what_says_nothing_is_refused(make, words):
+    with pytest.raises(InputError, match=words):
+        make()
+
+
+@cache
+def surface():
+    rng = np.random.default_rng(3)
+    preload, amplitude = rng.normal(0.0, 800.0, 300), rng.uniform(1e-5, 1e-3, 300)
+    frequency = rng.uniform(20.0, 80.0, 300)
+    stiffness = 2e5 * (1.0 + 1e-4 * preload) * (1.0 + 0.1j) + 100.0 * frequency
+    return DynamicStiffnessSurface.fit(preload, amplitude, frequency, stiffness)
+
+
+def part(factors, serial, *, name="TSM", half_width=0.004, **identity):
+    none = np.zeros(0)
+    empty = MapPoints(none, none, none, none, none.astype(complex), none, none.astype(str))
+    quality = DirectionQuality(True, half_width, 0.99, 0.99, 0.99)
+    directions = tuple(
+        CharacterisedDirection(axis, empty, quality, FittedSurface.of(surface().scaled(f), {}))
+        for axis, f in zip("xz", factors, strict=True)
+    )
+    known = {"campaign": "spring", "variant": "M1", "serial": serial} | identity
+    mount = Mount(name, "", ("",), ((0.1, 0.2, 0.3),), ("x", "z"))
+    return CharacterisedMount(MountIdentity(mount=name, **known), mount, directions, {})
+
+
+def library(n_batches=4, n_parts=6):
+    rng = np.random.default_rng(8)
+    parts, factors = [], []
+    for batch in range(n_batches):
+        of_batch = 0.03 * rng.standard_normal()
+        for number in range(n_parts):
+            factors.append(np.exp(of_batch + 0.03 * rng.standard_normal(2)))
+            parts.append(part(factors[-1], f"B{batch}/{number:03d}"))
+    return parts, np.log(factors)
+
+
+def test_parts_of_a_library_are_compared_under_equal_conditions():
+    parts, factors = library()
+    found = part_values(parts)
+    np.testing.assert_allclose(found.values - found.values[0], factors - factors[0], atol=1e-9)
+    assert found.axes == ("x", "z")
+    assert found.batches[:7] == ("B0",) * 6 + ("B1",)
+    np.testing.assert_allclose(found.uncertainty, 0.004 / 1.959964)
+    scatter = library_scatter(parts)
+    assert [one.name for one in scatter.directions] == ["TSM x", "TSM y", "TSM z"]
+    wanted = direction_scatter(
+        "TSM x", factors[:, 0], found.uncertainty[:, 0], found.batches, has_common=True
+    )
+    one = scatter.direction("TSM x")
+    np.testing.assert_allclose([one.sigma, one.upper], [wanted.sigma, wanted.upper], rtol=1e-6)
+    assert scatter.direction("TSM y").prior_share == 1.0
+    assert scatter.direction("EnM x") is None
+    assert scatter.batches["TSM"].lower < 0.5 < scatter.batches["TSM"].upper
+    assert scatter.hardness.lower < 0.5 < scatter.hardness.upper
+
+
+def test_a_part_measured_twice_is_one_part():
+    parts = [part((1.0, 1.0), "1"), part((1.1, 1.0), "2")]
+    again = [*parts, part((1.02, 1.0), "1", campaign="autumn")]
+    found = part_values(again)
+    assert found.parts == ("M1 1", "M1 2")
+    assert found.batches is None
+    difference = found.values[1, 0] - found.values[0, 0]
+    assert difference == pytest.approx(np.log(1.1) - 0.5 * np.log(1.02))
+
+
+def test_an_axis_that_is_not_identified_everywhere_is_left_to_the_prior():
+    parts = [part((1.0, 1.0), "1"), part((1.1, 1.0), "2")]
+    unknown = replace(parts[0].directions[1], quality=DirectionQuality(False))
+    parts[0] = replace(parts[0], directions=(parts[0].directions[0], unknown))
+    assert part_values(parts).axes == ("x",)
+
+
+def test_parts_that_cannot_be_compared_are_refused():
+    both = [part((1.0, 1.0), "1", part_number="A"), part((1.1, 1.0), "2", part_number="B")]
+    with pytest.raises(InputError, match=r"numbers \['A', 'B'\].*choose one number"):
+        library_scatter(both)
+    parts = [part((1.0, 1.0), "1"), part((1.1, 1.0), "2")]
+    far = surface()
+    shifted = DynamicStiffnessSurface.fit(
+        far.region.points[:, 0] + 1e5,
+        far.region.points[:, 1],
+        far.region.points[:, 2],
+        np.full(len(far.region.points), 1e5 + 1e4j),
+    )
+    moved = replace(parts[1].directions[0], surface=FittedSurface.of(shifted, {}))
+    parts[1] = replace(parts[1], directions=(moved, parts[1].directions[1]))
+    with pytest.raises(InputError, match="TSM x: its 2 parts were measured at only 0 common"):
+        library_scatter(parts)

@@ -1,0 +1,236 @@
+"""The coupled electric car against a second assembly, its limits, and laws of mechanics."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from deboom.bench.compressor_plan import CompressorCase, CompressorPlan
+from deboom.bench.compressor_running import running
+from deboom.bench.compressor_sources import true_source
+from deboom.bench.compressor_truth import Compressor, true_compressor
+from deboom.bench.electric_body import (
+    HOSES,
+    MOUNTS,
+    ElectricCarBody,
+    columns_of,
+)
+from deboom.bench.electric_car import design_pressure, run_car
+from deboom.bench.electric_fleet import (
+    draw_fleet,
+    frozen_fleet,
+)
+from deboom.bench.hose_gain import HoseGain, hose_gain
+from deboom.bench.hoses import Hose, drawn_hoses, end_loads
+from deboom.errors import InputError
+from deboom.physics.arrays import ComplexArray, RealArray
+
+LINES = np.array([17.0, 29.0, 57.5, 88.0, 112.0, 131.0, 150.0])
+PLAN = CompressorPlan(CompressorCase.TABLE11)
+
+
+def _compressor() -> Compressor:
+    return true_compressor(PLAN, np.random.default_rng(1))
+
+
+@dataclass(frozen=True)
+class OneLoad:
+    """A source of one unit load and no rotor."""
+
+    place: int
+
+    def load(self, frequency: RealArray, gas_factor: float = 1.0) -> ComplexArray:
+        """Return one newton or newton metre."""
+        load = np.zeros((frequency.size, 6), dtype=complex)
+        load[:, self.place] = gas_factor
+        return load
+
+    def gyroscopic(self, frequency: RealArray) -> ComplexArray:
+        """Return nothing."""
+        return np.zeros((frequency.size, 6, 6), dtype=complex)
+
+
+def _again(
+    car: ElectricCarBody, compressor: Compressor, hoses: dict[int, Hose], line: float
+) -> tuple[ComplexArray, complex]:
+    """Compressor motion and pressure at one line from loads, modes and patches as unknowns."""
+    omega, source = 2 * np.pi * line, true_source()
+    frequency = np.array([line])
+    shapes, body = car.body.shapes_at_paths, car.body
+    n_mode = len(shapes)
+    size = 6 + n_mode + 30
+    matrix = np.zeros((size, size), dtype=complex)
+    centre = np.array(compressor.centre)
+    cross = np.cross(np.eye(3), centre).T
+    mass = np.zeros((6, 6))
+    mass[:3, :3] = compressor.mass * np.eye(3)
+    mass[:3, 3:] = compressor.mass * cross
+    mass[3:, :3] = mass[:3, 3:].T
+    mass[3:, 3:] = compressor.inertia + compressor.mass * cross.T @ cross
+    matrix[:6, :6] = -(omega**2) * mass + source.gyroscopic(frequency)[0]
+    own = 2 * np.pi * body.frequencies
+    modal = own**2 - omega**2 + 2j * body.damping_ratios * own * omega
+    modes, loads = slice(6, 6 + n_mode), slice(6 + n_mode, size)
+    matrix[modes, modes] = np.diag(modal)
+    matrix[modes, loads] = -shapes
+    # rows of the loads: f_b + Z_bc x + Z_bb y = 0 with y = shapesᵀ q + f_b / k
+    follows = np.zeros((30, size), dtype=complex)
+    follows[:, modes] = shapes.T
+    follows[:, loads] = np.diag(1 / body.local_stiffness)
+    matrix[loads, loads] = np.eye(30)
+    limit, slope, offset, loss_limit, loss_slope, loss_offset = compressor.gain
+    gain = limit - 1 / (slope * line + offset)
+    gain = gain + 1j * (loss_limit - 1 / (loss_slope * line + loss_offset))
+    for number, place in enumerate(compressor.positions):
+        turn = Rotation.from_euler("xyz", compressor.rotations[number]).as_matrix()
+        stiffness = gain * turn @ np.diag(compressor.stiffness[number]) @ turn.T
+        moved = np.hstack([np.eye(3), np.cross(np.eye(3), place).T])
+        rows = 6 * number + np.arange(3)
+        matrix[:6, :6] += moved.T @ stiffness @ moved
+        matrix[:6] -= moved.T @ stiffness @ follows[rows]
+        matrix[6 + n_mode + rows, :6] -= stiffness @ moved
+        matrix[6 + n_mode + rows] += stiffness @ follows[rows]
+    for number, hose in hoses.items():
+        stiffness = hose.stiffness(frequency)[0]
+        rows = 18 + 6 * number + np.arange(6)
+        matrix[:6, :6] += stiffness[:6, :6]
+        matrix[:6] += stiffness[:6, 6:] @ follows[rows]
+        matrix[6 + n_mode + rows, :6] += stiffness[6:, :6]
+        matrix[6 + n_mode + rows] += stiffness[6:, 6:] @ follows[rows]
+    right = np.zeros(size, dtype=complex)
+    right[:6] = source.load(frequency)[0]
+    solved = np.linalg.solve(matrix, right)
+    panels = body.shapes_at_panels.T @ solved[modes]
+    return solved[:6], complex(car.cabin.pressure(frequency)[0] @ panels)
+
+
+@pytest.mark.parametrize("with_hoses", [False, True])
+def test_second_assembly_agrees(with_hoses: bool) -> None:
+    car, compressor = draw_fleet(5).car("EV-2"), _compressor()
+    hoses = drawn_hoses() if with_hoses else ()
+    run = run_car(car, compressor, true_source(), LINES, hoses)
+    for number, line in enumerate(LINES):
+        motion, pressure = _again(car, compressor, dict(enumerate(hoses)), line)
+        np.testing.assert_allclose(run.displacement[number], motion, rtol=1e-8, atol=1e-16)
+        assert run.pressure[number] == pytest.approx(pressure, rel=1e-8)
+
+
+def test_limp_hose_leaves_one() -> None:
+    car, compressor, hoses = frozen_fleet().car("EV-1"), _compressor(), drawn_hoses()
+    beam = hoses[0].beam
+    limp = replace(
+        hoses[0],
+        beam=replace(
+            beam,
+            tension=1e-9 * beam.tension,
+            torsion=1e-9 * beam.torsion,
+            bending=1e-9 * beam.bending,
+            line_mass=1e-9 * beam.line_mass,
+        ),
+    )
+    run = run_car(car, compressor, true_source(), LINES, (limp, hoses[1]))
+    for number, line in enumerate(LINES):
+        motion, pressure = _again(car, compressor, {1: hoses[1]}, line)
+        np.testing.assert_allclose(run.displacement[number], motion, rtol=1e-6)
+        assert run.pressure[number] == pytest.approx(pressure, rel=1e-6)
+
+
+def test_stiff_body_is_the_rig() -> None:
+    car = frozen_fleet().car("EV-1")
+    stiff = replace(
+        car,
+        body=replace(
+            car.body,
+            shapes_at_paths=1e-6 * car.body.shapes_at_paths,
+            local_stiffness=1e12 * car.body.local_stiffness,
+        ),
+    )
+    hoses, source = drawn_hoses(), true_source()
+    run = run_car(stiff, _compressor(), source, LINES, hoses, 1.6)
+    on_rig = running(replace(_compressor(), hoses=hoses), source, LINES, 1.6)
+    np.testing.assert_allclose(run.displacement, on_rig.displacement, rtol=1e-8)
+    held = (end_loads(hoses, LINES) @ on_rig.displacement[:, :, None])[:, :, 0]
+    np.testing.assert_allclose(run.hose_load, held, rtol=1e-7, atol=1e-12)
+    soft = run_car(stiff, _compressor(), source, LINES)
+    np.testing.assert_allclose(
+        soft.displacement, running(_compressor(), source, LINES).displacement, rtol=1e-8
+    )
+    assert not np.any(soft.hose_load)
+
+
+def test_car_is_reciprocal() -> None:
+    car, compressor, hoses = frozen_fleet().car("EV-4"), _compressor(), drawn_hoses()
+    columns = [run_car(car, compressor, OneLoad(k), LINES, hoses).displacement for k in range(6)]
+    matrix = np.stack(columns, axis=2)
+    np.testing.assert_allclose(
+        matrix, matrix.swapaxes(1, 2), rtol=0, atol=1e-11 * np.abs(matrix).max()
+    )
+
+
+@pytest.mark.parametrize("with_hoses", [False, True])
+def test_power_flows_from_source_to_body(with_hoses: bool) -> None:
+    compressor, source = _compressor(), true_source()
+    hoses = drawn_hoses() if with_hoses else ()
+    omega = 2 * np.pi * LINES
+    for name in frozen_fleet().cars:
+        run = run_car(frozen_fleet().car(name), compressor, source, LINES, hoses)
+
+        def power(load: ComplexArray, motion: ComplexArray) -> RealArray:
+            return np.sum((load * (1j * omega[:, None] * motion).conj()).real, axis=1) / 2
+
+        given = power(run.load, run.displacement)
+        taken = power(run.body_load, run.body_motion)
+        assert np.all(given > 0)
+        assert np.all(taken > 0)
+        # the rest is lost in rubber
+        assert np.all(given > taken)
+
+
+def test_loads_make_the_motion_and_the_pressure() -> None:
+    car = frozen_fleet().car("EV-2")
+    run = run_car(car, _compressor(), true_source(), LINES, drawn_hoses())
+    np.testing.assert_allclose(
+        run.pressure, np.einsum("fp,fp->f", car.noise_transfer(LINES), run.body_load), rtol=1e-10
+    )
+    moved = np.einsum("fab,fb->fa", car.receptance(LINES), run.body_load)
+    np.testing.assert_allclose(run.body_motion, moved, rtol=1e-9)
+    holder = -((2 * np.pi * LINES[:, None]) ** 2) * moved[:, columns_of(MOUNTS, 3)]
+    np.testing.assert_allclose(run.holder_acceleration, holder, rtol=1e-9)
+    np.testing.assert_array_equal(run.mount_force, run.body_load[:, columns_of(MOUNTS, 3)])
+    np.testing.assert_array_equal(run.hose_load, run.body_load[:, columns_of(HOSES)])
+
+
+def test_designs_are_runs_with_other_mounts() -> None:
+    car, compressor, source = frozen_fleet().car("EV-3"), _compressor(), true_source()
+    designs = compressor.stiffness * np.array([1.0, 0.6, 1.5])[:, None, None]
+    designs[2, 1, 2] *= 1.3
+    for hoses in ((), drawn_hoses()):
+        found = design_pressure(car, compressor, source, LINES, designs, hoses, 1.6)
+        for row, stiffness in zip(found, designs, strict=True):
+            other = replace(compressor, stiffness=stiffness)
+            np.testing.assert_array_equal(
+                row, run_car(car, other, source, LINES, hoses, 1.6).pressure
+            )
+
+
+def test_hose_gain_is_a_level_difference() -> None:
+    fleet, hoses, lines = draw_fleet(2), drawn_hoses(), np.arange(90.0, 141.0, 10.0)
+    gain = hose_gain(fleet, _compressor(), true_source(), hoses, lines)
+    assert gain.names == tuple(fleet.cars)
+    second = run_car(fleet.car("EV-2"), _compressor(), true_source(), lines, hoses).pressure
+    np.testing.assert_array_equal(gain.standard[1], second)
+    doubled = HoseGain(lines, ("one",), gain.soft[:1], 2 * gain.soft[:1])
+    assert doubled.band_gain()[0] == pytest.approx(20 * np.log10(2), rel=1e-12)
+    np.testing.assert_allclose(doubled.line_gain(), 20 * np.log10(2), rtol=1e-12)
+
+
+def test_bad_input() -> None:
+    car, compressor, source = frozen_fleet().car("EV-1"), _compressor(), true_source()
+    softening = true_compressor(replace(PLAN, softening=True), np.random.default_rng(1))
+    with pytest.raises(InputError, match="do not soften"):
+        run_car(car, softening, source, LINES)
+    with pytest.raises(InputError, match="none or 2 hoses, not 3 and 1"):
+        run_car(car, compressor, source, LINES, drawn_hoses()[:1])
+    with pytest.raises(InputError, match=r"shape \(n, 3, 3\), not \(3, 3\)"):
+        design_pressure(car, compressor, source, LINES, compressor.stiffness)

@@ -1,0 +1,504 @@
+"""The virtual compressor in operation: the files hold what the laws of motion say.
+
+The truth is assembled here a second time: loads and the gyroscopic moment from a rotor that turns
+in time, hoses from finite elements, the rest by cross products. Nothing of the bench's own
+matrices is used for it but its parameters.
+"""
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+from scipy.optimize import root
+from scipy.spatial.transform import Rotation
+
+from deboom.bench.compressor_operation import (
+    floor,
+    measured,
+    operation,
+    speeds,
+    true_sweep,
+)
+from deboom.bench.compressor_operation_plan import PRESSURES, OperationPlan
+from deboom.bench.compressor_operation_writer import write_operating_test
+from deboom.bench.compressor_plan import (
+    COMPRESSOR_DATA,
+    CalibrationLevel,
+    CompressorCase,
+    CompressorPlan,
+    HoseCase,
+)
+from deboom.bench.compressor_running import strokes
+from deboom.bench.compressor_sources import true_source
+from deboom.bench.compressor_writer import write_compressor_test
+from deboom.bench.hoses import drawn_hoses, end_loads, held_stiffness, true_hoses
+from deboom.bench.parameters import read_data
+from deboom.compressor.unbalance_load import RotationSense, unbalance_load
+from deboom.files.operating_test import read_operating_test
+from deboom.measurement.operating_sweep import HoseState
+
+DATA = read_data(COMPRESSOR_DATA)
+TABLE11 = CompressorPlan(CompressorCase.TABLE11)
+PLAN = OperationPlan(TABLE11, HoseCase.DRAWN)
+C2 = CalibrationLevel.C2
+FEW = np.array([17.0, 28.0, 60.0, 110.0, 150.0])
+
+
+def cross(r):
+    """``r × b = cross(r) b``, column by column."""
+    return np.cross(r, np.eye(3)).T
+
+
+def rigid(r, axes):
+    """Motion of the body to that of a point along its axes, all six."""
+    turn = np.kron(np.eye(2), axes.T)
+    return turn @ np.block([[np.eye(3), -cross(r)], [np.zeros((3, 3)), np.eye(3)]])
+
+
+def whole_mass():
+    truth = DATA["truth"]
+    mass, centre = truth["mass_kg"], cross(truth["centre_of_gravity_m"])
+    xx, yy, zz, xy, xz, yz = truth["inertia_about_cog_kg_m2_xx_yy_zz_xy_xz_yz"]
+    about = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]) - mass * centre @ centre
+    return np.block([[mass * np.eye(3), -mass * centre], [mass * centre, about]])
+
+
+def mounts(f, storage=1.0, loss=1.0):
+    """Dynamic stiffness of the mounts of table 11 at the virtual point, in another state."""
+    truth = DATA["truth"]
+    (a, b, c), (d, e, g) = truth["gain_real_vinf_m_w0"], truth["gain_imag_vinf_m_w0"]
+    gain = storage * (a - 1 / (b * f + c)) + 1j * loss * (d - 1 / (e * f + g))
+    total = np.zeros((6, 6), dtype=complex)
+    for r, angles, k in zip(
+        truth["mount_position_m"],
+        truth["mount_rotation_deg"],
+        truth["mount_static_stiffness_N_per_m_axial_radial1_radial2"],
+        strict=True,
+    ):
+        seen = rigid(r, Rotation.from_euler("xyz", angles, degrees=True).as_matrix())[:3]
+        total += gain * seen.T @ np.diag(k) @ seen
+    return total
+
+
+def chained(element, n_dof, n_element):
+    """Reduce a chain of equal elements, which share their middle, to its two ends."""
+    both, size = np.zeros((2 * n_dof, 2 * n_dof), dtype=complex), n_dof
+    both[:] = element
+    for _ in range(n_element - 1):
+        three = np.zeros((3 * size, 3 * size), dtype=complex)
+        three[: 2 * size, : 2 * size] += both
+        three[size:, size:] += element
+        kept = [*range(size), *range(2 * size, 3 * size)]
+        lost = list(range(size, 2 * size))
+        inner = np.linalg.solve(three[np.ix_(lost, lost)], three[np.ix_(lost, kept)])
+        both = three[np.ix_(kept, kept)] - three[np.ix_(kept, lost)] @ inner
+    return both
+
+
+def finite_elements(hose, f, n_element=40):
+    """12 x 12 of a straight hose of the data, from elements with linear and cubic shapes."""
+    length = hose["length_m"] / n_element
+    squared, modulus = (2 * np.pi * f) ** 2, 1 + 1j * hose["loss_factor"]
+    mass = hose["mass_per_length_kg_per_m"]
+    end = np.zeros((12, 12), dtype=complex)
+
+    def rod(stiffness, line_mass):
+        coarse, fine = (
+            chained(
+                stiffness * modulus / step * np.array([[1, -1], [-1, 1]])
+                - squared * line_mass * step / 6 * np.array([[2, 1], [1, 2]]),
+                1,
+                number,
+            )
+            for step, number in ((length, n_element), (length / 2, 2 * n_element))
+        )
+        # straight shapes err with the square of their length
+        return (4 * fine - coarse) / 3
+
+    end[np.ix_([0, 6], [0, 6])] = rod(hose["EA_N"], mass)
+    end[np.ix_([3, 9], [3, 9])] = rod(hose["GJ_N_m2"], mass * hose["torsion_radius_squared_m2"])
+    one = length
+    bent = np.array(
+        [
+            [12, 6 * one, -12, 6 * one],
+            [6 * one, 4 * one**2, -6 * one, 2 * one**2],
+            [-12, -6 * one, 12, -6 * one],
+            [6 * one, 2 * one**2, -6 * one, 4 * one**2],
+        ]
+    )
+    heavy = np.array(
+        [
+            [156, 22 * one, 54, -13 * one],
+            [22 * one, 4 * one**2, 13 * one, -3 * one**2],
+            [54, 13 * one, 156, -22 * one],
+            [-13 * one, -3 * one**2, -22 * one, 4 * one**2],
+        ]
+    )
+    beam = chained(
+        hose["EI_N_m2"] * modulus / one**3 * bent - squared * mass * one / 420 * heavy,
+        2,
+        n_element,
+    )
+    end[np.ix_([1, 5, 7, 11], [1, 5, 7, 11])] = beam
+    sign = np.diag([1, -1, 1, -1])
+    end[np.ix_([2, 4, 8, 10], [2, 4, 8, 10])] = sign @ beam @ sign
+    return end
+
+
+def axes_along(direction):
+    """Any right-handed frame will do: a round beam does not know its transverse axes."""
+    first = np.array(direction) / np.linalg.norm(direction)
+    second = np.cross(first, [0.3, 0.2, 0.9])
+    second /= np.linalg.norm(second)
+    return np.column_stack([first, second, np.cross(first, second)])
+
+
+def test_hoses_are_beams_at_their_ports():
+    for f in (40.0, 105.0, 150.0):
+        expected = np.zeros((6, 6), dtype=complex)
+        loads = []
+        for hose in DATA["hoses"]:
+            axes = axes_along(hose["direction"])
+            end, seen = finite_elements(hose, f), rigid(hose["port_position_m"], axes)
+            expected += seen.T @ end[:6, :6] @ seen
+            loads.append(-np.kron(np.eye(2), axes) @ end[6:, :6] @ seen)
+        found = held_stiffness(drawn_hoses(), np.array([f]))[0]
+        assert np.abs(found - expected).max() < 1e-5 * np.abs(expected).max()
+        found, expected = end_loads(drawn_hoses(), np.array([f]))[0], np.vstack(loads)
+        assert np.abs(found - expected).max() < 1e-5 * np.abs(expected).max()
+    # near 0 Hz a hose is a spring: what goes in comes out, about any point
+    stiffness = drawn_hoses()[0].stiffness(np.array([0.0]))[0]
+    position, end = drawn_hoses()[0].position, drawn_hoses()[0].end
+    lever = np.block([[np.eye(3), np.zeros((3, 3))], [cross(end), np.eye(3)]])
+    total = stiffness[:6] + lever @ stiffness[6:]
+    assert np.abs(total).max() < 1e-6 * np.abs(stiffness).max()
+    assert np.linalg.norm(end - position) == pytest.approx(0.36)
+    assert held_stiffness((), FEW).shape == (5, 6, 6)
+
+
+def test_six_sources_leave_the_sums_of_the_data():
+    operation_data = DATA["operation"]
+    static = complex(*operation_data["static_unbalance_kg_m"])
+    dynamic = complex(*operation_data["dynamic_unbalance_kg_m2"])
+    source = true_source()
+    assert len(source.unbalances) == 6
+    assert abs(source.static_unbalance - static) < 1e-15 * 1e-3
+    assert abs(source.dynamic_unbalance - dynamic) < 1e-15 * 1e-3
+    assert abs(static) == pytest.approx(20e-6, rel=1e-8)
+    assert abs(dynamic) == pytest.approx(1200e-9, rel=1e-8)
+    # real parts of a compressor of 7 kg
+    assert all(0 < part.mass < 1 and 0 < part.radius < 0.03 for part in source.unbalances)
+    # against the identification's own law, which shares no code
+    for sense in (1, -1):
+        source = true_source(sense)
+        turning = unbalance_load(
+            [part.rotating for part in source.unbalances],
+            [part.arm for part in source.unbalances],
+            FEW,
+            RotationSense(sense),
+        )
+        for factor in (1.0, 1.6):
+            gas = factor * np.array(
+                [
+                    source.gas_force,
+                    source.rotating_gas_force,
+                    -1j * sense * source.rotating_gas_force,
+                    source.gas_moment,
+                    0,
+                    0,
+                ]
+            )
+            expected = turning + gas
+            found = source.load(FEW, factor)
+            assert np.abs(found - expected).max() < 1e-13 * np.abs(expected).max()
+
+
+@pytest.mark.parametrize("sense", [1, -1])
+def test_the_steady_state_stays_when_it_is_integrated_over_time(sense):
+    """Masses that go round, a rotor that is turned with the body, springs and dampers."""
+    there = operation(1, C2, replace(PLAN, sense=sense, mount_storage=0.9, mount_loss=1.1))
+    source, f = there.source, 33.0
+    omega = 2 * np.pi * f
+    sweep = true_sweep(there, 13.5, soft=False, frequency=np.array([f, f + 1]))
+    held = mounts(f, 0.9, 1.1) + sum(
+        rigid(h["port_position_m"], axes_along(h["direction"])).T
+        @ finite_elements(h, f)[:6, :6]
+        @ rigid(h["port_position_m"], axes_along(h["direction"]))
+        for h in DATA["hoses"]
+    )
+    mass, spring, damper = whole_mass(), held.real, held.imag / omega
+
+    def load(t):
+        turned = np.exp(1j * omega * t)
+        total = np.zeros(6)
+        total[0] = 1.6 * (source.gas_force * turned).real
+        total[3] = 1.6 * (source.gas_moment * turned).real
+        push = source.rotating_gas_force
+        angle = sense * (omega * t + np.angle(push))
+        total[1:3] += 1.6 * abs(push) * np.array([np.cos(angle), np.sin(angle)])
+        for part in source.unbalances:
+            angle = sense * (omega * t + part.phase)
+            force = part.mass * omega**2 * part.radius * np.array([0, np.cos(angle), np.sin(angle)])
+            total[:3] += force
+            total[3:] += np.cross([part.arm, 0, 0], force)
+        return total
+
+    spin = sense * source.rotor_inertia * omega * np.array([1.0, 0, 0])
+
+    def slope(t, state):
+        place, speed = state[:6], state[6:]
+        net = load(t) - spring @ place - damper @ speed
+        net[3:] -= np.cross(speed[3:], spin)
+        return np.concatenate([speed, np.linalg.solve(mass, net)])
+
+    moved = sweep.running.displacement[0]
+    begin = np.concatenate([moved.real, (1j * omega * moved).real])
+    times = np.linspace(0, 2.0 / f, 9)
+    run = solve_ivp(slope, (0, times[-1]), begin, t_eval=times, rtol=1e-9, atol=1e-13)
+    expected = np.real(moved[:, None] * np.exp(1j * omega * times))
+    assert np.abs(run.y[:3] - expected[:3]).max() < 1e-6 * np.abs(expected[:3]).max()
+    assert np.abs(run.y[3:6] - expected[3:]).max() < 1e-6 * np.abs(expected[3:]).max()
+    if sense == 1:
+        # and it would not without the rotor's moment
+        spin = spin * 0
+        run = solve_ivp(slope, (0, times[-1]), begin, t_eval=times, rtol=1e-9, atol=1e-13)
+        assert np.abs(run.y[3:6] - expected[3:]).max() > 5e-4 * np.abs(expected[3:]).max()
+
+
+@pytest.fixture(scope="module")
+def exact(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("operation") / "exact"
+    plan = replace(PLAN, hammer_with_hoses=True, time_record=True)
+    write_operating_test(folder, 1, plan=plan, noise_free=True)
+    return folder, read_operating_test(folder)
+
+
+@pytest.fixture(scope="module")
+def noisy(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("operation") / "noisy"
+    plan = OperationPlan(hammer_with_hoses=True, time_record=True)
+    write_operating_test(folder, 3, plan=plan)
+    return folder, read_operating_test(folder)
+
+
+def test_exact_files_hold_the_closed_form(exact):
+    folder, test = exact
+    rig, source = DATA["rig"], true_source()
+    rows = np.vstack(
+        [
+            rigid(r, Rotation.from_euler("xyz", angles, degrees=True).as_matrix())[:3]
+            for r, angles in zip(rig["sensor_position_m"], rig["sensor_rotation_deg"], strict=True)
+        ]
+    )
+    rotor = np.zeros((6, 6), dtype=complex)
+    rotor[3:, 3:] = 1j * DATA["operation"]["rotor_polar_inertia_kg_m2"] * cross([1.0, 0, 0])
+    names = [sweep.name for sweep in test.sweeps]
+    assert names[:4] == ["standard 7.5 bar", "standard 13.5 bar", "soft 7.5 bar", "soft 13.5 bar"]
+    for number, sweep in enumerate(test.sweeps[:4]):
+        assert sweep.frequency.tolist() == list(range(17, 151))
+        standard = sweep.name.startswith("standard")
+        assert sweep.hoses is (HoseState.STANDARD if standard else HoseState.SOFT)
+        assert sweep.pressure == pytest.approx(1e5 * PRESSURES[number % 2])
+        load = source.load(sweep.frequency, (1.0, 1.6)[number % 2])
+        truth = dict(np.load(folder / f"truth/{number}.npz"))
+        hoses = held_stiffness(drawn_hoses() if standard else (), sweep.frequency)
+        for line, f in enumerate(sweep.frequency):
+            squared = (2 * np.pi * f) ** 2
+            apparent = whole_mass() + rotor - (mounts(f) + hoses[line]) / squared
+            moved = np.linalg.solve(apparent, load[line])
+            expected = rows @ moved
+            size = np.abs(expected).max()
+            assert np.abs(sweep.acceleration.values[line] - expected).max() < 1e-9 * size
+            assert np.abs(truth["acceleration"][line] - expected).max() < 1e-9 * size
+            off = np.abs(truth["apparent_mass"][line] - apparent).max()
+            assert off < 1e-9 * np.abs(apparent).max()
+            if standard:
+                reaction = hoses[line] @ moved / squared
+                assert np.abs(truth["hose_reaction"][line] - reaction).max() < 1e-9 * size
+        assert ("hose_reaction" in truth) == standard
+    stated = json.loads((folder / "truth/operation.json").read_text(encoding="utf-8"))
+    assert stated["sweeps"] == names[:4]
+    assert stated["static_unbalance_kg_m"] == pytest.approx(
+        DATA["operation"]["static_unbalance_kg_m"], rel=1e-12
+    )
+    assert stated["hoses"][1]["bending"] == DATA["hoses"][1]["EI_N_m2"]
+    assert test.hoses[0].tension == DATA["hoses"][0]["EA_N"]
+    assert test.rotor_inertia == DATA["operation"]["rotor_polar_inertia_kg_m2"]
+
+
+def test_the_hammer_feels_the_hoses(exact):
+    _, test = exact
+    frf = test.hammer_with_hoses.frf
+    lines = np.isin(frf.frequency, [25.0, 105.0, 150.0])
+    hoses = held_stiffness(drawn_hoses(), frf.frequency)
+    rows = np.linalg.pinv(
+        np.vstack([rigid(s.position, s.orientation)[:3] for s in test.hammer.sensors])
+    )
+    pushes = np.array(
+        [[*i.direction, *np.cross(i.position, i.direction)] for i in test.hammer.impacts]
+    )
+    for f, values, held in zip(frf.frequency[lines], frf.values[lines], hoses[lines], strict=True):
+        apparent = whole_mass() - (mounts(f) + held) / (2 * np.pi * f) ** 2
+        found = rows @ values @ np.linalg.pinv(pushes).T
+        expected = np.linalg.inv(apparent)
+        assert np.abs(found - expected).max() < 1e-8 * np.abs(expected).max()
+    without = test.hammer.frf.values[lines]
+    assert np.abs(frf.values[lines] / without - 1).max() > 0.1
+
+
+def test_a_run_up_over_time_is_tracked_to_the_delivered_order_spectra(exact, noisy):
+    _, clean = exact
+    steady = clean.sweeps[2].acceleration.values
+    tracked = clean.sweeps[4]
+    assert tracked.name == "soft 7.5 bar over time"
+    assert tracked.frequency.tolist() == list(range(50, 61))
+    expected = steady[33:44]
+    off = np.linalg.norm(tracked.acceleration.values - expected) / np.linalg.norm(expected)
+    assert off < 2e-3
+    # with noise, within what is stated of both
+    _, test = noisy
+    other, tracked = test.sweeps[2], test.sweeps[4]
+    difference = tracked.acceleration.values - other.acceleration.values[33:44]
+    deviation = np.hypot(tracked.deviation, other.deviation[33:44])
+    parts = np.concatenate([(difference / deviation).real, (difference / deviation).imag])
+    assert 0.3 < np.sqrt(np.mean(parts**2)) < 1.3
+
+
+def test_noise_has_the_size_that_the_files_state(noisy):
+    folder, test = noisy
+    rows = np.load(folder / "truth/operation.npz")["response_matrix"]
+    parts = []
+    for number, sweep in enumerate(test.sweeps[:4]):
+        truth = np.load(folder / f"truth/{number}.npz")
+        squared = (2 * np.pi * truth["frequency"][:, None]) ** 2
+        seen = -squared * truth["displacement"] @ rows.T
+        np.testing.assert_allclose(truth["acceleration"], seen, rtol=1e-12)
+        off = (sweep.acceleration.values - truth["acceleration"]) / sweep.deviation
+        parts.append(np.concatenate([off.real.ravel(), off.imag.ravel()]))
+    assert np.std(parts, axis=1) == pytest.approx(np.ones(4), abs=0.04)
+    # two sweeps have noise of their own
+    assert np.abs(np.corrcoef(parts) - np.eye(4)).max() < 0.06
+    # 0.3 % and 4e-4 m/s², together
+    there = operation(2, C2, OperationPlan())
+    loud = true_sweep(there, 7.5, soft=True, frequency=speeds())
+    silent = replace(loud, acceleration=0 * loud.acceleration)
+    drawn = measured(silent, np.random.default_rng(1))
+    size = np.sqrt(np.mean(np.abs(drawn) ** 2, axis=1)) / floor(speeds())
+    assert size.mean() == pytest.approx(1, abs=0.03)
+    assert floor(np.array([1e6]))[0] == pytest.approx(4e-4)
+    shout = replace(loud, acceleration=np.full_like(loud.acceleration, 1e6))
+    drawn = measured(shout, np.random.default_rng(1)) / 1e6 - 1
+    assert np.sqrt(np.mean(np.abs(drawn) ** 2)) == pytest.approx(3e-3, rel=0.03)
+
+
+def test_a_mount_is_as_soft_as_its_stroke_makes_it_while_it_runs():
+    """Amplitudes by a root finder, strokes by looking at the orbit."""
+    there = operation(1, C2, replace(PLAN, softening=True))
+    frequency = np.array([18.0, 24.0, 29.0, 60.0])
+    run = true_sweep(there, 7.5, soft=True, frequency=frequency).running
+    law, truth = DATA["operation"]["amplitude_law"], DATA["truth"]
+
+    def factor(stroke):
+        fall = 1 / (1 + stroke / law["s_c_m"]) - 1 / (1 + law["s_hammer_m"] / law["s_c_m"])
+        return 1 + law["beta"] * fall
+
+    turns = np.exp(2j * np.pi * np.linspace(0, 1, 2001))
+    bodies = there.laboratory.compressor
+    rotor = np.zeros((6, 6), dtype=complex)
+    rotor[3:, 3:] = 1j * DATA["operation"]["rotor_polar_inertia_kg_m2"] * cross([1.0, 0, 0])
+    points = [rigid(r, np.eye(3))[:3] for r in truth["mount_position_m"]]
+    for line, f in enumerate(frequency):
+        squared = (2 * np.pi * f) ** 2
+        load = true_source().load(np.array([f]))[0]
+
+        def unbalanced(microns, f=f, squared=squared, load=load):
+            scaled = replace(
+                bodies,
+                hoses=(),
+                softening=None,
+                stiffness=factor(1e-6 * microns)[:, None] * bodies.stiffness,
+            )
+            held = scaled.mount_stiffness(np.array([f]))[0]
+            moved = np.linalg.solve(held - squared * (whole_mass() + rotor), load)
+            orbits = [np.real(point @ moved[:, None] * turns) for point in points]
+            stroke = [np.linalg.norm(orbit, axis=0).max() for orbit in orbits]
+            return 1e6 * np.array(stroke) - microns
+
+        solved = root(unbalanced, np.full(3, 20.0), tol=1e-6)
+        assert solved.success
+        np.testing.assert_allclose(run.amplitudes[line], 1e-6 * solved.x, rtol=2e-5)
+        np.testing.assert_allclose(run.factors[line], factor(1e-6 * solved.x), rtol=1e-5)
+    assert run.factors.max() - run.factors.min() > 0.1
+    orbit = np.random.default_rng(1).standard_normal((2, 6, 2)) @ [1, 1j]
+    looked = np.linalg.norm(np.real(orbit.reshape(2, 2, 3, 1) * turns), axis=2).max(axis=2)
+    np.testing.assert_allclose(strokes(orbit), looked, rtol=1e-5)
+
+
+def test_a_receiver_that_gives_way_is_felt_in_operation():
+    plan = replace(PLAN, compressor=replace(TABLE11, flexible_receiver=True))
+    there = operation(1, C2, plan)
+    rigid_ground = operation(1, C2, PLAN)
+    runs = [true_sweep(one, 7.5, soft=True, frequency=FEW).running for one in (there, rigid_ground)]
+    # the hammer's inertance of this compressor, and the rotor on top of it
+    struck = replace(there.laboratory.compressor, hoses=()).dynamic_stiffness(FEW)
+    both = struck + there.source.gyroscopic(FEW)
+    expected = np.linalg.solve(both, there.source.load(FEW)[:, :, None])[:, :, 0]
+    np.testing.assert_allclose(runs[0].displacement, expected, rtol=1e-12)
+    assert np.abs(runs[0].displacement / runs[1].displacement - 1).max() > 0.1
+
+
+def test_hoses_scatter_as_stated_and_the_compressor_stays():
+    drawn = drawn_hoses()
+    ratios = []
+    for seed in range(1, 40):
+        scattered = true_hoses(HoseCase.SCATTERED, np.random.default_rng(seed))
+        for one, other in zip(scattered, drawn, strict=True):
+            np.testing.assert_array_equal(one.position, other.position)
+            ratios.append(
+                [
+                    getattr(one.beam, name) / getattr(other.beam, name)
+                    for name in ("tension", "torsion", "bending", "line_mass", "loss_factor")
+                ]
+            )
+        displaced = true_hoses(HoseCase.DISPLACED, np.random.default_rng(seed))
+        for one, other in zip(displaced, drawn, strict=True):
+            assert 0 < np.abs(one.position - other.position).max() <= 4e-3
+            assert np.degrees(np.arccos(one.direction @ other.direction)) < 10
+            assert abs(one.beam.length / other.beam.length - 1) <= 0.04
+    assert 0.75 <= np.min(ratios) < 0.8
+    assert 1.25 < np.max(ratios) <= 1.3
+    bodies = [operation(5, C2, OperationPlan(hoses=case)).laboratory for case in HoseCase]
+    for body in bodies[1:]:
+        assert body.compressor.mass == bodies[0].compressor.mass
+        np.testing.assert_array_equal(body.placed.sensor_gain, bodies[0].placed.sensor_gain)
+
+
+def test_a_seed_is_one_test_and_its_hammer_is_the_known_one(noisy, tmp_path):
+    one, test = noisy
+    two = write_operating_test(tmp_path / "two", 3)
+    # what is asked for besides changes nothing else
+    mentions = ("operation.toml", "README.txt")
+    for path in sorted(two.rglob("*")):
+        if path.is_file() and (path.parent != two or path.name not in mentions):
+            assert path.read_bytes() == (one / path.relative_to(two)).read_bytes(), path
+    alone = write_compressor_test(tmp_path / "alone", 3)
+    for path in sorted(alone.rglob("*")):
+        if path.is_file():
+            assert path.read_bytes() == (one / "hammer" / path.relative_to(alone)).read_bytes()
+    # struck twice by the same hands, not with the same noise
+    truths = [
+        json.loads((one / name / "truth/truth.json").read_text(encoding="utf-8"))
+        for name in ("hammer", "hammer_with_hoses")
+    ]
+    for key in ("sensor_gain", "hammer_gain", "impact_direction", "static_stiffness"):
+        assert truths[0][key] == truths[1][key]
+    off = []
+    for name, frf in (
+        ("hammer", test.hammer.frf),
+        ("hammer_with_hoses", test.hammer_with_hoses.frf),
+    ):
+        off.append(frf.values - np.load(one / name / "truth/truth.npz")["frf"])
+    noise = [np.concatenate([part[200:].real.ravel(), part[200:].imag.ravel()]) for part in off]
+    assert abs(np.corrcoef(noise)[0, 1]) < 0.1

@@ -5,12 +5,11 @@ keeps a limit: found with exact gradients, verified with 131072 parts that the s
 Without a limit it is the level that ±15 % about a Pareto point keeps just as often. The box also
 goes into acceptance_box.json, which deliveries are held against.
 
-What it showed, with seed 1 on the virtual platform: at that limit the intervals are 1.8 times as
-wide as ±15 % (geometric mean over ten axes); TSM x and Du x alone need an upper end of their own.
+What it showed, with seed 1 on the virtual platform: TODO
 
 Keys of summary.json: share_stated, share_verified, share_bound (95 % confidence, over parts);
 volume_ratio_pm15 and width_ratio_pm15 (geometric mean; box over ±15 % about the Pareto point, axes
-with an effect), the same _bisection; share_pm15; n_axes; limit_db_first_vehicle;
+with an effect), the same _bisection; share_pm15; n_axes; n_ends_on_bounds; limit_db_first_vehicle;
 limit_could_be_lowered_db (to a point); binding_vehicle; n_parts_verified; seconds (of the box).
 """
 
@@ -28,16 +27,16 @@ from deboom.study.runner import run_script
 from deboom.study.sampling import factor_space
 from deboom.study.solution_box import box_study
 from deboom.study.solution_box_question import (
+    BoxOptions,
     Law,
     Quantity,
-    box_question,
     limited_response,
     pareto_point,
 )
 from deboom.study.solution_box_result import solution_box_result
 from deboom.study.supplier_pick import Pick
 
-PLATFORM = Path(__file__).parent / "data" / "u06_f39_f45"
+HERE = Path(__file__).parent
 
 
 def main(
@@ -57,38 +56,24 @@ def main(
     curve: Annotated[bool, Option(help="Boxes at other limits, too.")] = True,
     load_case: Annotated[list[str] | None, Option(help="name or name=weight; repeatable.")] = None,
     group: Annotated[str, Option(help="Vehicles to serve.")] = "U06",
-    platform: Annotated[Path, Option(help="Folder with platform.toml.")] = PLATFORM,
+    platform: Annotated[Path, Option(help="With platform.toml.")] = HERE / "data" / "u06_f39_f45",
     mounts: Annotated[MountSource, Option(help="Source of forces.")] = MountSource.library,
     motion: Annotated[Motion, Option(help="Of the powertrain.")] = Motion.prescribed,
     kernel: Annotated[Kernel | None, Option(help="By default as the motion needs.")] = None,
     workers: Annotated[int, Option(help="Processes; any number gives the same box.")] = 1,
 ) -> StudyResult:
     """Search, verify and report."""
+    options = BoxOptions(share, limit, below_today, worst_vehicle, law, cost_table)
     runs = operation(read_platform(platform), load_case, mounts, group, band=(20, 60))
     index = motion_index(runs, motion, kernel)
     space = factor_space(index.variable_names, half_width, tolerance)
-    options = {"limit": limit, "below_today": below_today, "share": share, "law": law}
-    with progress_bar("Pareto point") as bar:
-        studies = Path(__file__).parent
-        point = pareto_point(front, pick, studies, index, space, seed=seed, progress=bar)
-    response = limited_response(quantity, index, peak_band)
-    question = box_question(
-        *(response, space, point),
-        **options,
-        together=worst_vehicle,
-        cost_table=cost_table,
-        seed=seed,
-    )
     with progress_bar("Box") as bar:
-        found = box_study(
-            *(runs, index, space, point, question),
-            seed=seed,
-            curve=curve,
-            workers=workers,
-            progress=bar,
-        )
-    read = (cost_table,) if cost_table else ()
-    return runs.checked(solution_box_result(found, read))
+        point = pareto_point(front, pick, HERE, index, space, seed=seed, progress=bar)
+        response = limited_response(quantity, index, peak_band)
+        question = options.question(response, space, point, seed=seed)
+        model = (runs, index, space, point, question)
+        found = box_study(*model, seed=seed, curve=curve, workers=workers, progress=bar)
+    return runs.checked(solution_box_result(found, (cost_table,) if cost_table else ()))
 
 
 if __name__ == "__main__":

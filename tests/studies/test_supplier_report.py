@@ -79,8 +79,14 @@ def test_only_this_part_is_what_the_model_says_directly(study, effects):
     assert only["vehicle"].tolist() == list(study.vehicles)
     assert np.allclose(only["change of level [dB]"], then - now, atol=1e-12)
     assert set(table["changed"]) == {"only EnM", "only GeM", "only TSM", "only Du", ALL}
-    # a measured stiffness known to 2 % leaves the change uncertain, but far less than itself
-    assert np.all((only["± 95 % [dB]"] > 0) & (only["± 95 % [dB]"] < 0.3 * np.abs(then - now)))
+    # errors of measurement leave the change uncertain, but far less than itself
+    half = (only["change of level, to [dB]"] - only["change of level, from [dB]"]) / 2
+    assert np.all((half > 0) & (half < 0.3 * np.abs(then - now)))
+    for what in ("sigma today", "sigma then"):
+        width = only[f"{what}, to [dB]"] - only[f"{what}, from [dB]"]
+        assert np.all((width > 0) & (width < 0.5 * only[f"{what} [dB]"]))
+    # a level is off by the calibration, a change is not
+    assert np.all(only["peak today, to [dB(A)]"] - only["peak today, from [dB(A)]"] > 4 * half)
 
 
 def test_a_tighter_tolerance_gains_what_its_share_says(study, effects):

@@ -210,7 +210,7 @@ def test_parts_that_cannot_be_compared_are_refused():
         far.region.points[:, 0] + 1e5,
         far.region.points[:, 1],
         far.region.points[:, 2],
-        np.full(len(far.region.points), 1e5 + 1e4j),
+        far.predict_masked(*far.region.points.T)[0],
     )
     moved = replace(parts[1].directions[0], surface=FittedSurface.of(shifted, {}))
     parts[1] = replace(parts[1], directions=(moved, parts[1].directions[1]))

@@ -1,6 +1,6 @@
 """A compressor that is struck and run in memory; shares no equation with the code under test."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -62,10 +62,10 @@ class Body:
     receiver: bool = False
     hose: float = 0.0
     sense: int = 1
-    extra: dict = field(default_factory=dict)
 
     @classmethod
     def drawn(cls, rng, **options):
+        """Draw one around the thesis's table 10."""
         angles = np.array([[0, 0, 180], [0, 45, 90], [0, 135, 90.0]])
         places = np.array([[-143.41, 0.1, 8.16], [-14.83, -67.94, 76.49], [-14.84, 67.09, 76.49]])
         inertia = np.diag(np.array([0.015, 0.03, 0.029]) * (1 + 0.05 * rng.uniform(-1, 1, 3)))
@@ -83,6 +83,7 @@ class Body:
         )
 
     def mass_matrix(self):
+        """At the virtual point."""
         c = cross(self.centre)
         return np.block(
             [
@@ -92,15 +93,15 @@ class Body:
         )
 
     def rubber(self, f, running):
+        """Gain over frequency, as struck or as run."""
         real = self.gain[0] - 1 / (self.gain[1] * f + self.gain[2])
         imaginary = self.gain[3] - 1 / (self.gain[4] * f + self.gain[5])
         return (
-            (self.storage * real + 1j * self.loss * imaginary)
-            if running
-            else real + 1j * imaginary
+            (self.storage * real + 1j * self.loss * imaginary) if running else real + 1j * imaginary
         )
 
     def softened(self, amplitude):
+        """Factor of a mount; 1 at the amplitude of a hit."""
         return 1 + self.softening * (1 / (1 + amplitude / 30e-6) - 1 / (1 + 200 / 30))
 
     def stiffness_matrix(self, f, running, amplitudes):
@@ -121,12 +122,16 @@ class Body:
     def hose_matrix(self, f):
         """Apparent mass of two tuned masses on springs at the ports."""
         total = np.zeros((6, 6), complex)
-        for r, mass, natural in (((-0.07, 0.035, 0.05), 0.1, 106.0), ((0.06, -0.04, 0.045), 0.07, 118.0)):
+        for r, mass, natural in (
+            ((-0.07, 0.035, 0.05), 0.1, 106.0),
+            ((0.06, -0.04, 0.045), 0.07, 118.0),
+        ):
             swing = mass / (1 - (f / natural) ** 2 / (1 + 0.12j))
             total += self.hose * swing * rows_at(r).T @ rows_at(r)
         return total
 
     def apparent_mass(self, f, running=False, amplitudes=(0.0, 0.0, 0.0)):
+        """At the virtual point; with rotor and hoses where it runs."""
         held = self.stiffness_matrix(f, running, amplitudes)
         result = self.mass_matrix() - held / (2 * np.pi * f) ** 2
         if running:
@@ -149,9 +154,7 @@ class Body:
         """Acceleration of the virtual point, mounts as soft as their own motion makes them."""
         amplitudes = np.zeros(3)
         for _ in range(80):
-            motion = np.linalg.solve(
-                self.apparent_mass(f, True, amplitudes), self.load(f, factor)
-            )
+            motion = np.linalg.solve(self.apparent_mass(f, True, amplitudes), self.load(f, factor))
             if not self.softening:
                 break
             now = np.array([np.linalg.norm(rows_at(r) @ motion) for r in self.places])
@@ -189,9 +192,7 @@ def sample(
     sensors, forward = [], []
     for number, place in enumerate(places):
         axes = turn(sheet.uniform(-0.4, 0.4, 3))
-        sensors.append(
-            Sensor(f"A{number + 1}", SensorKind.ACCELEROMETER, "", "", "", place, axes)
-        )
+        sensors.append(Sensor(f"A{number + 1}", SensorKind.ACCELEROMETER, "", "", "", place, axes))
         true = axes @ turn(errors * tolerances.sensor_angle * rng.standard_normal(3))
         moved = place + errors * tolerances.sensor_position * rng.standard_normal(3)
         gains = 1 + errors * tolerances.sensor_gain * rng.standard_normal(3)
@@ -258,6 +259,6 @@ def sample(
     return OperatingTest("sample", test, None, tuple(sweeps), rotor), body
 
 
-def passing_as_unbalance(body, lines, factor):
-    """Static unbalance that the true load shows, rotating gas force included."""
+def passing_as_unbalance(lines, factor):
+    """Add to the static unbalance what the rotating gas force passes off as one."""
     return STATIC + factor * GAS[2] / (2 * np.pi * lines) ** 2

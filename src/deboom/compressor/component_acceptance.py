@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from deboom.compressor.acceptance import Characteristic, Verdict, judge
-from deboom.compressor.component_limits import ComponentLimits, stiffness_characteristic
+from deboom.compressor.component_limits import ALLOWANCE, ComponentLimits, stiffness_characteristic
 from deboom.compressor.identify import ALARM
 from deboom.compressor.operating_checks import hose_alarms
 from deboom.compressor.routes import CalibratedMeasurementRoute, MeasuredRoute
@@ -63,8 +63,9 @@ def unbalance_characteristic(found: Unbalance, name: str) -> Characteristic:
     Returns
     -------
     Characteristic
-        Its size, with the deviation of the worst direction [kg m, kg m²]; doubted where hoses were
-        on or visible, the sweeps are not explained, or the route rests on a refuted model.
+        Its size, with the deviation of the worst direction times `ALLOWANCE` [kg m, kg m²]; doubted
+        where hoses were on or visible, the sweeps are not explained, or the route rests on a
+        refuted model.
     """
     sources = found.chosen.sources
     place = 0 if name == STATIC else 1
@@ -74,7 +75,7 @@ def unbalance_characteristic(found: Unbalance, name: str) -> Characteristic:
     return Characteristic(
         name,
         np.array([abs(estimate.value)]),
-        np.array([deviation]),
+        np.array([ALLOWANCE * deviation]),
         np.zeros(1),
         is_radius=True,
         doubt=_unbalance_doubt(found),

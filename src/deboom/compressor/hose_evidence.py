@@ -153,13 +153,11 @@ class HammerEvidence:
         by_scatter = np.zeros((6, 3, *seen.shape), dtype=complex)
         for impact in range(6):
             by_scatter[impact, :, :, :, impact] = np.moveaxis(seen[:, :, 3:], -1, 0)
-        derivatives: ComplexArray = (
-            np.concatenate([by_hose, by_scatter.reshape(18, *seen.shape)]) / scale
-        )
+        derivatives = np.concatenate([by_hose, by_scatter.reshape(18, *seen.shape)]) / scale
         deviation: ComplexArray = (predicted - self.difference) / scale
         return Residuals(
             deviation.reshape(-1),
-            derivatives.reshape(derivatives.shape[0], -1),
+            np.asarray(derivatives.reshape(derivatives.shape[0], -1), dtype=complex),
         )
 
     def by_identification(
@@ -269,10 +267,10 @@ class SweepEvidence:
         At its lines.
     whitening : array, shape (n_frequency, 6, 6)
         ``L⁻¹`` of the covariance of both motions.
-    basis : array, shape (n_knot, n_frequency)
-        Of the change of the mounts in operation.
-    deviations : array, shape (n_knot,)
-        Its 1 σ in the real and in the imaginary part [1].
+    basis : array, shape (n_unknown, n_frequency)
+        Change δ of the mounts in operation per real unknown, complex [1].
+    nuisance_deviations : array, shape (n_unknown,)
+        1 σ of each [1].
 
     Notes
     -----
@@ -283,8 +281,8 @@ class SweepEvidence:
     pair: SweepPair
     state: RunningCompressor
     whitening: RealArray
-    basis: RealArray
-    deviations: RealArray
+    basis: ComplexArray
+    nuisance_deviations: RealArray
 
     @property
     def name(self) -> str:
@@ -296,17 +294,12 @@ class SweepEvidence:
         """Of the pair [Hz]."""
         return self.pair.frequency
 
-    @property
-    def nuisance_deviations(self) -> RealArray:
-        """Real and imaginary part of the mounts' change at each knot, by turns [1]."""
-        return np.repeat(self.deviations, 2)
-
     def residuals(
         self, stiffness: ComplexArray, slopes: ComplexArray, nuisances: RealArray
     ) -> Residuals:
         """See `HoseEvidence`."""
         squared = ((2 * np.pi * self.frequency) ** 2)[:, np.newaxis, np.newaxis]
-        change = np.ascontiguousarray(nuisances).view(complex) @ self.basis
+        change = nuisances @ self.basis
         mounts = self.state.mounts
         now = self.state.apparent_mass - change[:, np.newaxis, np.newaxis] * mounts
         coupled = np.linalg.solve(now, stiffness / squared)
@@ -316,9 +309,7 @@ class SweepEvidence:
         pushed = self.whitening @ answer @ np.linalg.inv(now)
         by_hose = (pushed @ ((slopes / squared) @ predicted))[..., 0]
         by_change = (pushed @ mounts @ (coupled @ predicted))[..., 0]
-        by_knot = self.basis[:, :, np.newaxis] * by_change
-        by_mounts = np.stack([by_knot, 1j * by_knot], axis=1).reshape(-1, *by_change.shape)
-        derivatives = np.concatenate([by_hose, by_mounts])
+        derivatives = np.concatenate([by_hose, self.basis[:, :, np.newaxis] * by_change])
         return Residuals(deviation.reshape(-1), derivatives.reshape(derivatives.shape[0], -1))
 
     def by_identification(
@@ -326,7 +317,7 @@ class SweepEvidence:
     ) -> ComplexArray:
         """See `HoseEvidence`; ``∂a = (AM − K_h/ω²)⁻¹ ∂AM (a_soft − a)``, ``∂V⁺ = −V⁺ ∂V V⁺``."""
         squared = ((2 * np.pi * self.frequency) ** 2)[:, np.newaxis, np.newaxis]
-        change = np.ascontiguousarray(nuisances).view(complex) @ self.basis
+        change = nuisances @ self.basis
         now = self.state.apparent_mass - change[:, np.newaxis, np.newaxis] * self.state.mounts
         loaded = now - stiffness / squared
         soft, standard = (
@@ -380,7 +371,7 @@ def sweep_evidence(
             SweepEvidence(
                 pair,
                 state,
-                np.linalg.inv(np.linalg.cholesky(noise)),
+                np.asarray(np.linalg.inv(np.linalg.cholesky(noise)), dtype=float),
                 mounts.basis(pair.frequency),
                 mounts.deviations,
             )

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
+import numpy.typing as npt
 
 from deboom.compressor.hose_beams import changed_hose, hose_matrices, point_derivatives
 from deboom.compressor.hose_identification import HosePrior
@@ -21,53 +22,66 @@ if TYPE_CHECKING:
     from deboom.compressor.identify import Identification
     from deboom.measurement.operating_sweep import HoseDrawing, OperatingSweep
 
-PRESENT = 0.5
-"""Share of the drawn hoses above which they count as attached."""
+ALARM = 1.5
+"""Misfit without hoses above which something besides rotor, gas and mounts is at work."""
+EXPLAINED = 0.5
+"""Part of the squared misfit that the drawn hoses must take away to count as its cause."""
 MODEL_ERROR = 0.01
 """Relative error that compressor and placement bring into load or inertance, 1 σ [1]."""
-REFINEMENTS = 4
+REFINEMENTS = 6
 SMALLEST_LINES = 20
 LARGEST_LINES = 72
 
 
 @dataclass(frozen=True)
 class HosePresence:
-    """How much of the drawn hoses a measurement shows.
+    """Whether a measurement that is said to be free of hoses shows them.
 
     Parameters
     ----------
     where : str
         Sweep or hammer test.
-    share : float
-        Factor on the stiffness of the drawn hoses that explains the data best; 1 where they hang
-        on the compressor, 0 where they do not [1].
-    deviation : float
-        Of it, 1 σ [1].
+    misfit : float
+        Of the best explanation without hoses, in units of noise and of one percent of the signal
+        [1].
+    misfit_with_hoses : float
+        Of the best one with hoses that are near the drawn ones [1].
     """
 
     where: str
-    share: float
-    deviation: float
+    misfit: float
+    misfit_with_hoses: float
+
+    @property
+    def explained(self) -> float:
+        """Part of the squared misfit that the hoses take away [1]."""
+        return 1 - (self.misfit_with_hoses / self.misfit) ** 2
+
+    @property
+    def unexplained(self) -> bool:
+        """Whether more than rotor, gas and mounts is at work."""
+        return self.misfit > ALARM
 
     @property
     def visible(self) -> bool:
-        """Whether the hoses are there."""
-        return self.share - self.deviation > PRESENT
-
-    @property
-    def undecided(self) -> bool:
-        """Whether the measurement leaves it open."""
-        return abs(self.share - PRESENT) <= self.deviation
+        """Whether that is the drawn hoses."""
+        return self.unexplained and self.explained > EXPLAINED
 
     @property
     def statement(self) -> str:
         """One sentence for the report."""
-        size = f"{self.where} shows {self.share:.2f} ± {self.deviation:.2f} of the drawn hoses"
+        if not self.unexplained:
+            return f"{self.where}: no hose shows (misfit {self.misfit:.2f}, alarm at {ALARM:g})."
+        missed = f"{self.where} is missed by {self.misfit:.1f} times its uncertainty without hoses"
         if self.visible:
-            return f"{size}: they were attached, whatever the label says."
-        if self.undecided:
-            return f"{size}: whether they were attached stays open."
-        return f"{size}: they were not attached, or cut off."
+            return (
+                f"{missed}, and the drawn hoses explain {self.explained:.0%} of that: they were "
+                "attached, whatever the label says."
+            )
+        return (
+            f"{missed}, and the drawn hoses explain {self.explained:.0%} of that only: something "
+            "else is at work, such as a flexible receiver or a hose unlike its drawing."
+        )
 
 
 def hoses_in_sweep(
@@ -109,8 +123,9 @@ def hoses_in_sweep(
     Notes
     -----
     ``AM a = S x + δ (v K/ω²) a + s (K_h/ω²) a``: rotor and gas have five numbers over the whole
-    run-up, the mounts a smooth change δ, and only hoses resonate in between. Linear least squares
-    in x, δ, s and s times the deviations of the hoses from their drawing, repeated where these end.
+    run-up, the mounts a smooth change δ, and only hoses resonate in between. Least squares in x, δ,
+    the share s of the hoses and s times their deviations from the drawing, linear in all of them
+    and repeated where these end.
     """
     motion, covariance = motion_at_virtual_point(sweep, found)
     kept = _lines(sweep.frequency, band, f"sweep {sweep.name}")
@@ -127,8 +142,8 @@ def hoses_in_sweep(
     source = np.moveaxis(np.concatenate([rotor_columns(lines, sense), gas], axis=2), -1, 0)
     change = FactorOverFrequency()
     by_mounts = change.basis(lines)[..., np.newaxis] * _applied(state.mounts, motion)
-    free = np.concatenate([source, 1j * source, by_mounts, 1j * by_mounts])
-    deviations = np.concatenate([np.full(2 * len(source), np.inf), *[change.deviations] * 2])
+    free = np.concatenate([source, 1j * source, by_mounts])
+    deviations = np.concatenate([np.full(2 * len(source), np.inf), change.deviations])
     return _presence(
         f"sweep {sweep.name}",
         _applied(whiten, load),
@@ -176,20 +191,17 @@ def hoses_in_hammer_test(
     resonate do not.
     """
     kept = _lines(found.inertance.frequency, band, f"hammer test {found.test.name}")
-    if np.count_nonzero(kept) > LARGEST_LINES:
-        marked = np.flatnonzero(kept)
-        kept = marked[np.round(np.linspace(0, marked.size - 1, LARGEST_LINES)).astype(int)]
+    if kept.size > LARGEST_LINES:
+        kept = kept[np.round(np.linspace(0, kept.size - 1, LARGEST_LINES)).astype(int)]
     lines, inertance = found.inertance.frequency[kept], found.inertance.values[kept]
     weight = np.repeat([1.0, found.length], 3)
     scaled = inertance * np.outer(weight, weight)
     noise = MODEL_ERROR * np.linalg.norm(scaled, axis=(1, 2), keepdims=True) / 6
-    squared = ((2 * np.pi * lines) ** 2)[:, np.newaxis, np.newaxis]
     basis = np.eye(36).reshape(36, 1, 6, 6)
-    power = np.log(lines / lines.mean())[:, np.newaxis, np.newaxis] ** np.array(
-        [[[[0]]], [[[1]]], [[[2]]]]
-    )
-    rubber = np.concatenate([power, 1j * power]) / squared * (2 * np.pi * lines.mean()) ** 2
-    held = (rubber[:, np.newaxis] * basis).reshape(-1, lines.size, 6, 6)
+    octaves = np.log2(lines / lines.mean())
+    real = np.stack([octaves**power for power in range(3)]) * (lines.mean() / lines) ** 2
+    rubber = np.concatenate([real, 1j * real])
+    held = (rubber[:, np.newaxis, :, np.newaxis, np.newaxis] * basis).reshape(-1, lines.size, 6, 6)
     whole = np.broadcast_to(basis, (36, lines.size, 6, 6))
     free = scaled @ np.concatenate([whole, held]) @ scaled / noise
 
@@ -200,7 +212,7 @@ def hoses_in_hammer_test(
     return _presence(
         f"hammer test {found.test.name}",
         np.asarray(scaled / noise),
-        (free, np.full(len(free), np.inf)),
+        (np.asarray(free, dtype=complex), np.full(len(free), np.inf)),
         by_stiffness,
         (tuple(hoses), lines, prior or HosePrior()),
     )
@@ -233,33 +245,44 @@ def _presence(
     n_share = len(columns)
     deviations = np.concatenate([known, [np.inf], np.tile(prior.deviations, len(hoses))])
     squared = ((2 * np.pi * lines) ** 2)[:, np.newaxis, np.newaxis]
+    best = np.inf
     numbers = np.zeros((len(hoses), prior.deviations.size))
     for _ in range(REFINEMENTS):
         now = [changed_hose(hose, row) for hose, row in zip(hoses, numbers, strict=True)]
         slopes = point_derivatives(hoses, numbers, lines).reshape(-1, lines.size, 6, 6)
         stiffness = np.concatenate([hose_matrices(now, lines).point[np.newaxis], slopes])
-        rows = np.concatenate([_real(columns), _real(by_stiffness(stiffness / squared))])
+        per_square = np.asarray(stiffness / squared, dtype=complex)
+        rows = np.concatenate([_real(columns), _real(by_stiffness(per_square))])
         # the prior holds the hoses to their drawing, not to the last step away from it
         pulled = np.concatenate([np.zeros(n_share + 1), -numbers.reshape(-1)]) / deviations
         matrix = np.vstack([rows.T, np.diag(1 / deviations)])
         right = np.concatenate([_real(target[np.newaxis])[0], pulled])
-        unit = np.linalg.norm(matrix, axis=0)
-        values = np.linalg.lstsq(matrix / unit, right)[0] / unit
-        share = float(values[n_share])
-        if share < PRESENT / 2:
+        values, misfit = _least_squares(matrix, right)
+        best = min(best, misfit)
+        share = values[n_share]
+        if share <= 0:
             # hoses that are not there have no numbers
             break
         steps = (values[n_share + 1 :] / share).reshape(numbers.shape)
-        numbers = numbers + np.clip(steps, -prior.deviations, prior.deviations)
-    chi = float(np.sqrt(np.mean((right - matrix @ values) ** 2)))
-    variance = np.linalg.inv((matrix / unit).T @ (matrix / unit))[n_share, n_share]
-    return HosePresence(where, share, float(np.sqrt(variance)) / unit[n_share] * max(chi, 1.0))
+        numbers = numbers + np.clip(steps, -prior.deviations, prior.deviations) / 2
+    _, without = _least_squares(
+        np.vstack([_real(columns).T, np.diag(1 / known)]),
+        np.concatenate([_real(target[np.newaxis])[0], np.zeros(n_share)]),
+    )
+    return HosePresence(where, without, min(best, without))
 
 
-def _lines(frequency: RealArray, band: tuple[float, float], where: str) -> RealOrComplexArray:
-    """Mark the lines of a band."""
-    kept = (frequency >= band[0]) & (frequency <= band[1])
-    if np.count_nonzero(kept) < SMALLEST_LINES:
+def _least_squares(matrix: RealArray, right: RealArray) -> tuple[RealArray, float]:
+    """Solve, and state the root mean square of what is left."""
+    unit = np.linalg.norm(matrix, axis=0)
+    values = np.linalg.lstsq(matrix / unit, right)[0] / unit
+    return values, float(np.sqrt(np.mean((right - matrix @ values) ** 2)))
+
+
+def _lines(frequency: RealArray, band: tuple[float, float], where: str) -> npt.NDArray[np.intp]:
+    """Find the lines of a band."""
+    kept = np.flatnonzero((frequency >= band[0]) & (frequency <= band[1]))
+    if kept.size < SMALLEST_LINES:
         raise InputError(
             f"{where}: fewer than {SMALLEST_LINES} lines lie between {band[0]:g} and {band[1]:g} "
             "Hz: hoses cannot be told from rotor and mounts there"

@@ -98,12 +98,11 @@ def mount_state(
     of_storage, of_loss = np.sqrt(np.diag(parts @ own @ parts.T))
     distance = float(values @ np.linalg.solve(own, values))
     changed = bool(
-        chi2.sf(distance, values.size) < SIGNIFICANCE
-        and abs(values @ one) > SMALLEST_CHANGE
+        chi2.sf(distance, values.size) < SIGNIFICANCE and abs(values @ one) > SMALLEST_CHANGE
     )
     basis = factor.basis(frequency)
-    own = resolved.covariance[resolved.change_slice, resolved.change_slice]
-    curve = resolved.values[resolved.change_slice] @ basis
+    own = resolved.line_covariance[resolved.change_slice, resolved.change_slice]
+    curve = resolved.line_values[resolved.change_slice] @ basis
     along = (np.exp(-1j * np.angle(curve)) * basis).real
     return MountState(
         float(storage),

@@ -17,7 +17,7 @@ from deboom.physics.arrays import RealArray
 if TYPE_CHECKING:
     from deboom.compressor.modes import ModalTable
     from deboom.compressor.mount_state import MountState
-    from deboom.compressor.sources import Sources
+    from deboom.compressor.sources import ResidualBand, Sources
 
 BEYOND_MODES = 1.5
 """Times the highest rigid-body mode: from there on the body's inertia carries the load [1]."""
@@ -134,6 +134,41 @@ def refuse_resonant_sweep(sweeps: Sequence[OperatingSweep], modes: ModalTable) -
             )
 
 
+def hose_alarms(sweeps: Sequence[OperatingSweep], bands: Sequence[ResidualBand]) -> list[str]:
+    """Report loads that look like hoses.
+
+    Parameters
+    ----------
+    sweeps : sequence of OperatingSweep
+        That were fitted.
+    bands : sequence of ResidualBand
+        What the fit left.
+
+    Returns
+    -------
+    list of str
+        In words; empty where there is nothing.
+    """
+    seen = [
+        band
+        for band in bands
+        if band.low >= HOSES_ABOVE and band.share > VISIBLE_SHARE and band.reduced_chi > ALARM
+    ]
+    if not seen:
+        return []
+    worst = max(seen, key=lambda band: band.share)
+    text = (
+        f"{worst.share:.1%} of the load in {worst.low:g}-{worst.high:g} Hz comes from no rotor and "
+        "no gas, as it does with hoses joined"
+    )
+    if all(sweep.hoses is not HoseState.STANDARD for sweep in sweeps):
+        text += (
+            f", though these are reported as {sweeps[0].hoses.value}: check what was joined, and "
+            "how long and soft it is"
+        )
+    return [f"{text}. The state of the mounts cannot be told apart from them."]
+
+
 def load_alarms(
     sweeps: Sequence[OperatingSweep], found: Sources, mismatch: float, state: MountState
 ) -> list[str]:
@@ -153,38 +188,22 @@ def load_alarms(
     list of str
         In words; empty where there is nothing.
     """
-    alarms = []
-    seen = [
-        band
-        for band in found.residual_bands
-        if band.low >= HOSES_ABOVE and band.share > VISIBLE_SHARE and band.reduced_chi > ALARM
-    ]
-    soft = all(sweep.hoses is not HoseState.STANDARD for sweep in sweeps)
-    if seen:
-        worst = max(seen, key=lambda band: band.share)
-        alarms.append(
-            f"{worst.share:.1%} of the load in {worst.low:g}-{worst.high:g} Hz comes from no rotor "
-            "and no gas, as it does with hoses joined"
-            + (
-                f", though the sweeps are reported with {sweeps[0].hoses.value} ones: check what "
-                "was joined."
-                if soft
-                else "."
-            )
-            + " The state of the mounts cannot be told apart from them."
-        )
-    elif state.changed:
+    alarms = hose_alarms(sweeps, found.residual_bands)
+    if alarms:
+        return alarms
+    if state.changed:
         alarms.append(state.statement)
-    if found.reduced_chi > ALARM and not seen:
+    if found.remaining_chi > ALARM:
         alarms.append(
-            f"The loads differ from rotor, gas and mounts by {found.reduced_chi:.1f} times their "
-            f"noise (alarm at {ALARM:g})"
-            + (
-                f": the mounts differ in how they have changed, by some {mismatch:.1%} per "
-                "direction, as they do where they soften with their own motion."
-                if mismatch > 0
-                else "."
-            )
+            f"The loads differ from rotor, gas and mounts by {found.remaining_chi:.1f} times their "
+            f"noise (alarm at {ALARM:g})."
+        )
+    elif found.reduced_chi > ALARM:
+        alarms.append(
+            f"One factor for all mounts misses the loads by {found.reduced_chi:.1f} times their "
+            f"noise (alarm at {ALARM:g}): the mounts have changed by some {mismatch:.1%} per "
+            "direction besides, as they do where they soften with their own motion. The numbers "
+            "of all speeds together allow for it."
         )
     return alarms
 

@@ -66,7 +66,9 @@ def operating_motion(
     errors were those of the sheet and not a body that bends.
     """
     forward = calibrated.placement.response_matrix(calibrated.errors)
-    found = replace(sheet, forward=forward, inverse=np.linalg.pinv(forward))
+    found = replace(
+        sheet, forward=forward, inverse=np.asarray(np.linalg.pinv(forward), dtype=float)
+    )
     measured = sweep.acceleration
     return OperatingMotion(
         sweep.name,

@@ -4,13 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from typing import Any, TypeVar, cast
 
 import numpy as np
+import numpy.typing as npt
 
 from deboom.compressor.unbalance_load import RotationSense
 from deboom.errors import InputError
-from deboom.physics.arrays import ComplexArray, RealArray, RealOrComplexArray
+from deboom.physics.arrays import ComplexArray, RealArray
 from deboom.physics.rigid_body import skew
+
+_Array = TypeVar("_Array", bound=np.ndarray[Any, Any])
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,7 +41,7 @@ class HammerNoise:
     columns: ComplexArray
     force_deviation: float
 
-    def select(self, lines: RealOrComplexArray) -> HammerNoise:
+    def select(self, lines: npt.NDArray[np.intp]) -> HammerNoise:
         """Keep these lines, given by their indices."""
         return replace(
             self,
@@ -123,9 +127,7 @@ class RouteModel:
         return replace(self, apparent_mass=mass)
 
 
-def between_lines(
-    measured: RealArray, wanted: RealArray
-) -> Callable[[RealOrComplexArray], RealOrComplexArray]:
+def between_lines(measured: RealArray, wanted: RealArray) -> Callable[[_Array], _Array]:
     """Prepare linear interpolation along the first axis.
 
     Parameters
@@ -153,8 +155,9 @@ def between_lines(
     after = np.clip(np.searchsorted(measured, wanted), 1, measured.size - 1)
     share = (wanted - measured[after - 1]) / (measured[after] - measured[after - 1])
 
-    def interpolated(values: RealOrComplexArray) -> RealOrComplexArray:
+    def interpolated(values: _Array) -> _Array:
         part = share.reshape(-1, *(1,) * (values.ndim - 1))
-        return np.asarray((1 - part) * values[after - 1] + part * values[after])
+        between = (1 - part) * values[after - 1] + part * values[after]
+        return cast("_Array", between)
 
     return interpolated

@@ -99,9 +99,8 @@ class PointModelRoute:
         found, placement = basis.identification, basis.calibration.placement
         zero = np.zeros(len(placement.names))
         forward = placement.response_matrix(zero)
-        inverse = np.linalg.pinv(forward)
+        inverse = _pseudo_inverse(forward)
         mass = found.point.model.apparent_mass(frequency)
-        n = 9 * len(placement.sensors)
         slopes = np.concatenate(
             [
                 -mass @ (inverse @ placement.response_derivatives(zero))[:, np.newaxis],
@@ -109,12 +108,11 @@ class PointModelRoute:
             ]
         )
         scale = placement.deviations(found.test.tolerances)
-        assert slopes.shape[0] == scale.size == n + 1 + 4 * len(placement.impacts)
         return RouteModel(
             frequency,
             inverse,
             mass,
-            slopes * scale[:, np.newaxis, np.newaxis, np.newaxis],
+            np.asarray(slopes * scale[:, np.newaxis, np.newaxis, np.newaxis], dtype=complex),
             _mounts(found, frequency),
             None,
         )
@@ -132,7 +130,7 @@ class CalibratedModelRoute:
         """Model and sensors with their joint posterior."""
         calibration = basis.identification.calibrated
         placement, errors = calibration.placement, calibration.errors
-        inverse = np.linalg.pinv(placement.response_matrix(errors))
+        inverse = _pseudo_inverse(placement.response_matrix(errors))
         mass = calibration.model.apparent_mass(frequency)
         seen = inverse @ placement.response_derivatives(errors)
         slopes = np.concatenate(
@@ -185,8 +183,8 @@ class UpdatedRoute:
         What may have changed; `OneFactor` is the smallest change, knots follow softening mounts.
     """
 
-    base: Route = CalibratedModelRoute()
-    update: StiffnessChange = FactorOverFrequency()
+    base: Route = field(default_factory=CalibratedModelRoute)
+    update: StiffnessChange = field(default_factory=FactorOverFrequency)
     letter: str = "e"
 
     @property
@@ -208,14 +206,17 @@ def _measured(
 ) -> RouteModel:
     """Measured apparent mass by the placement with these errors, known to this covariance."""
     raw = basis.identification.raw
-    inverse = np.linalg.pinv(placement.response_matrix(errors))
-    of_impacts = np.linalg.pinv(placement.excitation_matrix(errors))
+    inverse = _pseudo_inverse(placement.response_matrix(errors))
+    of_impacts = _pseudo_inverse(placement.excitation_matrix(errors))
     hammer_lines = raw.frf.frequency
-    mass = np.linalg.inv(inverse @ raw.frf.values @ of_impacts.T)
+    measured = inverse @ raw.frf.values @ of_impacts.T
+    mass: ComplexArray = np.asarray(np.linalg.inv(measured), dtype=complex)
     at = between_lines(hammer_lines, frequency)
     # the dynamic stiffness ω² AM runs smoothly through resonances, the inertance does not
     square = (2 * np.pi * hammer_lines)[:, np.newaxis, np.newaxis] ** 2
-    mass_here = at(square * mass) / (2 * np.pi * frequency)[:, np.newaxis, np.newaxis] ** 2
+    mass_here: ComplexArray = (
+        at(square * mass) / (2 * np.pi * frequency)[:, np.newaxis, np.newaxis] ** 2
+    )
     slopes = _by_impact(placement, errors) @ mass_here
     n = 9 * len(placement.sensors)
     noise = HammerNoise(
@@ -233,6 +234,10 @@ def _measured(
         _mounts(basis.identification, frequency),
         noise,
     )
+
+
+def _pseudo_inverse(matrix: RealArray) -> RealArray:
+    return np.asarray(np.linalg.pinv(matrix), dtype=float)
 
 
 def _by_impact(placement: Placement, errors: RealArray) -> ComplexArray:

@@ -42,15 +42,15 @@ class SourceFit:
         Rotor, gas, mounts, errors of the route.
     covariance : array, shape (n_unknown, n_unknown)
         Posterior.
-    plain : array, shape (n_unknown,)
-        Values with nothing allowed for `mismatch`: the change of the mounts that comes nearest to
-        what they do, though the rest of these values pays for it.
-    plain_covariance : array, shape (n_unknown, n_unknown)
-        Of `plain`, the mismatch that its weights do not know included.
+    line_values : array, shape (n_unknown,)
+        As `values`, with the change of the mounts that comes nearest to what they do at all lines;
+        the same where there is no `mismatch`.
+    line_covariance : array, shape (n_unknown, n_unknown)
+        Of `line_values`.
     n_gas, n_change : int
         Of real unknowns.
     reduced_chi : float
-        Rms of the residuals of `plain` in units of their noise [1].
+        Rms of the residuals in units of their noise, nothing allowed for `mismatch` [1].
     mismatch : float
         Relative change of the mounts' stiffness, 1 σ per direction, that `change` cannot describe
         and that the weights allow for; 0 where noise explains the residuals [1].
@@ -68,8 +68,8 @@ class SourceFit:
     pressure: RealArray
     values: RealArray
     covariance: RealArray
-    plain: RealArray
-    plain_covariance: RealArray
+    line_values: RealArray
+    line_covariance: RealArray
     n_gas: int
     n_change: int
     reduced_chi: float
@@ -151,14 +151,16 @@ def fit_source(
     their χ to one.
     """
     problem = SourceProblem(model, loads, sense, gas, change, band)
-    plain, covariance, converged = problem.solve(problem.start(), 0.0)
-    reduced_chi = problem.reduced_chi(plain, 0.0)
-    values, plain_covariance, mismatch = plain, covariance, 0.0
+    values, covariance, converged = problem.solve(problem.start(), 0.0)
+    reduced_chi, mismatch = problem.reduced_chi(values, 0.0), 0.0
     for _ in range(MISMATCH_PASSES):
         if problem.reduced_chi(values, mismatch, MOUNTS_BELOW) <= EXPLAINED and mismatch == 0:
             break
         mismatch = _mismatch(problem, values)
         values, covariance, converged = problem.solve(values, mismatch)
+    by_line = (
+        problem.change_alone(values, covariance, mismatch) if mismatch > 0 else (values, covariance)
+    )
     return SourceFit(
         sense,
         change,
@@ -166,8 +168,7 @@ def fit_source(
         problem.pressure,
         values,
         covariance,
-        plain,
-        plain_covariance if mismatch == 0 else problem.spread(plain, plain_covariance, mismatch),
+        *by_line,
         problem.n_gas,
         problem.deviations.size,
         reduced_chi,

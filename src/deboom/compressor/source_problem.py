@@ -125,7 +125,7 @@ class SourceProblem:
             covariance = _inverse(normal)
             step = -covariance @ gradient
             # the size of the step in the metric of the posterior, whatever its direction
-            if np.sqrt(step @ normal @ step) < TOLERANCE:
+            if np.sqrt(abs(step @ normal @ step)) < TOLERANCE:
                 return values + step, covariance, True
             limit, share = WORST_STEP * self._cost(values, whiteners), 1.0
             while share > SHORTEST_STEP and self._cost(values + share * step, whiteners) > limit:
@@ -133,18 +133,41 @@ class SourceProblem:
             values = values + share * step
         return values, covariance, False
 
-    def spread(self, values: RealArray, covariance: RealArray, mismatch: float) -> RealArray:
-        """Covariance of a solution whose weights knew nothing of a mismatch that is there."""
-        middle = np.zeros_like(covariance)
-        for group in self.groups:
-            whitener = self._whitener(group, values, 0.0)
-            white = whitener @ self._equations(group, values)[1]
-            added = mismatch**2 * mount_covariance(self.model, group.parts)
-            factor = np.linalg.cholesky(added + _jitter(added))
-            seen = np.swapaxes(white, 1, 2).conj() @ (whitener @ factor)
-            seen = np.moveaxis(seen, 1, 0).reshape(values.size, -1)
-            middle += (seen @ seen.conj().T).real
-        return np.asarray(covariance + covariance @ middle @ covariance)
+    def change_alone(
+        self, values: RealArray, covariance: RealArray, mismatch: float
+    ) -> tuple[RealArray, RealArray]:
+        """Fit the change of the mounts again, everything else held, as if there were no mismatch.
+
+        The change that comes nearest to the loads as a whole, not the one of the few lines that a
+        mismatch leaves their weight. Returns values and covariance of all unknowns.
+        """
+        own = slice(N_ROTOR + self.n_gas, N_ROTOR + self.n_gas + self.deviations.size)
+        others = np.r_[0 : own.start, own.stop : values.size]
+        values = values.copy()
+        for _ in range(LARGEST_STEPS):
+            normal, gradient = np.diag(self.prior), self.prior * values
+            middle = np.zeros((self.deviations.size,) * 2)
+            for group in self.groups:
+                right, rows = self._equations(group, values)
+                whitener = self._whitener(group, values, 0.0)
+                white = whitener @ rows
+                flat = white.reshape(-1, values.size)
+                normal += (flat.conj().T @ flat).real
+                gradient += (flat.conj().T @ (whitener @ right[..., np.newaxis]).reshape(-1)).real
+                adjoint = np.swapaxes(white[..., own], 1, 2).conj() @ whitener
+                added = mismatch**2 * mount_covariance(self.model, group.parts)
+                middle += np.sum((adjoint @ added @ np.swapaxes(adjoint, 1, 2).conj()).real, axis=0)
+            inverse = _inverse(normal[own, own])
+            step = -inverse @ gradient[own]
+            values[own] += step
+            if np.sqrt(step @ normal[own, own] @ step) < TOLERANCE:
+                break
+        follow = -inverse @ normal[own, others]
+        result = covariance.copy()
+        with_others = covariance[np.ix_(others, others)] @ follow.T
+        result[others, own], result[own, others] = with_others, with_others.T
+        result[own, own] = inverse + inverse @ middle @ inverse + follow @ with_others
+        return values, result
 
     def reduced_chi(self, values: RealArray, mismatch: float, below: float = np.inf) -> float:
         """Rms of the whitened residuals below a line [Hz]; 0 where there is none."""
@@ -194,7 +217,7 @@ class SourceProblem:
         right, rows = [], []
         for member, part in zip(group.members, group.parts, strict=True):
             source, by_source = self._source(values, member, group.frequency)
-            motion = np.linalg.solve(now, source[..., np.newaxis])[..., 0]
+            motion = np.asarray(np.linalg.solve(now, source[..., np.newaxis])[..., 0], complex)
             by_rest = np.moveaxis(applied(group.rest, motion), 0, -1)
             right.append(source - applied(now, part.motion))
             rows.append(np.concatenate([by_source, by_rest], axis=-1))
@@ -247,9 +270,3 @@ def _inverse(normal: RealArray) -> RealArray:
     unit = 1 / np.sqrt(np.where(unseen, 1.0, diagonal))
     scaled = normal * np.outer(unit, unit) + np.diag(unseen.astype(float))
     return np.asarray(np.linalg.inv(scaled) * np.outer(unit, unit))
-
-
-def _jitter(covariance: ComplexArray) -> RealArray:
-    """So little on the diagonal that a covariance of deficient rank has a Cholesky factor."""
-    trace = np.trace(covariance, axis1=1, axis2=2).real
-    return np.asarray(1e-9 * trace[:, np.newaxis, np.newaxis] * np.eye(covariance.shape[1]))

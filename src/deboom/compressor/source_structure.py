@@ -115,7 +115,7 @@ class ProportionalGas:
     def gas(self, unknowns: RealArray) -> ComplexArray:
         """Scale the gas forces at the first pressure, shape (n_pressure, 3)."""
         first = np.ascontiguousarray(unknowns[: 2 * N_GAS]).view(complex)
-        return np.multiply.outer(np.append(1.0, unknowns[2 * N_GAS :]), first)
+        return np.asarray(np.multiply.outer(np.append(1.0, unknowns[2 * N_GAS :]), first))
 
     def derivatives(self, unknowns: RealArray) -> ComplexArray:
         """Differentiate `gas`, shape (n_unknown, n_pressure, 3)."""

@@ -102,6 +102,8 @@ class Sources:
         Of their real and imaginary parts by turns.
     reduced_chi : float
         Rms of the residuals in units of their noise [1].
+    remaining_chi : float
+        The same, with what the mounts do beyond a common factor taken for noise [1].
     residual_bands : tuple of ResidualBand
     """
 
@@ -114,6 +116,7 @@ class Sources:
     values: ComplexArray
     covariance: RealArray
     reduced_chi: float
+    remaining_chi: float
     residual_bands: tuple[ResidualBand, ...]
 
 
@@ -167,6 +170,7 @@ def sources(
         values,
         covariance,
         fit.reduced_chi,
+        _remaining_chi(fit),
         tuple(
             band
             for low, high in RESIDUAL_BANDS
@@ -186,6 +190,11 @@ def _estimate(value: complex, covariance: RealArray, unit: str, quantile: float)
         amplitude + quantile * deviation,
         unit,
     )
+
+
+def _remaining_chi(fit: SourceFit) -> float:
+    white = np.concatenate([part[np.isfinite(part)] for part in fit.whitened])
+    return float(np.sqrt(np.mean(np.abs(white) ** 2) / 2))
 
 
 def _residual_band(

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, field
 from functools import partial
 from typing import TYPE_CHECKING
 
@@ -33,7 +33,12 @@ from deboom.compressor.routes import (
 from deboom.compressor.source_fit import SourceFit, fit_source
 from deboom.compressor.source_structure import GasLaw, GasPerPressure
 from deboom.compressor.sources import Sources, sources
-from deboom.compressor.unbalance_curve import LoadUncertainty, UnbalanceCurve, unbalance_curve
+from deboom.compressor.unbalance_curve import (
+    LoadUncertainty,
+    UnbalanceCurve,
+    unbalance_curve,
+    unexplained_lines,
+)
 from deboom.errors import InputError
 from deboom.physics.arrays import ComplexArray, RealArray
 
@@ -86,9 +91,9 @@ class UnbalanceOptions:
         CalibratedMeasurementRoute(),
         UpdatedRoute(),
     )
-    chosen: Route = CalibratedMeasurementRoute()
-    state: FactorOverFrequency = FactorOverFrequency()
-    gas: GasLaw = GasPerPressure()
+    chosen: Route = field(default_factory=CalibratedMeasurementRoute)
+    state: FactorOverFrequency = field(default_factory=FactorOverFrequency)
+    gas: GasLaw = field(default_factory=GasPerPressure)
     hoses: HoseState | None = None
     expected_sense: RotationSense | None = None
     band: tuple[float, float] = (17.0, 150.0)
@@ -203,7 +208,7 @@ class Unbalance:
         return self.by_letter(self.options.chosen.letter)
 
     def by_letter(self, letter: str) -> RouteResult:
-        """Result of the route of this letter.
+        """Return the result of the route of this letter.
 
         Raises
         ------
@@ -288,8 +293,8 @@ def unbalance(
             RouteResult(
                 route,
                 tuple(
-                    _line_by_line(model, load, sweep, fit, route, options)
-                    for load, sweep in zip(loads, used, strict=True)
+                    _line_by_line(model, load, sweep, fit, white, route, options)
+                    for load, sweep, white in zip(loads, used, fit.whitened, strict=True)
                 ),
                 sources(fit, loads, identification.length, options.confidence),
                 fit,
@@ -331,6 +336,7 @@ def _line_by_line(
     load: OperatingLoad,
     sweep: OperatingSweep,
     fit: SourceFit,
+    whitened: ComplexArray,
     route: Route,
     options: UnbalanceOptions,
 ) -> SweepUnbalance:
@@ -342,11 +348,15 @@ def _line_by_line(
     turn = 1j * fit.sense.value
     entry = np.eye(6) / square[:, np.newaxis, np.newaxis]
     curve = partial(
-        unbalance_curve, errors, load.frequency, largest_uncertainty=options.largest_uncertainty
+        unbalance_curve,
+        errors,
+        load.frequency,
+        largest_uncertainty=options.largest_uncertainty,
+        unexplained=unexplained_lines(whitened),
     )
-    static = (entry[:, 1].astype(complex), turn * entry[:, 2])
+    static = (entry[:, 1], np.asarray(turn * entry[:, 2]))
     ones = np.ones((load.frequency.size, 1))
-    bands = [errors.band(ones * np.eye(6)[axis].astype(complex)) for axis in range(6)]
+    bands = [errors.band(ones * np.eye(6)[axis]) for axis in range(6)]
     return SweepUnbalance(
         sweep.name,
         sweep.pressure,
@@ -356,6 +366,6 @@ def _line_by_line(
         np.stack([band.lower for band in bands], axis=1),
         np.stack([band.upper for band in bands], axis=1),
         curve(*static),
-        curve(-turn * entry[:, 4], entry[:, 5].astype(complex)),
-        curve(*static, gas=1 / square.astype(complex)),
+        curve(np.asarray(-turn * entry[:, 4]), entry[:, 5]),
+        curve(*static, gas=1 / square),
     )

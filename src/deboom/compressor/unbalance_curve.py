@@ -9,18 +9,21 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
+from deboom.compressor.identify import ALARM
 from deboom.compressor.operating_load import (
     OperatingLoad,
     applied,
     mount_covariance,
     noise_covariance,
 )
-from deboom.physics.arrays import ComplexArray, RealArray
+from deboom.physics.arrays import ComplexArray, RealArray, RealOrComplexArray
 
 if TYPE_CHECKING:
     from deboom.compressor.route_model import RouteModel
     from deboom.compressor.source_fit import SourceFit
 
+NEIGHBOURS = 5
+"""Lines over which residuals are averaged: one line alone says little."""
 ROTATING_GAS = 2
 """Position of the rotating gas force among the gas forces."""
 
@@ -136,8 +139,7 @@ class LoadUncertainty:
         self.fit = fit
         self.quantile = NormalDist().inv_cdf(0.5 + confidence / 2)
         change = fit.change.matrices(load.frequency, model.mounts[load.lines])
-        # the change that comes nearest to the mounts, not the one that may leave them aside
-        taken = np.tensordot(fit.plain[fit.change_slice], change, axes=1)
+        taken = np.tensordot(fit.line_values[fit.change_slice], change, axes=1)
         now = model.apparent_mass[load.lines] - (taken if updated else 0)
         self.load = applied(now, load.motion)
         self.known = np.zeros_like(self.load) if updated else applied(taken, load.motion)
@@ -149,7 +151,7 @@ class LoadUncertainty:
         self.by_gas = fit.gas_derivatives()[:, pressure, ROTATING_GAS]
         self.rotating_gas = fit.gas_values[pressure, ROTATING_GAS]
 
-    def band(self, weights: ComplexArray, gas: ComplexArray | None = None) -> Band:
+    def band(self, weights: RealOrComplexArray, gas: RealOrComplexArray | None = None) -> Band:
         """Propagate everything to a combination of the six loads.
 
         Parameters
@@ -183,13 +185,10 @@ class LoadUncertainty:
         if gas is not None:
             by_gas = (along * gas * self.by_gas[:, np.newaxis]).real
         fit = self.fit
-        known, blind = fit.covariance, fit.plain_covariance
-        gas_at, change_at, error_at = fit.gas_slice, fit.change_slice, fit.error_slice
-        of_rest = of_mounts + _quadratic(by_gas, known[gas_at, gas_at], by_gas)
-        of_rest += _quadratic(mounts, blind[change_at, change_at], mounts)
-        of_rest += 2 * _quadratic(by_gas, known[gas_at, change_at], mounts)
-        cross = _quadratic(placement, known[error_at, gas_at], by_gas)
-        cross += _quadratic(placement, blind[error_at, change_at], mounts)
+        own = slice(fit.gas_slice.start, fit.change_slice.stop)
+        rest = np.concatenate([by_gas, mounts])
+        of_rest = of_mounts + _quadratic(rest, fit.line_covariance[own, own], rest)
+        cross = _quadratic(placement, fit.line_covariance[fit.error_slice, own], rest)
         of_placement = np.sum(placement**2, axis=0)
         total = np.sqrt(np.maximum(variance + of_placement + of_rest + 2 * cross, variance))
         known = along * np.einsum("fa,fa->f", weights, self.known)
@@ -211,7 +210,7 @@ def _quadratic(one: RealArray, covariance: RealArray, other: RealArray) -> RealA
     return np.asarray(np.einsum("kf,kl,lf->f", one, covariance, other, optimize=True))
 
 
-def _along(along: ComplexArray, weights: ComplexArray, slopes: ComplexArray) -> RealArray:
+def _along(along: ComplexArray, weights: RealOrComplexArray, slopes: ComplexArray) -> RealArray:
     """Change of an amplitude by real unknowns, shape (n_unknown, n_frequency)."""
     return np.asarray((along * np.einsum("fa,kfa->kf", weights, slopes)).real)
 
@@ -219,11 +218,12 @@ def _along(along: ComplexArray, weights: ComplexArray, slopes: ComplexArray) -> 
 def unbalance_curve(
     uncertainty: LoadUncertainty,
     frequency: RealArray,
-    from_y: ComplexArray,
-    from_z: ComplexArray,
+    from_y: RealOrComplexArray,
+    from_z: RealOrComplexArray,
     *,
-    gas: ComplexArray | None = None,
+    gas: RealOrComplexArray | None = None,
     largest_uncertainty: float,
+    unexplained: npt.NDArray[np.bool_],
 ) -> UnbalanceCurve:
     """Make the curve of one unbalance and mark what cannot be trusted.
 
@@ -238,6 +238,8 @@ def unbalance_curve(
         Weight of the rotating gas force, which is taken off.
     largest_uncertainty : float
         Half band over amplitude above which a line is not trusted [1].
+    unexplained : bool array, shape (n_frequency,)
+        Lines whose load is not that of a rotor, gas and mounts.
 
     Returns
     -------
@@ -249,7 +251,7 @@ def unbalance_curve(
     both = uncertainty.band(
         share[:, np.newaxis] * from_y + (1 - share)[:, np.newaxis] * from_z, gas
     )
-    wide = both.relative > largest_uncertainty
+    wide = (both.relative > largest_uncertainty) & ~unexplained
     shares = np.array([both.mounts, both.placement, both.noise])
     cause = np.argmax(shares, axis=0)
     reasons = []
@@ -259,7 +261,34 @@ def unbalance_curve(
             worst = float(np.max(both.relative[lines]))
             text = f"{_where(frequency, lines)}: up to ±{worst:.0%}, {words}"
             reasons.append(Distrust(lines, text))
-    return UnbalanceCurve(frequency, bands[0], bands[1], both, ~wide, tuple(reasons))
+    if unexplained.any():
+        text = f"{_where(frequency, unexplained)}: the load is not that of a rotor, gas and mounts"
+        reasons.append(Distrust(unexplained, f"{text}: look for hoses and loose parts"))
+    trusted = ~(wide | unexplained)
+    return UnbalanceCurve(frequency, bands[0], bands[1], both, trusted, tuple(reasons))
+
+
+def unexplained_lines(whitened: ComplexArray) -> npt.NDArray[np.bool_]:
+    """Mark lines whose residuals are no noise.
+
+    Parameters
+    ----------
+    whitened : array, shape (n_frequency, 6)
+        Residuals of the global fit in units of the noise of one part; not a number where they took
+        no part in it.
+
+    Returns
+    -------
+    bool array, shape (n_frequency,)
+        Where the running mean over `NEIGHBOURS` lines has a χ above 1.5.
+    """
+    squares = np.mean(np.abs(whitened) ** 2, axis=1) / 2
+    known = np.isfinite(squares)
+    kernel = np.ones(min(NEIGHBOURS, squares.size))
+    summed = np.convolve(np.where(known, squares, 0.0), kernel, mode="same")
+    count = np.convolve(known.astype(float), kernel, mode="same")
+    mean = np.divide(summed, count, out=np.zeros_like(summed), where=count > 0)
+    return np.asarray(mean > ALARM**2)
 
 
 _CAUSES = (

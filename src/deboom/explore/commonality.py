@@ -26,6 +26,12 @@ BESIDE = 3
 """Counts above the first within the limits that are worked out as well: merging begins there."""
 WIDTH = 3
 """Sharings of each count whose numbers are merged in pairs."""
+EXCHANGES = 3
+"""Times that values of the library are put in after a descent."""
+SMALLEST_GAIN = 0.005
+"""Of the worst excess, below which a sharing is left as it is [unit]."""
+SHARPNESS = 8.0
+"""With which the worst vehicles lead in an exchange of values [1/unit]."""
 MOST_PARTS = 8
 """Subsets of the parts are gone through one by one: 256 of them."""
 STARTS = 4
@@ -108,14 +114,22 @@ def fewest_part_numbers(
     def work_out(sharing: Sharing, starts: Sequence[RealArray]) -> None:
         known = found.get(sharing.key)
         tried = shared_design(problem, sharing, starts)
+        for _ in range(EXCHANGES):
+            exchanged = _exchanged(problem, library, tried)
+            if exchanged is None:
+                break
+            better = shared_design(problem, sharing, [exchanged])
+            if better.worst > tried.worst - SMALLEST_GAIN:
+                break
+            tried = better
         if known is None or tried.worst < known.worst:
             found[sharing.key] = tried
 
+    library = PartLibrary.of(problem, np.concatenate([own.designs, own.candidates]), own.designs)
     begin = _starts(problem, own)
     for guess in [least, *guesses]:
         if problem.rules.kept_by(guess):
             work_out(guess, begin)
-    library = PartLibrary.of(problem, np.concatenate([own.designs, own.candidates]), own.designs)
     reached = most
     for count in range(least.total, most + 1):
         say(count - least.total, most, f"choice of {count} part numbers")
@@ -168,6 +182,39 @@ def _best(found: dict[bytes, SharedDesign]) -> tuple[SharedDesign, ...]:
     return tuple(first[count] for count in sorted(first))
 
 
+def _exchanged(
+    problem: SharingProblem, library: PartLibrary, one: SharedDesign
+) -> RealArray | None:
+    """Put other values of the library into one number after the other, wherever vehicles gain.
+
+    Gradients do not leave the corner of the bounds that they end in; this does.
+    """
+    designs, gained = one.designs.copy(), False
+    score = _eagerness(one.excess)
+    for _ in range(EXCHANGES):
+        before = score
+        for part, columns in enumerate(problem.columns):
+            for number in range(one.sharing.counts[part]):
+                users = np.flatnonzero(one.sharing.numbers[part] == number)
+                values = library.values[part]
+                tried = np.repeat(designs[np.newaxis], len(values), axis=0)
+                tried[np.ix_(np.arange(len(values)), users, np.array(columns))] = values[
+                    :, np.newaxis
+                ]
+                scores = _eagerness(problem.own(tried) - problem.limits)
+                if scores.min() < score:
+                    designs, score = tried[np.argmin(scores)], scores.min()
+                    gained = True
+        if score >= before:
+            break
+    return designs if gained else None
+
+
+def _eagerness(excess: RealArray) -> RealArray:
+    """Measure that the worst vehicles lead, (…, v) → (…)."""
+    return np.asarray(np.log(np.mean(np.exp(SHARPNESS * excess), axis=-1)) / SHARPNESS)
+
+
 def _of_count(found: dict[bytes, SharedDesign], count: int) -> list[SharedDesign]:
     fitting = [one for one in found.values() if one.sharing.total == count]
     return sorted(fitting, key=lambda one: one.worst)
@@ -178,7 +225,7 @@ def _merged(
 ) -> Iterator[tuple[Sharing, list[RealArray]]]:
     """Join pairs of numbers; all their users begin with the value of one, then of the other."""
     for part, count in enumerate(one.sharing.counts):
-        columns, numbers = list(problem.columns[part]), one.sharing.numbers[part]
+        columns, numbers = np.array(problem.columns[part]), one.sharing.numbers[part]
         for pair in combinations(range(count), 2):
             sharing = one.sharing.merged(part, *pair)
             if not problem.rules.kept_by(sharing):

@@ -182,12 +182,12 @@ def exact_largest_box(
         lost = max(1.0 - whole, 1e-12)
         return float(np.log(lost)), -slope / lost
 
+    least = 1e-3 * bounds.width
     found = []
     for anchor in (*anchors, bounds.lower, bounds.centre, bounds.upper):
         first = _begin(problem, limit, share, bounds, anchor)
         if first is None:
             continue
-        least = 1e-3 * bounds.width
         end = minimize(  # type: ignore[call-overload]  # the stubs know no array of any length
             lambda ends: -price @ np.log(np.maximum(ends[size:] - ends[:size], 1e-9)),
             first,

@@ -8,13 +8,13 @@ from itertools import product
 
 import numpy as np
 from scipy.optimize import Bounds, LinearConstraint, milp
-from scipy.sparse import csr_array, hstack, vstack
+from scipy.sparse import csr_array, hstack
 
 from deboom.errors import InputError
 from deboom.explore.arrays import RealArray, frozen_copy
 from deboom.explore.evaluate import responses
 from deboom.explore.shared_design import SharedDesign, SharingProblem
-from deboom.explore.sharing import Sharing
+from deboom.explore.sharing import IntArray, Sharing
 
 SAME_VALUE = 0.05
 """Values of a part whose levels differ by less in every vehicle are taken for one [unit]."""
@@ -44,9 +44,7 @@ class PartLibrary:
         object.__setattr__(self, "contexts", frozen_copy(self.contexts))
 
     @classmethod
-    def of(
-        cls, problem: SharingProblem, designs: RealArray, contexts: RealArray
-    ) -> PartLibrary:
+    def of(cls, problem: SharingProblem, designs: RealArray, contexts: RealArray) -> PartLibrary:
         """Take the parts of designs, shape (n, k), that differ in what vehicles hear."""
         return cls(
             tuple(
@@ -100,9 +98,9 @@ def choose_numbers(
     -----
     A p-centre problem as an integer program. Binary ``a_mi``: value i of part m is a number; shares
     ``z_vc`` of combinations c of values in vehicle v: minimise t with ``Σ_c z_vc = 1``,
-    ``Σ_{c: c_m = i} z_vc ≤ a_mi``, ``Σ a = count``, ``Σ_c excess_vc z_vc ≤ t``. For given numbers the
-    best z is whole, since each vehicle may take its best combination; only rules make them binary.
-    Solved by HiGHS (`scipy.optimize.milp`).
+    ``Σ_{c: c_m = i} z_vc ≤ a_mi``, ``Σ a ≤ count``, ``Σ_c excess_vc z_vc ≤ t``. For given numbers
+    the best z is whole, since each vehicle may take its best combination; only rules make z
+    binary. Solved by HiGHS (`scipy.optimize.milp`).
     """
     sizes = [len(values) for values in library.values]
     combos = np.array(list(product(*(range(size) for size in sizes))))
@@ -123,20 +121,20 @@ class _Program:
     """The integer program for one library; variables are a, then z vehicle by vehicle, then t."""
 
     problem: SharingProblem
-    combos: np.ndarray
+    combos: IntArray
     """Shape (n_combinations, m): value of each part."""
     sizes: Sequence[int]
     excess: RealArray
     """Shape (n_combinations, v) [response_unit]."""
 
-    def solved(self, count: int) -> np.ndarray | None:
+    def solved(self, count: int) -> IntArray | None:
         """Return the combination of each vehicle, shape (v,)."""
         rows = self._offered()
         n_values, n_shares = sum(self.sizes), [len(one) for one in rows]
         columns = n_values + sum(n_shares) + 1
         objective = np.zeros(columns)
         objective[-1] = 1.0
-        whole = np.zeros(columns)
+        whole = np.zeros(columns, dtype=int)
         whole[:n_values] = 1
         if self._has_rules:
             whole[n_values:-1] = 1
@@ -152,23 +150,25 @@ class _Program:
         if solution.status == 2:
             return None
         if solution.x is None:
-            raise InputError(f"no part numbers were found for a count of {count}: {solution.message}")
-        numbers = solution.x[:n_values] > 0.5
+            raise InputError(
+                f"no part numbers were found for a count of {count}: {solution.message}"
+            )
+        numbers = np.flatnonzero(solution.x[:n_values] > 0.5)
         return self._whole(numbers, solution.x, rows)
 
     @property
     def _has_rules(self) -> bool:
         return bool(self.problem.rules.together or self.problem.rules.apart)
 
-    def _offered(self) -> list[np.ndarray]:
-        """Combinations of each vehicle that can be part of the best choice."""
+    def _offered(self) -> list[IntArray]:
+        """Return the combinations of each vehicle that can be part of the best choice."""
         if self._has_rules:
             return [np.arange(len(self.combos))] * self.excess.shape[1]
         # one combination for all is a choice of any count: nothing worse is needed
         enough = self.excess.max(axis=1).min()
         return [np.flatnonzero(column <= enough) for column in self.excess.T]
 
-    def _membership(self, offered: np.ndarray) -> csr_array:
+    def _membership(self, offered: IntArray) -> csr_array:
         """Shape (n_values, n_offered): 1 where a combination uses a value."""
         starts = np.concatenate([[0], np.cumsum(self.sizes)[:-1]])
         used = self.combos[offered] + starts
@@ -176,7 +176,9 @@ class _Program:
         ones = np.ones(used.size)
         return csr_array((ones, (used.ravel(), places)), shape=(sum(self.sizes), len(offered)))
 
-    def _constraints(self, rows: list[np.ndarray], columns: int, count: int) -> list[LinearConstraint]:
+    def _constraints(
+        self, rows: list[IntArray], columns: int, count: int
+    ) -> list[LinearConstraint]:
         n_values = sum(self.sizes)
         blocks = [self._membership(one) for one in rows]
         ends = n_values + np.cumsum([0, *(len(one) for one in rows)])
@@ -194,17 +196,17 @@ class _Program:
         total[0, :n_values] = 1.0
         found = [LinearConstraint(csr_array(total), 0, count)]
         for vehicle, (one, block) in enumerate(zip(rows, blocks, strict=True)):
-            begin = int(ends[vehicle])
-            one_each = wide({begin: csr_array(np.ones((1, len(one))))}, 1)
+            at = int(ends[vehicle])
+            one_each = wide({at: _row(np.ones(len(one)))}, 1)
             miss = wide(
                 {
-                    begin: csr_array(self.excess[one, vehicle][np.newaxis]),
-                    columns - 1: csr_array([[-1.0]]),
+                    at: _row(self.excess[one, vehicle]),
+                    columns - 1: _row(np.array([-1.0])),
                 },
                 1,
             )
             found += [
-                LinearConstraint(wide({0: minus, begin: block}, n_values), -np.inf, 0),
+                LinearConstraint(wide({0: minus, at: block}, n_values), -np.inf, 0),
                 LinearConstraint(one_each, 1, 1),
                 LinearConstraint(miss, -np.inf, 0),
             ]
@@ -212,28 +214,35 @@ class _Program:
             values = slice(sum(self.sizes[:row]), sum(self.sizes[: row + 1]))
             units = self.problem.rules.units(part, self.problem.vehicles)
             clash = self.problem.rules.clash(part, self.problem.vehicles)
-            for one, other in np.argwhere(np.triu(clash | (units[:, None] == units), 1)).tolist():
-                here = {int(ends[one]): blocks[one][values]}
-                sign = 1.0 if clash[one, other] else -1.0
-                both = wide({**here, int(ends[other]): sign * blocks[other][values]}, self.sizes[row])
-                low, high = (-np.inf, 1.0) if clash[one, other] else (0.0, 0.0)
-                found.append(LinearConstraint(both, low, high))
+            ruled = np.triu(clash | (units[:, np.newaxis] == units), 1)
+            for first, second in np.argwhere(ruled).tolist():
+                differ = bool(clash[first, second])
+                both = {
+                    int(ends[first]): blocks[first][values],
+                    int(ends[second]): (1.0 if differ else -1.0) * blocks[second][values],
+                }
+                low, high = (-np.inf, 1.0) if differ else (0.0, 0.0)
+                found.append(LinearConstraint(wide(both, self.sizes[row]), low, high))
         return found
 
-    def _whole(self, numbers: np.ndarray, found: RealArray, rows: list[np.ndarray]) -> np.ndarray:
+    def _whole(self, numbers: IntArray, found: RealArray, rows: list[IntArray]) -> IntArray:
         """Give each vehicle one combination of the chosen numbers."""
-        chosen, begin = [], len(numbers)
+        chosen, begin = [], sum(self.sizes)
         starts = np.concatenate([[0], np.cumsum(self.sizes)[:-1]])
-        available = numbers[self.combos + starts].all(axis=1)
+        available = np.isin(self.combos + starts, numbers).all(axis=1)
         for vehicle, one in enumerate(rows):
             shares = found[begin : begin + len(one)]
             begin += len(one)
             if self._has_rules:
-                chosen.append(one[np.argmax(shares)])
+                chosen.append(int(one[np.argmax(shares)]))
             else:
                 excess = np.where(available, self.excess[:, vehicle], np.inf)
-                chosen.append(np.argmin(excess))
+                chosen.append(int(np.argmin(excess)))
         return np.array(chosen)
+
+
+def _row(values: RealArray) -> csr_array:
+    return csr_array(values[np.newaxis])
 
 
 def _different(

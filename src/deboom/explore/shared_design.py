@@ -8,7 +8,7 @@ from functools import cached_property
 
 import numpy as np
 import numpy.typing as npt
-from scipy.optimize import minimize
+from scipy.optimize import NonlinearConstraint, minimize
 
 from deboom.errors import InputError
 from deboom.explore.arrays import RealArray, frozen_copy
@@ -179,7 +179,10 @@ def own_optima(
     if starts < 1:
         raise InputError(f"{starts} starts: at least one descent per vehicle is needed")
     random = generator(seed, "own optima")
-    n_vehicles, bounds = len(evaluate.response_names), list(zip(space.lower, space.upper))
+    n_vehicles, bounds = (
+        len(evaluate.response_names),
+        list(zip(space.lower, space.upper, strict=True)),
+    )
     found: list[tuple[float, int, RealArray]] = []
     for vehicle in range(n_vehicles):
         for start in range(starts):
@@ -264,7 +267,7 @@ def quietest_within_limits(problem: SharingProblem, start: SharedDesign) -> Shar
         jac=True,
         method="SLSQP",
         bounds=numbering.bounds,
-        constraints=[{"type": "ineq", "fun": room, "jac": room_gradient}],
+        constraints=[NonlinearConstraint(room, 0.0, np.inf, jac=room_gradient)],
         options={"maxiter": 100},
     )
     found = _finished(problem, start.sharing, numbering.designs(end.x))
@@ -301,13 +304,14 @@ class _Numbering:
     def values(self, designs: RealArray) -> RealArray:
         """Designs (v, k) → part values (n,), the mean where a number is shared."""
         users = np.bincount(self.places.ravel(), minlength=len(self.bounds))
-        return self.fold(designs) / users
+        return np.asarray(self.fold(designs) / users)
 
     def fold(self, by_vehicle: RealArray) -> RealArray:
         """Add up what belongs to one part value, (v, k) → (n,)."""
-        return np.bincount(
+        sums = np.bincount(
             self.places.ravel(), weights=by_vehicle.ravel(), minlength=len(self.bounds)
         )
+        return sums.astype(float)
 
     def rows(self, by_vehicle: RealArray) -> RealArray:
         """Put each vehicle's row at its part values, (v, k) → (v, n)."""
@@ -323,20 +327,24 @@ def _descend(
         return np.asarray(problem.own(numbering.designs(values)) - problem.limits)
 
     def room(point: RealArray) -> RealArray:
-        return point[-1] - excess(point[:-1])
+        return np.asarray(point[-1] - excess(point[:-1]))
 
     def room_gradient(point: RealArray) -> RealArray:
         rows = numbering.rows(problem.own_gradient(numbering.designs(point[:-1])))
         return np.hstack([-rows, np.ones((len(rows), 1))])
 
     last = np.append(np.zeros(start.size), 1.0)
+
+    def level(point: RealArray) -> tuple[float, RealArray]:
+        return float(point[-1]), last
+
     end = minimize(
-        lambda point: (point[-1], last),
+        level,
         np.append(start, excess(start).max()),
         jac=True,
         method="SLSQP",
-        bounds=[*numbering.bounds, (None, None)],
-        constraints=[{"type": "ineq", "fun": room, "jac": room_gradient}],
+        bounds=[*numbering.bounds, (-np.inf, np.inf)],
+        constraints=[NonlinearConstraint(room, 0.0, np.inf, jac=room_gradient)],
         options={"maxiter": steps, "ftol": 1e-5},
     )
     return np.asarray(end.x[:-1])

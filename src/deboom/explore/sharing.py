@@ -139,7 +139,7 @@ class SharingRules:
                     )
 
     def units(self, part: str, vehicles: Sequence[str]) -> IntArray:
-        """Number the sets of vehicles that must share a part, shape (v,)."""
+        """Return the set of each vehicle that must share a part, shape (v,)."""
         unit = np.arange(len(vehicles))
         for group in self.together.get(part, ()):
             places = [vehicles.index(name) for name in group]
@@ -198,6 +198,6 @@ NO_RULES = SharingRules({}, {})
 
 
 def _in_order(row: IntArray) -> list[int]:
-    """Number again in the order of first use."""
+    """Count again in the order of first use."""
     seen: dict[int, int] = {}
     return [seen.setdefault(number, len(seen)) for number in row.tolist()]

@@ -46,8 +46,8 @@ def kept_offset(question: BoxQuestion, box: Box, *, seed: int, n_parts: int = 65
     Returns
     -------
     float
-        Below 0 if they may be lowered: quantile of the excess, pooled over parts and responses or, with ``question.together``, of
-        the largest of each part [response_unit].
+        Below 0 if they may be lowered: quantile of the excess, pooled over parts and responses or,
+        with ``question.together``, of the largest of each part [response_unit].
 
     Raises
     ------

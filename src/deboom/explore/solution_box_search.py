@@ -159,12 +159,12 @@ def largest_box(
     Notes
     -----
     The parts of every box are the same scrambled Sobol points, mapped into it. A sequential
-    quadratic program (SLSQP) maximises ``Σ weight log(u - l)`` within ``log(1 - S) ≤ log(1 - share)``
-    for the smoothed share S, with the model's exact gradients, from boxes around reachable designs,
-    one of them too large. The softness falls from stage to stage. The smoothing and the
-    few points bias S a little; what a larger sample counts instead corrects the target of the last
-    stage. At the end the ends that are not bounds are moved together until the larger sample keeps
-    the stated share plus the reserve that the verification's bound needs.
+    quadratic program (SLSQP) maximises ``Σ weight log(u - l)`` within
+    ``log(1 - S) ≤ log(1 - share)`` for the smoothed share S, with the model's exact gradients, from
+    boxes around reachable designs, one of them too large. The softness falls from stage to stage.
+    The smoothing and the few points bias S a little; what a larger sample counts instead corrects
+    the target of the last stage. At the end the ends that are not bounds are moved together until
+    the larger sample keeps the stated share plus the reserve that the verification's bound needs.
     """
     checked_seed(seed)
     effort = effort or BoxEffort()
@@ -180,6 +180,11 @@ def largest_box(
     ends = _all(tasks, workers)
     _tell(progress, 1, f"{len(ends)} starts")
     volumes = np.array([volume for _, volume in ends])
+    if np.isneginf(volumes.max()):
+        raise InputError(
+            "no start has led to a box that keeps the share: raise the limit, lower the share or "
+            "give a design about which parts keep it"
+        )
     best = ends[int(np.argmax(volumes))][0]
     best = _fine(question, effort, search, sample, best)
     _tell(progress, 2, "fine stages")
@@ -206,7 +211,11 @@ class _Coarse:
     begin: Box
 
     def __call__(self) -> tuple[Box, float]:
-        """Return the box, sized to the stated share, and its volume; -inf if it has not got it."""
+        """Return the box, sized to the stated share, and its volume; -inf if it has not got it.
+
+        The first box itself stays where the stages lead nowhere, such as at the edge of what could
+        be computed, which has no slope.
+        """
         box = self.begin
         for softness, n_parts in self.effort.coarse:
             box = _stage(
@@ -217,7 +226,8 @@ class _Coarse:
                 self.effort,
                 self.question.share,
             )
-        return _sized(self.question, box, self.sample)
+        both = [_sized(self.question, one, self.sample) for one in (box, self.begin)]
+        return max(both, key=lambda one: one[1])
 
 
 def _all(tasks: Sequence[_Coarse], workers: int) -> list[tuple[Box, float]]:

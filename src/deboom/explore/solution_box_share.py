@@ -76,8 +76,8 @@ def smooth_share(
     Notes
     -----
     A part is ``l + t (u - l)`` with its place t from the shared draws, thus ``∂x/∂l = 1 - t`` and
-    ``∂x/∂u = t``: the model's gradient is all that is needed, and of parts near the limit only. With ``question.together`` the
-    excess is the largest of the part.
+    ``∂x/∂u = t``: the model's gradient is all that is needed, and of parts near the limit only.
+    With ``question.together`` the excess is the largest of the part.
     """
     places = question.law.places(unit)
     designs = box.at(places)

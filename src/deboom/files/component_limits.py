@@ -89,30 +89,19 @@ def read_component_limits(path: Path) -> ComponentLimits:
     """
     content = load_toml(path, ComponentLimitsFile)
     static, dynamic = content.static_unbalance, content.dynamic_unbalance
-    windows = [
-        *(
-            (entry, entry.at_least_n_per_mm, entry.at_most_n_per_mm, N_PER_MM)
-            for entry in content.stiffness
-        ),
-        *(
-            (entry, entry.at_least_n_m_per_rad, entry.at_most_n_m_per_rad, 1.0)
-            for entry in content.rotational_stiffness
-        ),
+    limits = [
+        _window(path, one.direction, one, one.at_least_n_per_mm, one.at_most_n_per_mm, N_PER_MM)
+        for one in content.stiffness
     ]
-    if static is None and dynamic is None and not windows:
+    limits += [
+        _window(path, one.direction, one, one.at_least_n_m_per_rad, one.at_most_n_m_per_rad, 1.0)
+        for one in content.rotational_stiffness
+    ]
+    if static is None and dynamic is None and not limits:
         raise InputError(
             f"{path}: there is no limit in it: add [static_unbalance], [dynamic_unbalance], "
             "[[stiffness]] or [[rotational_stiffness]]"
         )
-    limits = []
-    for entry, low, high, unit in windows:
-        try:
-            bounds = Bounds(
-                None if low is None else unit * low, None if high is None else unit * high
-            )
-        except InputError as error:
-            raise InputError(f"{path}: stiffness {entry.direction}: {error}") from None
-        limits.append(StiffnessLimit(entry.direction, (entry.from_hz, entry.to_hz), bounds))
     return ComponentLimits(
         path,
         content.risk_percent / 100,
@@ -120,3 +109,19 @@ def read_component_limits(path: Path) -> ComponentLimits:
         None if dynamic is None else Bounds(at_most=G_MM2 * dynamic.at_most_g_mm2),
         tuple(limits),
     )
+
+
+def _window(
+    path: Path,
+    direction: str,
+    band: _BandEntry,
+    low: float | None,
+    high: float | None,
+    unit: float,
+) -> StiffnessLimit:
+    """Convert one window to SI."""
+    try:
+        bounds = Bounds(None if low is None else unit * low, None if high is None else unit * high)
+    except InputError as error:
+        raise InputError(f"{path}: stiffness {direction}: {error}") from None
+    return StiffnessLimit(direction, (band.from_hz, band.to_hz), bounds)

@@ -1,4 +1,4 @@
-"""An acceptance box as a plain JSON file: what a supplier quotes and deliveries are held against."""
+"""An acceptance box as a plain JSON file: what a supplier quotes, and deliveries must fit."""
 
 from __future__ import annotations
 

@@ -16,6 +16,9 @@ DB_PER_NEPER = 20.0 / np.log(10.0)
 SWEEPS = 50
 """Of the most likely variance; it converges within ten."""
 
+TINY = 1e-12
+"""Of the magnitude around: below, a function has no phase [1]."""
+
 WINDOW = 3.0
 """Standard deviation of the window of `local_magnitude`: about a resonance of a body [Hz]."""
 
@@ -30,6 +33,10 @@ class MethodDifference:
         Level common to all paths of a vehicle, standard deviation [dB].
     calibration_degrees_of_freedom : int
         Vehicles behind it.
+    body : float
+        Smooth complex error that all paths of a vehicle share, root mean square [1].
+    body_length : float
+        Correlation length of that error over frequency [Hz].
     path : float
         Smooth complex error of every path over its local magnitude, root mean square [1].
     path_degrees_of_freedom : int
@@ -42,6 +49,8 @@ class MethodDifference:
 
     calibration_db: float
     calibration_degrees_of_freedom: int
+    body: float
+    body_length: float
     path: float
     path_degrees_of_freedom: int
     length: float
@@ -97,11 +106,15 @@ def method_difference(pairs: Sequence[tuple[Frf, Frf]]) -> MethodDifference:
     Half of the difference, ``h = (A - B)/2``, errs as the mean M of both does. Calibration: the
     mean over paths of ``Re Σ h M* / Σ |M|²``, taken about 0: neither method is louder on average.
     Floor: from second differences along the lines, which smooth errors do not reach, with the
-    median that outliers do not reach. Path: the rest e over `local_magnitude` has the variance
-    ``p + n`` with the known n of the floor, and p is the most likely one of complex normal errors,
-    ``Σ (|e|² - p - n)/(p + n)² = 0``, so that paths in the noise hardly count. The integral of its
-    correlation over the lag, which rules sums over lines, gives the length. What both methods have
-    in common, such as the virtual point of a mount, does not show.
+    median that outliers do not reach. The rest over `local_magnitude`, turned into the phase of M,
+    is e, with ``|e|² ≈ c + p + n``: n of the floor is known; c, of the body, multiplies all paths
+    as another damping does, so it is the mean product of different paths; p, of the path, is what
+    remains. All means have the weights ``1/(v + n)²`` of the most likely common variance v of
+    complex normal errors, ``Σ (|e|² - v - n)/(v + n)² = 0``, so that paths in the noise hardly
+    count. The integral of a correlation over the lag, which rules sums over lines, gives the
+    lengths. What both methods have in common, such as the virtual point of a mount, does not show;
+    and the mean of an error over the band counts as calibration. Valid where smooth errors last ten
+    lines or more: else a part of them counts as floor.
     """
     middle, half = _checked(pairs)
     frequency = pairs[0][0].frequency
@@ -113,16 +126,34 @@ def method_difference(pairs: Sequence[tuple[Frf, Frf]]) -> MethodDifference:
     # |z|² of complex noise is exponential, its median ln 2 times its mean; 1 + 4 + 1 of them
     white = float(np.median(np.abs(second) ** 2)) / np.log(2.0) / 6.0
     magnitude = local_magnitude(middle, frequency)
-    error, noise = rest / magnitude, white / magnitude**2
-    power = _power_beside_noise(np.abs(error) ** 2, noise)
+    # in the direction of each function itself, as a factor changes it
+    error = rest / magnitude * middle.conj() / np.maximum(np.abs(middle), TINY * magnitude)
+    noise, gain = white / magnitude**2, np.abs(middle) / magnitude
+    total = _power_beside_noise(np.abs(error) ** 2, noise)
+    weight = 1.0 / (total + noise) if total > 0.0 else np.ones_like(noise)
+    lags = range(error.shape[1] - 1)
+    between = np.array(
+        [_between_paths(weight * error, lag) / _between_paths(weight * gain, lag) for lag in lags]
+    )
+    body = max(float(between[0]), 0.0)
+    within = np.array(
+        [
+            (_within(weight * error, lag) - between[lag] * _within(weight * gain, lag))
+            / _within(weight, lag)
+            for lag in lags
+        ]
+    )
+    floor = float(np.sum(weight**2 * noise) / np.sum(weight**2))
+    own = max(float(within[0]) - floor, 0.0)
+    step = float(np.median(np.diff(frequency)))
     return MethodDifference(
         calibration_db=float(DB_PER_NEPER * np.sqrt(np.mean(common**2))),
         calibration_degrees_of_freedom=len(pairs),
-        path=float(np.sqrt(power)),
+        body=float(np.sqrt(body)),
+        body_length=_length(between, body, step),
+        path=float(np.sqrt(own)),
         path_degrees_of_freedom=error.shape[0] * error.shape[2],
-        length=_correlation_length(
-            error / (power + noise), np.sqrt(power) / (power + noise), frequency
-        ),
+        length=_length(within, own, step),
         floor=float(np.sqrt(white / 2.0)),
     )
 
@@ -158,17 +189,23 @@ def _power_beside_noise(squared: RealArray, noise: RealArray) -> float:
     return power
 
 
-def _correlation_length(error: ComplexArray, own: RealArray, frequency: RealArray) -> float:
-    """Length of the gaussian correlation with the same integral, to its first zero [Hz].
+def _between_paths(values: ComplexArray | RealArray, lag: int) -> float:
+    """Sum of the products of different paths of a vehicle, lines apart by a lag."""
+    one, other = values[:, lag:], values[:, : values.shape[1] - lag].conj()
+    every = one.sum(axis=2) * other.sum(axis=2)
+    return float(np.real(every.sum() - np.sum(one * other)))
 
-    `error` is weighted, `own` the weighted root of its variance without white noise.
-    """
-    step = float(np.median(np.diff(frequency)))
+
+def _within(values: ComplexArray | RealArray, lag: int) -> float:
+    """Sum of the products of the same path."""
+    return float(np.real(np.sum(values[:, lag:] * values[:, : values.shape[1] - lag].conj())))
+
+
+def _length(covariance: RealArray, power: float, step: float) -> float:
+    """Length of the gaussian correlation with the same integral, to its first zero [Hz]."""
     total = 0.5
-    for lag in range(1, error.shape[1] - 1):
-        product = float((error[:, lag:] * error[:, :-lag].conj()).real.sum())
-        expected = float(np.sum(own[:, lag:] * own[:, :-lag]))
-        if expected == 0.0 or product <= 0.0:
+    for value in covariance[1:]:
+        if power == 0.0 or value <= 0.0:
             break
-        total += min(product / expected, 1.0)
+        total += min(value / power, 1.0)
     return float(2.0 * total * step / np.sqrt(2.0 * np.pi))

@@ -60,7 +60,7 @@ class WrenchNoiseTransfer:
         InputError
             A line that was not measured: nothing is interpolated.
         """
-        rows = _rows(self.transfer.frequency, np.asarray(frequency, dtype=float))
+        rows = measured_lines(self.transfer.frequency, np.asarray(frequency, dtype=float))
         chosen = Frf(
             np.asarray(frequency, dtype=float),
             self.transfer.values[rows],
@@ -202,7 +202,25 @@ def _across(directions: RealArray) -> tuple[RealArray, RealArray]:
     return first, np.cross(directions, first)
 
 
-def _rows(measured: RealArray, wanted: RealArray) -> npt.NDArray[np.intp]:
+def measured_lines(measured: RealArray, wanted: RealArray) -> npt.NDArray[np.intp]:
+    """Return the places of some lines among the measured ones.
+
+    Parameters
+    ----------
+    measured : array, shape (n_frequency,)
+        Lines of noise transfer functions [Hz].
+    wanted : array, shape (n,)
+        [Hz].
+
+    Returns
+    -------
+    int array, shape (n,)
+
+    Raises
+    ------
+    InputError
+        A line that was not measured: nothing is interpolated.
+    """
     nearest = np.argmin(np.abs(measured[:, None] - wanted), axis=0)
     far = np.abs(measured[nearest] - wanted) > SAME_LINE * wanted
     if far.any():

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import pandas as pd
 
 from deboom.compressor.acceptance import Decision, overall
+from deboom.compressor.component_limits import ALLOWANCE
 from deboom.files.workbook import workbook_bytes
 from deboom.report.page import Headline, Page, Section, Table, render_page
 from deboom.study.component_verdicts import open_points, shown_verdicts, verdict_table
@@ -39,7 +40,7 @@ def component_sheet(measured: MeasuredUnbalance, command: str) -> dict[str, byte
         File name → content.
     """
     assert measured.limits is not None
-    conditions = condition_table(measured)
+    conditions = condition_table(measured, command)
     undecided = open_points(measured.verdicts)
     page = Page(
         title=f"Acceptance of {measured.test.name}",
@@ -64,7 +65,6 @@ def component_sheet(measured: MeasuredUnbalance, command: str) -> dict[str, byte
                 tables=(Table(conditions, "How it was measured."),),
             ),
         ),
-        provenance={"command": command},
         compact=True,
     )
     sheets = {
@@ -97,8 +97,8 @@ def rule(measured: MeasuredUnbalance) -> str:
     )
 
 
-def condition_table(measured: MeasuredUnbalance) -> pd.DataFrame:
-    """List under which conditions the values hold."""
+def condition_table(measured: MeasuredUnbalance, command: str) -> pd.DataFrame:
+    """List under which conditions the values hold, and how they are computed again."""
     found, test = measured.found, measured.test
     alarms = [*measured.kept.alarms, *found.alarms]
     chosen = found.chosen
@@ -117,6 +117,9 @@ def condition_table(measured: MeasuredUnbalance) -> pd.DataFrame:
         "stiffness": "of the compressor on its mounts, at that origin, at the hammer's amplitude",
         "mounts in operation": found.state.statement,
         "alarms": " ".join(one for one in alarms if one != found.state.statement) or "none",
+        "guard bands": f"one-sided normal quantile of the standard deviation, taken {ALLOWANCE:g} "
+        "times for what its first order does not see",
+        "command": command,
     }
     return pd.DataFrame({"condition": list(rows), "in this test": list(rows.values())})
 

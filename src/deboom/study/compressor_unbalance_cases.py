@@ -34,15 +34,10 @@ from deboom.study.compressor_unbalance_truth import (
 )
 from deboom.study.progress import Progress
 
-COMPARED = UnbalanceOptions(
-    routes=(
-        MeasuredRoute(),
-        CalibratedModelRoute(),
-        CalibratedMeasurementRoute(),
-        UpdatedRoute(),
-    )
-)
-"""Routes of all compressors but the first: a, c, d, e."""
+COMPARED = UnbalanceOptions(routes=(MeasuredRoute(), CalibratedMeasurementRoute(), UpdatedRoute()))
+"""Routes of all compressors but the first."""
+OUT_OF_CLASS = replace(COMPARED, routes=(*COMPARED.routes, CalibratedModelRoute()))
+"""Those of softening mounts and a flexible receiver."""
 STORAGE, LOSS = 0.9, 1.1
 """Real and imaginary part of the mounts' stiffness in operation over that struck, where changed."""
 
@@ -94,14 +89,16 @@ class VirtualRuns:
     ----------
     first : MeasuredUnbalance
         First compressor, mounts as struck.
-    changed : MeasuredUnbalance
+    changed : Unbalance
         The same, mounts changed.
+    changed_truth : UnbalanceTruth
     cases : tuple of CaseErrors
         Of all compressors, states and routes.
     """
 
     first: MeasuredUnbalance
-    changed: MeasuredUnbalance
+    changed: Unbalance
+    changed_truth: UnbalanceTruth
     cases: tuple[CaseErrors, ...]
 
 
@@ -148,34 +145,47 @@ def virtual_runs(
     VirtualRuns
     """
     pair = (MountCase.UNCHANGED, MountCase.CHANGED)
-    tasks = [_Task(seed, level, pair) for seed in seeds[1:]]
+    tasks = [_Task(seed, level, pair, COMPARED) for seed in seeds[1:]]
     if special:
         tasks += [
-            _Task(seeds[0], level, (case,)) for case in (MountCase.SOFTENING, MountCase.RECEIVER)
+            _Task(seeds[0], level, (case,), OUT_OF_CLASS)
+            for case in (MountCase.SOFTENING, MountCase.RECEIVER)
         ]
     total = len(tasks) + len(pair)
-    with _spread(tasks, workers) as others:
-        shown, cases = [], []
+    with (
+        _spread(tasks, workers) as others,
+        tempfile.TemporaryDirectory(prefix="deboom-") as scratch,
+    ):
+        folders = []
         for case in pair:
-            progress(len(shown), total, f"first compressor, {case.value}")
-            measured = _shown(seeds[0], level, case, plan)
-            assert measured.truth is not None
-            shown.append(measured)
-            cases += _rows(seeds[0], case, measured.found, measured.truth)
+            folder = Path(scratch) / case.name.lower()
+            write_operating_test(folder, seeds[0], level, operation_plan(seeds[0], case))
+            folders.append(folder)
+        progress(0, total, "first compressor")
+        first = measured_unbalance(folders[0], plan, lambda _: None)
+        assert first.truth is not None
+        progress(1, total, "first compressor, mounts changed")
+        struck = first.found.identification
+        changed, truth = _evaluated(folders[1], struck, plan.unbalance)
+        cases = _rows(seeds[0], MountCase.UNCHANGED, first.found, first.truth)
+        cases += _rows(seeds[0], MountCase.CHANGED, changed, truth)
         for number, rows in enumerate(others, start=len(pair)):
             progress(number, total, "other compressors")
             cases += rows
     progress(total, total, "done")
-    return VirtualRuns(shown[0], shown[1], tuple(cases))
+    return VirtualRuns(first, changed, truth, tuple(cases))
 
 
-def _shown(
-    seed: int, level: CalibrationLevel, case: MountCase, plan: UnbalancePlan
-) -> MeasuredUnbalance:
-    with tempfile.TemporaryDirectory(prefix="deboom-") as scratch:
-        folder = Path(scratch) / "test"
-        write_operating_test(folder, seed, level, operation_plan(seed, case))
-        return measured_unbalance(folder, plan, lambda _: None)
+def _evaluated(
+    folder: Path, struck: Identification | None, options: UnbalanceOptions
+) -> tuple[Unbalance, UnbalanceTruth]:
+    """Read and evaluate a test; identify its hammer test unless that was done."""
+    test, truth = read_operating_test(folder), read_unbalance_truth(folder)
+    assert truth is not None
+    with threadpool_limits(1):
+        if struck is None:
+            struck = identify(test.hammer, IdentifyOptions(held_out=0))
+        return unbalance(test, struck, options), truth
 
 
 @dataclass(frozen=True)
@@ -185,21 +195,20 @@ class _Task:
     seed: int
     level: CalibrationLevel
     cases: tuple[MountCase, ...]
+    options: UnbalanceOptions
 
 
 def _carried_out(task: _Task) -> list[CaseErrors]:
     """Measure and evaluate; states that differ in operation only share their hammer test."""
     rows: list[CaseErrors] = []
     struck: Identification | None = None
-    with threadpool_limits(1), tempfile.TemporaryDirectory(prefix="deboom-") as scratch:
+    with tempfile.TemporaryDirectory(prefix="deboom-") as scratch:
         for case in task.cases:
             folder = Path(scratch) / case.name.lower()
             write_operating_test(folder, task.seed, task.level, operation_plan(task.seed, case))
-            test, truth = read_operating_test(folder), read_unbalance_truth(folder)
-            assert truth is not None
-            if struck is None:
-                struck = identify(test.hammer, IdentifyOptions(held_out=0))
-            rows += _rows(task.seed, case, unbalance(test, struck, COMPARED), truth)
+            found, truth = _evaluated(folder, struck, task.options)
+            struck = found.identification
+            rows += _rows(task.seed, case, found, truth)
     return rows
 
 
@@ -223,7 +232,7 @@ def _rows(seed: int, case: MountCase, found: Unbalance, truth: UnbalanceTruth) -
 def _gas_error(result: RouteResult, truth: UnbalanceTruth) -> float:
     """Of the moment of the gas, which is all that acts about x; the worse pressure."""
     true = {
-        sweep.pressure: truth.loads[sweep.sweep][0, 3]
+        sweep.pressure: complex(truth.loads[sweep.sweep][0, 3])
         for sweep in result.sweeps
         if sweep.sweep in truth.loads
     }

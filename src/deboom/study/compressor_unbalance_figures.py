@@ -11,7 +11,8 @@ from deboom.compressor.component_acceptance import DYNAMIC, STATIC
 from deboom.report.figures import MaskedPanel, masked_panels
 
 if TYPE_CHECKING:
-    from deboom.compressor.unbalance import RouteResult, SweepUnbalance, Unbalance, UnbalanceCurve
+    from deboom.compressor.unbalance import RouteResult, SweepUnbalance, Unbalance
+    from deboom.compressor.unbalance_curve import UnbalanceCurve
     from deboom.physics.arrays import RealArray
     from deboom.study.compressor_unbalance import MeasuredUnbalance
     from deboom.study.compressor_unbalance_truth import UnbalanceTruth

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 import pandas as pd
@@ -19,9 +18,6 @@ from deboom.study.compressor_unbalance_result import unbalance_result
 from deboom.study.compressor_unbalance_tables import words
 from deboom.study.compressor_unbalance_truth import BANDS
 from deboom.study.result import Scalar, StudyResult
-
-if TYPE_CHECKING:
-    from deboom.study.compressor_unbalance import MeasuredUnbalance
 
 Errors = Callable[[CaseErrors], float]
 LOW, HIGH = 0, 1
@@ -50,7 +46,7 @@ def virtual_result(runs: VirtualRuns, *, with_figures: bool = True) -> StudyResu
     table = case_table(runs.cases)
     figures = {}
     if with_figures:
-        figures = {"changed_state": changed_state(runs.changed), "errors": errors(runs.cases)}
+        figures = {"changed_state": changed_state(runs), "errors": errors(runs.cases)}
     section = Section(
         "All virtual compressors, against their truth",
         "Every compressor was measured twice: mounts in operation as struck, and with real part "
@@ -154,12 +150,12 @@ def all_cases(cases: Sequence[CaseErrors]) -> pd.DataFrame:
     return pd.DataFrame(rows)
 
 
-def changed_state(measured: MeasuredUnbalance) -> bytes:
+def changed_state(runs: VirtualRuns) -> bytes:
     """Show changed mounts: the thesis's route against the one that follows."""
     panels = []
     label, unit = SIZES[STATIC]
     for letter in ("a", "e"):
-        result = measured.found.by_letter(letter)
+        result = runs.changed.by_letter(letter)
         sweep = result.sweeps[0]
         curve = curve_of(sweep, STATIC)
         panels.append(
@@ -171,7 +167,7 @@ def changed_state(measured: MeasuredUnbalance) -> bytes:
                     "from y": unit * np.abs(curve.from_y.value),
                     "from z": unit * np.abs(curve.from_z.value),
                 }
-                | true_curve(measured.truth, sweep, STATIC),
+                | true_curve(runs.changed_truth, sweep, STATIC),
                 ranges={
                     "from y": (unit * curve.from_y.lower, unit * curve.from_y.upper),
                     "from z": (unit * curve.from_z.lower, unit * curve.from_z.upper),
@@ -186,7 +182,7 @@ def changed_state(measured: MeasuredUnbalance) -> bytes:
 def errors(cases: Sequence[CaseErrors]) -> bytes:
     """Dots of every compressor, by route and state."""
     states = (MountCase.UNCHANGED, MountCase.CHANGED)
-    letters = [letter for letter in sorted({one.letter for one in cases}) if letter != "b"]
+    letters = [letter for letter in sorted({one.letter for one in cases}) if letter in "ade"]
     colours = dict(zip((state.value for state in states), VEHICLE_PALETTE, strict=False))
     panels = []
     for name, of in ((STATIC, "static"), (DYNAMIC, "dynamic")):

@@ -11,7 +11,8 @@ from deboom.compressor.component_acceptance import DYNAMIC, STATIC
 from deboom.study.compressor_unbalance_truth import BANDS, route_errors
 
 if TYPE_CHECKING:
-    from deboom.compressor.unbalance import Estimate, RouteResult, SweepUnbalance, Unbalance
+    from deboom.compressor.sources import Estimate
+    from deboom.compressor.unbalance import RouteResult, SweepUnbalance, Unbalance
     from deboom.study.compressor_unbalance import MeasuredUnbalance
 
 SHOWN = {"kg m": ("g mm", 1e6), "kg m^2": ("g mm²", 1e9), "kg m²": ("g mm²", 1e9)}

@@ -98,25 +98,30 @@ def route_errors(result: RouteResult, truth: UnbalanceTruth) -> RouteErrors:
     -------
     RouteErrors
     """
-    rows = []
-    for low, high in BANDS:
-        static, dynamic, static_off, dynamic_off = [], [], [], []
-        for sweep in result.sweeps:
-            if sweep.sweep not in truth.loads:
-                continue
-            band = (sweep.frequency >= low) & (sweep.frequency <= high)
-            square = (2 * np.pi * sweep.frequency[band]) ** 2
-            load = truth.loads[sweep.sweep][band]
-            for curve, true, size, errors, off in (
-                (sweep.static, load[:, 1] / square, truth.static, static, static_off),
-                (sweep.dynamic, load[:, 5] / square, truth.dynamic, dynamic, dynamic_off),
-            ):
-                scale = 1.0 / abs(size)
-                from_y, from_z = curve.from_y.value[band], curve.from_z.value[band]
-                errors += [scale * (from_y - true), scale * (from_z - true)]
-                off.append(scale * (from_y - from_z))
-        rows.append([_rms(parts) for parts in (static, dynamic, static_off, dynamic_off)])
+    rows = [_in_band(result, truth, low, high) for low, high in BANDS]
     return RouteErrors(*(tuple(column) for column in zip(*rows, strict=True)))
+
+
+def _in_band(
+    result: RouteResult, truth: UnbalanceTruth, low: float, high: float
+) -> tuple[float, float, float, float]:
+    """Errors of static and dynamic unbalance, then mismatch of y and z of both."""
+    errors: tuple[list[ComplexArray], ...] = ([], [])
+    apart: tuple[list[ComplexArray], ...] = ([], [])
+    for sweep in result.sweeps:
+        if sweep.sweep not in truth.loads:
+            continue
+        band = (sweep.frequency >= low) & (sweep.frequency <= high)
+        square = (2 * np.pi * sweep.frequency[band]) ** 2
+        load = truth.loads[sweep.sweep][band]
+        for place, curve, true, size in (
+            (0, sweep.static, load[:, 1] / square, abs(truth.static)),
+            (1, sweep.dynamic, load[:, 5] / square, abs(truth.dynamic)),
+        ):
+            from_y, from_z = curve.from_y.value[band], curve.from_z.value[band]
+            errors[place].extend([(from_y - true) / size, (from_z - true) / size])
+            apart[place].append((from_y - from_z) / size)
+    return _rms(errors[0]), _rms(errors[1]), _rms(apart[0]), _rms(apart[1])
 
 
 def _rms(parts: list[ComplexArray]) -> float:

@@ -162,6 +162,15 @@ class BoxStudy:
         return np.asarray(1.0 - self.found.verified.by_response)
 
     @property
+    def ends_on_bounds(self) -> int:
+        """Ends of intervals with an effect that the bounds set, not the limit."""
+        span = self.question.upper - self.question.lower
+        near = np.stack(
+            [self.box.lower - self.question.lower, self.question.upper - self.box.upper]
+        )
+        return int((near[:, self.effective] <= 1e-6 * span[self.effective]).sum())
+
+    @property
     def binding(self) -> str:
         """Vehicle that most parts miss."""
         return self.vehicles[int(np.argmax(self.missed))]
@@ -208,7 +217,6 @@ def box_study(
     *,
     seed: int,
     curve: bool = True,
-    effort: BoxEffort | None = None,
     workers: int = 1,
     progress: Progress,
 ) -> BoxStudy:
@@ -222,8 +230,6 @@ def box_study(
     seed : int
     curve : bool
         Whether boxes at other limits are found too.
-    effort : BoxEffort, optional
-        Of the box itself.
     workers : int
         Processes.
     progress : callable
@@ -241,13 +247,11 @@ def box_study(
             f"the model has the variables {list(question.names)}, the mounts {list(variables)}: an "
             "acceptance box needs exactly the stiffness factors of the mounts"
         )
-    found = largest_box(
-        question, seed=seed, points=[point], effort=effort, workers=workers, progress=progress
-    )
+    found = largest_box(question, seed=seed, points=[point], workers=workers, progress=progress)
     steps = [part * found.room for part in CURVE if part != 0.0] if curve else []
     boxes = trade_off(
-        question, steps, seed=seed, points=[point], effort=effort or CURVE_EFFORT, workers=workers
+        question, steps, seed=seed, points=[point], effort=CURVE_EFFORT, workers=workers
     )
     pairs = sorted([(0.0, found), *zip(steps, boxes, strict=True)], key=lambda one: one[0])
-    bisection = bisection_box(question, point, seed=seed, effort=effort)
+    bisection = bisection_box(question, point, seed=seed)
     return BoxStudy(runs, index, space, point, found, bisection, tuple(pairs), seed)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from dataclasses import dataclass
 from enum import Enum
 from pathlib import Path
 from typing import Any
@@ -25,7 +25,7 @@ from deboom.vehicles.fleet import Band
 from deboom.vehicles.limit_responses import MeanLevel, PeakLevel
 from deboom.vehicles.load_case_index import LoadCaseIndex
 
-POPULATION, GENERATIONS, DRAWS = 60, 50, 64
+POPULATION, GENERATIONS, DRAWS = 80, 60, 64
 """Of the quick search for a Pareto point."""
 
 
@@ -120,71 +120,80 @@ def pareto_point(
     return np.asarray(found.designs[by_name[chosen]])
 
 
-def box_question(
-    response: MeanLevel | PeakLevel,
-    space: DesignSpace,
-    point: RealArray,
-    *,
-    limit: float | None,
-    below_today: float | None,
-    share: float,
-    together: bool,
-    law: Law,
-    cost_table: Path | None,
-    seed: int,
-) -> BoxQuestion:
-    """Return the question of a study.
+@dataclass(frozen=True)
+class BoxOptions:
+    """What is asked for.
 
     Parameters
     ----------
-    response : MeanLevel or PeakLevel
-        What is limited.
-    space : DesignSpace
-        Parts may lie where its designs, made with their tolerance, do.
-    point : array, shape (k,)
-        The Pareto point [1].
-    limit : float or None
+    share : float
+        Of parts and vehicles, or of parts if `worst_vehicle`, that keep the limit [1].
+    limit : float, optional
         For all vehicles [dB(A)].
-    below_today : float or None
+    below_today : float, optional
         What each vehicle must be quieter by than with today's mounts [dB]. Without either limit
         it is the one for all vehicles that the box of the space's tolerance about the Pareto point
         just keeps.
-    share : float
-        Of parts and vehicles, or of parts if `together` [1].
-    together : bool
-        The worst vehicle of a part decides.
+    worst_vehicle : bool
+        A part must keep the limit in all vehicles.
     law : Law
         How parts lie in the box.
-    cost_table : Path or None
+    cost_table : Path, optional
         See `deboom.study.tolerance_cost.tolerance_cost`; weights are those of the intervals.
-    seed : int
 
     Raises
     ------
     InputError
-        Two limits at once, or a table that cannot be read; see also `BoxQuestion`.
+        Two limits at once.
     """
-    if limit is not None and below_today is not None:
-        raise InputError("--limit and --below-today are two limits at once: give one of them")
-    today = response(space.nominal[np.newaxis])[0]
-    level = np.zeros(len(today)) if limit is None else np.full(len(today), limit)
-    if below_today is not None:
-        level = today - below_today
-    question = BoxQuestion(
-        response,
-        level,
-        share,
-        lower=space.lower * (1.0 - space.tolerance),
-        upper=space.upper * (1.0 + space.tolerance),
-        weight=_weights(cost_table, space.names),
-        together=together,
-        law=_LAWS[law],
-    )
-    if limit is None and below_today is None:
-        about = tolerance_box(space.names, point, float(space.tolerance.max()))
-        return question.lowered(-kept_offset(question, about, seed=seed))
-    return question
 
+    share: float
+    limit: float | None = None
+    below_today: float | None = None
+    worst_vehicle: bool = False
+    law: Law = Law.uniform
+    cost_table: Path | None = None
 
-def _weights(table: Path | None, names: Sequence[str]) -> RealArray:
-    return np.asarray(tolerance_cost(table, names).weight)
+    def __post_init__(self) -> None:
+        if self.limit is not None and self.below_today is not None:
+            raise InputError("--limit and --below-today are two limits at once: give one of them")
+
+    def question(
+        self, response: MeanLevel | PeakLevel, space: DesignSpace, point: RealArray, *, seed: int
+    ) -> BoxQuestion:
+        """Return the question about a response.
+
+        Parameters
+        ----------
+        response : MeanLevel or PeakLevel
+            What is limited.
+        space : DesignSpace
+            Parts may lie where its designs, made with their tolerance, do.
+        point : array, shape (k,)
+            The Pareto point [1].
+        seed : int
+            Of the parts that the default limit follows from.
+
+        Raises
+        ------
+        InputError
+            A cost table that cannot be read; see also `BoxQuestion`.
+        """
+        today = response(space.nominal[np.newaxis])[0]
+        level = np.full(len(today), 0.0 if self.limit is None else self.limit)
+        if self.below_today is not None:
+            level = today - self.below_today
+        question = BoxQuestion(
+            response,
+            level,
+            self.share,
+            lower=space.lower * (1.0 - space.tolerance),
+            upper=space.upper * (1.0 + space.tolerance),
+            weight=tolerance_cost(self.cost_table, space.names).weight,
+            together=self.worst_vehicle,
+            law=_LAWS[self.law],
+        )
+        if self.limit is None and self.below_today is None:
+            about = tolerance_box(space.names, point, float(space.tolerance.max()))
+            return question.lowered(-kept_offset(question, about, seed=seed))
+        return question

@@ -117,9 +117,7 @@ def _page(
             f"Over the {study.over_plain.n_variables} directions that a vehicle depends on, the "
             f"intervals are {study.over_plain.width:.3g} times as wide (geometric mean) as those "
             f"of ±{PERCENT * study.tolerance:g} % about the Pareto point, "
-            f"{study.over_plain.volume:.3g} times the volume, and {study.over_bisection.width:.3g} "
-            "times as wide as those of one tolerance that bisection finds at the same limit and "
-            "share.",
+            f"{study.over_plain.volume:.3g} times the volume. {_bisection(study)}",
             tables=(Table(tables["boxes"], "Shares are those of the same independent parts."),),
         ),
     ]
@@ -172,10 +170,22 @@ def _box_text(study: BoxStudy) -> str:
         "if every direction lies in its interval, whatever the others are. The largest box, by the "
         "sum of weight times logarithm of width, was found from "
         f"{len(found.start_log_volumes)} starts in {found.seconds:.1f} s; stiffness in N/mm is the "
-        f"{study.condition}.\n\n"
+        f"{study.condition}. {study.ends_on_bounds} of the {2 * study.over_plain.n_variables} ends "
+        "lie on the bounds that were searched: there the limit asks for nothing.\n\n"
         "The last two columns say what the ends are worth: of parts exactly at that end, so many "
         "keep the limit. At the optimum all ends that are not bounds cost the same share per "
         "weight; an end well above the share lies on its bound."
+    )
+
+
+def _bisection(study: BoxStudy) -> str:
+    if not np.isfinite(study.over_bisection.width):
+        return (
+            "About the Pareto point itself the limit is not kept, so bisection finds no box there."
+        )
+    return (
+        f"They are {study.over_bisection.width:.3g} times as wide as those of one tolerance that "
+        "bisection finds about the Pareto point at the same limit and share."
     )
 
 

@@ -9,10 +9,10 @@ import numpy as np
 import pandas as pd
 
 from deboom.explore.solution_box_reach import UnreachableLimit
-from deboom.explore.solution_box_search import FoundBox
 from deboom.files.run_folder import hash_files
 from deboom.files.solution_box import AcceptanceBox, BoxResponse, BoxVariable, box_document
 from deboom.study.motion_report import motion_name
+from deboom.study.mount_source import MountSource
 from deboom.study.result import Scalar
 from deboom.study.solution_box import BoxStudy
 
@@ -131,10 +131,11 @@ def box_summary(study: BoxStudy) -> dict[str, Scalar]:
         "share_bound": check.bound,
         "volume_ratio_pm15": study.over_plain.volume,
         "width_ratio_pm15": study.over_plain.width,
-        "volume_ratio_bisection": study.over_bisection.volume,
-        "width_ratio_bisection": study.over_bisection.width,
+        "volume_ratio_bisection": _or_words(study.over_bisection.volume),
+        "width_ratio_bisection": _or_words(study.over_bisection.width),
         "share_pm15": study.plain_share.share,
         "n_axes": study.over_plain.n_variables,
+        "n_ends_on_bounds": study.ends_on_bounds,
         "limit_db_first_vehicle": float(study.question.limit[0]),
         "limit_could_be_lowered_db": study.found.room,
         "binding_vehicle": study.binding,
@@ -155,8 +156,8 @@ def acceptance_box(study: BoxStudy) -> AcceptanceBox:
         platform=platform.name,
         platform_sha256=hashlib.sha256(joined.encode()).hexdigest(),
         group=", ".join(groups),
-        motion=motion_name(study.index),
-        mounts="library" if study.runs.parts else "spectra",
+        motion=motion_name(study.index).removesuffix("-dependent"),
+        mounts=(MountSource.library_inside if study.runs.parts else MountSource.spectra).value,
         load_cases=tuple((case.name, float(weight)) for case, weight in study.runs.cases),
         band=study.band,
         quantity=study.response.quantity,
@@ -196,9 +197,9 @@ def box_documents(study: BoxStudy) -> dict[str, dict[str, Any]]:
     return {"acceptance_box": box_document(acceptance_box(study))}
 
 
-def found_boxes(study: BoxStudy) -> list[tuple[float, FoundBox]]:
-    """Return the boxes of the curve that exist, by what their limits were lowered by [dB]."""
-    return [(step, one) for step, one in study.curve if isinstance(one, FoundBox)]
+def _or_words(ratio: float) -> float | str:
+    """Return a ratio to a box, or words where bisection has found none."""
+    return ratio if np.isfinite(ratio) else "no box by bisection"
 
 
 def _geometric_mean(values: np.ndarray) -> float:

@@ -59,6 +59,9 @@ REQUIREMENT = (
     "at most [N/mm]",
     "free from [N/mm]",
     "free to [N/mm]",
+)
+LOSS_FACTORS = (
+    "direction",
     "loss factor today [1]",
     "loss factor ± 90 % [1]",
     "loss factor wanted [1]",
@@ -181,6 +184,10 @@ def _wanted(content: SupplierContent, pictures: Mapping[str, bytes]) -> Section:
         tables=(
             Table(table[list(REQUIREMENT)], "Today's and the wanted stiffness.", _WHOLE),
             Table(
+                table[list(LOSS_FACTORS)],
+                "Loss factors, mean over the same lines; what is asked for is the wanted one.",
+            ),
+            Table(
                 content.tables["conditions"],
                 "Preloads in the load cases, and the test condition of each curve.",
                 {"least preload": 0, "greatest preload": 0},
@@ -231,15 +238,24 @@ def _parts(content: SupplierContent, pictures: Mapping[str, bytes]) -> Section:
             )
         )
     if content.mount is None:
-        table = Table(
-            content.tables["part alone, summary"],
-            "Mean over the vehicles, and the vehicles with most and least effect.",
+        summary = content.tables["part alone, summary"]
+        by_scatter = [name for name in summary if name == "changed" or "sigma" in name]
+        tables = (
+            Table(
+                summary.drop(columns=by_scatter[1:]),
+                "Mean over the vehicles, and the vehicles with most and least effect.",
+            ),
+            Table(summary[by_scatter], "Scatter σ of all vehicles together."),
         )
     else:
-        table = Table(
-            one_part_table(content.tables["part alone"], content.mount),
-            "Change of the mean level per vehicle, the scatter σ of that level, and the level of "
-            "the loudest booming peak.",
+        table = one_part_table(content.tables["part alone"], content.mount)
+        by_peak = ["vehicle", *(name for name in table if "peak" in name)]
+        tables = (
+            Table(
+                table.drop(columns=by_peak[1:]),
+                "Change of the mean level per vehicle, and the scatter σ of that level.",
+            ),
+            Table(table[by_peak], "Level of the loudest booming peak."),
         )
     return Section(
         f"What happens if {alone}",
@@ -247,7 +263,7 @@ def _parts(content: SupplierContent, pictures: Mapping[str, bytes]) -> Section:
         "show what all mounts bring together. The effects of parts do not simply add: forces "
         "through different mounts may cancel each other at the ear.",
         figures=tuple(drawn),
-        tables=(table,),
+        tables=tables,
     )
 
 
@@ -260,8 +276,8 @@ def _importance(content: SupplierContent, pictures: Mapping[str, bytes]) -> Sect
         if top in [direction.column for direction in content.directions]:
             leading.append(
                 f"{found.factors[top]} in {vehicle} ({found.total[top, place]:.2f} ± "
-                f"{found.total_interval[top, place]:.2f}, it leads in "
-                f"{100.0 * content.effects.certainty.leads[place]:.0f} % of measurements drawn again)"
+                f"{found.total_interval[top, place]:.2f}, leading in "
+                f"{100.0 * content.effects.certainty.leads[place]:.0f} % of what is drawn again)"
             )
     sentence = f" The leading direction: {', '.join(leading)}." if leading else ""
     return Section(
@@ -301,7 +317,11 @@ def _tolerances(content: SupplierContent, pictures: Mapping[str, bytes]) -> Sect
             Table(
                 content.tables["tolerances"][list(WORTH)],
                 "Shares are of σ²; the largest one and its vehicle beside the mean.",
-                {"tolerance today ± [%]": 0, "sigma saved per % tighter [0.001 dB]": 1},
+                {
+                    "tolerance today ± [%]": 0,
+                    "sigma saved per % tighter [0.001 dB]": 1,
+                    "sigma saved ± 90 % [0.001 dB]": 1,
+                },
             ),
         ),
     )

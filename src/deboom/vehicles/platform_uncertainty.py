@@ -17,7 +17,12 @@ from deboom.mounts.characterised_mount import CharacterisedMount
 from deboom.mounts.mount import Mount
 from deboom.vehicles.fleet import Band, lines_inside
 from deboom.vehicles.force_errors import AXES, ForceCells, MotionError, RunNoise, StiffnessError
-from deboom.vehicles.transfer_errors import TransferCalibration, TransferFloor, TransferPaths
+from deboom.vehicles.transfer_errors import (
+    TransferBody,
+    TransferCalibration,
+    TransferFloor,
+    TransferPaths,
+)
 from deboom.vehicles.uncertainty_source import UncertaintySource
 
 PRIOR = "stated prior"
@@ -54,10 +59,13 @@ class TransferUncertainty:
         Level common to all paths of a vehicle, standard deviation [dB].
     path : float
         Smooth complex error of every path, root mean square [1].
-    day : float
-        The same, of the vehicle on the day it was measured against its mean [1].
     length : float
-        Correlation length of both [Hz].
+        Its correlation length [Hz].
+    day : float
+        Smooth complex factor on all paths of a vehicle, on the day it was measured against its
+        mean, root mean square [1].
+    day_length : float
+        Its correlation length, about the width of a resonance of the body [Hz].
     floor : float
         Noise of real and of imaginary part [Pa/N].
     origin, day_origin : str
@@ -68,8 +76,9 @@ class TransferUncertainty:
 
     calibration_db: float = 0.5
     path: float = 0.05
-    day: float = 0.03
     length: float = 10.0
+    day: float = 0.03
+    day_length: float = 3.0
     floor: float = 2e-5
     origin: str = PRIOR
     day_origin: str = PRIOR
@@ -80,15 +89,16 @@ class TransferUncertainty:
     def of_methods(cls, found: MethodDifference, origin: str) -> TransferUncertainty:
         """Take the errors of the mean of two methods; calibration needs three vehicles.
 
-        The methods were used on different days, so their difference holds the day as well.
+        The methods were used on different days; what differs in all paths alike counts as the day.
         """
         prior = cls()
         enough = found.calibration_degrees_of_freedom >= LEAST_VEHICLES
         return cls(
             calibration_db=found.calibration_db if enough else prior.calibration_db,
             path=found.path,
-            day=0.0,
             length=found.length,
+            day=found.body,
+            day_length=found.body_length,
             floor=found.floor,
             origin=origin,
             day_origin=origin,
@@ -117,7 +127,7 @@ class TransferUncertainty:
                     self.path, self.length, self.origin, PATHS, self.path_degrees_of_freedom
                 ),
             ),
-            (self.day, TransferPaths(self.day, self.length, self.day_origin, DAY)),
+            (self.day, TransferBody(self.day, self.day_length, self.day_origin, DAY)),
             (self.floor, TransferFloor(self.floor, self.origin, FLOOR)),
         ]
         return tuple(source for size, source in found if size > 0)

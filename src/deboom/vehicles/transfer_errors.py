@@ -57,13 +57,13 @@ class TransferCalibration:
 
 @dataclass(frozen=True)
 class TransferPaths:
-    """Smooth complex error of every noise transfer function: place, direction, the day's body.
+    """Smooth complex error of every noise transfer function: place and direction.
 
     Parameters
     ----------
     relative : float
-        Root mean square of the complex error over the magnitude around the line, see
-        `deboom.measurement.method_difference.local_magnitude` [1].
+        Root mean square of the complex error over the magnitude around the line, in the phase of
+        the function, see `deboom.measurement.method_difference.local_magnitude` [1].
     length : float
         Correlation length over frequency [Hz].
     origin : str
@@ -97,7 +97,49 @@ class TransferPaths:
         n_vehicle, _, n_path = data.transfer.shape
         normals = complex_normals((n_vehicle, basis.shape[1], n_path), generator)
         error = self.relative * _scale(self.degrees_of_freedom, generator) * (basis @ normals)
-        return replace(data, transfer=data.transfer + data.transfer_around * error)
+        around, size = data.transfer_around, np.abs(data.transfer)
+        phase = np.divide(data.transfer, size, out=np.ones_like(data.transfer), where=size > 0)
+        return replace(data, transfer=data.transfer + around * phase * error)
+
+
+@dataclass(frozen=True)
+class TransferBody:
+    """Smooth complex factor on all paths of a vehicle: damping and resonances of another day.
+
+    Parameters
+    ----------
+    relative : float
+        Root mean square of the complex error [1].
+    length : float
+        Correlation length over frequency, about the width of a resonance [Hz].
+    origin : str
+        Where they come from.
+    name : str
+        Of the source.
+    """
+
+    relative: float
+    length: float
+    origin: str
+    name: str = "body of the vehicles, day by day"
+
+    def __post_init__(self) -> None:
+        refuse_negative(self.name, self.relative)
+        smooth_basis(np.zeros(1), self.length)
+
+    @property
+    def size(self) -> str:
+        """Standard deviation in words."""
+        return f"{100 * self.relative:.2g} % rms, correlated over {self.length:.2g} Hz"
+
+    def measured_again(
+        self, data: MeasuredArrays, generator: np.random.Generator
+    ) -> MeasuredArrays:
+        """Return the data with one draw of this error."""
+        basis = _kept_basis(data.frequency.tobytes(), self.length)
+        normals = complex_normals((len(data.transfer), basis.shape[1], 1), generator)
+        factor = np.exp(self.relative * (basis @ normals))
+        return replace(data, transfer=data.transfer * factor)
 
 
 @dataclass(frozen=True)

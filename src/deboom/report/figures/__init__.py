@@ -35,6 +35,7 @@ from deboom.report.figures.ratios import ratio_bars
 from deboom.report.figures.scatter_matrix import scatter_matrix
 from deboom.report.figures.sensitivity import IndexBars, IndexMap, index_bars, index_map
 from deboom.report.figures.sensitivity_growth import IndexGrowth, index_growth
+from deboom.report.figures.sharing import shared_parts
 from deboom.report.figures.spectra import SpectrumPanel, spectra_panels
 from deboom.report.figures.speed_panels import SpeedPanel, speed_panels
 from deboom.report.figures.stiffness import stiffness_bars
@@ -96,6 +97,7 @@ __all__ = [
     "populations",
     "ratio_bars",
     "scatter_matrix",
+    "shared_parts",
     "spectra_panels",
     "speed_panels",
     "spl_curves",

@@ -16,6 +16,8 @@ from deboom.report.style import ACCENT, FULL_WIDTH, INK, MUTED, TRACK, mount_of
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.lines import Line2D
+    from matplotlib.patches import Patch
 
 _GAP = 0.45
 _COLUMNS = (0.30, 0.66, 1.0)
@@ -114,6 +116,9 @@ def box_intervals(
         bars.axvline(1.0, color=INK, linewidth=0.9, zorder=2)
         bars.set_yticks(rows, variables)
         bars.set_ylim(rows[-1] + 0.6, -0.6)
+        widest = data[f"{bounds.label} lower"].min(), data[f"{bounds.label} upper"].max()
+        margin = 0.03 * (widest[1] - widest[0])
+        bars.set_xlim(min(widest[0], 1.0) - margin, max(widest[1], 1.0) + margin)
         bars.grid(False, axis="y")
         bars.tick_params(axis="y", length=0)
         bars.set_xlabel("stiffness factor, 1 = today [1]")
@@ -142,14 +147,15 @@ def _numbers(axes: Axes, row: float, today: float, ends: tuple[float, ...], free
         )
 
 
-def _handles(box: Intervals, others: Sequence[Intervals], bounds: Intervals) -> list[object]:
+def _handles(
+    box: Intervals, others: Sequence[Intervals], bounds: Intervals
+) -> list[Line2D | Patch]:
     from matplotlib.lines import Line2D
     from matplotlib.patches import Patch
 
-    lines = [
-        Line2D([], [], color=INK, linewidth=1.3, linestyle=style, label=one.label)
-        for one, style in zip(others, ("-", ":"), strict=False)
-    ]
+    lines = [Line2D([], [], color=INK, linewidth=1.3, label=one.label) for one in others]
+    if len(lines) > 1:
+        lines[1].set_linestyle(":")
     diamond = Line2D(
         [], [], ls="none", marker="D", color="white", mec=INK, ms=4.5, label="Pareto point"
     )
@@ -208,13 +214,13 @@ def box_trade_off(
     data = finite("box_trade_off", {"limit": limit, "width": width, "plain": plain_share, **missed})
     order = np.argsort(data["limit"])
     x = data["limit"][order]
-    with styled_figure(FULL_WIDTH, 2.7) as figure:
+    with styled_figure(FULL_WIDTH, 2.9) as figure:
         left, middle, right = figure.subplots(1, 3, sharex=True)
         left.plot(x, data["width"][order], "o-", color=ACCENT, markersize=4)
         left.plot(*stated, "o", markersize=8, mfc="none", mec=INK, label="as asked")
         left.set_ylabel(width_label)
         left.set_ylim(bottom=0.0)
-        left.legend(loc="upper left")
+        left.legend(loc="lower right")
         middle.plot(x, data["plain"][order], "s-", color=INK, markersize=3.5)
         middle.set_ylabel(plain_label)
         middle.set_ylim(-3.0, 103.0)
@@ -222,14 +228,14 @@ def box_trade_off(
             right.plot(x, data[name][order], "o-", color=colours[name], markersize=3.5, label=name)
         right.set_ylabel("parts of the box that miss it [%]")
         right.set_ylim(bottom=0.0)
-        right.legend(loc="upper left", handlelength=1.2)
+        figure.legend(*right.get_legend_handles_labels(), loc="outside lower right", ncols=6)
         for axes in (left, middle, right):
             axes.set_xlabel(limit_label)
             if unreachable is not None:
                 axes.axvline(unreachable, color=MUTED, linewidth=1.0, linestyle=(0, (4, 2)))
         if unreachable is not None:
-            where = {"rotation": 90, "va": "top", "ha": "right", "color": MUTED, "fontsize": 7.5}
-            middle.text(unreachable, 99.0, "no design is below", **where)
+            where = {"rotation": 90, "va": "bottom", "color": MUTED, "fontsize": 7.5}
+            left.text(unreachable, 0.5, " lowest of all designs", **where)
         return png(figure)
 
 
@@ -288,8 +294,8 @@ def levels_in_box(
             axes.plot([data["limit"][row]] * 2, [row, row - 0.9], color=INK, linewidth=1.5)
             axes.plot(data["today"][row], row - 0.12, "v", color=MUTED, markersize=5)
             share = f"{data['missed'][row]:.1f} % miss it"
-            where = {"transform": axes.get_yaxis_transform(), "ha": "right", "va": "bottom"}
-            axes.text(1.0, row - 0.5, share, color=INK, **where)
+            place = axes.get_yaxis_transform()
+            axes.text(1.0, row - 0.5, share, color=INK, transform=place, ha="right", va="bottom")
         axes.set_yticks(range(len(vehicles)), vehicles)
         axes.set_ylim(len(vehicles) - 0.7, -1.05)
         low = min(float(drawn.min()), float(data["today"].min()))

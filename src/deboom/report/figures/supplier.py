@@ -220,7 +220,7 @@ def part_effects(
         figure.supxlabel(x_label, fontsize=8.5)
         figure.legend(
             handles=[
-                Line2D([], [], color=INK, marker="|", ms=4, lw=0.9, label="95 % interval"),
+                Line2D([], [], color=INK, marker="|", ms=4, lw=0.9, label="90 % interval"),
                 Line2D(
                     [],
                     [],

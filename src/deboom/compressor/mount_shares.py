@@ -1,0 +1,323 @@
+"""Which mount carries what: single mounts that agree with a hammer test and with their drawing."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+import numpy.typing as npt
+from scipy.optimize import least_squares
+from scipy.stats import chi2
+
+from deboom.compressor.minimal_parameters import N_MASS, N_STIFFNESS, MinimalParameters
+from deboom.compressor.model import mounts_at_virtual_point
+from deboom.compressor.mount_derivatives import mount_stiffness_derivatives
+from deboom.errors import InputError
+from deboom.measurement.inertance_test import CompressorMount, freeze_field
+from deboom.physics.arrays import RealArray
+
+if TYPE_CHECKING:
+    from deboom.compressor.identify import Identification
+
+STIFFNESS_NUMBERS = slice(N_MASS, N_MASS + N_STIFFNESS)
+"""Places of K_VP among the numbers of `MinimalParameters`."""
+PER_MOUNT = 9
+"""Shift, turn and logarithm of stiffness, three each."""
+EXACT = 1e-13
+"""Variance over the largest one below which a combination of numbers counts as exact [1]."""
+SMALLEST_PROBABILITY = 1e-3
+"""Of test and drawing together, below which mounts of a kind are refuted."""
+
+
+@dataclass(frozen=True)
+class MountPrior:
+    """How well single mounts are known from their drawing, 1 σ; half of the thesis's bounds.
+
+    Parameters
+    ----------
+    position : float
+        Of each coordinate [m].
+    angle : float
+        About each axis [rad].
+    stiffness : float
+        Of the logarithm of each of the three stiffnesses of each mount [1].
+    scale : float
+        Of the logarithm of what is common to all: a drawing states static stiffness, the test sees
+        that of its reference line [1].
+
+    Raises
+    ------
+    InputError
+        A deviation that is not positive.
+    """
+
+    position: float = 6.3e-3
+    angle: float = math.radians(2.5)
+    stiffness: float = 0.175
+    scale: float = 0.5
+
+    def __post_init__(self) -> None:
+        for name in ("position", "angle", "stiffness", "scale"):
+            value = getattr(self, name)
+            if not (math.isfinite(value) and value > 0):
+                raise InputError(f"the deviation of a mount's {name} must be positive")
+
+
+@dataclass(frozen=True, eq=False)
+class MountShares:
+    """Single mounts, and how uncertain it is what each of them carries.
+
+    Parameters
+    ----------
+    drawn : tuple of CompressorMount
+        Where `values` count from.
+    values : array, shape (9 n + 1,)
+        Per mount shift [m], turn [rad] and logarithm of the ratio of its stiffness [1]; last the
+        logarithm of a common ratio [1].
+    by_test : array, shape (9 n + 1, 20)
+        Change of `values` per change of the test's K_VP, in numbers of `MinimalParameters`.
+    by_drawing : array, shape (9 n + 1, k)
+        The same per error of the drawing, in its 1 σ.
+    deviations, prior_deviations : array, shape (9 n + 1,)
+        1 σ of `values`, after and before the test.
+    identical : bool
+        Whether all are one round part.
+    identical_probability : float
+        Of test and drawing, were they identical round mounts [1].
+    probability : float
+        Of test and drawing as they were used [1].
+    """
+
+    drawn: tuple[CompressorMount, ...]
+    values: RealArray
+    by_test: RealArray
+    by_drawing: RealArray
+    deviations: RealArray
+    prior_deviations: RealArray
+    identical: bool
+    identical_probability: float
+    probability: float
+
+    def __post_init__(self) -> None:
+        n = PER_MOUNT * len(self.drawn) + 1
+        for field, shape in (
+            ("values", (n,)),
+            ("by_test", (n, N_STIFFNESS)),
+            ("by_drawing", (n, np.shape(self.by_drawing)[-1])),
+            ("deviations", (n,)),
+            ("prior_deviations", (n,)),
+        ):
+            freeze_field(self, field, shape, "shares of the mounts")
+
+    @property
+    def mounts(self) -> tuple[CompressorMount, ...]:
+        """Mounts as found, stiffness where the real part of the gain is 1."""
+        return moved_mounts(self.drawn, self.values)
+
+    @property
+    def alarms(self) -> tuple[str, ...]:
+        """Reasons not to trust them, in words; empty where there are none."""
+        if self.probability >= SMALLEST_PROBABILITY:
+            return ()
+        return (
+            "The hammer test and the drawing of the mounts contradict each other (probability "
+            f"{self.probability:.0e}): check places, directions and stiffness in the drawing.",
+        )
+
+    @property
+    def statement(self) -> str:
+        """What the single mounts rest on, in words."""
+        if self.identical:
+            return (
+                "The hammer test agrees with identical round mounts (probability "
+                f"{self.identical_probability:.2g}) and then shows what each of them carries."
+            )
+        return (
+            "The hammer test refutes identical round mounts (probability "
+            f"{self.identical_probability:.0e}). It shows the stiffness of all of them together; "
+            "how they share it comes from their drawing, and the bands contain what that leaves "
+            "open."
+        )
+
+    def at_random(
+        self, stiffness: npt.ArrayLike, generator: np.random.Generator
+    ) -> tuple[CompressorMount, ...]:
+        """Draw mounts that test and drawing allow.
+
+        Parameters
+        ----------
+        stiffness : array, shape (20,)
+            Change of the test's K_VP in this draw, in numbers of `MinimalParameters` [1].
+        generator : numpy Generator
+            Of the drawing's errors.
+
+        Returns
+        -------
+        tuple of CompressorMount
+        """
+        of_drawing = self.by_drawing @ generator.standard_normal(self.by_drawing.shape[1])
+        of_test = self.by_test @ np.asarray(stiffness, dtype=float)
+        return moved_mounts(self.drawn, self.values + of_test + of_drawing)
+
+
+def mount_shares(
+    found: Identification,
+    drawn: tuple[CompressorMount, ...],
+    prior: MountPrior | None = None,
+) -> MountShares:
+    """Split the stiffness at the virtual point into single mounts.
+
+    Parameters
+    ----------
+    found : Identification
+        With K_VP and its covariance.
+    drawn : tuple of CompressorMount
+        At least two; their positions may be measured ones, with a `prior` that fits.
+    prior : MountPrior, optional
+
+    Returns
+    -------
+    MountShares
+
+    Raises
+    ------
+    InputError
+        Fewer than two mounts.
+
+    Notes
+    -----
+    K_VP has 20 numbers and three mounts have 27, which no test at one virtual point can tell. The
+    mounts sought fit K_VP, weighed with its posterior covariance, and the drawing, weighed with the
+    prior. Identical round mounts have 17 numbers, which the test does show, if they are identical:
+    they are taken unless the χ² of test and drawing refutes them.
+
+    With whitened derivatives J of K_VP by the mounts, in 1 σ of the drawing, the posterior is
+    ``P = (JᵀJ + 1)⁻¹``; errors of the test enter by ``P Jᵀ``, errors of the drawing by ``P``.
+    """
+    if len(drawn) < 2:
+        raise InputError("a compressor on fewer than two mounts has nothing to share")
+    prior = prior or MountPrior()
+    wanted = _Wanted.of(found)
+    any_mounts = _numbers(len(drawn), prior)
+    one_part = wanted.shared(_round(drawn), _of_a_kind(any_mounts, len(drawn)))
+    identical = one_part.probability >= SMALLEST_PROBABILITY
+    best = one_part if identical else wanted.shared(drawn, any_mounts)
+    posterior = np.linalg.inv(best.slopes.T @ best.slopes + np.eye(best.slopes.shape[1]))
+    by_test = best.numbers @ posterior @ best.slopes.T @ wanted.whiten
+    return MountShares(
+        drawn=best.drawn,
+        values=best.values,
+        by_test=by_test,
+        by_drawing=best.numbers @ posterior,
+        deviations=np.sqrt(np.einsum("ij,jk,ik->i", best.numbers, posterior, best.numbers)),
+        prior_deviations=np.sqrt(np.sum(best.numbers**2, axis=1)),
+        identical=identical,
+        identical_probability=one_part.probability,
+        probability=best.probability,
+    )
+
+
+def moved_mounts(
+    drawn: tuple[CompressorMount, ...], values: RealArray
+) -> tuple[CompressorMount, ...]:
+    """Shift, turn and stiffen mounts; see `MountShares` for the numbers."""
+    rows = values[:-1].reshape(len(drawn), PER_MOUNT)
+    return tuple(
+        replace(
+            mount,
+            position=mount.position + row[:3],
+            rotation=mount.rotation + row[3:6],
+            stiffness=mount.stiffness * np.exp(row[6:] + values[-1]),
+        )
+        for mount, row in zip(drawn, rows, strict=True)
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class _Best:
+    """Mounts that agree best, and derivatives there by standard normal numbers."""
+
+    drawn: tuple[CompressorMount, ...]
+    numbers: RealArray
+    values: RealArray
+    slopes: RealArray
+    probability: float
+
+
+@dataclass(frozen=True, eq=False)
+class _Wanted:
+    """K_VP of the test, and what makes its error white."""
+
+    to_numbers: RealArray
+    found: RealArray
+    whiten: RealArray
+
+    @classmethod
+    def of(cls, found: Identification) -> _Wanted:
+        basis = MinimalParameters(found.length).stiffness_basis.reshape(N_STIFFNESS, -1)
+        own = found.calibrated.parameter_covariance[STIFFNESS_NUMBERS, STIFFNESS_NUMBERS]
+        variance, directions = np.linalg.eigh(own)
+        # an exact test leaves directions without any error, which no factorisation survives
+        kept = np.maximum(variance, EXACT * variance[-1])
+        return cls(
+            np.linalg.pinv(basis),
+            found.calibrated.values[STIFFNESS_NUMBERS],
+            directions.T / np.sqrt(kept)[:, np.newaxis],
+        )
+
+    def shared(self, drawn: tuple[CompressorMount, ...], numbers: RealArray) -> _Best:
+        """Fit mounts ``numbers @ z`` away from the drawing, z standard normal beforehand."""
+
+        def residuals(z: RealArray) -> RealArray:
+            stiffness = mounts_at_virtual_point(moved_mounts(drawn, numbers @ z))
+            off = stiffness.reshape(-1) @ self.to_numbers - self.found
+            return np.concatenate([self.whiten @ off, z])
+
+        def slopes(z: RealArray) -> RealArray:
+            by_value = _derivatives(moved_mounts(drawn, numbers @ z))
+            return np.vstack(
+                [self.whiten @ (by_value @ self.to_numbers).T @ numbers, np.eye(z.size)]
+            )
+
+        solved = least_squares(residuals, np.zeros(numbers.shape[1]), slopes, x_scale="jac")
+        return _Best(
+            drawn,
+            numbers,
+            numbers @ solved.x,
+            slopes(solved.x)[:N_STIFFNESS],
+            float(chi2.sf(2 * solved.cost, N_STIFFNESS)),
+        )
+
+
+def _derivatives(mounts: tuple[CompressorMount, ...]) -> RealArray:
+    """K_VP by the numbers of `MountShares`, shape (9 n + 1, 36)."""
+    rows = []
+    for mount in mounts:
+        each = mount_stiffness_derivatives(mount)
+        each[6:] *= mount.stiffness[:, np.newaxis, np.newaxis]
+        rows.append(each.reshape(PER_MOUNT, -1))
+    return np.vstack([*rows, np.sum([row[6:].sum(axis=0) for row in rows], axis=0)])
+
+
+def _numbers(n_mount: int, prior: MountPrior) -> RealArray:
+    """Numbers of any mounts per standard normal number, shape (9 n + 1, 9 n + 1)."""
+    own = np.repeat([prior.position, prior.angle, prior.stiffness], 3)
+    return np.diag([*np.tile(own, n_mount), prior.scale])
+
+
+def _of_a_kind(numbers: RealArray, n_mount: int) -> RealArray:
+    """Numbers of mounts that have one axial and one radial stiffness in common."""
+    axial = [PER_MOUNT * mount + 6 for mount in range(n_mount)]
+    stiffness = [place + axis for place in axial for axis in range(3)]
+    ratio = numbers[:, axial].sum(axis=1, keepdims=True)
+    return np.hstack([np.delete(numbers, stiffness, axis=1), ratio])
+
+
+def _round(drawn: tuple[CompressorMount, ...]) -> tuple[CompressorMount, ...]:
+    """Give all mounts the mean axial and the mean radial stiffness of the drawing."""
+    stiffness = np.array([mount.stiffness for mount in drawn])
+    radial = stiffness[:, 1:].mean()
+    mean = np.array([stiffness[:, 0].mean(), radial, radial])
+    return tuple(replace(mount, stiffness=mean) for mount in drawn)

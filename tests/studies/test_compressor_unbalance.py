@@ -1,0 +1,93 @@
+"""The study of running compressors with one of them, through the same door as a user."""
+
+import json
+from pathlib import Path
+
+import pandas as pd
+import pytest
+from openpyxl import load_workbook
+from typer.testing import CliRunner
+
+from deboom.bench.compressor_operation_plan import OperationPlan
+from deboom.bench.compressor_operation_writer import write_operating_test
+from deboom.cli import app
+from deboom.files.compressor_model import read_compressor_model
+from deboom.study.runner import load_study, run_study
+
+STUDY = Path(__file__).parents[2] / "studies" / "compressor_unbalance.py"
+BASE = ("u_stat_error_percent_50_150", "u_stat_error_percent_20_50", "u_dyn_error_percent_50_150")
+LIMITS = """
+format = 1
+[static_unbalance]
+at_most_g_mm = 22.0
+[dynamic_unbalance]
+at_most_g_mm2 = 1000.0
+[[stiffness]]
+direction = "x"
+from_hz = 20.0
+to_hz = 160.0
+at_most_n_per_mm = 300.0
+"""
+
+
+@pytest.fixture(scope="module")
+def finished(tmp_path_factory):
+    """One run that several tests look at."""
+    options = {"cases": 1, "special": False, "workers": 0, "figures": False}
+    return run_study(load_study(STUDY), tmp_path_factory.mktemp("results"), options)
+
+
+def summary_of(folder):
+    return json.loads((folder / "summary.json").read_text(encoding="utf-8"))
+
+
+def test_mounts_that_changed_mislead_the_thesis_and_not_the_update(finished):
+    """Figures of the study of ten, with 1.5 times their size for one compressor."""
+    summary = summary_of(finished)
+    assert {
+        base + suffix for base in BASE for suffix in ("", "_changed_route_a", "_changed_route_e")
+    } <= set(summary)
+    assert summary["u_stat_error_percent_50_150"] < 1.5
+    assert summary["u_stat_error_percent_20_50"] < 3.0
+    assert summary["u_stat_error_percent_20_50_changed_route_a"] > 15
+    assert summary["u_stat_error_percent_20_50_changed_route_e"] < 3.0
+    assert summary["mounts_changed"] == "no"
+    assert summary["route"] == "d"
+
+
+def test_tables_and_page_agree(finished):
+    sources = pd.read_csv(finished / "sources.csv").set_index("source")
+    found = sources.loc["static unbalance"]
+    assert found["amplitude"] == pytest.approx(summary_of(finished)["u_stat_g_mm"], rel=1e-12)
+    assert found["from"] < found["amplitude"] < found["to"]
+    page = (finished / "report.html").read_text(encoding="utf-8")
+    assert "Routes compared" in page
+    assert f"{found['amplitude']:.2f} g mm" in page
+    assert read_compressor_model(finished / "compressor_model.json").model.mass > 0
+
+
+def test_a_part_is_judged(tmp_path):
+    """Mounts changed: route e counts; one limit kept, one broken, one beyond the hammer test."""
+    plan = OperationPlan(mount_storage=0.9, mount_loss=1.1)
+    folder = write_operating_test(tmp_path / "test", 2, plan=plan)
+    limits = tmp_path / "limits.toml"
+    limits.write_text(LIMITS, encoding="utf-8")
+    call = ["unbalance", folder, "--limits", limits, "--out", tmp_path, "--no-figures"]
+    done = CliRunner().invoke(app, [str(argument) for argument in call])
+    assert done.exit_code == 0, done.output
+    *_, decision, place = done.stdout.splitlines()
+    assert decision == "fail"
+    run = Path(place)
+    assert run.parent == tmp_path / "unbalance"
+    summary = summary_of(run)
+    assert (summary["route"], summary["mounts_changed"]) == ("e", "yes")
+    verdicts = pd.read_csv(run / "verdicts.csv")
+    assert verdicts["verdict"].tolist() == ["pass", "fail", "undecided"]
+    sheet = (run / "supplier_sheet.html").read_text(encoding="utf-8")
+    for words in ("rejected", "ISO 14253-1", "strike with a tip", "± ", "route e"):
+        assert words in sheet
+    book = load_workbook(run / "supplier_sheet.xlsx", read_only=True)
+    assert book.sheetnames == ["verdicts", "not decided", "conditions"]
+    record = json.loads((run / "run.json").read_text(encoding="utf-8"))
+    assert "supplier_sheet.xlsx" in record["files_sha256"]
+    assert any("limits.toml" in name for name in record["inputs_sha256"])

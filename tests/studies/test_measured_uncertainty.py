@@ -1,0 +1,105 @@
+"""The study of measured uncertainty: what it says of a tiny search, and of a run."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from deboom.errors import InputError
+from deboom.files.platform import read_platform
+from deboom.study.motion import Factor, Motion, motion_index
+from deboom.study.mount_source import MountSource, operation
+from deboom.study.runner import load_study, run_study
+from deboom.study.uncertain_index import index_like, uncertain_index
+
+STUDIES = Path(__file__).parents[2] / "studies"
+STUDY = STUDIES / "measured_uncertainty.py"
+PLATFORM = STUDIES / "data" / "u06_f39_f45"
+QUICK = {"draws": 40, "generations": 2, "population": 8, "samples": 8}
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory):
+    return run_study(load_study(STUDY), tmp_path_factory.mktemp("results"), QUICK)
+
+
+def test_changes_are_known_better_than_levels_and_every_number_has_an_interval(run):
+    summary = json.loads((run / "summary.json").read_text())
+    assert 0.2 < summary["level_half_width_db"] < 1.0
+    assert summary["change_half_width_db"] < 0.3 * summary["level_half_width_db"]
+    for name in ("picks", "vehicles", "front"):
+        table = pd.read_csv(run / f"{name}.csv")
+        ends = [column for column in table if ", from [" in column]
+        assert ends
+        for low in ends:
+            assert np.all(table[low] <= table[low.replace(", from", ", to")])
+    quieter = pd.read_csv(run / "quieter.csv").iloc[:, 1:].to_numpy()
+    assert np.allclose(quieter + quieter.T, 100)
+
+
+def test_every_source_says_where_its_size_comes_from(run):
+    sources = pd.read_csv(run / "sources.csv")
+    origin = dict(zip(sources["source"], sources["from"], strict=True))
+    assert origin["calibration of the transfer functions"] == "stated prior"
+    assert origin["stiffness: rest of the error budget"] == "error budget in the mount library"
+    assert origin["motion in the runs"] == "tolerances of campaign virtual_bench_1"
+    assert sources["share of its variance [%]"].sum() == pytest.approx(100)
+    following = pd.read_csv(run / "next.csv")
+    assert following["measurement"].iloc[0] == "none: as it is"
+    columns = [column for column in following if column.endswith("± [dB]")]
+    assert len(columns) == 3
+    # more knowledge never widens what it is about
+    assert np.all(following[columns].iloc[1:] <= 1.005 * following[columns].iloc[0])
+    assert "one more vehicle" in set(following["measurement"])
+
+
+def test_the_designs_of_a_run_may_be_asked_about(tmp_path):
+    folder = tmp_path / "run"
+    folder.mkdir()
+    names = [f"{m} {a} [1]" for m in ("EnM", "GeM", "TSM", "Du") for a in "xyz"]
+    designs = pd.DataFrame([[0.9] * 12, [1.1] * 12], columns=names)
+    designs.to_csv(folder / "designs.csv", index=False)
+    pd.DataFrame({"pick": ["best mean", None]}).to_csv(folder / "front.csv", index=False)
+
+    result = run_study(load_study(STUDY), tmp_path, {**QUICK, "front": folder})
+
+    picks = pd.read_csv(result / "picks.csv")
+    assert picks["design"].tolist() == ["today's", "best mean"]
+    # all stiffnesses by 0.9: the level falls by 20 lg 0.9, and no error can change that
+    assert picks["change [dB]"].iloc[1] == pytest.approx(20 * np.log10(0.9))
+    assert picks["change, to [dB]"].iloc[1] == pytest.approx(20 * np.log10(0.9))
+    designs.rename(columns={"TSM x [1]": "Rear x [1]"}).to_csv(folder / "designs.csv", index=False)
+    with pytest.raises(InputError, match=r"has no column 'TSM x \[1\]'"):
+        run_study(load_study(STUDY), tmp_path, {**QUICK, "front": folder})
+    (folder / "designs.csv").unlink()
+    with pytest.raises(InputError, match=r"no designs\.csv"):
+        run_study(load_study(STUDY), tmp_path, {**QUICK, "front": folder})
+
+
+@pytest.mark.parametrize(
+    ("motion", "factor", "loss_factors"),
+    [
+        (Motion.prescribed, Factor.dynamic, False),
+        (Motion.prescribed, Factor.dynamic, True),
+        (Motion.coupled, Factor.dynamic, False),
+        (Motion.amplitude, Factor.dynamic, False),
+        (Motion.coupled, Factor.part, False),
+    ],
+)
+def test_every_model_of_the_motion_is_built_again(motion, factor, loss_factors):
+    runs = operation(read_platform(PLATFORM), None, MountSource.library, "U06", (25, 30))
+    index = motion_index(runs, motion, None, factor, loss_factors=loss_factors)
+    uncertain = uncertain_index(index, runs.platform, runs.parts)
+    designs = np.ones((2, len(index.variable_names)))
+    designs[1, 6] = 0.9
+
+    same = index_like(index, *uncertain.data.measured, runs.platform)
+    again = uncertain.again(0, seed=1)
+
+    assert type(again) is type(index)
+    assert np.allclose(same(designs), index(designs), atol=1e-8)
+    moved = (again(designs) - index(designs)) / index.n_lines
+    assert np.all(np.abs(moved[0]) > 1e-3)
+    assert np.all(np.abs(moved[1] - moved[0]) < np.abs(moved).max())

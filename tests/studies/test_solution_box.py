@@ -1,0 +1,128 @@
+"""The acceptance box of the shipped platform, found with few parts."""
+
+import json
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from deboom.errors import InputError
+from deboom.explore.solution_box import Box
+from deboom.explore.solution_box_search import BoxEffort, largest_box
+from deboom.files.solution_box import read_solution_box
+from deboom.study import solution_box, solution_box_question
+from deboom.study.runner import load_study, run_study
+
+STUDY = Path(__file__).parents[2] / "studies" / "solution_box.py"
+QUICK = BoxEffort(
+    starts=1, coarse=((0.5, 256),), fine=((0.15, 512),), calibration=8192, verification=8192
+)
+
+
+@pytest.fixture(scope="module", autouse=True)
+def few_parts():
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(solution_box, "largest_box", partial(largest_box, effort=QUICK))
+        patch.setattr(solution_box, "CURVE_EFFORT", QUICK)
+        patch.setattr(solution_box, "CURVE", (-0.5, 0.5, 1.5))
+        patch.setattr(solution_box_question, "POPULATION", 20)
+        patch.setattr(solution_box_question, "GENERATIONS", 15)
+        yield
+
+
+@pytest.fixture(scope="module")
+def finished(tmp_path_factory):
+    """One run that several tests look at."""
+    return run_study(load_study(STUDY), tmp_path_factory.mktemp("results"), {"seed": 1})
+
+
+def run(tmp_path, **options):
+    return run_study(load_study(STUDY), tmp_path, {"seed": 1, "curve": False, **options})
+
+
+def test_the_box_keeps_its_share_and_is_larger_than_the_others(finished):
+    summary = json.loads((finished / "summary.json").read_text())
+    assert summary["share_stated"] == 0.95
+    assert summary["share_verified"] >= summary["share_bound"] > 0.945
+    assert summary["volume_ratio_pm15"] > 10.0
+    assert summary["width_ratio_bisection"] > 1.3
+    assert summary["share_pm15"] == pytest.approx(0.95, abs=0.01)
+    assert summary["n_axes"] == 10
+    assert summary["binding_vehicle"] == "U06-3"
+    assert summary["seconds"] < 60.0
+
+
+def test_tables_and_pictures_are_there(finished):
+    box = pd.read_csv(finished / "box.csv")
+    assert box["requirement"].tolist().count("no requirement") == 2
+    assert (box["from [1]"] < box["to [1]"]).all()
+    curve = pd.read_csv(finished / "curve.csv")
+    assert curve["box"].tolist() == ["found", "found", "found", "none"]
+    width = curve["geometric mean half width [%]"].dropna()
+    assert width.is_monotonic_decreasing
+    figures = {path.stem for path in (finished / "figures").iterdir()}
+    assert figures == {"box", "levels", "trade_off"}
+    assert "U06-3" in (finished / "report.html").read_text(encoding="utf-8")
+
+
+def test_the_box_file_says_what_a_supplier_needs(finished):
+    box = read_solution_box(finished / "acceptance_box.json")
+    table = pd.read_csv(finished / "box.csv").set_index("variable")
+    one = box.variable("TSM x")
+    assert one.upper == table.loc["TSM x", "to [1]"]
+    assert one.upper_stiffness == pytest.approx(1e3 * table.loc["TSM x", "to [N/mm]"])
+    assert "g5_wot220" in one.condition
+    assert not box.variable("Du y").required
+    assert box.variable("Du y").reference_stiffness is None
+    assert [response.name for response in box.responses] == [f"U06-{n}" for n in range(1, 6)]
+    parts = Box(tuple(v.name for v in box.variables), *_ends(box))
+    assert parts.contains(parts.centre[np.newaxis]).all()
+
+
+def _ends(box):
+    return (np.array([getattr(v, end) for v in box.variables]) for end in ("lower", "upper"))
+
+
+def test_a_peak_in_the_worst_vehicle_at_a_limit_of_its_own(tmp_path):
+    options = {"quantity": "peak", "limit": 74.5, "worst_vehicle": True, "law": "normal"}
+    folder = run(tmp_path, **_enums(options))
+    box = read_solution_box(folder / "acceptance_box.json")
+    assert box.together
+    assert box.quantity == "peak level"
+    assert box.band == (25.0, 40.0)
+    assert {response.limit for response in box.responses} == {74.5}
+    assert box.share_verified > 0.94
+    assert not (folder / "figures" / "trade_off.png").exists()
+
+
+def _enums(options):
+    question = solution_box_question
+    named = {"quantity": question.Quantity, "law": question.Law}
+    return {name: named[name](v) if name in named else v for name, v in options.items()}
+
+
+def test_a_limit_below_today_is_one_of_each_vehicle(tmp_path):
+    prices = tmp_path / "prices.csv"
+    names = pd.read_csv(STUDY.parent / "data" / "u06_f39_f45" / "mounts.csv")["mount"].unique()
+    rows = [f"{m} {a},{2 if m == 'TSM' else 1},0.15" for m in names for a in "xyz"]
+    prices.write_text("variable,weight,reference tolerance\n" + "\n".join(rows) + "\n")
+    folder = run(tmp_path, below_today=1.0, share=0.8, cost_table=prices)
+    vehicles = pd.read_csv(folder / "vehicles.csv")
+    gap = vehicles["today [dB(A)]"] - vehicles["limit [dB(A)]"]
+    assert gap.to_numpy() == pytest.approx(np.ones(5))
+    assert pd.read_csv(folder / "box.csv").set_index("variable").loc["TSM x", "weight [1]"] == 2.0
+
+
+@pytest.mark.parametrize(
+    ("options", "sentence"),
+    [
+        ({"limit": 40.0}, "'U06-3', which binds"),
+        ({"limit": 54.0, "below_today": 1.0}, "two limits at once"),
+        ({"share": 1.0, "limit": 54.0}, "below 1"),
+    ],
+)
+def test_what_cannot_be_asked_is_refused(tmp_path, options, sentence):
+    with pytest.raises(InputError, match=sentence):
+        run(tmp_path, **options)

@@ -1,0 +1,245 @@
+"""Acceptance boxes: what is asked, what is refused, and that a seed decides everything."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from deboom.errors import InputError
+from deboom.explore.evaluate import ResponseFunction
+from deboom.explore.known_boxes import LinearProblem, QuadraticProblem
+from deboom.explore.known_truth import quad2
+from deboom.explore.solution_box import Box, BoxQuestion, CutNormalParts, UniformParts
+from deboom.explore.solution_box_peers import (
+    bisection_box,
+    kept_offset,
+    tolerance_box,
+    trade_off,
+    volume_ratio,
+)
+from deboom.explore.solution_box_reach import UnreachableLimit, reachable_designs
+from deboom.explore.solution_box_search import BoxEffort, FoundBox, largest_box, resized
+from deboom.explore.solution_box_share import (
+    box_sample,
+    lower_bound,
+    smooth_share,
+    verified_share,
+)
+
+QUICK = BoxEffort(
+    starts=1, coarse=((0.5, 256),), fine=((0.15, 512),), calibration=8192, verification=8192
+)
+
+
+def linear(limit=1.0, share=0.9, **others):
+    """Two rising responses of three variables; the third has no effect."""
+    problem = LinearProblem(np.array([[1.0, 0.5, 0.0], [0.4, 0.8, 0.0]]))
+    bounds = {"lower": np.zeros(3), "upper": np.full(3, 2.0)}
+    return BoxQuestion(problem, np.full(2, limit), share, **{**bounds, **others})
+
+
+def bowls(**others):
+    problem = QuadraticProblem(*(getattr(quad2(2, seed=1), n) for n in ("weights", "targets")))
+    bounds = {"lower": np.full(2, 0.4), "upper": np.full(2, 1.6)}
+    return BoxQuestion(problem, np.full(2, 0.15), 0.9, **{**bounds, **others})
+
+
+@pytest.mark.parametrize("law", [UniformParts(), CutNormalParts()])
+@pytest.mark.parametrize("together", [False, True])
+def test_the_smooth_share_has_exact_derivatives(law, together):
+    question = bowls(law=law, together=together)
+    unit = box_sample(2, 1024, seed=1, purpose="derivatives")
+    ends = np.array([[0.7, 0.8], [1.1, 1.2]])
+
+    def share(moved):
+        return smooth_share(question, Box(question.names, *moved), unit, 0.05)[0]
+
+    gradient = smooth_share(question, Box(question.names, *ends), unit, 0.05)[1]
+    step = 1e-6
+    for place in np.ndindex(2, 2):
+        change = np.zeros((2, 2))
+        change[place] = step
+        difference = (share(ends + change) - share(ends - change)) / (2.0 * step)
+        assert gradient[place] == pytest.approx(difference, rel=2e-4, abs=1e-6)
+
+
+def test_a_hard_step_is_the_limit_of_the_smooth_share():
+    question = bowls()
+    unit = box_sample(2, 4096, seed=1, purpose="limit")
+    box = Box(question.names, np.full(2, 0.7), np.full(2, 1.2))
+    assert smooth_share(question, box, unit, 1e-9)[0] == question.share_of(box, unit)
+
+
+def test_a_variable_without_effect_gets_its_bounds_and_one_that_is_held_stays():
+    found = largest_box(linear(), seed=1, effort=QUICK)
+    assert found.box.lower[2] == 0.0
+    assert found.box.upper[2] == pytest.approx(2.0)
+    assert found.box.lower[:2] == pytest.approx([0.0, 0.0], abs=1e-9)
+    held = linear(lower=np.array([0.0, 0.3, 0.0]), upper=np.array([2.0, 0.3, 2.0]))
+    box = largest_box(held, seed=1, effort=QUICK).box
+    assert (box.lower[1], box.upper[1]) == (0.3, 0.3)
+    assert box.width[0] > 0.1
+
+
+def test_a_dear_interval_is_wider():
+    even, dear = (
+        largest_box(linear(weight=np.array([w, 1.0, 1.0])), seed=1, effort=QUICK).box.width[0]
+        for w in (1.0, 4.0)
+    )
+    assert dear > 1.2 * even
+
+
+def test_together_is_stricter_and_a_normal_law_is_milder():
+    volumes = {
+        name: question.log_volume(largest_box(question, seed=1, effort=QUICK).box)
+        for name, question in {
+            "each": bowls(),
+            "together": bowls(together=True),
+            "normal": bowls(law=CutNormalParts()),
+        }.items()
+    }
+    assert volumes["together"] < volumes["each"] < volumes["normal"]
+
+
+def test_the_same_seed_gives_the_same_box_whoever_computes():
+    alone, again, shared = (
+        largest_box(bowls(), seed=3, effort=QUICK, workers=workers) for workers in (1, 1, 2)
+    )
+    for other in (again, shared):
+        assert other.box.lower.tobytes() == alone.box.lower.tobytes()
+        assert other.box.upper.tobytes() == alone.box.upper.tobytes()
+        assert other.verified.share == alone.verified.share
+    assert largest_box(bowls(), seed=4, effort=QUICK).box.lower[0] != alone.box.lower[0]
+
+
+def test_the_bound_counts_parts_and_not_responses():
+    twins = replace(bowls(), response=_Twins(bowls().response), limit=np.full(8, 0.15))
+    box = Box(twins.names, np.full(2, 0.75), np.full(2, 1.15))
+    one, many = (verified_share(q, box, seed=1, n_parts=8192) for q in (bowls(), twins))
+    assert many.share == pytest.approx(one.share, abs=1e-12)
+    assert many.bound == pytest.approx(one.bound, abs=1e-12)
+
+
+class _Twins:
+    """Every response four times: nothing more is known of a part."""
+
+    response_unit = "1"
+
+    def __init__(self, model):
+        self.model, self.variable_names = model, model.variable_names
+        self.response_names = tuple(f"{n} {i}" for i in range(4) for n in model.response_names)
+
+    def __call__(self, designs):
+        return np.tile(self.model(designs), 4)
+
+    def gradient(self, designs):
+        return np.tile(self.model.gradient(designs), (1, 4, 1))
+
+
+def test_a_bound_from_parts_that_all_keep_the_limit_stays_below_one():
+    assert 0.99 < lower_bound(np.ones(2000), 0.95) < 1.0
+    assert lower_bound(np.array([0.0, 1.0]), 0.95) == 0.0
+    with pytest.raises(InputError, match="at least 2 parts"):
+        lower_bound(np.ones(1), 0.95)
+
+
+def test_an_unreachable_limit_says_by_how_much_and_who_binds():
+    with pytest.raises(UnreachableLimit, match="misses it by") as caught:
+        largest_box(bowls(together=True).lowered(0.149), seed=1, effort=QUICK)
+    error = caught.value
+    assert error.binding in ("y1", "y2")
+    assert f"'{error.binding}', which binds" in str(error)
+    assert error.missed > 0.0
+
+
+def test_a_share_that_one_response_can_miss_needs_only_the_other():
+    question = replace(bowls().lowered(0.14), share=0.45)
+    design = reachable_designs(question, seed=1, count=2)[0]
+    assert question.excess(design[np.newaxis]).min() < 0.0
+    assert question.least_kept == 1
+
+
+def test_a_box_with_no_interior_names_the_variable():
+    question = linear(limit=1e-4, lower=np.zeros(3))
+    with pytest.raises(InputError, match="no interior: 'x1'"):
+        largest_box(question, seed=1, effort=QUICK)
+
+
+@pytest.mark.parametrize(
+    ("change", "sentence"),
+    [
+        ({"share": 1.0}, "above 0 and below 1"),
+        ({"limit": np.zeros(3)}, "limit of a box"),
+        ({"lower": np.full(3, 3.0)}, "reversed"),
+        ({"weight": np.array([1.0, 0.0, 1.0])}, "shrink to nothing"),
+        ({"lower": np.ones(3), "upper": np.ones(3)}, "holds? every variable fixed"),
+        ({"upper": np.array([1.0, np.nan, 1.0])}, "finite number"),
+        (
+            {"response": ResponseFunction(lambda x: x[:, :2], ("a", "b", "c"), ("y", "z"), "1")},
+            "no gradient",
+        ),
+    ],
+)
+def test_questions_without_an_answer_are_refused(change, sentence):
+    with pytest.raises(InputError, match=sentence):
+        replace(linear(), **change)
+
+
+def test_boxes_and_points_that_are_none_are_refused():
+    with pytest.raises(InputError, match="ends reversed"):
+        Box(("a",), np.ones(1), np.zeros(1))
+    with pytest.raises(InputError, match="finite lower end"):
+        Box(("a",), np.array([np.inf]), np.ones(1))
+    with pytest.raises(InputError, match="outside the bounds"):
+        largest_box(linear(), seed=1, points=[[3.0, 0.0, 0.0]], effort=QUICK)
+    with pytest.raises(InputError, match="give one"):
+        bisection_box(linear(), [1.0], seed=1)
+    with pytest.raises(InputError, match="seed 0"):
+        largest_box(linear(), seed=0)
+    with pytest.raises(InputError, match="workers"):
+        largest_box(linear(), seed=1, effort=QUICK, workers=0)
+
+
+def test_a_part_that_cannot_be_computed_keeps_no_limit():
+    class Broken(LinearProblem):
+        def __call__(self, designs):
+            return np.where(designs[:, :1] > 0.5, np.nan, super().__call__(designs))
+
+    question = replace(linear(9.0), response=Broken(linear().response.slopes))
+    found = largest_box(question, seed=1, effort=QUICK)
+    assert found.verified.share >= 0.9
+    assert found.box.upper[0] < 0.65
+
+
+def test_peers_keep_the_share_at_their_limit():
+    question = bowls()
+    about = tolerance_box(question.names, np.ones(2), 0.15)
+    raised = question.lowered(-kept_offset(question, about, seed=1))
+    unit = box_sample(2, 65536, seed=1, purpose="kept limit")
+    assert raised.share_of(about, unit) == pytest.approx(0.9, abs=2e-4)
+    plain = bisection_box(raised, np.ones(2), seed=1, effort=QUICK)
+    assert plain.tolerance == pytest.approx(0.15, abs=0.003)
+    found = largest_box(raised, seed=1, points=[np.ones(2)], effort=QUICK)
+    ratio = volume_ratio(found.box, plain.box, np.ones(2, dtype=bool))
+    assert ratio.volume > 1.1
+    assert ratio.width == pytest.approx(np.sqrt(ratio.volume))
+    none = bisection_box(question.lowered(0.14), np.full(2, 1.6), seed=1, effort=QUICK)
+    assert none.tolerance == pytest.approx(0.0, abs=1e-5)
+
+
+def test_boxes_grow_with_the_limit_and_what_cannot_be_reached_says_so():
+    question = bowls(together=True)
+    strict, asked, mild = trade_off(question, (0.149, 0.0, -0.1), seed=1, effort=QUICK)
+    assert isinstance(strict, UnreachableLimit)
+    assert isinstance(asked, FoundBox)
+    assert isinstance(mild, FoundBox)
+    assert question.log_volume(mild.box) > question.log_volume(asked.box)
+    assert 0.0 < asked.room < 0.149
+
+
+def test_resizing_moves_no_end_that_is_a_bound():
+    question = linear()
+    box = Box(question.names, np.array([0.0, 0.5, 0.0]), np.array([1.0, 2.0, 2.0]))
+    grown = resized(question, box, 0.2)
+    assert grown.lower.tolist() == pytest.approx([0.0, 0.35, 0.0])
+    assert grown.upper.tolist() == pytest.approx([1.1, 2.0, 2.0])

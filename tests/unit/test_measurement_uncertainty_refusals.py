@@ -1,0 +1,119 @@
+"""Uncertainty that cannot be drawn or combined is refused in one sentence."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from deboom.errors import InputError
+from deboom.measurement.channels import Frf, Spectrum
+from deboom.measurement.combined_uncertainty import (
+    NextMeasurement,
+    VariancePart,
+    crossed_spread,
+    half_width_after,
+)
+from deboom.measurement.load_case import LoadCase
+from deboom.measurement.method_difference import method_difference
+from deboom.measurement.propagated_interval import pivotal_interval
+from deboom.vehicles.fleet import Fleet, Vehicle
+from deboom.vehicles.force_errors import ForceCells, RunNoise, StiffnessError
+from deboom.vehicles.platform_uncertainty import TransferUncertainty
+from deboom.vehicles.transfer_errors import TransferCalibration, TransferPaths
+from deboom.vehicles.uncertain_data import UncertainData
+
+LINES = np.arange(20.0, 61.0)
+
+
+def frf(paths=("M x", "M z"), lines=LINES, value=1.0 + 0j):
+    values = np.full((lines.size, 1, len(paths)), value)
+    return Frf(lines, values, ("ear",), paths, "Pa/N")
+
+
+def case(name="run", lines=LINES):
+    values = np.ones((lines.size, 2), dtype=complex)
+    channels = ("M x", "M z")
+    return LoadCase(
+        name,
+        "",
+        5,
+        3.4,
+        220.0,
+        1.5,
+        Spectrum(lines, values, channels, "m"),
+        Spectrum(lines, values, channels, "N"),
+    )
+
+
+PART = VariancePart("a", 1.0)
+NOISE = RunNoise(0.01, "test")
+
+
+def data(sources=(NOISE,), cases=None, transfers=None, band=(20.0, 60.0)):
+    vehicles = [Vehicle(f"V-{k}", "V", one) for k, one in enumerate(transfers or (frf(), frf()), 1)]
+    return UncertainData(Fleet(tuple(vehicles)), cases or (case(),), sources, band)
+
+
+@pytest.mark.parametrize(
+    ("call", "sentence"),
+    [
+        (lambda: data().drawn(0, 0), "seed 0 is refused"),
+        (lambda: data().drawn(-1, 1), "draws count from 0"),
+        (lambda: data().drawn(0, 1, ["moon"]), r"no source of uncertainty \['moon'\]: use"),
+        (lambda: data((RunNoise(0.1, ""), RunNoise(0.2, ""))), "duplicated source"),
+        (lambda: data(cases=(case(), case("other", LINES[1:]))), "run and other differ"),
+        (lambda: data(transfers=(frf(), frf(("M x", "M y")))), "vehicle V-2: its noise transfer"),
+        (lambda: data(band=(200.0, 300.0)).measured, "no line between 200 and 300 Hz"),
+        (lambda: UncertainData(Fleet((Vehicle("V", "V", frf()),)), (), (), (20, 60)), "load case"),
+        (lambda: TransferCalibration(-0.5, ""), "standard deviation of -0.5"),
+        (lambda: TransferPaths(0.05, 0.0, ""), "correlation length of 0.0 Hz"),
+        (lambda: StiffnessError({"M x": np.nan}, {}, 0.2, ""), "M x: a standard deviation of nan"),
+        (lambda: ForceCells({"M": 0.01}, {"M": -1.0}, (), ""), "angle of M: a standard deviation"),
+        (lambda: pivotal_interval(1.0, np.ones(39)), "39 draws do not give an interval"),
+        (lambda: pivotal_interval([1.0, 2.0], np.ones((50, 3))), "one row per draw"),
+        (lambda: pivotal_interval(1.0, np.full(50, -np.inf)), "finite values"),
+        (lambda: pivotal_interval(1.0, np.ones(50), 90.0), "a coverage of 90.0"),
+        (lambda: VariancePart("a", -1.0), "a: a variance of -1.0"),
+        (lambda: VariancePart("a", 1.0, 0.0), "degrees of freedom"),
+        (lambda: crossed_spread([[1.0, 2.0]]), "at least two rows"),
+        (lambda: crossed_spread([[1.0, np.nan], [1.0, 2.0]]), "finite values"),
+        (
+            lambda: half_width_after(
+                [VariancePart("a", 1.0)], NextMeasurement("n", {"b": 0.5}, {})
+            ),
+            "no cause 'b'",
+        ),
+        (
+            lambda: half_width_after(
+                [VariancePart("a", 1.0)], NextMeasurement("n", {"a": 2.0}, {})
+            ),
+            "give 0 to 1",
+        ),
+        (lambda: method_difference([]), "at least one vehicle"),
+        (lambda: method_difference([(frf(), frf(("M x", "M y")))]), "vehicle 1: its two"),
+        (lambda: method_difference([(frf(("M x",)), frf(("M x",)))]), "at least two paths"),
+        (lambda: method_difference([(frf(value=0j), frf(value=0j))]), "without any answer"),
+    ],
+)
+def test_what_makes_no_interval_is_refused(call, sentence):
+    with pytest.raises(InputError, match=sentence):
+        call()
+
+
+def test_a_calibration_seen_on_two_vehicles_keeps_its_prior():
+    generator = np.random.default_rng(1)
+
+    def noisy():
+        noise = generator.normal(size=(2, LINES.size, 1, 2))
+        return replace(frf(), values=frf().values + 0.01 * (noise[0] + 1j * noise[1]))
+
+    few, enough = (
+        TransferUncertainty.of_methods(
+            method_difference([(noisy(), noisy()) for _ in range(n)]), "two ways"
+        )
+        for n in (2, 3)
+    )
+    assert few.calibration_db == TransferUncertainty().calibration_db
+    assert "stated prior" in {source.origin for source in few.sources}
+    assert enough.calibration_db < 0.2
+    assert {source.origin for source in enough.sources} == {"two ways"}

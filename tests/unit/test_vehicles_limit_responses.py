@@ -1,0 +1,77 @@
+"""Levels that can be limited: values against the index, derivatives against differences."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from deboom.errors import InputError
+from deboom.files.platform import read_platform
+from deboom.study.motion import Motion, motion_index
+from deboom.study.mount_source import MountSource, operation
+from deboom.vehicles.limit_responses import MeanLevel, PeakLevel
+
+PLATFORM = Path(__file__).parents[2] / "studies" / "data" / "u06_f39_f45"
+BAND = (25.0, 40.0)
+
+
+@pytest.fixture(scope="module")
+def runs():
+    cases = ["g5_wot220", "g6_wot160=0.5"]
+    return operation(read_platform(PLATFORM), cases, MountSource.spectra, "F39", (20, 60))
+
+
+@pytest.fixture(scope="module", params=[Motion.prescribed, Motion.coupled])
+def index(request, runs):
+    return motion_index(runs, request.param, None)
+
+
+def designs(index, count):
+    return np.random.default_rng(1).uniform(0.8, 1.2, (count, len(index.variable_names)))
+
+
+def differences(response, rows):
+    steps = 1e-6 * np.eye(rows.shape[1])
+    return np.stack(
+        [(response(rows + step) - response(rows - step)) / 2e-6 for step in steps], axis=-1
+    )
+
+
+def test_the_peak_is_the_loudest_line_of_all_load_cases(index):
+    rows = designs(index, 7)
+    inside = (index.frequency >= BAND[0]) & (index.frequency <= BAND[1])
+    levels = [index.levels(rows, name)[:, :, inside] for name in index.load_case_names]
+    expected = np.maximum(*(one.max(axis=-1) for one in levels))
+    peak = PeakLevel(index, BAND)
+    assert peak(rows) == pytest.approx(expected, abs=1e-10)
+    lines = index.frequency[inside]
+    loudest = np.concatenate(levels, axis=-1).argmax(axis=-1) % lines.size
+    assert np.array_equal(peak.frequency(rows), lines[loudest])
+    assert (peak.variable_names, peak.response_names) == (
+        index.variable_names,
+        index.response_names,
+    )
+
+
+def test_a_peak_has_the_derivative_of_its_line(index):
+    peak, rows = PeakLevel(index, BAND), designs(index, 3)
+    assert peak.gradient(rows) == pytest.approx(differences(peak, rows), abs=1e-5)
+
+
+def test_the_mean_level_is_splv_over_the_lines(index):
+    mean, rows = MeanLevel(index), designs(index, 3)
+    assert mean(rows) == pytest.approx(index(rows) / 161, rel=1e-14)
+    assert mean.gradient(rows) == pytest.approx(differences(mean, rows), abs=1e-5)
+    assert mean.response_unit == "dB(A)"
+
+
+def test_a_band_without_lines_is_refused(index):
+    with pytest.raises(InputError, match="no line between 70 and 80 Hz"):
+        PeakLevel(index, (70.0, 80.0))
+
+
+def test_a_motion_that_follows_the_amplitude_is_refused():
+    runs = operation(read_platform(PLATFORM), None, MountSource.library, "F39", (20, 60))
+    follows = motion_index(runs, Motion.amplitude, None)
+    with pytest.raises(InputError, match="prescribed or coupled motion"):
+        PeakLevel(follows, BAND)

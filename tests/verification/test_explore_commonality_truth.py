@@ -1,0 +1,141 @@
+"""Shared part numbers against all partitions, and against answers known beforehand."""
+
+from dataclasses import dataclass
+from itertools import product
+
+import numpy as np
+import pytest
+
+from deboom.errors import InputError
+from deboom.explore.commonality import fewest_part_numbers
+from deboom.explore.design_space import DesignSpace
+from deboom.explore.shared_design import SharingProblem, own_optima, shared_design
+from deboom.explore.sharing import Sharing, SharingRules
+
+
+@dataclass(frozen=True, eq=False)
+class Bowls:
+    """Level of vehicle v: squared distance of its design from its own centre."""
+
+    centres: np.ndarray
+
+    @property
+    def variable_names(self):
+        """Of two parts with two axes, or with one."""
+        return tuple(f"{part} {axis}" for part in "AB" for axis in "xz")[: self.centres.shape[1]]
+
+    @property
+    def response_names(self):
+        """One per centre."""
+        return tuple(f"car {n}" for n in range(1, len(self.centres) + 1))
+
+    response_unit = "dB"
+
+    def __call__(self, designs):
+        """Return squared distances."""
+        return np.einsum("nvk,nvk->nv", *2 * [designs[:, np.newaxis] - self.centres])
+
+    def gradient(self, designs):
+        """Return twice the distance."""
+        return 2 * (designs[:, np.newaxis] - self.centres)
+
+
+def problem_of(centres, radius, rules=None):
+    bowls = Bowls(np.asarray(centres, dtype=float))
+    k = bowls.centres.shape[1]
+    space = DesignSpace(
+        bowls.variable_names, ("1",) * k, np.zeros(k), -3 * np.ones(k), 3 * np.ones(k), np.zeros(k)
+    )
+    parts = {
+        part: [name for name in space.names if name.startswith(part)]
+        for part in "AB"
+        if any(name.startswith(part) for name in space.names)
+    }
+    limits = np.full(len(bowls.centres), radius**2)
+    own = own_optima(bowls, space, starts=2, seed=1)
+    if rules is None:
+        return SharingProblem(bowls, space, parts, limits), own
+    return SharingProblem(bowls, space, parts, limits, rules), own
+
+
+def partitions(count):
+    """Every way to number vehicles in the order of first use."""
+    return [
+        row
+        for row in product(range(count), repeat=count)
+        if all(n <= max(row[:place], default=-1) + 1 for place, n in enumerate(row))
+    ]
+
+
+def fewest_of_all(problem, own):
+    """Fewest numbers over every partition of every part."""
+    best = None
+    for rows in product(partitions(len(problem.vehicles)), repeat=len(problem.part_names)):
+        sharing = Sharing(problem.part_names, problem.vehicles, np.array(rows))
+        if best is not None and sharing.total >= best:
+            continue
+        if shared_design(problem, sharing, [own.designs]).worst <= 1e-6:
+            best = sharing.total
+    return best
+
+
+def test_two_clusters_of_one_part_and_one_of_the_other():
+    # A: cars 1, 2 near -1 and cars 3, 4 near +1; B: the same for all
+    centres = [[-1.0, 0, 0.5, 0], [-1.1, 0, 0.5, 0], [1.0, 0, 0.5, 0], [1.1, 0, 0.5, 0]]
+    problem, own = problem_of(centres, 0.06)
+    found = fewest_part_numbers(problem, own)
+    assert found.fewest.sharing.counts == (2, 1)
+    assert found.fewest.sharing.numbers.tolist() == [[0, 0, 1, 1], [0, 0, 0, 0]]
+    assert found.lower_bound == 3
+    # one number of each part lies in the middle: 1.05 away from the outermost
+    assert found.by_count[0].worst == pytest.approx(1.1**2 - 0.06**2, rel=1e-4)
+    # two numbers of A: half of 0.1 away
+    assert found.by_count[1].worst == pytest.approx(0.05**2 - 0.06**2, rel=1e-3)
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_as_few_numbers_as_over_all_partitions(seed):
+    centres = np.random.default_rng(seed).uniform(-1, 1, (4, 4))
+    problem, own = problem_of(centres, 0.75)
+    found = fewest_part_numbers(problem, own)
+    assert found.fewest.worst <= 0
+    assert found.fewest.sharing.total == fewest_of_all(problem, own)
+    assert found.lower_bound <= found.fewest.sharing.total
+
+
+def test_limits_hold_and_the_rest_is_as_quiet_as_can_be():
+    centres = [[-1.0, 0.0], [1.0, 0.0], [0.0, 0.0]]
+    problem, own = problem_of(centres, 1.5)
+    found = fewest_part_numbers(problem, own)
+    assert found.fewest.sharing.total == 1
+    # the least sum of squared distances is at the mean
+    assert found.fewest.designs == pytest.approx(np.zeros((3, 2)), abs=1e-3)
+
+
+def test_rules_hold():
+    centres = [[-1.0, 0.0], [-1.0, 0.0], [1.0, 0.0]]
+    apart = SharingRules({}, {"A": [["car 1", "car 2"]]})
+    problem, own = problem_of(centres, 1.5, apart)
+    found = fewest_part_numbers(problem, own)
+    assert found.fewest.sharing.total == 2
+    assert found.fewest.sharing.numbers[0, 0] != found.fewest.sharing.numbers[0, 1]
+    together = SharingRules({"A": [["car 1", "car 3"]]}, {})
+    problem, own = problem_of(centres, 0.5, together)
+    with pytest.raises(InputError, match="loosen the rules"):
+        fewest_part_numbers(problem, own)
+
+
+def test_an_unreachable_limit_names_the_vehicle_that_binds():
+    problem, own = problem_of([[-1.0, 0.0], [4.0, 0.0]], 0.5)
+    with pytest.raises(
+        InputError, match=r"car 2 cannot keep its limit of 0\.25 dB.*0\.75 too much"
+    ):
+        fewest_part_numbers(problem, own)
+
+
+def test_contradictory_rules_are_named():
+    rules = SharingRules(
+        {"A": [["car 1", "car 2"], ["car 2", "car 3"]]}, {"A": [["car 3", "car 1"]]}
+    )
+    with pytest.raises(InputError, match="A: car 3 and car 1 must not share"):
+        problem_of([[0.0, 0.0]] * 3, 1.0, rules)

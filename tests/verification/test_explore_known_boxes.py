@@ -1,0 +1,111 @@
+"""Largest boxes against closed forms and quadrature."""
+
+import numpy as np
+import pytest
+
+from deboom.explore.known_boxes import (
+    LinearProblem,
+    QuadraticProblem,
+    exact_largest_box,
+    exact_share,
+    largest_bowl_box,
+    largest_linear_box,
+    linear_share,
+    quadratic_share,
+)
+from deboom.explore.known_truth import quad2
+from deboom.explore.solution_box import Box, BoxQuestion
+from deboom.explore.solution_box_search import BoxEffort, largest_box
+from deboom.explore.solution_box_share import box_sample, face_shares
+
+EFFORT = BoxEffort(calibration=2**18, verification=2**18)
+SLOPE = np.array([0.7, 1.1, 1.6, 0.9])
+
+
+def draws(lower, upper, size=200_000):
+    return lower + np.random.default_rng(7).random((size, len(lower))) * (upper - lower)
+
+
+@pytest.mark.parametrize("limit", [1.0, 2.0, 3.0, 4.0])
+def test_the_share_below_a_plane_is_that_of_random_parts(limit):
+    slope = np.array([1.0, -2.0, 0.5, 1.5])
+    lower, upper = np.array([0.0, -0.5, 0.2, 1.0]), np.array([1.0, 0.5, 2.0, 1.3])
+    counted = np.mean(draws(lower, upper) @ slope <= limit)
+    assert linear_share(slope, limit, lower, upper) == pytest.approx(counted, abs=0.004)
+
+
+def test_the_share_below_a_plane_is_exact_where_it_is_plain():
+    zeros, ones = np.zeros(2), np.ones(2)
+    assert linear_share(ones, 0.5, zeros, ones) == pytest.approx(0.125, abs=1e-14)
+    assert linear_share(ones, 1.5, zeros, ones) == pytest.approx(0.875, abs=1e-14)
+    assert linear_share(ones, 2.0, zeros, ones) == 1.0
+    assert linear_share(ones, 0.6, zeros, np.array([0.0, 1.0])) == pytest.approx(0.6)
+
+
+@pytest.mark.parametrize("limit", [0.05, 0.1, 0.2])
+def test_the_share_of_a_bowl_is_that_of_random_parts(limit):
+    weight, target = np.array([0.7, 1.2, 0.9]), np.array([0.9, 1.1, 1.05])
+    lower, upper = np.array([0.7, 0.8, 0.6]), np.array([1.2, 1.3, 1.4])
+    counted = np.mean((draws(lower, upper) - target) ** 2 @ weight <= limit)
+    assert quadratic_share(weight, target, limit, lower, upper) == pytest.approx(counted, abs=0.004)
+
+
+def test_a_disc_in_its_square_has_the_share_of_pi():
+    ones = np.ones(2)
+    assert quadratic_share(ones, ones, 0.25, 0.5 * ones, 1.5 * ones) == pytest.approx(
+        np.pi / 4.0, abs=1e-4
+    )
+
+
+def test_closed_forms_are_the_optimum_of_the_exact_share():
+    bounds = Box(("x1", "x2", "x3", "x4"), np.zeros(4), np.full(4, 3.0))
+    closed = largest_linear_box(SLOPE, 1.0, 0.95, bounds.lower)
+    found = exact_largest_box(LinearProblem(SLOPE[np.newaxis]), np.ones(1), 0.95, bounds)
+    assert found.upper == pytest.approx(closed.upper, rel=1e-3)
+    bowl = QuadraticProblem(np.array([[0.7, 1.3]]), np.array([[1.0, 1.1]]))
+    middle = largest_bowl_box(bowl.weights[0], bowl.targets[0], 0.05, 0.95)
+    square = Box(("x1", "x2"), np.full(2, 0.2), np.full(2, 2.0))
+    sought = exact_largest_box(bowl, np.array([0.05]), 0.95, square)
+    assert np.prod(sought.width) == pytest.approx(np.prod(middle.width), rel=1e-3)
+
+
+def linear_case():
+    problem = LinearProblem(SLOPE[np.newaxis])
+    bounds = Box(problem.variable_names, np.zeros(4), np.full(4, 3.0))
+    return problem, np.ones(1), bounds, largest_linear_box(SLOPE, 1.0, 0.95, bounds.lower)
+
+
+def bowl_case():
+    problem = QuadraticProblem(np.array([[0.7, 1.3]]), np.array([[1.0, 1.1]]))
+    bounds = Box(problem.variable_names, np.full(2, 0.2), np.full(2, 2.0))
+    exact = largest_bowl_box(problem.weights[0], problem.targets[0], 0.05, 0.95)
+    return problem, np.array([0.05]), bounds, exact
+
+
+def quad2_case():
+    truth = quad2(2, seed=1)
+    problem = QuadraticProblem(truth.weights, truth.targets)
+    bounds = Box(problem.variable_names, np.full(2, 0.4), np.full(2, 1.6))
+    middle = truth.targets.mean(axis=0)
+    limit = np.full(2, float(problem(middle[np.newaxis]).max()) + 0.05)
+    return problem, limit, bounds, exact_largest_box(problem, limit, 0.95, bounds, anchors=[middle])
+
+
+@pytest.mark.parametrize("case", [linear_case, bowl_case, quad2_case])
+def test_the_search_finds_the_exact_box(case):
+    problem, limit, bounds, exact = case()
+    question = BoxQuestion(problem, limit, 0.95, bounds.lower, bounds.upper)
+    found = largest_box(question, seed=1, effort=EFFORT)
+    assert np.prod(found.box.width) == pytest.approx(np.prod(exact.width), rel=0.02)
+    true = exact_share(problem, limit, found.box)
+    assert true >= found.verified.bound >= question.share
+    assert found.verified.share == pytest.approx(true, abs=4.0 * found.verified.standard_error)
+
+
+def test_at_the_optimum_all_free_faces_have_the_same_share():
+    problem, limit, bounds, _ = linear_case()
+    question = BoxQuestion(problem, limit, 0.95, bounds.lower, bounds.upper)
+    box = largest_box(question, seed=1, effort=EFFORT).box
+    upper = face_shares(question, box, box_sample(4, 2**15, seed=2, purpose="faces"))[1]
+    assert np.ptp(upper) < 0.02
+    assert np.all(upper < 0.93)

@@ -1,0 +1,240 @@
+"""Errors that are drawn, against closed forms: one path, linear levels, known variances."""
+
+import numpy as np
+import pytest
+
+from deboom.measurement.channels import Frf, Spectrum
+from deboom.measurement.combined_uncertainty import (
+    NextMeasurement,
+    VariancePart,
+    crossed_spread,
+    half_width,
+    half_width_after,
+)
+from deboom.measurement.load_case import LoadCase
+from deboom.measurement.method_difference import method_difference
+from deboom.measurement.propagated_interval import pivotal_interval, probability_below
+from deboom.mounts.mount import Mount
+from deboom.vehicles.booming_index import booming_index
+from deboom.vehicles.fleet import Fleet, Vehicle
+from deboom.vehicles.force_errors import ForceCells, MotionError, RunNoise, StiffnessError
+from deboom.vehicles.kernel_numpy import NUMPY
+from deboom.vehicles.transfer_errors import (
+    TransferBody,
+    TransferCalibration,
+    TransferFloor,
+    TransferPaths,
+    smooth_basis,
+)
+from deboom.vehicles.uncertain_data import UncertainData
+from deboom.vehicles.uncertainty_source import own_generator
+
+LINES = np.linspace(20.0, 60.0, 81)
+BAND = (20.0, 60.0)
+DB = 20 / np.log(10)
+
+
+def one_path(*sources, axes=("x",)):
+    """Two vehicles, one mount; with one axis the level is linear in the logarithm of all errors."""
+    generator = np.random.default_rng(5)
+    mount = Mount("M", "", ("",), ((0.2, 0.0, 0.1),), axes)
+    shape = (LINES.size, len(axes))
+    complex_values = generator.normal(size=(4, 2, *shape)) @ np.eye(len(axes))
+    values = 1.0 + 0.2 * (complex_values[:, 0] + 1j * complex_values[:, 1])
+    paths = tuple(f"M {axis}" for axis in axes)
+    vehicles = [
+        Vehicle(name, "V", Frf(LINES, 1e-2 * v[:, np.newaxis], ("ear",), paths, "Pa/N"))
+        for name, v in zip(("V-1", "V-2"), values, strict=False)
+    ]
+    case = LoadCase(
+        "run",
+        "",
+        5,
+        3.4,
+        220.0,
+        1.5,
+        Spectrum(LINES, 1e-4 * values[2], paths, "m"),
+        Spectrum(LINES, 30.0 * values[3], paths, "N"),
+    )
+    return UncertainData(Fleet(tuple(vehicles)), (case,), sources, BAND), mount
+
+
+def levels(data, mount, draw=None, seed=1, only=None):
+    fleet, cases = data.measured if draw is None else data.drawn(draw, seed, only)
+    index = booming_index(fleet, (mount,), [(cases[0], 1.0)], BAND, NUMPY)
+    designs = np.ones((2, 3))
+    designs[1, 0] = 0.8
+    return index(designs) / index.n_lines
+
+
+def test_a_calibration_moves_every_level_by_its_decibels_and_no_change():
+    source = TransferCalibration(0.5, "test")
+    data, mount = one_path(source)
+    measured = levels(data, mount)
+
+    moved = np.array([levels(data, mount, draw) - measured for draw in range(300)])
+
+    drawn = [own_generator(source, 1, n).standard_normal((2, 1, 1))[:, 0, 0] for n in range(300)]
+    assert np.allclose(moved[:, 0], 0.5 * np.array(drawn), atol=1e-10)
+    assert np.allclose(moved[:, 1], moved[:, 0], atol=1e-10)
+    # variance of 300 draws: within 3.3 standard errors of the stated one
+    assert moved[:, 0].var(axis=0) == pytest.approx(0.25, rel=3.3 * np.sqrt(2 / 300))
+
+
+def test_the_level_of_one_path_is_linear_in_the_logarithm_of_its_stiffness():
+    source = StiffnessError({"M x": 0.03}, {"M x": ("M x",)}, 0.2, "test")
+    data, mount = one_path(source)
+    measured = levels(data, mount)
+
+    for draw in range(5):
+        along, _ = own_generator(source, 1, draw).standard_normal(2)
+        moved = levels(data, mount, draw) - measured
+        assert np.allclose(moved, DB * 0.03 * along, atol=1e-10)
+
+
+def test_line_by_line_noise_averages_over_the_lines():
+    relative = 0.02
+    data, mount = one_path(RunNoise(relative, "test"))
+    measured = levels(data, mount)
+    moved = np.array([levels(data, mount, draw) - measured for draw in range(300)])
+
+    # half of the variance of a complex error lies along the magnitude
+    expected = (DB * relative) ** 2 / 2 / LINES.size
+    assert moved[:, 0].var(axis=0) == pytest.approx(expected, rel=0.28)
+    assert np.allclose(moved[:, 0, 0], moved[:, 0, 1])  # one run, heard in both vehicles
+
+
+def test_a_smooth_error_has_its_correlation_and_its_variance_in_a_mean():
+    length, relative = 8.0, 0.01
+    basis = smooth_basis(LINES, length)
+    correlation = np.exp(-(((LINES[:, None] - LINES) / length) ** 2) / 2)
+    assert np.allclose(basis @ basis.T, correlation, atol=1e-5)
+
+    data, mount = one_path(TransferPaths(relative, length, "test"))
+    flat = np.ones((LINES.size, 1, 1)) * 1e-2
+    vehicles = [
+        Vehicle(v.name, v.group, Frf(LINES, flat, ("ear",), ("M x",), "Pa/N"))
+        for v in data.fleet.vehicles
+    ]
+    data = UncertainData(Fleet(tuple(vehicles)), data.load_cases, data.sources, BAND)
+    measured = levels(data, mount)
+    moved = np.array([levels(data, mount, draw) - measured for draw in range(400)])[:, 0]
+
+    expected = (DB * relative) ** 2 / 2 * correlation.mean()
+    assert moved.var() == pytest.approx(expected, rel=0.2)
+
+
+def test_a_shaker_that_points_elsewhere_leaks_the_other_axes():
+    source = ForceCells({"M": 0.0}, {"M": 0.01}, ("M x",), "test")
+    data, _ = one_path(source, axes=("x", "y", "z"))
+    (measured,), (again,) = data.measured[1], data.drawn(0, 1)[1]
+
+    difference = again.force.values - measured.force.values
+    assert np.all(difference[:, 1:] == 0)
+    fitted, *_ = np.linalg.lstsq(measured.force.values[:, 1:], difference[:, 0])
+    assert np.allclose(measured.force.values[:, 1:] @ fitted, difference[:, 0])
+    assert np.allclose(fitted.imag, 0)
+    assert np.all(np.abs(fitted.real) < 0.05)
+
+
+def test_a_wrong_motion_moves_the_force_of_a_surface_and_not_a_measured_one():
+    source = MotionError({"M": 0.02}, {"M": 0.02}, ("M x",), "test")
+    data, _ = one_path(source, axes=("x", "y", "z"))
+    (measured,), (again,) = data.measured[1], data.drawn(3, 1)[1]
+
+    stiffness = measured.force.values[:, 0] / measured.displacement.values[:, 0]
+    assert np.allclose(again.force.values[:, 0], stiffness * again.displacement.values[:, 0])
+    assert np.array_equal(again.force.values[:, 1:], measured.force.values[:, 1:])
+    assert np.all(again.displacement.values != measured.displacement.values)
+
+
+def test_a_source_draws_the_same_alone_and_among_others():
+    calibration, floor = TransferCalibration(0.5, ""), TransferFloor(1e-4, "")
+    both, mount = one_path(calibration, floor)
+    alone, _ = one_path(calibration)
+
+    assert np.array_equal(levels(both, mount, 7, only=[calibration.name]), levels(alone, mount, 7))
+    assert not np.array_equal(levels(both, mount, 7), levels(both, mount, 8))
+    assert np.array_equal(levels(both, mount, 7), levels(both, mount, 7))
+
+
+def test_a_pivot_takes_a_bias_away_instead_of_twice():
+    generator = np.random.default_rng(1)
+    errors = generator.normal(0.3, 1.0, 20_000)
+
+    interval = pivotal_interval(10.0, 10.0 + errors)
+
+    assert interval.lower == pytest.approx(10 - 0.3 - 1.645, abs=0.05)
+    assert interval.upper == pytest.approx(10 - 0.3 + 1.645, abs=0.05)
+    assert interval.holds(9.7)
+    assert probability_below(10.0, 10.0 + errors, 9.7) == pytest.approx(0.5, abs=0.02)
+    assert interval.about(5.0).upper == pytest.approx(float(interval.upper) - 5.0)
+
+
+def test_student_t_counts_few_vehicles():
+    # GUM, table G.2: t for 95.45 % and 4 degrees of freedom is 2.87
+    assert half_width([VariancePart("a", 4.0, 4)], 0.9545) == pytest.approx(2 * 2.87, rel=2e-3)
+    # GUM, G.4.1: two parts of which one is known for certain
+    parts = [VariancePart("a", 1.0, 9), VariancePart("b", 1.0)]
+    assert half_width(parts, 0.95) == pytest.approx(np.sqrt(2) * 2.028, rel=2e-3)  # ν = 36
+    stated = [VariancePart("a", 9.0), VariancePart("b", 16.0)]
+    halved = NextMeasurement("b once more", {"b": 0.5}, {})
+    assert half_width_after(stated, halved) == pytest.approx(1.6449 * np.sqrt(17), rel=1e-4)
+
+
+def test_the_spread_of_a_table_splits_into_rows_columns_and_rest():
+    generator = np.random.default_rng(2)
+    rows, columns, rest = 2.0, 1.0, 0.5
+    table = (
+        generator.normal(0, rows, (7, 1, 3000))
+        + generator.normal(0, columns, (1, 6, 3000))
+        + generator.normal(0, rest, (7, 6, 3000))
+    )
+    found = crossed_spread(table)
+    assert found.rows.mean() == pytest.approx(rows**2, rel=0.05)
+    assert found.columns.mean() == pytest.approx(columns**2, rel=0.05)
+    assert found.rest.mean() == pytest.approx(rest**2, rel=0.05)
+    alone = crossed_spread([[1.0], [3.0]])
+    assert (alone.rows, alone.columns) == (2.0, 0.0)
+
+
+def test_two_methods_tell_their_calibration_body_paths_and_floor():
+    generator = np.random.default_rng(3)
+    calibration, path, length, body, body_length, floor = 0.6, 0.05, 6.0, 0.04, 4.0, 3e-5
+    lines = np.linspace(20.0, 60.0, 161)
+    basis, of_body = smooth_basis(lines, length), smooth_basis(lines, body_length)
+    ramp = np.linspace(1.0, 2.0, lines.size)[:, np.newaxis]
+    smooth = 1e-2 * ramp * np.exp(0.1j * lines[:, np.newaxis] * np.arange(10))
+
+    def normal(*shape):
+        parts = generator.normal(size=(2, *shape)) / np.sqrt(2)
+        return parts[0] + 1j * parts[1]
+
+    def measured():
+        values = smooth * (1 + path * basis @ normal(basis.shape[1], 10))
+        values = values * (1 + body * of_body @ normal(of_body.shape[1], 1))
+        values = values * 10 ** (generator.normal(0, calibration) / 20)
+        values = values + np.sqrt(2) * floor * normal(lines.size, 10)
+        return Frf(
+            lines, values[:, np.newaxis], ("ear",), tuple(f"M{k} x" for k in range(10)), "Pa/N"
+        )
+
+    found = method_difference([(measured(), measured()) for _ in range(60)])
+
+    # of the mean of both methods
+    assert found.calibration_db == pytest.approx(calibration / np.sqrt(2), rel=0.25)
+    # its mean over the band counts as calibration
+    assert found.body == pytest.approx(body / np.sqrt(2), rel=0.15)
+    assert found.body_length == pytest.approx(body_length, rel=0.25)
+    assert found.path == pytest.approx(path / np.sqrt(2), rel=0.1)
+    assert found.length == pytest.approx(length, rel=0.25)
+    assert found.floor == pytest.approx(floor / np.sqrt(2), rel=0.05)
+    assert found.calibration_degrees_of_freedom == 60
+
+
+def test_what_all_paths_share_moves_no_change_of_all_mounts():
+    data, mount = one_path(TransferBody(0.05, 3.0, "test"))
+    measured = levels(data, mount)
+    moved = levels(data, mount, 0) - measured
+    assert np.all(np.abs(moved) > 1e-3)
+    assert np.allclose(moved[1], moved[0], atol=1e-10)

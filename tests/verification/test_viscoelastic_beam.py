@@ -1,0 +1,238 @@
+"""Exact beam element against closed forms and against a chain of finite elements."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.optimize import brentq
+
+from deboom.errors import InputError
+from deboom.physics.rigid_body import forward_matrix, rotation_matrix
+from deboom.physics.viscoelastic_beam import (
+    DERIVATIVES,
+    SERIES_BELOW,
+    ViscoelasticBeam,
+    beam_congruence,
+    beam_stiffness,
+    beam_stiffness_derivatives,
+    frame_along,
+)
+
+BEAM = ViscoelasticBeam(
+    length=0.36,
+    tension=2100.0,
+    torsion=3.0,
+    bending=4.4,
+    line_mass=0.3,
+    loss_factor=0.12,
+    torsion_radius=0.0077,
+)
+LOSSLESS = replace(BEAM, loss_factor=1e-9)
+LINES = np.array([17.0, 60.0, 110.0, 150.0])
+BENDING = (1, 5, 7, 11)
+
+
+def frequency_of(wave, beam=LOSSLESS):
+    return (wave / beam.length) ** 2 * np.sqrt(beam.bending / beam.line_mass) / (2 * np.pi)
+
+
+def root(function, near):
+    return brentq(lambda line: function(line).real, 0.9 * near, 1.1 * near, xtol=1e-12)
+
+
+def determinant(dofs, beam=LOSSLESS):
+    def at(line):
+        matrix = beam_stiffness(beam, [line])[0]
+        return np.linalg.det(matrix[np.ix_(dofs, dofs)] / 1e3)
+
+    return at
+
+
+def test_static_limits():
+    length = LOSSLESS.length
+    stiffness = beam_stiffness(LOSSLESS, [0.01])[0].real
+    bent = LOSSLESS.bending
+    expected = {
+        (0, 0): LOSSLESS.tension / length,
+        (0, 6): -LOSSLESS.tension / length,
+        (3, 3): LOSSLESS.torsion / length,
+        (3, 9): -LOSSLESS.torsion / length,
+        (1, 1): 12 * bent / length**3,
+        (1, 5): 6 * bent / length**2,
+        (5, 5): 4 * bent / length,
+        (1, 7): -12 * bent / length**3,
+        (1, 11): 6 * bent / length**2,
+        (5, 11): 2 * bent / length,
+        (2, 4): -6 * bent / length**2,
+        (8, 10): 6 * bent / length**2,
+    }
+    for entry, value in expected.items():
+        assert stiffness[entry] == pytest.approx(value, rel=1e-6)
+    assert np.count_nonzero(np.abs(stiffness) > 1e-9) == 2 * 4 + 2 * 16
+
+
+@pytest.mark.parametrize("number", [4.730040744862704, 7.853204624095838, 10.995607838001671])
+def test_clamped_and_free_natural_frequencies(number):
+    """Free: the receptance has a pole. Clamped: the stiffness. Both solve cos x cosh x = 1."""
+    expected = frequency_of(number)
+    bent = np.ix_(BENDING, BENDING)
+    free = root(
+        lambda line: 1 / np.linalg.inv(beam_stiffness(LOSSLESS, [line])[0][bent])[0, 0], expected
+    )
+    assert free == pytest.approx(expected, rel=1e-8)
+    pole = root(lambda line: 1 / beam_stiffness(LOSSLESS, [line])[0, 5, 11], expected)
+    assert pole == pytest.approx(expected, rel=1e-8)
+
+
+def test_cantilever_bar_and_shaft():
+    bent = frequency_of(1.875104068711961)
+    assert root(determinant((7, 11)), bent) == pytest.approx(bent, rel=1e-8)
+    sound = np.sqrt(LOSSLESS.tension / LOSSLESS.line_mass)
+    stretched = sound / (4 * LOSSLESS.length)
+    assert root(determinant((6,)), stretched) == pytest.approx(stretched, rel=1e-8)
+    shear = np.sqrt(LOSSLESS.torsion / LOSSLESS.line_mass) / LOSSLESS.torsion_radius
+    twisted = shear / (4 * LOSSLESS.length)
+    short = replace(LOSSLESS, torsion=LOSSLESS.torsion / 100)
+    assert root(determinant((9,), short), twisted / 10) == pytest.approx(twisted / 10, rel=1e-8)
+
+
+def test_reciprocal_and_passive():
+    stiffness = beam_stiffness(BEAM, np.linspace(1, 400, 200))
+    np.testing.assert_allclose(stiffness, np.swapaxes(stiffness, 1, 2), rtol=1e-12)
+    scale = np.tile(np.repeat([1.0, 10.0], 3), 2)
+    dissipated = stiffness.imag * np.outer(scale, scale)
+    assert np.linalg.eigvalsh(dissipated).min() > -1e-9 * np.abs(dissipated).max()
+
+
+def test_slow_rigid_motion_meets_the_mass():
+    line, length = 0.05, BEAM.length
+    ends = np.zeros((12, 2))
+    ends[[1, 7], 0] = 1.0
+    ends[[7, 5, 11], 1] = length, 1.0, 1.0
+    load = (beam_stiffness(LOSSLESS, [line])[0] @ ends).real / -((2 * np.pi * line) ** 2)
+    total = BEAM.line_mass * length
+    mass = ends.T @ load
+    expected = total * np.array([[1, length / 2], [length / 2, length**2 / 3]])
+    np.testing.assert_allclose(mass, expected, rtol=1e-4)
+
+
+def test_series_meets_the_closed_form():
+    slow = frequency_of(SERIES_BELOW)
+    around = np.array([slow * (1 - 1e-9), slow * (1 + 1e-9)])
+    for function in (beam_stiffness, beam_stiffness_derivatives):
+        both = function(LOSSLESS, around)
+        below, above = both[..., 0, :, :], both[..., 1, :, :]
+        assert np.abs(below - above).max() < 1e-8 * np.abs(below).max()
+
+
+def finite_elements(beam, line, n):
+    """Chain of n Hermite beams, bars and shafts with consistent masses, inner nodes condensed."""
+    size, omega = beam.length / n, 2 * np.pi * line
+    complex_part = 1 + 1j * beam.loss_factor
+    one = np.zeros((12, 12), dtype=complex)
+    line_element, line_mass = np.array([[1, -1], [-1, 1]]), np.array([[2, 1], [1, 2]]) / 6
+    for dof, stiffness, mass in (
+        (0, beam.tension, beam.line_mass),
+        (3, beam.torsion, beam.line_mass * beam.torsion_radius**2),
+    ):
+        ends = np.ix_([dof, dof + 6], [dof, dof + 6])
+        one[ends] = stiffness * complex_part / size * line_element
+        one[ends] -= omega**2 * mass * size * line_mass
+    h = size
+    stiff = np.array(
+        [
+            [12, 6 * h, -12, 6 * h],
+            [6 * h, 4 * h**2, -6 * h, 2 * h**2],
+            [-12, -6 * h, 12, -6 * h],
+            [6 * h, 2 * h**2, -6 * h, 4 * h**2],
+        ]
+    )
+    heavy = np.array(
+        [
+            [156, 22 * h, 54, -13 * h],
+            [22 * h, 4 * h**2, 13 * h, -3 * h**2],
+            [54, 13 * h, 156, -22 * h],
+            [-13 * h, -3 * h**2, -22 * h, 4 * h**2],
+        ]
+    )
+    bent = beam.bending * complex_part / h**3 * stiff - omega**2 * beam.line_mass * h / 420 * heavy
+    for dofs, sign in (((1, 5, 7, 11), 1), ((2, 4, 8, 10), -1)):
+        turn = np.array([1, sign, 1, sign])
+        one[np.ix_(dofs, dofs)] = bent * np.outer(turn, turn)
+    whole = np.zeros((6 * n + 6, 6 * n + 6), dtype=complex)
+    for element in range(n):
+        whole[6 * element : 6 * element + 12, 6 * element : 6 * element + 12] += one
+    ends = np.r_[0:6, 6 * n : 6 * n + 6]
+    inner = np.arange(6, 6 * n)
+    coupling = whole[np.ix_(inner, ends)]
+    condensed = np.linalg.solve(whole[np.ix_(inner, inner)], coupling)
+    return whole[np.ix_(ends, ends)] - coupling.T @ condensed
+
+
+@pytest.mark.parametrize("line", LINES)
+def test_chain_of_finite_elements(line):
+    exact = beam_stiffness(BEAM, [line])[0]
+    scale = np.sqrt(np.abs(np.diag(exact)))
+    error = np.abs(finite_elements(BEAM, line, 64) - exact) / np.outer(scale, scale)
+    assert error.max() < 2e-3
+    assert error[np.ix_(BENDING, BENDING)].max() < 1e-6
+    # the bar's error falls with the square of the mesh, the beam's with its fourth power
+    coarse = np.abs(finite_elements(BEAM, line, 16) - exact) / np.outer(scale, scale)
+    assert 12 < coarse[0, 6] / error[0, 6] < 20
+    assert coarse[1, 7] / error[1, 7] > 150
+
+
+def test_derivatives():
+    analytic = beam_stiffness_derivatives(BEAM, LINES)
+    step = 1e-5
+    for number, name in enumerate(DERIVATIVES):
+        ahead, behind = (
+            beam_stiffness(
+                replace(BEAM, **{name: getattr(BEAM, name) * np.exp(sign * step)}), LINES
+            )
+            for sign in (1, -1)
+        )
+        differences = (ahead - behind) / (2 * step)
+        error = np.abs(differences - analytic[number]).max()
+        assert error < 1e-7 * np.abs(differences).max(), name
+
+
+@pytest.mark.parametrize("direction", [[-0.3, 0.5, 0.81], [0, 0, 2], [0, 0, -1], [1, 0, 0]])
+def test_frame(direction):
+    frame = frame_along(direction)
+    np.testing.assert_allclose(frame.T @ frame, np.eye(3), atol=1e-14)
+    assert np.linalg.det(frame) == pytest.approx(1)
+    np.testing.assert_allclose(frame[:, 0], np.asarray(direction) / np.linalg.norm(direction))
+
+
+def test_congruence_is_that_of_points_and_keeps_the_energy():
+    first, second, frame = [-0.07, 0.035, 0.05], [0.1, 0.0, -0.02], frame_along([-0.3, 0.5, 0.81])
+    turn = beam_congruence(frame, first, second)
+    np.testing.assert_allclose(turn[:3, :6], frame.T @ forward_matrix(first), atol=1e-15)
+    np.testing.assert_allclose(turn[6:9, 6:], frame.T @ forward_matrix(second), atol=1e-15)
+    np.testing.assert_allclose(turn[3:6, 3:6], frame.T, atol=1e-15)
+    motion = np.random.default_rng(1).standard_normal(12)
+    own = beam_stiffness(BEAM, [60.0])[0]
+    seen = turn.T @ own @ turn
+    assert motion @ seen @ motion == pytest.approx((turn @ motion) @ own @ (turn @ motion))
+    # a round beam does not care how its frame is turned about its axis
+    other = frame @ rotation_matrix([0.7, 0.0, 0.0])
+    again = beam_congruence(other, first, second)
+    np.testing.assert_allclose(again.T @ own @ again, seen, atol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("what", "words"),
+    [
+        (lambda: replace(BEAM, length=0.0), "length of a beam must be positive"),
+        (lambda: replace(BEAM, bending=np.nan), "bending of a beam must be positive"),
+        (lambda: beam_stiffness(BEAM, [0.0, 10.0]), "above 0 Hz"),
+        (lambda: beam_stiffness(BEAM, 10.0), "above 0 Hz"),
+        (lambda: beam_stiffness(BEAM, [3e4]), "shorter than an eighth"),
+        (lambda: frame_along([0, 0, 0]), "direction"),
+        (lambda: frame_along([1, 0]), "direction"),
+    ],
+)
+def test_refused(what, words):
+    with pytest.raises(InputError, match=words):
+        what()

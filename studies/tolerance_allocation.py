@@ -2,12 +2,11 @@
 
 For one design of a front (of a finished run with --from-run, else of a quick search): the cheapest
 tolerances that keep sigma of the mean level at --sigma (default: today's), or --share of all parts
-x vehicles within --limit. Price 1 per direction at +-15 % and its reciprocal are assumptions;
---cost-table (a law) and --cost-points (a table) take your own.
+x vehicles within --limit. A direction costs 1 at +-15 %, and its reciprocal, or see --cost-table.
 
 Keys of summary.json: design, target; cost_cheapest, cost_uniform (one tolerance everywhere for the
-same target), cost_today; cost_ratio_to_uniform, cost_ratio_to_uniform_of_effective (uniform where
-a direction has an effect, else free); sigma_today_db, sigma_cheapest_db (mean level, mean over
+same target), cost_today; cost_ratio_to_uniform, cost_ratio_to_uniform_of_effective (uniform where a
+direction has an effect, else free); sigma_today_db, sigma_cheapest_db (mean level, mean over
 vehicles), sigma_verified_db, sigma_uniform_verified_db (new draws); optimality_percent (spread of
 the target's price over directions, 0: optimal); share_stated, share_verified, share_lower_bound.
 """
@@ -28,8 +27,9 @@ from deboom.study.robust_search import Budget
 from deboom.study.runner import run_script
 from deboom.study.sampling import factor_space
 from deboom.study.supplier_pick import Pick
-from deboom.study.tolerance_allocation import AllocationStudy, WantedTarget, cost_curves
+from deboom.study.tolerance_allocation import AllocationStudy
 from deboom.study.tolerance_allocation_result import allocation_result
+from deboom.study.wanted_tolerances import WantedTarget, cost_curves
 
 STUDIES = Path(__file__).parent
 PLATFORM = STUDIES / "data" / "u06_f39_f45"

@@ -32,7 +32,8 @@ from deboom.study.mount_source import MountSource, operation
 from deboom.study.robust_search import Budget
 from deboom.study.runner import load_study, run_study
 from deboom.study.sampling import factor_space
-from deboom.study.tolerance_allocation import AllocationStudy, WantedTarget, cost_curves
+from deboom.study.tolerance_allocation import AllocationStudy
+from deboom.study.wanted_tolerances import WantedTarget, cost_curves
 
 STUDIES = Path(__file__).parents[2] / "studies"
 PLATFORM = STUDIES / "data" / "u06_f39_f45"

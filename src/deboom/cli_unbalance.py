@@ -48,7 +48,8 @@ def unbalance(
         typer.Option(
             help="Whose numbers count. a: measured apparent mass (thesis); b: model at the virtual "
             "point; c: self-calibrated model; d: measured, self-calibrated; e: c with mounts "
-            "brought up to date by the sweep. auto: d, or e where the mounts have changed."
+            "brought up to date by the sweep. auto: d, or e where the mounts have changed and "
+            "the hammer test gave no alarm."
         ),
     ] = RouteChoice.auto,
     hoses: Annotated[

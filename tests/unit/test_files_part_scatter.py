@@ -7,6 +7,8 @@ import pytest
 
 from deboom.errors import InputError
 from deboom.explore.design_space import stiffness_factor_space
+from deboom.files.library_export import read_library_json
+from deboom.mounts.library import open_library
 from deboom.study.made_parts import made_parts
 
 SHIPPED = Path(__file__).parents[2] / "studies" / "data"
@@ -71,6 +73,15 @@ def test_the_tolerance_comes_from_a_library(tmp_path):
     assert made.inputs == (path, library)
     assert set(made.table["note"]) == {"assumed: fewer than two parts were measured"}
     assert made.table["to [%]"][0] > made.table["sigma measured [%]"][0]
+
+
+def test_a_library_may_be_its_database(tmp_path):
+    campaigns, mounts = read_library_json(SHIPPED / "u06_f39_f45" / "mounts.library.json")
+    with open_library(tmp_path / "mounts.db", create=True) as library:
+        library.add(campaigns, mounts)
+    path = written(tmp_path, '[measured]\nlibrary = "mounts.db"\n')
+    made = made_parts(path, SPACE)
+    assert made.scatter.direction("TSM x").sigma == pytest.approx(0.05)
 
 
 @pytest.mark.parametrize(

@@ -11,8 +11,8 @@ from deboom.measurement.operating_sweep import HoseState, OperatingSweep, Operat
 from deboom.measurement.placement_tolerances import PlacementTolerances
 from deboom.measurement.sensors import Sensor, SensorKind
 
-HAMMER_LINES = np.concatenate([np.arange(10.0, 60.0, 1.0), np.arange(60.0, 151.0, 2.0)])
-SPEED_LINES = np.concatenate([np.arange(17.0, 60.0, 1.0), np.arange(60.0, 151.0, 2.0)])
+HAMMER_LINES = np.concatenate([np.arange(10.0, 60.0, 1.0), np.arange(60.0, 151.0, 5.0)])
+SPEED_LINES = np.concatenate([np.arange(17.0, 60.0, 1.0), np.arange(60.0, 151.0, 5.0)])
 STATIC = 20e-6 * np.exp(1j * np.deg2rad(40))
 DYNAMIC = 1200e-9 * np.exp(-1j * np.deg2rad(60))
 GAS = np.array([0.5 * np.exp(0.7j), 0.08 * np.exp(-1.1j), 0.05 * np.exp(2j)])

@@ -10,7 +10,11 @@ import numpy as np
 import numpy.typing as npt
 
 from deboom.errors import InputError
-from deboom.measurement.wrench_noise_transfer import wrench_accelerance, wrench_noise_transfer
+from deboom.measurement.wrench_noise_transfer import (
+    measured_lines,
+    wrench_accelerance,
+    wrench_noise_transfer,
+)
 from deboom.physics.arrays import ComplexArray, RealArray
 from deboom.physics.rigid_body import shift_matrix, skew
 
@@ -18,10 +22,11 @@ if TYPE_CHECKING:
     from deboom.compressor.hose_beams import HoseMatrices
     from deboom.compressor.unbalance_load import RotationSense
     from deboom.measurement.electric_car import ElectricCar
+    from deboom.measurement.inertance_test import CompressorMount
 
 
 @dataclass(frozen=True, eq=False)
-class RunningCompressor:
+class FreeCompressor:
     """A running compressor without mounts and hoses, at its virtual point.
 
     Parameters
@@ -42,13 +47,13 @@ class RunningCompressor:
     load: ComplexArray
 
 
-def running_compressor(
+def free_compressor(
     mass_matrix: RealArray,
     rotor_inertia: float,
     sense: RotationSense,
     frequency: RealArray,
     loads: dict[str, ComplexArray],
-) -> RunningCompressor:
+) -> FreeCompressor:
     """Put together a running compressor.
 
     Parameters
@@ -70,7 +75,7 @@ def running_compressor(
     mass = np.array(mass_matrix, dtype=complex)
     mass[3:, 3:] += 1j * sense.value * rotor_inertia * skew([1.0, 0.0, 0.0])
     squared = (2 * np.pi * np.asarray(frequency, dtype=float)) ** 2
-    return RunningCompressor(
+    return FreeCompressor(
         np.asarray(frequency, dtype=float),
         np.multiply.outer(-squared, mass),
         tuple(loads),
@@ -120,13 +125,18 @@ class BodySide:
 
 
 def measured_body(
-    car: ElectricCar, frequency: npt.ArrayLike, hoses: Sequence[str] = ()
+    car: ElectricCar,
+    mounts: Sequence[CompressorMount],
+    frequency: npt.ArrayLike,
+    hoses: Sequence[str] = (),
 ) -> BodySide:
-    """Return the body of a measured car at its mounts, and at the ends of these hoses.
+    """Return the body of a measured car where these mounts stand, and at the ends of hoses.
 
     Parameters
     ----------
     car : ElectricCar
+    mounts : sequence of CompressorMount
+        Called like points of the car; loads and motions are referred to where they stand.
     frequency : array, shape (f,)
         Measured lines [Hz].
     hoses : sequence of str
@@ -135,13 +145,18 @@ def measured_body(
     Raises
     ------
     InputError
-        A line or a hose that was not measured.
+        A line, a mount or a hose that was not measured.
     """
     lines = np.asarray(frequency, dtype=float)
-    points = (*(point.name for point in car.mounts), *hoses)
-    transfer = wrench_noise_transfer(car, points).at(lines).transfer
-    accelerance = wrench_accelerance(car, points)
-    rows = np.searchsorted(accelerance.frequency, lines - 1e-6 * lines)
+    places = {mount.name: mount.position for mount in mounts}
+    moved = tuple(
+        replace(point, position=places.get(point.name, point.position)) for point in car.points
+    )
+    there = replace(car, points=moved)
+    points = (*places, *hoses)
+    transfer = wrench_noise_transfer(there, points).at(lines).transfer
+    accelerance = wrench_accelerance(there, points)
+    rows = measured_lines(accelerance.frequency, lines)
     squared = (2 * np.pi * lines)[:, np.newaxis, np.newaxis] ** 2
     return BodySide(
         car.name, lines, points, -accelerance.values[rows] / squared, transfer.values[:, 0]
@@ -183,7 +198,7 @@ class CarSeam:
 
 
 def car_seam(
-    running: RunningCompressor,
+    running: FreeCompressor,
     positions: RealArray,
     body: BodySide,
     hoses: HoseMatrices | None = None,
@@ -192,7 +207,7 @@ def car_seam(
 
     Parameters
     ----------
-    running : RunningCompressor
+    running : FreeCompressor
     positions : array, shape (m, 3)
         Of the mounts, from the virtual point [m].
     body : BodySide

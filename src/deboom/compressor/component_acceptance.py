@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from deboom.compressor.acceptance import Characteristic, Verdict, judge
-from deboom.compressor.component_limits import ALLOWANCE, ComponentLimits, stiffness_characteristic
+from deboom.compressor.component_limits import ComponentLimits, stiffness_characteristic
 from deboom.compressor.identify import ALARM
 from deboom.compressor.operating_checks import hose_alarms
 from deboom.compressor.routes import CalibratedMeasurementRoute, MeasuredRoute
@@ -63,9 +63,8 @@ def unbalance_characteristic(found: Unbalance, name: str) -> Characteristic:
     Returns
     -------
     Characteristic
-        Its size, with the deviation of the worst direction times `ALLOWANCE` [kg m, kg m²]; doubted
-        where hoses were on or visible, the sweeps are not explained, or the route rests on a
-        refuted model.
+        Its size, with the deviation of the worst direction [kg m, kg m²]; doubted where hoses were
+        on or visible, the sweeps are not explained, or the route rests on a refuted model.
     """
     sources = found.chosen.sources
     place = 0 if name == STATIC else 1
@@ -75,7 +74,7 @@ def unbalance_characteristic(found: Unbalance, name: str) -> Characteristic:
     return Characteristic(
         name,
         np.array([abs(estimate.value)]),
-        np.array([ALLOWANCE * deviation]),
+        np.array([deviation]),
         np.zeros(1),
         is_radius=True,
         doubt=_unbalance_doubt(found),
@@ -96,10 +95,10 @@ def _unbalance_doubt(found: Unbalance) -> str:
     hoses = hose_alarms(used, result.sources.residual_bands)
     if hoses:
         return hoses[0]
-    if result.sources.reduced_chi > ALARM:
+    if result.sources.remaining_chi > ALARM:
         return (
             f"no rotor, gas and mounts explain the sweeps, residuals are "
-            f"{result.sources.reduced_chi:.2f} times the noise; look for hoses, loose sensors and "
+            f"{result.sources.remaining_chi:.2f} times the noise; look for hoses, loose sensors and "
             "a compressor that bends, and run again"
         )
     measured = isinstance(result.route, MeasuredRoute | CalibratedMeasurementRoute)

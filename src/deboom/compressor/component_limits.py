@@ -18,9 +18,6 @@ if TYPE_CHECKING:
     from deboom.physics.arrays import RealArray
 
 DIRECTIONS = ("x", "y", "z", "rx", "ry", "rz")
-ALLOWANCE = 1.4
-"""Times the stated standard deviations that verdicts count with: those of a self-calibration are
-first-order and too small by as much with catalogue sensitivities and a tape measure."""
 LINES = 9
 """In a band at most: rubber's stiffness is smooth over frequency."""
 
@@ -91,8 +88,8 @@ def stiffness_characteristic(kept: IdentifiedCompressor, limit: StiffnessLimit) 
     Returns
     -------
     Characteristic
-        ``|v(f) K_dd|`` [N/m, N m/rad], its deviation from the whole covariance, times `ALLOWANCE`.
-        Doubted where the model has an alarm, or no line was fitted below or above the band.
+        ``|v(f) K_dd|`` and its deviation from the whole covariance [N/m, N m/rad]; doubted where
+        the model has an alarm, or no line was fitted below or above the band.
     """
     place, lines = DIRECTIONS.index(limit.direction), limit.lines
     parameters = MinimalParameters(kept.length, reference_frequency=kept.reference_frequency)
@@ -104,7 +101,7 @@ def stiffness_characteristic(kept: IdentifiedCompressor, limit: StiffnessLimit) 
     return Characteristic(
         limit.name,
         size(kept.model),
-        ALLOWANCE * np.sqrt(np.diag(covariance)),
+        np.sqrt(np.diag(covariance)),
         lines,
         doubt=_stiffness_doubt(kept, limit),
     )

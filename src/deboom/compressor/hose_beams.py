@@ -30,6 +30,7 @@ BEAM_UNITS = ("N", "N m²", "N m²", "kg/m", "1")
 """Of `BEAM_NUMBERS`."""
 PLACE_NUMBERS = ("x", "y", "z", "tilt 1", "tilt 2", "ln length")
 """What may be wrong with the drawing of each hose: port, direction, length [m, rad, 1]."""
+NUMBERS_PER_HOSE = len(BEAM_NUMBERS) + len(PLACE_NUMBERS)
 PLACE_STEP = 1e-5
 """Of the differences by `PLACE_NUMBERS`: a hundredth of a millimetre [m, rad, 1]."""
 

@@ -30,7 +30,7 @@ MODEL_ERROR = 0.01
 """Relative error that compressor and placement bring into load or inertance, 1 σ [1]."""
 REFINEMENTS = 6
 SMALLEST_LINES = 20
-LARGEST_LINES = 72
+LARGEST_LINES = 48
 
 
 @dataclass(frozen=True)

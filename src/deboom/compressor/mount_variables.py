@@ -136,7 +136,7 @@ def mount_variables(
     mounts : sequence of CompressorMount
         At least one.
     identical : bool
-        One part number for all: the factors ``axial`` and ``radial`` are common. Otherwise every
+        One part number for all: the factors ``mounts axial`` and ``mounts radial`` are common. Otherwise every
         mount has its own, ``mount 1 axial`` ….
     pieces : bool
         With identical mounts, one more factor per mount and axis, ``mount 1 axial piece`` …: what
@@ -158,7 +158,7 @@ def mount_variables(
     if identical:
         for axis in axes:
             both = [column for (_, name), own in columns.items() if name == axis for column in own]
-            rows.add(axis, "1", scaled=both)
+            rows.add(f"mounts {axis}", "1", scaled=both)
     if pieces or not identical:
         for (number, axis), own in columns.items():
             name = f"{mounts[number].name} {axis}"

@@ -16,6 +16,9 @@ if TYPE_CHECKING:
     from deboom.compressor.self_calibration import SelfCalibration
     from deboom.physics.arrays import ComplexArray, RealArray
 
+ROUNDING = 1e-13
+"""Relative to the largest, of eigenvalues of a covariance [1]."""
+
 
 class Route(Protocol):
     """One way to the load inside."""
@@ -260,5 +263,8 @@ def _mounts(found: Identification, frequency: RealArray) -> ComplexArray:
 def _standardised(slopes: ComplexArray, covariance: RealArray) -> ComplexArray:
     """Turn slopes by correlated errors into slopes by independent ones of unit deviation."""
     scale = np.sqrt(np.diag(covariance))
-    factor = scale[:, np.newaxis] * np.linalg.cholesky(covariance / np.outer(scale, scale))
+    values, vectors = np.linalg.eigh(covariance / np.outer(scale, scale))
+    # a posterior of very exact data is singular up to rounding: what is certain has no slope
+    kept = values > ROUNDING * values[-1]
+    factor = scale[:, np.newaxis] * vectors[:, kept] * np.sqrt(values[kept])
     return np.asarray(np.tensordot(factor, slopes, axes=(0, 0)))

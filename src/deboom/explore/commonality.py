@@ -262,7 +262,9 @@ def _bound(problem: SharingProblem, least: Sharing, starts: Sequence[RealArray])
         relaxed = Sharing(least.parts, least.vehicles, numbers)
         # a part that is free for each vehicle has at least one number more
         more = sum(relaxed.counts[part] > least.counts[part] for part in parts)
-        if least.total + more < best and shared_design(problem, relaxed, starts).worst <= 0.0:
+        if least.total + more >= best:
+            continue
+        if shared_design(problem, relaxed, starts, enough=0.0).worst <= 0.0:
             best = least.total + more
     return best
 

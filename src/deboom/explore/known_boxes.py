@@ -26,6 +26,10 @@ NODES = 400
 """Nodes per variable of a quadrature; the error of a share is below 1e-4."""
 
 
+LEAST = 1e-2
+"""Least width of an interval in the search, in widths of its first box [1]."""
+
+
 class KnownShare(Differentiable, Protocol):
     """A model of which the share of every box is known."""
 
@@ -166,68 +170,102 @@ def exact_largest_box(
         Designs about which a small box keeps the limit; the middle and two corners of the bounds
         are tried as well.
     """
-    size = len(bounds.names)
-    price = np.ones(size) if weight is None else weight
-    allowed = np.log(1.0 - share)
-
-    def missed(ends: RealArray) -> tuple[float, RealArray]:
-        lower, upper = ends[:size], ends[size:]
-        whole = float(problem.shares(limit, lower, upper).mean())
-        slope = np.empty(2 * size)
-        for k, end in itertools.product(range(size), (0, 1)):
-            face = [lower.copy(), upper.copy()]
-            face[1 - end][k] = face[end][k]
-            differs = float(problem.shares(limit, *face).mean()) - whole
-            slope[k + end * size] = (differs if end else -differs) / (upper[k] - lower[k])
-        lost = max(1.0 - whole, 1e-12)
-        return float(np.log(lost)), -slope / lost
-
-    least = 1e-3 * bounds.width
+    price = np.ones(len(bounds.names)) if weight is None else weight
     found = []
     for anchor in (*anchors, bounds.lower, bounds.centre, bounds.upper):
         first = _begin(problem, limit, share, bounds, anchor)
-        if first is None:
-            continue
-        end = minimize(  # type: ignore[call-overload]  # the stubs know no array of any length
-            lambda ends: -price @ np.log(np.maximum(ends[size:] - ends[:size], 1e-9)),
-            first,
-            jac=lambda ends: (
-                np.tile(price / np.maximum(ends[size:] - ends[:size], 1e-9), 2)
-                * np.repeat([1.0, -1.0], size)
-            ),
-            method="SLSQP",
-            bounds=list(zip(np.tile(bounds.lower, 2), np.tile(bounds.upper, 2), strict=True)),
-            constraints=[
-                {
-                    "type": "ineq",
-                    "fun": lambda ends: allowed - missed(ends)[0],
-                    "jac": lambda ends: -missed(ends)[1],
-                },
-                {
-                    "type": "ineq",
-                    "fun": lambda ends: ends[size:] - ends[:size] - least,
-                    "jac": lambda _ends: np.hstack([-np.eye(size), np.eye(size)]),
-                },
-            ],
-            options={"maxiter": 200, "ftol": 1e-9},
-        )
-        narrow = np.any(end.x[size:] - end.x[:size] < 0.5 * least)
-        if not narrow and missed(end.x)[0] <= allowed + 1e-4:
-            found.append(end.x)
-    volumes = [price @ np.log(ends[size:] - ends[:size]) for ends in found]
-    best = found[int(np.argmax(volumes))]
-    return Box(bounds.names, best[:size], best[size:])
+        if first is not None:
+            box = _ascend(problem, limit, share, bounds, price, first)
+            found.append(_kept(problem, limit, share, box))
+    return max(found, key=lambda box: float(price @ np.log(box.width)))
+
+
+def _ascend(
+    problem: KnownShare,
+    limit: RealArray,
+    share: float,
+    bounds: Box,
+    price: RealArray,
+    first: Box,
+) -> Box:
+    """Maximise the volume within the true share; the ends count in widths of the first box."""
+    size, scale = len(bounds.names), first.width
+    allowed = float(np.log(1.0 - share))
+
+    def missed(place: RealArray) -> float:
+        lower, upper = first.lower + place.reshape(2, size) * scale
+        whole = float(problem.shares(limit, np.minimum(lower, upper), upper).mean())
+        return float(np.log(max(1.0 - whole, 1e-12)))
+
+    def missed_slope(place: RealArray) -> RealArray:
+        ends = first.lower + place.reshape(2, size) * scale
+        whole = float(problem.shares(limit, *ends).mean())
+        slope = np.empty((2, size))
+        for k, end in itertools.product(range(size), (0, 1)):
+            face = ends.copy()
+            face[1 - end, k] = face[end, k]
+            differs = float(problem.shares(limit, *face).mean()) - whole
+            slope[end, k] = (differs if end else -differs) / (ends[1, k] - ends[0, k])
+        return np.asarray(-(slope * scale).ravel() / max(1.0 - whole, 1e-12))
+
+    def widths(place: RealArray) -> RealArray:
+        return np.maximum(place[size:] - place[:size], LEAST)
+
+    low, high = (bounds.lower - first.lower) / scale, (bounds.upper - first.lower) / scale
+    found = minimize(  # type: ignore[call-overload]  # the stubs know no array of any length
+        lambda place: -price @ np.log(widths(place)) / price.sum(),
+        np.repeat([0.0, 1.0], size),
+        jac=lambda place: (
+            np.tile(price / widths(place), 2) * np.repeat([1.0, -1.0], size) / price.sum()
+        ),
+        method="SLSQP",
+        bounds=list(zip(np.tile(low, 2), np.tile(high, 2), strict=True)),
+        constraints=[
+            {
+                "type": "ineq",
+                "fun": lambda place: allowed - missed(place),
+                "jac": lambda place: -missed_slope(place),
+            },
+            {
+                "type": "ineq",
+                "fun": lambda place: place[size:] - place[:size] - LEAST,
+                "jac": lambda _place: np.hstack([-np.eye(size), np.eye(size)]),
+            },
+        ],
+        options={"maxiter": 100, "ftol": 1e-8},
+    )
+    lower, upper = first.lower + found.x.reshape(2, size) * scale
+    return Box(bounds.names, lower, np.maximum(upper, lower + LEAST * scale))
+
+
+def _kept(problem: KnownShare, limit: RealArray, share: float, box: Box) -> Box:
+    """Return a box, shrunk about its middle as little as the true share asks for."""
+
+    def shrunk(part: float) -> Box:
+        half = 0.5 * part * box.width
+        return Box(box.names, box.centre - half, box.centre + half)
+
+    bad, good = 1.0, 0.0
+    if exact_share(problem, limit, box) >= share:
+        return box
+    for _ in range(40):
+        middle = 0.5 * (good + bad)
+        if exact_share(problem, limit, shrunk(middle)) >= share:
+            good = middle
+        else:
+            bad = middle
+    return shrunk(good)
 
 
 def _begin(
     problem: KnownShare, limit: RealArray, share: float, bounds: Box, anchor: RealArray
-) -> RealArray | None:
-    """Return the ends of the first box, shrunk about an anchor, with nearly the share."""
+) -> Box | None:
+    """Return the first box, shrunk about an anchor, with nearly the share."""
     for size in 0.85 ** np.arange(60):
         lower = anchor - size * (anchor - bounds.lower)
         upper = anchor + size * (bounds.upper - anchor)
         if float(problem.shares(limit, lower, upper).mean()) >= 0.8 * share:
-            return np.concatenate([lower, upper])
+            return Box(bounds.names, lower, upper)
     return None
 
 

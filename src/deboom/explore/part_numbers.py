@@ -42,9 +42,8 @@ class PartNumber:
     Notes
     -----
     Correlations are products: ``h`` between two axes of a piece, ``b`` between one axis of two
-    pieces, ``b h`` between two axes of two pieces. It is what remains of hardness (compound and
-    cure, common to all axes) and of geometry (each axis for itself), both of them partly settled
-    by the batch and partly by the piece.
+    pieces, ``b h`` between two axes of two pieces. Hardness (compound and cure) is common to all
+    axes, geometry is each axis's own; of both, the batch settles one part and the piece the rest.
     """
 
     name: str

@@ -89,14 +89,18 @@ class SharingProblem:
 
     def own(self, designs: RealArray) -> RealArray:
         """Return the response of each vehicle to its own design, (…, v, k) → (…, v)."""
+        # vehicles that share all parts have one design: evaluate it once
+        flat = designs.reshape(-1, designs.shape[-1])
+        different, place = np.unique(flat, axis=0, return_inverse=True)
+        values = responses(self.evaluate, different)[place.ravel()]
         n_vehicles = len(self.vehicles)
-        flat = responses(self.evaluate, designs.reshape(-1, designs.shape[-1]))
-        values = flat.reshape(*designs.shape[:-1], n_vehicles)
-        return np.asarray(np.einsum("...vv->...v", values))
+        return np.asarray(np.einsum("...vv->...v", values.reshape(*designs.shape[:-1], n_vehicles)))
 
     def own_gradient(self, designs: RealArray) -> RealArray:
         """Return the derivative of each vehicle's response by its own design, (v, k) → (v, k)."""
-        return np.asarray(np.einsum("vvk->vk", self.evaluate.gradient(designs)))
+        different, place = np.unique(designs, axis=0, return_inverse=True)
+        gradient = self.evaluate.gradient(different)
+        return np.asarray(gradient[place.ravel(), np.arange(len(self.vehicles))])
 
 
 @dataclass(frozen=True, eq=False)
@@ -205,7 +209,12 @@ def own_optima(
 
 
 def shared_design(
-    problem: SharingProblem, sharing: Sharing, starts: Sequence[RealArray], *, steps: int = 60
+    problem: SharingProblem,
+    sharing: Sharing,
+    starts: Sequence[RealArray],
+    *,
+    enough: float = -np.inf,
+    steps: int = 60,
 ) -> SharedDesign:
     """Find values for the part numbers of a sharing that keep the worst vehicle low.
 
@@ -215,6 +224,8 @@ def shared_design(
     sharing : Sharing
     starts : sequence of array, shape (v, k)
         Designs to begin with; a number begins with the mean of its vehicles. The best end counts.
+    enough : float
+        Worst excess that ends the search: further starts are left out [response_unit].
     steps : int
         Of each descent.
 
@@ -228,11 +239,19 @@ def shared_design(
     programming (SLSQP) with exact gradients. A local optimum of a problem that has several.
     """
     numbering = _Numbering.of(problem, sharing)
-    begins = [numbering.values(start) for start in starts]
-    ends = [_descend(problem, numbering, begin, steps) for begin in begins]
-    # a descent over a kink may end above its start
-    found = [_finished(problem, sharing, numbering.designs(one)) for one in [*begins, *ends]]
-    return min(found, key=lambda one: one.worst)
+    best: SharedDesign | None = None
+    for start in starts:
+        begin = numbering.values(start)
+        # a descent over a kink may end above its start
+        for values in (begin, _descend(problem, numbering, begin, steps)):
+            found = _finished(problem, sharing, numbering.designs(values))
+            if best is None or found.worst < best.worst:
+                best = found
+        if best is not None and best.worst <= enough:
+            break
+    if best is None:
+        raise InputError("shared parts need a design to begin with: give at least one start")
+    return best
 
 
 def quietest_within_limits(problem: SharingProblem, start: SharedDesign) -> SharedDesign:
@@ -268,7 +287,7 @@ def quietest_within_limits(problem: SharingProblem, start: SharedDesign) -> Shar
         method="SLSQP",
         bounds=numbering.bounds,
         constraints=[NonlinearConstraint(room, 0.0, np.inf, jac=room_gradient)],
-        options={"maxiter": 100},
+        options={"maxiter": 40},
     )
     found = _finished(problem, start.sharing, numbering.designs(end.x))
     better = found.worst <= max(start.worst, 0.0) and found.levels.sum() < start.levels.sum()

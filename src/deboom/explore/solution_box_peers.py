@@ -111,7 +111,7 @@ def bisection_box(
 
     good, share = 0.0, question.share_of(cut(0.0), unit[:1])
     bad = 1.0
-    for _ in range(20):
+    for _ in range(14):
         middle = 0.5 * (good + bad)
         kept = question.share_of(cut(middle), unit)
         if kept >= question.share:

@@ -188,7 +188,8 @@ def largest_box(
     best = ends[int(np.argmax(volumes))][0]
     best = _fine(question, effort, search, sample, best)
     _tell(progress, 2, "fine stages")
-    box, calibrated = _calibrated(question, best, sample, _wanted(question, effort, best, sample))
+    wanted = _wanted(question, effort, best, sample)
+    box, calibrated = _calibrated(question, best, sample, wanted, halvings=11)
     _refuse_flat(question, box)
     _tell(progress, 3, "size settled")
     verified = verified_share(
@@ -226,8 +227,8 @@ class _Coarse:
                 self.effort,
                 self.question.share,
             )
-        both = [_sized(self.question, one, self.sample) for one in (box, self.begin)]
-        return max(both, key=lambda one: one[1])
+        found = _sized(self.question, box, self.sample)
+        return found if found[1] > -np.inf else _sized(self.question, self.begin, self.sample)
 
 
 def _all(tasks: Sequence[_Coarse], workers: int) -> list[tuple[Box, float]]:
@@ -269,9 +270,8 @@ def _fine(
 
 def _sized(question: BoxQuestion, box: Box, sample: RealArray) -> tuple[Box, float]:
     """Return a box, sized to the stated share, and its volume; -inf if it cannot have the share."""
-    box, kept = _calibrated(
-        question, box, sample[: max(LEAST_SIZED, len(sample) // 16)], question.share
-    )
+    few = sample[: max(LEAST_SIZED, len(sample) // 16)]
+    box, kept = _calibrated(question, box, few, question.share, halvings=7)
     flat = np.any(box.width[question.free] <= 0.0)
     return box, -np.inf if flat or kept < question.share else question.log_volume(box)
 
@@ -365,7 +365,7 @@ def resized(question: BoxQuestion, box: Box, growth: float) -> Box:
 
 
 def _calibrated(
-    question: BoxQuestion, box: Box, sample: RealArray, wanted: float
+    question: BoxQuestion, box: Box, sample: RealArray, wanted: float, halvings: int
 ) -> tuple[Box, float]:
     """Return the box, resized to keep the wanted share of a sample, and the share it keeps."""
     good, bad = -1.0, None
@@ -390,7 +390,7 @@ def _calibrated(
             bad, step = tried, 2.0 * step
     if bad is None:
         return resized(question, box, good), best
-    for _ in range(14):
+    for _ in range(halvings):
         middle = 0.5 * (good + bad)
         share = question.share_of(resized(question, box, middle), sample)
         if share >= wanted:

@@ -48,7 +48,7 @@ class MeasuredEntry(StrictModel):
     Parameters
     ----------
     library : str
-        Exported mount library, a path from the file.
+        Mount library (SQLite), or its export as JSON; a path from the file.
     prior_sigma : float
         Standard deviation that was assumed before any part was measured [1].
     prior_weight : float

@@ -36,6 +36,7 @@ _TO_SI: dict[str, tuple[str, float]] = {
     "s": ("s", 1.0),
     "ms": ("s", 1e-3),
     "rpm": ("rpm", 1.0),
+    "dB(A)": ("dB(A)", 1.0),
 }
 _SPELLING = str.maketrans({"µ": "u", "μ": "u", "²": "^2", "·": " ", "*": " "})
 

@@ -56,7 +56,8 @@ class Interval:
 
     def holds(self, truth: npt.ArrayLike) -> npt.NDArray[np.bool_]:
         """Say whether it holds the truth, shape (...)."""
-        return np.asarray((self.lower <= truth) & (truth <= self.upper))
+        where = np.asarray(truth, dtype=float)
+        return np.asarray((self.lower <= where) & (where <= self.upper))
 
 
 def pivotal_interval(

@@ -39,7 +39,6 @@ FAMILY_CUT = 0.9
 """Least correlation within a family [1]."""
 SEARCH_DRAWS, VERIFYING_DRAWS = 128, 8192
 """Of the scatter: for the margin of the search, and for the check."""
-LIMIT_COLUMNS = ("vehicle", "limit [dB(A)]")
 
 
 @dataclass(frozen=True)
@@ -51,7 +50,7 @@ class CommonalityAims:
     allowed : float
         Each vehicle may be louder than with mounts of its own by this [dB]; not used with a table.
     limits : Path or None
-        Table of limits, columns `LIMIT_COLUMNS`.
+        Table of limits, columns ``vehicle, limit [dB(A)]``.
     share : float
         Of the cars of each vehicle that must keep its limit as their mounts scatter [1].
     starts : int
@@ -121,7 +120,7 @@ class CommonalityStudy:
     @property
     def today(self) -> RealArray:
         """Level of each vehicle with today's mounts, shape (v,) [dB(A)]."""
-        return responses(self.level, self.problem.space.nominal[np.newaxis])[0]
+        return np.asarray(responses(self.level, self.problem.space.nominal[np.newaxis])[0])
 
     def price(self, design: SharedDesign) -> RealArray:
         """Return what sharing costs each vehicle against mounts of its own, shape (v,) [dB]."""
@@ -219,11 +218,11 @@ def _rule(option: str, texts: Sequence[str]) -> dict[str, list[list[str]]]:
 
 def _table_limits(path: Path, vehicles: Sequence[str]) -> RealArray:
     limits: dict[str, float] = {}
-    for row in read_rows(path, LIMIT_COLUMNS, {}):
+    for row in read_rows(path, ("vehicle",), {"limit": "dB(A)"}):
         name = row.filled("vehicle")
         if name in limits or name not in vehicles:
             raise row.error(f"'{name}' is named twice or is none of {list(vehicles)}")
-        limits[name] = row.number(LIMIT_COLUMNS[1])
+        limits[name] = row.number("limit")
     missing = [name for name in vehicles if name not in limits]
     if missing:
         raise InputError(f"{path}: there is no limit for {missing}: give every vehicle one")

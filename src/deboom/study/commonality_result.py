@@ -146,13 +146,11 @@ def commonality_figures(study: CommonalityStudy) -> dict[str, bytes]:
     counts = np.array([one.sharing.total for one in study.found.by_count], dtype=float)
     worst = np.array([study.price(one).max() for one in study.found.by_count])
     mean = np.array([study.price(one).mean() for one in study.found.by_count])
-    chosen = study.found.fewest
-    marks = {
-        "chosen: worst vehicle": (float(chosen.sharing.total), float(study.price(chosen).max()))
-    }
-    if study.by_group is not None:
-        group = study.by_group
-        marks["one set per group"] = (float(group.sharing.total), float(study.price(group).max()))
+    chosen, group = study.found.fewest, study.by_group
+    marks = {}
+    if group is not None:
+        price = float(study.price(group).max())
+        marks["one set per group, worst vehicle"] = (float(group.sharing.total), price)
     labels = np.array([[letters(number) for number in row] for row in chosen.sharing.numbers])
     return {
         "price": figures.fronts(
@@ -236,7 +234,7 @@ def _page(
                     Picture(
                         pictures["price"],
                         "Price of sharing over the count of part numbers",
-                        "Price against part numbers.",
+                        f"Price against part numbers; {total} keep every limit.",
                     ),
                 ),
                 tables=(

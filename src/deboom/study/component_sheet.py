@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING
 import pandas as pd
 
 from deboom.compressor.acceptance import Decision, overall
-from deboom.compressor.component_limits import ALLOWANCE
 from deboom.files.workbook import workbook_bytes
 from deboom.report.page import Headline, Page, Section, Table, render_page
 from deboom.study.component_verdicts import open_points, shown_verdicts, verdict_table
@@ -117,8 +116,8 @@ def condition_table(measured: MeasuredUnbalance, command: str) -> pd.DataFrame:
         "stiffness": "of the compressor on its mounts, at that origin, at the hammer's amplitude",
         "mounts in operation": found.state.statement,
         "alarms": " ".join(one for one in alarms if one != found.state.statement) or "none",
-        "guard bands": f"one-sided normal quantile of the standard deviation, taken {ALLOWANCE:g} "
-        "times for what its first order does not see",
+        "guard bands": "one-sided normal quantile times the standard deviation of noise, "
+        "placement, calibration and state of the mounts together",
         "command": command,
     }
     return pd.DataFrame({"condition": list(rows), "in this test": list(rows.values())})

@@ -27,7 +27,7 @@ from deboom.study.compressor_unbalance_truth import UnbalanceTruth, read_unbalan
 STEPS = 12
 """Of `measured_unbalance`, for progress."""
 AUTOMATIC = "auto"
-"""Route d, or e where the sweep shows that the mounts have changed."""
+"""Route d, or e where the mounts have changed and the hammer test has no alarm."""
 
 
 @dataclass(frozen=True)
@@ -173,7 +173,10 @@ def with_route(found: Unbalance, wanted: str) -> Unbalance:
     """
     letters = [result.route.letter for result in found.routes]
     if wanted == AUTOMATIC:
-        wanted = "e" if found.state.changed and "e" in letters else found.chosen.route.letter
+        # an update of the mounts is worth as much as the model that it updates
+        sound = not found.identification.alarms
+        updated = found.state.changed and sound and "e" in letters
+        wanted = "e" if updated else found.chosen.route.letter
     if wanted not in letters:
         raise InputError(f"there is no route '{wanted}': choose {AUTOMATIC}, {', '.join(letters)}")
     route = found.by_letter(wanted).route

@@ -45,9 +45,9 @@ STORAGE, LOSS = 0.9, 1.1
 class MountCase(Enum):
     """What the mounts and what carries them are like."""
 
-    UNCHANGED = "mounts as struck"
-    CHANGED = "mounts −10 % / +10 %"
-    SOFTENING = "mounts that soften with amplitude"
+    UNCHANGED = "as struck"
+    CHANGED = "−10 % / +10 %"
+    SOFTENING = "softening"
     RECEIVER = "flexible receiver"
 
 

@@ -74,8 +74,9 @@ def _headlines(measured: MeasuredUnbalance) -> tuple[Headline, ...]:
             f"dynamic unbalance, {1e9 * dynamic.lower:.0f} to {1e9 * dynamic.upper:.0f}",
         ),
         Headline(
-            f"{sources.reduced_chi:.2f}",
-            f"residuals over noise, route {measured.found.chosen.route.letter}",
+            f"{sources.remaining_chi:.2f}",
+            "left by rotor, gas and mounts, over its noise; route "
+            f"{measured.found.chosen.route.letter}",
         ),
     ]
     state = measured.found.state

@@ -86,6 +86,7 @@ def summary_of(measured: MeasuredUnbalance) -> dict[str, Scalar]:
         "sense": found.sense.sense.name.lower(),
         "mounts_changed": "yes" if found.state.changed else "no",
         "reduced_chi": sources.reduced_chi,
+        "remaining_chi": sources.remaining_chi,
         "n_alarms": len(found.alarms) + len(measured.kept.alarms),
     }
     if measured.truth is not None:

@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 import pandas as pd
 
-from deboom.compressor.component_acceptance import DYNAMIC, STATIC
+from deboom.compressor.component_acceptance import STATIC
 from deboom.report.figures import DotPanel, MaskedPanel, dot_panels, masked_panels
 from deboom.report.page import Section, Table
 from deboom.report.style import VEHICLE_PALETTE
@@ -20,6 +20,8 @@ from deboom.study.compressor_unbalance_truth import BANDS
 from deboom.study.result import Scalar, StudyResult
 
 Errors = Callable[[CaseErrors], float]
+COMPARED = "ade"
+"""Routes that all compressors were evaluated by."""
 LOW, HIGH = 0, 1
 """Places of the bands 20-50 and 50-150 Hz."""
 BASE: dict[str, Errors] = {
@@ -44,6 +46,8 @@ def virtual_result(runs: VirtualRuns, *, with_figures: bool = True) -> StudyResu
         The first compressor in detail, errors of all.
     """
     table = case_table(runs.cases)
+    shown = table.drop(columns=[name for name in table if "y/z" in str(name)])
+    decimals = {name: 1 for name in map(str, shown) if name.endswith("[%]")}
     figures = {}
     if with_figures:
         figures = {"changed_state": changed_state(runs), "errors": errors(runs.cases)}
@@ -56,9 +60,7 @@ def virtual_result(runs: VirtualRuns, *, with_figures: bool = True) -> StudyResu
         "relative to the true unbalance; the truth includes the rotating gas force. Global: error "
         "of the fit over all lines and both pressures. Medians over the compressors.",
         figures=pictures(figures, "changed_state", "errors"),
-        tables=(
-            Table(table, "Median errors by state and route.", dict.fromkeys(table.columns[3:], 1)),
-        ),
+        tables=(Table(shown, "Median errors by state and route.", decimals),),
     )
     return unbalance_result(
         runs.first,
@@ -181,20 +183,19 @@ def changed_state(runs: VirtualRuns) -> bytes:
 
 def errors(cases: Sequence[CaseErrors]) -> bytes:
     """Dots of every compressor, by route and state."""
-    states = (MountCase.UNCHANGED, MountCase.CHANGED)
-    letters = [letter for letter in sorted({one.letter for one in cases}) if letter in "ade"]
-    colours = dict(zip((state.value for state in states), VEHICLE_PALETTE, strict=False))
+    states = {"as struck": MountCase.UNCHANGED, "changed": MountCase.CHANGED}
+    colours = dict(zip(states, VEHICLE_PALETTE, strict=False))
     panels = []
-    for name, of in ((STATIC, "static"), (DYNAMIC, "dynamic")):
+    for name, of in (("u", "static"), ("u_d", "dynamic")):
         for place, band in enumerate(BANDS):
             values = {
-                f"route {letter}": {
-                    state.value: [
+                f"{letter}, {words_of}": {
+                    words_of: [
                         100 * getattr(one.errors, of)[place] for one in _of(cases, state, letter)
                     ]
-                    for state in states
                 }
-                for letter in letters
+                for letter in COMPARED
+                for words_of, state in states.items()
             }
             panels.append(DotPanel(f"{name}, {words(band)} [%]", values))
     return dot_panels(panels, colours)

@@ -19,6 +19,7 @@ from deboom.explore.tolerance_structure import ToleranceStructure
 from deboom.files.library_export import read_library_json
 from deboom.files.part_scatter_file import MeasuredEntry, PartScatterFile, load_parts
 from deboom.mounts.characterised_mount import CharacterisedMount
+from deboom.mounts.library import open_library
 from deboom.mounts.library_scatter import LibraryScatter, library_scatter
 from deboom.mounts.part_scatter import ScatterPrior
 from deboom.report.page import Section, Table
@@ -167,11 +168,19 @@ def made_parts(path: Path | None, space: DesignSpace) -> MadeParts:
 def _measured(library: Path, content: PartScatterFile, entry: MeasuredEntry) -> LibraryScatter:
     """Estimate the scatter from a library, of the part numbers that the file names."""
     numbers = {place: part.number for part in content.parts for place in part.places}
-    parts = [one for one in read_library_json(library)[1] if _wanted(one, numbers)]
+    parts = [one for one in _library_parts(library) if _wanted(one, numbers)]
     try:
         return library_scatter(parts, ScatterPrior(entry.prior_sigma, entry.prior_weight))
     except InputError as error:
         raise InputError(f"{library}: {error}") from None
+
+
+def _library_parts(path: Path) -> Sequence[CharacterisedMount]:
+    """Return all parts of a library: of its file, or of its export as JSON."""
+    if path.suffix == ".json":
+        return read_library_json(path)[1]
+    with open_library(path) as library:
+        return [library.load(one) for one in library.identities()]
 
 
 def _wanted(part: CharacterisedMount, numbers: Mapping[str, str]) -> bool:

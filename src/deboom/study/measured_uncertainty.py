@@ -8,6 +8,7 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from deboom.errors import InputError
 from deboom.explore.robust import RobustResponse
@@ -290,8 +291,8 @@ def _ranks(share: RealArray) -> RealArray:
     return np.asarray((-share).argsort(axis=-1, kind="stable").argsort(axis=-1))
 
 
-def _nondominated(values: RealArray) -> RealArray:
+def _nondominated(values: RealArray) -> npt.NDArray[np.bool_]:
     """Say which rows (n, 2) no other row beats in both columns."""
-    no_worse = (values[:, np.newaxis] >= values).all(axis=2)
-    better = (values[:, np.newaxis] > values).any(axis=2)
-    return np.asarray(~(no_worse & better).any(axis=1))
+    difference = values[:, np.newaxis] - values
+    beaten = np.all(difference >= 0.0, axis=2) & np.any(difference > 0.0, axis=2)
+    return np.asarray(~beaten.any(axis=1))

@@ -34,9 +34,9 @@ from deboom.vehicles.platform_uncertainty import PRIOR
 TERMS = ("booming noise", "SPL", "SPLV", "noise transfer function", "dynamic stiffness", "σ")
 _SHOWN = 25
 _LABELS = {
-    HERE: "change,\nthese vehicles",
-    SERIES: "change,\nany vehicle and load case",
-    LEVEL: "level,\nthese vehicles",
+    HERE: "change, here",
+    SERIES: "change, anywhere",
+    LEVEL: "level, here",
 }
 
 
@@ -106,10 +106,7 @@ def uncertainty_figures(found: MeasuredAgain, following: pd.DataFrame) -> dict[s
         "next": figures.interval_panels(
             following["measurement"].to_list(),
             [
-                IntervalPanel(
-                    f"half width [dB], {label}",
-                    {"expected": _from_zero(following[column])},
-                )
+                IntervalPanel("half width [dB]", {"expected": _from_zero(following[column])}, label)
                 for label, column in columns.items()
             ],
         ),
@@ -184,7 +181,10 @@ def _page(
                         )
                         for name, columns in (
                             (TODAY, ["vehicle", *_of_level(vehicles)]),
-                            (design, ["vehicle", *(c for c in vehicles if "change" in c)]),
+                            (
+                                design,
+                                ["vehicle", *(c for c in map(str, vehicles) if "change" in c)],
+                            ),
                         )
                     ),
                 ),
@@ -221,12 +221,19 @@ def _page(
                 "computed from the variances as they are. “Any vehicle and load case” takes those "
                 "measured for a sample of all; their choice then counts, with Student's t for so "
                 "few.",
-                figures=(_picture(pictures, "next", "Expected half widths; shorter is better."),),
+                figures=(
+                    _picture(
+                        pictures,
+                        "next",
+                        "Expected half widths of 90 % intervals, shorter is better; here: these "
+                        "vehicles and load cases, anywhere: any.",
+                    ),
+                ),
                 tables=(
                     Table(
                         tables["next"],
                         "Sorted by what they are worth for the first question.",
-                        {name: 3 for name in tables["next"] if name.endswith("[dB]")},
+                        {n: 3 for n in map(str, tables["next"]) if n.endswith("[dB]")},
                     ),
                 ),
             ),
@@ -235,7 +242,7 @@ def _page(
 
 
 def _of_level(table: pd.DataFrame) -> list[str]:
-    return [name for name in table if name.startswith(("mean level", "loudest line"))]
+    return [name for name in map(str, table) if name.startswith(("mean level", "loudest line"))]
 
 
 def _front_names(found: MeasuredAgain) -> list[str]:
@@ -259,7 +266,8 @@ def _few(count: int) -> list[int]:
 
 
 def _decimals(table: pd.DataFrame) -> dict[str, int]:
-    return {name: 3 if name.startswith("sigma") else 2 for name in table if name.endswith("dB]")}
+    names = [name for name in map(str, table) if name.endswith("dB]")]
+    return {name: 3 if name.startswith("sigma") else 2 for name in names}
 
 
 def _picture(pictures: Mapping[str, bytes], stem: str, caption: str) -> Picture:

@@ -119,19 +119,19 @@ def candidates(found: MeasuredAgain) -> tuple[NextMeasurement, ...]:
     every: Mapping[str, tuple[Mapping[str, float], Mapping[str, float]]] = {
         "one more vehicle": (vehicles, {VEHICLES: 1.0}),
         "one more load case": ({LOAD_CASES: one_case, NOISE: one_case}, {}),
-        "transfer functions once more, another method and day": (
+        "transfer functions, another method and day": (
             {name: TWICE for name in TRANSFER},
             {},
         ),
-        "transfer functions once more, same method and setup, another day": (
+        "transfer functions, same setup, another day": (
             {DAY: TWICE, FLOOR: TWICE},
             {},
         ),
-        "microphones and source calibrated twice as well": ({CALIBRATION: HALVED}, {}),
+        "microphone, source calibrated twice as well": ({CALIBRATION: HALVED}, {}),
         "shaker aligned twice as well": ({SHAKER: HALVED, CELLS: HALVED}, {}),
-        "mounts characterised once more, set up anew": ({SHAKER: TWICE, BUDGET: TWICE}, {}),
+        "mounts characterised anew": ({SHAKER: TWICE, BUDGET: TWICE}, {}),
         "accelerometers placed twice as well": ({MOTION: HALVED}, {}),
-        "run once more, sensors set up anew": ({MOTION: TWICE, NOISE: TWICE}, {}),
+        "run repeated, sensors set up anew": ({MOTION: TWICE, NOISE: TWICE}, {}),
     }
     return tuple(
         NextMeasurement(name, remaining, more)

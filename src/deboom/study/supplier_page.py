@@ -239,7 +239,7 @@ def _parts(content: SupplierContent, pictures: Mapping[str, bytes]) -> Section:
         )
     if content.mount is None:
         summary = content.tables["part alone, summary"]
-        by_scatter = [name for name in summary if name == "changed" or "sigma" in name]
+        by_scatter = [n for n in map(str, summary) if n == "changed" or "sigma" in n]
         tables = (
             Table(
                 summary.drop(columns=by_scatter[1:]),
@@ -249,7 +249,7 @@ def _parts(content: SupplierContent, pictures: Mapping[str, bytes]) -> Section:
         )
     else:
         table = one_part_table(content.tables["part alone"], content.mount)
-        by_peak = ["vehicle", *(name for name in table if "peak" in name)]
+        by_peak = ["vehicle", *(name for name in map(str, table) if "peak" in name)]
         tables = (
             Table(
                 table.drop(columns=by_peak[1:]),

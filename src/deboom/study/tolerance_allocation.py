@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -20,90 +19,25 @@ from deboom.explore.tolerance_allocation import (
     SigmaTarget,
     Target,
 )
-from deboom.explore.tolerance_curves import (
-    CostCurve,
-    CostCurves,
-    TabulatedCurve,
-    reciprocal_curves,
-)
+from deboom.explore.tolerance_curves import CostCurves
 from deboom.explore.tolerance_effect import ToleranceEffect
 from deboom.explore.tolerance_samples import sobol_sample
-from deboom.files.table_cells import read_rows
 from deboom.physics.arrays import RealArray
 from deboom.study.front_design import ChosenDesign
-from deboom.study.tolerance_cost import tolerance_cost
+from deboom.study.wanted_tolerances import WantedTarget
 
 DRAWS = 8192
 """Independent draws with which tolerances are verified."""
-ROUNDS = 4
-"""How often a share that was missed by new draws is asked for again, a little higher."""
+ROUNDS = 5
+"""How often a share that new draws do not confirm is asked for again, a little higher or lower."""
+CLOSE = 0.002
+"""How much more than the wanted share is not worth another round [1]."""
 ONE_SIDED_95 = 1.644854
 """Lower 95 % bound in standard errors [1]."""
 ON_CURVE = 8
 """Targets on the curve of cost over target."""
 ALONG_FRONT = 12
 """Designs of the front whose marginal values are listed."""
-
-
-@dataclass(frozen=True, eq=False)
-class WantedTarget:
-    """What a user asks of the scatter.
-
-    Parameters
-    ----------
-    sigma : float or None
-        Standard deviation of the mean level, mean over the vehicles [dB]; None: today's.
-    limit : sequence of str or None
-        Largest mean level of a vehicle's lines: ``52.5`` or ``U06-1=52.5`` [dB(A)], or ``+0.5``
-        above that of the design without scatter [dB]. With limits the target is a share of
-        parts × vehicles within them, and `sigma` stays None.
-    share : float
-        That share [1].
-
-    Raises
-    ------
-    InputError
-        Both a sigma and a limit.
-    """
-
-    sigma: float | None = None
-    limit: Sequence[str] | None = None
-    share: float = 0.95
-
-    def __post_init__(self) -> None:
-        if self.sigma is not None and self.limit:
-            raise InputError("give either --sigma or --limit, not both")
-
-    def limits(self, vehicles: Sequence[str], levels: RealArray) -> RealArray:
-        """Return the limit of each vehicle, shape (r,) [dB(A)], from its own level (r,).
-
-        Raises
-        ------
-        InputError
-            An unknown vehicle, one without a limit or with two, or no number.
-        """
-        found: dict[str, float] = {}
-        for text in self.limit or ():
-            name, has_name, number = text.rpartition("=")
-            try:
-                value = float(number)
-            except ValueError:
-                value = np.nan
-            if not np.isfinite(value) or (has_name and name not in vehicles):
-                raise InputError(
-                    f"limit '{text}': write a level in dB(A), +dB above the design's own, or "
-                    f"vehicle=level with one of {', '.join(vehicles)}"
-                )
-            for vehicle, level in zip(vehicles, levels, strict=True):
-                if has_name and vehicle != name:
-                    continue
-                if vehicle in found:
-                    raise InputError(f"limit '{text}': {vehicle} has one already, give it one")
-                found[vehicle] = value + float(level) * number.startswith("+")
-        missing = [vehicle for vehicle in vehicles if vehicle not in found]
-        if missing:
-            raise InputError(f"there is no limit of {', '.join(missing)}: give every vehicle one")
-        return np.array([found[vehicle] for vehicle in vehicles])
 
 
 @dataclass(frozen=True, eq=False)
@@ -187,28 +121,18 @@ class AllocationStudy:
 
     @cached_property
     def target(self) -> Target:
-        """What was asked for; a share with what `ROUNDS` of checking added to it."""
-        if self.limits is None:
-            wanted = self.wanted.sigma
-            return self._sigma(self.today.sigma_sum if wanted is None else wanted / self.per_line)
-        target = self._share(self.wanted.share)
-        for _ in range(ROUNDS):
-            found = self.allocator.cheapest(target).tolerance
-            short = self.wanted.share - self._verified(found, "allocation check").share_lower
-            if short <= 0.0 or target.share + short >= 1.0:
-                break
-            target = replace(target, share=target.share + short)
-        return target
+        """What the cheapest tolerances were asked for; a share as `_checked` left it."""
+        return self._cheapest[0]
 
     @cached_property
     def cheapest(self) -> Allocation:
         """The cheapest tolerances for the target."""
-        return self.allocator.cheapest(self.target)
+        return self._cheapest[1]
 
     @cached_property
     def uniform(self) -> Allocation:
         """One tolerance everywhere for the target."""
-        return self.allocator.uniform(self.target)
+        return self._checked(self.allocator.uniform)[1]
 
     @cached_property
     def uniform_of_effective(self) -> Allocation:
@@ -216,7 +140,41 @@ class AllocationStudy:
         names = self.allocator.names
         free = np.isin(names, self.chosen.without_effect)
         lower = np.where(free, self.allocator.upper, self.allocator.lower)
-        return replace(self.allocator, lower=lower).uniform(self.target)
+        return self._checked(replace(self.allocator, lower=lower).uniform)[1]
+
+    @cached_property
+    def _cheapest(self) -> tuple[Target, Allocation]:
+        return self._checked(self.allocator.cheapest)
+
+    def _checked(self, find: Callable[[Target], Allocation]) -> tuple[Target, Allocation]:
+        """Return a target and what is found for it.
+
+        A share is asked for a little higher, or lower, until new draws show the wanted share with
+        95 % confidence and hardly more: what is chosen by few draws suits these draws best.
+        """
+        if self.limits is None:
+            wanted = self.wanted.sigma
+            target = self._sigma(self.today.sigma_sum if wanted is None else wanted / self.per_line)
+            return target, find(target)
+        tried: list[tuple[float, ShareTarget, Allocation]] = []
+        share = self._share(self.wanted.share)
+        for _ in range(ROUNDS):
+            try:
+                found = find(share)
+            except InputError:
+                if not tried:
+                    raise
+                break
+            lower = self._verified(found.tolerance, "allocation check").share_lower
+            over = lower - self.wanted.share
+            tried.append((over, share, found))
+            if 0.0 <= over <= CLOSE or not 0.0 < share.share - over < 1.0:
+                break
+            share = replace(share, share=share.share - over + 0.5 * CLOSE)
+        confirmed = [one for one in tried if one[0] >= 0.0]
+        if confirmed:
+            return min(confirmed, key=lambda one: one[2].total_cost)[1:]
+        return max(tried, key=lambda one: one[0])[1:]
 
     @cached_property
     def verified(self) -> dict[str, Verified]:
@@ -254,16 +212,16 @@ class AllocationStudy:
         return (np.array(asked), *np.array(costs).T)
 
     @cached_property
-    def along_front(self) -> tuple[RealArray, RealArray]:
-        """Rows of the front, and σ of the mean level per % of each tolerance, (n, k) [dB]."""
+    def along_front(self) -> dict[int, MarginalValues]:
+        """Number of a design on the front → what a little tolerance is worth today."""
         count = len(self.chosen.designs)
         rows = np.unique(np.linspace(0, count - 1, min(count, ALONG_FRONT)).astype(int))
-        found = []
-        for row in rows:
+        found = {}
+        for row in rows.tolist():
             effect = replace(self.allocator.effect, design=self.chosen.designs[row])
-            one = replace(self.allocator, effect=effect).marginal_values(self.allocator.today)
-            found.append(one.sigma_per_percent * self.per_line)
-        return rows, np.array(found)
+            one = replace(self.allocator, effect=effect)
+            found[row + 1] = one.marginal_values(self.allocator.today)
+        return found
 
     def _targets(self) -> list[SigmaTarget | ShareTarget]:
         """Targets between what the tightest and what the widest tolerances give."""
@@ -306,43 +264,3 @@ class AllocationStudy:
         error = float(good.std(ddof=1) / np.sqrt(DRAWS))
         share = float(good.mean())
         return Verified(sigma, share, share - ONE_SIDED_95 * error)
-
-
-def cost_curves(
-    table: Path | None, points: Path | None, variables: Sequence[str]
-) -> tuple[CostCurves, tuple[Path, ...]]:
-    """Return the prices of tolerances, and the files they were read from.
-
-    Parameters
-    ----------
-    table : Path or None
-        As for `deboom.study.tolerance_cost.tolerance_cost`: a reciprocal law per variable.
-    points : Path or None
-        Table with the columns ``variable, tolerance, cost``, at least two rows for each of some
-        variables, whose law these points replace.
-    variables : sequence of str
-        All that scatter.
-
-    Raises
-    ------
-    InputError
-        A table that cannot be read, an unknown variable, a price that rises with the width.
-    """
-    curves: dict[str, CostCurve] = {
-        curve.name: curve
-        for curve in reciprocal_curves(variables, tolerance_cost(table, variables)).curves
-    }
-    known: dict[str, list[tuple[float, float]]] = {}
-    if points is not None:
-        for row in read_rows(points, ("variable", "tolerance", "cost"), {}):
-            name = row.filled("variable")
-            if name not in curves:
-                raise row.error(f"'{name}' is none of {list(variables)}")
-            known.setdefault(name, []).append((row.number("tolerance"), row.number("cost")))
-    for name, pairs in known.items():
-        try:
-            curves[name] = TabulatedCurve(name, *np.array(pairs).T)
-        except InputError as error:
-            raise InputError(f"{points}: {error}") from None
-    files = tuple(path for path in (table, points) if path is not None)
-    return CostCurves(tuple(curves.values())), files

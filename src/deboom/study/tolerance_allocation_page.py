@@ -37,6 +37,7 @@ def allocation_page(
         ),
         terms=TERMS,
         warnings=(
+            *_not_confirmed(study),
             "The price of a tolerance is an assumption unless you bring your own: by default "
             "every direction costs 1 at ±15 % and twice as much at half the width. Ratios of "
             "costs hold for prices without a fixed part.",
@@ -73,7 +74,8 @@ def allocation_page(
                 tables=(
                     Table(
                         tables["marginal_values"],
-                        "Exact derivatives at the draws of the search. A dash: a free tolerance.",
+                        "Exact derivatives at the draws of the search. A dash: a free tolerance. "
+                        "Below 0: the axis makes up for another one of the same rubber.",
                         dict.fromkeys(tables["marginal_values"].columns[1:], 2),
                     ),
                 ),
@@ -118,6 +120,16 @@ def _asked(study: AllocationStudy) -> str:
     target = float(study.wanted.sigma or study.today.sigma_sum * study.per_line)
     which = "" if study.wanted.sigma else ", today's"
     return f"the mean level scatters by no more than {target:.3f} dB (σ{which})"
+
+
+def _not_confirmed(study: AllocationStudy) -> tuple[str, ...]:
+    found, wanted = study.verified["cheapest"], study.wanted.share
+    if study.limits is None or found.share >= wanted:
+        return ()
+    return (
+        f"New draws find {PERCENT * found.share:.1f} % within the limits, not the "
+        f"{PERCENT * wanted:g} % asked for: take more --samples.",
+    )
 
 
 def _reached(study: AllocationStudy) -> Headline:

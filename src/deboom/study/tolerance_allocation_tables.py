@@ -46,13 +46,22 @@ def marginal_table(study: AllocationStudy) -> pd.DataFrame:
 
 
 def front_marginal_table(study: AllocationStudy) -> pd.DataFrame:
-    """One row per design of the front: σ per % of each tolerance, at today's tolerances."""
-    rows, values = study.along_front
-    columns = {
-        f"{name} [0.001 dB per %]": MILLI * values[:, place]
-        for place, name in enumerate(study.allocator.names)
-    }
-    return pd.DataFrame({"point": rows + 1, **columns})
+    """One row per design of the front and direction: what a little tolerance is worth today."""
+    scale = MILLI * study.per_line
+    return pd.concat(
+        [
+            pd.DataFrame(
+                {
+                    "point": point,
+                    "variable": list(values.names),
+                    "sigma per % of tolerance [0.001 dB]": scale * values.sigma_per_percent,
+                    "sigma per unit of cost [0.001 dB]": scale * values.sigma_per_cost,
+                }
+            )
+            for point, values in study.along_front.items()
+        ],
+        ignore_index=True,
+    )
 
 
 def curve_table(study: AllocationStudy) -> pd.DataFrame:

@@ -27,10 +27,13 @@ class IntervalPanel:
         With its unit.
     groups : mapping of str to (array, array, array)
         Group → value, lower and upper bound of every row [unit of the label].
+    title : str
+        Above the panel.
     """
 
     x_label: str
     groups: Mapping[str, tuple[npt.ArrayLike, npt.ArrayLike, npt.ArrayLike]]
+    title: str = ""
 
 
 def interval_panels(rows: Sequence[str], panels: Sequence[IntervalPanel]) -> bytes:
@@ -72,6 +75,7 @@ def interval_panels(rows: Sequence[str], panels: Sequence[IntervalPanel]) -> byt
                 mark = _MARKS[names.index(name) % len(_MARKS)]
                 axes.plot(checked["value"], y, mark, color=colours[name], markersize=4.0)
             axes.set_xlabel(panel.x_label)
+            axes.set_title(panel.title, loc="left", fontweight="bold")
             axes.grid(False, axis="y")
         grid[0].set_yticks(range(len(rows)), list(rows))
         grid[0].set_ylim(len(rows) - 0.5, -0.5)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import textwrap
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
@@ -21,10 +22,10 @@ if TYPE_CHECKING:
 _PANEL_HEIGHT = {1: 2.0, 2: 1.75}  # in, by the number of columns
 _HATCHES = ("////", "....", "xxxx", "----")
 _MASK_FACE, _MASK_EDGE = "#F1EFEA", "#BDB6A6"
-_WIDEST, _THINNER, _THINNEST = 2.2, 0.5, 0.9  # pt
-_LEGEND = 105  # characters in a row of the legend, with 7 for each key
+_THINNEST, _WIDER, _WIDEST = 1.2, 0.4, 2.2  # pt
+_LEGEND, _KEY = 105, 7  # characters in a row of the legend, and of each key
 _MARGIN = 0.08  # of the range of the trusted values, above and below
-_ROOM = 1.0  # of that range at most, for values that are not trusted
+_ROOM = 2.0  # of that range at most, for values that are not trusted
 _REST = (5, 95)  # percentiles of values that are not trusted, where nothing is
 
 Mask = npt.NDArray[np.bool_]
@@ -152,6 +153,7 @@ def _draw(
         axes.fill_between(
             lines, shade["low"], shade["high"], color=colour[name], alpha=0.25, linewidth=0
         )
+    last = max((place for place, name in enumerate(data) if name not in dashed), default=0)
     for place, (name, values) in enumerate(data.items()):
         model = name in dashed
         axes.plot(
@@ -160,7 +162,7 @@ def _draw(
             color=colour[name],
             ls=(0, (4, 1.6)) if model else "-",
             # thinner ones over wider ones: curves that coincide stay visible
-            linewidth=1.0 if model else max(_WIDEST - _THINNER * place, _THINNEST),
+            linewidth=1.0 if model else min(_THINNEST + _WIDER * (last - place), _WIDEST),
             zorder=3 if model else 2,
         )
     for name, level in panel.levels.items():
@@ -251,11 +253,11 @@ def _legend(
             edgecolor=_MASK_EDGE,
             hatch=pattern,
             linewidth=0,
-            label=f"not to be trusted: {reason}",
+            label=textwrap.fill(f"not to be trusted: {reason}", _LEGEND - 10),
         )
         for reason, pattern in hatch.items()
     ]
     if len(handles) > 1:
-        widest = max(len(str(handle.get_label())) for handle in handles) + 7
+        widest = max(len(str(handle.get_label())) for handle in handles) + _KEY
         columns = min(len(handles), 4, max(_LEGEND // widest, 1))
         figure.legend(handles=handles, loc="outside lower center", ncols=columns)

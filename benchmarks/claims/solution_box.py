@@ -1,0 +1,213 @@
+"""Acceptance boxes against known ones, and on the shipped fleet.
+
+Known boxes: below a plane the share of a box is a sum over its corners, and with equal weights the
+largest box follows from the Irwin-Hall distribution; in a quadratic bowl of two variables it is a
+square about the middle, in units of the curvature; for QUAD2, whose two responses disagree, the
+share is integrated by quadrature and maximised with Leibniz' derivatives, without a sample. The box
+found is a little smaller by intent: it keeps the stated share plus what the bound of its
+verification needs. The dearest case has 12 variables, where 0.1 % of share is 1.6 % of volume.
+
+Repetitions: QUAD2 with two variables, one instance per seed, share 90 %. The bound is one-sided,
+with 95 % confidence, over parts (empirical Bernstein).
+
+Fleet: the five U06 vehicles, mean level of the lines, motion prescribed, bounds 0.68 to 1.38. The
+first limit is the one that ±15 % about a Pareto point keeps in 95 % of parts and vehicles.
+"""
+
+from __future__ import annotations
+
+import os
+from concurrent.futures import ProcessPoolExecutor
+from multiprocessing import get_context
+from pathlib import Path
+
+import numpy as np
+
+from claims import Claim
+from deboom.explore.known_boxes import (
+    KnownShare,
+    LinearProblem,
+    QuadraticProblem,
+    exact_largest_box,
+    exact_share,
+    largest_bowl_box,
+    largest_linear_box,
+)
+from deboom.explore.known_truth import quad2
+from deboom.explore.solution_box import Box, BoxQuestion
+from deboom.explore.solution_box_search import BoxEffort, largest_box
+from deboom.files.platform import read_platform
+from deboom.study.motion import Motion, motion_index
+from deboom.study.mount_source import MountSource, operation
+from deboom.study.sampling import factor_space
+from deboom.study.solution_box import BoxStudy, box_study
+from deboom.study.solution_box_question import (
+    BoxOptions,
+    Quantity,
+    limited_response,
+    pareto_point,
+)
+from deboom.study.supplier_pick import Pick
+
+STUDIES = Path(__file__).parents[2] / "studies"
+EFFORT = BoxEffort(calibration=2**20, verification=2**20)
+REPEATED = BoxEffort(starts=1, calibration=16384)
+REPETITIONS = 200
+
+
+def plane(n_variables: int, seed: int) -> tuple[KnownShare, np.ndarray, Box, Box, float]:
+    """Return problem, limit, bounds, exact box and share of an instance below a plane."""
+    slope = np.random.default_rng(seed).uniform(0.5, 2.0, n_variables)
+    problem = LinearProblem(slope[np.newaxis])
+    bounds = Box(problem.variable_names, np.zeros(n_variables), np.full(n_variables, 3.0))
+    return problem, np.ones(1), bounds, largest_linear_box(slope, 1.0, 0.95, bounds.lower), 0.95
+
+
+def bowl(seed: int) -> tuple[KnownShare, np.ndarray, Box, Box, float]:
+    """Return an instance in a quadratic bowl of two variables."""
+    weight, target = np.random.default_rng(seed).uniform(0.5, 1.5, (2, 1, 2))
+    problem = QuadraticProblem(weight, target)
+    bounds = Box(problem.variable_names, np.full(2, -1.0), np.full(2, 3.0))
+    return problem, np.array([0.05]), bounds, largest_bowl_box(*weight, *target, 0.05, 0.95), 0.95
+
+
+def two_vehicles(
+    n_variables: int, seed: int
+) -> tuple[KnownShare, np.ndarray, Box, list[np.ndarray]]:
+    """Return problem, limit, bounds and a design below the limit of an instance of QUAD2."""
+    truth = quad2(n_variables, seed=seed)
+    problem = QuadraticProblem(truth.weights, truth.targets)
+    bounds = Box(problem.variable_names, np.full(n_variables, 0.4), np.full(n_variables, 1.6))
+    middle = truth.targets.mean(axis=0)
+    limit = np.full(2, float(problem(middle[np.newaxis]).max()) + 0.05)
+    return problem, limit, bounds, [middle]
+
+
+def volume_ratio(task: tuple[str, int, int]) -> tuple[float, bool]:
+    """Return volume over the exact one, and whether the true share is above its bound."""
+    kind, n_variables, seed = task
+    if kind == "plane":
+        problem, limit, bounds, exact, share = plane(n_variables, seed)
+    elif kind == "bowl":
+        problem, limit, bounds, exact, share = bowl(seed)
+    else:
+        share = 0.95
+        problem, limit, bounds, anchors = two_vehicles(n_variables, seed)
+        exact = exact_largest_box(problem, limit, share, bounds, anchors=anchors)
+    question = BoxQuestion(problem, limit, share, bounds.lower, bounds.upper)
+    found = largest_box(question, seed=seed, effort=EFFORT)
+    true = exact_share(problem, limit, found.box)
+    ratio = float(np.prod(found.box.width / exact.width))
+    return ratio, true >= found.verified.bound >= share
+
+
+def repetition(seed: int) -> tuple[bool, bool, bool]:
+    """Return whether the true share is above its bound and above the stated one, and verified."""
+    problem, limit, bounds, _ = two_vehicles(2, seed)
+    question = BoxQuestion(problem, limit, 0.9, bounds.lower, bounds.upper)
+    found = largest_box(question, seed=seed, effort=REPEATED)
+    true = exact_share(problem, limit, found.box)
+    return true >= found.verified.bound, true >= 0.9, found.verified.share >= 0.9
+
+
+def fleet(lowered: float) -> BoxStudy:
+    """Return the box of the shipped fleet at a limit below the one that ±15 % keeps [dB]."""
+    data = read_platform(STUDIES / "data" / "u06_f39_f45")
+    runs = operation(data, None, MountSource.library, "U06", (20, 60))
+    index = motion_index(runs, Motion.prescribed, None)
+    space = factor_space(index.variable_names, 0.20, 0.15)
+    point = pareto_point(
+        None, Pick.best_mean, STUDIES, index, space, seed=1, progress=lambda *_: None
+    )
+    response = limited_response(Quantity.mean, index, (20.0, 60.0))
+    question = BoxOptions(0.95).question(response, space, point, seed=1).lowered(lowered)
+    model = (runs, index, space, point, question)
+    return box_study(*model, seed=1, curve=False, progress=lambda *_: None)
+
+
+def fleet_claims(lowered: float) -> list[Claim]:
+    """Return what the shipped fleet shows at one limit."""
+    study = fleet(lowered)
+    found, check = study.found, study.found.verified
+    where = f"U06 at {study.question.limit[0]:.2f} dB(A)"
+    plain, plainly = study.over_plain, study.plain_share.share
+    other = study.over_bisection
+    return [
+        Claim(
+            f"{where}: seconds to the verified box",
+            "≤ 60 s",
+            f"{found.seconds:.1f} s",
+            found.seconds <= 60.0,
+        ),
+        Claim(
+            f"{where}: verified share, and its bound, of 95 % stated",
+            "≥ 95 %",
+            f"{100 * check.share:.2f} %, {100 * check.bound:.2f} % ({check.n_parts} parts)",
+            check.bound >= 0.95,
+        ),
+        Claim(
+            f"{where}: width against ±15 %, geometric mean of {plain.n_variables} axes; volume",
+            "> 1" if lowered == 0.0 else "(for comparison)",
+            f"{plain.width:.2f}; {plain.volume:.3g} (±15 % keeps {100 * plainly:.1f} %; "
+            f"{study.ends_on_bounds} of {2 * plain.n_variables} ends lie on bounds)",
+            plain.width > 1.0 or lowered > 0.0,
+        ),
+        Claim(
+            f"{where}: width against plain bisection; volume",
+            "> 1",
+            f"{other.width:.2f}; {other.volume:.3g} "
+            f"(bisection: ±{100 * study.bisection.tolerance:.1f} %)",
+            other.width > 1.0,
+        ),
+    ]
+
+
+def claims() -> list[Claim]:
+    """Measure volumes, shares and the shipped fleet."""
+    names = {
+        ("plane", 2): "plane, 2 variables",
+        ("plane", 4): "plane, 4 variables",
+        ("plane", 12): "plane, 12 variables",
+        ("bowl", 2): "quadratic bowl, 2 variables",
+        ("QUAD2", 2): "QUAD2, 2 variables",
+        ("QUAD2", 3): "QUAD2, 3 variables",
+    }
+    seeds = {("QUAD2", 3): (1, 2), ("plane", 12): (1, 2)}
+    tasks = [(*kind, seed) for kind in names for seed in seeds.get(kind, (1, 2, 3, 4, 5))]
+    with ProcessPoolExecutor(os.cpu_count(), get_context("spawn")) as pool:
+        longest_first = sorted(tasks, key=lambda task: -task[1])
+        outcomes = dict(zip(longest_first, pool.map(volume_ratio, longest_first), strict=True))
+        repeated = np.array(list(pool.map(repetition, range(1, REPETITIONS + 1), chunksize=10)))
+    lines = []
+    for kind, name in names.items():
+        ratios = np.array([outcomes[task][0] for task in tasks if task[:2] == kind])
+        lines.append(
+            Claim(
+                f"{name}: volume over the exact one, {len(ratios)} instances",
+                "0.98 to 1.02",
+                f"{ratios.min():.4f} to {ratios.max():.4f}",
+                bool(np.all(np.abs(ratios - 1.0) <= 0.02)),
+            )
+        )
+    bounded, true, verified = repeated.sum(axis=0)
+    lines += [
+        Claim(
+            "instances whose true share is at least the bound, which is at least the stated share",
+            "all",
+            f"{sum(kept for _, kept in outcomes.values())} of {len(outcomes)}",
+            all(kept for _, kept in outcomes.values()),
+        ),
+        Claim(
+            f"true share above its 95 % bound, {REPETITIONS} repetitions",
+            "≥ 95 %",
+            f"{100 * bounded / REPETITIONS:.1f} %",
+            bool(bounded >= 0.95 * REPETITIONS),
+        ),
+        Claim(
+            f"true share, and verified share, at least the stated one, {REPETITIONS} repetitions",
+            "≥ 95 %",
+            f"{100 * true / REPETITIONS:.1f} %, {100 * verified / REPETITIONS:.1f} %",
+            bool(min(true, verified) >= 0.95 * REPETITIONS),
+        ),
+    ]
+    return lines + fleet_claims(0.0) + fleet_claims(2.0)

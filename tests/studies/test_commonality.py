@@ -1,0 +1,85 @@
+"""Mounts that vehicles share, at a tiny budget."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from deboom.errors import InputError
+from deboom.report import figures
+from deboom.study.runner import load_study, run_study
+
+STUDY = Path(__file__).parents[2] / "studies" / "commonality.py"
+BUDGET = {"group": "U06", "starts": 3, "allowed": 0.3}
+
+
+@pytest.fixture(scope="module")
+def finished(tmp_path_factory):
+    """One run that several tests look at."""
+    return run_study(load_study(STUDY), tmp_path_factory.mktemp("results"), BUDGET)
+
+
+def test_part_numbers_of_one_group(finished):
+    summary = json.loads((finished / "summary.json").read_text())
+    assert summary["part_numbers_own"] == 20
+    # U06-5 has another engine mount and another gearbox mount than its sisters
+    assert summary["part_numbers_min"] == 6
+    assert 4 < summary["part_numbers_lower_bound"] <= 6
+    assert 0.0 <= summary["price_db"] <= summary["price_worst_db"] <= 0.3 + 1e-6
+    assert summary["one_set_price_worst_db"] > 0.3
+    assert summary["share_verified_min"] >= 0.93
+
+
+def test_tables_agree_with_each_other(finished):
+    parts, vehicles, counts = (
+        pd.read_csv(finished / f"{name}.csv") for name in ("part_numbers", "vehicles", "counts")
+    )
+    assert parts["part number"].nunique() == 6
+    assert vehicles["vehicle"].tolist() == [f"U06-{n}" for n in range(1, 6)]
+    shared, limit = vehicles["shared mounts [dB(A)]"], vehicles["limit as drawn [dB(A)]"]
+    assert np.all(shared <= limit + 1e-6)
+    assert counts["worst price [dB]"].iloc[:-1].is_monotonic_decreasing
+    heard = parts["direction"].isin(["Du y", "Du z"])
+    assert parts.loc[heard, "stiffness factor [1]"].isna().all()
+    assert {path.stem for path in (finished / "figures").iterdir()} == {"price", "sharing"}
+
+
+@pytest.mark.parametrize(
+    ("options", "sentence"),
+    [
+        ({"together": ["TSM"]}, "write a mount and at least two vehicles"),
+        ({"together": ["CTSM=U06-1,U06-2"]}, "there is no part 'CTSM'"),
+        (
+            {"together": ["TSM=U06-1,U06-2"], "apart": ["TSM=U06-1,U06-2"]},
+            "TSM: U06-1 and U06-2 must not share",
+        ),
+        ({"allowed": -0.1}, "costs 0 dB or more"),
+        ({"share": 0.2}, "at least half of the cars"),
+    ],
+)
+def test_bad_options_are_one_sentence_and_leave_nothing(tmp_path, options, sentence):
+    with pytest.raises(InputError, match=sentence):
+        run_study(load_study(STUDY), tmp_path, {**BUDGET, "starts": 1, **options})
+    assert not list(tmp_path.rglob("summary.json"))
+
+
+def test_a_limit_out_of_reach_names_the_vehicle(tmp_path):
+    table = tmp_path / "limits.csv"
+    rows = [f"U06-{n},{50 if n < 5 else 40}" for n in range(1, 6)]
+    table.write_text("vehicle,limit [dB(A)]\n" + "\n".join(rows) + "\n")
+    with pytest.raises(InputError, match=r"U06-\d cannot keep its limit of .* too much"):
+        run_study(load_study(STUDY), tmp_path / "out", {**BUDGET, "starts": 1, "limits": table})
+    table.write_text("vehicle,limit [dB(A)]\nU06-1,50\n")
+    with pytest.raises(InputError, match=r"no limit for \['U06-2'"):
+        run_study(load_study(STUDY), tmp_path / "out", {**BUDGET, "starts": 1, "limits": table})
+
+
+def test_the_picture_of_part_numbers():
+    labels = np.array([["A", "B"], ["A", "A"]])
+    drawn = figures.shared_parts(("EnM", "TSM"), ("car 1", "car 2"), labels)
+    assert drawn[:8] == b"\x89PNG\r\n\x1a\n"
+    assert drawn == figures.shared_parts(("EnM", "TSM"), ("car 1", "car 2"), labels)
+    with pytest.raises(InputError, match="2 parts in 3 vehicles"):
+        figures.shared_parts(("EnM", "TSM"), ("car 1", "car 2", "car 3"), labels)

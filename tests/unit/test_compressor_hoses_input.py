@@ -1,0 +1,252 @@
+"""Hoses: what is refused, what is said, and the algebra that needs no bench."""
+
+from dataclasses import replace
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from deboom.compressor.hose_beams import (
+    NUMBERS_PER_HOSE,
+    beam_of,
+    body_end,
+    changed_hose,
+    hose_matrices,
+)
+from deboom.compressor.hose_evidence import hammer_evidence
+from deboom.compressor.hose_identification import (
+    HoseOptions,
+    HosePrior,
+    HoseSource,
+    identify_hoses,
+)
+from deboom.compressor.hose_presence import HosePresence, hoses_in_sweep
+from deboom.compressor.hose_reaction import ReactionBand
+from deboom.compressor.hose_separation import (
+    port_forces,
+    separation_statement,
+    stiffness_by_difference,
+)
+from deboom.compressor.hose_sweeps import motion_at_virtual_point, sweep_pairs
+from deboom.errors import InputError
+from deboom.measurement.channels import Frf, Spectrum
+from deboom.measurement.operating_sweep import HoseDrawing, HoseState, OperatingSweep
+from deboom.physics.viscoelastic_beam import beam_stiffness
+
+LINES = np.array([20.0, 60.0, 110.0])
+SUCTION = HoseDrawing(
+    name="suction hose",
+    position=np.array([-0.07, 0.035, 0.05]),
+    direction=np.array([-0.3, 0.5, 0.81]),
+    length=0.36,
+    tension=2100.0,
+    torsion=3.0,
+    bending=4.4,
+    line_mass=0.3,
+    loss_factor=0.12,
+    torsion_radius=0.0077,
+)
+DISCHARGE = replace(
+    SUCTION,
+    name="discharge hose",
+    position=np.array([0.06, -0.04, 0.045]),
+    direction=np.array([0.5, -0.75, 0.43]),
+    length=0.32,
+)
+HOSES = (SUCTION, DISCHARGE)
+CHANNELS = ("A1 x", "A1 y", "A1 z")
+
+
+def sweep(name, hoses, pressure=7.5e5, frequency=None, channels=CHANNELS):
+    frequency = np.arange(20.0, 60.0) if frequency is None else frequency
+    values = np.ones((frequency.size, len(channels)), dtype=complex)
+    return OperatingSweep(
+        name,
+        hoses,
+        pressure,
+        Spectrum(frequency, values, channels, "m/s^2"),
+        np.full(values.shape, 1e-3),
+    )
+
+
+def found(channels=CHANNELS, impacts=("I1",)):
+    """As much of an identification as the projection of channels needs."""
+    matrix = np.random.default_rng(1).standard_normal((len(channels), 6))
+    placement = SimpleNamespace(response_matrix=lambda _: matrix)
+    frf = SimpleNamespace(outputs=channels, inputs=impacts)
+    return SimpleNamespace(
+        calibrated=SimpleNamespace(placement=placement, errors=np.zeros(1)),
+        test=SimpleNamespace(name="a test", frf=frf),
+    )
+
+
+def operating(*sweeps, **fields):
+    def with_hoses(state):
+        return tuple(one for one in sweeps if one.hoses is state)
+
+    return SimpleNamespace(
+        name="a test", sweeps=sweeps, with_hoses=with_hoses, hoses=HOSES, **fields
+    )
+
+
+def test_matrices_add_up_and_are_reciprocal():
+    both = hose_matrices(HOSES, LINES)
+    each = [hose_matrices([hose], LINES) for hose in HOSES]
+    np.testing.assert_allclose(both.point, each[0].point + each[1].point)
+    np.testing.assert_allclose(both.transfer[:, 6:], each[1].transfer)
+    np.testing.assert_allclose(both.body[:, 6:, 6:], each[1].body)
+    assert not both.body[:, :6, 6:].any()
+    assert both.names == ("suction hose", "discharge hose")
+
+
+def test_loads_follow_from_the_beam_in_its_own_axes():
+    """A unit pull along the axis: body and compressor are pulled towards each other."""
+    hose = replace(SUCTION, position=np.zeros(3), direction=np.array([0.0, 0.0, 1.0]))
+    own = beam_stiffness(beam_of(hose), LINES)
+    seen = hose_matrices([hose], LINES)
+    lifted = np.zeros((3, 6))
+    lifted[:, 2] = 1e-3
+    np.testing.assert_allclose(seen.body_load(lifted)[:, 2], -1e-3 * own[:, 6, 0])
+    np.testing.assert_allclose(seen.compressor_load(lifted)[:, 2], -1e-3 * own[:, 0, 0])
+    assert seen.body_load(lifted)[0, 2].real > 0 > seen.compressor_load(lifted)[0, 2].real
+    # moved as one, slowly: hardly a load
+    slow = hose_matrices([hose], [0.01])
+    together = slow.body_load(lifted[:1], lifted[:1])
+    assert np.abs(together).max() < 1e-6
+    assert np.abs(slow.compressor_load(lifted[:1], lifted[:1])).max() < 1e-6
+
+
+def test_changed_hose():
+    assert NUMBERS_PER_HOSE == 11
+    same = changed_hose(SUCTION, np.zeros(11))
+    np.testing.assert_allclose(body_end(same), body_end(SUCTION), atol=1e-15)
+    numbers = np.zeros(11)
+    numbers[[0, 5, 10]] = np.log(1.2), 0.004, np.log(1.04)
+    other = changed_hose(SUCTION, numbers)
+    assert other.tension == pytest.approx(1.2 * SUCTION.tension)
+    assert other.length == pytest.approx(1.04 * SUCTION.length)
+    np.testing.assert_allclose(other.position - SUCTION.position, [0.004, 0, 0], atol=1e-15)
+    numbers[:] = 0
+    numbers[8] = 0.1
+    unit = SUCTION.direction / np.linalg.norm(SUCTION.direction)
+    tilted = changed_hose(SUCTION, numbers).direction
+    cosine = tilted @ unit / np.linalg.norm(tilted)
+    assert np.degrees(np.arccos(cosine)) == pytest.approx(np.degrees(np.arctan(0.1)))
+
+
+def test_one_hose_is_separable_and_three_are_less():
+    assert port_forces([SUCTION]).hidden.shape == (0, 3)
+    assert "determines the force at the port" in separation_statement([SUCTION])
+    third = replace(SUCTION, name="third", position=np.array([0.0, 0.1, 0.0]))
+    assert port_forces([*HOSES, third]).rank == 6
+    assert "6 of the 9" in separation_statement([*HOSES, third])
+
+
+def test_pairs_share_pressure_and_lines():
+    short = np.arange(30.0, 45.0)
+    sweeps = (
+        sweep("soft", HoseState.SOFT),
+        sweep("soft, short", HoseState.SOFT, frequency=short),
+        sweep("standard", HoseState.STANDARD, pressure=7.52e5),
+        sweep("standard, high", HoseState.STANDARD, pressure=13.5e5),
+    )
+    (pair,) = sweep_pairs(operating(*sweeps), found(), (25.0, 50.0))
+    assert (pair.soft_name, pair.standard_name) == ("soft", "standard")
+    np.testing.assert_array_equal(pair.frequency, np.arange(25.0, 51.0))
+
+
+@pytest.mark.parametrize(
+    ("sweeps", "words"),
+    [
+        ([sweep("a", HoseState.SOFT)], "no pressure was run with standard and with soft"),
+        (
+            [sweep("a", HoseState.SOFT), sweep("b", HoseState.STANDARD, pressure=13.5e5)],
+            "no pressure was run",
+        ),
+        (
+            [
+                sweep("a", HoseState.SOFT),
+                sweep("b", HoseState.STANDARD, frequency=np.arange(20.5, 60)),
+            ],
+            "common lines",
+        ),
+    ],
+)
+def test_sweeps_without_partner(sweeps, words):
+    with pytest.raises(InputError, match=words):
+        sweep_pairs(operating(*sweeps), found())
+
+
+def frf(outputs=CHANNELS, inputs=("I1",), step=1.0):
+    lines = np.arange(20.0, 60.0, step)
+    shape = (lines.size, len(outputs), len(inputs))
+    values = Frf(lines, np.ones(shape, dtype=complex), outputs, inputs, "(m/s^2)/N")
+    return SimpleNamespace(name="struck", frf=values, coherence=np.ones(shape), n_averages=5)
+
+
+@pytest.mark.parametrize(
+    ("what", "words"),
+    [
+        (lambda: hose_matrices([], LINES), "no drawing of a hose"),
+        (lambda: hose_matrices([SUCTION, SUCTION], LINES), "two hoses have one name"),
+        (lambda: hose_matrices([SUCTION], [0.0]), "above 0 Hz"),
+        (lambda: HosePrior(position=0.0), "position must be positive"),
+        (lambda: HoseOptions(band=(150.0, 20.0)), "no band of frequencies"),
+        (lambda: HoseOptions(largest_lines=5), "at least 20 lines"),
+        (
+            lambda: motion_at_virtual_point(
+                sweep("a", HoseState.SOFT, channels=("B1 x",)), found()
+            ),
+            "sensors must stay where they were struck",
+        ),
+        (
+            lambda: hoses_in_sweep(
+                sweep("a", HoseState.SOFT, frequency=np.arange(20.0, 30.0)), HOSES, found()
+            ),
+            "fewer than 20 lines",
+        ),
+        (
+            lambda: identify_hoses(
+                operating(hammer_with_hoses=None), found(), HoseOptions(source=HoseSource.HAMMER)
+            ),
+            "no hammer test with hoses: identify them from sweeps",
+        ),
+        (
+            lambda: stiffness_by_difference(operating(hammer_with_hoses=None), found()),
+            "there is no difference",
+        ),
+        (
+            lambda: stiffness_by_difference(
+                operating(hammer=frf(), hammer_with_hoses=frf(step=2.0)), found()
+            ),
+            "have other lines",
+        ),
+        (
+            lambda: hammer_evidence(
+                frf(), frf(inputs=("I2",)), found(), band=(20, 50), largest_lines=20
+            ),
+            "strike the same points",
+        ),
+        (
+            lambda: hammer_evidence(frf(), frf(step=2.0), found(), band=(20, 50), largest_lines=20),
+            "have other lines",
+        ),
+        (
+            lambda: hammer_evidence(frf(), frf(), found(), band=(200, 250), largest_lines=20),
+            "no line between 200 and 250 Hz",
+        ),
+    ],
+)
+def test_refused(what, words):
+    with pytest.raises(InputError, match=words):
+        what()
+
+
+def test_statements():
+    band = ReactionBand(90.0, 120.0, 0.085, 0.003, 0.0851)
+    assert band.statement == (
+        "In 90 to 120 Hz the hoses push back with 8.5% of the source's load (floor 0.3%)."
+    )
+    assert "no hose shows" in HosePresence("sweep a", 0.3, 0.2).statement
+    assert "were attached" in HosePresence("sweep a", 5.0, 0.3).statement
+    assert "something else" in HosePresence("sweep a", 5.0, 4.9).statement

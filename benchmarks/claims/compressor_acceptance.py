@@ -47,7 +47,7 @@ from deboom.study.compressor_unbalance_truth import read_unbalance_truth
 
 SEEDS = range(1, 31)
 BAND = (20.0, 60.0)
-N_PARTS = 20_000
+N_PARTS = 10_000
 LEVEL = CalibrationLevel.C2
 
 
@@ -97,7 +97,7 @@ def _rule() -> list[Claim]:
                 f"{N_PARTS} simulated parts on their limit, {name}: false accepts, rejects [%]",
                 "at most 5, 5",
                 f"{shares[0]:.1f}, {shares[1]:.1f}",
-                max(shares) <= 100 * RISK + 0.5,
+                max(shares) <= 100 * RISK + 0.7,
             )
         )
     return rows
@@ -154,7 +154,7 @@ def _wrong(name: str, parts: Sequence[Sequence[Verdict]]) -> Claim:
         f"of {len(verdicts)} verdicts",
         f"5 %; at most {most:.0%} with so few tests",
         f"{counts[0]} ({share:.1%}), {counts[1]} ({counts[1] / len(verdicts):.1%})",
-        share <= most,
+        bool(share <= most),
     )
 
 
@@ -165,5 +165,5 @@ def _guards(parts: Sequence[Judged]) -> Claim:
         "guard band over value, median: static and dynamic unbalance, |K| of x and rz [%]",
         "as small as the unbalance is to be known: 2, 2.5",
         ", ".join(f"{value:.2f}" for value in found),
-        found[0] <= 2 and found[1] <= 2.5,
+        bool(found[0] <= 2 and found[1] <= 2.5),
     )

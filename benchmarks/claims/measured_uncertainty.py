@@ -51,8 +51,8 @@ from virtual_campaign import virtual_campaign
 from write_library import PLATFORM
 
 REPLICATES = 200
-DRAWS = 99
-BENCHES = 10
+DRAWS = 59
+BENCHES = 8
 """Characterised for the library."""
 
 WOT = tuple(PlannedRun(gear, limit, True) for gear in (5, 6, 7) for limit in (120.0, 160.0, 220.0))
@@ -130,7 +130,8 @@ def _both_ways(bodies: _Bodies) -> tuple[Fleet, TransferUncertainty]:
     ]
     means = [replace(one, values=(one.values + other.values) / 2) for one, other in pairs]
     vehicles = [Vehicle(n, GROUP, mean) for n, mean in zip(bodies.bodies, means, strict=True)]
-    known = TransferUncertainty.of_methods(method_difference(pairs), "both methods")
+    found = method_difference(pairs)
+    known = TransferUncertainty.of_methods(found, "both methods", averaged=True)
     return Fleet(tuple(vehicles)), known
 
 

@@ -5,7 +5,8 @@ largest box follows from the Irwin-Hall distribution; in a quadratic bowl of two
 square about the middle, in units of the curvature; for QUAD2, whose two responses disagree, the
 share is integrated by quadrature and maximised with Leibniz' derivatives, without a sample. The box
 found is a little smaller by intent: it keeps the stated share plus what the bound of its
-verification needs. The dearest case has 12 variables, where 0.1 % of share is 1.6 % of volume.
+verification needs. With 12 variables 0.1 % of share is 1.6 % of volume: there 4 million parts
+verify it, elsewhere 1 million.
 
 Repetitions: QUAD2 with two variables, one instance per seed, share 90 %. The bound is one-sided,
 with 95 % confidence, over parts (empirical Bernstein).
@@ -51,6 +52,7 @@ from deboom.study.supplier_pick import Pick
 
 STUDIES = Path(__file__).parents[2] / "studies"
 EFFORT = BoxEffort(calibration=2**20, verification=2**20)
+MOST = BoxEffort(calibration=2**20, verification=2**22)
 REPEATED = BoxEffort(starts=1, calibration=16384)
 REPETITIONS = 200
 
@@ -83,8 +85,11 @@ def two_vehicles(
     return problem, limit, bounds, [middle]
 
 
-def volume_ratio(task: tuple[str, int, int]) -> tuple[float, bool]:
-    """Return volume over the exact one, and whether the true share is above its bound."""
+def volume_ratio(task: tuple[str, int, int]) -> tuple[float, bool, bool]:
+    """Return volume over the exact one, and what holds.
+
+    The true share is above its bound and the stated one; the bound is above the stated one.
+    """
     kind, n_variables, seed = task
     if kind == "plane":
         problem, limit, bounds, exact, share = plane(n_variables, seed)
@@ -95,10 +100,11 @@ def volume_ratio(task: tuple[str, int, int]) -> tuple[float, bool]:
         problem, limit, bounds, anchors = two_vehicles(n_variables, seed)
         exact = exact_largest_box(problem, limit, share, bounds, anchors=anchors)
     question = BoxQuestion(problem, limit, share, bounds.lower, bounds.upper)
-    found = largest_box(question, seed=seed, effort=EFFORT)
+    effort = MOST if n_variables > 10 else EFFORT
+    found = largest_box(question, seed=seed, effort=effort)
     true = exact_share(problem, limit, found.box)
     ratio = float(np.prod(found.box.width / exact.width))
-    return ratio, true >= found.verified.bound >= share
+    return ratio, true >= max(found.verified.bound, share), found.confirmed
 
 
 def repetition(seed: int) -> tuple[bool, bool, bool]:
@@ -190,12 +196,19 @@ def claims() -> list[Claim]:
             )
         )
     bounded, true, verified = repeated.sum(axis=0)
+    true_in, confirmed = (sum(row[k] for row in outcomes.values()) for k in (1, 2))
     lines += [
         Claim(
-            "instances whose true share is at least the bound, which is at least the stated share",
+            "of these instances, true share at least its bound and the stated share",
             "all",
-            f"{sum(kept for _, kept in outcomes.values())} of {len(outcomes)}",
-            all(kept for _, kept in outcomes.values()),
+            f"{true_in} of {len(outcomes)}",
+            true_in == len(outcomes),
+        ),
+        Claim(
+            "of these instances, bound at least the stated share (two standard errors of reserve)",
+            "≥ 90 %",
+            f"{confirmed} of {len(outcomes)}",
+            confirmed >= 0.9 * len(outcomes),
         ),
         Claim(
             f"true share above its 95 % bound, {REPETITIONS} repetitions",
@@ -210,4 +223,4 @@ def claims() -> list[Claim]:
             bool(min(true, verified) >= 0.95 * REPETITIONS),
         ),
     ]
-    return lines + fleet_claims(0.0) + fleet_claims(2.0)
+    return lines + fleet_claims(0.0) + fleet_claims(0.5)

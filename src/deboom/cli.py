@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 
 import deboom
+from deboom.cli_accept import accept
 from deboom.cli_bench import bench_app
 from deboom.cli_identify import identify
 from deboom.cli_library import characterise, library_app
@@ -40,6 +41,7 @@ app.command()(compare)
 app.command()(report)
 app.command()(identify)
 app.command()(unbalance)
+app.command()(accept)
 
 
 def _print_version(wanted: bool) -> None:

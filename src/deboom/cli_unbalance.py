@@ -52,6 +52,13 @@ def unbalance(
             "the hammer test gave no alarm."
         ),
     ] = RouteChoice.auto,
+    identified: Annotated[
+        Path | None,
+        typer.Option(
+            help="Run of `deboom identify` on this hammer test, or its compressor_model.json: its "
+            "bands are fitted again. Another hammer test is refused."
+        ),
+    ] = None,
     hoses: Annotated[
         HoseChoice | None,
         typer.Option(help="Sweeps with these hoses. Default: soft ones where there are any."),
@@ -131,6 +138,7 @@ def unbalance(
             route=route.value,
             unbalance=options,
             limits=None if limits is None else read_component_limits(limits),
+            identified=identified,
         )
         with progress_bar("unbalance") as progress:
             run, decision = unbalance_into_run(folder, out, plan, progress, with_figures=figures)

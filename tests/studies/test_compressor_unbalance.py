@@ -66,6 +66,15 @@ def test_tables_and_page_agree(finished):
     assert read_compressor_model(finished / "compressor_model.json").model.mass > 0
 
 
+def test_a_model_of_another_hammer_test_is_refused(finished, tmp_path):
+    folder = write_operating_test(tmp_path / "test", 3)
+    call = ["unbalance", folder, "--identified", finished, "--out", tmp_path / "results"]
+    done = CliRunner().invoke(app, [str(argument) for argument in call])
+    assert done.exit_code == 2
+    assert "identified from another hammer test" in done.stderr
+    assert not list((tmp_path / "results").glob("unbalance/*"))
+
+
 def test_a_part_is_judged(tmp_path):
     """Mounts changed: route e counts; one limit kept, one broken, one beyond the hammer test."""
     plan = OperationPlan(mount_storage=0.9, mount_loss=1.1)

@@ -7,11 +7,14 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from deboom.bench.platform_layout import LOAD_CASES
+from deboom.bench.vehicle_writer import write_vehicle
 from deboom.errors import InputError
 from deboom.files.platform import read_platform
 from deboom.study.motion import Factor, Motion, motion_index
 from deboom.study.mount_source import MountSource, operation
 from deboom.study.runner import load_study, run_study
+from deboom.study.uncertain_front import measured_transfer
 from deboom.study.uncertain_index import index_like, uncertain_index
 
 STUDIES = Path(__file__).parents[2] / "studies"
@@ -103,3 +106,22 @@ def test_every_model_of_the_motion_is_built_again(motion, factor, loss_factors):
     moved = (again(designs) - index(designs)) / index.n_lines
     assert np.all(np.abs(moved[0]) > 1e-3)
     assert np.all(np.abs(moved[1] - moved[0]) < np.abs(moved).max())
+
+
+def test_vehicles_measured_in_two_ways_replace_the_priors(tmp_path):
+    folders = [
+        write_vehicle(tmp_path / name, seed, name, load_cases=LOAD_CASES[:1], accelerance=False)
+        for seed, name in ((2, "U06-1"), (3, "U06-2"), (4, "U06-3"))
+    ]
+
+    one, files = measured_transfer(folders, None, (20.0, 60.0), averaged=False)
+    mean, _ = measured_transfer(folders, "driver ear", (20.0, 60.0), averaged=True)
+
+    assert {source.origin for source in one.sources} == {"both methods in U06-1, U06-2, U06-3"}
+    assert one.calibration_db == pytest.approx(np.sqrt(2) * mean.calibration_db)
+    assert one.path == pytest.approx(np.sqrt(2) * mean.path)
+    # the bench: microphone 0.2 dB, hammer 0.1 dB; loudspeaker 0.5 dB; 3 vehicles tell little
+    assert 0.05 < one.calibration_db < 1.2
+    assert 0.002 < one.path < 0.2
+    assert folders[0] / "vehicle.toml" in files
+    assert measured_transfer([], None, (20.0, 60.0), averaged=False) == (None, ())

@@ -23,7 +23,7 @@ def found(
     alarms=(),
     route=None,
 ):
-    """What `unbalance_characteristic` reads of an `Unbalance`."""
+    """Build what `unbalance_characteristic` reads of an `Unbalance`."""
     covariance = np.diag([4.0, 1.0, 9.0, 9.0, 0.0, 0.0])
     covariance[0, 1] = covariance[1, 0] = 1.5
     sources = SimpleNamespace(

@@ -191,7 +191,7 @@ def frf(outputs=CHANNELS, inputs=("I1",), step=1.0):
         (lambda: hose_matrices([SUCTION, SUCTION], LINES), "two hoses have one name"),
         (lambda: hose_matrices([SUCTION], [0.0]), "above 0 Hz"),
         (lambda: HosePrior(position=0.0), "position must be positive"),
-        (lambda: HoseOptions(band=(150.0, 20.0)), "no band of frequencies"),
+        (lambda: HoseOptions(band=(150.0, 20.0)), "from 150 to 20 Hz is no band"),
         (lambda: HoseOptions(largest_lines=5), "at least 20 lines"),
         (
             lambda: motion_at_virtual_point(

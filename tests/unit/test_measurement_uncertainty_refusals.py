@@ -109,7 +109,7 @@ def test_a_calibration_seen_on_two_vehicles_keeps_its_prior():
 
     few, enough = (
         TransferUncertainty.of_methods(
-            method_difference([(noisy(), noisy()) for _ in range(n)]), "two ways"
+            method_difference([(noisy(), noisy()) for _ in range(n)]), "two ways", averaged=True
         )
         for n in (2, 3)
     )

@@ -88,6 +88,8 @@ def test_mounts_as_struck():
     found = as_struck()
     assert found.alarms == ()
     assert found.notices == ()
+    # 0.05 N are 22 % of 20 g mm at 17 Hz
+    assert "22% of the unbalance at 17 Hz" in found.agreement
     assert found.sense.sense is RotationSense.POSITIVE
     assert not found.state.changed
     for sweep in found.chosen.sweeps:

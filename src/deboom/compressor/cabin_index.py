@@ -321,7 +321,8 @@ class CabinIndex:
 def _combined(factors: RealArray, parts: ComplexArray) -> ComplexArray:
     """Sum parts (m, …) with real factors (n, m), (n, …)."""
     flat = parts.reshape(len(parts), -1).view(float)
-    return (factors @ flat).view(complex).reshape(len(factors), *parts.shape[1:])
+    summed = (factors @ flat).view(complex)
+    return np.asarray(summed.reshape(len(factors), *parts.shape[1:]), dtype=np.complex128)
 
 
 def _normalised(weights: Sequence[float]) -> tuple[float, ...]:

@@ -105,7 +105,10 @@ class HoseOptions:
     source : HoseSource or None
         None takes all there is.
     band : (float, float)
-        Lines that are used [Hz].
+        Lines of the hammer tests that are used [Hz].
+    sweep_band : (float, float)
+        Lines of the sweeps that are used: below 50 Hz mounts that soften with their motion, which
+        the hoses change, look like hoses [Hz].
     largest_lines : int
         Of the hammer tests.
     prior : HosePrior
@@ -120,13 +123,15 @@ class HoseOptions:
 
     source: HoseSource | None = None
     band: tuple[float, float] = (20.0, 150.0)
+    sweep_band: tuple[float, float] = (50.0, 150.0)
     largest_lines: int = 120
     prior: HosePrior = HosePrior()
     sense: RotationSense = RotationSense.POSITIVE
 
     def __post_init__(self) -> None:
-        if not 0 < self.band[0] < self.band[1]:
-            raise InputError(f"hoses: {self.band} is no band of frequencies")
+        for low, high in (self.band, self.sweep_band):
+            if not 0 < low < high:
+                raise InputError(f"hoses: from {low:g} to {high:g} Hz is no band")
         if self.largest_lines < 20:
             raise InputError("hoses need at least 20 lines")
 
@@ -262,7 +267,7 @@ def identify_hoses(
             )
         )
     if wanted is not HoseSource.HAMMER:
-        evidence += sweep_evidence(test, found, band=options.band, sense=options.sense)
+        evidence += sweep_evidence(test, found, band=options.sweep_band, sense=options.sense)
     return fit_hoses(test.hoses, evidence, options.prior, found)
 
 

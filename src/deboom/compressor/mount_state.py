@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.stats import chi2
+from scipy.special import chdtrc
 
 from deboom.compressor.operating_stiffness import OneFactor
 from deboom.physics.arrays import ComplexArray, RealArray
@@ -98,7 +98,7 @@ def mount_state(
     of_storage, of_loss = np.sqrt(np.diag(parts @ own @ parts.T))
     distance = float(values @ np.linalg.solve(own, values))
     changed = bool(
-        chi2.sf(distance, values.size) < SIGNIFICANCE and abs(values @ one) > SMALLEST_CHANGE
+        chdtrc(values.size, distance) < SIGNIFICANCE and abs(values @ one) > SMALLEST_CHANGE
     )
     basis = factor.basis(frequency)
     own = resolved.line_covariance[resolved.change_slice, resolved.change_slice]

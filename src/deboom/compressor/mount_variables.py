@@ -136,8 +136,8 @@ def mount_variables(
     mounts : sequence of CompressorMount
         At least one.
     identical : bool
-        One part number for all: the factors ``mounts axial`` and ``mounts radial`` are common. Otherwise every
-        mount has its own, ``mount 1 axial`` ….
+        One part number for all: the factors ``mounts axial`` and ``mounts radial`` are common.
+        Otherwise every mount has its own, ``mount 1 axial`` ….
     pieces : bool
         With identical mounts, one more factor per mount and axis, ``mount 1 axial piece`` …: what
         pieces of one part number differ by.

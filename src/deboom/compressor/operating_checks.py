@@ -125,7 +125,7 @@ def refuse_resonant_sweep(sweeps: Sequence[OperatingSweep], modes: ModalTable) -
     highest = float(np.max(modes.frequency))
     for sweep in sweeps:
         above = np.count_nonzero(sweep.frequency >= BEYOND_MODES * highest)
-        if above < SMALLEST_LINES:
+        if above < min(SMALLEST_LINES, sweep.frequency.size):
             raise InputError(
                 f"sweep {sweep.name} ends at {sweep.speed[-1]:.0f} 1/min and never leaves the "
                 f"resonances of the mounted compressor, the highest of which lies at {highest:.1f} "

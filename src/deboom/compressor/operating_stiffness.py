@@ -12,7 +12,11 @@ from deboom.physics.arrays import ComplexArray, RealArray
 
 
 class StiffnessChange(Protocol):
-    """Change of the dynamic stiffness, linear in real unknowns that are 0 for no change."""
+    """Factor ``1 + δ`` on the dynamic stiffness, linear in real unknowns that are 0 for none."""
+
+    def basis(self, frequency: RealArray) -> ComplexArray:
+        """δ per unknown, shape (n_unknown, n_frequency) [1]."""
+        ...
 
     def matrices(self, frequency: RealArray, mounts: ComplexArray) -> ComplexArray:
         """Part of the apparent mass that each unknown takes away.

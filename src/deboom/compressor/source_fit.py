@@ -103,6 +103,10 @@ class SourceFit:
         """Axial force, moment and rotating force, shape (n_pressure, 3) [N, N m, N]."""
         return self.gas.gas(self.values[self.gas_slice])
 
+    def change_at(self, frequency: RealArray) -> ComplexArray:
+        """Change δ of the mounts' stiffness as `line_values` have it, shape (n_frequency,) [1]."""
+        return np.asarray(self.line_values[self.change_slice] @ self.change.basis(frequency))
+
     def gas_derivatives(self) -> ComplexArray:
         """By the unknowns of the gas, shape (n_gas, n_pressure, 3)."""
         return self.gas.derivatives(self.values[self.gas_slice])

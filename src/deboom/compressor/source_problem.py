@@ -117,10 +117,10 @@ class SourceProblem:
             for group in self.groups:
                 right, rows = self._equations(group, values)
                 whitener = self._whitener(group, values, mismatch)
-                white = (whitener @ rows).reshape(-1, values.size)
-                misfit = (whitener @ right[..., np.newaxis]).reshape(-1)
-                normal += (white.conj().T @ white).real
-                gradient += (white.conj().T @ misfit).real
+                white = _real_rows((whitener @ rows).reshape(-1, values.size))
+                misfit = _real_rows((whitener @ right[..., np.newaxis]).reshape(-1))
+                normal += white.T @ white
+                gradient += white.T @ misfit
                 whiteners.append(whitener)
             covariance = _inverse(normal)
             step = -covariance @ gradient
@@ -151,9 +151,9 @@ class SourceProblem:
                 right, rows = self._equations(group, values)
                 whitener = self._whitener(group, values, 0.0)
                 white = whitener @ rows
-                flat = white.reshape(-1, values.size)
-                normal += (flat.conj().T @ flat).real
-                gradient += (flat.conj().T @ (whitener @ right[..., np.newaxis]).reshape(-1)).real
+                flat = _real_rows(white.reshape(-1, values.size))
+                normal += flat.T @ flat
+                gradient += flat.T @ _real_rows((whitener @ right[..., np.newaxis]).reshape(-1))
                 adjoint = np.swapaxes(white[..., own], 1, 2).conj() @ whitener
                 added = mismatch**2 * mount_covariance(self.model, group.parts)
                 middle += np.sum((adjoint @ added @ np.swapaxes(adjoint, 1, 2).conj()).real, axis=0)
@@ -243,6 +243,11 @@ class SourceProblem:
         if mismatch > 0:
             covariance += mismatch**2 * mount_covariance(self.model, group.parts)
         return np.asarray(np.linalg.inv(np.linalg.cholesky(covariance)))
+
+
+def _real_rows(values: ComplexArray) -> RealArray:
+    """Real parts, then imaginary parts, along the first axis."""
+    return np.concatenate([values.real, values.imag])
 
 
 def _shared_lines(

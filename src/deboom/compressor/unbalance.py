@@ -49,6 +49,8 @@ if TYPE_CHECKING:
     from deboom.measurement.operating_sweep import HoseState, OperatingSweep, OperatingTest
 
 Step = Callable[[str], None]
+AGREEMENT_ABOVE = 50.0
+"""Where the agreement of y and z is judged: above the rigid-body modes [Hz]."""
 
 
 @dataclass(frozen=True)
@@ -206,6 +208,24 @@ class Unbalance:
     def chosen(self) -> RouteResult:
         """Result of the chosen route."""
         return self.by_letter(self.options.chosen.letter)
+
+    @property
+    def agreement(self) -> str:
+        """How well y and z agree, and what that proves, in words."""
+        result = self.chosen
+        above = np.concatenate(
+            [sweep.static.mismatch[sweep.frequency > AGREEMENT_ABOVE] for sweep in result.sweeps]
+        )
+        gas = result.sources.gas[0].rotating
+        lowest = min(float(sweep.frequency[0]) for sweep in result.sweeps)
+        share = abs(gas.value) / (abs(result.sources.static.value) * (2 * np.pi * lowest) ** 2)
+        return (
+            f"Static unbalance from y and from z agree to {np.sqrt(np.mean(above**2)):.1%} above "
+            f"{AGREEMENT_ABOVE:g} Hz. That is no proof: the rotating gas force of "
+            f"{abs(gas.value):.3f} ± {gas.deviation:.3f} N passes the same check and makes up "
+            f"{share:.0%} of the unbalance at {lowest:g} Hz; only that it does not grow with the "
+            "square of the speed tells it apart."
+        )
 
     def by_letter(self, letter: str) -> RouteResult:
         """Return the result of the route of this letter.

@@ -46,9 +46,7 @@ class Agreement:
         return predicted, exact
 
 
-def agreement(
-    model: MountedFleet, space: DesignSpace, n: int, *, seed: int
-) -> Agreement | None:
+def agreement(model: MountedFleet, space: DesignSpace, n: int, *, seed: int) -> Agreement | None:
     """Compare with the bench's exact coupled solution.
 
     Parameters

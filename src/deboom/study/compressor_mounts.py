@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from enum import Enum
 
@@ -22,6 +22,7 @@ from deboom.errors import InputError
 from deboom.explore.design_space import DesignSpace
 from deboom.physics.arrays import RealArray
 from deboom.study.compressor_fleet import CompressorFleet
+from deboom.study.compressor_pressures import weights_of
 
 STEPS = 8
 """Of `mounted_fleet`, for progress."""
@@ -180,7 +181,12 @@ class MountedFleet:
     @property
     def alarms(self) -> tuple[str, ...]:
         """What a reader must know of the data."""
-        return (*self.found.alarms, *self.running.alarms)
+        rotor = (
+            ("The rotor's inertia is not stated: its gyroscopic moment is left out.",)
+            if self.fleet.cars[0].operation.rotor_inertia is None
+            else ()
+        )
+        return (*self.found.alarms, *self.running.alarms, *rotor)
 
 
 def mounted_fleet(
@@ -214,7 +220,7 @@ def mounted_fleet(
         step("seams")
         lines = question.lines
         loads = source_loads(running.source.chosen.sources, lines)
-        weights = _weights(question.pressures, list(loads))
+        weights = weights_of(question.pressures, list(loads))
         model, mounts = found.calibrated.model, running.shares.mounts
         inertia = first.operation.rotor_inertia or 0.0
         sense = running.source.sense.sense
@@ -247,34 +253,3 @@ def mounted_fleet(
     )
     seconds = time.perf_counter() - begin
     return MountedFleet(fleet, question, found, running, index, rigid, statics, seconds)
-
-
-def weighted_pressures(requests: Sequence[str] | None) -> dict[str, float]:
-    """Read ``7.5`` or ``7.5=2``: pressures in bar with their weights.
-
-    Raises
-    ------
-    InputError
-        No number, a weight that is not above 0, a pressure twice.
-    """
-    chosen: dict[str, float] = {}
-    for request in requests or ():
-        text, _, weight = request.partition("=")
-        try:
-            name, share = f"{float(text):g} bar", float(weight or 1)
-        except ValueError:
-            name, share = "", 0.0
-        if not 0 < share < float("inf") or name in chosen:
-            raise InputError(
-                f"--pressure {request}: write each pressure once, as BAR or BAR=WEIGHT with a "
-                "weight above 0, such as 7.5=2"
-            )
-        chosen[name] = share
-    return chosen
-
-
-def _weights(asked: dict[str, float], measured: Sequence[str]) -> dict[str, float]:
-    unknown = [name for name in asked if name not in measured]
-    if unknown:
-        raise InputError(f"no sweep at {unknown[0]} was measured, only at {', '.join(measured)}")
-    return asked or dict.fromkeys(measured, 1.0)

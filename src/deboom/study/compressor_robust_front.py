@@ -10,12 +10,11 @@ import numpy as np
 
 from deboom.explore.design_space import DesignSpace
 from deboom.explore.fronts import Verification, verification_response
-from deboom.explore.limits import LimitedResponse
 from deboom.explore.problems import SearchResult
 from deboom.explore.robust import RobustResponse, RobustValues
 from deboom.explore.selection import indifference_intervals, pick
 from deboom.explore.sensitivity import sobol_designs
-from deboom.explore.sensitivity_inputs import design_inputs
+from deboom.explore.sensitivity_inputs import SensitivityInputs
 from deboom.explore.sigma_shares import SigmaShares, sigma_shares
 from deboom.explore.sobol_indices import SobolIndices, sobol_indices
 from deboom.physics.arrays import RealArray
@@ -31,7 +30,7 @@ NOTICEABLE = 0.1
 TIGHTER = 0.5
 """A tighter tolerance, over today's [1]."""
 TODAY, BEST_MEAN, BEST_SIGMA, KNEE = "today", "best mean", "best sigma", "knee"
-PLACES, PIECES, BATCH = "places", "pieces", "batch"
+PLACES = "places"
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,8 +43,6 @@ class CompressorFront:
         What was evaluated.
     robust : RobustResponse
         How it was made robust.
-    limited : LimitedResponse
-        With the limit on travel.
     travel_ratio : float
         Travel allowed over today's [1].
     search : SearchResult
@@ -58,7 +55,6 @@ class CompressorFront:
 
     model: MountedFleet
     robust: RobustResponse
-    limited: LimitedResponse
     travel_ratio: float
     search: SearchResult
     verification: Verification
@@ -147,8 +143,7 @@ class CompressorFront:
         lines = self.frequency
         band = (float(lines[0]), float(lines[-1]))
         before, after = (
-            mean_energy_level(self.levels(one), lines, band)
-            for one in (self.space.nominal, design)
+            mean_energy_level(self.levels(one), lines, band) for one in (self.space.nominal, design)
         )
         return np.asarray(after - before)
 
@@ -215,11 +210,11 @@ class CompressorFront:
     def groups(self) -> dict[str, list[int]]:
         """Columns whose tolerance one would tighten together: a part number's axis, or places."""
         variables = self.model.index.variables
+        scaled = variables.scaled
         groups: dict[str, list[int]] = {}
         for column, name in zip(self.chosen, self.chosen_names, strict=True):
-            inside = variables.scaled & variables.scaled[column]
-            own = inside.any(axis=1) & ~variables.scaled[:, ~variables.scaled[column]].any(axis=1)
-            groups[name] = [column, *(c for c in np.flatnonzero(own) if c != column)]
+            pieces = scaled.any(axis=1) & ~(scaled & ~scaled[column]).any(axis=1)
+            groups[name] = np.flatnonzero(pieces).tolist()
         if variables.places.size:
             groups[PLACES] = variables.places.tolist()
         return groups
@@ -290,18 +285,9 @@ def stiffness_sobol(model: MountedFleet, space: DesignSpace, n: int, *, seed: in
         See `deboom.explore.sensitivity.sobol_designs`.
     """
     columns = list(chosen_columns(space))
-    part = replace(
-        space,
-        **{
-            name: (
-                tuple(getattr(space, name)[c] for c in columns)
-                if isinstance(getattr(space, name), tuple)
-                else getattr(space, name)[columns]
-            )
-            for name in ("names", "units", "nominal", "lower", "upper", "tolerance", "integer")
-        },
+    inputs = SensitivityInputs(
+        tuple(space.names[c] for c in columns), space.lower[columns], space.upper[columns]
     )
-    inputs = design_inputs(part)
     chosen = sobol_designs(inputs, n, seed=seed, second_order=False)
     designs = np.tile(space.nominal, (len(chosen), 1))
     designs[:, columns] = chosen

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
@@ -18,6 +18,7 @@ from deboom.compressor.identified import IdentifiedCompressor, identified_compre
 from deboom.compressor.identify import Identification, IdentifyOptions, identify
 from deboom.compressor.unbalance import RouteResult, Unbalance, UnbalanceOptions, unbalance
 from deboom.errors import InputError
+from deboom.files.compressor_model import read_compressor_model
 from deboom.files.operating_test import read_operating_test
 from deboom.files.run_folder import hash_files
 from deboom.measurement.operating_sweep import HoseState, OperatingTest
@@ -26,6 +27,8 @@ from deboom.study.compressor_unbalance_truth import UnbalanceTruth, read_unbalan
 
 STEPS = 12
 """Of `measured_unbalance`, for progress."""
+MODEL_FILE = "compressor_model"
+"""Stem of the file of an identified compressor in a run."""
 AUTOMATIC = "auto"
 """Route d, or e where the mounts have changed and the hammer test has no alarm."""
 
@@ -44,12 +47,16 @@ class UnbalancePlan:
         Of the sweeps.
     limits : ComponentLimits or None
         To be judged; None where there are none.
+    identified : Path or None
+        Run of ``deboom identify``, or its compressor_model.json: its lines are fitted again, and
+        the hammer test must be the one that it was made from.
     """
 
     route: str = AUTOMATIC
     identify: IdentifyOptions = field(default_factory=lambda: IdentifyOptions(held_out=0))
     unbalance: UnbalanceOptions = field(default_factory=UnbalanceOptions)
     limits: ComponentLimits | None = None
+    identified: Path | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -139,9 +146,10 @@ def measured_unbalance(
         step("reading")
         test = read_operation(folder)
         truth = read_unbalance_truth(folder)
-        hammer = identify(test.hammer, plan.identify, step)
         hashes = hash_files(test.hammer.input_files, folder)
-        kept = identified_compressor(hammer, plan.identify.bands, hashes)
+        options = _identify_options(plan, hashes)
+        hammer = identify(test.hammer, options, step)
+        kept = identified_compressor(hammer, options.bands, hashes)
         found = with_route(unbalance(test, hammer, plan.unbalance, step), plan.route)
         step("hoses")
         with_hoses = _with_hoses(test, hammer, found)
@@ -151,6 +159,21 @@ def measured_unbalance(
     return MeasuredUnbalance(
         found, kept, with_hoses, reactions, plan.limits, verdicts, truth, seconds
     )
+
+
+def _identify_options(plan: UnbalancePlan, hashes: Mapping[str, str]) -> IdentifyOptions:
+    """Take over the lines of an earlier identification of the same hammer test."""
+    if plan.identified is None:
+        return plan.identify
+    path = plan.identified
+    path = path / f"{MODEL_FILE}.json" if path.is_dir() else path
+    earlier = read_compressor_model(path)
+    if sorted(earlier.inputs_sha256.values()) != sorted(hashes.values()):
+        raise InputError(
+            f"{path} was identified from another hammer test than that of these sweeps: identify "
+            "the test in their folder, or leave out --identified"
+        )
+    return replace(plan.identify, bands=earlier.bands)
 
 
 def with_route(found: Unbalance, wanted: str) -> Unbalance:

@@ -95,6 +95,7 @@ def _record(folder: Path, plan: UnbalancePlan, *, with_figures: bool) -> dict[st
         "arguments": {
             "limits": None if plan.limits is None else plan.limits.path.as_posix(),
             "route": plan.route,
+            "identified": None if plan.identified is None else plan.identified.as_posix(),
             "hoses": None if options.hoses is None else options.hoses.value,
             "sense": None
             if options.expected_sense is None

@@ -12,6 +12,7 @@ from deboom.files.compressor_model import compressor_document
 from deboom.report.page import Section
 from deboom.study.component_sheet import component_sheet
 from deboom.study.component_verdicts import verdict_table
+from deboom.study.compressor_unbalance import MODEL_FILE
 from deboom.study.compressor_unbalance_figures import figures_of
 from deboom.study.compressor_unbalance_page import page_of
 from deboom.study.compressor_unbalance_tables import tables_of
@@ -21,9 +22,6 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from deboom.study.compressor_unbalance import MeasuredUnbalance
-
-MODEL_FILE = "compressor_model"
-"""Stem of the file that other studies load."""
 
 
 def unbalance_result(

@@ -104,7 +104,7 @@ def _page(
             f"{_percent(check.share, 2)} of {what} keep the limit, at least "
             f"{_percent(check.bound, 2)} with {_percent(check.confidence, 0)} confidence (the "
             "vehicles of one part are not independent, so each part counts once). Most often "
-            f"{study.binding} misses its limit: it binds.",
+            f"{study.binding} misses its limit: it binds. {_each(study)}".strip(),
             (
                 _picture(
                     pictures, "levels", "Levels of the parts of the box; dark: above the limit."
@@ -117,7 +117,8 @@ def _page(
             f"Over the {study.over_plain.n_variables} directions that a vehicle depends on, the "
             f"intervals are {study.over_plain.width:.3g} times as wide (geometric mean) as those "
             f"of ±{PERCENT * study.tolerance:g} % about the Pareto point, "
-            f"{study.over_plain.volume:.3g} times the volume. {_bisection(study)}",
+            f"{study.over_plain.volume:.3g} times the volume. {_bisection(study)} "
+            "With wider bounds the intervals that lie on them would be wider still.",
             tables=(Table(tables["boxes"], "Shares are those of the same independent parts."),),
         ),
     ]
@@ -175,6 +176,16 @@ def _box_text(study: BoxStudy) -> str:
         "The last two columns say what the ends are worth: of parts exactly at that end, so many "
         "keep the limit. At the optimum all ends that are not bounds cost the same share per "
         "weight; an end well above the share lies on its bound."
+    )
+
+
+def _each(study: BoxStudy) -> str:
+    if study.question.together:
+        return ""
+    worst = _percent(float(study.missed.max()), 1)
+    return (
+        f"The share is one over all vehicles: in {study.binding} alone {worst} of the parts miss. "
+        "--worst-vehicle asks every part to keep the limit in all vehicles."
     )
 
 

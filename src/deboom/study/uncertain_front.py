@@ -76,7 +76,7 @@ def front_designs(
 
 
 def measured_transfer(
-    folders: Sequence[Path], ear: str | None, band: Band
+    folders: Sequence[Path], ear: str | None, band: Band, *, averaged: bool
 ) -> tuple[TransferUncertainty | None, tuple[Path, ...]]:
     """Estimate the errors of noise transfer functions from vehicles measured in two ways.
 
@@ -88,11 +88,13 @@ def measured_transfer(
         Such as ``driver ear``; by default the first of each vehicle.
     band : (lower, upper)
         Lines that count, both edges included [Hz].
+    averaged : bool
+        Whether the platform's functions are means of both methods.
 
     Returns
     -------
     TransferUncertainty or None
-        Of the mean of both methods; None without a vehicle.
+        None without a vehicle.
     tuple of Path
         Files that were read.
 
@@ -117,7 +119,8 @@ def measured_transfer(
     files = tuple(
         path for folder in folders for path in sorted(folder.rglob("*")) if path.is_file()
     )
-    return TransferUncertainty.of_methods(found, f"both methods in {names}"), files
+    origin = f"both methods in {names}"
+    return TransferUncertainty.of_methods(found, origin, averaged=averaged), files
 
 
 def _of_run(folder: Path, robust: RobustResponse) -> tuple[RealArray, dict[str, int]]:

@@ -86,20 +86,31 @@ class TransferUncertainty:
     path_degrees_of_freedom: float = math.inf
 
     @classmethod
-    def of_methods(cls, found: MethodDifference, origin: str) -> TransferUncertainty:
-        """Take the errors of the mean of two methods; calibration needs three vehicles.
+    def of_methods(
+        cls, found: MethodDifference, origin: str, *, averaged: bool
+    ) -> TransferUncertainty:
+        """Take the errors that the difference of two methods shows.
 
-        The methods were used on different days; what differs in all paths alike counts as the day.
+        Parameters
+        ----------
+        found : MethodDifference
+            Of methods that were used on different days: what differs in all paths alike counts as
+            the day. Below `LEAST_VEHICLES` the calibration stays the prior.
+        origin : str
+            Which vehicles.
+        averaged : bool
+            Whether the functions in use are means of both methods, or those of one: then their
+            variances are twice as large.
         """
-        prior = cls()
+        prior, scale = cls(), 1.0 if averaged else math.sqrt(2.0)
         enough = found.calibration_degrees_of_freedom >= LEAST_VEHICLES
         return cls(
-            calibration_db=found.calibration_db if enough else prior.calibration_db,
-            path=found.path,
+            calibration_db=scale * found.calibration_db if enough else prior.calibration_db,
+            path=scale * found.path,
             length=found.length,
-            day=found.body,
+            day=scale * found.body,
             day_length=found.body_length,
-            floor=found.floor,
+            floor=scale * found.floor,
             origin=origin,
             day_origin=origin,
             calibration_degrees_of_freedom=(

@@ -20,6 +20,7 @@ from deboom.report.figures.correlations import (
     family_tree,
     populations,
 )
+from deboom.report.figures.deliveries import PartsRow, parts_in_intervals
 from deboom.report.figures.dot_panels import DotPanel, dot_panels
 from deboom.report.figures.front import pareto_front
 from deboom.report.figures.intervals import IntervalPanel, front_intervals, interval_panels
@@ -61,6 +62,7 @@ __all__ = [
     "MapPanel",
     "MarkedPanel",
     "MaskedPanel",
+    "PartsRow",
     "PopulationPanel",
     "SpectrumPanel",
     "SpeedPanel",
@@ -93,6 +95,7 @@ __all__ = [
     "pareto_front",
     "part_choices",
     "part_effects",
+    "parts_in_intervals",
     "per_vehicle_change",
     "populations",
     "ratio_bars",

@@ -1,0 +1,211 @@
+"""Deliveries against an acceptance box."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+from typer.testing import CliRunner
+
+from deboom.cli import app
+from deboom.errors import InputError
+from deboom.files.delivered_parts import read_delivered_parts
+from deboom.files.solution_box import (
+    AcceptanceBox,
+    BoxResponse,
+    BoxVariable,
+    write_solution_box,
+)
+from deboom.report import figures
+from deboom.study.delivery import Verdict, judged_delivery, limited_axes
+
+PLATFORM = Path(__file__).parents[2] / "studies" / "data" / "u06_f39_f45"
+MOUNTS = ("EnM", "GeM", "TSM", "Du")
+HEADER = "part,batch,mount,x [N/mm],y [N/mm],z [N/mm]"
+
+
+def box_of(limit=55.5, reference=2e5):
+    """Return a box of the shipped platform: 0.8 to 1.0 in x, anything in y and z."""
+    return AcceptanceBox(
+        title="Compact platform: acceptance box",
+        platform="u06_f39_f45",
+        platform_sha256="0" * 64,
+        group="U06",
+        motion="prescribed",
+        mounts="library-inside",
+        load_cases=(("g5_wot220", 1.0),),
+        band=(20.0, 60.0),
+        quantity="mean level of the lines",
+        unit="dB(A)",
+        together=False,
+        variables=tuple(
+            BoxVariable(
+                name=f"{mount} {axis}",
+                lower=0.8,
+                upper=1.0 if axis == "x" else 1.2,
+                nominal=0.9,
+                reference_stiffness=reference if axis == "x" else None,
+                condition="mean |K| over 20 to 60 Hz",
+                weight=1.0,
+                required=axis == "x",
+            )
+            for mount in MOUNTS
+            for axis in "xyz"
+        ),
+        responses=tuple(BoxResponse(f"U06-{n}", limit, 0.97) for n in range(1, 6)),
+        share_stated=0.95,
+        share_verified=0.96,
+        share_bound=0.955,
+        confidence=0.95,
+        n_parts=131072,
+        law="uniform in the box",
+        seed=1,
+    )
+
+
+def table_of(folder, factors, mount="TSM", batch="B1"):
+    """Write parts of one mount with these factors in x."""
+    rows = [f"{batch}/{n},{batch},{mount},{200 * f:.6f},," for n, f in enumerate(factors)]
+    path = folder / "parts.csv"
+    path.write_text("\n".join([HEADER, *rows]) + "\n")
+    return path
+
+
+def judged(folder, factors, uncertainty=0.0, platform=None, mount="TSM"):
+    box = box_of()
+    parts = read_delivered_parts(table_of(folder, factors, mount), limited_axes(box))
+    return judged_delivery(box, parts, platform, uncertainty, seed=1)
+
+
+def test_verdicts_at_the_ends_of_the_interval(tmp_path):
+    delivery = judged(tmp_path, [0.8, 1.0, 0.799, 1.001, 0.9])
+    verdicts = [one.verdict for one in delivery.parts]
+    assert verdicts == [Verdict.passed] * 2 + [Verdict.failed] * 2 + [Verdict.passed]
+    assert delivery.batches[0].verdict is Verdict.failed
+    assert delivery.batches[0].reason == "2 of 5 parts are outside"
+    # with 2 % uncertainty nothing near an end is decided
+    verdicts = [one.verdict for one in judged(tmp_path, [0.81, 0.99, 1.01, 1.03, 0.9], 0.02).parts]
+    assert verdicts == [
+        Verdict.undecided,
+        Verdict.undecided,
+        Verdict.undecided,
+        Verdict.failed,
+        Verdict.passed,
+    ]
+
+
+def test_few_parts_leave_a_batch_undecided_and_many_pass_it(tmp_path):
+    scatter = np.linspace(-0.03, 0.03, 4)
+    few = judged(tmp_path, 0.9 + scatter).batches[0]
+    assert few.verdict is Verdict.undecided
+    assert "measure more" in few.reason
+    many = judged(tmp_path, 0.9 + np.linspace(-0.03, 0.03, 30)).batches[0]
+    assert many.verdict is Verdict.passed
+    assert many.pieces.low > 0.99
+    # Cp of a uniform row: 0.2 over 6 times its standard deviation
+    sigma = np.std(np.linspace(-0.03, 0.03, 30), ddof=1)
+    assert many.capabilities["x"].cp == pytest.approx(0.2 / (6 * sigma), rel=1e-5)
+
+
+def test_a_single_part_has_a_verdict_but_no_capability(tmp_path):
+    batch = judged(tmp_path, [0.9]).batches[0]
+    assert batch.parts[0].verdict is Verdict.passed
+    assert batch.capabilities == {}
+    assert batch.verdict is Verdict.undecided
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory):
+    """Run the command on a good batch, with the shipped platform."""
+    folder = tmp_path_factory.mktemp("delivery")
+    write_solution_box(folder / "acceptance_box.json", box_of())
+    parts = table_of(folder, 0.9 + np.linspace(-0.03, 0.03, 20))
+    options = ["--out", str(folder / "out"), "--platform", str(PLATFORM), "--uncertainty", "0.01"]
+    result = CliRunner().invoke(app, ["accept", str(folder), str(parts), *options])
+    assert result.exit_code == 0, result.output
+    return Path(result.stdout.strip().splitlines()[-1])
+
+
+def test_the_command_writes_a_run(run):
+    summary = json.loads((run / "summary.json").read_text())
+    assert (summary["n_parts"], summary["n_passed"], summary["n_batches_passed"]) == (20, 20, 1)
+    levels = pd.read_csv(run / "levels.csv")
+    assert levels["vehicle"].tolist() == [f"U06-{n}" for n in range(1, 6)]
+    assert np.all(levels["5 % of the cars below [dB(A)]"] < levels["median [dB(A)]"])
+    assert "files are not those that the box was found with" in (run / "report.html").read_text()
+    record = json.loads((run / "run.json").read_text())
+    assert "acceptance_box.json" in record["inputs_sha256"]
+
+
+def test_levels_are_those_of_the_model_at_the_middle(run):
+    # U06-1 with x at 0.9 of all mounts, the middle of the box
+    from deboom.files.platform import read_platform
+    from deboom.study.motion import Motion, motion_index
+    from deboom.study.mount_source import MountSource, operation
+
+    runs = operation(read_platform(PLATFORM), None, MountSource.library, "U06", (20.0, 60.0))
+    index = motion_index(runs, Motion.prescribed, None)
+    middle = index(np.full((1, 12), 0.9))[0, 0] / index.n_lines
+    median = pd.read_csv(run / "levels.csv")["median [dB(A)]"][0]
+    assert median == pytest.approx(middle, abs=0.25)
+
+
+def test_a_template_names_what_to_measure(tmp_path):
+    write_solution_box(tmp_path / "box.json", box_of())
+    target = tmp_path / "parts.xlsx"
+    arguments = ["accept", str(tmp_path / "box.json"), str(target), "--template"]
+    assert CliRunner().invoke(app, arguments).exit_code == 0
+    sheets = pd.read_excel(target, sheet_name=None, header=None)
+    measure = sheets["measure"].to_string()
+    assert all(f"{mount} x" in measure for mount in MOUNTS)
+    again = CliRunner().invoke(app, arguments)
+    assert again.exit_code == 2
+    assert "give another name" in again.stderr
+
+
+@pytest.mark.parametrize(
+    ("text", "sentence"),
+    [
+        (f"{HEADER}\n1,B1,TSM,,,\n", "TSM x was not measured"),
+        (f"{HEADER}\n1,B1,CTSM,180,,\n", "no mount 'CTSM'"),
+        (f"{HEADER}\n1,B1,TSM,180,,\n1,B1,TSM,181,,\n", "part '1'"),
+        (f"{HEADER}\n1,B1,TSM,-180,,\n", "must be positive"),
+        ("part,batch,mount,x [mm],y [N/mm],z [N/mm]\n1,B1,TSM,180,,\n", "x"),
+        ("part,batch,mount,x,y,z\n1,B1,TSM,180,,\n", "has no unit"),
+        ("part,batch,mount,x [N/mm]\n1,B1,TSM,180\n", "'y"),
+    ],
+)
+def test_bad_tables_are_one_sentence(tmp_path, text, sentence):
+    path = tmp_path / "parts.csv"
+    path.write_text(text)
+    with pytest.raises(InputError, match=sentence) as caught:
+        read_delivered_parts(path, limited_axes(box_of()))
+    assert "parts.csv" in str(caught.value)
+
+
+def test_bad_calls_leave_nothing(tmp_path):
+    write_solution_box(tmp_path / "box.json", box_of())
+    parts = table_of(tmp_path, [0.9, 0.91])
+    out = tmp_path / "out"
+    for box, options, sentence in (
+        (tmp_path, [], "holds no acceptance_box.json"),
+        (tmp_path / "box.json", ["--uncertainty", "0.7"], "from 0 to below 0.5"),
+    ):
+        result = CliRunner().invoke(
+            app, ["accept", str(box), str(parts), "--out", str(out), *options]
+        )
+        assert result.exit_code == 2
+        assert sentence in result.stderr
+        assert not list(out.rglob("summary.json"))
+    with pytest.raises(InputError, match="without a reference stiffness"):
+        limited_axes(box_of(reference=None))
+
+
+def test_the_picture_of_parts():
+    row = figures.PartsRow("TSM x, B1", (0.8, 1.0), {"pass": [0.9, 0.91], "fail": [1.1]})
+    assert figures.parts_in_intervals([row])[:8] == b"\x89PNG\r\n\x1a\n"
+    with pytest.raises(InputError, match="no part to draw"):
+        figures.parts_in_intervals([])
+    with pytest.raises(InputError, match="unknown verdict 'maybe'"):
+        figures.parts_in_intervals([figures.PartsRow("a", (0, 1), {"maybe": [0.5]})])

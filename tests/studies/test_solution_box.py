@@ -3,6 +3,7 @@
 import json
 from functools import partial
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
@@ -15,6 +16,7 @@ from deboom.explore.solution_box_search import BoxEffort, largest_box
 from deboom.files.solution_box import read_solution_box
 from deboom.study import solution_box, solution_box_question
 from deboom.study.runner import load_study, run_study
+from deboom.study.supplier_pick import Pick
 
 STUDY = Path(__file__).parents[2] / "studies" / "solution_box.py"
 QUICK = BoxEffort(
@@ -115,6 +117,26 @@ def test_a_limit_below_today_is_one_of_each_vehicle(tmp_path):
     gap = vehicles["today [dB(A)]"] - vehicles["limit [dB(A)]"]
     assert gap.to_numpy() == pytest.approx(np.ones(5))
     assert pd.read_csv(folder / "box.csv").set_index("variable").loc["TSM x", "weight [1]"] == 2.0
+
+
+def test_the_point_of_a_finished_front_is_taken_if_its_variables_are_the_same(monkeypatch):
+    space = SimpleNamespace(names=("EnM x", "EnM y"))
+    front = SimpleNamespace(space=space, picked=np.array([0.9, 1.1]))
+    asked = []
+
+    def read(*arguments):
+        asked.append(arguments)
+        return front
+
+    monkeypatch.setattr(solution_box_question, "supplier_study", read)
+    folder, studies = Path("front"), Path("studies")
+    given = (folder, Pick.knee, studies, None)
+    point = solution_box_question.pareto_point(*given, space, seed=1, progress=None)
+    assert point.tolist() == [0.9, 1.1]
+    assert asked == [(folder, studies, Pick.knee)]
+    other = SimpleNamespace(names=("EnM x",))
+    with pytest.raises(InputError, match="take a front of the same platform"):
+        solution_box_question.pareto_point(*given, other, seed=1, progress=None)
 
 
 @pytest.mark.parametrize(

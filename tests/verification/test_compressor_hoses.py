@@ -47,11 +47,14 @@ def folder(tmp_path_factory):
     root = tmp_path_factory.mktemp("hoses")
 
     @cache
-    def write(seed=1, hoses=HoseCase.SCATTERED, noise_free=False, flexible=False):
+    def write(seed=1, hoses=HoseCase.SCATTERED, noise_free=False, flexible=False, softening=False):
         plan = OperationPlan(
-            CompressorPlan(flexible_receiver=flexible), hoses=hoses, hammer_with_hoses=True
+            CompressorPlan(flexible_receiver=flexible),
+            hoses=hoses,
+            hammer_with_hoses=not (noise_free or flexible or softening),
+            softening=softening,
         )
-        place = root / f"{seed}{hoses.value}{noise_free}{flexible}"
+        place = root / f"{seed}{hoses.value}{noise_free}{flexible}{softening}"
         return write_operating_test(place, seed, CalibrationLevel.C2, plan, noise_free=noise_free)
 
     return write
@@ -203,6 +206,17 @@ def test_wrong_drawing_costs_little(measured_test):
     assert stiffness_error(result.hoses, truth) < 0.05
     assert force_levels(result.hoses, truth) < 1.0
     assert result.alarms == ()
+
+
+def test_mounts_that_soften_with_their_motion_do_not_pass_for_hoses(measured_test):
+    """Hoses change the motion, motion the mounts: sweeps are used from 50 Hz upwards."""
+    test, found, truth = measured_test(softening=True)
+    options = HoseOptions(source=HoseSource.SWEEPS)
+    result = identify_hoses(test, found, options)
+    assert stiffness_error(result.hoses, truth) < 0.03 * SLACK
+    assert result.alarms == ()
+    low = identify_hoses(test, found, replace(options, sweep_band=(20.0, 150.0)))
+    assert any("something else changed" in alarm for alarm in low.alarms)
 
 
 def test_model_beats_the_difference_of_two_matrices(measured_test):

@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from deboom.compressor.hose_beams import hose_matrices
-from deboom.compressor.mount_forces import AXES, mount_forces, motion_at_mounts, stiffness_of_mounts
+from deboom.compressor.mount_forces import AXES, motion_at_mounts, mount_forces, stiffness_of_mounts
 from deboom.errors import InputError
 from deboom.measurement.channel_geometry import RIGID_MOTIONS
 from deboom.measurement.noise_transfer import POINT_LOADS
@@ -134,10 +134,8 @@ def loads_by_measured_holders(
     n = forces.shape[1]
     by_mounts = _times(receptance[:, n:, :n], forces)
     own = receptance[:, n:, n:]
-    loads = np.linalg.solve(
-        np.eye(own.shape[-1]) + matrices.body @ own,
-        (free - _times(matrices.body, by_mounts))[..., np.newaxis],
-    )[..., 0]
+    flexible = np.eye(own.shape[-1]) + matrices.body @ own
+    loads = _solved(flexible, free - _times(matrices.body, by_mounts))
     return BodyLoads(forces, loads, by_mounts + _times(own, loads))
 
 
@@ -178,9 +176,8 @@ def loads_by_predicted_holders(
         matrices = hose_matrices(hoses, frequency)
         stiffness[:, n:, n:] = matrices.body
         free = np.hstack([free, matrices.body_load(displacement)])
-    loads = np.linalg.solve(np.eye(size) + stiffness @ receptance, free[..., np.newaxis])
-    motion = (receptance @ loads)[..., 0]
-    return BodyLoads(loads[:, :n, 0], loads[:, n:, 0], motion[:, n:])
+    loads = _solved(np.eye(size) + stiffness @ receptance, free)
+    return BodyLoads(loads[:, :n], loads[:, n:], _times(receptance, loads)[:, n:])
 
 
 def loads_on_still_body(
@@ -213,3 +210,7 @@ def _without_hoses(forces: ComplexArray) -> BodyLoads:
 
 def _times(matrices: ComplexArray, vectors: ComplexArray) -> ComplexArray:
     return np.asarray((matrices @ vectors[..., np.newaxis])[..., 0])
+
+
+def _solved(matrices: ComplexArray, vectors: ComplexArray) -> ComplexArray:
+    return np.asarray(np.linalg.solve(matrices, vectors[..., np.newaxis])[..., 0], dtype=complex)

@@ -151,9 +151,7 @@ def path_names(there: RunningInCar, hoses: tuple[HoseDrawing, ...]) -> tuple[str
     )
 
 
-def lines_in_band(
-    sweep: OperatingSweep, band: tuple[float, float]
-) -> npt.NDArray[np.bool_]:
+def lines_in_band(sweep: OperatingSweep, band: tuple[float, float]) -> npt.NDArray[np.bool_]:
     """Mark the lines of a sweep that lie in a band, shape (n_frequency,).
 
     Raises

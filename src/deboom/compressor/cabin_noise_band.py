@@ -141,7 +141,7 @@ def _draws(there: RunningInCar, count: int, seed: int) -> list[_Draw]:
             _Draw(
                 gain=calibrated.parametrisation.model(calibrated.values + off[:n]).gain,
                 mounts=there.shares.at_random(off[:n][STIFFNESS_NUMBERS], generator),
-                inverse=np.linalg.pinv(forward),
+                inverse=np.asarray(np.linalg.pinv(forward), dtype=float),
                 hoses=own,
                 state=complex(*generator.standard_normal(2)) / np.sqrt(2),
             )

@@ -24,11 +24,12 @@ if TYPE_CHECKING:
 
 ALARM = 1.5
 """Misfit without hoses above which something besides rotor, gas and mounts is at work."""
-EXPLAINED = 0.5
+EXPLAINED = 0.4
 """Part of the squared misfit that the drawn hoses must take away to count as its cause."""
 MODEL_ERROR = 0.01
 """Relative error that compressor and placement bring into load or inertance, 1 σ [1]."""
-REFINEMENTS = 6
+REFINEMENTS = 12
+SMALLEST_SHARE = 0.5
 SMALLEST_LINES = 20
 LARGEST_LINES = 48
 
@@ -242,41 +243,53 @@ def _presence(
     """
     columns, known = free
     hoses, lines, prior = drawn
-    n_share = len(columns)
-    deviations = np.concatenate([known, [np.inf], np.tile(prior.deviations, len(hoses))])
     squared = ((2 * np.pi * lines) ** 2)[:, np.newaxis, np.newaxis]
-    best = np.inf
+    explained = np.vstack([_real(columns).T, np.diag(1 / known)])
+    directions, _ = np.linalg.qr(explained / np.linalg.norm(explained, axis=0))
+
+    def beside(rows: RealArray) -> RealArray:
+        """Leave what nothing else explains of rows, shape (p, n); at its priors they are zero."""
+        longer = np.hstack([rows, np.zeros((len(rows), known.size))])
+        return np.asarray(longer - (longer @ directions) @ directions.T)
+
+    def columns_of(stiffness: ComplexArray) -> RealArray:
+        return beside(_real(by_stiffness(np.asarray(stiffness / squared, dtype=complex))))
+
+    (left,) = beside(_real(target[np.newaxis]))
     numbers = np.zeros((len(hoses), prior.deviations.size))
+    squares = float(left @ left)
+    best = squares
     for _ in range(REFINEMENTS):
         now = [changed_hose(hose, row) for hose, row in zip(hoses, numbers, strict=True)]
+        own = columns_of(hose_matrices(now, lines).point[np.newaxis])
         slopes = point_derivatives(hoses, numbers, lines).reshape(-1, lines.size, 6, 6)
-        stiffness = np.concatenate([hose_matrices(now, lines).point[np.newaxis], slopes])
-        per_square = np.asarray(stiffness / squared, dtype=complex)
-        rows = np.concatenate([_real(columns), _real(by_stiffness(per_square))])
-        # the prior holds the hoses to their drawing, not to the last step away from it
-        pulled = np.concatenate([np.zeros(n_share + 1), -numbers.reshape(-1)]) / deviations
-        matrix = np.vstack([rows.T, np.diag(1 / deviations)])
-        right = np.concatenate([_real(target[np.newaxis])[0], pulled])
-        values, misfit = _least_squares(matrix, right)
-        best = min(best, misfit)
-        share = values[n_share]
+        missed, share, step = _step(np.vstack([own, columns_of(slopes)]), left, numbers, prior)
+        best = min(best, missed)
         if share <= 0:
             # hoses that are not there have no numbers
             break
-        steps = (values[n_share + 1 :] / share).reshape(numbers.shape)
-        numbers = numbers + np.clip(steps, -prior.deviations, prior.deviations) / 2
-    _, without = _least_squares(
-        np.vstack([_real(columns).T, np.diag(1 / known)]),
-        np.concatenate([_real(target[np.newaxis])[0], np.zeros(n_share)]),
-    )
-    return HosePresence(where, without, min(best, without))
+        # resonances that are passed over make whole steps swing
+        numbers = numbers + step / 2
+    size = left.size - known.size
+    return HosePresence(where, float(np.sqrt(squares / size)), float(np.sqrt(best / size)))
 
 
-def _least_squares(matrix: RealArray, right: RealArray) -> tuple[RealArray, float]:
-    """Solve, and state the root mean square of what is left."""
+def _step(
+    columns: RealArray, left: RealArray, numbers: RealArray, prior: HosePrior
+) -> tuple[float, float, RealArray]:
+    """Solve for the share and a step (n_hose, 11), held to the drawing; also the squares missed."""
+    deviations = np.tile(prior.deviations, len(numbers))
+    held = np.hstack([np.zeros((deviations.size, 1)), np.diag(1 / deviations)])
+    matrix = np.vstack([columns.T, held])
+    right = np.concatenate([left, -numbers.reshape(-1) / deviations])
     unit = np.linalg.norm(matrix, axis=0)
     values = np.linalg.lstsq(matrix / unit, right)[0] / unit
-    return values, float(np.sqrt(np.mean((right - matrix @ values) ** 2)))
+    missed = float(np.sum((right - matrix @ values) ** 2))
+    share = float(values[0])
+    # far from the true numbers the share comes out too small; hoses are whole or not there
+    step = values[1:].reshape(numbers.shape) / max(share, SMALLEST_SHARE)
+    limited = np.clip(step, -prior.deviations, prior.deviations)
+    return missed, share, np.asarray(limited)
 
 
 def _lines(frequency: RealArray, band: tuple[float, float], where: str) -> npt.NDArray[np.intp]:

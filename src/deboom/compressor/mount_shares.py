@@ -80,8 +80,10 @@ class MountShares:
         Change of `values` per change of the test's K_VP, in numbers of `MinimalParameters`.
     by_drawing : array, shape (9 n + 1, k)
         The same per error of the drawing, in its 1 σ.
-    deviations, prior_deviations : array, shape (9 n + 1,)
-        1 σ of `values`, after and before the test.
+    covariance : array, shape (9 n + 1, 9 n + 1)
+        Of `values`.
+    prior_deviations : array, shape (9 n + 1,)
+        1 σ of `values` before the test.
     identical : bool
         Whether all are one round part.
     identical_probability : float
@@ -94,7 +96,7 @@ class MountShares:
     values: RealArray
     by_test: RealArray
     by_drawing: RealArray
-    deviations: RealArray
+    covariance: RealArray
     prior_deviations: RealArray
     identical: bool
     identical_probability: float
@@ -106,7 +108,7 @@ class MountShares:
             ("values", (n,)),
             ("by_test", (n, N_STIFFNESS)),
             ("by_drawing", (n, np.shape(self.by_drawing)[-1])),
-            ("deviations", (n,)),
+            ("covariance", (n, n)),
             ("prior_deviations", (n,)),
         ):
             freeze_field(self, field, shape, "shares of the mounts")
@@ -117,13 +119,23 @@ class MountShares:
         return moved_mounts(self.drawn, self.values)
 
     @property
+    def deviations(self) -> RealArray:
+        """1 σ of place, angles and ln stiffness, shape (n, 9) [m, rad, 1]."""
+        n = len(self.drawn)
+        variance = np.diag(self.covariance)[:-1].reshape(n, PER_MOUNT).copy()
+        # the stiffness of a mount is its own ratio times the common one
+        with_common = self.covariance[:-1, -1].reshape(n, PER_MOUNT)
+        variance[:, 6:] += 2 * with_common[:, 6:] + self.covariance[-1, -1]
+        return np.asarray(np.sqrt(np.maximum(variance, 0.0)))
+
+    @property
     def alarms(self) -> tuple[str, ...]:
         """Reasons not to trust them, in words; empty where there are none."""
         if self.probability >= SMALLEST_PROBABILITY:
             return ()
         return (
             "The hammer test and the drawing of the mounts contradict each other (probability "
-            f"{self.probability:.0e}): check places, directions and stiffness in the drawing.",
+            f"{_power(self.probability)}): check places, directions and stiffness in the drawing.",
         )
 
     @property
@@ -136,7 +148,7 @@ class MountShares:
             )
         return (
             "The hammer test refutes identical round mounts (probability "
-            f"{self.identical_probability:.0e}). It shows the stiffness of all of them together; "
+            f"{_power(self.identical_probability)}). It shows the stiffness of all of them together; "
             "how they share it comes from their drawing, and the bands contain what that leaves "
             "open."
         )
@@ -211,7 +223,7 @@ def mount_shares(
         values=best.values,
         by_test=by_test,
         by_drawing=best.numbers @ posterior,
-        deviations=np.sqrt(np.einsum("ij,jk,ik->i", best.numbers, posterior, best.numbers)),
+        covariance=best.numbers @ posterior @ best.numbers.T,
         prior_deviations=np.sqrt(np.sum(best.numbers**2, axis=1)),
         identical=identical,
         identical_probability=one_part.probability,
@@ -262,7 +274,7 @@ class _Wanted:
         # an exact test leaves directions without any error, which no factorisation survives
         kept = np.maximum(variance, EXACT * variance[-1])
         return cls(
-            np.linalg.pinv(basis),
+            np.asarray(np.linalg.pinv(basis), dtype=float),
             found.calibrated.values[STIFFNESS_NUMBERS],
             directions.T / np.sqrt(kept)[:, np.newaxis],
         )
@@ -321,3 +333,8 @@ def _round(drawn: tuple[CompressorMount, ...]) -> tuple[CompressorMount, ...]:
     radial = stiffness[:, 1:].mean()
     mean = np.array([stiffness[:, 0].mean(), radial, radial])
     return tuple(replace(mount, stiffness=mean) for mount in drawn)
+
+
+def _power(probability: float) -> str:
+    """Write a small probability."""
+    return "below 1e-12" if probability < 1e-12 else f"{probability:.0e}"

@@ -32,8 +32,6 @@ Step = Callable[[str], None]
 
 HOSE_PASSES = 2
 """With drawn, then with identified hoses: how the body moves them depends on what they are."""
-STEPS = 4
-"""Of `running_in_car`, for progress."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,7 +80,8 @@ class RunningInCar:
     def change_deviation(self, frequency: npt.ArrayLike) -> RealArray:
         """1 σ of `change`, shape (n_frequency,) [1]."""
         state = self.source.state
-        return np.interp(np.asarray(frequency), state.frequency, state.curve_deviation)
+        lines = np.asarray(frequency, dtype=float)
+        return np.asarray(np.interp(lines, state.frequency, state.curve_deviation))
 
     @property
     def alarms(self) -> tuple[str, ...]:

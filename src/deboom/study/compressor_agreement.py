@@ -9,7 +9,7 @@ import numpy as np
 from deboom.explore.design_space import DesignSpace
 from deboom.explore.seeds import generator
 from deboom.physics.arrays import RealArray
-from deboom.study.compressor_fleet import bar_of
+from deboom.study.compressor_fleet import FleetTruth, bar_of
 from deboom.study.compressor_mounts import Hoses, MountedFleet
 
 
@@ -68,11 +68,38 @@ def agreement(model: MountedFleet, space: DesignSpace, n: int, *, seed: int) -> 
         return None
     drawn = generator(seed, "agreement").uniform(space.lower, space.upper, (n, space.n_variables))
     designs = np.vstack([space.nominal, drawn])
-    case = model.index.case_names[0]
-    exact = model.fleet.truth.levels(
+    exact = _exact(model, model.fleet.truth, designs, model.index.case_names[0])
+    return Agreement(designs, model.index.levels(designs), exact)
+
+
+def exact_change(model: MountedFleet, today: RealArray, design: RealArray) -> RealArray | None:
+    """Return what a design truly changes: mean level of the lines, all cases.
+
+    Parameters
+    ----------
+    model : MountedFleet
+    today, design : array, shape (k,)
+        Mounts stand where they are drawn.
+
+    Returns
+    -------
+    array, shape (v,), or None
+        [dB]; None for cars that were measured.
+    """
+    if model.fleet.truth is None:
+        return None
+    total = np.zeros(len(model.index.response_names))
+    for case, weight in zip(model.index.case_names, model.index.weights, strict=True):
+        before, after = _exact(model, model.fleet.truth, np.stack([today, design]), case)
+        total += weight * (after - before).mean(axis=-1)
+    return total
+
+
+def _exact(model: MountedFleet, truth: FleetTruth, designs: RealArray, case: str) -> RealArray:
+    """Levels of the bench's coupled cars, shape (n, v, f) [dB(A)]."""
+    return truth.levels(
         model.index.variables.factors(designs),
         model.index.frequency,
-        bar_of([case])[case],
+        bar_of(case),
         with_hoses=model.question.hoses is Hoses.identified,
     )
-    return Agreement(designs, model.index.levels(designs), exact)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import tempfile
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -162,8 +162,8 @@ def virtual_fleet(seed: int, level: CalibrationLevel, fleet: int | None = None) 
     return CompressorFleet((replace(first, input_files=()), *others), (), truth)
 
 
-def bar_of(cases: Sequence[str]) -> Mapping[str, float]:
-    """Find the bench's pressure of each case [bar].
+def bar_of(case: str) -> float:
+    """Return the bench's pressure of a case [bar].
 
     Raises
     ------
@@ -171,10 +171,9 @@ def bar_of(cases: Sequence[str]) -> Mapping[str, float]:
         A pressure that the bench does not have.
     """
     known = {f"{pressure:g} bar": pressure for pressure in PRESSURES}
-    for case in cases:
-        if case not in known:
-            raise InputError(f"the bench has no sweep at {case}, only at {', '.join(known)}")
-    return {case: known[case] for case in cases}
+    if case not in known:
+        raise InputError(f"the bench has no sweep at {case}, only at {', '.join(known)}")
+    return known[case]
 
 
 def _struck(

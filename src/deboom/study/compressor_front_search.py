@@ -88,6 +88,11 @@ def compressor_front(
         No design keeps the limit on travel; counts that are no powers of two; seed 0.
     """
     space = model.question.space(model.index.variables)
+    if budget.checks < space.n_variables + 2:
+        raise InputError(
+            f"--checks {budget.checks}: a verification of {space.n_variables} variables that "
+            f"scatter needs at least {space.n_variables + 2} draws"
+        )
     sample = sobol_sample(space.n_variables, budget.samples, seed=seed)
     robust = RobustResponse(model.index, space, sample)
     allowed = budget.travel * float(model.statics(space.nominal[None])[0, 0])

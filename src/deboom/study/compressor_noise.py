@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 
 from threadpoolctl import threadpool_limits
@@ -17,7 +18,7 @@ from deboom.errors import InputError
 from deboom.files.electric_car import read_electric_car
 from deboom.measurement.wrench_noise_transfer import wrench_noise_transfer
 
-STEPS = 9
+STEPS = 8
 """Of `noise_of_car`, for progress."""
 
 
@@ -48,7 +49,7 @@ class NoisePlan:
     with_hoses: bool = True
     draws: int = 64
     seed: int = 1
-    identify: IdentifyOptions = IdentifyOptions(held_out=0)
+    identify: IdentifyOptions = field(default_factory=partial(IdentifyOptions, held_out=0))
 
     def __post_init__(self) -> None:
         if not 0 < self.band[0] < self.band[1]:

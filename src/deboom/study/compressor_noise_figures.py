@@ -27,10 +27,14 @@ if TYPE_CHECKING:
 
 LEVEL = "SPL [dB(A)]"
 MEASURED = "measured"
-SYNTHESISED, BY_MOUNTS, WITH_HOSES = "synthesised", "synthesised, mounts alone", "mounts and hoses"
+SYNTHESISED = "synthesised"
+BY_MOUNTS, WITH_HOSES = "synthesised, mounts alone", "synthesised, mounts and hoses"
 ALL = "all paths"
 TARGET = 3.0
 """Deviation of a level that is asked for [dB]."""
+NOTCH_DEPTH = 30.0
+"""Below the loudest line, from which a level is one of a notch [dB]."""
+NOTCH = f"a notch, {NOTCH_DEPTH:g} dB below the loudest line"
 SPREAD = (10.0, 50.0, 90.0)
 
 
@@ -76,9 +80,7 @@ def standard_hoses(noise: CarNoise) -> bytes:
             ranges |= {WITH_HOSES: (band.lower, band.upper)}
         curves |= {MEASURED: one.level(one.measured)}
         panels.append(
-            MaskedPanel(
-                f"{noise.car}, {one.sweep}", LEVEL, one.frequency, curves, ranges=ranges
-            )
+            MaskedPanel(f"{noise.car}, {one.sweep}", LEVEL, one.frequency, curves, ranges=ranges)
         )
     return masked_panels(panels, dashed=(MEASURED,))
 
@@ -101,7 +103,7 @@ def contributions(noise: CarNoise) -> bytes:
 
 
 def body_motion(noise: CarNoise) -> bytes:
-    """What leaving out the motion of the body costs, and what predicting it does."""
+    """Change of level where the motion of the body is left out, or predicted."""
     lowest = min(one.pressure for one in noise.sweeps)
     panels = []
     for one in noise.sweeps:
@@ -116,7 +118,7 @@ def body_motion(noise: CarNoise) -> bytes:
                         "body taken to stand still": one.level(one.still_body) - total,
                         "motion of the body predicted": one.level(one.predicted_body) - total,
                     },
-                    levels={"motion of the body measured": 0.0},
+                    masked={NOTCH: total < total.max() - NOTCH_DEPTH},
                 )
             )
     return masked_panels(panels)
@@ -130,10 +132,10 @@ def all_cars(cases: Sequence[CarNoise]) -> bytes:
         for place, name in enumerate(groups.values())
     }
     panels = []
-    for label, of in (
-        (f"soft hoses: peaks outside {words(MODES)}", _at_peaks),
-        (f"standard hoses modelled: {words(HOSE_BAND)}", _with_hoses),
-        (f"standard, mounts alone: {words(HOSE_BAND)}", _by_mounts),
+    for label, of, limit in (
+        (f"soft hoses: peaks outside {words(MODES)}", _at_peaks, TARGET),
+        (f"standard hoses modelled: {words(HOSE_BAND)}", _with_hoses, TARGET),
+        (f"standard, mounts alone: {words(HOSE_BAND)}", _by_mounts, None),
     ):
         values: dict[str, dict[str, RealArray]] = {case.car: {} for case in cases}
         for case in cases:
@@ -141,7 +143,8 @@ def all_cars(cases: Sequence[CarNoise]) -> bytes:
             if found.size:
                 values[case.car][groups[case.seed]] = found
         if all(values.values()):
-            panels.append(DotPanel(f"{label}\n|deviation| [dB]", values, TARGET, "asked for"))
+            said = "" if limit is None else f"asked for: {limit:g} dB"
+            panels.append(DotPanel(f"{label}\n|deviation| [dB]", values, limit, said))
     return dot_panels(panels, colours)
 
 
@@ -159,7 +162,7 @@ def hose_gain(gains: Sequence[HoseGain]) -> bytes:
                 lines,
                 {name: middle},
                 ranges={name: (low, high)},
-                levels={"no gain": 0.0, "thesis above 90 Hz, from": 5.0, "to": 10.0},
+                levels={"thesis, from 90 Hz on: 5 dB": 5.0, "to 10 dB": 10.0},
                 note=f"{len(every)} cars, hoses as drawn",
             )
         ]
@@ -188,8 +191,7 @@ def _in_hose_band(errors: Sequence[SweepErrors], *, by_mounts: bool) -> RealArra
         [
             np.percentile(np.abs(lines[high]), SPREAD[-1])
             for one in errors
-            if one.hoses is HoseState.STANDARD
-            and (high := in_band(one.frequency, HOSE_BAND)).any()
+            if one.hoses is HoseState.STANDARD and (high := in_band(one.frequency, HOSE_BAND)).any()
             for lines in [one.lines_by_mounts if by_mounts else one.lines]
         ],
         dtype=float,

@@ -131,10 +131,12 @@ def mount_table(there: RunningInCar) -> pd.DataFrame:
     """Show single mounts as found, and how well they are known."""
     shares = there.shares
     n = len(shares.drawn)
-    after = shares.deviations[:-1].reshape(n, 9)
     before = shares.prior_deviations[:-1].reshape(n, 9)
+    before = np.hstack([before[:, :6], np.hypot(before[:, 6:], shares.prior_deviations[-1])])
     rows: list[Row] = []
-    for mount, drawn, own, prior in zip(shares.mounts, shares.drawn, after, before, strict=True):
+    for mount, drawn, own, prior in zip(
+        shares.mounts, shares.drawn, shares.deviations, before, strict=True
+    ):
         for axis, place in zip("xyz", range(3), strict=True):
             rows.append(
                 {
@@ -196,11 +198,13 @@ def hose_table(there: RunningInCar) -> pd.DataFrame:
     return pd.DataFrame(rows)
 
 
-def peak_table(cases: Sequence[CarNoise]) -> pd.DataFrame:
-    """List all measured peaks with their synthesised partners."""
+def peak_table(cases: Sequence[CarNoise], only: HoseState | None = None) -> pd.DataFrame:
+    """List measured peaks with their synthesised partners, of sweeps with these hoses or all."""
     rows: list[Row] = []
     for case in cases:
         for errors in sweep_errors(case):
+            if only is not None and errors.hoses is not only:
+                continue
             rows += _peak_rows(errors, errors.peaks, ALL_PATHS)
             if errors.hoses is HoseState.STANDARD:
                 rows += _peak_rows(errors, errors.peaks_by_mounts, MOUNTS_ALONE)

@@ -18,7 +18,7 @@ from deboom.explore.sensitivity_inputs import SensitivityInputs
 from deboom.explore.sigma_shares import SigmaShares, sigma_shares
 from deboom.explore.sobol_indices import SobolIndices, sobol_indices
 from deboom.physics.arrays import RealArray
-from deboom.study.compressor_agreement import Agreement
+from deboom.study.compressor_agreement import Agreement, exact_change
 from deboom.study.compressor_mounts import MountedFleet, Parts
 from deboom.vehicles.booming_peaks import PeakChange, compare_peaks
 from deboom.vehicles.synthesis import mean_energy_level
@@ -27,6 +27,8 @@ FIRST_ORDER = 1.0
 """One cycle per turn: the lines are the rotational frequency."""
 NOTICEABLE = 0.1
 """Change of the mean level of the lines that counts as noticeable [dB]."""
+TRIED = 11
+"""Values of each stiffness that are tried for it."""
 TIGHTER = 0.5
 """A tighter tolerance, over today's [1]."""
 TODAY, BEST_MEAN, BEST_SIGMA, KNEE = "today", "best mean", "best sigma", "knee"
@@ -202,6 +204,11 @@ class CompressorFront:
         return self.chosen_names[int(np.argmax(self.sobol.total.mean(axis=1)))]
 
     @cached_property
+    def exact_change(self) -> RealArray | None:
+        """What best mean changes in the exact cars, shape (v,) [dB]; None where none are."""
+        return exact_change(self.model, self.space.nominal, self.best)
+
+    @cached_property
     def shares(self) -> SigmaShares:
         """Whose tolerance makes the scatter of best mean."""
         return sigma_shares(self._verified, self.best)
@@ -236,7 +243,7 @@ class CompressorFront:
     def indifference(self) -> RealArray:
         """Interval of each chosen variable around best mean without a noticeable change, (n, 2)."""
         change = NOTICEABLE * self.n_lines
-        both = np.column_stack(indifference_intervals(self.robust, self.best, change))
+        both = np.column_stack(indifference_intervals(self.robust, self.best, change, TRIED))
         return np.asarray(both[list(self.chosen)])
 
     @cached_property

@@ -210,11 +210,12 @@ def front_summary(study: CompressorFront) -> dict[str, Scalar]:
     rigid = np.abs(study.rigid_difference)
     summary["rigid_holders_median_db"] = float(np.median(rigid))
     summary["rigid_holders_p90_db"] = float(np.quantile(rigid, 0.9))
-    if study.agreement is not None:
+    if study.agreement is not None and study.exact_change is not None:
         errors = np.abs(study.agreement.peak_errors)
         predicted, exact = study.agreement.changes
         summary["peak_error_median_db"] = float(np.median(errors))
         summary["peak_error_p90_db"] = float(np.quantile(errors, 0.9))
+        summary["exact_mean_change_db"] = float(np.mean(study.exact_change))
         summary["change_error_rms_db"] = float(np.sqrt(np.mean((predicted - exact) ** 2)))
     summary["sigma_bias_percent"] = study.verification.sigma_bias_percent
     summary["mean_bias_db"] = study.verification.mean_bias * study.per_line

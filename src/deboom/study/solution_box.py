@@ -162,13 +162,18 @@ class BoxStudy:
         return np.asarray(1.0 - self.found.verified.by_response)
 
     @property
-    def ends_on_bounds(self) -> int:
-        """Ends of intervals with an effect that the bounds set, not the limit."""
+    def on_bounds(self) -> npt.NDArray[np.bool_]:
+        """Ends of intervals with an effect that the bounds set, not the limit, shape (2, k)."""
         span = self.question.upper - self.question.lower
         near = np.stack(
             [self.box.lower - self.question.lower, self.question.upper - self.box.upper]
         )
-        return int((near[:, self.effective] <= 1e-6 * span[self.effective]).sum())
+        return np.asarray((near <= 1e-6 * span) & self.effective)
+
+    @property
+    def ends_on_bounds(self) -> int:
+        """How many these are."""
+        return int(self.on_bounds.sum())
 
     @property
     def binding(self) -> str:

@@ -119,7 +119,7 @@ def _page(
             f"of ±{PERCENT * study.tolerance:g} % about the Pareto point, "
             f"{study.over_plain.volume:.3g} times the volume. {_bisection(study)} "
             "With wider bounds the intervals that lie on them would be wider still.",
-            tables=(Table(tables["boxes"], "Shares are those of the same independent parts."),),
+            tables=(_shares(tables["boxes"], "Shares are of the same independent parts."),),
         ),
     ]
     if "trade_off" in pictures:
@@ -129,7 +129,7 @@ def _page(
                 f"The limit could be lowered by {found.room:.2f} dB at most, where the box shrinks "
                 "to a point. Each box of the curve is verified as the one above.",
                 (_picture(pictures, "trade_off", _CURVE),),
-                (Table(_narrow(tables["curve"]), "Boxes over the limit."),),
+                (_shares(_narrow(tables["curve"]), "Boxes over the limit."),),
             )
         )
     return Page(
@@ -151,6 +151,13 @@ def _page(
     )
 
 
+_FINE = (
+    "share that keeps the limit [%]",
+    "at least, with confidence [%]",
+    "share [%]",
+    "share at least [%]",
+    "limit of the first vehicle [dB(A)]",
+)
 _BOX = "Interval of every direction, with today's stiffness and its ends beside it."
 _CURVE = (
     "Width of the box, what one tolerance keeps, and which vehicle's limit the parts of the box "
@@ -208,6 +215,10 @@ def _box(tables: Mapping[str, pd.DataFrame]) -> Table:
         "Directions that a vehicle depends on; the others have no requirement.",
         {"from [N/mm]": 0, "to [N/mm]": 0},
     )
+
+
+def _shares(frame: pd.DataFrame, caption: str) -> Table:
+    return Table(frame, caption, {name: 2 for name in frame.columns if name in _FINE})
 
 
 def _narrow(table: pd.DataFrame) -> pd.DataFrame:

@@ -36,6 +36,7 @@ def box_table(study: BoxStudy) -> pd.DataFrame:
             "half width [%]": PERCENT * 0.5 * box.width / box.centre,
             "from [N/mm]": np.where(free, box.lower * reference, NAN),
             "to [N/mm]": np.where(free, box.upper * reference, NAN),
+            "set by the limit": _set_by_the_limit(study),
             "today [N/mm]": reference,
             "one tolerance from [1]": plain.lower,
             "one tolerance to [1]": plain.upper,
@@ -195,6 +196,15 @@ def acceptance_box(study: BoxStudy) -> AcceptanceBox:
 def box_documents(study: BoxStudy) -> dict[str, dict[str, Any]]:
     """Return what other commands load: ``acceptance_box``."""
     return {"acceptance_box": box_document(acceptance_box(study))}
+
+
+def _set_by_the_limit(study: BoxStudy) -> list[str]:
+    """Ends that the limit sets; the others lie on the bounds that were searched."""
+    words = []
+    for on_bounds, effective in zip(study.on_bounds.T, study.effective, strict=True):
+        ends = [end for end, bound in zip(("from", "to"), on_bounds, strict=True) if not bound]
+        words.append(" and ".join(ends) if effective and ends else "neither")
+    return words
 
 
 def _or_words(ratio: float) -> float | str:

@@ -61,6 +61,8 @@ class StiffnessCurve:
         Of every line of the load cases, magnitude [unit of the label, N/mm].
     loss_factor : array, shape (n,)
         Of the same lines [1].
+    frequency, amplitude : array, shape (n,)
+        Of the same lines [Hz, m peak].
     n_first : int
         Of them, those of the first load case.
     curve_preload, curve_stiffness : array, shape (m,)
@@ -74,6 +76,8 @@ class StiffnessCurve:
     preload: RealArray
     stiffness: RealArray
     loss_factor: RealArray
+    frequency: RealArray
+    amplitude: RealArray
     n_first: int
     curve_preload: RealArray
     curve_stiffness: RealArray
@@ -183,22 +187,26 @@ def _curve(
     model: KinematicModel | None,
 ) -> StiffnessCurve:
     label = _label(study, model, channels)
-    preload, stiffness = [], []
+    preload, stiffness, frequency, amplitude = [], [], [], []
     for case, _ in study.load_cases:
         lines = _lines(study, case)
         torque = None if case.engine_torque is None else case.wheel_torque[lines]
-        frequency = case.displacement.frequency[lines]
-        preload.append(_preload(label, model, channels, torque, frequency))
+        frequency.append(case.displacement.frequency[lines])
+        preload.append(_preload(label, model, channels, torque, frequency[-1]))
         stiffness.append(_measured(case, channels, lines))
+        moved = np.abs(case.displacement.select(channels).values[lines])
+        amplitude.append(moved.mean(axis=1))
     values = np.concatenate(stiffness)
-    moved = np.isfinite(values)
+    known = np.isfinite(values)
     condition, x, k = _surface_curve(study, direction, channels, label, model)
     return StiffnessCurve(
         direction,
         label,
-        np.concatenate(preload)[moved],
-        np.abs(values[moved]) * N_PER_MM,
-        values[moved].imag / values[moved].real,
+        np.concatenate(preload)[known],
+        np.abs(values[known]) * N_PER_MM,
+        values[known].imag / values[known].real,
+        np.concatenate(frequency)[known],
+        np.concatenate(amplitude)[known],
         int(np.isfinite(stiffness[0]).sum()),
         x,
         np.abs(k) * N_PER_MM,

@@ -1,0 +1,112 @@
+"""The study of a compressor's mounts on a tiny budget, through the same door as a user."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+from openpyxl import load_workbook
+
+from deboom.compressor.mount_variables import mount_variables
+from deboom.errors import InputError
+from deboom.measurement.inertance_test import CompressorMount
+from deboom.study.compressor_mounts import Hoses, MountQuestion, Parts
+from deboom.study.runner import load_study, run_study
+
+STUDY = Path(__file__).parents[2] / "studies" / "compressor_robust_front.py"
+TINY = {
+    "generations": 3,
+    "population": 8,
+    "samples": 8,
+    "checks": 32,
+    "n": 16,
+    "line_step": 5.0,
+    "hoses": Hoses.identified,
+}
+
+
+@pytest.fixture(scope="module")
+def finished(tmp_path_factory):
+    """One run that several tests look at."""
+    return run_study(load_study(STUDY), tmp_path_factory.mktemp("results"), TINY)
+
+
+def summary_of(folder):
+    return json.loads((folder / "summary.json").read_text(encoding="utf-8"))
+
+
+def test_the_cars_become_quieter_within_the_travel_allowed(finished):
+    summary = summary_of(finished)
+    assert summary["mean_change_db"] < -0.5
+    assert all(summary[f"level_change_db_EV-{n}"] < 0 for n in range(1, 6))
+    assert summary["travel_ratio"] <= 1.2
+    assert summary["leading_stiffness"] == "mounts radial"
+
+
+def test_the_model_agrees_with_the_exact_cars(finished):
+    """Figures of the whole band, with room for another choice of lines."""
+    summary = summary_of(finished)
+    assert summary["peak_error_median_db"] < 0.3
+    assert summary["peak_error_p90_db"] < 1.0
+    assert summary["change_error_rms_db"] < 0.2
+    # holders that stand still are the larger error
+    assert summary["rigid_holders_p90_db"] > summary["peak_error_median_db"]
+
+
+def test_front_and_summary_agree(finished):
+    front, picks = (pd.read_csv(finished / f"{name}.csv") for name in ("front", "picks"))
+    best = picks.set_index("design").loc["best mean"]
+    assert front["mean level [dB(A)]"].min() == pytest.approx(best["mean level [dB(A)]"])
+    assert best["change [dB]"] == pytest.approx(summary_of(finished)["mean_change_db"])
+    assert len(front) == summary_of(finished)["n_front"]
+
+
+def test_the_supplier_gets_limits_and_importance(finished):
+    wanted = pd.read_csv(finished / "requirements.csv").set_index("requirement")
+    assert list(wanted.index) == ["mounts axial", "mounts radial", "places"]
+    radial = wanted.loc["mounts radial"]
+    assert radial["at least [N/mm]"] == pytest.approx(0.85 * radial["wanted [N/mm]"])
+    assert radial["importance [1]"] > wanted.loc["mounts axial", "importance [1]"]
+    assert wanted["share of sigma [%]"].sum() == pytest.approx(100, abs=5)
+    assert radial["sigma with half the tolerance [%]"] < 0
+    book = load_workbook(finished / "supplier_sheet.xlsx", read_only=True)
+    assert book.sheetnames == ["requirement", "effect", "designs", "conditions"]
+    sheet = (finished / "supplier_sheet.html").read_text(encoding="utf-8")
+    assert "mounts radial" in sheet
+    assert "at most 1.2 times" in sheet
+
+
+def test_own_parts_scatter_on_their_own():
+    mounts = [CompressorMount(f"mount {n}", np.ones(3), np.zeros(3), np.ones(3)) for n in (1, 2)]
+    question = MountQuestion(Parts.own, Hoses.none, (20.0, 140.0), 2.0, {}, 0.3, 0.1, 0.5, 2.0)
+    variables = mount_variables(mounts, identical=False, pieces=False, places=True)
+    space = question.space(variables)
+    np.testing.assert_allclose(space.tolerance, [0.1] * 4 + [0.02] * 6)
+    np.testing.assert_allclose(space.upper - space.lower, [0.6] * 4 + [0.0] * 6)
+    assert question.lines.size == 61
+
+
+def test_a_batch_and_its_pieces_scatter_as_one_part():
+    mounts = [CompressorMount(f"mount {n}", np.ones(3), np.zeros(3), np.ones(3)) for n in (1, 2)]
+    question = MountQuestion(
+        Parts.identical, Hoses.none, (20.0, 140.0), 2.0, {}, 0.3, 0.15, 0.2, 0.0
+    )
+    variables = mount_variables(mounts, identical=True, pieces=True, places=False)
+    variance = question.space(variables).tolerance ** 2
+    np.testing.assert_allclose(variance[:2], 0.2 * 0.15**2)
+    np.testing.assert_allclose(variance[2:], 0.8 * 0.15**2)
+
+
+def test_questions_without_sense_are_refused():
+    good = (Parts.own, Hoses.none, (20.0, 140.0), 2.0, {}, 0.4, 0.15, 0.5, 1.0)
+    for place, value in ((5, 1.0), (6, 0.0), (7, 1.5), (8, 200.0), (3, 0.0)):
+        wrong = list(good)
+        wrong[place] = value
+        with pytest.raises(InputError):
+            MountQuestion(*wrong)
+
+
+def test_a_folder_that_is_no_car_is_refused(tmp_path):
+    with pytest.raises(InputError, match=r"car\.toml"):
+        run_study(load_study(STUDY), tmp_path, {**TINY, "cars": [tmp_path]})

@@ -1,0 +1,127 @@
+"""Designs of mounts: which number is what, and what is refused."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from deboom.compressor.cabin_index import CabinIndex
+from deboom.compressor.car_seam import BodySide, car_seam, free_compressor
+from deboom.compressor.mount_variables import DATUM, MountVariables, mount_variables
+from deboom.compressor.unbalance_load import RotationSense
+from deboom.errors import InputError
+from deboom.measurement.inertance_test import CompressorMount
+from deboom.study.compressor_pressures import weighted_pressures, weights_of
+
+LINES = np.array([30.0, 60.0])
+
+
+def two_mounts():
+    return tuple(
+        CompressorMount(f"mount {n}", np.array([0.1 * n, 0, 0.05]), np.zeros(3), np.full(3, 1e4))
+        for n in (1, 2)
+    )
+
+
+def small_index():
+    random = np.random.default_rng(1)
+    load = random.standard_normal((2, 6)) + 0j
+    free = free_compressor(np.eye(6), 0.0, RotationSense.POSITIVE, LINES, {"a": load, "b": load})
+    body = BodySide(
+        "EV", LINES, ("mount 1", "mount 2"), np.zeros((2, 12, 12)), np.ones((2, 12)) + 0j
+    )
+    places = np.array([mount.position for mount in two_mounts()])
+    seam = car_seam(free, places, body)
+    variables = mount_variables(two_mounts(), identical=True, pieces=False, places=False)
+    return CabinIndex(variables, two_mounts(), np.full(2, 1.2 + 0.1j), (seam,), (1.0, 2.0))
+
+
+def test_identical_parts_share_and_pieces_differ():
+    variables = mount_variables(two_mounts(), identical=True, pieces=True, places=False)
+    assert variables.names == (
+        "mounts axial",
+        "mounts radial",
+        "mount 1 axial piece",
+        "mount 1 radial piece",
+        "mount 2 axial piece",
+        "mount 2 radial piece",
+    )
+    factors = variables.factors(np.array([[0.5, 2.0, 1.1, 1.0, 1.0, 0.9]]))
+    np.testing.assert_allclose(factors, [[0.55, 2.0, 2.0, 0.5, 1.8, 1.8]])
+
+
+def test_own_parts_and_places():
+    variables = mount_variables(two_mounts(), identical=False, pieces=False, places=True)
+    assert variables.names[:2] == ("mount 1 axial", "mount 1 radial")
+    assert variables.names[4:] == tuple(f"mount {n} {axis}" for n in (1, 2) for axis in "xyz")
+    assert variables.units == ("1",) * 4 + ("mm",) * 6
+    design = np.array([[1.0, 1.0, 1.0, 1.0, *np.full(6, DATUM)]])
+    np.testing.assert_array_equal(variables.offsets(design), np.zeros((1, 6)))
+    design[0, 5] += 2.0
+    np.testing.assert_allclose(variables.offsets(design), [[0, 2e-3, 0, 0, 0, 0]], atol=1e-15)
+
+
+def test_designs_that_are_none_are_refused():
+    variables = mount_variables(two_mounts(), identical=True, pieces=False, places=False)
+    with pytest.raises(InputError, match=r"expected \(n, 2\)"):
+        variables.checked(np.ones((1, 3)))
+    with pytest.raises(InputError, match="not finite"):
+        variables.checked(np.array([[1.0, np.nan]]))
+    with pytest.raises(InputError, match="not positive"):
+        variables.checked(np.array([[1.0, 0.0]]))
+
+
+def test_variables_that_contradict_each_other_are_refused():
+    variables = mount_variables(two_mounts(), identical=False, pieces=False, places=True)
+    with pytest.raises(InputError, match="either multiplies"):
+        replace(variables, moved=variables.moved | variables.scaled)
+    twice = np.array(variables.moved)
+    twice[5] = twice[4]
+    with pytest.raises(InputError, match="one variable"):
+        replace(variables, moved=twice)
+    with pytest.raises(InputError, match="name and a unit"):
+        replace(variables, units=("1",))
+    with pytest.raises(InputError, match="three columns per mount"):
+        MountVariables(("a",), ("1",), np.ones((1, 4)), np.zeros((1, 4)))
+
+
+def test_an_index_of_things_that_do_not_fit_is_refused():
+    index = small_index()
+    assert index.response_names == ("EV",)
+    assert index.weights == pytest.approx((1 / 3, 2 / 3))
+    with pytest.raises(InputError, match="two cars"):
+        replace(index, seams=index.seams * 2)
+    with pytest.raises(InputError, match="at least one car"):
+        replace(index, seams=())
+    with pytest.raises(InputError, match="one each"):
+        replace(index, weights=(1.0,))
+    with pytest.raises(InputError, match="one above 0"):
+        replace(index, weights=(0.0, 0.0))
+    with pytest.raises(InputError, match="gain"):
+        replace(index, gain=np.ones(3))
+    other = replace(index.seams[0], car="other", frequency=LINES + 1)
+    with pytest.raises(InputError, match="different lines or cases"):
+        replace(index, seams=(index.seams[0], other))
+    with pytest.raises(InputError, match="no case 'c'"):
+        index.levels(np.ones((1, 2)), "c")
+    three = mount_variables(
+        two_mounts() * 1 + two_mounts()[:1], identical=True, pieces=False, places=False
+    )
+    with pytest.raises(InputError, match="variables of 3"):
+        replace(index, variables=three)
+
+
+def test_a_body_without_a_point_is_refused():
+    with pytest.raises(InputError, match="12 loads"):
+        BodySide("EV", LINES, ("a", "b"), np.zeros((2, 12, 12)), np.zeros((2, 6)))
+
+
+def test_pressures_as_they_are_typed():
+    assert weighted_pressures(["7.5=2", "13.50"]) == {"7.5 bar": 2.0, "13.5 bar": 1.0}
+    assert weighted_pressures(None) == {}
+    for wrong in (["high"], ["7.5=0"], ["7.5", "7.50"], ["7.5=x"]):
+        with pytest.raises(InputError, match="BAR=WEIGHT"):
+            weighted_pressures(wrong)
+    assert weights_of({}, ["7.5 bar"]) == {"7.5 bar": 1.0}
+    with pytest.raises(InputError, match=r"no sweep at 9 bar was measured, only at 7\.5 bar"):
+        weights_of({"9 bar": 1.0}, ["7.5 bar"])

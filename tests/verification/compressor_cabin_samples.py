@@ -1,0 +1,109 @@
+"""Cabin index of the bench's exact cars: nothing measured, nothing identified."""
+
+from functools import cache
+
+import numpy as np
+
+from deboom.bench.compressor_operation import operation
+from deboom.bench.compressor_plan import CalibrationLevel
+from deboom.bench.electric_body import MOUNTS, POINTS
+from deboom.bench.electric_car_writer import CAR_PLAN
+from deboom.bench.electric_fleet import frozen_fleet
+from deboom.compressor.cabin_index import CabinIndex
+from deboom.compressor.car_seam import BodySide, car_seam, free_compressor
+from deboom.compressor.hose_beams import HoseMatrices
+from deboom.compressor.mount_variables import mount_variables
+from deboom.compressor.unbalance_load import RotationSense
+from deboom.measurement.inertance_test import CompressorMount
+
+LINES = np.arange(20.0, 141.0, 10.0)
+CASES = {"7.5 bar": 1.0, "13.5 bar": 1.6}
+
+
+@cache
+def there():
+    """Compressor, hoses and source of the bench."""
+    return operation(1, CalibrationLevel.C2, CAR_PLAN)
+
+
+@cache
+def cars():
+    return tuple(frozen_fleet().cars.values())
+
+
+def mounts():
+    compressor = there().laboratory.compressor
+    rows = zip(
+        MOUNTS,
+        compressor.positions,
+        compressor.rotations,
+        compressor.stiffness,
+        strict=True,
+    )
+    return tuple(CompressorMount(*row) for row in rows)
+
+
+def running():
+    compressor, source = there().laboratory.compressor, there().source
+    return free_compressor(
+        compressor.mass_matrix,
+        source.rotor_inertia,
+        RotationSense(source.sense),
+        LINES,
+        {name: source.load(LINES, factor) for name, factor in CASES.items()},
+    )
+
+
+def body_of(car, *, with_hoses=False):
+    points = POINTS if with_hoses else MOUNTS
+    n = 6 * len(points)
+    return BodySide(
+        car.name,
+        LINES,
+        points,
+        car.receptance(LINES)[:, :n, :n],
+        car.noise_transfer(LINES)[:, :n],
+    )
+
+
+def matrices_of(hoses):
+    """Exact matrices of the bench's hoses in the compressor room's own form."""
+    n = len(hoses)
+    point = np.zeros((LINES.size, 6, 6), dtype=complex)
+    transfer = np.zeros((LINES.size, 6 * n, 6), dtype=complex)
+    body = np.zeros((LINES.size, 6 * n, 6 * n), dtype=complex)
+    for number, hose in enumerate(hoses):
+        stiffness, rows = hose.stiffness(LINES), slice(6 * number, 6 * number + 6)
+        point += stiffness[:, :6, :6]
+        transfer[:, rows] = -stiffness[:, 6:, :6]
+        body[:, rows, rows] = stiffness[:, 6:, 6:]
+    return HoseMatrices(LINES, tuple(hose.name for hose in hoses), point, transfer, body)
+
+
+def index_of(*, with_hoses=False, rigid=False, identical=False, places=True, weights=(1.0, 3.0)):
+    """Index of all frozen cars."""
+    compressor = there().laboratory.compressor
+    hoses = matrices_of(compressor.hoses) if with_hoses else None
+    bodies = [body_of(car, with_hoses=with_hoses) for car in cars()]
+    return CabinIndex(
+        mount_variables(mounts(), identical=identical, pieces=identical, places=places),
+        mounts(),
+        compressor.gain_at(LINES),
+        tuple(
+            car_seam(
+                running(),
+                compressor.positions,
+                body.rigid() if rigid else body,
+                hoses,
+            )
+            for body in bodies
+        ),
+        weights,
+    )
+
+
+def some_designs(index, n, *, seed, place_mm=0.0):
+    """Factors from 0.6 to 1.4, mounts up to `place_mm` off."""
+    random, moved = np.random.default_rng(seed), index.variables.moved.any(axis=1)
+    factors = random.uniform(0.6, 1.4, (n, moved.size))
+    return np.where(moved, 100.0 + random.uniform(-place_mm, place_mm, factors.shape), factors)

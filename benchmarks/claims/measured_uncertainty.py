@@ -80,7 +80,7 @@ def claims() -> list[Claim]:
                     f"{words}: coverage of the 90 % interval, {quantity}, {REPLICATES} replicates "
                     "[%]",
                     "85 to 95",
-                    f"{share:.1f} (± {error:.1f}), half width {width:.2f} dB",
+                    f"{share:.1f} (± {error:.1f}), half width {width:.3f} dB",
                     85.0 <= share <= 95.0,
                 )
             )

@@ -87,7 +87,7 @@ def decimals(uncertainty: float) -> int:
 
 def _place(verdict: Verdict) -> str:
     """Name the characteristic, and the line that decides where it has several."""
-    if not verdict.line or "–" not in verdict.name:
+    if not verdict.line or "–" not in verdict.name or verdict.doubt:
         return verdict.name
     return f"{verdict.name}; decided at {verdict.line:.3g} Hz"
 
@@ -111,14 +111,18 @@ def open_points(verdicts: Sequence[Verdict]) -> pd.DataFrame:
     Returns
     -------
     DataFrame
-        One row per limit that is undecided.
+        One row per remedy, with the limits that it would decide.
     """
-    rows = [
-        {"not decided": _place(verdict), "what would decide it": _remedy(verdict)}
-        for verdict in verdicts
-        if verdict.decision is Decision.UNDECIDED
-    ]
-    return pd.DataFrame(rows, columns=["not decided", "what would decide it"])
+    by_remedy: dict[str, list[str]] = {}
+    for verdict in verdicts:
+        if verdict.decision is Decision.UNDECIDED:
+            by_remedy.setdefault(_remedy(verdict), []).append(_place(verdict))
+    return pd.DataFrame(
+        {
+            "not decided": ["; ".join(names) for names in by_remedy.values()],
+            "what would decide it": list(by_remedy),
+        }
+    )
 
 
 def _remedy(verdict: Verdict) -> str:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pandas as pd
 
+from deboom.study.made_parts import MadeParts
 from deboom.study.motion_report import factor_name, motion_name
 from deboom.study.specification_sheet import (
     CONFIDENCE,
@@ -122,7 +123,8 @@ def promise_table(sheet: SpecificationSheet) -> pd.DataFrame:
             f"{found['part_numbers_min']} instead of {found['part_numbers_own']}; sharing costs "
             f"{found['price_db']:.2f} dB in the mean, {found['price_worst_db']:.2f} dB at most"
         )
-    items["a factor"] = f"{factor_name(study.motion_index)}, motion {motion_name(study.index)}"
+    items["scatter of parts"] = MadeParts(study.space, study.model.structure).text
+    items["a factor"] = f"{factor_name(study.motion_index)}, motion {motion_name(study.motion_index)}"
     items["run of the front"] = f"{study.run.entry.name}, {study.pick.value.replace('-', ' ')}"
     return pd.DataFrame({"item": list(items), "value": list(items.values())})
 
@@ -194,8 +196,8 @@ def missing_table(sheet: SpecificationSheet) -> pd.DataFrame:
         rows.append(
             (
                 "what pieces of a batch and axes of a piece have in common",
-                "deboom run studies/u06_robust_front.py --parts FILE",
-                "RUN itself",
+                "the study of the front with --parts FILE",
+                "a new RUN",
             )
         )
     return pd.DataFrame(rows, columns=["missing", "comes from", "goes to"])

@@ -114,7 +114,7 @@ def masked_panels(
         grid = figure.subplots(rows, columns, squeeze=False).ravel()
         for place, (axes, panel) in enumerate(zip(grid, panels, strict=False)):
             _draw(axes, panel, colour, hatch, dashed)
-            if place < columns:
+            if place < columns or _span(panel) != _span(panels[place - columns]):
                 rpm_axis(axes, order, "rotor speed [rpm]")
             if place + columns >= len(panels):
                 axes.set_xlabel("frequency [Hz]")
@@ -188,6 +188,11 @@ def _draw(
     axes.set_title(panel.title, loc="left", fontweight="bold")
     if panel.note:
         axes.set_title(panel.note, loc="right", fontsize=8.0, color=INK)
+
+
+def _span(panel: MaskedPanel) -> tuple[float, float]:
+    lines = np.asarray(panel.frequency, dtype=float)
+    return float(lines[0]), float(lines[-1])
 
 
 def _plain_logarithmic(axes: Axes) -> None:

@@ -1,0 +1,170 @@
+"""The specification sheet as a part of the supplier's page."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+import pandas as pd
+
+from deboom.report.page import Section, Table
+from deboom.study.specification_sheet import SAMPLE, SpecificationSheet, SpecifiedDirection
+from deboom.study.specification_tables import (
+    DIRECTIONS,
+    MISSING,
+    PARTS,
+    PERCENT,
+    PROMISE,
+    RATIO_ONLY,
+)
+from deboom.study.supplier_study import Need
+
+TITLE = "Specification sheet"
+INTERVAL = (
+    "direction",
+    "requirement",
+    "at least [N/mm]",
+    "at most [N/mm]",
+    "at least, of today's [%]",
+    "at most, of today's [%]",
+    "end that the limit sets",
+    "best value [N/mm]",
+    "today ± 90 % [%]",
+)
+CONDITION = (
+    "direction",
+    "preload",
+    "preload, value",
+    "frequency [Hz]",
+    "amplitude, peak [µm]",
+    "there, today [N/mm]",
+    "there, at least [N/mm]",
+    "there, at most [N/mm]",
+    "there, loss factor [1]",
+)
+SCATTER = (
+    "direction",
+    "tolerance wanted ± [%]",
+    "best value with tolerance inside",
+    "Cpk of the process at least [1]",
+    f"Cpk of {SAMPLE} parts at least [1]",
+    "sigma saved per % tighter [0.001 dB]",
+    "sigma saved per unit of cost [0.001 dB]",
+)
+_ROUNDED = {"at least, of today's [%]": 1, "at most, of today's [%]": 1}
+
+
+def specification_section(
+    sheet: SpecificationSheet, tables: Mapping[str, pd.DataFrame]
+) -> Section:
+    """Compose the section from the tables of the sheet.
+
+    Parameters
+    ----------
+    sheet : SpecificationSheet
+    tables : mapping of str to DataFrame
+        See `deboom.study.specification_tables.specification_tables`.
+    """
+    whole = tables[DIRECTIONS]
+    shown = [
+        _table(whole, INTERVAL, "Interval of every direction, and the best value of the front."),
+        _table(
+            whole,
+            CONDITION,
+            "One state of the load case to measure at: today's stiffness there and the same "
+            "interval. Measure parts there and divide by today's.",
+        ),
+        _table(whole, SCATTER, "Scatter about the best value, and what the process must show."),
+        Table(tables[PROMISE], "What the intervals promise, and what they follow from."),
+        Table(tables[PARTS], "Part numbers, their pieces and vehicles."),
+    ]
+    if len(tables[MISSING]):
+        shown.append(Table(tables[MISSING], "Not on this sheet, and where it comes from."))
+    return Section(TITLE, "\n\n".join(filter(None, _texts(sheet))), tables=tuple(shown))
+
+
+def _table(whole: pd.DataFrame, columns: tuple[str, ...], caption: str) -> Table:
+    """Return those columns that say anything."""
+    said = [name for name in columns if not _empty(whole[name])]
+    rounded = {name: 0 for name in said if name.endswith("[N/mm]")}
+    return Table(whole[said], caption, rounded)
+
+
+def _empty(column: pd.Series) -> bool:
+    return bool((column.isna() | (column == "–")).all())
+
+
+def _texts(sheet: SpecificationSheet) -> list[str]:
+    return [
+        _interval_text(sheet),
+        _beyond_text(sheet),
+        _part_text(sheet),
+        _free_text(sheet),
+    ]
+
+
+def _interval_text(sheet: SpecificationSheet) -> str:
+    if sheet.sources.box is None:
+        return (
+            "There is no acceptance box on this sheet, so it has the best value of the front with "
+            "its tolerance, but no interval that deliveries can be held against."
+        )
+    words = (
+        "A part is accepted if every direction lies between at least and at most, whatever the "
+        "others are. Stiffness is the magnitude of the dynamic stiffness of one piece, mean over "
+        "the lines of the load case; as a share of today's part the same interval holds at every "
+        "preload, frequency and amplitude. An end at the edge of the search is no demand of the "
+        "noise: further out nothing was looked for."
+    )
+    own = [one.direction.name for one in sheet.directions if one.direction.need is Need.unknown]
+    if own:
+        words += (
+            f" {RATIO_ONLY.capitalize()}: {', '.join(own)}. Today's stiffness is not known well "
+            "enough there to write N/mm; measure a part of today and yours on the same machine."
+        )
+    return words
+
+
+def _beyond_text(sheet: SpecificationSheet) -> str:
+    """Name the directions whose tolerance about the best value reaches beyond their interval."""
+    beyond = [_beyond(one) for one in sheet.directions if one.scatter_fits is False]
+    if not beyond:
+        return ""
+    return (
+        f"Best value and tolerance do not fit into the interval: {'; '.join(beyond)}. Aim for the "
+        "middle of the interval or make these more exactly."
+    )
+
+
+def _beyond(one: SpecifiedDirection) -> str:
+    low, high = one.ends
+    middle, half = 0.5 * (low + high), (high - low) / (high + low)
+    return (
+        f"{one.direction.name} ({one.best * one.today:.0f} N/mm ± {PERCENT * one.tolerance:.0f} %; "
+        f"the middle is {middle * one.today:.0f} N/mm ± {PERCENT * half:.0f} %)"
+    )
+
+
+def _part_text(sheet: SpecificationSheet) -> str:
+    words = (
+        "Left and right pieces of a mount have one part number, and each piece is judged by "
+        "itself. State batch and serial number of every measured part, and the uncertainty of "
+        "your measurement (expanded, 95 %): it is taken off the interval at both ends (ISO "
+        "14253-1)."
+    )
+    asked = [one.capability for one in sheet.directions if np.isfinite(one.capability)]
+    if sheet.sources.box is not None and asked:
+        words += (
+            f" The Cpk per direction leaves {PERCENT * sheet.sources.box.box.share_stated:g} % of "
+            f"the pieces inside in all of them; {SAMPLE} measured parts must show the larger one."
+        )
+    return words
+
+
+def _free_text(sheet: SpecificationSheet) -> str:
+    free = [one.direction.name for one in sheet.directions if one.direction.need is Need.nothing]
+    named = f" {', '.join(free)} (no vehicle depends on them)," if free else ""
+    return (
+        f"Not required:{named} a loss factor other than today's, a static stiffness, a level in "
+        "any vehicle. Strength, durability and static travel are matters of other sheets."
+    )

@@ -23,6 +23,16 @@ def report(
         bool, typer.Option("--anonymous", help="Vehicles are letters; a name left is refused.")
     ] = False,
     design: Annotated[Pick, typer.Option(help="Of the front, that is wanted.")] = Pick.best_mean,
+    box: Annotated[
+        Path | None,
+        typer.Option(help="Acceptance box, or the run of solution_box: for the specification."),
+    ] = None,
+    tolerances: Annotated[
+        Path | None, typer.Option(help="Run of tolerance_allocation for RUN: likewise.")
+    ] = None,
+    sharing: Annotated[
+        Path | None, typer.Option(help="Run of commonality, same platform: likewise.")
+    ] = None,
     studies: Annotated[Path, typer.Option(help="Folder with the study scripts.")] = Path("studies"),
     out: Annotated[
         Path | None, typer.Option(help="Folder for the files; by default RUN, and RUN/supplier.")
@@ -31,7 +41,9 @@ def report(
     """Write further pages from a finished run: for a mount supplier, or to explore its front.
 
     --supplier: for every mount and axis today's and the wanted stiffness, its tolerance, what it
-    brings, and how sure that is; a page and a workbook. --interactive: one page to brush designs
+    brings, and how sure that is; a page and a workbook. With --box, --tolerances and --sharing its
+    specification sheet has acceptance intervals, allocated tolerances and shared part numbers; what
+    is missing there is named with the study that gives it. --interactive: one page to brush designs
     in, pin two and read their stiffness. The model is built again from the run's options; edited
     files are refused.
     """
@@ -49,11 +61,14 @@ def report(
                 raise InputError("--anonymous belongs to --supplier: no other page hides names")
             if mount and not supplier:
                 raise InputError("--mount belongs to --supplier: the other page has all mounts")
+            if (box or tolerances or sharing) and not supplier:
+                raise InputError("--box, --tolerances and --sharing belong to --supplier")
             from deboom.study.interactive_front import write_interactive_page
 
             typer.echo(write_interactive_page(run, studies=studies, out=out).as_posix())
         if not supplier:
             return
+        from deboom.study.specification_sources import SpecificationFiles
         from deboom.study.supplier_report import supplier_report
 
         for path in supplier_report(
@@ -63,5 +78,6 @@ def report(
             out=out,
             studies=studies,
             pick=design,
+            pieces=SpecificationFiles(box, tolerances, sharing),
         ):
             typer.echo(path.as_posix())

@@ -59,5 +59,3 @@ def test_what_is_open_comes_with_what_would_decide_it():
     assert table["dynamic stiffness rz, 20 Hz"].startswith("The value lies on its limit")
     assert table["dynamic stiffness y, 20 Hz"] == "Hoses on."
     assert open_points(VERDICTS[:1]).empty
-    twice = open_points((*VERDICTS[-1:], *VERDICTS[-1:]))
-    assert twice["not decided"].tolist() == ["; ".join([VERDICTS[-1].name] * 2)]

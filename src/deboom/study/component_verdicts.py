@@ -111,18 +111,14 @@ def open_points(verdicts: Sequence[Verdict]) -> pd.DataFrame:
     Returns
     -------
     DataFrame
-        One row per remedy, with the limits that it would decide.
+        One row per limit that is undecided.
     """
-    by_remedy: dict[str, list[str]] = {}
-    for verdict in verdicts:
-        if verdict.decision is Decision.UNDECIDED:
-            by_remedy.setdefault(_remedy(verdict), []).append(_place(verdict))
-    return pd.DataFrame(
-        {
-            "not decided": ["; ".join(names) for names in by_remedy.values()],
-            "what would decide it": list(by_remedy),
-        }
-    )
+    rows = [
+        {"not decided": _place(verdict), "what would decide it": _remedy(verdict)}
+        for verdict in verdicts
+        if verdict.decision is Decision.UNDECIDED
+    ]
+    return pd.DataFrame(rows, columns=["not decided", "what would decide it"])
 
 
 def _remedy(verdict: Verdict) -> str:

@@ -54,8 +54,8 @@ def virtual_result(runs: VirtualRuns, *, with_figures: bool = True) -> StudyResu
     section = Section(
         "All virtual compressors, against their truth",
         "Every compressor was measured twice: mounts in operation as struck, and with real part "
-        "−10\u00a0%, imaginary part +10\u00a0% of their stiffness. The first one also with mounts that "
-        "soften with their amplitude, under the hammer as in operation, and on a flexible "
+        "−10\u00a0%, imaginary part +10\u00a0% of their stiffness. The first one also with mounts "
+        "that soften with their amplitude, under the hammer as in operation, and on a flexible "
         "receiver with a mode inside the band. Errors are rms over lines, sweeps, y and z, "
         "relative to the true unbalance; the truth includes the rotating gas force. Global: error "
         "of the fit over all lines and both pressures. Medians over the compressors.",

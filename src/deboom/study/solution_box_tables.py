@@ -199,7 +199,7 @@ def box_documents(study: BoxStudy) -> dict[str, dict[str, Any]]:
 
 
 def _set_by_the_limit(study: BoxStudy) -> list[str]:
-    """Ends that the limit sets; the others lie on the bounds that were searched."""
+    """Name the ends that the limit sets; the others lie on the bounds that were searched."""
     words = []
     for on_bounds, effective in zip(study.on_bounds.T, study.effective, strict=True):
         ends = [end for end, bound in zip(("from", "to"), on_bounds, strict=True) if not bound]

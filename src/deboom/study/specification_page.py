@@ -17,29 +17,30 @@ from deboom.study.specification_tables import (
     PROMISE,
     RATIO_ONLY,
 )
+from deboom.study.supplier_curves import STATIC_FORCE, WHEEL_TORQUE
 from deboom.study.supplier_study import Need
 
 TITLE = "Specification sheet"
 INTERVAL = (
     "direction",
     "requirement",
-    "at least [N/mm]",
-    "at most [N/mm]",
-    "at least, of today's [%]",
-    "at most, of today's [%]",
-    "end that the limit sets",
+    "accepted from [N/mm]",
+    "accepted to [N/mm]",
+    "from, of today's [%]",
+    "to, of today's [%]",
+    "set by the limit",
     "best value [N/mm]",
     "today ± 90 % [%]",
 )
 CONDITION = (
     "direction",
-    "preload",
-    "preload, value",
+    STATIC_FORCE,
+    WHEEL_TORQUE,
     "frequency [Hz]",
     "amplitude, peak [µm]",
     "there, today [N/mm]",
-    "there, at least [N/mm]",
-    "there, at most [N/mm]",
+    "there, from [N/mm]",
+    "there, to [N/mm]",
     "there, loss factor [1]",
 )
 SCATTER = (
@@ -51,12 +52,9 @@ SCATTER = (
     "sigma saved per % tighter [0.001 dB]",
     "sigma saved per unit of cost [0.001 dB]",
 )
-_ROUNDED = {"at least, of today's [%]": 1, "at most, of today's [%]": 1}
 
 
-def specification_section(
-    sheet: SpecificationSheet, tables: Mapping[str, pd.DataFrame]
-) -> Section:
+def specification_section(sheet: SpecificationSheet, tables: Mapping[str, pd.DataFrame]) -> Section:
     """Compose the section from the tables of the sheet.
 
     Parameters
@@ -69,7 +67,7 @@ def specification_section(
     shown = [
         _table(whole, INTERVAL, "Interval of every direction, and the best value of the front."),
         _table(
-            whole,
+            whole[whole["frequency [Hz]"].notna()],
             CONDITION,
             "One state of the load case to measure at: today's stiffness there and the same "
             "interval. Measure parts there and divide by today's.",
@@ -109,13 +107,20 @@ def _interval_text(sheet: SpecificationSheet) -> str:
             "There is no acceptance box on this sheet, so it has the best value of the front with "
             "its tolerance, but no interval that deliveries can be held against."
         )
+    box = sheet.sources.box.box
     words = (
-        "A part is accepted if every direction lies between at least and at most, whatever the "
-        "others are. Stiffness is the magnitude of the dynamic stiffness of one piece, mean over "
-        "the lines of the load case; as a share of today's part the same interval holds at every "
-        "preload, frequency and amplitude. An end at the edge of the search is no demand of the "
-        "noise: further out nothing was looked for."
+        "A part is accepted if every direction lies in its interval, whatever the others are; this "
+        "decides, not the tolerance band above. Stiffness is the magnitude of the dynamic "
+        "stiffness of one piece, mean over the lines of the load case; as a share of today's part "
+        "the interval holds at every preload, frequency and amplitude. Ends that the limit does "
+        "not set are where the search ended: the noise asks for nothing there."
     )
+    worst = min(box.responses, key=lambda one: one.share)
+    if not box.together and worst.share < box.share_stated:
+        words += (
+            f" The promised share counts parts and vehicles together: in {sheet.names(worst.name)} "
+            f"alone {PERCENT * worst.share:.0f} % of the parts keep the limit."
+        )
     own = [one.direction.name for one in sheet.directions if one.direction.need is Need.unknown]
     if own:
         words += (
@@ -127,13 +132,21 @@ def _interval_text(sheet: SpecificationSheet) -> str:
 
 def _beyond_text(sheet: SpecificationSheet) -> str:
     """Name the directions whose tolerance about the best value reaches beyond their interval."""
-    beyond = [_beyond(one) for one in sheet.directions if one.scatter_fits is False]
-    if not beyond:
-        return ""
-    return (
-        f"Best value and tolerance do not fit into the interval: {'; '.join(beyond)}. Aim for the "
-        "middle of the interval or make these more exactly."
-    )
+    beyond = [one for one in sheet.directions if one.scatter_fits is False]
+    by_limit = [one for one in beyond if one.set_by_limit != "neither"]
+    others = [one.direction.name for one in beyond if one not in by_limit]
+    words = []
+    if by_limit:
+        words.append(
+            "Best value and tolerance do not fit into the interval: "
+            f"{'; '.join(map(_beyond, by_limit))}. Aim for the middle, or make it more exactly."
+        )
+    if others:
+        words.append(
+            f"The tolerance of {', '.join(others)} about the best value reaches beyond the edge of "
+            "the search: aim for the middle, or ask for a wider search."
+        )
+    return " ".join(words)
 
 
 def _beyond(one: SpecifiedDirection) -> str:

@@ -45,9 +45,9 @@ class MachineSetting:
     frequency, amplitude : float
         [Hz, m peak].
     stiffness : float
-        Today's, magnitude [N/mm].
+        Today's, magnitude [N/mm]; nan where the direction is not identified.
     loss_factor : float
-        Today's [1].
+        Today's [1]; likewise.
     """
 
     preload_label: str
@@ -79,7 +79,7 @@ class SpecifiedDirection:
     half_width : float
         Of its 90 % interval, relative [1].
     setting : MachineSetting or None
-        None where the load case has no state, or the direction is not identified.
+        None where the load case has no state.
     capability : float
         Cpk that is asked of the process; nan without a box [1].
     """
@@ -255,7 +255,7 @@ def _specified(
         tolerance=tolerance if asked else NAN,
         today=today if known else NAN,
         half_width=half_width,
-        setting=_setting(study, curve, frequency) if curve and known else None,
+        setting=_setting(study, curve, frequency) if curve else None,
         capability=capability,
     )
 
@@ -268,14 +268,14 @@ def _setting(
         return None
     line = int(np.argmin(np.abs(curve.frequency[: curve.n_first] - frequency)))
     has_preload = curve.label != FREQUENCY
-    loss = float(curve.loss_factor[line])
+    loss, known = float(curve.loss_factor[line]), curve.direction.need is not Need.unknown
     return MachineSetting(
         preload_label=curve.label if has_preload else "",
         preload=preload_factor(study, curve) * float(curve.preload[line]) if has_preload else NAN,
         frequency=float(curve.frequency[line]),
         amplitude=float(curve.amplitude[line]),
-        stiffness=float(curve.stiffness[line]),
-        loss_factor=loss if loss > 0.0 else NAN,
+        stiffness=float(curve.stiffness[line]) if known else NAN,
+        loss_factor=loss if known and loss > 0.0 else NAN,
     )
 
 

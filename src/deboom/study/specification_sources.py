@@ -210,7 +210,5 @@ def _run(option: str, path: Path, file: str, study: str) -> RunEntry:
 
 
 def _summary(entry: RunEntry) -> Mapping[str, Any]:
-    found: dict[str, Any] = json.loads(
-        (entry.folder / "summary.json").read_text(encoding="utf-8")
-    )
+    found: dict[str, Any] = json.loads((entry.folder / "summary.json").read_text(encoding="utf-8"))
     return found

@@ -16,7 +16,7 @@ from deboom.study.specification_sheet import (
     measured_capability,
     shared_vehicles,
 )
-from deboom.study.supplier_curves import MICRO
+from deboom.study.supplier_curves import MICRO, STATIC_FORCE, WHEEL_TORQUE
 from deboom.study.supplier_study import Need
 
 PERCENT = 100.0
@@ -29,10 +29,10 @@ MISSING = "specification, missing"
 NO_BOX = "no box given"
 RATIO_ONLY = "of today's part only"
 WHICH_ENDS = {
-    "from": "least",
-    "to": "most",
-    "from and to": "both",
-    "neither": "none, edge of the search",
+    "from": "from",
+    "to": "to",
+    "from and to": "from and to",
+    "neither": "none",
     "": "not known",
 }
 
@@ -54,17 +54,18 @@ def direction_table(sheet: SpecificationSheet) -> pd.DataFrame:
     for one in sheet.directions:
         low, high = one.ends
         setting, asked = one.setting, one.capability
-        at_setting = setting.stiffness if setting and np.isfinite(one.today) else NAN
+        there = setting.stiffness if setting else NAN
+        preload = {setting.preload_label: setting.preload} if setting else {}
         sample = measured_capability(asked, SAMPLE, CONFIDENCE) if np.isfinite(asked) else NAN
         rows.append(
             {
                 "direction": one.direction.name,
                 "requirement": _requirement(one),
-                "at least [N/mm]": low * one.today,
-                "at most [N/mm]": high * one.today,
-                "at least, of today's [%]": PERCENT * low,
-                "at most, of today's [%]": PERCENT * high,
-                "end that the limit sets": WHICH_ENDS[one.set_by_limit] if one.limited else "–",
+                "accepted from [N/mm]": low * one.today,
+                "accepted to [N/mm]": high * one.today,
+                "from, of today's [%]": PERCENT * low,
+                "to, of today's [%]": PERCENT * high,
+                "set by the limit": WHICH_ENDS[one.set_by_limit] if one.limited else "–",
                 "best value [N/mm]": one.best * one.today,
                 "best value, of today's [%]": PERCENT * one.best,
                 "tolerance wanted ± [%]": PERCENT * one.tolerance,
@@ -72,13 +73,13 @@ def direction_table(sheet: SpecificationSheet) -> pd.DataFrame:
                 "today [N/mm]": one.today,
                 "today ± 90 % [%]": PERCENT * one.half_width,
                 "load case": case.name if setting else "–",
-                "preload": (setting.preload_label if setting else "") or "–",
-                "preload, value": setting.preload if setting else NAN,
+                STATIC_FORCE: preload.get(STATIC_FORCE, NAN),
+                WHEEL_TORQUE: preload.get(WHEEL_TORQUE, NAN),
                 "frequency [Hz]": setting.frequency if setting else NAN,
                 "amplitude, peak [µm]": MICRO * setting.amplitude if setting else NAN,
-                "there, today [N/mm]": at_setting,
-                "there, at least [N/mm]": low * at_setting,
-                "there, at most [N/mm]": high * at_setting,
+                "there, today [N/mm]": there,
+                "there, from [N/mm]": low * there,
+                "there, to [N/mm]": high * there,
                 "there, loss factor [1]": setting.loss_factor if setting else NAN,
                 "Cpk of the process at least [1]": asked,
                 f"Cpk of {SAMPLE} parts at least [1]": sample,
@@ -104,12 +105,12 @@ def promise_table(sheet: SpecificationSheet) -> pd.DataFrame:
         items["share stated"] = f"{_percent(box.share_stated)} of {what}"
         items["share verified"] = (
             f"{_percent(box.share_verified)}, at least {_percent(box.share_bound)} with "
-            f"{box.confidence:.0%} confidence, {box.n_parts} independent parts, {box.law}"
+            f"{PERCENT * box.confidence:g} % confidence, {box.n_parts} independent parts, {box.law}"
         )
         if sheet.share is not None:
             items["the same, with all measurements made again"] = (
                 f"{_percent(float(sheet.share.lower))} to {_percent(float(sheet.share.upper))} "
-                f"({sheet.share.coverage:.0%} interval)"
+                f"({PERCENT * sheet.share.coverage:g} % interval)"
             )
         cases = ", ".join(f"{name}, weight {weight:g}" for name, weight in box.load_cases)
         items["load cases"] = cases
@@ -124,7 +125,9 @@ def promise_table(sheet: SpecificationSheet) -> pd.DataFrame:
             f"{found['price_db']:.2f} dB in the mean, {found['price_worst_db']:.2f} dB at most"
         )
     items["scatter of parts"] = MadeParts(study.space, study.model.structure).text
-    items["a factor"] = f"{factor_name(study.motion_index)}, motion {motion_name(study.motion_index)}"
+    items["a factor"] = (
+        f"{factor_name(study.motion_index)}, motion {motion_name(study.motion_index)}"
+    )
     items["run of the front"] = f"{study.run.entry.name}, {study.pick.value.replace('-', ' ')}"
     return pd.DataFrame({"item": list(items), "value": list(items.values())})
 

@@ -12,6 +12,7 @@ from deboom.report import figures
 from deboom.report.figures import IndexBars
 from deboom.report.style import MUTED, mount_colours, vehicle_colours
 from deboom.study.motion_report import MotionReport
+from deboom.study.specification_sheet import SpecificationSheet
 from deboom.study.supplier_curves import StiffnessCurve, stiffness_panels
 from deboom.study.supplier_effects import ALL, SupplierEffects
 from deboom.study.supplier_names import ShownNames
@@ -38,6 +39,8 @@ class SupplierContent:
         By sheet of the workbook.
     motion : MotionReport
         Models behind the levels, checked at today's and the wanted design.
+    sheet : SpecificationSheet
+        What can be quoted.
     """
 
     effects: SupplierEffects
@@ -47,6 +50,7 @@ class SupplierContent:
     names: ShownNames
     tables: Mapping[str, pd.DataFrame]
     motion: MotionReport
+    sheet: SpecificationSheet
 
     @property
     def study(self) -> SupplierStudy:

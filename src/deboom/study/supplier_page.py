@@ -13,6 +13,7 @@ from deboom.report.style import signed
 from deboom.study.motion import Factor
 from deboom.study.motion_report import factor_name
 from deboom.study.robust_front import NOTICEABLE
+from deboom.study.specification_page import specification_section
 from deboom.study.supplier_certainty import MEASURED_AGAIN
 from deboom.study.supplier_effects import ALL, PICKED
 from deboom.study.supplier_figures import SupplierContent
@@ -100,6 +101,7 @@ def supplier_page(
         warnings=(*unknown, *content.motion.warnings),
         sections=(
             _wanted(content, pictures),
+            specification_section(content.sheet, content.tables),
             _parts(content, pictures),
             _importance(content, pictures),
             _tolerances(content, pictures),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from dataclasses import fields
 from datetime import UTC, datetime
 from pathlib import Path
 
@@ -15,6 +16,13 @@ from deboom.files.run_folder import hash_files
 from deboom.files.workbook import workbook_bytes
 from deboom.report.page import render_page
 from deboom.study.motion_report import motion_report
+from deboom.study.specification_sheet import specification_sheet
+from deboom.study.specification_sources import (
+    SpecificationFiles,
+    SpecificationSources,
+    specification_sources,
+)
+from deboom.study.specification_tables import specification_tables
 from deboom.study.supplier_curves import stiffness_curves
 from deboom.study.supplier_effects import ALL, SupplierEffects, part_table
 from deboom.study.supplier_figures import SupplierContent, supplier_figures
@@ -41,6 +49,7 @@ from deboom.study.supplier_tables import (
 )
 
 STEM = "supplier_report"
+NOTHING = SpecificationFiles()
 
 
 def supplier_report(
@@ -51,6 +60,7 @@ def supplier_report(
     out: Path | None,
     studies: Path,
     pick: Pick = Pick.best_mean,
+    pieces: SpecificationFiles = NOTHING,
 ) -> tuple[Path, Path]:
     """Write the page and the workbook for a mount supplier.
 
@@ -68,6 +78,8 @@ def supplier_report(
         Folder with the study scripts.
     pick : Pick
         Design of the front that is wanted.
+    pieces : SpecificationFiles
+        Of the specification sheet, beside the run.
 
     Returns
     -------
@@ -78,16 +90,17 @@ def supplier_report(
     ------
     InputError
         A run that is no front study, misses a file or holds an edited one; an unknown mount; a
-        leak; a folder that cannot be written. Nothing is written then.
+        piece of the sheet that belongs to something else; a leak; a folder that cannot be written.
+        Nothing is written then.
     """
     study = supplier_study(folder, studies, pick)
     study.of(mount)
     names = shown_names(study, anonymous=anonymous)
-    content = supplier_content(study, mount, names)
+    content = supplier_content(study, mount, names, specification_sources(study, pieces))
     # pictures cannot be searched: whatever they show stands in a table as well
     tables = {f"table of {name}": table.to_csv() for name, table in content.tables.items()}
     refuse_leaks(names.secrets, tables)
-    html, workbook = supplier_documents(content)
+    html, workbook = supplier_documents(content, pieces)
     stem = "_".join(
         [
             STEM,
@@ -110,15 +123,17 @@ def supplier_report(
     return page_path, workbook_path
 
 
-def supplier_documents(content: SupplierContent) -> tuple[str, bytes]:
+def supplier_documents(content: SupplierContent, pieces: SpecificationFiles) -> tuple[str, bytes]:
     """Return the page as HTML and the workbook as xlsx."""
-    page = supplier_page(content, supplier_figures(content), _provenance(content))
+    page = supplier_page(content, supplier_figures(content), _provenance(content, pieces))
     what = f"mount {content.mount}" if content.mount else "the mounts"
     sheets = {name: table for name, table in content.tables.items() if len(table)}
     return render_page(page), workbook_bytes(sheets, f"What {what} should be")
 
 
-def supplier_content(study: SupplierStudy, mount: str | None, names: ShownNames) -> SupplierContent:
+def supplier_content(
+    study: SupplierStudy, mount: str | None, names: ShownNames, sources: SpecificationSources
+) -> SupplierContent:
     """Compute everything that page and workbook show.
 
     Parameters
@@ -129,13 +144,17 @@ def supplier_content(study: SupplierStudy, mount: str | None, names: ShownNames)
         The part that it is about; None: all.
     names : ShownNames
         Of the vehicles.
+    sources : SpecificationSources
+        Of the sheet.
     """
     directions, effects = study.of(mount), SupplierEffects(study)
     curves = stiffness_curves(study, directions)
     parts = part_table(effects, names)
     shown = [f"only {one.name}" for one in study.platform.mounts if mount in (None, one.name)]
     parts = parts[parts["changed"].isin([*shown, ALL])]
+    sheet = specification_sheet(study, sources, directions, curves, effects.certainty, names)
     tables: dict[str, pd.DataFrame] = {
+        **specification_tables(sheet),
         "requirements": requirement_table(study, directions, curves, effects.certainty),
         "conditions": condition_table(curves),
         "curves": curve_table(study, curves),
@@ -149,10 +168,10 @@ def supplier_content(study: SupplierStudy, mount: str | None, names: ShownNames)
     }
     designs = np.stack([study.space.nominal, study.wanted])
     checked = motion_report(study.motion_index, designs)
-    return SupplierContent(effects, mount, directions, curves, names, tables, checked)
+    return SupplierContent(effects, mount, directions, curves, names, tables, checked, sheet)
 
 
-def _provenance(content: SupplierContent) -> dict[str, object]:
+def _provenance(content: SupplierContent, pieces: SpecificationFiles) -> dict[str, object]:
     """Return the footer; an anonymous one has no command and no file names."""
     entry, study = content.study.run.entry, content.study
     facts: dict[str, object] = {
@@ -164,9 +183,14 @@ def _provenance(content: SupplierContent) -> dict[str, object]:
         return facts
     mount = f" --mount {content.mount}" if content.mount else ""
     design = "" if study.pick is Pick.best_mean else f" --design {study.pick.value}"
+    given = "".join(
+        f" --{field.name} {path.as_posix()}"
+        for field in fields(pieces)
+        if (path := getattr(pieces, field.name)) is not None
+    )
     record = hash_files([entry.folder / "run.json"], relative_to=entry.folder)
     return {
-        "command": f"deboom report {entry.folder.as_posix()} --supplier{mount}{design}",
+        "command": f"deboom report {entry.folder.as_posix()} --supplier{mount}{design}{given}",
         **facts,
         "study": entry.study,
         "inputs": {**record, **entry.record["inputs_sha256"]},

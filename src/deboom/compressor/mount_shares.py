@@ -25,7 +25,7 @@ STIFFNESS_NUMBERS = slice(N_MASS, N_MASS + N_STIFFNESS)
 """Places of K_VP among the numbers of `MinimalParameters`."""
 PER_MOUNT = 9
 """Shift, turn and logarithm of stiffness, three each."""
-EXACT = 1e-13
+EXACT = 1e-8
 """Variance over the largest one below which a combination of numbers counts as exact [1]."""
 SMALLEST_PROBABILITY = 1e-3
 """Of test and drawing together, below which mounts of a kind are refuted."""
@@ -148,9 +148,9 @@ class MountShares:
             )
         return (
             "The hammer test refutes identical round mounts (probability "
-            f"{_power(self.identical_probability)}). It shows the stiffness of all of them together; "
-            "how they share it comes from their drawing, and the bands contain what that leaves "
-            "open."
+            f"{_power(self.identical_probability)}). It shows the stiffness of all of them "
+            "together; how they share it comes from their drawing, and the bands contain what that "
+            "leaves open."
         )
 
     def at_random(
@@ -271,7 +271,7 @@ class _Wanted:
         basis = MinimalParameters(found.length).stiffness_basis.reshape(N_STIFFNESS, -1)
         own = found.calibrated.parameter_covariance[STIFFNESS_NUMBERS, STIFFNESS_NUMBERS]
         variance, directions = np.linalg.eigh(own)
-        # an exact test leaves directions without any error, which no factorisation survives
+        # an exact test has directions without any error: a valley too narrow to walk along
         kept = np.maximum(variance, EXACT * variance[-1])
         return cls(
             np.asarray(np.linalg.pinv(basis), dtype=float),
@@ -293,7 +293,7 @@ class _Wanted:
                 [self.whiten @ (by_value @ self.to_numbers).T @ numbers, np.eye(z.size)]
             )
 
-        solved = least_squares(residuals, np.zeros(numbers.shape[1]), slopes, x_scale="jac")
+        solved = least_squares(residuals, np.zeros(numbers.shape[1]), slopes)
         return _Best(
             drawn,
             numbers,

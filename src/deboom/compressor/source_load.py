@@ -16,6 +16,11 @@ if TYPE_CHECKING:
 PASCAL_PER_BAR = 1e5
 
 
+def case_name(pressure: float) -> str:
+    """Name a pressure [Pa], such as ``7.5 bar``."""
+    return f"{pressure / PASCAL_PER_BAR:g} bar"
+
+
 def source_loads(found: Sources, frequency: npt.ArrayLike) -> dict[str, ComplexArray]:
     """Return what turns and what the gas does, as one load per pressure.
 
@@ -41,7 +46,7 @@ def source_loads(found: Sources, frequency: npt.ArrayLike) -> dict[str, ComplexA
     )
     gas = gas_columns(found.sense)
     return {
-        f"{one.pressure / PASCAL_PER_BAR:g} bar": rotor
+        case_name(one.pressure): rotor
         + gas @ np.array([one.axial.value, one.moment.value, one.rotating.value])
         for one in found.gas
     }

@@ -31,7 +31,6 @@ def mount_sheet(study: CompressorFront, source: str) -> dict[str, bytes]:
     wanted, conditions = requirement_table(study), condition_table(study, source)
     cars = car_table(study)[["car", "change [dB]", "sigma today [dB]", "sigma then [dB]"]]
     one_decimal = {name: 1 for name in wanted.columns if name.endswith("[N/mm]")}
-    changes = study.level_change(study.best)
     page = Page(
         title="Mounts of the refrigerant compressor",
         question=(
@@ -41,7 +40,7 @@ def mount_sheet(study: CompressorFront, source: str) -> dict[str, bytes]:
         ),
         headlines=(
             Headline(
-                f"{signed(float(changes.mean()), 1)} dB", "first order in the cabin, mean of cars"
+                f"{signed(study.mean_change, 1)} dB", "first order in the cabin, mean of cars"
             ),
             Headline(study.leading, "matters most"),
         ),

@@ -17,7 +17,7 @@ from deboom.compressor.identify import Identification, IdentifyOptions, identify
 from deboom.compressor.mount_statics import MountStatics
 from deboom.compressor.mount_variables import DATUM, MountVariables, mount_variables
 from deboom.compressor.running_in_car import RunningInCar, running_in_car
-from deboom.compressor.source_load import source_loads
+from deboom.compressor.source_load import case_name, source_loads
 from deboom.errors import InputError
 from deboom.explore.design_space import DesignSpace
 from deboom.physics.arrays import RealArray
@@ -213,6 +213,8 @@ def mounted_fleet(
     """
     begin = time.perf_counter()
     first, with_hoses = fleet.cars[0], question.hoses is Hoses.identified
+    measured = dict.fromkeys(case_name(sweep.pressure) for sweep in first.operation.sweeps)
+    weights_of(question.pressures, list(measured))  # before the work begins
     with threadpool_limits(1):  # its matrices are too small to share
         step("identification of the compressor")
         found = identify(first.operation.hammer, IdentifyOptions(held_out=0))

@@ -140,6 +140,12 @@ class CompressorFront:
         both = self.model.index(np.stack([self.space.nominal, design]))
         return np.asarray((both[1] - both[0]) / self.n_lines)
 
+    @property
+    def mean_change(self) -> float:
+        """Change of the mean level over cars, lines and scatter by best mean [dB]."""
+        values, row = self.row(BEST_MEAN)
+        return float((values.mean_sum[row] - self.baseline.mean_sum[0]) * self.per_line)
+
     def energy_change(self, design: RealArray) -> RealArray:
         """Change of the mean energy level of the first case, shape (v,) [dB]."""
         lines = self.frequency

@@ -21,7 +21,6 @@ from deboom.study.compressor_robust_front_tables import N_PER_MM
 
 TERMS = (
     "SPL",
-    "SPLV",
     "stiffness factor",
     "dynamic stiffness",
     "tolerance",
@@ -128,7 +127,6 @@ def front_page(
     """Compose the page from the study's tables and figures."""
     base, check = study.baseline, study.verification.values
     row = study.picks["best mean"]
-    change = (check.mean_sum[row] - base.mean_sum[0]) * study.per_line
     sigma = 100 * (check.sigma_sum[row] / base.sigma_sum[0] - 1)
     question = study.model.question
     return Page(
@@ -139,7 +137,7 @@ def front_page(
             "and keeps them quiet as parts scatter?"
         ),
         headlines=(
-            Headline(f"{signed(float(change), 1)} dB", "mean level, best mean against today"),
+            Headline(f"{signed(study.mean_change, 1)} dB", "mean level, best mean against today"),
             Headline(f"{signed(float(sigma), 0)} %", "its σ over the tolerance"),
             Headline(
                 f"{study.travel(study.best) / study.travel(study.space.nominal):.2f}",
@@ -239,12 +237,13 @@ def _choice(
 def _quiet(
     study: CompressorFront, tables: Mapping[str, pd.DataFrame], pictures: Mapping[str, bytes]
 ) -> Section:
-    change = study.levels(study.best) - study.levels(study.space.nominal)
+    after = study.levels(study.best)
+    change = after - study.levels(study.space.nominal)
     car, line = np.unravel_index(int(np.argmax(change)), change.shape)
     louder = (
-        f" Mounts move the resonances of the compressor: where it now swings, levels rise, most of "
-        f"all by {change[car, line]:.1f} dB in {study.cars[car]} at {study.frequency[line]:g} Hz "
-        f"({60 * study.frequency[line]:.0f} rpm)."
+        " Mounts move the resonances of the compressor: where it now swings, levels rise, most of "
+        f"all by {change[car, line]:.1f} dB to {after[car, line]:.0f} dB(A) in {study.cars[car]} "
+        f"at {study.frequency[line]:g} Hz ({60 * study.frequency[line]:.0f} rpm)."
         if change[car, line] > NOTICEABLE
         else ""
     )

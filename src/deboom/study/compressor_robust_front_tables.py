@@ -196,9 +196,7 @@ def front_summary(study: CompressorFront) -> dict[str, Scalar]:
     summary: dict[str, Scalar] = {"n_front": len(check)}
     for car, change in zip(study.cars, study.level_change(study.best), strict=True):
         summary[f"level_change_db_{car}"] = float(change)
-    best = study.picks["best mean"]
-    change = (check.mean_sum[best] - base.mean_sum[0]) * study.per_line
-    summary["mean_change_db"] = float(change)
+    summary["mean_change_db"] = study.mean_change
     for pick in ("best mean", "best sigma"):
         sigma = check.sigma_sum[study.picks[pick]] / base.sigma_sum[0]
         summary[f"sigma_change_percent_{pick.replace(' ', '_')}"] = float(PERCENT * (sigma - 1))

@@ -8,10 +8,12 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
+from deboom.measurement.propagated_interval import Interval
 from deboom.report.page import Headline, Page, Picture, Section, Table
 from deboom.study.motion_report import motion_report
 from deboom.study.result import StudyResult
 from deboom.study.solution_box import BoxStudy
+from deboom.study.solution_box_certainty import share_measured_again
 from deboom.study.solution_box_figures import box_figures
 from deboom.study.solution_box_tables import (
     PERCENT,
@@ -67,11 +69,16 @@ def solution_box_result(study: BoxStudy, inputs: tuple[Path, ...] = ()) -> Study
     }
     pictures = box_figures(study)
     check = study.found.verified
+    certainty = share_measured_again(study)
+    summary = box_summary(study) | {
+        "share_measured_from": float(certainty.lower),
+        "share_measured_to": float(certainty.upper),
+    }
     return StudyResult(
         tables=tables,
         figures=pictures,
-        summary=box_summary(study),
-        page=_page(study, tables, pictures),
+        summary=summary,
+        page=_page(study, tables, pictures, certainty),
         inputs=(*study.runs.platform.input_files, *inputs),
         facts={
             "kernel": study.index.kernel.name,
@@ -83,7 +90,10 @@ def solution_box_result(study: BoxStudy, inputs: tuple[Path, ...] = ()) -> Study
 
 
 def _page(
-    study: BoxStudy, tables: Mapping[str, pd.DataFrame], pictures: Mapping[str, bytes]
+    study: BoxStudy,
+    tables: Mapping[str, pd.DataFrame],
+    pictures: Mapping[str, bytes],
+    certainty: Interval,
 ) -> Page:
     question, found = study.question, study.found
     check = found.verified
@@ -104,7 +114,11 @@ def _page(
             f"{_percent(check.share, 2)} of {what} keep the limit, at least "
             f"{_percent(check.bound, 2)} with {_percent(check.confidence, 0)} confidence (the "
             "vehicles of one part are not independent, so each part counts once). Most often "
-            f"{study.binding} misses its limit: it binds. {_each(study)}".strip(),
+            f"{study.binding} misses its limit: it binds. {_each(study)}\n\nThat is the share in "
+            "the cars as they were measured. With every measurement drawn again with its errors "
+            f"it lies between {_percent(float(certainty.lower), 0)} and "
+            f"{_percent(float(certainty.upper), 0)}, with 90 % confidence: the level of a car is "
+            "known to half a decibel only.",
             (
                 _picture(
                     pictures, "levels", "Levels of the parts of the box; dark: above the limit."

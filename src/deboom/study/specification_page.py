@@ -74,7 +74,7 @@ def specification_section(sheet: SpecificationSheet, tables: Mapping[str, pd.Dat
         ),
         _table(whole, SCATTER, "Scatter about the best value, and what the process must show."),
         Table(tables[PROMISE], "What the intervals promise, and what they follow from."),
-        Table(tables[PARTS], "Part numbers, their pieces and vehicles."),
+        _parts(tables[PARTS]),
     ]
     if len(tables[MISSING]):
         shown.append(Table(tables[MISSING], "Not on this sheet, and where it comes from."))
@@ -85,7 +85,20 @@ def _table(whole: pd.DataFrame, columns: tuple[str, ...], caption: str) -> Table
     """Return those columns that say anything."""
     said = [name for name in columns if not _empty(whole[name])]
     rounded = {name: 0 for name in said if name.endswith("[N/mm]")}
+    rounded |= {name: 2 for name in said if name.startswith("Cpk")}
+    rounded |= {name: 1 for name in said if name.endswith("[0.001 dB]")}
     return Table(whole[said], caption, rounded)
+
+
+def _parts(parts: pd.DataFrame) -> Table:
+    names = [name for name in map(str, parts) if not name.endswith("today's [%]")]
+    caption = "Part numbers with their pieces and vehicles."
+    if "inside the intervals" in names:
+        caption = (
+            "Part numbers that vehicles share, their stiffness, and whether it lies inside the "
+            "intervals; a dash: in none of the vehicles that these were found for."
+        )
+    return Table(parts[names], caption, {n: 0 for n in names if n.endswith("[N/mm]")})
 
 
 def _empty(column: pd.Series) -> bool:
@@ -112,8 +125,9 @@ def _interval_text(sheet: SpecificationSheet) -> str:
         "A part is accepted if every direction lies in its interval, whatever the others are; this "
         "decides, not the tolerance band above. Stiffness is the magnitude of the dynamic "
         "stiffness of one piece, mean over the lines of the load case; as a share of today's part "
-        "the interval holds at every preload, frequency and amplitude. Ends that the limit does "
-        "not set are where the search ended: the noise asks for nothing there."
+        "the interval holds at every preload, frequency and amplitude. What is promised holds if "
+        "the parts of all mounts keep their intervals. Ends that the limit does not set are where "
+        "the search ended: the noise asks for nothing there."
     )
     worst = min(box.responses, key=lambda one: one.share)
     if not box.together and worst.share < box.share_stated:
@@ -160,11 +174,17 @@ def _beyond(one: SpecifiedDirection) -> str:
 
 def _part_text(sheet: SpecificationSheet) -> str:
     words = (
-        "Left and right pieces of a mount have one part number, and each piece is judged by "
-        "itself. State batch and serial number of every measured part, and the uncertainty of "
-        "your measurement (expanded, 95 %): it is taken off the interval at both ends (ISO "
-        "14253-1)."
+        "State batch and serial number of every measured part, and the uncertainty of your "
+        "measurement (expanded, 95 %): it is taken off the interval at both ends (ISO 14253-1)."
     )
+    several = dict.fromkeys(
+        one.direction.mount.name for one in sheet.directions if len(one.direction.mount.pieces) > 1
+    )
+    if several:
+        words = (
+            f"The pieces of {', '.join(several)}, such as left and right, have one part number, "
+            f"and each is judged by itself. {words}"
+        )
     asked = [one.capability for one in sheet.directions if np.isfinite(one.capability)]
     if sheet.sources.box is not None and asked:
         words += (
@@ -178,6 +198,6 @@ def _free_text(sheet: SpecificationSheet) -> str:
     free = [one.direction.name for one in sheet.directions if one.direction.need is Need.nothing]
     named = f" {', '.join(free)} (no vehicle depends on them)," if free else ""
     return (
-        f"Not required:{named} a loss factor other than today's, a static stiffness, a level in "
-        "any vehicle. Strength, durability and static travel are matters of other sheets."
+        f"Not required:{named} a loss factor other than the wanted one, a static stiffness, a "
+        "level in any vehicle. Strength, durability and static travel are matters of other sheets."
     )

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 import pandas as pd
 
@@ -26,6 +28,7 @@ DIRECTIONS = "specification"
 PROMISE = "specification, promise"
 PARTS = "specification, parts"
 MISSING = "specification, missing"
+FACTOR = "stiffness factor [1]"
 NO_BOX = "no box given"
 RATIO_ONLY = "of today's part only"
 WHICH_ENDS = {
@@ -133,38 +136,59 @@ def promise_table(sheet: SpecificationSheet) -> pd.DataFrame:
 
 
 def part_table(sheet: SpecificationSheet) -> pd.DataFrame:
-    """One row per part number and direction: pieces, vehicles, and its value inside the interval.
+    """One row per part number: pieces, vehicles, and its stiffness inside the intervals or not.
 
-    Without a run of commonality each mount is one part number in all vehicles of the front.
+    Without a run of commonality each mount is one part number in all vehicles of the front. A part
+    number of none of these vehicles is held against nothing.
     """
-    by_name = {one.direction.name: one for one in sheet.directions}
-    sharing = sheet.sources.sharing
-    rows = []
+    sharing, rows = sheet.sources.sharing, []
     for mount in sheet.mounts:
-        own = [one for one in sheet.directions if one.direction.mount.name == mount]
-        pieces = len(own[0].direction.mount.pieces)
+        own = {d.direction.name: d for d in sheet.directions if d.direction.mount.name == mount}
+        pieces = len(next(iter(own.values())).direction.mount.pieces)
         if sharing is None:
             vehicles = ", ".join(map(sheet.names, sheet.study.vehicles))
             rows.append({"part number": mount, "pieces in a vehicle": pieces, "vehicles": vehicles})
             continue
-        for row in sharing.part_numbers.to_dict("records"):
-            one = by_name.get(str(row["direction"]))
-            if one is None or one.direction.mount.name != mount:
-                continue
-            factor, (low, high) = float(row["stiffness factor [1]"]), one.ends
-            comparable = np.isfinite([factor, low]).all()
+        table = sharing.part_numbers
+        for number, lines in table[table["direction"].isin(own)].groupby("part number", sort=False):
+            shared = {
+                own[name]: float(factor)
+                for name, factor in zip(lines["direction"], lines[FACTOR], strict=True)
+            }
+            vehicles = str(lines["vehicles"].iloc[0])
             rows.append(
                 {
-                    "part number": row["part number"],
+                    "part number": number,
                     "pieces in a vehicle": pieces,
-                    "vehicles": shared_vehicles(sheet.names, str(row["vehicles"])),
-                    "direction": one.direction.name,
-                    "shared value, of today's [%]": PERCENT * factor,
-                    "shared value [N/mm]": factor * one.today,
-                    "inside the interval": _yes(low <= factor <= high if comparable else None),
+                    "vehicles": shared_vehicles(sheet.names, vehicles),
+                    **{
+                        f"{one.direction.axis} [N/mm]": factor * one.today
+                        for one, factor in shared.items()
+                    },
+                    **{
+                        f"{one.direction.axis}, of today's [%]": PERCENT * factor
+                        for one, factor in shared.items()
+                    },
+                    "inside the intervals": _inside(sheet, shared, vehicles),
                 }
             )
     return pd.DataFrame(rows)
+
+
+def _inside(
+    sheet: SpecificationSheet, shared: Mapping[SpecifiedDirection, float], vehicles: str
+) -> str:
+    """Say which axes of a part number lie outside; a dash where nothing can be compared."""
+    served = {name.strip() for name in vehicles.split(",")} & set(sheet.study.vehicles)
+    limited = {one: f for one, f in shared.items() if one.limited and np.isfinite(f)}
+    if not served or not limited:
+        return "–"
+    outside = [one.direction.axis for one, f in limited.items() if not _within(one.ends, f)]
+    return f"no: {', '.join(outside)}" if outside else "yes"
+
+
+def _within(ends: tuple[float, float], factor: float) -> bool:
+    return ends[0] <= factor <= ends[1]
 
 
 def missing_table(sheet: SpecificationSheet) -> pd.DataFrame:

@@ -16,7 +16,8 @@ measured: spl_peak_deviation_db (largest, soft hoses, outside 25–35 Hz), …_2
 spl_90_140_median_db_with_hoses|by_mounts, spl_90_140_p90_db_…, spl_90_140_energy_db_… (worst sweep,
 energy of the band). still_body_error_db_median|p90 (motion of the body left out),
 predicted_body_error_db_p90 (predicted instead of measured), lines_in_band_percent (louder lines
-within the 90 % band), identical_mounts, n_alarms, seconds (files to result, longest car, one processor). No key where there is no peak.
+within the 90 % band), identical_mounts, n_alarms, seconds (from files to result,
+longest car, one processor). No keys where there is no peak.
 """
 
 from pathlib import Path

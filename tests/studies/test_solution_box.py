@@ -62,6 +62,10 @@ def test_tables_and_pictures_are_there(finished):
     box = pd.read_csv(finished / "box.csv")
     assert box["requirement"].tolist().count("no requirement") == 2
     assert (box["from [1]"] < box["to [1]"]).all()
+    ends = box.set_index("variable")["set by the limit"]
+    assert ends["TSM x"] == "to"
+    # one end of TSM x and one of Du x, as n_ends_on_bounds counts them
+    assert (ends != "neither").sum() == 2
     curve = pd.read_csv(finished / "curve.csv")
     assert curve["box"].tolist() == ["found", "found", "none"]
     width = curve["geometric mean half width [%]"].dropna()

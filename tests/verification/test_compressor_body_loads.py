@@ -16,7 +16,7 @@ from deboom.compressor.body_loads import (
     loads_by_predicted_holders,
     loads_on_still_body,
 )
-from deboom.compressor.mount_forces import load_at_virtual_point, mount_forces, motion_at_mounts
+from deboom.compressor.mount_forces import load_at_virtual_point, motion_at_mounts, mount_forces
 from deboom.errors import InputError
 from deboom.measurement.channel_geometry import RIGID_MOTIONS
 from deboom.measurement.channels import Frf

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from threadpoolctl import threadpool_limits
 
 from deboom.bench.compressor_plan import CompressorCase, CompressorPlan
 from deboom.bench.electric_car_writer import CAR_PLAN, write_electric_car
@@ -32,7 +33,8 @@ def there(tmp_path_factory):
     plan = replace(CAR_PLAN, compressor=IDENTICAL, mount_storage=0.9, mount_loss=1.1)
     write_electric_car(folder, 1, "EV-1", plan=plan, noise_free=True)
     car = read_electric_car(folder)
-    return running_in_car(car, identify(car.operation.hammer, IdentifyOptions(held_out=0)))
+    with threadpool_limits(1):
+        return running_in_car(car, identify(car.operation.hammer, IdentifyOptions(held_out=0)))
 
 
 @pytest.fixture(scope="module")
@@ -67,16 +69,18 @@ def test_without_the_hoses_much_is_missing(sweeps):
 
 
 def test_the_state_of_the_mounts_shows_in_spite_of_the_moving_body(there):
-    state = there.source.state
-    assert state.changed
-    assert state.storage == pytest.approx(-0.1, abs=2e-3)
-    assert state.loss == pytest.approx(0.1, abs=5e-3)
-    assert there.change([30.0])[0] == pytest.approx(state.curve[13], abs=1e-12)
+    assert there.source.state.changed
+    lines = np.arange(20.0, 51.0)
+    gain = there.found.calibrated.model.gain.at(lines)
+    true = (0.9 * gain.real + 1.1j * gain.imag) / gain - 1
+    assert there.change(lines) == pytest.approx(true, abs=5e-3)
+    assert np.median(np.abs(there.change(lines) - true)) < 2e-3
 
 
 def test_identical_mounts_are_seen_one_by_one(there):
     shares = there.shares
-    assert shares.identical and not shares.alarms
+    assert shares.identical
+    assert not shares.alarms
     assert "agrees with identical round mounts" in shares.statement
     true = np.array(read_data("compressor.json")["truth"]["mount_position_m"])
     found = np.array([mount.position for mount in shares.mounts])
@@ -85,7 +89,8 @@ def test_identical_mounts_are_seen_one_by_one(there):
     assert np.ptp(stiffness, axis=0).max() < 1e-9 * stiffness.max()
     # what a round mount does about its own axis no test tells
     assert shares.deviations[:, 3] == pytest.approx(shares.prior_deviations[3])
-    assert shares.deviations[:, :3].max() < 1e-4
+    # the sheet states its tolerances although nothing is off
+    assert shares.deviations[:, :3].max() < 1e-3
 
 
 def test_draws_of_the_mounts_scatter_as_their_covariance_says(there):
@@ -97,12 +102,13 @@ def test_draws_of_the_mounts_scatter_as_their_covariance_says(there):
     prior = MountPrior(position=1e-5, angle=1e-4, stiffness=0.2)
     shares = mount_shares(there.found, uneven, prior)
     assert not shares.identical
-    assert shares.alarms and "contradict" in shares.alarms[0]
+    assert shares.alarms
+    assert "contradict" in shares.alarms[0]
     assert "refutes identical round mounts" in shares.statement
     generator, zero = np.random.default_rng(1), np.zeros(20)
     drawn = [shares.at_random(zero, generator) for _ in range(400)]
     stiffness = np.log([[mount.stiffness for mount in mounts] for mounts in drawn])
-    assert stiffness.std(axis=0) <= shares.deviations[:, 6:] * 1.2 + 1e-12
+    assert np.all(stiffness.std(axis=0) <= 1.2 * shares.deviations[:, 6:])
 
 
 def test_bands_hold_the_sound(there, sweeps):

@@ -90,7 +90,7 @@ def operating_load(model: RouteModel, sweep: OperatingSweep) -> OperatingLoad:
 
 
 def noise_covariance(
-    model: RouteModel, loads: Sequence[OperatingLoad], apparent_mass: ComplexArray
+    model: RouteModel, loads: Sequence[OperatingLoad], apparent_mass: Sequence[ComplexArray]
 ) -> ComplexArray:
     """Covariance of the noise of loads at one set of lines, which they share.
 
@@ -99,8 +99,8 @@ def noise_covariance(
     model : RouteModel
     loads : sequence of OperatingLoad
         n of them, all with the same lines.
-    apparent_mass : array, shape (n_frequency, 6, 6)
-        Of these lines, with the mounts as they are now [kg, kg m, kg m²].
+    apparent_mass : sequence of array, shape (n_frequency, 6, 6)
+        One per load, with the mounts as they are then [kg, kg m, kg m²].
 
     Returns
     -------
@@ -112,11 +112,11 @@ def noise_covariance(
     Each sweep has its own noise; that of the hammer test is the same in all of them.
     """
     lines = loads[0].lines
-    seen = apparent_mass @ model.inverse
     n = len(loads)
     blocks = np.zeros((lines.size, n, 6, n, 6), dtype=complex)
     noise = None if model.noise is None else model.noise.select(lines)
-    for i, one in enumerate(loads):
+    for i, (one, mass) in enumerate(zip(loads, apparent_mass, strict=True)):
+        seen = mass @ model.inverse
         weighted = seen * one.deviation[:, np.newaxis, :] ** 2
         blocks[:, i, :, i] = weighted @ np.swapaxes(seen, 1, 2).conj()
         for j, other in enumerate(loads):

@@ -12,13 +12,11 @@ from deboom.physics.arrays import ComplexArray, RealArray
 
 
 class StiffnessChange(Protocol):
-    """Factor ``1 + δ`` on the dynamic stiffness, linear in real unknowns that are 0 for none."""
+    """Change of the mounts, linear in real unknowns that are 0 for none."""
 
-    def basis(self, frequency: RealArray) -> ComplexArray:
-        """δ per unknown, shape (n_unknown, n_frequency) [1]."""
-        ...
-
-    def matrices(self, frequency: RealArray, mounts: ComplexArray) -> ComplexArray:
+    def matrices(
+        self, frequency: RealArray, mounts: ComplexArray, motion: ComplexArray
+    ) -> ComplexArray:
         """Part of the apparent mass that each unknown takes away.
 
         Parameters
@@ -27,6 +25,8 @@ class StiffnessChange(Protocol):
             [Hz].
         mounts : array, shape (n_frequency, 6, 6)
             Part of the mounts as they were struck, ``v K/ω²`` [kg, kg m, kg m²].
+        motion : array, shape (n_frequency, 6)
+            Of the virtual point in the sweep in question [m/s², rad/s²].
 
         Returns
         -------
@@ -65,8 +65,10 @@ class OneFactor:
         """δ per unknown: one, and the imaginary unit, shape (2, n_frequency)."""
         return parts_by_turns(np.ones((1, frequency.size)))
 
-    def matrices(self, frequency: RealArray, mounts: ComplexArray) -> ComplexArray:
-        """Scale the mounts."""
+    def matrices(
+        self, frequency: RealArray, mounts: ComplexArray, motion: ComplexArray
+    ) -> ComplexArray:
+        """Scale the mounts, however they move."""
         return np.asarray(self.basis(frequency)[..., np.newaxis, np.newaxis] * mounts)
 
     @property
@@ -109,8 +111,10 @@ class FactorOverFrequency:
         """δ per unknown, shape (2 + 2 n_knot, n_frequency)."""
         return parts_by_turns(np.vstack([np.ones(frequency.size), self.hats(frequency)]))
 
-    def matrices(self, frequency: RealArray, mounts: ComplexArray) -> ComplexArray:
-        """Scale the mounts."""
+    def matrices(
+        self, frequency: RealArray, mounts: ComplexArray, motion: ComplexArray
+    ) -> ComplexArray:
+        """Scale the mounts, however they move."""
         return np.asarray(self.basis(frequency)[..., np.newaxis, np.newaxis] * mounts)
 
     @property

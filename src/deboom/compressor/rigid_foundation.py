@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
@@ -16,13 +16,15 @@ from deboom.errors import InputError
 from deboom.measurement.channels import Spectrum
 from deboom.measurement.operating_sweep import HoseState
 from deboom.measurement.sensors import SENSOR_AXES
-from deboom.physics.arrays import ComplexArray
+from deboom.physics.arrays import ComplexArray, RealArray
 
 if TYPE_CHECKING:
     from deboom.compressor.identify import Identification
     from deboom.measurement.channels import Frf
     from deboom.measurement.inertance_test import CompressorMount
     from deboom.measurement.operating_sweep import HoseDrawing, OperatingSweep, OperatingTest
+
+StiffnessCurve = Callable[[RealArray], ComplexArray]
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,6 +48,7 @@ def on_rigid_foundation(
     found: Identification,
     mounts: Sequence[CompressorMount],
     neighbours: Neighbours | None = None,
+    change: StiffnessCurve | None = None,
 ) -> OperatingTest:
     """Take the motion of the body off the accelerations of a running compressor.
 
@@ -59,6 +62,8 @@ def on_rigid_foundation(
         Called like the holders.
     neighbours : Neighbours, optional
         Without it, what the body does through the hoses stays in the sweeps that have them.
+    change : callable, optional
+        Lines [Hz] → change of the mounts' stiffness since the hammer test [1]; none by default.
 
     Returns
     -------
@@ -74,12 +79,13 @@ def on_rigid_foundation(
     -----
     The body's motions y at the mounts and b at the hoses drive the compressor, ``AM a = F + Σ Tᵀ v
     K y + Sᵀ b``, so that ``a − AM⁻¹ (Σ Tᵀ v K y + Sᵀ b)`` is the motion by F alone; b is predicted
-    by the free body's accelerances. A change of the mounts since the hammer test enters this small
-    part only. What sees the sweeps afterwards may take the foundation as rigid.
+    by the free body's accelerances. A change of the mounts since the hammer test that is not known
+    yet enters this small part only. What sees the sweeps afterwards may take the foundation as
+    rigid.
     """
     return replace(
         test,
-        sweeps=tuple(_corrected(sweep, found, mounts, neighbours) for sweep in test.sweeps),
+        sweeps=tuple(_corrected(sweep, found, mounts, neighbours, change) for sweep in test.sweeps),
     )
 
 
@@ -135,11 +141,13 @@ def _corrected(
     found: Identification,
     mounts: Sequence[CompressorMount],
     neighbours: Neighbours | None,
+    change: StiffnessCurve | None,
 ) -> OperatingSweep:
     lines, holder = sweep.frequency, holder_displacement(sweep, mounts)
-    factor = found.calibrated.model.gain.at(lines)
+    changed = np.zeros(lines.size, dtype=complex) if change is None else change(lines)
+    factor = found.calibrated.model.gain.at(lines) * (1 + changed)
     # the gyroscopic moment has no part in a motion this small
-    mass = running_compressor(found, lines).apparent_mass
+    mass = running_compressor(found, lines, change=changed).apparent_mass
     load = load_at_virtual_point(mounts, mount_forces(mounts, factor, holder))
     if neighbours is not None and neighbours.hoses and sweep.hoses is HoseState.STANDARD:
         hoses = neighbours.hoses

@@ -106,7 +106,7 @@ def sense_of_rotation(
 
 def _in_favour_of_positive(model: RouteModel, load: OperatingLoad) -> float:
     """Logarithm of the likelihood ratio of both senses."""
-    covariance = noise_covariance(model, (load,), model.apparent_mass[load.lines])
+    covariance = noise_covariance(model, (load,), (model.apparent_mass[load.lines],))
     held = MOUNTS_OFF * applied(model.mounts[load.lines], load.motion)
     covariance += np.einsum("fa,fb->fab", held, held.conj())
     errors = applied(model.by_error[:, load.lines], load.motion)

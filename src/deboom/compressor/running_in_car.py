@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -72,10 +73,7 @@ class RunningInCar:
         -------
         array, shape (n_frequency,)
         """
-        lines, state = np.asarray(frequency, dtype=float), self.source.state
-        if not state.changed:
-            return np.zeros(lines.size, dtype=complex)
-        return np.asarray(np.interp(lines, state.frequency, state.curve))
+        return _change(self.source, np.asarray(frequency, dtype=float))
 
     def change_deviation(self, frequency: npt.ArrayLike) -> RealArray:
         """1 σ of `change`, shape (n_frequency,) [1]."""
@@ -123,25 +121,40 @@ def running_in_car(
         or whose ends on the body were not struck; what `unbalance` and `identify_hoses` refuse.
     """
     say = step or (lambda _: None)
+    standard = bool(car.operation.with_hoses(HoseState.STANDARD))
+    known = _struck_hoses(car) if with_hoses and standard else ()
     say("single mounts")
     shares = mount_shares(found, _placed(car), _by_sheet(car, prior or MountPrior()))
     accelerance = wrench_accelerance(car)
     say("state of the mounts in operation")
+    options = UnbalanceOptions(routes=(UpdatedRoute(),), chosen=UpdatedRoute())
     test = on_rigid_foundation(car.operation, found, shares.mounts)
-    source = unbalance(
-        test, found, UnbalanceOptions(routes=(UpdatedRoute(),), chosen=UpdatedRoute())
-    )
+    source = unbalance(test, found, options)
+    if source.state.changed:
+        # what the body does through them is known better now
+        change = partial(_change, source)
+        test = on_rigid_foundation(car.operation, found, shares.mounts, change=change)
+        source = unbalance(test, found, options)
     hoses: HoseIdentification | None = None
-    if with_hoses and car.operation.with_hoses(HoseState.STANDARD):
-        known = _struck_hoses(car)
-        options = HoseOptions(sense=source.sense.sense)
+    if known:
+        seen = HoseOptions(sense=source.sense.sense)
         for number in range(HOSE_PASSES):
             say(f"hoses, pass {number + 1} of {HOSE_PASSES}")
             beside = Neighbours(known, accelerance)
-            still = on_rigid_foundation(car.operation, found, shares.mounts, beside)
-            hoses = identify_hoses(still, found, options)
+            still = on_rigid_foundation(
+                car.operation, found, shares.mounts, beside, partial(_change, source)
+            )
+            hoses = identify_hoses(still, found, seen)
             known = hoses.hoses
     return RunningInCar(car, found, shares, accelerance, source, hoses)
+
+
+def _change(source: Unbalance, lines: RealArray) -> ComplexArray:
+    """Change of the mounts as the sweeps show it, 0 where none is significant."""
+    state = source.state
+    if not state.changed:
+        return np.zeros(lines.size, dtype=complex)
+    return np.asarray(np.interp(lines, state.frequency, state.curve))
 
 
 def _placed(car: ElectricCar) -> tuple[CompressorMount, ...]:

@@ -42,22 +42,26 @@ Indices: TypeAlias = npt.NDArray[np.intp]
 class _Group:
     """Lines that the same sweeps have, at which the hammer's noise is one and the same.
 
-    `rest` holds what each unknown of mounts and route takes off the apparent mass.
+    `changes` and `errors` hold what each unknown of mounts and route takes off the apparent mass:
+    mounts that go by their motion change sweep by sweep.
     """
 
     members: tuple[int, ...]
     picks: tuple[Indices, ...]
     parts: tuple[OperatingLoad, ...]
     apparent_mass: ComplexArray
-    rest: ComplexArray
+    changes: tuple[ComplexArray, ...]
+    errors: ComplexArray
 
     @property
     def frequency(self) -> RealArray:
         return self.parts[0].frequency
 
-    def now(self, values: RealArray) -> ComplexArray:
-        """Apparent mass with the unknowns as they are."""
-        return np.asarray(self.apparent_mass - np.tensordot(values, self.rest, axes=1))
+    def now(self, values: RealArray) -> list[ComplexArray]:
+        """Apparent mass in each sweep, with the unknowns of mounts and route as they are."""
+        n_change = len(self.changes[0])
+        alike = self.apparent_mass - np.tensordot(values[n_change:], self.errors, axes=1)
+        return [alike - np.tensordot(values[:n_change], part, axes=1) for part in self.changes]
 
 
 class SourceProblem:
@@ -94,9 +98,19 @@ class SourceProblem:
         for members, picks in _shared_lines(self.loads, inside):
             parts = tuple(self.loads[m].select(p) for m, p in zip(members, picks, strict=True))
             lines = parts[0].lines
-            changes = change.matrices(parts[0].frequency, model.mounts[lines])
-            rest = np.concatenate([changes, model.by_error[:, lines]])
-            self.groups.append(_Group(members, picks, parts, model.apparent_mass[lines], rest))
+            changes = tuple(
+                change.matrices(part.frequency, model.mounts[lines], part.motion) for part in parts
+            )
+            self.groups.append(
+                _Group(
+                    members,
+                    picks,
+                    parts,
+                    model.apparent_mass[lines],
+                    changes,
+                    model.by_error[:, lines],
+                )
+            )
 
     def start(self) -> RealArray:
         """No unbalance, no change, no error; gas as its law begins."""
@@ -206,8 +220,8 @@ class SourceProblem:
         """Load of source less load found, all sweeps of a group, shape (n, 6 n_sweep)."""
         now = group.now(values[N_ROTOR + self.n_gas :])
         right = [
-            self._source(values, member, group.frequency)[0] - applied(now, part.motion)
-            for member, part in zip(group.members, group.parts, strict=True)
+            self._source(values, member, group.frequency)[0] - applied(own, part.motion)
+            for member, part, own in zip(group.members, group.parts, now, strict=True)
         ]
         return np.concatenate(right, axis=1)
 
@@ -215,12 +229,14 @@ class SourceProblem:
         """Misfit, and its Jacobian of shape (n, 6 n_sweep, n_unknown)."""
         now = group.now(values[N_ROTOR + self.n_gas :])
         right, rows = [], []
-        for member, part in zip(group.members, group.parts, strict=True):
+        for member, part, change, own in zip(
+            group.members, group.parts, group.changes, now, strict=True
+        ):
             source, by_source = self._source(values, member, group.frequency)
-            motion = np.asarray(np.linalg.solve(now, source[..., np.newaxis])[..., 0], complex)
-            by_rest = np.moveaxis(applied(group.rest, motion), 0, -1)
-            right.append(source - applied(now, part.motion))
-            rows.append(np.concatenate([by_source, by_rest], axis=-1))
+            motion = np.asarray(np.linalg.solve(own, source[..., np.newaxis])[..., 0], complex)
+            by_rest = [np.moveaxis(applied(one, motion), 0, -1) for one in (change, group.errors)]
+            right.append(source - applied(own, part.motion))
+            rows.append(np.concatenate([by_source, *by_rest], axis=-1))
         return np.concatenate(right, axis=1), np.concatenate(rows, axis=1)
 
     def _source(

@@ -138,12 +138,12 @@ class LoadUncertainty:
     ) -> None:
         self.fit = fit
         self.quantile = NormalDist().inv_cdf(0.5 + confidence / 2)
-        change = fit.change.matrices(load.frequency, model.mounts[load.lines])
+        change = fit.change.matrices(load.frequency, model.mounts[load.lines], load.motion)
         taken = np.tensordot(fit.line_values[fit.change_slice], change, axes=1)
         now = model.apparent_mass[load.lines] - (taken if updated else 0)
         self.load = applied(now, load.motion)
         self.known = np.zeros_like(self.load) if updated else applied(taken, load.motion)
-        self.noise = noise_covariance(model, (load,), now)
+        self.noise = noise_covariance(model, (load,), (now,))
         self.mismatch = fit.mismatch**2 * mount_covariance(model, (load,))
         self.slopes = applied(model.by_error[:, load.lines], load.motion)
         self.by_change = applied(change, load.motion)

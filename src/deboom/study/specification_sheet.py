@@ -4,27 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from scipy.stats import norm
 
-from deboom.explore.solution_box import CutNormalParts, UniformParts
-from deboom.explore.solution_box_share import box_sample
 from deboom.files.solution_box import BoxVariable
-from deboom.measurement.propagated_interval import Interval, pivotal_interval
-from deboom.physics.arrays import RealArray
-from deboom.study.motion_report import motion_name
 from deboom.study.robust_front import N_PER_MM
-from deboom.study.solution_box_question import Quantity, limited_response
 from deboom.study.specification_sources import SpecificationSources
-from deboom.study.supplier_certainty import MEASURED_AGAIN, SupplierCertainty
+from deboom.study.supplier_certainty import SupplierCertainty
 from deboom.study.supplier_curves import FREQUENCY, StiffnessCurve, loudest_line, preload_factor
 from deboom.study.supplier_names import ShownNames
 from deboom.study.supplier_study import Direction, Need, SupplierStudy
 
-PARTS = 512
-"""Parts of the box whose levels are computed again from every drawn measurement."""
 SAMPLE = 20
 """Measured parts for which the asked capability is stated."""
 CONFIDENCE = 0.95
@@ -129,16 +120,12 @@ class SpecificationSheet:
         That are shown.
     names : ShownNames
         Of the vehicles.
-    share : Interval or None
-        Share of parts and vehicles within the limit if all measurements were made again; None
-        without a box, or where the box has another model than the front [1].
     """
 
     study: SupplierStudy
     sources: SpecificationSources
     directions: tuple[SpecifiedDirection, ...]
     names: ShownNames
-    share: Interval | None
 
     @property
     def mounts(self) -> tuple[str, ...]:
@@ -176,7 +163,7 @@ def specification_sheet(
         _specified(study, sources, one, by_name.get(one.name), frequency, sure)
         for one in directions
     )
-    return SpecificationSheet(study, sources, found, names, _share_again(study, sources, sure))
+    return SpecificationSheet(study, sources, found, names)
 
 
 def asked_capability(share: float, n_axes: int) -> float:
@@ -277,42 +264,6 @@ def _setting(
         stiffness=float(curve.stiffness[line]) if known else NAN,
         loss_factor=loss if known and loss > 0.0 else NAN,
     )
-
-
-def _share_again(
-    study: SupplierStudy, sources: SpecificationSources, sure: SupplierCertainty
-) -> Interval | None:
-    """Share of the box with all measurements made again; None where the models differ."""
-    if sources.box is None:
-        return None
-    box, index = sources.box.box, study.index
-    quantities = {limited_response(q, index, box.band).quantity: q for q in Quantity}
-    laws = {law.name: law for law in (UniformParts(), CutNormalParts())}
-    cases = tuple((case.name, weight) for case, weight in study.load_cases)
-    if (
-        box.motion != motion_name(study.motion_index).removesuffix("-dependent")
-        or tuple(study.space.names) != tuple(variable.name for variable in box.variables)
-        or [name for name, _ in cases] != [name for name, _ in box.load_cases]
-        or not np.allclose([w for _, w in cases], [w for _, w in box.load_cases])
-        or box.quantity not in quantities
-        or box.law not in laws
-    ):
-        return None
-    lower, upper = np.array([(v.lower, v.upper) for v in box.variables]).T
-    unit = box_sample(len(lower), PARTS, seed=study.run.seed, purpose="parts of a sheet")
-    parts = lower + laws[box.law].places(unit) * (upper - lower)
-    limits = np.array([response.limit for response in box.responses])
-
-    def share(one: Any) -> float:
-        kept = limited_response(quantities[box.quantity], one, box.band)(parts) <= limits
-        return float(kept.all(axis=1).mean() if box.together else kept.mean())
-
-    drawn: RealArray = np.array(
-        [share(one) for one in sure.uncertain.draws(MEASURED_AGAIN, study.run.seed)]
-    )
-    found = pivotal_interval(np.asarray(share(index)), drawn).about(box.share_verified)
-    ends = np.clip([found.lower, found.upper], 0.0, 1.0)
-    return Interval(found.value, ends[0], ends[1], found.coverage)
 
 
 def shared_vehicles(names: ShownNames, vehicles: str) -> str:

@@ -55,11 +55,15 @@ class BoxSource:
         Of its file, in hexadecimal.
     set_by_limit : mapping of str to str
         Variable → ``from``, ``to``, both or ``neither``; empty where only the box is known.
+    measured_again : (float, float) or None
+        Share within the limit if all measurements were made again, 90 % interval; None where only
+        the box is known [1].
     """
 
     box: AcceptanceBox
     sha256: str
     set_by_limit: Mapping[str, str]
+    measured_again: tuple[float, float] | None
 
 
 @dataclass(frozen=True, eq=False)
@@ -156,13 +160,16 @@ def _box(study: SupplierStudy, path: Path) -> BoxSource:
     if box.platform_sha256 != platform_sha256(study.platform):
         raise InputError(f"--box {path}: it was found with other files of the platform: {again}")
     set_by_limit: dict[str, str] = {}
+    measured_again = None
     if path.is_dir():
         entry = read_run(path)
         check_files(entry)
         table = pd.read_csv(entry.folder / BOX_TABLE)
         set_by_limit = dict(zip(table["variable"], table[SET_BY_LIMIT], strict=True))
+        summary = _summary(entry)
+        measured_again = (summary["share_measured_from"], summary["share_measured_to"])
     sha256 = hash_files([file], relative_to=file.parent)[file.name]
-    return BoxSource(box, sha256, set_by_limit)
+    return BoxSource(box, sha256, set_by_limit, measured_again)
 
 
 def _tolerances(study: SupplierStudy, path: Path) -> ToleranceSource:

@@ -110,10 +110,10 @@ def promise_table(sheet: SpecificationSheet) -> pd.DataFrame:
             f"{_percent(box.share_verified)}, at least {_percent(box.share_bound)} with "
             f"{PERCENT * box.confidence:g} % confidence, {box.n_parts} independent parts, {box.law}"
         )
-        if sheet.share is not None:
+        again = sources.box.measured_again
+        if again is not None:
             items["the same, with all measurements made again"] = (
-                f"{_percent(float(sheet.share.lower))} to {_percent(float(sheet.share.upper))} "
-                f"({PERCENT * sheet.share.coverage:g} % interval)"
+                f"{_percent(again[0])} to {_percent(again[1])} (90 % interval)"
             )
         cases = ", ".join(f"{name}, weight {weight:g}" for name, weight in box.load_cases)
         items["load cases"] = cases

@@ -3,6 +3,7 @@
 Every vehicle has a best set of mounts of its own; a platform wants few part numbers. The study
 finds the fewest distinct part numbers (of all mounts together) with which every vehicle keeps its
 limit: --allowed dB per line above what mounts of its own would give it, or a table of limits.
+Levels count the energy that scatter adds to each line: a notch that no made part has is no gain.
 Families of the correlation study and the platform's groups are tried first; an integer program
 chooses numbers, gradients move their values.
 

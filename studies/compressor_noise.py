@@ -14,10 +14,11 @@ measured: spl_peak_deviation_db (largest, soft hoses, outside 25–35 Hz), …_2
 …_with_hoses (standard hoses modelled, 90–140 Hz), …_by_mounts (hoses left out, there), each with
 …_median and n_peaks…; n_peaks_without_partner. Lines at 90–140 Hz with standard hoses:
 spl_90_140_median_db_with_hoses|by_mounts, spl_90_140_p90_db_…, spl_90_140_energy_db_… (worst sweep,
-energy of the band). still_body_error_db_median|p90 (motion of the body left out),
-predicted_body_error_db_p90 (predicted instead of measured), lines_in_band_percent (louder lines
-within the 90 % band), identical_mounts, n_alarms, seconds (from files to result,
-longest car, one processor). No keys where there is no peak.
+energy of the band). measured_gain_db_90_140 (standard against soft hoses, median of these cars),
+measured_gain_error_db_90_140 (largest, of the synthesis). still_body_error_db_median|p90 (motion of
+the body left out), predicted_body_error_db_p90 (predicted instead of measured),
+lines_in_band_percent (louder lines within the 90 % band), identical_mounts, n_alarms, seconds (from
+files to result, longest car, one processor). No keys where there is no peak.
 """
 
 from pathlib import Path

@@ -25,17 +25,10 @@ from deboom.bench.compressor_rig import placement_errors
 from deboom.bench.compressor_running import running
 from deboom.bench.compressor_sources import true_source
 from deboom.bench.compressor_truth import true_compressor
-from deboom.bench.electric_body import (
-    MOUNTS,
-    POINTS,
-    columns_of,
-)
+from deboom.bench.electric_body import MOUNTS, POINTS, columns_of
 from deboom.bench.electric_car import run_car
 from deboom.bench.electric_car_writer import CAR_PLAN, write_electric_car
-from deboom.bench.electric_fleet import (
-    draw_fleet,
-    frozen_fleet,
-)
+from deboom.bench.electric_fleet import draw_fleet, frozen_fleet
 from deboom.bench.electric_hammer import CABIN_NOISE, body_plan, strike_body
 from deboom.bench.electric_places import draw_setup, point_sheets
 from deboom.bench.hose_gain import HOSE_BAND, HoseGain, hose_gain

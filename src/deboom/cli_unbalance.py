@@ -48,8 +48,8 @@ def unbalance(
         typer.Option(
             help="Whose numbers count. a: measured apparent mass (thesis); b: model at the virtual "
             "point; c: self-calibrated model; d: measured, self-calibrated; e: c with mounts "
-            "brought up to date by the sweep. auto: d, or e where the mounts have changed and "
-            "the hammer test gave no alarm."
+            "brought up to date by the sweep. auto: d, or e where the mounts have changed, no "
+            "hoses are seen in the sweeps and the hammer test gave no alarm."
         ),
     ] = RouteChoice.auto,
     identified: Annotated[
@@ -79,7 +79,7 @@ def unbalance(
     ] = Path("results"),
     figures: Annotated[bool, typer.Option(help="Draw figures; without, tables alone.")] = True,
 ) -> None:
-    r"""Find the unbalance of a running compressor, and judge it against limits.
+    """Find the unbalance of a running compressor, and judge it against limits.
 
     FOLDER holds operation.toml, the hammer test on the resting compressor (hammer/) and sweeps over
     speed as spectra of first order or over time with a tacho. `deboom bench operation FOLDER`
@@ -109,6 +109,7 @@ def unbalance(
     at_least_n_per_mm = 60.0
     at_most_n_per_mm = 90.0
 
+    [[stiffness]] is |K| of the compressor on its mounts at the origin of the position sheet;
     [[rotational_stiffness]] has directions rx, ry, rz and at_most_n_m_per_rad. A limit passes where
     the value keeps a guard band away from it, so that a bad part passes with at most risk_percent
     probability; it fails outside; in between it is undecided, and the sheet says what would decide.
@@ -116,7 +117,7 @@ def unbalance(
     The last line of the output is the run folder; before it, with limits, the verdict.
 
     deboom bench operation test, then deboom unbalance test --limits limits.toml.
-    """
+    """  # noqa: D301 - a real backspace keeps the lines of the file apart in the help
     from deboom.compressor.unbalance import UnbalanceOptions
     from deboom.compressor.unbalance_load import RotationSense
     from deboom.files.component_limits import read_component_limits

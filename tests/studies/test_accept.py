@@ -115,6 +115,11 @@ def test_a_single_part_has_a_verdict_but_no_capability(tmp_path):
     assert batch.verdict is Verdict.undecided
 
 
+def test_copied_measurements_are_named(tmp_path):
+    with pytest.raises(InputError, match=r"TSM x, batch B1: all 3 pieces have the value 0\.9"):
+        judged(tmp_path, [0.9, 0.9, 0.9])
+
+
 @pytest.fixture(scope="module")
 def run(tmp_path_factory):
     """Run the command on a good batch, with the shipped platform."""
@@ -170,7 +175,7 @@ def test_a_template_names_what_to_measure(tmp_path):
         (f"{HEADER}\n1,B1,TSM,,,\n", "TSM x was not measured"),
         (f"{HEADER}\n1,B1,CTSM,180,,\n", "no mount 'CTSM'"),
         (f"{HEADER}\n1,B1,TSM,180,,\n1,B1,TSM,181,,\n", "part '1'"),
-        (f"{HEADER}\n1,B1,TSM,-180,,\n", "must be positive"),
+        (f"{HEADER}\n1,B1,TSM,-180,,\n", "a stiffness is above 0"),
         ("part,batch,mount,x [mm],y [N/mm],z [N/mm]\n1,B1,TSM,180,,\n", "x"),
         ("part,batch,mount,x,y,z\n1,B1,TSM,180,,\n", "has no unit"),
         ("part,batch,mount,x [N/mm]\n1,B1,TSM,180\n", "'y"),

@@ -12,6 +12,11 @@ from deboom.bench.compressor_operation_plan import OperationPlan
 from deboom.bench.compressor_operation_writer import write_operating_test
 from deboom.cli import app
 from deboom.files.compressor_model import read_compressor_model
+from deboom.files.operating_test_file import (
+    OPERATING_TEST_FILE,
+    dump_operating_test_file,
+    load_operating_test_file,
+)
 from deboom.study.runner import load_study, run_study
 
 STUDY = Path(__file__).parents[2] / "studies" / "compressor_unbalance.py"
@@ -35,6 +40,18 @@ def finished(tmp_path_factory):
     """One run that several tests look at."""
     options = {"cases": 1, "special": False, "workers": 0, "figures": False}
     return run_study(load_study(STUDY), tmp_path_factory.mktemp("results"), options)
+
+
+@pytest.fixture(scope="module")
+def part(tmp_path_factory):
+    """Folder of a part whose mounts changed; run with soft hoses only, which halves the work."""
+    plan = OperationPlan(mount_storage=0.9, mount_loss=1.1)
+    folder = write_operating_test(tmp_path_factory.mktemp("part") / "test", 2, plan=plan)
+    path = folder / OPERATING_TEST_FILE
+    file = load_operating_test_file(path)
+    soft = tuple(sweep for sweep in file.sweeps if sweep.hoses == "soft")
+    dump_operating_test_file(path, file.model_copy(update={"sweeps": soft}))
+    return folder
 
 
 def summary_of(folder):
@@ -66,22 +83,20 @@ def test_tables_and_page_agree(finished):
     assert read_compressor_model(finished / "compressor_model.json").model.mass > 0
 
 
-def test_a_model_of_another_hammer_test_is_refused(finished, tmp_path):
-    folder = write_operating_test(tmp_path / "test", 3)
-    call = ["unbalance", folder, "--identified", finished, "--out", tmp_path / "results"]
+def test_a_model_of_another_hammer_test_is_refused(finished, part, tmp_path):
+    call = ["unbalance", part, "--identified", finished, "--out", tmp_path / "results"]
     done = CliRunner().invoke(app, [str(argument) for argument in call])
     assert done.exit_code == 2
     assert "identified from another hammer test" in done.stderr
     assert not list((tmp_path / "results").glob("unbalance/*"))
 
 
-def test_a_part_is_judged(tmp_path):
+def test_a_part_is_judged(part, tmp_path):
     """Mounts changed: route e counts; one limit kept, one broken, one beyond the hammer test."""
-    plan = OperationPlan(mount_storage=0.9, mount_loss=1.1)
-    folder = write_operating_test(tmp_path / "test", 2, plan=plan)
     limits = tmp_path / "limits.toml"
     limits.write_text(LIMITS, encoding="utf-8")
-    call = ["unbalance", folder, "--limits", limits, "--out", tmp_path, "--no-figures"]
+    call = ["unbalance", part, "--limits", limits, "--out", tmp_path, "--no-figures"]
+    call += ["--band", "18-150", "--sense", "positive"]
     done = CliRunner().invoke(app, [str(argument) for argument in call])
     assert done.exit_code == 0, done.output
     *_, decision, place = done.stdout.splitlines()
@@ -93,6 +108,8 @@ def test_a_part_is_judged(tmp_path):
     verdicts = pd.read_csv(run / "verdicts.csv")
     assert verdicts["verdict"].tolist() == ["pass", "fail", "undecided"]
     sheet = (run / "supplier_sheet.html").read_text(encoding="utf-8")
+    command = f"deboom unbalance {part.as_posix()} --limits {limits.as_posix()} --route auto"
+    assert f"{command} --sense positive --band 18-150 " in sheet
     for words in ("rejected", "ISO 14253-1", "strike with a tip", "± ", "route e"):
         assert words in sheet
     book = load_workbook(run / "supplier_sheet.xlsx", read_only=True)

@@ -1,6 +1,7 @@
 """The specification sheet of a tiny front: its numbers, what it asks for, and what it refuses."""
 
 import json
+import shutil
 from dataclasses import replace
 from pathlib import Path
 
@@ -329,7 +330,7 @@ def test_pieces_of_something_else_are_refused(study, box_run, tolerance_run, fro
     refused("another design: run", replace(study, pick=Pick.knee), tolerances=tolerance_run)
 
 
-def test_an_edited_box_and_shared_parts_of_other_data_are_refused(study, sharing_run, tmp_path):
+def test_edited_older_and_foreign_runs_are_refused(study, box_run, sharing_run, tmp_path):
     copy = tmp_path / "commonality" / "other"
     copy.mkdir(parents=True)
     table = pd.read_csv(sharing_run / "part_numbers.csv")
@@ -337,6 +338,12 @@ def test_an_edited_box_and_shared_parts_of_other_data_are_refused(study, sharing
     with pytest.raises(InputError, match="other files of the platform"):
         specification_sources(study, SpecificationFiles(sharing=copy))
     (copy / "part_numbers.csv").write_text("nothing")
+    older = tmp_path / "solution_box" / "older"
+    shutil.copytree(box_run, older)
+    (older / "summary.json").write_text("{}")
+    run_folder(older, {}, {})
+    with pytest.raises(InputError, match="older deboom wrote it: run solution_box --front"):
+        specification_sources(study, SpecificationFiles(box=older))
     with pytest.raises(InputError, match="has been edited"):
         specification_sources(study, SpecificationFiles(sharing=copy))
 

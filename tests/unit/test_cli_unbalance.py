@@ -13,8 +13,9 @@ def call(*arguments):
 def test_help_teaches():
     done = call("--help")
     assert done.exit_code == 0
-    for words in ("operation.toml", "at_most_g_mm2", "risk_percent", "deboom bench operation"):
+    for words in ("operation.toml", "at_most_g_mm2", "deboom bench operation"):
         assert words in done.stdout
+    assert "\n  format = 1\n  risk_percent = 5.0\n  [static_unbalance]\n" in done.stdout
 
 
 @pytest.mark.parametrize(

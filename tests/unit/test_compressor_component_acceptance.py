@@ -22,6 +22,7 @@ def found(
     chi=1.0,
     alarms=(),
     route=None,
+    converged=True,
 ):
     """Build what `unbalance_characteristic` reads of an `Unbalance`."""
     covariance = np.diag([4.0, 1.0, 9.0, 9.0, 0.0, 0.0])
@@ -38,6 +39,7 @@ def found(
             sources=sources,
             sweeps=(SimpleNamespace(sweep="one"),),
             route=route or CalibratedMeasurementRoute(),
+            fit=SimpleNamespace(converged=converged),
         ),
         test=SimpleNamespace(
             sweeps=(
@@ -65,6 +67,7 @@ def test_the_size_of_an_unbalance_with_its_worst_direction():
         ({"hoses": HoseState.STANDARD}, "run with long soft hoses"),
         ({"share": 0.08}, "8.0% of the load in 90-120 Hz comes from no rotor"),
         ({"chi": 2.5}, "residuals are 2.50 times the noise"),
+        ({"converged": False}, "no rotor, gas and mounts explain the sweeps"),
         ({"alarms": ("a subframe",), "route": UpdatedRoute()}, "choose route d"),
     ],
 )

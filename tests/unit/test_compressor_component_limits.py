@@ -14,7 +14,7 @@ LENGTH = 0.0591
 
 
 def identified(**changes):
-    """A compressor whose 35 parameters are known to 1 %, independent of each other."""
+    """Make a compressor whose 35 parameters are known to 1 %, independent of each other."""
     parameters = MinimalParameters(LENGTH)
     stiffness = np.diag([7e4, 5e4, 6e4, 400.0, 600.0, 650.0])
     gain = GainFactor.of([1.85, 0.06, 2.2, 0.42, 0.15, 2.5])

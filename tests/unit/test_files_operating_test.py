@@ -223,6 +223,7 @@ def test_a_tacho_that_lost_pulses_is_named(test_folder):
     [
         ("A3,103,-95.0,", "A3,103,-93.0,", ("A3 stands 2 mm and 0°", "the hammer test", "strike")),
         (",15.0637233", ",25.0637233", ("A1 stands 0 mm and", "the hammer test")),
+        (",15.0637233", ",-164.9362767", ("A1 stands 0 mm and 180°",)),
         ("A3,103", "B3,103", ("A1, A2, B3", "not those of the hammer test")),
         ("A3,103", "A3,193", ("(node 193 +x) is not in it",)),
     ],

@@ -71,7 +71,8 @@ def test_the_tolerance_comes_from_a_library(tmp_path):
     made = made_parts(path, SPACE)
     np.testing.assert_allclose(made.space.tolerance, 0.12)
     assert made.inputs == (path, library)
-    assert set(made.table["note"]) == {"assumed: fewer than two parts were measured"}
+    note = "assumed: not identified in every part, or fewer than two parts"
+    assert set(made.table["note"]) == {note}
     assert made.table["to [%]"][0] > made.table["sigma measured [%]"][0]
 
 

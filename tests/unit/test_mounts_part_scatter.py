@@ -54,7 +54,7 @@ def test_few_parts_are_combined_with_the_prior():
 def test_without_parts_the_prior_stands_alone():
     found = direction_scatter("TSM x", np.empty(0), prior=ScatterPrior(0.05, 4.0))
     assert found.sigma == pytest.approx(0.05)
-    assert found.note == "assumed: fewer than two parts were measured"
+    assert found.note == "assumed: not identified in every part, or fewer than two parts"
     assert np.isnan(found.observed)
     assert not found.dominated
 

@@ -9,7 +9,7 @@ from deboom.errors import InputError
 from deboom.files.platform import read_platform
 from deboom.study.motion import Motion, motion_index
 from deboom.study.mount_source import MountSource, operation
-from deboom.vehicles.limit_responses import MeanLevel, PeakLevel
+from deboom.vehicles.limit_responses import MeanLevel, PeakLevel, ScatteredLevel
 
 PLATFORM = Path(__file__).parents[2] / "studies" / "data" / "u06_f39_f45"
 BAND = (25.0, 40.0)
@@ -65,6 +65,21 @@ def test_the_mean_level_is_splv_over_the_lines(index):
     assert mean.response_unit == "dB(A)"
 
 
+def test_scatter_adds_its_mean_energy_to_each_line(index):
+    today, sigma = np.ones(len(index.variable_names)), np.full(len(index.variable_names), 0.02)
+    level = ScatteredLevel(index, today, sigma)
+    draws = np.random.default_rng(2).standard_normal((1000, today.size))
+    expected = np.zeros(len(index.response_names))
+    for name, weight in zip(index.load_case_names, index.weights, strict=True):
+        energy = np.mean(10.0 ** (index.levels(1.0 + sigma * draws, name) / 10.0), axis=0)
+        expected += weight * 10.0 * np.log10(energy).mean(axis=-1)
+    assert level(today[np.newaxis])[0] == pytest.approx(expected, abs=0.04)
+    nothing = ScatteredLevel(index, today, 0.0 * sigma)
+    rows = designs(index, 3)
+    assert nothing(rows) == pytest.approx(MeanLevel(index)(rows), abs=1e-9)
+    assert level.gradient(rows) == pytest.approx(differences(level, rows), abs=1e-5)
+
+
 def test_a_band_without_lines_is_refused(index):
     with pytest.raises(InputError, match="no line between 70 and 80 Hz"):
         PeakLevel(index, (70.0, 80.0))
@@ -75,3 +90,5 @@ def test_a_motion_that_follows_the_amplitude_is_refused():
     follows = motion_index(runs, Motion.amplitude, None)
     with pytest.raises(InputError, match="prescribed or coupled motion"):
         PeakLevel(follows, BAND)
+    with pytest.raises(InputError, match="levels with scatter need prescribed"):
+        ScatteredLevel(follows, np.ones(12), np.zeros(12))

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from deboom.errors import InputError
-from deboom.explore.commonality import fewest_part_numbers
+from deboom.explore.commonality import fewest_part_numbers, separate_sets
 from deboom.explore.design_space import DesignSpace
 from deboom.explore.shared_design import SharingProblem, own_optima, shared_design
 from deboom.explore.sharing import Sharing, SharingRules
@@ -123,6 +123,25 @@ def test_rules_hold():
     problem, own = problem_of(centres, 0.5, together)
     with pytest.raises(InputError, match="loosen the rules"):
         fewest_part_numbers(problem, own)
+
+
+def test_every_set_gets_the_best_values_of_its_own():
+    # the sets lie 1 and 0.2 about their middles; the second is not the worst and still counts
+    centres = [[-1.0, 0.0], [1.0, 0.0], [-0.2, 0.0], [0.2, 0.0]]
+    problem, own = problem_of(centres, 0.5)
+    sets = Sharing(problem.part_names, problem.vehicles, np.array([[0, 0, 1, 1]]))
+    levels = separate_sets(problem, own, sets).levels
+    assert levels == pytest.approx([1.0, 1.0, 0.04, 0.04], abs=1e-4)
+
+
+def test_rules_need_no_more_numbers_than_they_must():
+    # vehicle after vehicle, the first number that is free: three numbers; two are enough
+    names = [f"car {side}{n}" for n in (1, 2, 3) for side in "ab"]
+    pairs = [[f"car a{n}", f"car b{m}"] for n in (1, 2, 3) for m in (1, 2, 3) if n != m]
+    rules = SharingRules({}, {"A": pairs})
+    fewest = rules.fewest(["A", "B"], names)
+    assert rules.kept_by(fewest)
+    assert fewest.counts == (2, 1)
 
 
 def test_an_unreachable_limit_names_the_vehicle_that_binds():

@@ -92,6 +92,12 @@ def speeds() -> RealArray:
     return np.arange(low, high + LINE_STEP / 2, LINE_STEP)
 
 
+def gas_factor(pressure: float) -> float:
+    """Return the factor of one of `PRESSURES` on force and moment of the gas [1]."""
+    second: float = read_data(COMPRESSOR_DATA)["operation"]["second_pressure_gas_factor"]
+    return (1.0, second)[PRESSURES.index(pressure)]
+
+
 def true_sweep(there: Operation, pressure: float, *, soft: bool, frequency: RealArray) -> TrueSweep:
     """Run the compressor at one pressure.
 
@@ -107,12 +113,10 @@ def true_sweep(there: Operation, pressure: float, *, soft: bool, frequency: Real
     frequency : array, shape (f,)
         Of the rotation [Hz].
     """
-    second = read_data(COMPRESSOR_DATA)["operation"]["second_pressure_gas_factor"]
-    factor = (1.0, second)[PRESSURES.index(pressure)]
     compressor = there.laboratory.compressor
     if soft:
         compressor = replace(compressor, hoses=())
-    run = running(compressor, there.source, frequency, factor)
+    run = running(compressor, there.source, frequency, gas_factor(pressure))
     squared = (2 * np.pi * frequency[:, np.newaxis]) ** 2
     rows = there.laboratory.placed.response_rows(there.laboratory.sheet)
     seen = -squared * run.displacement @ rows.T

@@ -21,7 +21,7 @@ REACTION, END_LOAD = "hose_reaction", "end_load"
 def write_operation_truth(
     folder: Path, there: Operation, plan: OperationPlan, sweeps: Sequence[TrueSweep]
 ) -> None:
-    """Write ``operation.json``, ``sweeps.json`` and one ``.npz`` per sweep.
+    """Write ``operation.json``, ``operation.npz`` and one ``.npz`` per sweep.
 
     Parameters
     ----------
@@ -32,16 +32,16 @@ def write_operation_truth(
     plan : OperationPlan
         What was asked for.
     sweeps : sequence of TrueSweep
-        In the order of ``operation.toml``.
+        In the order of ``operation.toml``; a record over time has none.
 
     Notes
     -----
     ``<number>.npz`` of each sweep, from 0: ``frequency`` (f,) [Hz]; ``load`` of the source and
     ``displacement`` at the virtual point (f, 6); ``apparent_mass`` (f, 6, 6) with mounts as they
     were, hoses and the turning rotor; ``acceleration`` (f, n_channel) without noise; ``factors`` of
-    softening (f, n_mount); with hoses ``hose_reaction``, their load on the compressor at the
-    virtual point (f, 6), and ``end_load``, their load on what holds the other ends
-    (f, 6 n_hose). ``operation.npz``: ``response_matrix`` (n_channel, 6).
+    softening and ``amplitudes`` at the mounts (f, n_mount); with hoses ``hose_reaction``, their
+    load on the compressor at the virtual point (f, 6), and ``end_load``, their load on what holds
+    the other ends (f, 6 n_hose). ``operation.npz``: ``response_matrix`` (n_channel, 6).
     """
     folder.mkdir()
     laboratory, source = there.laboratory, there.source

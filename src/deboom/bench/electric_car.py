@@ -9,12 +9,7 @@ import numpy as np
 
 from deboom.bench.compressor_sources import Source
 from deboom.bench.compressor_truth import Compressor
-from deboom.bench.electric_body import (
-    HOSES,
-    MOUNTS,
-    ElectricCarBody,
-    columns_of,
-)
+from deboom.bench.electric_body import HOSES, MOUNTS, ElectricCarBody, columns_of
 from deboom.bench.frozen import freeze_arrays
 from deboom.bench.hoses import Hose
 from deboom.errors import InputError
@@ -168,7 +163,7 @@ class _Side:
     """The body at those of its motions that mounts and hoses touch."""
 
     def __init__(self, car: ElectricCarBody, frequency: RealArray, with_hoses: bool) -> None:
-        self.n_mount = len(columns_of(MOUNTS, 3))
+        self.n_at_mounts = len(columns_of(MOUNTS, 3))
         self.columns = columns_of(MOUNTS, 3) + (columns_of(HOSES) if with_hoses else [])
         self.transfer = car.noise_transfer(frequency)[:, self.columns]
         whole = car.receptance(frequency)
@@ -209,9 +204,9 @@ def _own_stiffness(compressor: Compressor, source: Source, frequency: RealArray)
 
 def _mounts(compressor: Compressor, frequency: RealArray, body: _Side) -> ComplexArray:
     """Stiffness of the mounts between compressor and body, shape (f, n_joint, n_joint)."""
-    stretch = np.zeros((body.n_mount, body.n_joint))
+    stretch = np.zeros((body.n_at_mounts, body.n_joint))
     stretch[:, :6] = forward_matrices(compressor.positions)
-    stretch[:, 6 : 6 + body.n_mount] = -np.eye(body.n_mount)
+    stretch[:, 6 : 6 + body.n_at_mounts] = -np.eye(body.n_at_mounts)
     by_mount = stretch.reshape(-1, 3, body.n_joint)
     joint: ComplexArray = np.zeros((np.size(frequency), body.n_joint, body.n_joint), dtype=complex)
     stiffness = mount_stiffnesses(compressor, frequency)
@@ -224,7 +219,7 @@ def _hoses(hoses: Sequence[Hose], frequency: RealArray, body: _Side) -> ComplexA
     """Stiffness of the hoses between compressor and body, shape (f, n_joint, n_joint)."""
     joint: ComplexArray = np.zeros((np.size(frequency), body.n_joint, body.n_joint), dtype=complex)
     for number, hose in enumerate(hoses):
-        first = 6 + body.n_mount + 6 * number
+        first = 6 + body.n_at_mounts + 6 * number
         ends = np.r_[0:6, first : first + 6]
         joint[:, ends[:, None], ends] += hose.stiffness(frequency)
     return joint

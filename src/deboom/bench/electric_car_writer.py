@@ -23,15 +23,8 @@ from deboom.bench.compressor_operation_writer import (
 from deboom.bench.compressor_plan import CalibrationLevel, CompressorCase, CompressorPlan
 from deboom.bench.compressor_rig import NO_PLACEMENT_ERRORS, placement_errors
 from deboom.bench.compressor_writer import write_compressor_test
-from deboom.bench.electric_body import (
-    MOUNTS,
-    POINTS,
-    ElectricCarBody,
-)
-from deboom.bench.electric_fleet import (
-    draw_fleet,
-    frozen_fleet,
-)
+from deboom.bench.electric_body import MOUNTS, POINTS, ElectricCarBody
+from deboom.bench.electric_fleet import draw_fleet, frozen_fleet
 from deboom.bench.electric_functions import accelerance_functions, pressure_functions
 from deboom.bench.electric_hammer import CABIN_NOISE, body_plan, strike_body
 from deboom.bench.electric_places import (
@@ -258,7 +251,9 @@ def _write_body(folder: Path, session: _Session, tolerances: ToleranceSection) -
     name = session.body.name
     write_uff(folder / PRESSURE, pressure_functions(points, frfs, name), binary=True)
     write_uff(folder / ACCELERANCE, accelerance_functions(points, frfs, name), binary=True)
-    replace_text(folder / "README.txt", readme_text(session.title, points, session.names, hits))
+    with_hoses = (folder / HAMMER_WITH_HOSES).is_dir()
+    words = readme_text(session.title, points, session.names, hits, with_hoses=with_hoses)
+    replace_text(folder / "README.txt", words)
     sections = []
     for point, called, position in zip(points, session.names, session.stated, strict=True):
         x, y, z = position.tolist()

@@ -7,10 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from deboom.bench.compressor_hits import HitPlan, hit_plan, without_noise
-from deboom.bench.electric_body import (
-    MOTIONS,
-    ElectricCarBody,
-)
+from deboom.bench.electric_body import MOTIONS, ElectricCarBody
 from deboom.bench.electric_places import Setup
 from deboom.bench.frozen import freeze_arrays
 from deboom.physics.arrays import ComplexArray, RealArray

@@ -12,9 +12,7 @@ import numpy as np
 from scipy.linalg import block_diag
 
 from deboom.bench.compressor_rig import Placed, PlacementErrors, Sheet, place
-from deboom.bench.electric_body import (
-    POINTS,
-)
+from deboom.bench.electric_body import POINTS
 from deboom.bench.frozen import freeze_arrays
 from deboom.bench.parameters import AXES
 from deboom.bench.vehicle_layout import (

@@ -9,7 +9,12 @@ from deboom.bench.electric_places import EAR, EAR_NODE, FIRST_HOLDER_NODE, MICRO
 
 
 def readme_text(
-    title: str, points: Sequence[PointSheet], names: Sequence[str], hits: HitPlan
+    title: str,
+    points: Sequence[PointSheet],
+    names: Sequence[str],
+    hits: HitPlan,
+    *,
+    with_hoses: bool,
 ) -> str:
     """Return ``README.txt``: every file, how it was measured, and the map of the nodes.
 
@@ -22,6 +27,8 @@ def readme_text(
         Of the points in the files.
     hits : HitPlan
         On the body.
+    with_hoses : bool
+        Whether the compressor was struck with its hoses as well.
     """
     lines = hits.lines
     text = [
@@ -40,6 +47,7 @@ def readme_text(
         "car.toml                names the files of the body; points, tolerances",
         "operation.toml          names those of the compressor",
         "hammer/                 the compressor under the hammer, see its README.txt",
+        *(["hammer_with_hoses/      the same with its hoses"] if with_hoses else []),
         "sensors.csv             accelerometers on the compressor while it ran",
         "sweeps/                 first order over speed: compressor, body side of every mount, ear",
         "ntf/positions.xlsx      sensors and impacts on the body",

@@ -7,19 +7,11 @@ from typing import Literal
 
 import numpy as np
 
-from deboom.bench.compressor_operation import SCATTER, Operation, floor
-from deboom.bench.compressor_operation_plan import PRESSURES
-from deboom.bench.compressor_plan import COMPRESSOR_DATA
+from deboom.bench.compressor_operation import SCATTER, Operation, floor, gas_factor
 from deboom.bench.compressor_rig import PlacementErrors
-from deboom.bench.electric_body import (
-    MOTIONS,
-    MOUNTS,
-    ElectricCarBody,
-    columns_of,
-)
+from deboom.bench.electric_body import MOTIONS, MOUNTS, ElectricCarBody, columns_of
 from deboom.bench.electric_car import CarRun, run_car
 from deboom.bench.frozen import freeze_arrays
-from deboom.bench.parameters import read_data
 from deboom.physics.arrays import ComplexArray, RealArray
 from deboom.physics.rigid_body import forward_matrices, rotation_matrix
 
@@ -100,12 +92,6 @@ def draw_car_sensors(errors: PlacementErrors, generator: np.random.Generator) ->
     return CarSensors(tuple(rows), float(10 ** (decibel / 20)))
 
 
-def gas_factor(pressure: float) -> float:
-    """Return the factor of one of `PRESSURES` on force and moment of the gas [1]."""
-    second: float = read_data(COMPRESSOR_DATA)["operation"]["second_pressure_gas_factor"]
-    return (1.0, second)[PRESSURES.index(pressure)]
-
-
 def sweep_car(
     car: ElectricCarBody,
     there: Operation,
@@ -127,7 +113,7 @@ def sweep_car(
     frequency : array, shape (f,)
         Of the rotation [Hz].
     pressure : float
-        One of `PRESSURES` [bar].
+        One of `deboom.bench.compressor_operation_plan.PRESSURES` [bar].
     soft : bool
         Long soft hoses with masses on them, which are mechanically absent.
     """

@@ -8,10 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from deboom.bench.electric_body import (
-    POINTS,
-    ElectricCarBody,
-)
+from deboom.bench.electric_body import POINTS, ElectricCarBody
 from deboom.bench.electric_hammer import body_plan
 from deboom.bench.electric_places import Setup
 from deboom.bench.electric_sweeps import CarSweep

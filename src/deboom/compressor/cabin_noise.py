@@ -85,6 +85,12 @@ class SweepNoise:
         return np.asarray(self.contributions[:, : self.n_mount_paths].sum(axis=1))
 
     @property
+    def complete(self) -> bool:
+        """Whether no path was left out: standard hoses are modelled, others cut."""
+        modelled = self.contributions.shape[1] > self.n_mount_paths
+        return modelled or self.hoses is not HoseState.STANDARD
+
+    @property
     def points(self) -> tuple[str, ...]:
         """Mounts, then hoses."""
         return tuple(dict.fromkeys(path.rpartition(" ")[0] for path in self.paths))

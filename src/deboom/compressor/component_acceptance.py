@@ -95,11 +95,11 @@ def _unbalance_doubt(found: Unbalance) -> str:
     hoses = hose_alarms(used, result.sources.residual_bands)
     if hoses:
         return hoses[0]
-    if result.sources.remaining_chi > ALARM:
+    chi = result.sources.remaining_chi
+    if chi > ALARM or not result.fit.converged:
         return (
-            f"no rotor, gas and mounts explain the sweeps, residuals are "
-            f"{result.sources.remaining_chi:.2f} times the noise; look for hoses, loose sensors and "
-            "a compressor that bends, and run again"
+            f"no rotor, gas and mounts explain the sweeps, residuals are {chi:.2f} times the "
+            "noise; look for hoses, loose sensors and a compressor that bends, and run again"
         )
     measured = isinstance(result.route, MeasuredRoute | CalibratedMeasurementRoute)
     if found.identification.alarms and not measured:

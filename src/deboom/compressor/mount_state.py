@@ -121,8 +121,8 @@ def _statement(
     changed: bool, storage: float, loss: float, of_storage: float, of_loss: float
 ) -> str:
     numbers = (
-        f"real part {storage:+.1%} ± {of_storage:.1%}, imaginary part {loss:+.1%} ± {of_loss:.1%} "
-        f"at {STATED_AT:g} Hz"
+        f"real part {_change(storage, of_storage)}, imaginary part {_change(loss, of_loss)} at "
+        f"{STATED_AT:g} Hz"
     )
     if changed:
         return (
@@ -130,3 +130,11 @@ def _statement(
             "a route that updates them can be trusted."
         )
     return f"The mounts in operation are those that were struck: {numbers}."
+
+
+def _change(value: float, deviation: float) -> str:
+    """Write a change and its 1 σ in percent; nothing has no sign."""
+    percent = round(100 * value, 1)
+    return f"{percent:{'+' if percent else ''}.1f} % ± {100 * deviation:.1f} %".replace(
+        "-0.0", "0.0"
+    )

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -91,7 +91,8 @@ def within_hammer_test(
         if np.count_nonzero(inside) < SMALLEST_LINES:
             raise InputError(
                 f"sweep {sweep.name} has {np.count_nonzero(inside)} lines within the hammer test's "
-                f"{hammer[0]:g} to {hammer[-1]:g} Hz: strike and run over the same range"
+                f"{hammer[0]:g} to {hammer[-1]:g} Hz, at least {SMALLEST_LINES} are needed: strike "
+                "and run over the same range, in steps of 1 Hz or so"
             )
         if not inside.all():
             notices.append(
@@ -206,6 +207,28 @@ def load_alarms(
             "of all speeds together allow for it."
         )
     return alarms
+
+
+def unsettled_alarms(letters: Iterable[str]) -> list[str]:
+    """Report fits that did not come to an end.
+
+    Parameters
+    ----------
+    letters : iterable of str
+        Of their routes.
+
+    Returns
+    -------
+    list of str
+        In words; empty where every fit did.
+    """
+    routes = ", ".join(letters)
+    if not routes:
+        return []
+    return [
+        f"The fit over all sweeps did not settle by route {routes}: its numbers and intervals are "
+        "not to be trusted."
+    ]
 
 
 def _lines(spectrum: Spectrum, lines: np.ndarray) -> Spectrum:

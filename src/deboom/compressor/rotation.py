@@ -19,6 +19,8 @@ if TYPE_CHECKING:
 
 DECISIVE = 10.0
 """Logarithm of the likelihood ratio from which one sense is certain."""
+BEYOND_DOUBT = 100.0
+"""The same, from which its size says nothing more."""
 MOUNTS_OFF = 0.3
 """Change of the mounts' stiffness that the judgement bears [1]."""
 _WORDS = {RotationSense.POSITIVE: "from y to z", RotationSense.NEGATIVE: "from z to y"}
@@ -97,10 +99,15 @@ def sense_of_rotation(
             f"the sweeps turn {_WORDS[sense]}, the data sheet says {_WORDS[expected]}: the "
             "phases are conjugate, the x axis points the other way, or the motor is wired backwards"
         )
+    certainty = (
+        "beyond doubt"
+        if abs(total) > BEYOND_DOUBT
+        else f"logarithm of the likelihood ratio {abs(total):.0f}"
+    )
     return SenseOfRotation(
         sense,
         abs(total),
-        f"The rotor turns {_WORDS[sense]} (logarithm of the likelihood ratio {abs(total):.0f}).",
+        f"The rotor turns {_WORDS[sense]} ({certainty}).",
     )
 
 

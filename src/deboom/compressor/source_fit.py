@@ -103,9 +103,14 @@ class SourceFit:
         """Axial force, moment and rotating force, shape (n_pressure, 3) [N, N m, N]."""
         return self.gas.gas(self.values[self.gas_slice])
 
-    def change_at(self, frequency: RealArray) -> ComplexArray:
-        """Change δ of the mounts' stiffness as `line_values` have it, shape (n_frequency,) [1]."""
-        return np.asarray(self.line_values[self.change_slice] @ self.change.basis(frequency))
+    @property
+    def schwarz(self) -> float:
+        """Schwarz's criterion of what the mounts are said to do: the smaller the better [1].
+
+        Two fits of the same sweeps differ in χ² and in the number of unknowns of the mounts.
+        """
+        count = 2 * sum(int(np.count_nonzero(np.isfinite(part))) for part in self.whitened)
+        return float(count * self.reduced_chi**2 + self.n_change * np.log(count))
 
     def gas_derivatives(self) -> ComplexArray:
         """By the unknowns of the gas, shape (n_gas, n_pressure, 3)."""
@@ -185,9 +190,10 @@ def fit_source(
 def _mismatch(problem: SourceProblem, values: RealArray) -> float:
     """Change of the mounts, direction by direction, that explains the residuals below 60 Hz."""
     low, high = SMALLEST_MISMATCH, LARGEST_MISMATCH
+    chi = problem.chi_over_mismatch(values, MOUNTS_BELOW)
     for _ in range(10):
         middle = float(np.sqrt(low * high))
-        if problem.reduced_chi(values, middle, MOUNTS_BELOW) > 1:
+        if chi(middle) > 1:
             low = middle
         else:
             high = middle

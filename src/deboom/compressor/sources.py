@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from deboom.compressor.source_load import case_name
 from deboom.compressor.source_problem import N_ROTOR
 from deboom.compressor.source_structure import GAS_NAMES, GAS_UNITS, N_GAS
 from deboom.physics.arrays import ComplexArray, RealArray
@@ -150,7 +151,7 @@ def sources(
     names = ["static unbalance", "dynamic unbalance"]
     units = ["kg m", "kg m²"]
     for pressure in fit.pressure:
-        names += [f"{name} at {pressure / 1e5:g} bar" for name in GAS_NAMES]
+        names += [f"{name} at {case_name(pressure)}" for name in GAS_NAMES]
         units += GAS_UNITS
     quantile = NormalDist().inv_cdf(0.5 + confidence / 2)
     estimates = [

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import chain, combinations
 
 import numpy as np
@@ -34,6 +34,8 @@ SHARPNESS = 8.0
 """With which the worst vehicles lead in an exchange of values [1/unit]."""
 MOST_PARTS = 8
 """Subsets of the parts are gone through one by one: 256 of them."""
+ROOM = 1e3
+"""Added to the limit of a vehicle that is not asked about [unit]."""
 STARTS = 4
 """Local optima of all vehicles that a relaxation begins with."""
 
@@ -92,13 +94,14 @@ def fewest_part_numbers(
     Two steps in turn. Numbers: of a library of part values, choose a stated count and give every
     vehicle one of each part, so that the worst vehicle is as good as can be (`choose_numbers`, an
     exact integer program on that library). Values: move the values of these numbers by gradients
-    (`shared_design`). The library begins with the local optima of every vehicle by itself, and
-    takes in the values found; a vehicle's optimum may need two parts to change together, which is
-    why numbers are chosen for all parts at once.
+    (`shared_design`), then put other values of the library in wherever vehicles gain. The library
+    holds the local optima of every vehicle by itself; a vehicle's optimum may need two parts to
+    change together, which is why numbers are chosen for all parts at once.
 
-    The lower bound is a relaxation: parts outside of a subset are shared as far as the rules allow,
-    those inside are free for each vehicle. All optima of values are local ones, of several starts:
-    the search may miss a sharing, and the bound is one too high where every start missed one.
+    The lower bound is a relaxation: parts outside of a subset are shared by all vehicles, those
+    inside, and those of which rules keep vehicles apart, are free for each vehicle. All optima of
+    values are local ones, of several starts: the search may miss a sharing, and the bound is one
+    too high where every start missed one.
     """
     say = step or (lambda *_: None)
     _refuse_unreachable(problem, own)
@@ -158,6 +161,38 @@ def fewest_part_numbers(
     return Commonality(
         by_count, quietest_within_limits(problem, fewest), min(bound, fewest.sharing.total)
     )
+
+
+def separate_sets(problem: SharingProblem, own: OwnOptima, sharing: Sharing) -> SharedDesign:
+    """Find values for a sharing in which no set of vehicles has a number of another set.
+
+    Parameters
+    ----------
+    problem : SharingProblem
+    own : OwnOptima
+        Of `own_optima`, for the same model and space.
+    sharing : Sharing
+        Such as one number of every part for each group of vehicles.
+
+    Returns
+    -------
+    SharedDesign
+        In each set the worst vehicle is as good as was found.
+
+    Notes
+    -----
+    One search per set, with room for all others: in a search of all, values of a set without the
+    worst vehicle stay where they began.
+    """
+    place = np.unique(sharing.numbers, axis=1, return_inverse=True)[1].ravel()
+    designs = own.designs.copy()
+    for one in range(int(place.max()) + 1):
+        inside = place == one
+        alone = replace(problem, limits=problem.limits + np.where(inside, 0.0, ROOM))
+        best = shared_design(alone, sharing, _starts(alone, own))
+        designs[inside] = best.designs[inside]
+    levels = problem.own(designs)
+    return SharedDesign(sharing, designs, levels, levels - problem.limits)
 
 
 def _starts(problem: SharingProblem, own: OwnOptima) -> list[RealArray]:
@@ -257,7 +292,8 @@ def _bound(problem: SharingProblem, least: Sharing, starts: Sequence[RealArray])
     best = least.total + len(problem.part_names)
     for parts in chain([()], _subsets(len(problem.part_names))):
         numbers = least.numbers.copy()
-        for part in parts:
+        # where rules keep vehicles apart, nobody knows which of the others share with which
+        for part in {*parts, *np.flatnonzero(np.array(least.counts) > 1).tolist()}:
             numbers[part] = problem.rules.units(problem.part_names[part], problem.vehicles)
         relaxed = Sharing(least.parts, least.vehicles, numbers)
         # a part that is free for each vehicle has at least one number more

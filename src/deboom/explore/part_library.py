@@ -13,7 +13,7 @@ from scipy.sparse import csr_array, hstack
 from deboom.errors import InputError
 from deboom.explore.arrays import RealArray, frozen_copy
 from deboom.explore.evaluate import responses
-from deboom.explore.shared_design import SharedDesign, SharingProblem
+from deboom.explore.shared_design import SharingProblem
 from deboom.explore.sharing import IntArray, Sharing
 
 SAME_VALUE = 0.05
@@ -53,22 +53,6 @@ class PartLibrary:
             ),
             contexts,
         )
-
-    def with_values_of(self, problem: SharingProblem, found: Sequence[SharedDesign]) -> PartLibrary:
-        """Put the values of part numbers before those that are here."""
-        joined = []
-        for part, columns in enumerate(problem.columns):
-            fresh = [one.designs[:, list(columns)] for one in found]
-            values = np.unique(np.concatenate(fresh), axis=0) if fresh else self.values[part][:0]
-            joined.append(
-                _different(
-                    problem,
-                    self.contexts,
-                    list(columns),
-                    np.concatenate([values, self.values[part]]),
-                )
-            )
-        return PartLibrary(tuple(joined), self.contexts)
 
 
 def choose_numbers(

@@ -183,10 +183,8 @@ def own_optima(
     if starts < 1:
         raise InputError(f"{starts} starts: at least one descent per vehicle is needed")
     random = generator(seed, "own optima")
-    n_vehicles, bounds = (
-        len(evaluate.response_names),
-        list(zip(space.lower, space.upper, strict=True)),
-    )
+    n_vehicles = len(evaluate.response_names)
+    bounds = list(zip(space.lower, space.upper, strict=True))
     found: list[tuple[float, int, RealArray]] = []
     for vehicle in range(n_vehicles):
         for start in range(starts):
@@ -232,6 +230,11 @@ def shared_design(
     Returns
     -------
     SharedDesign
+
+    Raises
+    ------
+    InputError
+        No start.
 
     Notes
     -----

@@ -169,20 +169,13 @@ class SharingRules:
         return True
 
     def fewest(self, parts: Sequence[str], vehicles: Sequence[str]) -> Sharing:
-        """Return a sharing with few numbers that keeps the rules, whatever it costs.
+        """Return a sharing with the fewest numbers that keep the rules, whatever it costs.
 
-        Vehicles are taken in their order, and each gets the first number that no rule forbids.
+        Vehicles are taken in their order, and each gets the first number with which the others can
+        still do.
         """
-        numbers = np.zeros((len(parts), len(vehicles)), dtype=np.intp)
-        for row, part in enumerate(parts):
-            units, clash = self.units(part, vehicles), self.clash(part, vehicles)
-            for place in range(len(vehicles)):
-                if units[place] < place:
-                    numbers[row, place] = numbers[row, units[place]]
-                    continue
-                forbidden = set(numbers[row, :place][clash[place, :place]].tolist())
-                numbers[row, place] = next(n for n in range(place + 1) if n not in forbidden)
-        return Sharing(tuple(parts), tuple(vehicles), numbers)
+        rows = [_fewest(self.units(part, vehicles), self.clash(part, vehicles)) for part in parts]
+        return Sharing(tuple(parts), tuple(vehicles), np.array(rows, dtype=np.intp))
 
     def _pairs_apart(self, part: str) -> list[tuple[str, str]]:
         return [
@@ -195,6 +188,24 @@ class SharingRules:
 
 NO_RULES = SharingRules({}, {})
 """Every vehicle may share every part with every other."""
+
+
+def _fewest(units: IntArray, clash: npt.NDArray[np.bool_]) -> list[int]:
+    """Return the fewest numbers of vehicles, shape (v,), so that none that clash share one."""
+
+    def filled(numbers: list[int], most: int) -> list[int] | None:
+        place = len(numbers)
+        if place == len(units):
+            return numbers
+        if units[place] < place:
+            return filled([*numbers, numbers[units[place]]], most)
+        forbidden = {numbers[other] for other in range(place) if clash[place, other]}
+        for number in range(min(max(numbers, default=-1) + 2, most)):
+            if number not in forbidden and (found := filled([*numbers, number], most)):
+                return found
+        return None
+
+    return next(found for most in range(1, len(units) + 1) if (found := filled([], most)))
 
 
 def _in_order(row: IntArray) -> list[int]:

@@ -86,12 +86,15 @@ class ShareTarget:
         See `Scattered.soft_share`: what is searched with. Count the parts afterwards.
     scale : float
         What messages multiply responses with, such as from a sum to a mean [1].
+    unit : str
+        That messages give responses then.
     """
 
     limit: RealArray
     share: float
     softness: float = SOFTNESS
     scale: float = 1.0
+    unit: str = ""
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "limit", frozen_copy(np.asarray(self.limit, dtype=float)))
@@ -111,10 +114,11 @@ class ShareTarget:
         worst = int(np.argmin(share))
         beyond = self.scale * float(scattered.values[:, worst].mean() - self.limit[worst])
         side = "above" if beyond > 0.0 else "below"
+        distance = f"{abs(beyond):.4g} {self.unit}".rstrip()
         return (
             f"only {100 * share.mean():.4g} % of parts × responses are within their limit, wanted "
             f"are {100 * self.share:.4g} %; {names[worst]} binds with {100 * share[worst]:.4g} %, "
-            f"its mean is {abs(beyond):.4g} {side} the limit"
+            f"its mean is {distance} {side} the limit"
         )
 
 

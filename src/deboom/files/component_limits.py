@@ -121,7 +121,8 @@ def _window(
 ) -> StiffnessLimit:
     """Convert one window to SI."""
     try:
-        bounds = Bounds(None if low is None else unit * low, None if high is None else unit * high)
+        Bounds(low, high)  # a refusal states the numbers of the file
     except InputError as error:
         raise InputError(f"{path}: stiffness {direction}: {error}") from None
+    bounds = Bounds(None if low is None else unit * low, None if high is None else unit * high)
     return StiffnessLimit(direction, (band.from_hz, band.to_hz), bounds)

@@ -62,18 +62,24 @@ def read_delivered_parts(
         name, mount = row.filled("part"), row.filled("mount")
         refuse_second(seen, f"part '{name}'", row)
         if mount not in required:
-            raise row.error(f"part '{name}': the box knows no mount '{mount}', {list(required)}")
+            raise row.error(
+                f"part '{name}': the box knows no mount '{mount}', only {', '.join(required)}"
+            )
         stiffness = {}
         for axis in AXES:
             if not row.cells[axis] and axis not in required[mount]:
                 continue
             if not row.cells[axis]:
                 raise row.error(
-                    f"part '{name}': {mount} {axis} was not measured, and the box limits it"
+                    f"part '{name}': {mount} {axis} was not measured, and the box limits it: "
+                    "measure it"
                 )
             stiffness[axis] = row.number(axis)
             if not stiffness[axis] > 0.0:
-                raise row.error(f"part '{name}': the stiffness in {axis} must be positive")
+                raise row.error(
+                    f"part '{name}': {mount} {axis} is {stiffness[axis]:g} N/m, a stiffness is "
+                    "above 0: correct the measurement"
+                )
         parts.append(DeliveredPart(name, row.filled("batch"), mount, stiffness))
     if not parts:
         raise InputError(f"{path} holds no part: one row per part")

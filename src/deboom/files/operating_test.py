@@ -9,11 +9,7 @@ import numpy as np
 from deboom.errors import InputError
 from deboom.files.inertance_test import read_inertance_test
 from deboom.files.inertance_test_tables import PlacedSensor, read_placed_sensors
-from deboom.files.operating_sweeps import (
-    SweepNodes,
-    read_sweep,
-    read_sweep_record,
-)
+from deboom.files.operating_sweeps import SweepNodes, read_sweep, read_sweep_record
 from deboom.files.operating_test_file import (
     OPERATING_TEST_FILE,
     DeviationSection,
@@ -22,12 +18,7 @@ from deboom.files.operating_test_file import (
     load_operating_test_file,
 )
 from deboom.measurement.inertance_test import InertanceTest
-from deboom.measurement.operating_sweep import (
-    HoseDrawing,
-    HoseState,
-    OperatingSweep,
-    OperatingTest,
-)
+from deboom.measurement.operating_sweep import HoseDrawing, HoseState, OperatingSweep, OperatingTest
 from deboom.measurement.tracked_sweep import tracked_sweep
 from deboom.physics.arrays import RealArray
 from deboom.physics.rigid_body import rotation_matrix
@@ -190,5 +181,7 @@ def _check_impacts(folder: Path, test: InertanceTest, hammer: InertanceTest) -> 
 
 
 def _largest_turn(one: RealArray, other: RealArray) -> float:
-    """Angle between two orientations, to rounding exact for small ones [rad]."""
-    return float(np.linalg.norm(one - other) / np.sqrt(2))
+    """Angle between two orientations [rad]."""
+    # ‖A − B‖ = 2√2 sin(θ/2), which is exact for small angles where the trace is not
+    half = min(float(np.linalg.norm(one - other)) / np.sqrt(8), 1.0)
+    return float(2 * np.arcsin(half))

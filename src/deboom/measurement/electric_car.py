@@ -18,7 +18,7 @@ from deboom.measurement.inertance_test import (
     freeze_field,
 )
 from deboom.measurement.noise_transfer import PRESSURE_PER_FORCE
-from deboom.measurement.operating_sweep import OperatingTest
+from deboom.measurement.operating_sweep import OperatingSweep, OperatingTest
 from deboom.measurement.placement_tolerances import PlacementTolerances
 from deboom.measurement.sensors import SENSOR_AXES, Sensor
 from deboom.physics.arrays import RealArray
@@ -113,8 +113,8 @@ class ElectricCar:
     Raises
     ------
     InputError
-        Doubled points; a mount of the sweeps without noise transfer functions, or the other way
-        round; a sweep without the ear; names, units or lines that do not fit together.
+        Doubled points; a mount of sweeps or drawing without noise transfer functions, or the other
+        way round; a sweep without the ear; names, units or lines that do not fit together.
     """
 
     name: str
@@ -156,10 +156,10 @@ class ElectricCar:
         if self.n_averages < 1:
             raise InputError(f"car {self.name}: {self.n_averages} hits per impact, at least one")
         for sweep in self.operation.sweeps:
-            self._check_sweep(sweep.name)
+            self._check_sweep(sweep)
 
-    def _check_sweep(self, name: str) -> None:
-        sweep = next(one for one in self.operation.sweeps if one.name == name)
+    def _check_sweep(self, sweep: OperatingSweep) -> None:
+        name = sweep.name
         if sweep.sound is None or self.ear not in sweep.sound.channels:
             raise InputError(
                 f"car {self.name}: sweep {name} has no pressure at '{self.ear}', where the noise "
@@ -172,6 +172,9 @@ class ElectricCar:
             )
         held = list(dict.fromkeys(c.rpartition(" ")[0] for c in sweep.holder.channels))
         struck = [point.name for point in self.mounts]
+        drawing = self.operation.hammer.drawing
+        if drawing is not None and len(drawing.mounts) > len(held):
+            held = [mount.name for mount in drawing.mounts]
         without = [mount for mount in held if mount not in struck]
         if without:
             raise InputError(

@@ -89,19 +89,17 @@ def wrench_noise_transfer(
     Raises
     ------
     InputError
-        No such point; impacts that do not determine all six loads.
+        No point at all, or no such one; impacts that do not determine all six loads.
 
     Notes
     -----
     ``Y_VP = Y (U⁺)ᵀ`` by least squares (van der Seijs et al., 2017). Errors to first order: the
-    noise of a function has the variance ``|H|² (1 − γ²)/(n γ²)`` of its modulus; an impact that
+    noise of a function has the mean square modulus ``|H|² (1 − γ²)/(n γ²)``; an impact that
     lies δr off pushes with the moment ``δr × d`` besides, one that leans by δd with ``δd`` and
     ``r × δd``; each of these is multiplied with the found functions of the point and goes through
     ``U⁺``. The gain of the hammer, and the place of the point itself, are common to its impacts.
     """
-    chosen = [
-        car.point(name) for name in ([p.name for p in car.points] if points is None else points)
-    ]
+    chosen = _chosen(car, points)
     geometries = {point.name: impact_geometry(point.impacts, point.position) for point in chosen}
     transfer = noise_transfer_at_points(car.pressure, geometries)
     deviations, consistency = [], {}
@@ -132,15 +130,13 @@ def wrench_accelerance(car: ElectricCar, points: Sequence[str] | None = None) ->
     Raises
     ------
     InputError
-        No such point; sensors or impacts that do not determine it.
+        No point, or no such one; sensors or impacts that do not determine it.
 
     Notes
     -----
     ``Y_VP = V⁺ Y (U⁺)ᵀ``, block by block.
     """
-    chosen = [
-        car.point(name) for name in ([p.name for p in car.points] if points is None else points)
-    ]
+    chosen = _chosen(car, points)
     seen = [virtual_point(sensor_geometry(point.sensors, point.position)) for point in chosen]
     struck = [virtual_point(impact_geometry(point.impacts, point.position)) for point in chosen]
     blocks = [

@@ -10,6 +10,7 @@ import numpy as np
 from deboom.errors import InputError
 from deboom.mounts.characterised_direction import CharacterisedDirection
 from deboom.mounts.characterised_mount import CharacterisedMount
+from deboom.mounts.error_budget import TWO_SIDED
 from deboom.mounts.mount import AXES
 from deboom.mounts.part_scatter import (
     DEFAULT_PRIOR,
@@ -24,8 +25,6 @@ from deboom.physics.arrays import RealArray
 
 FEWEST_POINTS = 20
 """Points at which all parts of a direction must have been measured."""
-TWO_SIDED_95 = 1.959964
-"""Half width of a 95 % band in standard deviations [1]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -218,7 +217,7 @@ def _identified(part: CharacterisedMount, axis: str) -> CharacterisedDirection |
 
 def _uncertainty(direction: CharacterisedDirection) -> float:
     half_width = direction.quality.half_width_95
-    return 0.0 if half_width is None else half_width / TWO_SIDED_95
+    return 0.0 if half_width is None else half_width / TWO_SIDED
 
 
 def _label(part: CharacterisedMount) -> str:

@@ -112,7 +112,7 @@ class DirectionScatter:
         """What a reader must know; empty if the parts alone say it."""
         notes = []
         if self.prior_share == 1.0:
-            notes.append("assumed: fewer than two parts were measured")
+            notes.append("assumed: not identified in every part, or fewer than two parts")
         elif self.prior_share > 0.0:
             notes.append(f"{100 * self.prior_share:.0f} % assumed, {self.n_parts} parts")
         if self.dominated:

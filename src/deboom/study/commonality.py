@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from deboom.errors import InputError
-from deboom.explore.commonality import Commonality, fewest_part_numbers
+from deboom.explore.commonality import Commonality, fewest_part_numbers, separate_sets
 from deboom.explore.correlation_study import correlations, families
 from deboom.explore.design_space import DesignSpace
 from deboom.explore.evaluate import responses
@@ -20,7 +20,6 @@ from deboom.explore.shared_design import (
     SharedDesign,
     SharingProblem,
     own_optima,
-    shared_design,
 )
 from deboom.explore.sharing import Sharing, SharingRules
 from deboom.explore.space_filling import latin_hypercube
@@ -30,7 +29,7 @@ from deboom.physics.arrays import RealArray
 from deboom.report.style import mount_of
 from deboom.study.mount_source import Operation
 from deboom.study.progress import Progress
-from deboom.vehicles.limit_responses import MeanLevel
+from deboom.vehicles.limit_responses import MeanLevel, ScatteredLevel
 from deboom.vehicles.load_case_index import LoadCaseIndex
 
 FAMILY_DESIGNS = 100
@@ -87,7 +86,8 @@ class CommonalityStudy:
     level : MeanLevel
         Mean level of each vehicle's lines.
     problem : SharingProblem
-        Limits are those of a car as drawn, the margin for scatter taken off [dB(A)].
+        Of `ScatteredLevel`. Limits are those of a car as drawn, the margin for scatter taken off
+        [dB(A)].
     own : OwnOptima
     found : Commonality
     by_group : SharedDesign or None
@@ -120,7 +120,9 @@ class CommonalityStudy:
     @property
     def today(self) -> RealArray:
         """Level of each vehicle with today's mounts, shape (v,) [dB(A)]."""
-        return np.asarray(responses(self.level, self.problem.space.nominal[np.newaxis])[0])
+        return np.asarray(
+            responses(self.problem.evaluate, self.problem.space.nominal[np.newaxis])[0]
+        )
 
     def price(self, design: SharedDesign) -> RealArray:
         """Return what sharing costs each vehicle against mounts of its own, shape (v,) [dB]."""
@@ -158,12 +160,20 @@ def commonality_study(
     Raises
     ------
     InputError
-        One vehicle only; a table of limits that lacks a vehicle; see `fewest_part_numbers`.
+        One vehicle only; a table of limits that lacks a vehicle, or a limit that a vehicle misses
+        even with mounts of its own; see `fewest_part_numbers`.
     """
     level = MeanLevel(index)
     vehicles = level.response_names
     if len(vehicles) < 2:
         raise InputError(f"only vehicle {vehicles[0]} was asked for: sharing needs two")
+    parts = {
+        mount: [name for name in space.names if mount_of(name) == mount]
+        for mount in dict.fromkeys(mount_of(name) for name in space.names)
+    }
+    rules = SharingRules(_rule("--together", together), _rule("--apart", apart))
+    rules.check(tuple(parts), vehicles)
+    stated = None if aims.limits is None else _table_limits(aims.limits, vehicles)
     silent = variables_without_effect(level, space)
     fixed = np.isin(space.names, silent)
     searched = replace(
@@ -172,18 +182,15 @@ def commonality_study(
         upper=np.where(fixed, space.nominal, space.upper),
     )
     progress(0, 4, "mounts of its own for each vehicle")
-    own = own_optima(level, searched, starts=aims.starts, seed=aims.seed)
-    parts = {
-        mount: [name for name in space.names if mount_of(name) == mount]
-        for mount in dict.fromkeys(mount_of(name) for name in space.names)
-    }
-    rules = SharingRules(_rule("--together", together), _rule("--apart", apart))
+    drawn = ScatteredLevel(index, space.nominal, space.relative_sigma)
+    own = own_optima(drawn, searched, starts=aims.starts, seed=aims.seed)
     draws = sobol_sample(space.n_variables, SEARCH_DRAWS, seed=aims.seed).values
-    margin = _margin(level, space, own.designs, draws, aims.share)
+    margin = _margin(level, space, own, draws, aims.share)
     limits = own.levels + aims.allowed
-    if aims.limits is not None:
-        limits = _table_limits(aims.limits, vehicles) - margin
-    problem = SharingProblem(level, searched, parts, limits, rules)
+    if stated is not None:
+        _refuse_missed(aims, vehicles, stated, own.levels + margin)
+        limits = stated - margin
+    problem = SharingProblem(drawn, searched, parts, limits, rules)
     progress(1, 4, "families of the correlation study")
     guesses = _guesses(runs, problem, aims.seed)
     found = fewest_part_numbers(
@@ -192,9 +199,10 @@ def commonality_study(
     progress(3, 4, "verification")
     by_group = None
     if "groups" in guesses:
-        starts = [own.designs, *(one.designs for one in found.by_count)]
-        by_group = shared_design(problem, guesses["groups"], starts)
-    check = sobol_sample(space.n_variables, VERIFYING_DRAWS, seed=aims.seed + 1).values
+        by_group = separate_sets(problem, own, guesses["groups"])
+    check = sobol_sample(
+        space.n_variables, VERIFYING_DRAWS, seed=aims.seed, purpose="verification sample"
+    ).values
     shares = _shares(level, space, found.fewest.designs, check, limits + margin)
     progress(4, 4, "done")
     return CommonalityStudy(
@@ -229,6 +237,22 @@ def _table_limits(path: Path, vehicles: Sequence[str]) -> RealArray:
     return np.array([limits[name] for name in vehicles])
 
 
+def _refuse_missed(
+    aims: CommonalityAims, vehicles: Sequence[str], limits: RealArray, kept: RealArray
+) -> None:
+    """Refuse limits that vehicles miss with mounts of their own, both (v,) [dB(A)]."""
+    missed = kept - limits
+    binding = int(np.argmax(missed))
+    if missed[binding] > 0.0:
+        raise InputError(
+            f"{aims.limits}: {vehicles[binding]} cannot keep its limit of {limits[binding]:.4g} "
+            f"dB(A): with mounts of its own {aims.share:.0%} of the cars reach "
+            f"{kept[binding]:.4g} dB(A), {missed[binding]:.3g} dB too much; "
+            f"{int((missed > 0.0).sum())} of {missed.size} vehicles miss theirs: raise the limits, "
+            "or widen the bounds (--half-width)"
+        )
+
+
 def _scattered(
     level: MeanLevel, space: DesignSpace, design: RealArray, draws: RealArray, vehicle: int
 ) -> RealArray:
@@ -238,15 +262,14 @@ def _scattered(
 
 
 def _margin(
-    level: MeanLevel, space: DesignSpace, designs: RealArray, draws: RealArray, share: float
+    level: MeanLevel, space: DesignSpace, own: OwnOptima, draws: RealArray, share: float
 ) -> RealArray:
     """Asked quantile of the cars as made less the car as drawn, shape (v,) [dB]."""
-    drawn = np.diag(responses(level, designs))
     made = [
         np.quantile(_scattered(level, space, design, draws, vehicle), share)
-        for vehicle, design in enumerate(designs)
+        for vehicle, design in enumerate(own.designs)
     ]
-    return np.asarray(np.array(made) - drawn)
+    return np.asarray(np.array(made) - own.levels)
 
 
 def _shares(

@@ -203,7 +203,10 @@ def _page(
             ),
         ),
         terms=TERMS,
-        warnings=motion_report(study.level.index, chosen.designs).warnings,
+        warnings=(
+            *_not_kept(study),
+            *motion_report(study.level.index, chosen.designs).warnings,
+        ),
         sections=(
             Section(
                 "Which vehicle has which mount",
@@ -252,4 +255,18 @@ def _page(
                 ),
             ),
         ),
+    )
+
+
+def _not_kept(study: CommonalityStudy) -> tuple[str, ...]:
+    """Warn of vehicles whose cars, counted with draws of its own, miss the asked share."""
+    pairs = zip(study.vehicles, study.shares, strict=True)
+    short = [
+        f"{name} ({PERCENT * share:.1f} %)" for name, share in pairs if share < study.aims.share
+    ]
+    if not short:
+        return ()
+    return (
+        f"New draws find fewer than {study.aims.share:.0%} of the cars within the limit: "
+        f"{', '.join(short)}. The margin for scatter is that of mounts of its own.",
     )

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 import pandas as pd
@@ -31,7 +30,7 @@ def component_sheet(measured: MeasuredUnbalance, command: str) -> dict[str, byte
     measured : MeasuredUnbalance
         With limits.
     command : str
-        That makes the sheet again.
+        That makes the sheet again; empty where the page of a study states it.
 
     Returns
     -------
@@ -106,7 +105,7 @@ def condition_table(measured: MeasuredUnbalance, command: str) -> pd.DataFrame:
     high = max(sweep.speed[-1] for sweep in chosen.sweeps)
     hammer = test.hammer
     weighed = "not weighed" if hammer.weighed_mass is None else f"{hammer.weighed_mass:.3f} kg"
-    rows: Mapping[str, str] = {
+    rows = {
         "sweeps": f"{sweeps}; {low:.0f}–{high:.0f} rpm; first order",
         "sense of rotation": found.sense.statement,
         "method": f"in situ, mounted; route {chosen.route.letter}: {chosen.route.title}",
@@ -118,8 +117,9 @@ def condition_table(measured: MeasuredUnbalance, command: str) -> pd.DataFrame:
         "alarms": " ".join(one for one in alarms if one != found.state.statement) or "none",
         "guard bands": "one-sided normal quantile times the standard deviation of noise, "
         "placement, calibration and state of the mounts together",
-        "command": command,
     }
+    if command:
+        rows["command"] = command
     return pd.DataFrame({"condition": list(rows), "in this test": list(rows.values())})
 
 

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from deboom.bench.compressor_laboratory import draw
-from deboom.bench.compressor_operation import Operation, operation
+from deboom.bench.compressor_operation import Operation, gas_factor, operation
 from deboom.bench.compressor_operation_plan import PRESSURES
 from deboom.bench.compressor_plan import CalibrationLevel
 from deboom.bench.compressor_rig import placement_errors
@@ -20,7 +20,7 @@ from deboom.bench.electric_car_writer import CAR_PLAN, write_electric_car
 from deboom.bench.electric_fleet import draw_fleet, frozen_fleet
 from deboom.bench.electric_hammer import CABIN_NOISE, body_plan, strike_body
 from deboom.bench.electric_places import draw_setup, point_sheets
-from deboom.bench.electric_sweeps import draw_car_sensors, gas_factor
+from deboom.bench.electric_sweeps import draw_car_sensors
 from deboom.errors import InputError
 from deboom.files.electric_car import read_electric_car
 from deboom.measurement.channels import Frf

@@ -191,7 +191,9 @@ def _in_hose_band(errors: Sequence[SweepErrors], *, by_mounts: bool) -> RealArra
         [
             np.percentile(np.abs(lines[high]), SPREAD[-1])
             for one in errors
-            if one.hoses is HoseState.STANDARD and (high := in_band(one.frequency, HOSE_BAND)).any()
+            if one.hoses is HoseState.STANDARD
+            and (by_mounts or one.complete)
+            and (high := in_band(one.frequency, HOSE_BAND)).any()
             for lines in [one.lines_by_mounts if by_mounts else one.lines]
         ],
         dtype=float,

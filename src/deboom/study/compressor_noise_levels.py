@@ -48,6 +48,8 @@ class SweepErrors:
     still_body, predicted_body : array, shape (n_frequency,)
         Level without the motion of the body, and with the predicted one, minus that with the
         measured one [dB].
+    complete : bool
+        Whether no path was left out.
     inside : float
         Share of the louder half of the lines at which the measured level lies within the band of
         the synthesis; noise of the microphone, which the band has not, fills the notches [1].
@@ -67,6 +69,7 @@ class SweepErrors:
     lines_by_mounts: RealArray
     still_body: RealArray
     predicted_body: RealArray
+    complete: bool
     inside: float
     hose_band: float
     hose_band_by_mounts: float
@@ -163,6 +166,7 @@ def _errors(case: CarNoise, noise: SweepNoise, band: NoiseBand) -> SweepErrors:
         lines_by_mounts=by_mounts - measured,
         still_body=noise.level(noise.still_body) - total,
         predicted_body=noise.level(noise.predicted_body) - total,
+        complete=noise.complete,
         inside=float(np.mean(((measured >= band.lower) & (measured <= band.upper))[loud])),
         hose_band=band_level(noise, noise.total) - band_level(noise, noise.measured),
         hose_band_by_mounts=band_level(noise, noise.by_mounts) - band_level(noise, noise.measured),

@@ -16,6 +16,7 @@ from deboom.compressor.component_limits import ComponentLimits
 from deboom.compressor.hose_reaction import HoseReaction, hose_reactions
 from deboom.compressor.identified import IdentifiedCompressor, identified_compressor
 from deboom.compressor.identify import Identification, IdentifyOptions, identify
+from deboom.compressor.operating_checks import hose_alarms
 from deboom.compressor.unbalance import RouteResult, Unbalance, UnbalanceOptions, unbalance
 from deboom.errors import InputError
 from deboom.files.compressor_model import read_compressor_model
@@ -30,7 +31,7 @@ STEPS = 12
 MODEL_FILE = "compressor_model"
 """Stem of the file of an identified compressor in a run."""
 AUTOMATIC = "auto"
-"""Route d, or e where the mounts have changed and the hammer test has no alarm."""
+"""Route d, or e where the mounts have changed, no hose is seen and the hammer test has no alarm."""
 
 
 @dataclass(frozen=True)
@@ -196,14 +197,23 @@ def with_route(found: Unbalance, wanted: str) -> Unbalance:
     """
     letters = [result.route.letter for result in found.routes]
     if wanted == AUTOMATIC:
-        # an update of the mounts is worth as much as the model that it updates
-        sound = not found.identification.alarms
+        # an update of the mounts is worth as much as the model that it updates, and hoses that
+        # push back look like other mounts
+        sound = not (found.identification.alarms or _hoses_seen(found))
         updated = found.state.changed and sound and "e" in letters
         wanted = "e" if updated else found.chosen.route.letter
     if wanted not in letters:
         raise InputError(f"there is no route '{wanted}': choose {AUTOMATIC}, {', '.join(letters)}")
     route = found.by_letter(wanted).route
     return replace(found, options=replace(found.options, chosen=route))
+
+
+def _hoses_seen(found: Unbalance) -> bool:
+    """Whether the sweeps that were used had the vehicle's hoses, by their name or their loads."""
+    names = {sweep.sweep for sweep in found.chosen.sweeps}
+    used = [sweep for sweep in found.test.sweeps if sweep.name in names]
+    joined = any(sweep.hoses is HoseState.STANDARD for sweep in used)
+    return joined or bool(hose_alarms(used, found.chosen.sources.residual_bands))
 
 
 def _with_hoses(

@@ -12,7 +12,7 @@ from deboom.files.run_lock import LOCK, held
 from deboom.study.compressor_unbalance import STEPS, UnbalancePlan, measured_unbalance
 from deboom.study.compressor_unbalance_result import unbalance_result
 from deboom.study.progress import Progress, counted
-from deboom.study.runner import PACKAGES, save_result
+from deboom.study.runner import PACKAGES, command_of, save_result
 
 COMMAND = "unbalance"
 SEED = 1
@@ -59,10 +59,9 @@ def unbalance_into_run(
         with held(run.folder):
             measured = measured_unbalance(folder, plan, counted(progress, STEPS + 1))
             progress(STEPS, STEPS + 1, "tables and figures")
-            command = " ".join([str(record["command"]), *_limits(plan)])
             inputs = measured.input_files
             result = unbalance_result(
-                measured, command=command, inputs=inputs, with_figures=with_figures
+                measured, command=command_of(record), inputs=inputs, with_figures=with_figures
             )
             used = {
                 "facts": dict(result.facts),
@@ -77,10 +76,6 @@ def unbalance_into_run(
     progress(STEPS + 1, STEPS + 1, "done")
     decision = overall(measured.verdicts).value if measured.verdicts else ""
     return finish_run(run), decision
-
-
-def _limits(plan: UnbalancePlan) -> list[str]:
-    return [] if plan.limits is None else [f"--limits {plan.limits.path.as_posix()}"]
 
 
 def _record(folder: Path, plan: UnbalancePlan, *, with_figures: bool) -> dict[str, Any]:

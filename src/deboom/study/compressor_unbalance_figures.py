@@ -8,6 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from deboom.compressor.component_acceptance import DYNAMIC, STATIC
+from deboom.compressor.source_load import case_name
 from deboom.report.figures import MaskedPanel, masked_panels
 
 if TYPE_CHECKING:
@@ -139,15 +140,21 @@ def hoses(without: RouteResult, with_hoses: RouteResult, truth: UnbalanceTruth |
     for name, (label, unit) in SIZES.items():
         pairs = _by_pressure(without, with_hoses)
         for first, second in pairs:
+            joined = np.interp(
+                first.frequency,
+                second.frequency,
+                np.abs(curve_of(second, name).mean),
+                left=np.nan,
+                right=np.nan,
+            )
             curves = {
                 WITHOUT_HOSES: unit * np.abs(curve_of(first, name).mean),
-                WITH_HOSES: unit
-                * np.interp(first.frequency, second.frequency, np.abs(curve_of(second, name).mean)),
+                WITH_HOSES: unit * joined,
             }
             curves |= true_curve(truth, first, name)
             panels.append(
                 MaskedPanel(
-                    f"{name[0].upper()}{name[1:]}, {1e-5 * first.pressure:g} bar",
+                    f"{name[0].upper()}{name[1:]}, {case_name(first.pressure)}",
                     label,
                     first.frequency,
                     curves,
@@ -210,10 +217,11 @@ def true_curve(
     truth: UnbalanceTruth | None, sweep: SweepUnbalance, name: str
 ) -> dict[str, RealArray]:
     """Size of the true unbalance in units of `SIZES`, the rotating gas force included, if known."""
-    if truth is None or sweep.sweep not in truth.loads:
+    load = None if truth is None else truth.load_of(sweep)
+    if load is None:
         return {}
-    load = truth.loads[sweep.sweep][:, 1 if name == STATIC else 5]
-    return {TRUTH: SIZES[name][1] * np.abs(load) / (2 * np.pi * sweep.frequency) ** 2}
+    across = np.abs(load[:, 1 if name == STATIC else 5])
+    return {TRUTH: SIZES[name][1] * across / (2 * np.pi * sweep.frequency) ** 2}
 
 
 def _by_pressure(

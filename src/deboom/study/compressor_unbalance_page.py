@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import pandas as pd
 
+from deboom.compressor.source_load import case_name
 from deboom.report.page import Headline, Page, Picture, Section, Table
 from deboom.report.style import signed
 from deboom.study.component_verdicts import open_points, shown_verdicts
@@ -153,9 +154,7 @@ def _unbalance(
         shown.append(Table(tables["mask"], "Lines that are not to be trusted, and why."))
     return Section(
         "Unbalance and internal forces",
-        f"By route {chosen.route.letter}, {chosen.route.title}. That y and z agree is necessary, "
-        "and no proof: a rotating gas force agrees as well, and only its not growing with the "
-        f"speed tells it apart.{truth}",
+        f"By route {chosen.route.letter}, {chosen.route.title}. {measured.found.agreement}{truth}",
         figures=pictures(figures, "figure_61"),
         tables=tuple(shown),
     )
@@ -196,7 +195,7 @@ def _hoses(
     measured: MeasuredUnbalance, tables: Mapping[str, pd.DataFrame], figures: Mapping[str, bytes]
 ) -> Section:
     statements = "\n\n".join(
-        f"At {1e-5 * one.pair.pressure:g} bar: " + " ".join(band.statement for band in one.bands)
+        f"At {case_name(one.pair.pressure)}: " + " ".join(band.statement for band in one.bands)
         for one in measured.reactions
     )
     return Section(

@@ -42,7 +42,7 @@ def unbalance_result(
     measured : MeasuredUnbalance
         Shown in detail.
     command : str
-        In the footer of the supplier's sheet, which is written where there are limits.
+        Among the conditions of the supplier's sheet, which is written where there are limits.
     inputs : tuple of Path
         Files that stay; a test that was measured for the study leaves none.
     more_tables, more_figures, more_sections, more_summary

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
 import numpy as np
 import pandas as pd
 
 from deboom.compressor.component_acceptance import DYNAMIC, STATIC
+from deboom.compressor.source_load import PASCAL_PER_BAR, case_name
 from deboom.study.compressor_unbalance_truth import BANDS, route_errors
 
 if TYPE_CHECKING:
@@ -42,7 +44,7 @@ def source_table(measured: MeasuredUnbalance) -> pd.DataFrame:
     sources = measured.found.chosen.sources
     named: list[tuple[str, Estimate]] = [(STATIC, sources.static), (DYNAMIC, sources.dynamic)]
     for gas in sources.gas:
-        where = f", {1e-5 * gas.pressure:g} bar"
+        where = f", {case_name(gas.pressure)}"
         named += [
             (f"axial gas force{where}", gas.axial),
             (f"gas moment{where}", gas.moment),
@@ -100,12 +102,16 @@ def words(band: tuple[float, float]) -> str:
 
 
 def mismatch(result: RouteResult, band: tuple[float, float]) -> float:
-    """Rms over lines and sweeps of |y − z| over their mean, static unbalance [1]."""
+    """Rms over lines and sweeps of |y − z| over their mean, static unbalance [1].
+
+    Not a number where no line lies in the band.
+    """
     parts = [
         sweep.static.mismatch[(sweep.frequency >= band[0]) & (sweep.frequency <= band[1])]
         for sweep in result.sweeps
     ]
-    return float(np.sqrt(np.mean(np.concatenate(parts) ** 2)))
+    values = np.concatenate(parts)
+    return float(np.sqrt(np.mean(values**2))) if values.size else math.nan
 
 
 def residual_table(found: Unbalance) -> pd.DataFrame:
@@ -208,7 +214,7 @@ def reaction_table(measured: MeasuredUnbalance) -> pd.DataFrame:
     return pd.DataFrame(
         [
             {
-                "pressure [bar]": 1e-5 * reaction.pair.pressure,
+                "pressure [bar]": reaction.pair.pressure / PASCAL_PER_BAR,
                 "band": words((band.low, band.high)),
                 "reaction over source [%]": 100 * band.share,
                 "floor [%]": 100 * band.floor,

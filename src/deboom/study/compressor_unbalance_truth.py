@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,14 +12,16 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from deboom.errors import InputError
-from deboom.physics.arrays import ComplexArray
+from deboom.physics.arrays import ComplexArray, RealArray
 
 if TYPE_CHECKING:
-    from deboom.compressor.unbalance import RouteResult
+    from deboom.compressor.unbalance import RouteResult, SweepUnbalance
 
 TRUTH_FILE = Path("truth") / "operation.json"
 BANDS = ((20.0, 50.0), (50.0, 150.0))
 """Where line-by-line errors are stated: around the rigid-body modes, and above them [Hz]."""
+SAME_LINE = 1e-6
+"""Largest relative distance of a line of a sweep from one of the truth [1]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,12 +37,28 @@ class UnbalanceTruth:
     loads : mapping of str to array, shape (n_frequency, 6)
         Sweep → load at the virtual point at its lines, gas included [N, N m]; sweeps over time
         have none.
+    lines : mapping of str to array, shape (n_frequency,)
+        Sweep → its lines [Hz].
     """
 
     path: Path
     static: complex
     dynamic: complex
     loads: Mapping[str, ComplexArray]
+    lines: Mapping[str, RealArray]
+
+    def load_of(self, sweep: SweepUnbalance) -> ComplexArray | None:
+        """Return the load at the lines of a sweep, shape (n_frequency, 6) [N, N m].
+
+        None where it is not known there: nothing is interpolated.
+        """
+        if sweep.sweep not in self.loads:
+            return None
+        lines = self.lines[sweep.sweep]
+        places = np.argmin(np.abs(lines[:, np.newaxis] - sweep.frequency), axis=0)
+        if not np.allclose(lines[places], sweep.frequency, rtol=SAME_LINE, atol=0.0):
+            return None
+        return np.asarray(self.loads[sweep.sweep][places])
 
 
 @dataclass(frozen=True)
@@ -50,7 +69,7 @@ class RouteErrors:
     ----------
     static, dynamic : tuple of float
         One per band of `BANDS`, relative to the true unbalance [1]; the truth includes the rotating
-        gas force, which passes as unbalance.
+        gas force, which passes as unbalance. Not a number where no line lies in the band.
     static_mismatch, dynamic_mismatch : tuple of float
         Of y and z, relative to the true unbalance [1].
     """
@@ -76,13 +95,14 @@ def read_unbalance_truth(folder: Path) -> UnbalanceTruth | None:
         content = json.loads(path.read_text(encoding="utf-8"))
         static = complex(*content["static_unbalance_kg_m"])
         dynamic = complex(*content["dynamic_unbalance_kg_m2"])
-        loads = {}
+        loads, lines = {}, {}
         for number, name in enumerate(content["sweeps"]):
             with np.load(path.parent / f"{number}.npz") as arrays:
                 loads[str(name)] = arrays["load"]
+                lines[str(name)] = arrays["frequency"]
     except (OSError, ValueError, KeyError, TypeError) as error:
         raise InputError(f"{path} is no truth of a running compressor: {error}") from None
-    return UnbalanceTruth(path, static, dynamic, loads)
+    return UnbalanceTruth(path, static, dynamic, loads, lines)
 
 
 def route_errors(result: RouteResult, truth: UnbalanceTruth) -> RouteErrors:
@@ -109,11 +129,12 @@ def _in_band(
     errors: tuple[list[ComplexArray], ...] = ([], [])
     apart: tuple[list[ComplexArray], ...] = ([], [])
     for sweep in result.sweeps:
-        if sweep.sweep not in truth.loads:
+        known = truth.load_of(sweep)
+        if known is None:
             continue
         band = (sweep.frequency >= low) & (sweep.frequency <= high)
         square = (2 * np.pi * sweep.frequency[band]) ** 2
-        load = truth.loads[sweep.sweep][band]
+        load = known[band]
         for place, curve, true, size in (
             (0, sweep.static, load[:, 1] / square, abs(truth.static)),
             (1, sweep.dynamic, load[:, 5] / square, abs(truth.dynamic)),
@@ -125,4 +146,5 @@ def _in_band(
 
 
 def _rms(parts: list[ComplexArray]) -> float:
-    return float(np.sqrt(np.mean(np.abs(np.concatenate(parts)) ** 2)))
+    values = np.concatenate(parts) if parts else np.empty(0)
+    return float(np.sqrt(np.mean(np.abs(values) ** 2))) if values.size else math.nan

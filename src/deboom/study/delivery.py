@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from enum import Enum
 
@@ -242,7 +243,8 @@ def judged_delivery(
     Raises
     ------
     InputError
-        An uncertainty outside 0 to 0.5.
+        An uncertainty outside 0 to 0.5; parts of a batch that do not scatter; a platform that is
+        not that of the box.
 
     Notes
     -----
@@ -307,10 +309,12 @@ def _batch(
     if len(members) > 1:
         for axis, values in zip(axes, measured.T, strict=True):
             variable = box.variable(f"{mount} {axis}")
-            found[axis] = capability(values, variable.lower, variable.upper, CONFIDENCE)
+            with _naming(f"{mount} {axis}, batch {name}"):
+                found[axis] = capability(values, variable.lower, variable.upper, CONFIDENCE)
     pieces, cars = None, None
     if axes and len(members) >= fewest_pieces(len(axes)):
-        drawn = predicted_pieces(measured, PROCESSES, CARS, seed=seed)
+        with _naming(f"{mount}, batch {name}"):
+            drawn = predicted_pieces(measured, PROCESSES, CARS, seed=seed)
         ends = [
             (box.variable(f"{mount} {a}").lower, box.variable(f"{mount} {a}").upper) for a in axes
         ]
@@ -318,6 +322,15 @@ def _batch(
         pieces = Share.of(((lower <= drawn) & (drawn <= upper)).all(axis=2).mean(axis=1))
         cars = None if levels is None else levels.cars(mount, axes, drawn)
     return Batch(name, mount, members, found, pieces, cars, box.share_stated)
+
+
+@contextmanager
+def _naming(what: str) -> Iterator[None]:
+    """Say of which parts an error is."""
+    try:
+        yield
+    except InputError as error:
+        raise InputError(f"{what}: {error}") from None
 
 
 class _Levels:
@@ -328,7 +341,7 @@ class _Levels:
         groups = {vehicle.group for vehicle in platform.fleet.vehicles}
         runs = operation(
             platform,
-            [f"{name}={weight:g}" for name, weight in box.load_cases],
+            [f"{name}={weight!r}" for name, weight in box.load_cases],
             MountSource(box.mounts),
             box.group if box.group in groups else None,
             box.band,

@@ -12,7 +12,12 @@ import numpy.typing as npt
 
 from deboom.errors import InputError
 from deboom.explore.robust import RobustResponse
-from deboom.measurement.propagated_interval import Interval, pivotal_interval, probability_below
+from deboom.measurement.propagated_interval import (
+    LEAST_DRAWS,
+    Interval,
+    pivotal_interval,
+    probability_below,
+)
 from deboom.physics.arrays import RealArray
 from deboom.study.progress import Progress
 from deboom.study.uncertain_index import UncertainIndex
@@ -67,7 +72,7 @@ class MeasuredUncertainty:
     Raises
     ------
     InputError
-        No design besides today's.
+        No design besides today's; fewer draws than `LEAST_DRAWS`.
     """
 
     uncertain: UncertainIndex
@@ -81,6 +86,10 @@ class MeasuredUncertainty:
     def __post_init__(self) -> None:
         if list(self.designs)[:1] != [TODAY] or len(self.designs) < 2:
             raise InputError("name today's design first, then at least one other")
+        if self.n_draws < LEAST_DRAWS:
+            raise InputError(
+                f"{self.n_draws} draws do not give an interval: take at least {LEAST_DRAWS}"
+            )
 
     @property
     def index(self) -> Any:

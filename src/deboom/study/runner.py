@@ -292,9 +292,8 @@ def _option(name: str, value: Any) -> str:
     return f"--{name} {value}"
 
 
-def _provenance(record: Mapping[str, Any]) -> dict[str, Any]:
-    """Gather what the page's footer says of where its numbers come from."""
-    environment = record["environment"]
+def command_of(record: Mapping[str, Any]) -> str:
+    """Write the command that makes a run again, with all of its options."""
     options = " ".join(
         _option(name.replace("_", "-"), item)
         for name, value in record["arguments"].items()
@@ -302,11 +301,16 @@ def _provenance(record: Mapping[str, Any]) -> dict[str, Any]:
         for item in (value if isinstance(value, list) else [value])
     )
     command = record.get("command", f"deboom run studies/{record['study']}.py")
+    return f"{command} {options}"
+
+
+def _provenance(record: Mapping[str, Any]) -> dict[str, Any]:
+    """Gather what the page's footer says of where its numbers come from."""
     return {
-        "command": f"{command} {options}",
+        "command": command_of(record),
         "seed": record["seed"],
         "facts": record["facts"],
-        "environment": environment,
+        "environment": record["environment"],
         "inputs": record["inputs_sha256"],
         "wall_time_s": record["wall_time_s"],
     }

@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-import hashlib
 from typing import Any
 
 import numpy as np
 import pandas as pd
 
 from deboom.explore.solution_box_reach import UnreachableLimit
-from deboom.files.run_folder import hash_files
 from deboom.files.solution_box import AcceptanceBox, BoxResponse, BoxVariable, box_document
 from deboom.study.motion_report import motion_name
 from deboom.study.mount_source import MountSource
+from deboom.study.platform_hash import platform_sha256
 from deboom.study.result import Scalar
 from deboom.study.solution_box import BoxStudy
 
@@ -148,14 +147,12 @@ def box_summary(study: BoxStudy) -> dict[str, Scalar]:
 def acceptance_box(study: BoxStudy) -> AcceptanceBox:
     """Return the box as the file that deliveries are held against."""
     platform, check = study.runs.platform, study.found.verified
-    hashes = hash_files(platform.input_files, relative_to=platform.folder)
-    joined = "\n".join(f"{name} {value}" for name, value in sorted(hashes.items()))
     reference = study.reference_stiffness
     groups = dict.fromkeys(vehicle.group for vehicle in study.runs.fleet.vehicles)
     return AcceptanceBox(
         title=f"{platform.title}: acceptance box",
         platform=platform.name,
-        platform_sha256=hashlib.sha256(joined.encode()).hexdigest(),
+        platform_sha256=platform_sha256(platform),
         group=", ".join(groups),
         motion=motion_name(study.index).removesuffix("-dependent"),
         mounts=(MountSource.library_inside if study.runs.parts else MountSource.spectra).value,

@@ -179,7 +179,7 @@ def asked_capability(share: float, n_axes: int) -> float:
     Notes
     -----
     ``2Φ(3 Cpk) − 1 ≥ share^(1/n)``: of a normal process with this Cpk at least so much lies inside,
-    and independent axes are the worst case of axes that harden together (Šidák, J. Am. Stat.
+    and independent axes are the worst case of correlated ones (Šidák, J. Am. Stat.
     Assoc. 62 (1967) 626).
     """
     return float(norm.ppf(0.5 * (1.0 + share ** (1.0 / n_axes))) / 3.0)

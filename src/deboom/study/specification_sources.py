@@ -21,6 +21,7 @@ from deboom.study.platform_hash import platform_sha256
 from deboom.study.supplier_study import SupplierStudy
 
 BOX_TABLE, SET_BY_LIMIT = "box.csv", "set by the limit"
+MEASURED_AGAIN = ("share_measured_from", "share_measured_to")
 ALLOCATION, MARGINAL, VERIFICATION = "allocation.csv", "marginal_values.csv", "verification.csv"
 PART_NUMBERS = "part_numbers.csv"
 
@@ -165,9 +166,11 @@ def _box(study: SupplierStudy, path: Path) -> BoxSource:
         entry = read_run(path)
         check_files(entry)
         table = pd.read_csv(entry.folder / BOX_TABLE)
-        set_by_limit = dict(zip(table["variable"], table[SET_BY_LIMIT], strict=True))
         summary = _summary(entry)
-        measured_again = (summary["share_measured_from"], summary["share_measured_to"])
+        if SET_BY_LIMIT not in table or not set(MEASURED_AGAIN) <= set(summary):
+            raise InputError(f"--box {path}: an older deboom wrote it: {again}")
+        set_by_limit = dict(zip(table["variable"], table[SET_BY_LIMIT], strict=True))
+        measured_again = (summary[MEASURED_AGAIN[0]], summary[MEASURED_AGAIN[1]])
     sha256 = hash_files([file], relative_to=file.parent)[file.name]
     return BoxSource(box, sha256, set_by_limit, measured_again)
 

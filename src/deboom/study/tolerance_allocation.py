@@ -243,7 +243,7 @@ class AllocationStudy:
 
     def _share(self, share: float) -> ShareTarget:
         limits = np.asarray(self.limits)
-        return ShareTarget(limits, share, scale=1.0 / self.index.n_lines)
+        return ShareTarget(limits, share, scale=1.0 / self.index.n_lines, unit="dB")
 
     def _with(self, purpose: str, n_samples: int | None = None) -> RobustResponse:
         model = self.chosen.model

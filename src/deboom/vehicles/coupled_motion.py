@@ -196,26 +196,44 @@ class CoupledMotion:
         ``∂p_v/∂x_i = K_i (v_iᵀ q) (Y_vi − v_iᵀ t_v)``; of a body of its own
         ``∂p_v/∂x = −Y_v K L ω² m / (x K − ω² m)²``.
         """
+        return self.weighted_gradient(designs, 1.0 / self.pressure(designs))
+
+    def weighted_gradient(self, designs: RealArray, factor: ComplexArray) -> RealArray:
+        """Return ``Σ_f Re(a_f ∂p/∂x_k)`` for designs (n, n_variable), see `neper_gradient`.
+
+        Parameters
+        ----------
+        designs : array, shape (n, n_variable)
+            Stiffness factors [1].
+        factor : array, shape (n, n_vehicle, n_frequency)
+            The factor a of each line [1/Pa].
+
+        Returns
+        -------
+        array, shape (n, n_vehicle, n_variable)
+            [1].
+        """
         found = np.zeros((len(designs), len(self.vehicle_names), len(self.variable_names)))
         for rows in _blocks(len(designs)):
-            self._add_neper_gradient(designs[rows], found[rows])
+            self._add_weighted_gradient(designs[rows], factor[rows], found[rows])
         return found
 
-    def _add_neper_gradient(self, designs: RealArray, total: RealArray) -> None:
+    def _add_weighted_gradient(
+        self, designs: RealArray, factor: ComplexArray, total: RealArray
+    ) -> None:
         springs = designs[:, np.newaxis, self.variables] * self.stiffness
         excitation = (springs[:, np.newaxis] * self.transfer) @ self.forward
         load = np.broadcast_to(self.load, (len(designs), *self.load.shape))
         both = np.concatenate([load[..., np.newaxis], np.moveaxis(excitation, 1, -1)], axis=-1)
         solved = self.forward @ np.linalg.solve(self.impedance(designs), both)
         displacement, answer = solved[..., 0], np.moveaxis(solved[..., 1:], -1, 1)
-        inverse = 1.0 / self.pressure(designs)
         direct = (self.stiffness * displacement)[:, np.newaxis] * (self.transfer - answer)
-        by_direction = np.einsum("dvf,dvfi->dvi", inverse, direct).real
+        by_direction = np.einsum("dvf,dvfi->dvi", factor, direct).real
         _add_columns(total, self.variables, by_direction)
         inertia = self.angular_frequency_squared[:, np.newaxis] * self.own_mass
         for columns, part in self.own_parts:
             change = -part * self.own_load * inertia / self._own_impedance(designs) ** 2
-            own = np.einsum("dvf,vfj,dfj->dvj", inverse, self.own_transfer, change).real
+            own = np.einsum("dvf,vfj,dfj->dvj", factor, self.own_transfer, change).real
             _add_columns(total, columns, own)
 
 

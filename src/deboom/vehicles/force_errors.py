@@ -8,10 +8,9 @@ from types import MappingProxyType
 
 import numpy as np
 
+from deboom.mounts.mount import AXES
 from deboom.physics.arrays import RealArray
 from deboom.vehicles.uncertainty_source import MeasuredArrays, complex_normals, refuse_negative
-
-AXES = ("x", "y", "z")
 
 
 @dataclass(frozen=True, eq=False)

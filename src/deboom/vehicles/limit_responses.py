@@ -1,6 +1,6 @@
 """What a limit is stated for in every vehicle: the mean level of the lines, or a band's peak.
 
-Both wrap an index of `deboom.vehicles.load_case_index` and keep its seam: designs in, one number
+All wrap an index of `deboom.vehicles.load_case_index` and keep its seam: designs in, one number
 per vehicle out, with exact derivatives.
 """
 
@@ -14,13 +14,15 @@ import numpy.typing as npt
 
 from deboom.errors import InputError
 from deboom.physics import sound_level
-from deboom.physics.arrays import RealArray
+from deboom.physics.arrays import ComplexArray, RealArray
 from deboom.vehicles.coupled_motion import CoupledMotion
 from deboom.vehicles.fleet import Band, PathContributions, lines_inside
 from deboom.vehicles.kernel_numpy import one_blas_thread
 from deboom.vehicles.load_case_index import LoadCaseIndex
 from deboom.vehicles.synthesis import checked_designs, pressure
 
+DIFFERENCE = 1e-4
+"""Step of central differences, relative: of a design's pressure by its factors [1]."""
 BLOCK = 512
 """Designs whose levels are in memory at a time."""
 
@@ -92,14 +94,8 @@ class PeakLevel:
 
     def __post_init__(self) -> None:
         inside = np.flatnonzero(lines_inside(self.index.frequency, self.band, "the index"))
-        cases = []
-        for case in self.index.contributions:
-            if type(case) not in (PathContributions, CoupledMotion):
-                raise InputError(
-                    f"peak levels need prescribed or coupled motion, not {type(case).__name__}"
-                )
-            cases.append(_at_lines(case, inside))
-        object.__setattr__(self, "_cases", tuple(cases))
+        cases = tuple(_at_lines(case, inside) for case in _line_cases(self.index, "peak levels"))
+        object.__setattr__(self, "_cases", cases)
 
     @property
     def variable_names(self) -> tuple[str, ...]:
@@ -163,6 +159,118 @@ class PeakLevel:
         return level, place
 
 
+@dataclass(frozen=True, eq=False)
+class ScatteredLevel:
+    """Mean level of the lines of every vehicle, each with the energy that scatter adds [dB(A)].
+
+    Parameters
+    ----------
+    index : LoadCaseIndex
+        With prescribed or coupled motion. Its weighted load cases are averaged.
+    design : array, shape (k,)
+        At which the energy of the scatter is taken, such as today's [1].
+    relative_sigma : array, shape (k,)
+        Standard deviation of each factor over the factor itself [1].
+
+    Raises
+    ------
+    InputError
+        A motion that follows the amplitude.
+
+    Notes
+    -----
+    To first order parts that scatter have the mean energy ``|p|² + Σ_k |σ_k x_k ∂p/∂x_k|²`` in a
+    line; the sum is that of `design`. A search needs it: the mean level of a single design falls
+    without end where all paths cancel in one line, which no part that is made does.
+    """
+
+    index: LoadCaseIndex[Any, Any]
+    design: RealArray
+    relative_sigma: RealArray
+    _cases: tuple[PathContributions | CoupledMotion, ...] = field(init=False, repr=False)
+    _scatter: tuple[RealArray, ...] = field(init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        cases = _line_cases(self.index, "levels with scatter")
+        steps = DIFFERENCE * np.diag(self.design)
+        found = []
+        for case in cases:
+            ahead, behind = (_pressure(case, self.design + step) for step in (steps, -steps))
+            change = self.relative_sigma[:, np.newaxis, np.newaxis] * (ahead - behind)
+            found.append(np.sum(np.abs(change / (2.0 * DIFFERENCE)) ** 2, axis=0))
+        object.__setattr__(self, "_cases", cases)
+        object.__setattr__(self, "_scatter", tuple(found))
+
+    @property
+    def variable_names(self) -> tuple[str, ...]:
+        """Of the designs."""
+        return self.index.variable_names
+
+    @property
+    def response_names(self) -> tuple[str, ...]:
+        """Name of each vehicle."""
+        return self.index.response_names
+
+    @property
+    def response_unit(self) -> str:
+        """Of all responses."""
+        return self.index.response_unit
+
+    def __call__(self, designs: npt.ArrayLike) -> RealArray:
+        """Return the levels of designs (n, n_variable), shape (n, n_vehicle) [dB(A)]."""
+        rows = checked_designs(designs, self.variable_names)
+        found = np.zeros((len(rows), len(self.response_names)))
+        for weight, case, scatter in zip(
+            self.index.weights, self._cases, self._scatter, strict=True
+        ):
+            weighting = sound_level.a_weighting(case.frequency)
+            for start in range(0, len(rows), BLOCK):
+                block = slice(start, start + BLOCK)
+                energy = _squared_pressure(case, rows[block]) + scatter
+                level = 10.0 * np.log10(energy / (2.0 * sound_level.REFERENCE_PRESSURE**2))
+                found[block] += weight * (level + weighting).mean(axis=-1)
+        return found
+
+    def gradient(self, designs: npt.ArrayLike) -> RealArray:
+        """Return the derivatives, shape (n, n_vehicle, n_variable) [dB(A) per unit factor]."""
+        rows = checked_designs(designs, self.variable_names)
+        found = np.zeros((len(rows), len(self.response_names), len(self.variable_names)))
+        for weight, case, scatter in zip(
+            self.index.weights, self._cases, self._scatter, strict=True
+        ):
+            for start in range(0, len(rows), BLOCK):
+                block = slice(start, start + BLOCK)
+                own = _pressure(case, rows[block])
+                factor = own.conj() / (np.abs(own) ** 2 + scatter)
+                slope = _weighted_gradient(case, rows[block], factor)
+                found[block] += weight / case.frequency.size * slope
+        return np.asarray(20.0 / np.log(10.0) * found)
+
+
+def _line_cases(
+    index: LoadCaseIndex[Any, Any], what: str
+) -> tuple[PathContributions | CoupledMotion, ...]:
+    """Return the load cases of an index whose pressure is known line by line."""
+    for case in index.contributions:
+        if type(case) not in (PathContributions, CoupledMotion):
+            raise InputError(f"{what} need prescribed or coupled motion, not {type(case).__name__}")
+    return tuple(index.contributions)
+
+
+def _pressure(case: PathContributions | CoupledMotion, designs: RealArray) -> ComplexArray:
+    """Return the pressure of the lines, shape (n, n_vehicle, n_frequency) [Pa]."""
+    return case.pressure(designs) if isinstance(case, CoupledMotion) else pressure(case, designs)
+
+
+def _weighted_gradient(
+    case: PathContributions | CoupledMotion, designs: RealArray, factor: ComplexArray
+) -> RealArray:
+    """Return ``Σ_f Re(a_f ∂p/∂x_k)``, shape (n, n_vehicle, n_variable) [1]."""
+    if isinstance(case, CoupledMotion):
+        return case.weighted_gradient(designs, factor)
+    return np.asarray(np.einsum("vfk,dvf->dvk", case.values, factor).real)
+
+
 def _at_lines(
     case: PathContributions | CoupledMotion, lines: npt.NDArray[np.intp]
 ) -> PathContributions | CoupledMotion:
@@ -192,7 +300,4 @@ def _squared_pressure(case: PathContributions | CoupledMotion, designs: RealArra
 
 
 def _neper_gradient(case: PathContributions | CoupledMotion, designs: RealArray) -> RealArray:
-    if isinstance(case, CoupledMotion):
-        return case.neper_gradient(designs)
-    inverse = 1.0 / pressure(case, designs)
-    return np.asarray(np.einsum("vfk,dvf->dvk", case.values, inverse).real)
+    return _weighted_gradient(case, designs, 1.0 / _pressure(case, designs))

@@ -14,9 +14,10 @@ from deboom.measurement.method_difference import MethodDifference
 from deboom.measurement.tolerances import Tolerances
 from deboom.mounts.characterised_direction import CharacterisedDirection
 from deboom.mounts.characterised_mount import CharacterisedMount
-from deboom.mounts.mount import Mount
+from deboom.mounts.error_budget import TWO_SIDED
+from deboom.mounts.mount import AXES, Mount
 from deboom.vehicles.fleet import Band, lines_inside
-from deboom.vehicles.force_errors import AXES, ForceCells, MotionError, RunNoise, StiffnessError
+from deboom.vehicles.force_errors import ForceCells, MotionError, RunNoise, StiffnessError
 from deboom.vehicles.transfer_errors import (
     TransferBody,
     TransferCalibration,
@@ -26,9 +27,6 @@ from deboom.vehicles.transfer_errors import (
 from deboom.vehicles.uncertainty_source import UncertaintySource
 
 PRIOR = "stated prior"
-TWO_SIDED_95 = 1.959964
-"""Half width of a 95 % interval over its standard deviation, gaussian [1]."""
-
 LOSS_FACTOR = 0.2
 """Of rubber mounts, for the phase of their stiffness [1]."""
 
@@ -266,7 +264,7 @@ def _surface(parts: Sequence[CharacterisedMount], direction: str) -> Characteris
 
 def _stiffness_deviation(direction: CharacterisedDirection) -> float:
     stated = direction.quality.half_width_95
-    return UNSTATED if stated is None else stated / TWO_SIDED_95
+    return UNSTATED if stated is None else stated / TWO_SIDED
 
 
 def _leverage(

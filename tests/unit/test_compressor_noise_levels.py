@@ -1,0 +1,148 @@
+"""Levels of a running compressor: what is compared with what, and what is refused."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from deboom.bench.compressor_plan import CalibrationLevel
+from deboom.compressor.cabin_noise import SweepNoise
+from deboom.compressor.cabin_noise_band import NoiseBand
+from deboom.errors import InputError
+from deboom.measurement.operating_sweep import HoseState
+from deboom.study.compressor_noise import CarNoise, NoisePlan
+from deboom.study.compressor_noise_cases import fleet_gains, virtual_cars
+from deboom.study.compressor_noise_levels import (
+    MODES,
+    peak_deviations,
+    soft_partner,
+    sweep_errors,
+)
+from deboom.study.compressor_noise_result import error_summary
+from deboom.study.compressor_noise_tables import measured_gain_table, ranking
+
+LINES = np.arange(20.0, 141.0)
+PATHS = ("left x", "left y", "hose x")
+
+
+def sweep(hoses, *, pressure=7.5e5, lines=LINES, hose=0.0, measured=1.0):
+    """Peaks of 1 mPa and more at 30, 60 and 110 Hz, the last by the hose."""
+
+    def bump(centre, height):
+        return height / (1 + ((lines - centre) / 2) ** 2)
+
+    parts = [1e-5 + bump(30, 1e-3), 1e-5 + bump(60, 2e-3), 1e-6 + hose * bump(110, 1e-3)]
+    values = np.stack(parts, axis=1).astype(complex)
+    total = values.sum(axis=1)
+    return SweepNoise(
+        f"{hoses.value} {1e-5 * pressure:g} bar",
+        hoses,
+        pressure,
+        lines,
+        PATHS,
+        values,
+        values,
+        2,
+        measured * total,
+        0.9 * total,
+        total,
+    )
+
+
+def case(*sweeps):
+    bands = tuple(
+        NoiseBand(one.sweep, *(one.level(one.total) + off for off in (-1, 1, -1, 1)), 0.9)
+        for one in sweeps
+    )
+    return CarNoise("EV", 1, sweeps, bands, (), 1.0)
+
+
+def test_points_are_sums_of_their_paths():
+    one = sweep(HoseState.STANDARD, hose=1.0)
+    assert one.points == ("left", "hose")
+    assert one.by_point == pytest.approx(np.stack([one.by_mounts, one.contributions[:, 2]], axis=1))
+    assert one.total == pytest.approx(one.by_point.sum(axis=1))
+
+
+def test_deviations_are_those_of_the_peaks():
+    soft = sweep(HoseState.SOFT, measured=10 ** (-0.5 / 20))
+    standard = sweep(HoseState.STANDARD, hose=1.0)
+    errors = sweep_errors(case(soft, standard))
+    assert peak_deviations(errors, HoseState.SOFT, without=MODES) == pytest.approx([0.5])
+    assert peak_deviations(errors, HoseState.SOFT, only=MODES) == pytest.approx([0.5])
+    assert peak_deviations(errors, HoseState.STANDARD) == pytest.approx([0, 0, 0], abs=1e-12)
+    high = {"only": (90.0, 140.0)}
+    assert peak_deviations(errors, HoseState.STANDARD, **high).size == 1
+    assert peak_deviations(errors, HoseState.STANDARD, by_mounts=True, **high).size == 0
+    assert errors[0].inside == 1.0
+    assert errors[1].hose_band == pytest.approx(0, abs=1e-12)
+    assert errors[1].hose_band_by_mounts < -10
+    assert errors[0].still_body == pytest.approx(20 * np.log10(0.9))
+    summary = error_summary([case(soft, standard)])
+    assert summary["spl_peak_deviation_db"] == pytest.approx(0.5)
+    assert "spl_peak_deviation_db_by_mounts" not in summary
+    assert summary["n_peaks_without_partner"] == 0
+
+
+def test_gains_compare_sweeps_of_one_pressure():
+    soft, standard = sweep(HoseState.SOFT), sweep(HoseState.STANDARD, hose=1.0)
+    other = sweep(HoseState.STANDARD, pressure=13.5e5)
+    both = case(soft, standard, other)
+    assert soft_partner(both, standard) is soft
+    assert soft_partner(both, other) is None
+    table = measured_gain_table([both])
+    assert len(table) == 1
+    assert table["measured gain [dB]"].item() == pytest.approx(
+        table["synthesised gain [dB]"].item()
+    )
+    assert table["measured gain [dB]"].item() > 10
+
+
+def test_a_ranking_without_lines_of_a_band_leaves_it_out():
+    low = sweep(HoseState.SOFT, lines=LINES[LINES < 80])
+    assert set(ranking(low)["band"]) == {"20–80 Hz"}
+    summary = error_summary([case(low, sweep(HoseState.STANDARD, lines=low.frequency))])
+    assert "spl_90_140_p90_db_with_hoses" not in summary
+    assert "measured_gain_db_90_140" not in summary
+    assert all(np.isfinite(value) for value in summary.values())
+
+
+def test_hoses_that_were_left_out_have_no_errors():
+    one = sweep(HoseState.STANDARD, hose=1.0)
+    mounts = replace(one, paths=PATHS[:2], contributions=one.contributions[:, :2])
+    assert one.complete
+    assert not mounts.complete
+    assert sweep(HoseState.SOFT).complete
+    summary = error_summary([case(mounts)])
+    assert not [key for key in summary if "with_hoses" in key]
+    assert summary["spl_90_140_p90_db_by_mounts"] > 10
+
+
+def test_a_ranking_tells_who_works_against_the_others():
+    one = sweep(HoseState.STANDARD, hose=-0.5)
+    table = ranking(one).set_index(["band", "point"])
+    part = table["part of the sound [%]"]
+    # the hose is louder than the mounts and in opposite phase
+    assert part.loc["90–140 Hz", "hose"] > 100
+    assert part.loc["90–140 Hz", "left"] < 0
+    assert table.loc[("90–140 Hz", "left"), "cut, the level changes by [dB]"] > 0
+
+
+@pytest.mark.parametrize(
+    ("act", "words"),
+    [
+        (lambda: NoisePlan(band=(50.0, 50.0)), "50 to 50 Hz is no band"),
+        (lambda: cars(0, (1,)), "frozen fleet has 5 cars: ask for 1 to 5"),
+        (lambda: cars(6, (1,)), "frozen fleet has 5 cars: ask for 1 to 5"),
+        (lambda: cars(1, ()), "no laboratory measures a car"),
+        (lambda: fleet_gains(0), "needs at least one fleet"),
+    ],
+)
+def test_what_makes_no_study_is_refused(act, words):
+    with pytest.raises(InputError, match=words):
+        act()
+
+
+def cars(count, seeds):
+    plan = NoisePlan()
+    return virtual_cars(count, seeds, CalibrationLevel.C2, plan, lambda *_: None, workers=0)

@@ -2,14 +2,13 @@
 
 The largest box of intervals, one per mount and axis, in which a stated share of parts and vehicles
 keeps a limit (by default the one that ±15 % about a Pareto point keeps), verified with new parts.
-
-What it showed, with seed 1 on the virtual platform: only TSM x and Du x need an end (18 of 20 lie
-on the bounds); intervals are 2.1 times as wide as ±15 % (mean of ten axes); U06-3 binds.
+With seed 1 on the virtual platform only TSM x and Du x need an end (18 of 20 lie on the bounds);
+intervals are 2.1 times as wide as ±15 % (mean of ten axes); U06-3 binds.
 
 Keys of summary.json: share_stated, share_verified, share_bound (95 % confidence, over parts);
-share_measured_from, share_measured_to (90 %, with all measurements drawn again);
-volume_ratio_pm15 and width_ratio_pm15 (geometric mean; box over ±15 % about the Pareto point, axes
-with an effect), the same _bisection; share_pm15; n_axes; n_ends_on_bounds; limit_db_first_vehicle;
+share_measured_from, share_measured_to (90 %, with all measurements drawn again); volume_ratio_pm15
+and width_ratio_pm15 (geometric mean; box over ±15 % about the Pareto point, axes with an effect),
+the same _bisection; share_pm15; n_axes; n_ends_on_bounds; limit_db_first_vehicle;
 limit_could_be_lowered_db (to a point); binding_vehicle; n_parts_verified; seconds (of the box).
 """
 

@@ -31,6 +31,14 @@ def accept(
             "than that to an end of their interval are undecided."
         ),
     ] = 0.0,
+    over_today: Annotated[
+        bool,
+        typer.Option(
+            "--over-today",
+            help="The columns are x [1], y [1], z [1]: stiffness over that of today's part, both "
+            "measured at one state on one machine.",
+        ),
+    ] = False,
     seed: Annotated[int, typer.Option(help="From 1. Of the predicted cars.")] = 1,
     template: Annotated[
         bool, typer.Option("--template", help="Write an empty table of parts and stop.")
@@ -41,7 +49,8 @@ def accept(
     PARTS has one row per part and the columns part, batch, mount, x [N/mm], y [N/mm], z [N/mm]: the
     magnitude of the dynamic stiffness at the condition that the box states. A cell may be empty
     where the box does not limit that axis. --template writes such a table, with a sheet of what to
-    measure.
+    measure. A test machine holds one state, the box a mean over a run: with --over-today the
+    columns are ratios to today's part at that state.
 
     What comes out: pass, fail or undecided for every part and batch with the reason, Cp and Cpk per
     axis with their lower bounds, and the levels of the cars that get their mounts from the batch;
@@ -59,9 +68,11 @@ def accept(
 
     with one_sentence_errors():
         if template:
-            write_parts_template(box, parts)
+            write_parts_template(box, parts, over_today=over_today)
             typer.echo(parts.as_posix())
             return
         with progress_bar("accept") as progress:
-            run = accept_into_run(box, parts, out, platform, uncertainty, seed, progress)
+            run = accept_into_run(
+                *(box, parts, out, platform, uncertainty, seed, progress), over_today=over_today
+            )
     typer.echo(run.as_posix())

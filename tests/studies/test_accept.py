@@ -169,6 +169,28 @@ def test_a_template_names_what_to_measure(tmp_path):
     assert "give another name" in again.stderr
 
 
+def test_ratios_to_todays_part_need_no_reference(tmp_path):
+    box = box_of(reference=None)
+    with pytest.raises(InputError, match=r"TSM x|EnM x.*--over-today"):
+        limited_axes(box)
+    axes = limited_axes(box, over_today=True)
+    path = tmp_path / "ratios.csv"
+    path.write_text("part,batch,mount,x [1],y [1],z [1]\n1,B1,TSM,0.9,,\n2,B1,TSM,1.02,,\n")
+    parts = read_delivered_parts(path, axes, over_today=True)
+    delivery = judged_delivery(box, parts, None, 0.0, seed=1, over_today=True)
+    assert [one.verdict for one in delivery.parts] == [Verdict.passed, Verdict.failed]
+    assert delivery.parts[1].reason == "x outside: 1.020 of today's, asked 0.800 to 1.000"
+    with pytest.raises(InputError, match="N/mm"):
+        read_delivered_parts(table_of(tmp_path, [0.9]), axes, over_today=True)
+
+
+def test_reasons_are_in_the_unit_of_the_table(tmp_path):
+    (one,) = judged(tmp_path, [1.05]).parts
+    assert one.reason == "x outside: 210.0 N/mm, asked 160.0 to 200.0 N/mm"
+    (one,) = judged(tmp_path, [0.995], 0.01).parts
+    assert one.reason == "x too near to an end: 199.0 N/mm, asked 160.0 to 200.0 N/mm"
+
+
 @pytest.mark.parametrize(
     ("text", "sentence"),
     [
@@ -203,7 +225,7 @@ def test_bad_calls_leave_nothing(tmp_path):
         assert result.exit_code == 2
         assert sentence in result.stderr
         assert not list(out.rglob("summary.json"))
-    with pytest.raises(InputError, match="without a reference stiffness"):
+    with pytest.raises(InputError, match="nobody knows in N/mm"):
         limited_axes(box_of(reference=None))
 
 

@@ -6,18 +6,8 @@ from importlib import resources
 import numpy as np
 import pytest
 
-from deboom.bench.electric_body import (
-    HOSES,
-    MOUNTS,
-    POINTS,
-    columns_of,
-)
-from deboom.bench.electric_fleet import (
-    ELECTRIC_FLEET,
-    draw_fleet,
-    frozen_fleet,
-    point_positions,
-)
+from deboom.bench.electric_body import HOSES, MOUNTS, POINTS, columns_of
+from deboom.bench.electric_fleet import ELECTRIC_FLEET, draw_fleet, frozen_fleet, point_positions
 from deboom.bench.parameters import read_data
 from deboom.errors import InputError
 

@@ -7,9 +7,7 @@ import pytest
 
 from deboom.bench.compressor_operation import operation
 from deboom.bench.compressor_plan import CalibrationLevel
-from deboom.bench.electric_body import (
-    MOUNTS,
-)
+from deboom.bench.electric_body import MOUNTS
 from deboom.bench.electric_car import mount_stiffnesses
 from deboom.bench.electric_car_writer import CAR_PLAN, write_electric_car
 from deboom.errors import InputError

@@ -75,8 +75,3 @@ class OperationPlan:
     def running_with_hoses(self) -> CompressorPlan:
         """The compressor with its standard hoses, mounts as they are in operation."""
         return replace(self.compressor, hoses=self.hoses, softening=self.softening)
-
-    @property
-    def running_without(self) -> CompressorPlan:
-        """The same with soft hoses, which are mechanically absent."""
-        return replace(self.compressor, softening=self.softening)

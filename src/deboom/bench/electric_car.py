@@ -48,12 +48,6 @@ class CarRun:
         freeze_arrays(self)
 
     @property
-    def holder_acceleration(self) -> ComplexArray:
-        """On the body side of the mounts, x, y, z of each, shape (f, 9) [m/s²]."""
-        motion = self.body_motion[:, columns_of(MOUNTS, 3)]
-        return np.asarray(-((2 * np.pi * self.frequency[:, None]) ** 2) * motion)
-
-    @property
     def mount_force(self) -> ComplexArray:
         """On the body at the mounts, x, y, z of each, shape (f, 9) [N]."""
         return np.asarray(self.body_load[:, columns_of(MOUNTS, 3)])

@@ -134,7 +134,5 @@ def _statement(
 
 def _change(value: float, deviation: float) -> str:
     """Write a change and its 1 σ in percent; nothing has no sign."""
-    percent = round(100 * value, 1)
-    return f"{percent:{'+' if percent else ''}.1f} % ± {100 * deviation:.1f} %".replace(
-        "-0.0", "0.0"
-    )
+    percent = round(100 * value, 1) + 0.0
+    return f"{percent:{'+' if percent else ''}.1f} % ± {100 * deviation:.1f} %"

@@ -324,7 +324,7 @@ def unbalance(
             by_stroke = softening_mounts(identification)
             if by_stroke is not None:
                 softened = solve(model, loads, sense.sense, change=by_stroke)
-                if softened.schwarz < factor.schwarz:
+                if softened.converged and softened.schwarz < factor.schwarz:
                     fit = softened
                     notices.append(_softening(route, by_stroke, softened, factor, loads))
         results.append(

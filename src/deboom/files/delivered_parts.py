@@ -24,7 +24,8 @@ class DeliveredPart:
     batch : str
     mount : str
     stiffness : mapping of str to float
-        Axis → magnitude of the dynamic stiffness [N/m]; axes that were not measured are missing.
+        Axis → magnitude of the dynamic stiffness [N/m], or over that of today's part at the same
+        state [1]; axes that were not measured are missing.
     """
 
     name: str
@@ -34,7 +35,7 @@ class DeliveredPart:
 
 
 def read_delivered_parts(
-    path: Path, required: Mapping[str, tuple[str, ...]]
+    path: Path, required: Mapping[str, tuple[str, ...]], *, over_today: bool = False
 ) -> tuple[DeliveredPart, ...]:
     """Read the parts of a delivery.
 
@@ -45,6 +46,9 @@ def read_delivered_parts(
         in any order; N/m is read as well. A cell may be empty where the axis is not required.
     required : mapping of str to tuple of str
         Mount → axes that must be measured.
+    over_today : bool
+        The columns are ``x [1], y [1], z [1]``: stiffness over that of today's part, both measured
+        at one state on one machine.
 
     Returns
     -------
@@ -58,7 +62,7 @@ def read_delivered_parts(
         mount, without a required axis, or with a stiffness that is not positive.
     """
     parts, seen = [], dict[str, int]()
-    for row in read_rows(path, PLAIN, dict.fromkeys(AXES, "N/m")):
+    for row in read_rows(path, PLAIN, dict.fromkeys(AXES, "1" if over_today else "N/m")):
         name, mount = row.filled("part"), row.filled("mount")
         refuse_second(seen, f"part '{name}'", row)
         if mount not in required:

@@ -67,6 +67,9 @@ def tracked_sweep(tacho: RealArray, records: Sequence[TimeRecord]) -> TrackedSwe
     -----
     Vold-Kalman filter of two poles. With one pulse per revolution it does not matter for the phase
     of a whole order which pulse is the first; with several it would.
+
+    Valid for slow runs: within the filter's third of a second the speed must change by less than a
+    resonance is wide, and lines that are passed within it share their noise. 1 Hz/s is slow.
     """
     rate = records[0].rate
     shaft = shaft_angle(repair_pulses(pulse_times(tacho, rate), 1))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from pathlib import Path
 from typing import Any
@@ -10,7 +11,7 @@ import pandas as pd
 
 from deboom.errors import InputError
 from deboom.files.atomic import replace_bytes
-from deboom.files.delivered_parts import read_delivered_parts
+from deboom.files.delivered_parts import AXES, read_delivered_parts
 from deboom.files.platform import read_platform
 from deboom.files.run_folder import RECORD, environment_record, finish_run, hash_files, start_run
 from deboom.files.run_lock import LOCK, held
@@ -42,7 +43,7 @@ def box_file(path: Path) -> Path:
     return path / BOX_FILE
 
 
-def write_parts_template(box_path: Path, path: Path) -> None:
+def write_parts_template(box_path: Path, path: Path, *, over_today: bool = False) -> None:
     """Write an empty table of parts for a box, one line per mount.
 
     Parameters
@@ -51,6 +52,8 @@ def write_parts_template(box_path: Path, path: Path) -> None:
         As for `box_file`.
     path : Path
         New ``.xlsx``.
+    over_today : bool
+        For stiffnesses over those of today's part.
 
     Raises
     ------
@@ -60,9 +63,10 @@ def write_parts_template(box_path: Path, path: Path) -> None:
     box = read_solution_box(box_file(box_path))
     if path.suffix != ".xlsx" or path.exists():
         raise InputError(f"{path}: a template is a new .xlsx file, give another name")
-    axes = limited_axes(box)
+    axes = limited_axes(box, over_today=over_today)
+    unit = "1" if over_today else "N/mm"
     rows = [
-        {"part": "", "batch": "", "mount": mount, "x [N/mm]": "", "y [N/mm]": "", "z [N/mm]": ""}
+        {"part": "", "batch": "", "mount": mount, **{f"{axis} [{unit}]": "" for axis in AXES}}
         for mount, names in axes.items()
         if names
     ]
@@ -83,6 +87,8 @@ def accept_into_run(
     uncertainty: float,
     seed: int,
     progress: Progress,
+    *,
+    over_today: bool = False,
 ) -> Path:
     """Judge a delivery and write a run folder.
 
@@ -101,6 +107,8 @@ def accept_into_run(
     seed : int
         Of the predicted cars, from 1.
     progress : callable
+    over_today : bool
+        The table holds stiffnesses over those of today's part.
 
     Returns
     -------
@@ -117,16 +125,26 @@ def accept_into_run(
     progress(0, 3, "reading")
     path = box_file(box_path)
     box = read_solution_box(path)
-    parts = read_delivered_parts(parts_path, limited_axes(box))
+    axes = limited_axes(box, over_today=over_today)
+    parts = read_delivered_parts(parts_path, axes, over_today=over_today)
     data = read_platform(platform) if platform is not None else None
     record: dict[str, Any] = {
         "study": COMMAND,
-        "command": f"deboom accept {path.as_posix()} {parts_path.as_posix()}",
+        "command": " ".join(
+            [
+                f"deboom accept {path.as_posix()} {parts_path.as_posix()}",
+                *([f"--platform {platform.as_posix()}"] if platform is not None else []),
+                *([f"--uncertainty {uncertainty:g}"] if uncertainty else []),
+                *(["--over-today"] if over_today else []),
+                f"--seed {seed}",
+            ]
+        ),
         "question": "Do these parts keep the acceptance box?",
         "seed": seed,
         "arguments": {
             "platform": platform.as_posix() if platform is not None else None,
             "uncertainty": uncertainty,
+            "over-today": over_today,
         },
         "environment": environment_record(PACKAGES),
     }
@@ -134,7 +152,7 @@ def accept_into_run(
     try:
         with held(run.folder):
             progress(1, 3, "parts and cars")
-            delivery = judged_delivery(box, parts, data, uncertainty, seed)
+            delivery = judged_delivery(box, parts, data, uncertainty, seed, over_today=over_today)
             progress(2, 3, "tables and figures")
             inputs = (path, parts_path, *(data.input_files if data is not None else ()))
             result = delivery_result(delivery, inputs)
@@ -163,13 +181,18 @@ def _measure(box: AcceptanceBox) -> pd.DataFrame:
         [
             {
                 "direction": variable.name,
-                "from [N/mm]": 1e-3 * variable.lower_stiffness,
-                "to [N/mm]": 1e-3 * variable.upper_stiffness,
+                "from [N/mm]": _rounded(variable.lower_stiffness),
+                "to [N/mm]": _rounded(variable.upper_stiffness),
+                "from, over today's [1]": round(variable.lower, 4),
+                "to, over today's [1]": round(variable.upper, 4),
                 "condition": variable.condition,
             }
             for variable in box.variables
             if variable.required
-            and variable.lower_stiffness is not None
-            and variable.upper_stiffness is not None
         ]
     )
+
+
+def _rounded(stiffness: float | None) -> float:
+    """Return a stiffness in N/mm with one decimal; nan where it is not known."""
+    return math.nan if stiffness is None else round(1e-3 * stiffness, 1)

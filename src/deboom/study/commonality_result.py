@@ -243,14 +243,17 @@ def _page(
                 tables=(
                     Table(
                         tables["counts"],
-                        "Best sharing found for each count; the excess is beyond the limit, "
-                        "negative where room is left.",
+                        "Best sharing found for each count, with values that keep the worst "
+                        "vehicle low; those of the chosen one are then moved until all vehicles "
+                        "together are as quiet as their limits allow. The excess is beyond the "
+                        "limit, negative where room is left.",
                     ),
                     Table(
                         tables["vehicles"],
-                        "Mean level of the lines. The limit is that of a car as drawn: the margin "
-                        "between it and the asked share of cars as made is taken off. The last "
-                        "column counts cars with draws of its own.",
+                        "Mean level of the lines, each with the energy that scatter adds: a notch "
+                        "that no made part has is no gain. The limit is that of a car as drawn: "
+                        "the margin between it and the asked share of cars as made is taken off. "
+                        "The last column counts cars with draws of its own.",
                     ),
                 ),
             ),

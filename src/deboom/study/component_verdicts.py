@@ -29,18 +29,18 @@ def verdict_table(verdicts: Sequence[Verdict]) -> pd.DataFrame:
     """
     rows = []
     for verdict in verdicts:
-        unit, factor = unit_of(verdict)
+        unit, size = unit_of(verdict)
         low, high = verdict.bounds.low, verdict.bounds.high
         rows.append(
             {
                 "characteristic": _place(verdict),
                 "unit": unit,
-                "at least": factor * low if np.isfinite(low) else np.nan,
-                "at most": factor * high if np.isfinite(high) else np.nan,
-                "measured": factor * verdict.value,
-                "guard band ±": factor * verdict.pass_guard,
-                "from": factor * verdict.interval[0],
-                "to": factor * verdict.interval[1],
+                "at least": low / size if np.isfinite(low) else np.nan,
+                "at most": high / size if np.isfinite(high) else np.nan,
+                "measured": verdict.value / size,
+                "guard band ±": verdict.pass_guard / size,
+                "from": verdict.interval[0] / size,
+                "to": verdict.interval[1] / size,
                 "verdict": verdict.decision.value,
             }
         )
@@ -61,14 +61,14 @@ def shown_verdicts(verdicts: Sequence[Verdict]) -> pd.DataFrame:
     """
     rows = []
     for verdict in verdicts:
-        unit, factor = unit_of(verdict)
-        digits = decimals(factor * verdict.pass_guard)
+        unit, size = unit_of(verdict)
+        digits = decimals(verdict.pass_guard / size)
         bounds = [
-            f"{sign} {factor * bound:.5g}"
+            f"{sign} {bound / size:.5g}"
             for sign, bound in (("≥", verdict.bounds.at_least), ("≤", verdict.bounds.at_most))
             if bound is not None
         ]
-        value, guard = factor * verdict.value, factor * verdict.pass_guard
+        value, guard = verdict.value / size, verdict.pass_guard / size
         rows.append(
             {
                 "characteristic": _place(verdict),
@@ -93,12 +93,12 @@ def _place(verdict: Verdict) -> str:
 
 
 def unit_of(verdict: Verdict) -> tuple[str, float]:
-    """Return the unit of a verdict's table, and how many of it the SI unit is."""
+    """Return the unit of a verdict's table, and its size in SI."""
     if verdict.name == STATIC:
-        return "g mm", 1e6
+        return "g mm", 1e-6
     if verdict.name == DYNAMIC:
-        return "g mm²", 1e9
-    return ("N m/rad", 1.0) if "stiffness r" in verdict.name else ("N/mm", 1e-3)
+        return "g mm²", 1e-9
+    return ("N m/rad", 1.0) if "stiffness r" in verdict.name else ("N/mm", 1e3)
 
 
 def open_points(verdicts: Sequence[Verdict]) -> pd.DataFrame:
@@ -123,14 +123,14 @@ def open_points(verdicts: Sequence[Verdict]) -> pd.DataFrame:
 
 def _remedy(verdict: Verdict) -> str:
     if verdict.doubt:
-        return f"{verdict.doubt[:1].upper()}{verdict.doubt[1:]}."
+        return f"{verdict.doubt[:1].upper()}{verdict.doubt[1:].rstrip('.')}."
     if verdict.repetitions > AFFORDABLE:
         return (
             "The value lies on its limit: no affordable measurement will decide it. Agree on the "
             "limit, or on who bears the uncertainty."
         )
-    unit, factor = unit_of(verdict)
-    guard = factor * verdict.pass_guard
+    unit, size = unit_of(verdict)
+    guard = verdict.pass_guard / size
     return (
         f"A guard band of ± {verdict.shrinkage * guard:.2g} {unit} instead of ± {guard:.2g}, if "
         f"the value stays: the mean of {verdict.repetitions} set-ups, sensors glued and impacts "

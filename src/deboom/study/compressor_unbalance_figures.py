@@ -136,9 +136,8 @@ def forces(chosen: RouteResult) -> bytes:
 
 def hoses(without: RouteResult, with_hoses: RouteResult, truth: UnbalanceTruth | None) -> bytes:
     """Figure 62: mean of y and z with the hoses of the vehicle against hoses cut off."""
-    panels = []
+    panels, pairs = [], _by_pressure(without, with_hoses)
     for name, (label, unit) in SIZES.items():
-        pairs = _by_pressure(without, with_hoses)
         for first, second in pairs:
             joined = np.interp(
                 first.frequency,
@@ -161,7 +160,7 @@ def hoses(without: RouteResult, with_hoses: RouteResult, truth: UnbalanceTruth |
                     masked=masks(curve_of(first, name)),
                 )
             )
-    return masked_panels(panels, columns=min(2, len(panels) // 2), dashed=(TRUTH,))
+    return masked_panels(panels, columns=min(2, len(pairs)), dashed=(TRUTH,))
 
 
 def routes(found: Unbalance, truth: UnbalanceTruth | None, letters: str = "abcde") -> bytes:
@@ -227,5 +226,15 @@ def true_curve(
 def _by_pressure(
     without: RouteResult, with_hoses: RouteResult
 ) -> list[tuple[SweepUnbalance, SweepUnbalance]]:
-    second = {sweep.pressure: sweep for sweep in with_hoses.sweeps}
-    return [(one, second[one.pressure]) for one in without.sweeps if one.pressure in second]
+    first, second = _widest(without), _widest(with_hoses)
+    return [(first[pressure], second[pressure]) for pressure in first if pressure in second]
+
+
+def _widest(result: RouteResult) -> dict[float, SweepUnbalance]:
+    """Take the sweep with the most lines at each pressure."""
+    found: dict[float, SweepUnbalance] = {}
+    for sweep in result.sweeps:
+        known = found.get(sweep.pressure)
+        if known is None or sweep.frequency.size > known.frequency.size:
+            found[sweep.pressure] = sweep
+    return found

@@ -192,13 +192,19 @@ class Delivery:
         return tuple(part for batch in self.batches for part in batch.parts)
 
 
-def limited_axes(box: AcceptanceBox) -> dict[str, tuple[str, ...]]:
+def limited_axes(box: AcceptanceBox, *, over_today: bool = False) -> dict[str, tuple[str, ...]]:
     """Return the axes that a box limits, by mount.
+
+    Parameters
+    ----------
+    box : AcceptanceBox
+    over_today : bool
+        Parts are compared with today's, not with a stiffness in N/m.
 
     Raises
     ------
     InputError
-        A limited axis without a reference stiffness: parts cannot be held against it.
+        A limited axis without a reference stiffness: parts cannot be held against it in N/m.
     """
     axes: dict[str, list[str]] = {}
     for variable in box.variables:
@@ -206,10 +212,10 @@ def limited_axes(box: AcceptanceBox) -> dict[str, tuple[str, ...]]:
         axes.setdefault(mount, [])
         if not variable.required:
             continue
-        if variable.reference_stiffness is None:
+        if variable.reference_stiffness is None and not over_today:
             raise InputError(
-                f"the box limits {variable.name} without a reference stiffness: run the study "
-                "solution_box with a load case in which this direction is measured"
+                f"the box limits {variable.name}, whose stiffness nobody knows in N/mm: measure "
+                "parts and today's part on one machine and give their ratio (--over-today)"
             )
         axes[mount].append(axis)
     return {mount: tuple(names) for mount, names in axes.items()}
@@ -221,6 +227,8 @@ def judged_delivery(
     platform: Platform | None,
     uncertainty: float,
     seed: int,
+    *,
+    over_today: bool = False,
 ) -> Delivery:
     """Hold the parts of a delivery against a box, and predict the cars that they make.
 
@@ -235,6 +243,8 @@ def judged_delivery(
         Of a measured stiffness, relative, expanded to 95 % [1].
     seed : int
         Of the predicted cars, from 1.
+    over_today : bool
+        Stiffnesses are over those of today's part [1].
 
     Returns
     -------
@@ -256,13 +266,14 @@ def judged_delivery(
     """
     if not 0.0 <= uncertainty < 0.5:
         raise InputError(f"--uncertainty {uncertainty:g}: give a share from 0 to below 0.5")
-    judged = [_judged(box, part, uncertainty) for part in parts]
+    judged = [_judged(box, part, uncertainty, over_today) for part in parts]
     levels = None if platform is None else _Levels(box, platform, seed)
     names = dict.fromkeys((one.part.mount, one.part.batch) for one in judged)
     batches = []
     for mount, batch in names:
         members = tuple(one for one in judged if (one.part.mount, one.part.batch) == (mount, batch))
-        batches.append(_batch(box, batch, mount, members, levels, seed))
+        axes = limited_axes(box, over_today=over_today)[mount]
+        batches.append(_batch(box, (batch, mount, axes), members, levels, seed))
     return Delivery(
         box,
         tuple(batches),
@@ -272,13 +283,16 @@ def judged_delivery(
     )
 
 
-def _judged(box: AcceptanceBox, part: DeliveredPart, uncertainty: float) -> JudgedPart:
+def _judged(
+    box: AcceptanceBox, part: DeliveredPart, uncertainty: float, over_today: bool
+) -> JudgedPart:
     factors, verdicts, words = {}, {}, []
     for axis, stiffness in part.stiffness.items():
         variable = box.variable(f"{part.mount} {axis}")
-        if not variable.required or variable.reference_stiffness is None:
+        today = 1.0 if over_today else variable.reference_stiffness
+        if not variable.required or today is None:
             continue
-        factor = factors[axis] = stiffness / variable.reference_stiffness
+        factor = factors[axis] = stiffness / today
         low, high = factor * (1.0 - uncertainty), factor * (1.0 + uncertainty)
         verdicts[axis] = Verdict.passed
         if high < variable.lower or low > variable.upper:
@@ -286,39 +300,44 @@ def _judged(box: AcceptanceBox, part: DeliveredPart, uncertainty: float) -> Judg
         elif low < variable.lower or high > variable.upper:
             verdicts[axis] = Verdict.undecided
         if verdicts[axis] is not Verdict.passed:
-            words.append(_where(variable, axis, factor))
+            words.append(_where(variable, axis, factor, verdicts[axis], over_today))
     return JudgedPart(part, factors, verdicts, "; ".join(words))
 
 
-def _where(variable: BoxVariable, axis: str, factor: float) -> str:
-    interval = f"{variable.lower:.3f} to {variable.upper:.3f}"
-    return f"{axis} at {factor:.3f} of today's, asked {interval}"
+def _where(
+    variable: BoxVariable, axis: str, factor: float, verdict: Verdict, over_today: bool
+) -> str:
+    what = "outside" if verdict is Verdict.failed else "too near to an end"
+    today = None if over_today else variable.reference_stiffness
+    if today is None:
+        numbers = f"{factor:.3f} of today's, asked {variable.lower:.3f} to {variable.upper:.3f}"
+    else:
+        found, low, high = (1e-3 * today * f for f in (factor, variable.lower, variable.upper))
+        numbers = f"{found:.1f} N/mm, asked {low:.1f} to {high:.1f} N/mm"
+    return f"{axis} {what}: {numbers}"
 
 
 def _batch(
     box: AcceptanceBox,
-    name: str,
-    mount: str,
+    which: tuple[str, str, tuple[str, ...]],
     members: tuple[JudgedPart, ...],
     levels: _Levels | None,
     seed: int,
 ) -> Batch:
-    axes = limited_axes(box)[mount]
+    name, mount, axes = which
     measured = np.array([[one.factors[axis] for axis in axes] for one in members])
+    variables = [box.variable(f"{mount} {axis}") for axis in axes]
     found: dict[str, Capability] = {}
     if len(members) > 1:
-        for axis, values in zip(axes, measured.T, strict=True):
-            variable = box.variable(f"{mount} {axis}")
+        for axis, variable, values in zip(axes, variables, measured.T, strict=True):
             with _naming(f"{mount} {axis}, batch {name}"):
                 found[axis] = capability(values, variable.lower, variable.upper, CONFIDENCE)
     pieces, cars = None, None
     if axes and len(members) >= fewest_pieces(len(axes)):
         with _naming(f"{mount}, batch {name}"):
             drawn = predicted_pieces(measured, PROCESSES, CARS, seed=seed)
-        ends = [
-            (box.variable(f"{mount} {a}").lower, box.variable(f"{mount} {a}").upper) for a in axes
-        ]
-        lower, upper = np.array(ends).T
+        lower = np.array([variable.lower for variable in variables])
+        upper = np.array([variable.upper for variable in variables])
         pieces = Share.of(((lower <= drawn) & (drawn <= upper)).all(axis=2).mean(axis=1))
         cars = None if levels is None else levels.cars(mount, axes, drawn)
     return Batch(name, mount, members, found, pieces, cars, box.share_stated)

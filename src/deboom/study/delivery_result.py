@@ -11,7 +11,7 @@ import pandas as pd
 from deboom.report import figures
 from deboom.report.figures import CurvePanel
 from deboom.report.page import Headline, Page, Picture, Section, Table
-from deboom.study.delivery import INTERVAL, Delivery, Verdict
+from deboom.study.delivery import INTERVAL, Delivery, JudgedPart, Verdict
 from deboom.study.result import Scalar, StudyResult
 
 PERCENT, MILLI = 100.0, 1e-3
@@ -67,7 +67,7 @@ def part_table(delivery: Delivery) -> pd.DataFrame:
                 "part": one.part.name,
                 "batch": one.part.batch,
                 "mount": one.part.mount,
-                **{f"{a} [N/mm]": MILLI * one.part.stiffness.get(a, np.nan) for a in axes},
+                **{f"{a} [N/mm]": _stiffness(delivery, one, a) for a in axes},
                 **{f"{a} over today's [1]": one.factors.get(a, np.nan) for a in axes},
                 "verdict": one.verdict.value,
                 "reason": one.reason,
@@ -75,6 +75,12 @@ def part_table(delivery: Delivery) -> pd.DataFrame:
             for one in delivery.parts
         ]
     )
+
+
+def _stiffness(delivery: Delivery, one: JudgedPart, axis: str) -> float:
+    """Return factor times today's stiffness [N/mm]; nan where either is not known."""
+    today = delivery.box.variable(f"{one.part.mount} {axis}").reference_stiffness
+    return MILLI * (np.nan if today is None else today) * one.factors.get(axis, np.nan)
 
 
 def batch_table(delivery: Delivery) -> pd.DataFrame:
@@ -251,12 +257,12 @@ def _page(
     sections = [
         Section(
             "Batches",
-            f"A batch passes if every measured part passes and at least {box.share_stated:.0%} of "
-            "its pieces, measured or not, lie inside beyond doubt: few measured parts leave much "
-            "open. Beside it stand the cars that get their mounts from the batch, all other "
-            f"mounts anywhere in the box, with the interval from {low} to {high} %. The box "
-            "promises its share for parts all over it: a batch in a corner may keep every "
-            "interval and still make loud cars.",
+            "A batch passes if every measured part passes and at least "
+            f"{PERCENT * box.share_stated:g} % of its pieces, measured or not, lie inside beyond "
+            "doubt: few measured parts leave much open. Beside it stand the cars that get their "
+            "mounts from the batch, all other mounts anywhere in the box, with the interval from "
+            f"{low} to {high} %. The box promises its share for parts all over it: a batch in a "
+            "corner may keep every interval and still make loud cars.",
             tables=(
                 Table(tables["batches"][VERDICTS], "One row per batch."),
                 Table(tables["batches"][SHARES], "What the measured parts say of all."),

@@ -191,6 +191,16 @@ class BoxStudy:
         ]
         return np.concatenate(by_mount)
 
+    @cached_property
+    def identified(self) -> npt.NDArray[np.bool_]:
+        """Directions whose stiffness is known well enough to be asked in N/m, shape (k,)."""
+        known = {
+            f"{part.mount.name} {one.axis}": one.surface is not None and one.quality.identified
+            for part in self.runs.parts
+            for one in part.directions
+        }
+        return np.array([known.get(name, not self.runs.parts) for name in self.variables])
+
     @property
     def condition(self) -> str:
         """At which the reference stiffness was read."""

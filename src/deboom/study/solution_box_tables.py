@@ -147,7 +147,10 @@ def box_summary(study: BoxStudy) -> dict[str, Scalar]:
 def acceptance_box(study: BoxStudy) -> AcceptanceBox:
     """Return the box as the file that deliveries are held against."""
     platform, check = study.runs.platform, study.found.verified
-    reference = study.reference_stiffness
+    reference = np.where(study.identified, study.reference_stiffness, np.nan)
+    # nobody can measure a direction that is not identified, and where the limit sets no end of its
+    # interval, nobody needs to
+    limited = study.identified | (study.effective & ~study.on_bounds.all(axis=0))
     groups = dict.fromkeys(vehicle.group for vehicle in study.runs.fleet.vehicles)
     return AcceptanceBox(
         title=f"{platform.title}: acceptance box",
@@ -170,7 +173,7 @@ def acceptance_box(study: BoxStudy) -> AcceptanceBox:
                 reference_stiffness=float(reference[k]) if np.isfinite(reference[k]) else None,
                 condition=study.condition,
                 weight=float(study.question.weight[k]),
-                required=bool(study.effective[k]),
+                required=bool(study.effective[k] and limited[k]),
             )
             for k, name in enumerate(study.variables)
         ),

@@ -96,14 +96,15 @@ def test_pressures_are_sorted_and_shared():
 
 def test_changes_of_the_mounts():
     mounts = np.ones((LINES.size, 6, 6), complex) * (2 + 1j)
-    one = OneFactor().matrices(LINES, mounts)
+    still = np.zeros((LINES.size, 6), complex)
+    one = OneFactor().matrices(LINES, mounts, still)
     np.testing.assert_allclose(np.tensordot([-0.1, 0.2], one, axes=1), (-0.1 + 0.2j) * mounts)
     factor = FactorOverFrequency(knots=(20.0, 100.0))
     basis = factor.basis(np.array([10.0, 20.0, 60.0, 100.0, 150.0]))
     np.testing.assert_allclose(basis[0], 1)
     np.testing.assert_allclose(basis[1], 1j)
     np.testing.assert_allclose(basis[2], [1, 1, 0.5, 0, 0])
-    assert factor.matrices(LINES, mounts).shape == (6, LINES.size, 6, 6)
+    assert factor.matrices(LINES, mounts, still).shape == (6, LINES.size, 6, 6)
     np.testing.assert_allclose(factor.deviations, [0.3, 0.3, 0.1, 0.1, 0.1, 0.1])
     for faulty in (
         lambda: OneFactor(0.0),

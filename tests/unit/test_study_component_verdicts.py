@@ -22,7 +22,7 @@ VERDICTS = (
     ),
     verdict("dynamic stiffness rz, 20 Hz", 685.0, 6.0, Bounds(at_most=684.9), line=20.0),
     verdict(
-        "dynamic stiffness y, 20 Hz", 8e4, 50.0, Bounds(at_most=9e4), line=20.0, doubt="hoses on"
+        "dynamic stiffness y, 20 Hz", 8e4, 50.0, Bounds(at_most=9e4), line=20.0, doubt="hoses on."
     ),
 )
 

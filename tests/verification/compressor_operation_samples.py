@@ -6,7 +6,7 @@ import numpy as np
 
 from deboom.measurement.channels import Frf, Spectrum
 from deboom.measurement.impacts import Impact
-from deboom.measurement.inertance_test import InertanceTest
+from deboom.measurement.inertance_test import CompressorMount, Drawing, InertanceTest
 from deboom.measurement.operating_sweep import HoseState, OperatingSweep, OperatingTest
 from deboom.measurement.placement_tolerances import PlacementTolerances
 from deboom.measurement.sensors import Sensor, SensorKind
@@ -21,6 +21,8 @@ AVERAGES = 5
 LOW, HIGH = 7.5e5, 13.5e5
 GAS_FACTOR = {LOW: 1.0, HIGH: 1.6}
 FLOOR, SHARE = 4e-4, 3e-3
+PLACES = np.array([[-143.41, 0.1, 8.16], [-14.83, -67.94, 76.49], [-14.84, 67.09, 76.49]])
+ANGLES = np.array([[0, 0, 180], [0, 45, 90], [0, 135, 90.0]])
 
 
 def cross(r):
@@ -66,8 +68,6 @@ class Body:
     @classmethod
     def drawn(cls, rng, **options):
         """Draw one around the thesis's table 10."""
-        angles = np.array([[0, 0, 180], [0, 45, 90], [0, 135, 90.0]])
-        places = np.array([[-143.41, 0.1, 8.16], [-14.83, -67.94, 76.49], [-14.84, 67.09, 76.49]])
         inertia = np.diag(np.array([0.015, 0.03, 0.029]) * (1 + 0.05 * rng.uniform(-1, 1, 3)))
         for i, k in ((0, 1), (0, 2), (1, 2)):
             inertia[i, k] = inertia[k, i] = 2.5e-4 * rng.uniform(-1, 1)
@@ -75,8 +75,8 @@ class Body:
             6.8 + 0.45 * rng.uniform(-1, 1),
             2.5e-3 * rng.uniform(-1, 1, 3),
             inertia,
-            1e-3 * (places + 8 * rng.uniform(-1, 1, (3, 3))),
-            np.deg2rad(angles + 4 * rng.uniform(-1, 1, (3, 3))),
+            1e-3 * (PLACES + 8 * rng.uniform(-1, 1, (3, 3))),
+            np.deg2rad(ANGLES + 4 * rng.uniform(-1, 1, (3, 3))),
             1e3 * np.array([23, 13, 13]) * (1 + 0.15 * rng.uniform(-1, 1, (3, 3))),
             np.array([1.85, 0.06, 2.2, 0.42, 0.15, 2.5]) * (1 + 0.08 * rng.uniform(-1, 1, 6)),
             **options,
@@ -165,6 +165,15 @@ class Body:
         return motion
 
 
+def drawing():
+    """Mounts as the drawing has them: no sample's."""
+    mounts = tuple(
+        CompressorMount(f"M{i + 1}", place, angle, np.array([23e3, 13e3, 13e3]))
+        for i, (place, angle) in enumerate(zip(1e-3 * PLACES, np.deg2rad(ANGLES), strict=True))
+    )
+    return Drawing(6.8, np.zeros(3), np.diag([0.015, 0.03, 0.029]), mounts)
+
+
 def complex_noise(rng, shape):
     return rng.standard_normal(shape) + 1j * rng.standard_normal(shape)
 
@@ -179,9 +188,13 @@ def sample(
     lines=SPEED_LINES,
     rotor=ROTOR,
     hammer_lines=HAMMER_LINES,
+    drawn=False,
     **options,
 ):
-    """Test, and the body behind it; `errors` times the tolerances, `noise` times a laboratory's."""
+    """Test, and the body behind it; `errors` times the tolerances, `noise` times a laboratory's.
+
+    `drawn`: the test brings a drawing of the mounts, as good as the thesis's table 10.
+    """
     rng = np.random.default_rng(seed)
     body = Body.drawn(rng, **options)
     tolerances = PlacementTolerances()
@@ -235,6 +248,7 @@ def sample(
         tolerances,
         body.mass * (1 + 1e-3 * noise * rng.standard_normal()),
         1e-3 * body.mass,
+        drawing() if drawn else None,
     )
     sweeps = []
     for pressure in pressures:

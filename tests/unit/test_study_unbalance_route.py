@@ -9,7 +9,7 @@ from deboom.compressor.sources import ResidualBand
 from deboom.compressor.unbalance import Unbalance, UnbalanceOptions
 from deboom.errors import InputError
 from deboom.measurement.operating_sweep import HoseState
-from deboom.study.compressor_unbalance import AUTOMATIC, with_route
+from deboom.study.compressor_unbalance import AUTOMATIC, MeasuredUnbalance, with_route
 
 
 def found(*, changed=True, hoses=HoseState.SOFT, share=0.0, alarms=()):
@@ -54,3 +54,16 @@ def test_a_route_that_is_asked_for_is_taken_and_an_unknown_one_refused():
     assert with_route(found(changed=False), "e").chosen.route.letter == "e"
     with pytest.raises(InputError, match="there is no route 'a': choose auto, d, e"):
         with_route(found(), "a")
+
+
+@pytest.mark.parametrize(
+    ("state", "changed"),
+    [({}, "yes"), ({"changed": False}, "no"), ({"share": 0.08}, "unknown")],
+)
+def test_mounts_are_not_judged_with_hoses_in_the_data(state, changed):
+    measured = MeasuredUnbalance(
+        with_route(found(**state), "d"), None, None, (), None, (), None, 0.0
+    )
+    assert measured.mounts_changed == changed
+    if changed == "unknown":
+        assert "cannot be told" in measured.mount_state

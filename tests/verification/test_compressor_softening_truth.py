@@ -66,7 +66,7 @@ def test_each_mount_softens_by_its_own_stroke():
 
 
 def test_strokes_are_those_of_the_mounts():
-    test, body, found, result = softened()
+    _, body, found, _ = softened()
     mounts = SofteningMounts(body.places, softening_mounts(found).stiffness)
     line = np.array([25.0])
     motion = body.running(25.0, 1.0)

@@ -66,7 +66,10 @@ class OneFactor:
         return parts_by_turns(np.ones((1, frequency.size)))
 
     def matrices(
-        self, frequency: RealArray, mounts: ComplexArray, motion: ComplexArray
+        self,
+        frequency: RealArray,
+        mounts: ComplexArray,
+        motion: ComplexArray,  # noqa: ARG002  only a law over the stroke needs it
     ) -> ComplexArray:
         """Scale the mounts, however they move."""
         return np.asarray(self.basis(frequency)[..., np.newaxis, np.newaxis] * mounts)
@@ -112,7 +115,10 @@ class FactorOverFrequency:
         return parts_by_turns(np.vstack([np.ones(frequency.size), self.hats(frequency)]))
 
     def matrices(
-        self, frequency: RealArray, mounts: ComplexArray, motion: ComplexArray
+        self,
+        frequency: RealArray,
+        mounts: ComplexArray,
+        motion: ComplexArray,  # noqa: ARG002  only a law over the stroke needs it
     ) -> ComplexArray:
         """Scale the mounts, however they move."""
         return np.asarray(self.basis(frequency)[..., np.newaxis, np.newaxis] * mounts)

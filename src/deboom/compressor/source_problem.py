@@ -108,7 +108,7 @@ class SourceProblem:
                     parts,
                     model.apparent_mass[lines],
                     changes,
-                    model.by_error[:, lines],
+                    np.ascontiguousarray(model.by_error[:, lines]),
                 )
             )
 
@@ -281,7 +281,7 @@ class SourceProblem:
 
 def _combined(values: RealArray, matrices: ComplexArray) -> ComplexArray:
     """Sum of matrices, shape (k, ...), each times a real number: half the work of a complex one."""
-    flat = np.ascontiguousarray(matrices).reshape(len(matrices), -1).view(float)
+    flat = matrices.reshape(len(matrices), -1).view(float)
     return np.asarray((values @ flat).view(complex).reshape(matrices.shape[1:]))
 
 

@@ -113,7 +113,7 @@ def condition_table(measured: MeasuredUnbalance, command: str) -> pd.DataFrame:
         f"impacts; mass on the scales: {weighed}",
         "unbalance": "about the rotor's axis x, moments about the origin of the position sheet",
         "stiffness": "of the compressor on its mounts, at that origin, at the hammer's amplitude",
-        "mounts in operation": found.state.statement,
+        "mounts in operation": measured.mount_state,
         "alarms": " ".join(one for one in alarms if one != found.state.statement) or "none",
         "guard bands": "one-sided normal quantile times the standard deviation of noise, "
         "placement, calibration and state of the mounts together",

@@ -98,6 +98,23 @@ class MeasuredUnbalance:
         return self.found.test
 
     @property
+    def mounts_changed(self) -> str:
+        """``yes`` or ``no``; ``unknown`` with hoses in the data, which look like other mounts."""
+        if hoses_seen(self.found):
+            return "unknown"
+        return "yes" if self.found.state.changed else "no"
+
+    @property
+    def mount_state(self) -> str:
+        """What the sweeps say of the mounts, in words."""
+        if self.mounts_changed == "unknown":
+            return (
+                "Whether the mounts run in another state than they were struck in cannot be told: "
+                "hoses are joined or visible, and push back like other mounts."
+            )
+        return self.found.state.statement
+
+    @property
     def input_files(self) -> tuple[Path, ...]:
         """Every file that was read, limits and truth included."""
         more = [one.path for one in (self.limits, self.truth) if one is not None]
@@ -199,7 +216,7 @@ def with_route(found: Unbalance, wanted: str) -> Unbalance:
     if wanted == AUTOMATIC:
         # an update of the mounts is worth as much as the model that it updates, and hoses that
         # push back look like other mounts
-        sound = not (found.identification.alarms or _hoses_seen(found))
+        sound = not (found.identification.alarms or hoses_seen(found))
         updated = found.state.changed and sound and "e" in letters
         wanted = "e" if updated else found.chosen.route.letter
     if wanted not in letters:
@@ -208,7 +225,7 @@ def with_route(found: Unbalance, wanted: str) -> Unbalance:
     return replace(found, options=replace(found.options, chosen=route))
 
 
-def _hoses_seen(found: Unbalance) -> bool:
+def hoses_seen(found: Unbalance) -> bool:
     """Whether the sweeps that were used had the vehicle's hoses, by their name or their loads."""
     names = {sweep.sweep for sweep in found.chosen.sweeps}
     used = [sweep for sweep in found.test.sweeps if sweep.name in names]

@@ -81,12 +81,13 @@ def _headlines(measured: MeasuredUnbalance) -> tuple[Headline, ...]:
         ),
     ]
     state = measured.found.state
-    lines.append(
-        Headline(
-            f"{signed(100 * state.storage, 1)} % / {signed(100 * state.loss, 1)} %",
-            "stiffness / damping of the mounts, running over struck",
+    if measured.mounts_changed != "unknown":
+        lines.append(
+            Headline(
+                f"{signed(100 * state.storage, 1)} % / {signed(100 * state.loss, 1)} %",
+                "stiffness / damping of the mounts, running over struck",
+            )
         )
-    )
     return tuple(lines)
 
 
@@ -172,7 +173,7 @@ def _routes(
     compared = ["route", *(name for name in map(str, routes) if name.startswith(("error", "y/z")))]
     return Section(
         "Routes compared",
-        f"{measured.found.state.statement}\n\nA disturbance below 50 Hz comes from mounts that run "
+        f"{measured.mount_state}\n\nA disturbance below 50 Hz comes from mounts that run "
         "in another state than they were struck in (amplitude, temperature), not from conditioning "
         "of the inversion: where the mounts are as struck, all routes agree there.",
         figures=pictures(figures, "routes", "mount_state"),

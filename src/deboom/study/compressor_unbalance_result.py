@@ -82,7 +82,7 @@ def summary_of(measured: MeasuredUnbalance) -> dict[str, Scalar]:
         "u_dyn_g_mm2": 1e9 * abs(sources.dynamic.value),
         "u_dyn_deviation_g_mm2": 1e9 * sources.dynamic.deviation,
         "sense": found.sense.sense.name.lower(),
-        "mounts_changed": "yes" if found.state.changed else "no",
+        "mounts_changed": measured.mounts_changed,
         "reduced_chi": sources.reduced_chi,
         "remaining_chi": sources.remaining_chi,
         "n_alarms": len(found.alarms) + len(measured.kept.alarms),

@@ -12,7 +12,7 @@ study: $(READY)
 	$(BIN)/deboom run studies/u06_platform.py
 
 test: $(READY)
-	$(BIN)/python -m pytest -n auto
+	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -n auto
 
 coverage: $(READY)
 	$(BIN)/python -m pytest -q --cov=deboom --cov-report=term

@@ -11,8 +11,9 @@ EXTRAS := fast,cluster,modal,postgres,dev
 study: $(READY)
 	$(BIN)/deboom run studies/u06_platform.py
 
+test: export OPENBLAS_NUM_THREADS := 1
 test: $(READY)
-	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -n auto
+	$(BIN)/python -m pytest -n auto
 
 coverage: $(READY)
 	$(BIN)/python -m pytest -q --cov=deboom --cov-report=term

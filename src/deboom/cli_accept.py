@@ -34,7 +34,6 @@ def accept(
     over_today: Annotated[
         bool,
         typer.Option(
-            "--over-today",
             help="The columns are x [1], y [1], z [1]: stiffness over that of today's part, both "
             "measured at one state on one machine.",
         ),

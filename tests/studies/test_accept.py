@@ -19,6 +19,7 @@ from deboom.files.solution_box import (
 )
 from deboom.report import figures
 from deboom.study.delivery import Verdict, judged_delivery, limited_axes
+from deboom.study.runner import command_of
 
 PLATFORM = Path(__file__).parents[2] / "studies" / "data" / "u06_f39_f45"
 MOUNTS = ("EnM", "GeM", "TSM", "Du")
@@ -141,6 +142,7 @@ def test_the_command_writes_a_run(run):
     assert "files are not those that the box was found with" in (run / "report.html").read_text()
     record = json.loads((run / "run.json").read_text())
     assert "acceptance_box.json" in record["inputs_sha256"]
+    assert "--uncertainty 0.01 --no-over-today --seed 1" in command_of(record)
 
 
 def test_levels_are_those_of_the_model_at_the_middle(run):

@@ -13,14 +13,15 @@ from deboom.errors import InputError
 from deboom.files.atomic import replace_bytes
 from deboom.files.delivered_parts import AXES, read_delivered_parts
 from deboom.files.platform import read_platform
-from deboom.files.run_folder import RECORD, environment_record, finish_run, hash_files, start_run
-from deboom.files.run_lock import LOCK, held
+from deboom.files.run_folder import environment_record
 from deboom.files.solution_box import AcceptanceBox, read_solution_box
 from deboom.files.workbook import workbook_bytes
+from deboom.study.command_run import run_command
 from deboom.study.delivery import judged_delivery, limited_axes
 from deboom.study.delivery_result import delivery_result
 from deboom.study.progress import Progress
-from deboom.study.runner import PACKAGES, save_result
+from deboom.study.result import StudyResult
+from deboom.study.runner import PACKAGES
 
 COMMAND = "accept"
 BOX_FILE = "acceptance_box.json"
@@ -130,49 +131,28 @@ def accept_into_run(
     data = read_platform(platform) if platform is not None else None
     record: dict[str, Any] = {
         "study": COMMAND,
-        "command": " ".join(
-            [
-                f"deboom accept {path.as_posix()} {parts_path.as_posix()}",
-                *([f"--platform {platform.as_posix()}"] if platform is not None else []),
-                *([f"--uncertainty {uncertainty:g}"] if uncertainty else []),
-                *(["--over-today"] if over_today else []),
-                f"--seed {seed}",
-            ]
-        ),
+        "command": f"deboom accept {path.as_posix()} {parts_path.as_posix()}",
         "question": "Do these parts keep the acceptance box?",
         "seed": seed,
         "arguments": {
             "platform": platform.as_posix() if platform is not None else None,
             "uncertainty": uncertainty,
             "over-today": over_today,
+            "seed": seed,
         },
         "environment": environment_record(PACKAGES),
     }
-    run = start_run(out, COMMAND, seed=seed, record=record)
-    try:
-        with held(run.folder):
-            progress(1, 3, "parts and cars")
-            delivery = judged_delivery(box, parts, data, uncertainty, seed, over_today=over_today)
-            progress(2, 3, "tables and figures")
-            inputs = (path, parts_path, *(data.input_files if data is not None else ()))
-            result = delivery_result(delivery, inputs)
-            hashes = {
-                name: value
-                for file in inputs
-                for name, value in hash_files([file], relative_to=file.parent).items()
-            }
-            used = {
-                "facts": dict(result.facts),
-                "inputs_sha256": hashes,
-                "wall_time_s": round(time.perf_counter() - begin, 3),
-            }
-            save_result(run, result, {**record, **used})
-    except Exception:
-        if {file.name for file in run.folder.iterdir()} <= {RECORD, LOCK}:
-            run.discard()
-        raise
+
+    def work() -> StudyResult:
+        progress(1, 3, "parts and cars")
+        delivery = judged_delivery(box, parts, data, uncertainty, seed, over_today=over_today)
+        progress(2, 3, "tables and figures")
+        files = data.input_files if data is not None else ()
+        return delivery_result(delivery, (path, parts_path, *files))
+
+    run = run_command(out, record, work, relative_to=None, begin=begin)
     progress(3, 3, "done")
-    return finish_run(run)
+    return run
 
 
 def _measure(box: AcceptanceBox) -> pd.DataFrame:

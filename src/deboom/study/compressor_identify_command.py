@@ -7,12 +7,13 @@ from pathlib import Path
 from typing import Any
 
 from deboom.compressor.identify import IdentifyOptions
-from deboom.files.run_folder import RECORD, environment_record, finish_run, hash_files, start_run
-from deboom.files.run_lock import LOCK, held
+from deboom.files.run_folder import environment_record
+from deboom.study.command_run import run_command
 from deboom.study.compressor_identification import STEPS, Beside, identified_test, read_test
 from deboom.study.compressor_identification_result import compressor_result
 from deboom.study.progress import Progress
-from deboom.study.runner import PACKAGES, save_result
+from deboom.study.result import StudyResult
+from deboom.study.runner import PACKAGES
 
 COMMAND = "identify"
 SEED = 1
@@ -59,7 +60,6 @@ def identify_into_run(
     progress(0, STEPS + 2, "reading")
     test, truth = read_test(folder, from_hits=from_hits)
     record = _record(folder, options, beside, from_hits=from_hits, with_figures=with_figures)
-    run = start_run(out, COMMAND, seed=SEED, record=record)
     done = 0
 
     def step(text: str) -> None:
@@ -67,24 +67,14 @@ def identify_into_run(
         done += 1
         progress(min(done, STEPS), STEPS + 2, text)
 
-    try:
-        with held(run.folder):
-            identified = identified_test(test, truth, options, beside, step, folder)
-            progress(STEPS + 1, STEPS + 2, "tables and figures")
-            inputs = identified.input_files
-            result = compressor_result([identified], inputs, with_figures=with_figures)
-            used = {
-                "facts": dict(result.facts),
-                "inputs_sha256": hash_files(inputs, relative_to=folder),
-                "wall_time_s": round(time.perf_counter() - begin, 3),
-            }
-            save_result(run, result, {**record, **used})
-    except Exception:
-        if {path.name for path in run.folder.iterdir()} <= {RECORD, LOCK}:
-            run.discard()
-        raise
+    def work() -> StudyResult:
+        identified = identified_test(test, truth, options, beside, step, folder)
+        progress(STEPS + 1, STEPS + 2, "tables and figures")
+        return compressor_result([identified], identified.input_files, with_figures=with_figures)
+
+    run = run_command(out, record, work, relative_to=folder, begin=begin)
     progress(STEPS + 2, STEPS + 2, "done")
-    return finish_run(run)
+    return run
 
 
 def _record(

@@ -7,12 +7,13 @@ from pathlib import Path
 from typing import Any
 
 from deboom.compressor.acceptance import overall
-from deboom.files.run_folder import RECORD, environment_record, finish_run, hash_files, start_run
-from deboom.files.run_lock import LOCK, held
+from deboom.files.run_folder import environment_record
+from deboom.study.command_run import run_command
 from deboom.study.compressor_unbalance import STEPS, UnbalancePlan, measured_unbalance
 from deboom.study.compressor_unbalance_result import unbalance_result
 from deboom.study.progress import Progress, counted
-from deboom.study.runner import PACKAGES, command_of, save_result
+from deboom.study.result import StudyResult
+from deboom.study.runner import PACKAGES, command_of
 
 COMMAND = "unbalance"
 SEED = 1
@@ -54,28 +55,23 @@ def unbalance_into_run(
     """
     begin = time.perf_counter()
     record = _record(folder, plan, with_figures=with_figures)
-    run = start_run(out, COMMAND, seed=SEED, record=record)
-    try:
-        with held(run.folder):
-            measured = measured_unbalance(folder, plan, counted(progress, STEPS + 1))
-            progress(STEPS, STEPS + 1, "tables and figures")
-            inputs = measured.input_files
-            result = unbalance_result(
-                measured, command=command_of(record), inputs=inputs, with_figures=with_figures
-            )
-            used = {
-                "facts": dict(result.facts),
-                "inputs_sha256": hash_files(inputs, relative_to=folder),
-                "wall_time_s": round(time.perf_counter() - begin, 3),
-            }
-            save_result(run, result, {**record, **used})
-    except Exception:
-        if {path.name for path in run.folder.iterdir()} <= {RECORD, LOCK}:
-            run.discard()
-        raise
+    decision = ""
+
+    def work() -> StudyResult:
+        nonlocal decision
+        measured = measured_unbalance(folder, plan, counted(progress, STEPS + 1))
+        progress(STEPS, STEPS + 1, "tables and figures")
+        decision = overall(measured.verdicts).value if measured.verdicts else ""
+        return unbalance_result(
+            measured,
+            command=command_of(record),
+            inputs=measured.input_files,
+            with_figures=with_figures,
+        )
+
+    run = run_command(out, record, work, relative_to=folder, begin=begin)
     progress(STEPS + 1, STEPS + 1, "done")
-    decision = overall(measured.verdicts).value if measured.verdicts else ""
-    return finish_run(run), decision
+    return run, decision
 
 
 def _record(folder: Path, plan: UnbalancePlan, *, with_figures: bool) -> dict[str, Any]:

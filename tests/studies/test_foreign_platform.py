@@ -41,7 +41,7 @@ BUDGET = {
     "doe": 16,
     "n": 8,
     "resamples": 100,
-    "draws": 4,
+    "draws": 64,
     "polish": False,
     "every_set_up_to": 4,
     "group": GROUP,

@@ -1,16 +1,22 @@
-"""Draw the pictures of the README again, from a study and a vehicle: ``make pictures``."""
+"""Draw the pictures of README and guides again, from studies and tests: ``make pictures``."""
 
 import shutil
 import tempfile
 from pathlib import Path
 
+from deboom.bench.compressor_operation_writer import write_operating_test
 from deboom.bench.vehicle_writer import write_vehicle
 from deboom.files.vehicle import read_vehicle
+from deboom.study.accept_command import accept_into_run
+from deboom.study.compressor_unbalance import UnbalancePlan
+from deboom.study.compressor_unbalance_command import unbalance_into_run
 from deboom.study.modal_figures import moving_shapes
 from deboom.study.modal_part import modal_part
 from deboom.study.runner import load_study, run_study
 
 ROOT = Path(__file__).parents[1]
+PLATFORM = ROOT / "studies" / "data" / "u06_f39_f45"
+PARTS = ROOT / "docs" / "guides" / "delivered_parts.csv"
 PICTURES = ("spl_curves", "pareto_front", "stiffness_bars", "sobol", "vehicle_matrix")
 
 
@@ -18,15 +24,32 @@ def main() -> None:
     """Run the study with its default budget, copy its best figures, and set a body in motion."""
     target = ROOT / "docs" / "pictures"
     target.mkdir(exist_ok=True)
-    with tempfile.TemporaryDirectory() as folder:
-        study = load_study(ROOT / "studies" / "u06_platform.py")
-        run = run_study(study, Path(folder), {"seed": 1})
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        run = run_study(load_study(ROOT / "studies" / "u06_platform.py"), folder, {"seed": 1})
         for stem in PICTURES:
-            shutil.copyfile(run / "figures" / f"{stem}.png", target / f"{stem}.png")
-            print(target / f"{stem}.png")
-        vehicle = write_vehicle(Path(folder) / "car", 1, load_cases=(), accelerance=False)
+            _keep(run, stem, target, stem)
+        front = run_study(load_study(ROOT / "studies" / "u06_robust_front.py"), folder, {"seed": 1})
+        asked = {"front": front, "curve": False}
+        box = run_study(load_study(ROOT / "studies" / "solution_box.py"), folder, asked)
+        _keep(box, "box", target, "acceptance_box")
+        delivery = accept_into_run(box, PARTS, folder, PLATFORM, 0.02, 1, _quietly)
+        _keep(delivery, "parts", target, "delivery")
+        test = write_operating_test(folder / "compressor", 1)
+        unbalance, _ = unbalance_into_run(test, folder, UnbalancePlan(), _quietly)
+        _keep(unbalance, "figure_61a_static", target, "unbalance")
+        vehicle = write_vehicle(folder / "car", 1, load_cases=(), accelerance=False)
         (target / "mode_shapes.gif").write_bytes(moving_shapes(modal_part(read_vehicle(vehicle))))
         print(target / "mode_shapes.gif")
+
+
+def _keep(run: Path, stem: str, target: Path, name: str) -> None:
+    shutil.copyfile(run / "figures" / f"{stem}.png", target / f"{name}.png")
+    print(target / f"{name}.png")
+
+
+def _quietly(_done: int, _total: int, _text: str) -> None:
+    """Show no progress."""
 
 
 if __name__ == "__main__":

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from threadpoolctl import threadpool_limits
 
 from deboom.errors import InputError
 from deboom.explore.commonality import Commonality, fewest_part_numbers, separate_sets
@@ -163,51 +164,52 @@ def commonality_study(
         One vehicle only; a table of limits that lacks a vehicle, or a limit that a vehicle misses
         even with mounts of its own; see `fewest_part_numbers`.
     """
-    level = MeanLevel(index)
-    vehicles = level.response_names
-    if len(vehicles) < 2:
-        raise InputError(f"only vehicle {vehicles[0]} was asked for: sharing needs two")
-    parts = {
-        mount: [name for name in space.names if mount_of(name) == mount]
-        for mount in dict.fromkeys(mount_of(name) for name in space.names)
-    }
-    rules = SharingRules(_rule("--together", together), _rule("--apart", apart))
-    rules.check(tuple(parts), vehicles)
-    stated = None if aims.limits is None else _table_limits(aims.limits, vehicles)
-    silent = variables_without_effect(level, space)
-    fixed = np.isin(space.names, silent)
-    searched = replace(
-        space,
-        lower=np.where(fixed, space.nominal, space.lower),
-        upper=np.where(fixed, space.nominal, space.upper),
-    )
-    progress(0, 4, "mounts of its own for each vehicle")
-    drawn = ScatteredLevel(index, space.nominal, space.relative_sigma)
-    own = own_optima(drawn, searched, starts=aims.starts, seed=aims.seed)
-    draws = sobol_sample(space.n_variables, SEARCH_DRAWS, seed=aims.seed).values
-    margin = _margin(level, space, own, draws, aims.share)
-    limits = own.levels + aims.allowed
-    if stated is not None:
-        _refuse_missed(aims, vehicles, stated, own.levels + margin)
-        limits = stated - margin
-    problem = SharingProblem(drawn, searched, parts, limits, rules)
-    progress(1, 4, "families of the correlation study")
-    guesses = _guesses(runs, problem, aims.seed)
-    found = fewest_part_numbers(
-        problem, own, list(guesses.values()), lambda _done, _all, text: progress(2, 4, text)
-    )
-    progress(3, 4, "verification")
-    by_group = None
-    if "groups" in guesses:
-        by_group = separate_sets(problem, own, guesses["groups"])
-    check = sobol_sample(
-        space.n_variables, VERIFYING_DRAWS, seed=aims.seed, purpose="verification sample"
-    ).values
-    shares = _shares(level, space, found.fewest.designs, check, limits + margin)
-    progress(4, 4, "done")
-    return CommonalityStudy(
-        runs, level, problem, own, found, by_group, margin, shares, silent, aims
-    )
+    with threadpool_limits(1):  # threads may change the last bit of an optimum
+        level = MeanLevel(index)
+        vehicles = level.response_names
+        if len(vehicles) < 2:
+            raise InputError(f"only vehicle {vehicles[0]} was asked for: sharing needs two")
+        parts = {
+            mount: [name for name in space.names if mount_of(name) == mount]
+            for mount in dict.fromkeys(mount_of(name) for name in space.names)
+        }
+        rules = SharingRules(_rule("--together", together), _rule("--apart", apart))
+        rules.check(tuple(parts), vehicles)
+        stated = None if aims.limits is None else _table_limits(aims.limits, vehicles)
+        silent = variables_without_effect(level, space)
+        fixed = np.isin(space.names, silent)
+        searched = replace(
+            space,
+            lower=np.where(fixed, space.nominal, space.lower),
+            upper=np.where(fixed, space.nominal, space.upper),
+        )
+        progress(0, 4, "mounts of its own for each vehicle")
+        drawn = ScatteredLevel(index, space.nominal, space.relative_sigma)
+        own = own_optima(drawn, searched, starts=aims.starts, seed=aims.seed)
+        draws = sobol_sample(space.n_variables, SEARCH_DRAWS, seed=aims.seed).values
+        margin = _margin(level, space, own, draws, aims.share)
+        limits = own.levels + aims.allowed
+        if stated is not None:
+            _refuse_missed(aims, vehicles, stated, own.levels + margin)
+            limits = stated - margin
+        problem = SharingProblem(drawn, searched, parts, limits, rules)
+        progress(1, 4, "families of the correlation study")
+        guesses = _guesses(runs, problem, aims.seed)
+        found = fewest_part_numbers(
+            problem, own, list(guesses.values()), lambda _done, _all, text: progress(2, 4, text)
+        )
+        progress(3, 4, "verification")
+        by_group = None
+        if "groups" in guesses:
+            by_group = separate_sets(problem, own, guesses["groups"])
+        check = sobol_sample(
+            space.n_variables, VERIFYING_DRAWS, seed=aims.seed, purpose="verification sample"
+        ).values
+        shares = _shares(level, space, found.fewest.designs, check, limits + margin)
+        progress(4, 4, "done")
+        return CommonalityStudy(
+            runs, level, problem, own, found, by_group, margin, shares, silent, aims
+        )
 
 
 def _rule(option: str, texts: Sequence[str]) -> dict[str, list[list[str]]]:

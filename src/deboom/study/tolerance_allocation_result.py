@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from threadpoolctl import threadpool_limits
+
 from deboom.study.result import StudyResult
 from deboom.study.tolerance_allocation import DRAWS, AllocationStudy
 from deboom.study.tolerance_allocation_figures import allocation_figures
@@ -34,23 +36,24 @@ def allocation_result(study: AllocationStudy, inputs: tuple[Path, ...] = ()) -> 
         Tables ``allocation``, ``marginal_values``, ``front_marginal_values``, ``cost_of_target``,
         ``verification``.
     """
-    tables = {
-        "allocation": allocation_table(study),
-        "marginal_values": marginal_table(study),
-        "front_marginal_values": front_marginal_table(study),
-        "cost_of_target": curve_table(study),
-        "verification": verification_table(study),
-    }
-    figures = allocation_figures(study)
-    return StudyResult(
-        tables=tables,
-        figures=figures,
-        summary=allocation_summary(study),
-        page=allocation_page(study, tables, figures),
-        inputs=(*study.chosen.inputs, *inputs),
-        facts={
-            "kernel": study.index.kernel.name,
-            "allocation_draws": study.n_samples,
-            "verification_draws": DRAWS,
-        },
-    )
+    with threadpool_limits(1):  # threads may change the last bit of an optimum
+        tables = {
+            "allocation": allocation_table(study),
+            "marginal_values": marginal_table(study),
+            "front_marginal_values": front_marginal_table(study),
+            "cost_of_target": curve_table(study),
+            "verification": verification_table(study),
+        }
+        figures = allocation_figures(study)
+        return StudyResult(
+            tables=tables,
+            figures=figures,
+            summary=allocation_summary(study),
+            page=allocation_page(study, tables, figures),
+            inputs=(*study.chosen.inputs, *inputs),
+            facts={
+                "kernel": study.index.kernel.name,
+                "allocation_draws": study.n_samples,
+                "verification_draws": DRAWS,
+            },
+        )

@@ -2,12 +2,73 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from deboom.bench.frozen import freeze_arrays
 from deboom.physics.arrays import ComplexArray, RealArray
+
+
+@dataclass(frozen=True, eq=False)
+class CavityMode:
+    """One acoustic mode of a cabin.
+
+    Parameters
+    ----------
+    frequency, damping_ratio : float
+        [Hz], [1].
+    panel_shape : array, shape (n_panel,)
+        [1].
+    ear_shape : float
+        At the driver's ear [1].
+    """
+
+    frequency: float
+    damping_ratio: float
+    panel_shape: RealArray
+    ear_shape: float
+
+    def __post_init__(self) -> None:
+        freeze_arrays(self)
+
+
+def cavity_pressure(
+    bulk_modulus: float,
+    volume: float,
+    panel_areas: RealArray,
+    modes: Sequence[CavityMode],
+    frequency: RealArray,
+) -> ComplexArray:
+    """Return the pressure at the driver's ear per displacement of each panel.
+
+    Parameters
+    ----------
+    bulk_modulus, volume, panel_areas
+        See `Cabin`.
+    modes : sequence of CavityMode
+        Besides the uniform compression.
+    frequency : array, shape (f,)
+        [Hz].
+
+    Returns
+    -------
+    array, shape (f, n_panel)
+        [Pa/m].
+
+    Notes
+    -----
+    Modal sum of a closed cavity with moving walls, mode 0 (Λ = 1) and others (Λ = 1/2)::
+
+        p/u = ρc² A/V [1 - 2 Σ ψ ψ_ear ω²/(ω_c² - ω² + 2jζω_cω)]
+    """
+    total = np.ones((np.size(frequency), panel_areas.size), dtype=complex)
+    for mode in modes:
+        ratio = np.asarray(frequency) / mode.frequency
+        answer = ratio**2 / (1 - ratio**2 + 2j * mode.damping_ratio * ratio)
+        total -= 2 * mode.ear_shape * np.outer(answer, mode.panel_shape)
+    return np.asarray(bulk_modulus * panel_areas / volume * total)
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,17 +114,11 @@ class Cabin:
         -------
         array, shape (f, n_panel)
             [Pa/m].
-
-        Notes
-        -----
-        Modal sum of a closed cavity with moving walls, mode 0 (Λ = 1) and mode 1 (Λ = 1/2)::
-
-            p/u = ρc² A/V [1 - 2 ψ ψ_ear ω²/(ω_c² - ω² + 2jζω_cω)]
         """
-        ratio = frequency / self.frequency
-        cavity = ratio**2 / (1 - ratio**2 + 2j * self.damping_ratio * ratio)
-        first = -2 * self.ear_shape * np.outer(cavity, self.panel_shape)
-        return np.asarray(self.bulk_modulus * self.panel_areas / self.volume * (1 + first))
+        first = CavityMode(self.frequency, self.damping_ratio, self.panel_shape, self.ear_shape)
+        return cavity_pressure(
+            self.bulk_modulus, self.volume, self.panel_areas, (first,), frequency
+        )
 
 
 @dataclass(frozen=True, eq=False)

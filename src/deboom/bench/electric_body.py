@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from deboom.bench.body import Body
+from deboom.bench.body import Body, CavityMode, cavity_pressure
 from deboom.bench.frozen import freeze_arrays
 from deboom.physics.arrays import ComplexArray, RealArray
 
@@ -16,29 +16,6 @@ POINTS = (*MOUNTS, *HOSES)
 """Where the compressor and its hoses meet a body."""
 
 MOTIONS = ("x", "y", "z", "rx", "ry", "rz")
-
-
-@dataclass(frozen=True, eq=False)
-class CavityMode:
-    """One acoustic mode of a cabin.
-
-    Parameters
-    ----------
-    frequency, damping_ratio : float
-        [Hz], [1].
-    panel_shape : array, shape (n_panel,)
-        [1].
-    ear_shape : float
-        At the driver's ear [1].
-    """
-
-    frequency: float
-    damping_ratio: float
-    panel_shape: RealArray
-    ear_shape: float
-
-    def __post_init__(self) -> None:
-        freeze_arrays(self)
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,19 +53,10 @@ class ElectricCabin:
         -------
         array, shape (f, n_panel)
             [Pa/m].
-
-        Notes
-        -----
-        Modal sum of a closed cavity with moving walls, mode 0 (Λ = 1) and others (Λ = 1/2)::
-
-            p/u = ρc² A/V [1 - 2 Σ ψ ψ_ear ω²/(ω_c² - ω² + 2jζω_cω)]
         """
-        total = np.ones((np.size(frequency), self.panel_areas.size), dtype=complex)
-        for mode in self.modes:
-            ratio = np.asarray(frequency) / mode.frequency
-            answer = ratio**2 / (1 - ratio**2 + 2j * mode.damping_ratio * ratio)
-            total -= 2 * mode.ear_shape * np.outer(answer, mode.panel_shape)
-        return np.asarray(self.bulk_modulus * self.panel_areas / self.volume * total)
+        return cavity_pressure(
+            self.bulk_modulus, self.volume, self.panel_areas, self.modes, frequency
+        )
 
 
 @dataclass(frozen=True, eq=False)

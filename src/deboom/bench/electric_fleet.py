@@ -13,12 +13,11 @@ from typing import Any
 
 import numpy as np
 
-from deboom.bench.body import Body
+from deboom.bench.body import Body, CavityMode
 from deboom.bench.compressor_plan import COMPRESSOR_DATA
 from deboom.bench.electric_body import (
     MOUNTS,
     POINTS,
-    CavityMode,
     ElectricCabin,
     ElectricCarBody,
     columns_of,

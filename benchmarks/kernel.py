@@ -15,7 +15,7 @@ import numpy.typing as npt
 import pandas as pd
 from threadpoolctl import threadpool_limits
 
-from deboom.physics.arrays import ComplexArray, RealArray
+from deboom.arrays import ComplexArray, RealArray
 from deboom.physics.sound_level import REFERENCE_PRESSURE, spl
 from deboom.vehicles.kernel_numba import NUMBA, NUMBA_FLOAT32
 from deboom.vehicles.kernel_numpy import NUMPY

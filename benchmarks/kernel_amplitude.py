@@ -16,7 +16,7 @@ import numpy as np
 import pandas as pd
 from threadpoolctl import threadpool_limits
 
-from deboom.physics.arrays import RealArray
+from deboom.arrays import RealArray
 from deboom.vehicles.amplitude_motion import TOLERANCE, AmplitudeMotion
 from deboom.vehicles.kernel_amplitude_numba import NUMBA_AMPLITUDE
 from deboom.vehicles.kernel_amplitude_numpy import NUMPY_AMPLITUDE, NumpyAmplitudeKernel

@@ -16,7 +16,7 @@ import numpy as np
 import pandas as pd
 from threadpoolctl import threadpool_limits
 
-from deboom.physics.arrays import RealArray
+from deboom.arrays import RealArray
 from deboom.physics.rigid_body import forward_matrices, mass_matrix
 from deboom.vehicles import kernel_source
 from deboom.vehicles.coupled_motion import CoupledMotion

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+from deboom.arrays import RealArray
 from deboom.bench.mount_law import DirectionLaw
 from deboom.bench.operating_run import full_load_run
 from deboom.bench.parameters import VirtualBench, load_bench
@@ -16,7 +17,6 @@ from deboom.files.library_export import read_library_json
 from deboom.files.platform import Platform
 from deboom.measurement.load_case import LoadCase
 from deboom.mounts.characterised_mount import CharacterisedMount
-from deboom.physics.arrays import RealArray
 from deboom.physics.sound_level import spl
 from deboom.study.mount_source import LIBRARY_FILE
 from deboom.vehicles.fleet import Fleet

@@ -7,6 +7,7 @@ from functools import cache
 
 import numpy as np
 
+from deboom.arrays import RealArray
 from deboom.bench.campaign_layout import (
     ACCELEROMETER_MODEL,
     CELL_MODEL,
@@ -33,7 +34,6 @@ from deboom.measurement.sensor_catalogue import SENSOR_CATALOGUE
 from deboom.measurement.sensors import Sensor, SensorKind
 from deboom.measurement.tolerances import Tolerances
 from deboom.mounts.mount import Mount
-from deboom.physics.arrays import RealArray
 from deboom.physics.rigid_body import rotation_matrix
 
 BENCH = load_bench()

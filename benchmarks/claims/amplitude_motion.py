@@ -13,8 +13,8 @@ import pandas as pd
 import kernel_amplitude as bench
 import resolved_truth as truth
 from claims import Claim
+from deboom.arrays import RealArray
 from deboom.files.platform import Platform, read_platform
-from deboom.physics.arrays import RealArray
 from deboom.vehicles.amplitude_identification import amplitude_motion, identified_surfaces
 from deboom.vehicles.amplitude_motion import AmplitudeMotion
 from deboom.vehicles.amplitude_uniqueness import compare_starts

@@ -14,6 +14,7 @@ from tempfile import TemporaryDirectory
 import numpy as np
 
 from claims import Claim
+from deboom.arrays import ComplexArray, RealArray
 from deboom.bench.campaign_layout import accelerometer_places
 from deboom.bench.campaign_operation import static_direction_forces, true_run
 from deboom.bench.campaign_plan import (
@@ -30,7 +31,6 @@ from deboom.bench.operating_run import OperatingRun
 from deboom.bench.parameters import VirtualBench, load_bench
 from deboom.bench.platform_layout import FREQUENCY
 from deboom.files.campaign import read_campaign
-from deboom.physics.arrays import ComplexArray, RealArray
 from deboom.physics.rigid_body import forward_matrices, rotation_matrix
 
 BENCHES = range(1, 21)

@@ -24,6 +24,7 @@ from scipy.spatial import cKDTree
 from threadpoolctl import threadpool_limits
 
 from claims import Claim
+from deboom.arrays import ComplexArray
 from deboom.bench.campaign_plan import TRAINING_RUNS, CampaignErrors
 from deboom.bench.operating_run import SIDES
 from deboom.mounts.agreement import agreement
@@ -34,7 +35,6 @@ from deboom.mounts.characterise import characterise
 from deboom.mounts.error_budget import same_pieces
 from deboom.mounts.operating_map import OperatingMap, Preload, operating_maps
 from deboom.mounts.response_surface import DynamicStiffnessSurface
-from deboom.physics.arrays import ComplexArray
 from deboom.study.characterisation import MeasuredSo, characterise_benches
 from deboom.study.characterisation_result import characterisation_result
 from deboom.vehicles.kinematic_model import KinematicModel

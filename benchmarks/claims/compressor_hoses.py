@@ -20,6 +20,7 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from claims import Claim
+from deboom.arrays import ComplexArray, RealArray
 from deboom.bench.compressor_operation import measured, operation, true_sweep
 from deboom.bench.compressor_operation_plan import OperationPlan
 from deboom.bench.compressor_operation_writer import write_operating_test
@@ -39,7 +40,6 @@ from deboom.compressor.identify import Identification, IdentifyOptions, identify
 from deboom.files.operating_test import read_operating_test
 from deboom.measurement.operating_sweep import HoseDrawing, HoseState, OperatingTest
 from deboom.measurement.virtual_point import virtual_point_frf
-from deboom.physics.arrays import ComplexArray, RealArray
 
 SEEDS = range(2, 12)
 OPTIONS = IdentifyOptions(held_out=0)

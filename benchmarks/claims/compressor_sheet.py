@@ -16,6 +16,7 @@ from tempfile import TemporaryDirectory
 import numpy as np
 
 from claims import Claim
+from deboom.arrays import ComplexArray
 from deboom.bench.compressor_plan import CalibrationLevel, CompressorPlan
 from deboom.bench.compressor_writer import write_compressor_test
 from deboom.compressor.amplitude_response import AmplitudeFactor, amplitude_response
@@ -29,7 +30,6 @@ from deboom.measurement.channel_geometry import impact_geometry, sensor_geometry
 from deboom.measurement.channels import Frf
 from deboom.measurement.inertance_test import CompressorMount, InertanceTest
 from deboom.measurement.virtual_point import virtual_point
-from deboom.physics.arrays import ComplexArray
 from deboom.physics.rigid_body import mass_matrix
 
 QUICK = IdentifyOptions(largest_lines=20, held_out=6)

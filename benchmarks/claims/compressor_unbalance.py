@@ -30,6 +30,7 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from claims import Claim
+from deboom.arrays import RealArray
 from deboom.bench.compressor_operation_plan import OperationPlan
 from deboom.bench.compressor_operation_writer import write_operating_test
 from deboom.bench.compressor_plan import CompressorPlan
@@ -38,7 +39,6 @@ from deboom.compressor.unbalance import RouteResult, Unbalance, UnbalanceOptions
 from deboom.compressor.unbalance_load import RotationSense
 from deboom.files.operating_test import read_operating_test
 from deboom.measurement.operating_sweep import HoseState, OperatingTest
-from deboom.physics.arrays import RealArray
 from deboom.study.compressor_unbalance_truth import UnbalanceTruth, read_unbalance_truth
 
 SEEDS = range(2, 12)

@@ -16,7 +16,7 @@ from typing import NamedTuple
 import numpy as np
 
 from claims import Claim
-from deboom.explore.arrays import RealArray
+from deboom.arrays import RealArray
 from deboom.explore.design_space import stiffness_factor_space
 from deboom.explore.fronts import hypervolume, verify
 from deboom.explore.known_truth import SeparableProblem, exact_front, exact_objectives, exp1, quad2

@@ -12,8 +12,8 @@ import numpy as np
 
 import kernel as bench
 from claims import Claim
+from deboom.arrays import ComplexArray, RealArray
 from deboom.files.platform import read_platform
-from deboom.physics.arrays import ComplexArray, RealArray
 from deboom.vehicles.fleet import path_contributions
 from deboom.vehicles.kernel_numpy import NUMPY
 

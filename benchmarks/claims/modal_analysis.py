@@ -19,6 +19,7 @@ from tempfile import TemporaryDirectory
 import numpy as np
 
 from claims import Claim
+from deboom.arrays import RealArray
 from deboom.bench.ears import panel_pressure
 from deboom.bench.fleet import load_fleet
 from deboom.bench.vehicle_acquisition import AcquisitionErrors
@@ -29,7 +30,6 @@ from deboom.measurement.channels import Frf
 from deboom.measurement.modal_analysis import LARGE_ERROR, modal_model, poles_over_orders
 from deboom.measurement.modal_poles import pole_clusters
 from deboom.measurement.panels import pressure_of_modes
-from deboom.physics.arrays import RealArray
 from deboom.physics.frf import FrfForm
 from deboom.study.modal_part import ModalPart, modal_part, truth_mac
 

@@ -16,6 +16,7 @@ import numpy as np
 from scipy.signal import find_peaks
 
 from claims import Claim
+from deboom.arrays import ComplexArray, RealArray
 from deboom.bench.body import Body, noise_transfer
 from deboom.bench.coupled_car import CarErrors, at_ears, drive
 from deboom.bench.ears import EARS, ear_transfer, source_motion
@@ -59,7 +60,6 @@ from deboom.measurement.noise_transfer import (
 )
 from deboom.measurement.sensors import Sensor, SensorKind
 from deboom.measurement.variance_split import variance_split
-from deboom.physics.arrays import ComplexArray, RealArray
 from deboom.physics.correlation import corr_f, corr_s
 from deboom.physics.sound_level import spl
 from deboom.vehicles.noise_transfer import compare_noise_transfer

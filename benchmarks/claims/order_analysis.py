@@ -13,6 +13,7 @@ from time import perf_counter
 import numpy as np
 
 from claims import Claim
+from deboom.arrays import ComplexArray, RealArray
 from deboom.bench.campaign_plan import CampaignErrors, TimeRunPlan
 from deboom.bench.campaign_sensors import draw_campaign_sensors
 from deboom.bench.mount_sets import mount_set, with_mount_set
@@ -28,7 +29,6 @@ from deboom.measurement.shaft_angle import ShaftAngle, shaft_angle
 from deboom.measurement.tacho import pulse_times
 from deboom.measurement.tacho_repair import repair_pulses
 from deboom.measurement.time_record import TimeRecord
-from deboom.physics.arrays import ComplexArray, RealArray
 from deboom.physics.order_tracking import angular_resample, order_amplitudes, samples_needed
 from deboom.physics.order_tracking_resolution import noise_amplitude
 from deboom.physics.vold_kalman import envelope_response, noise_bandwidth, vold_kalman

@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from claims import Claim
+from deboom.arrays import RealArray
 from deboom.bench.campaign_plan import training_plan
 from deboom.bench.campaign_writer import write_campaign
 from deboom.bench.mount_sets import mount_set, with_mount_set
@@ -23,7 +24,6 @@ from deboom.mounts.characterise import characterise, measuring_chains
 from deboom.mounts.characterised_mount import CharacterisedMount
 from deboom.mounts.library_scatter import library_scatter
 from deboom.mounts.part_scatter import ScatterPrior, batch_share, direction_scatter, hardness_share
-from deboom.physics.arrays import RealArray
 
 REPETITIONS = 4000
 SETS = tuple(f"M{number}" for number in range(1, 9))

@@ -18,6 +18,7 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from claims import Claim
+from deboom.arrays import ComplexArray
 from deboom.bench.campaign_plan import CampaignPlan, PlannedRun, TimeRunPlan
 from deboom.bench.campaign_writer import write_campaign
 from deboom.files.campaign import read_campaign
@@ -26,7 +27,6 @@ from deboom.measurement.tracked_run import OrderTracking, TrackingOptions
 from deboom.mounts.body_record import body_record
 from deboom.mounts.characterise import measuring_chains
 from deboom.mounts.operating_map import OperatingMap, operating_maps
-from deboom.physics.arrays import ComplexArray
 from deboom.study.order_runs import orders_into_campaign
 
 SEEDS = range(1, 7)

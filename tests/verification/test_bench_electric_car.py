@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from deboom.arrays import ComplexArray, RealArray
 from deboom.bench.compressor_plan import CompressorCase, CompressorPlan
 from deboom.bench.compressor_running import running
 from deboom.bench.compressor_sources import true_source
@@ -16,7 +17,6 @@ from deboom.bench.electric_fleet import draw_fleet, frozen_fleet
 from deboom.bench.hose_gain import HoseGain, hose_gain
 from deboom.bench.hoses import Hose, drawn_hoses, end_loads
 from deboom.errors import InputError
-from deboom.physics.arrays import ComplexArray, RealArray
 
 LINES = np.array([17.0, 29.0, 57.5, 88.0, 112.0, 131.0, 150.0])
 PLAN = CompressorPlan(CompressorCase.TABLE11)

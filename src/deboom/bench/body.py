@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from deboom.arrays import ComplexArray, RealArray
 from deboom.bench.frozen import freeze_arrays
-from deboom.physics.arrays import ComplexArray, RealArray
 
 
 @dataclass(frozen=True, eq=False)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from deboom.arrays import RealArray
 from deboom.bench.campaign_layout import (
     ACCELEROMETER_MODEL,
     CELL_MODEL,
@@ -37,7 +38,6 @@ from deboom.files.campaign_file import (
 )
 from deboom.files.campaign_tables import SensorRow
 from deboom.files.platform_file import Engine, Powertrain
-from deboom.physics.arrays import RealArray
 
 MOUNT_TABLE = "mounts.csv"
 SENSOR_TABLE = "sensors.csv"

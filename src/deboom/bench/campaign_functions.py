@@ -6,6 +6,7 @@ from collections.abc import Iterator, Mapping
 
 import numpy as np
 
+from deboom.arrays import ComplexArray, RealArray
 from deboom.bench.campaign_layout import (
     ENGINE_NODE,
     TACHO_NODE,
@@ -20,7 +21,6 @@ from deboom.bench.platform_layout import points
 from deboom.files.campaign_tables import CAMPAIGN_QUANTITIES, CampaignChannel
 from deboom.files.uff import UffFunction
 from deboom.files.units import parse_unit
-from deboom.physics.arrays import ComplexArray, RealArray
 from deboom.physics.orders import rpm_of_frequency
 
 ORDER_SPECTRUM, TIME_SIGNAL, FRF = 0, 1, 4

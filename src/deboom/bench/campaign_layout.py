@@ -7,11 +7,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from deboom.arrays import RealArray
 from deboom.bench.operating_run import SIDES
 from deboom.bench.parameters import VirtualBench
 from deboom.bench.platform_layout import WISHBONE_POSITIONS
 from deboom.bench.sensors import ACCELEROMETER_OFFSETS
-from deboom.physics.arrays import RealArray
 
 ACCELEROMETER_MODEL = "B&K 4321"
 CELL_MODEL = "Kistler 9077C"

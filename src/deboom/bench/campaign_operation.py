@@ -6,11 +6,11 @@ from dataclasses import fields, replace
 
 import numpy as np
 
+from deboom.arrays import RealArray
 from deboom.bench.campaign_plan import PlannedRun
 from deboom.bench.operating_run import BodyState, OperatingRun, operate
 from deboom.bench.parameters import VirtualBench
 from deboom.bench.suspended_body import static_forces
-from deboom.physics.arrays import RealArray
 from deboom.physics.orders import rpm_of_frequency
 
 BEFORE_FALLING = 2.0

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 
+from deboom.arrays import RealArray
 from deboom.bench.frozen import freeze_arrays
 from deboom.bench.mount_sets import MIX
 from deboom.bench.platform_layout import FREQUENCY
 from deboom.bench.sensors import ErrorBudget
 from deboom.errors import InputError
-from deboom.physics.arrays import RealArray
 
 
 @dataclass(frozen=True)

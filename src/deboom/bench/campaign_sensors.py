@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from deboom.arrays import ComplexArray, RealArray
 from deboom.bench.campaign_layout import (
     CELL_SHARES,
     SIDE_CELL_ANGLES,
@@ -22,7 +23,6 @@ from deboom.bench.mount_moments import mount_moments
 from deboom.bench.operating_run import SIDES, OperatingRun
 from deboom.bench.parameters import VirtualBench
 from deboom.bench.sensors import ErrorBudget, order_noise, sensitivity_matrices
-from deboom.physics.arrays import ComplexArray, RealArray
 from deboom.physics.rigid_body import forward_matrices, rotation_matrix, skew
 
 ANGLE_DIGITS = 1

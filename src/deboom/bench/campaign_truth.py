@@ -8,13 +8,13 @@ from typing import Any
 
 import numpy as np
 
+from deboom.arrays import ComplexArray, RealArray
 from deboom.bench.campaign_sensors import CampaignSensors
 from deboom.bench.data_sheet import DataSheet
 from deboom.bench.operating_run import OperatingRun
 from deboom.bench.parameters import VirtualBench
 from deboom.bench.time_run import TimeSignals
 from deboom.bench.truth_files import write_powertrain_truth
-from deboom.physics.arrays import ComplexArray, RealArray
 
 
 def write_set_truth(

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
+from deboom.arrays import ComplexArray, RealArray, RealOrComplexArray
 from deboom.bench.compressor_hits import Blows, HitPlan
 from deboom.bench.compressor_rig import Sheet
 from deboom.bench.parameters import AXES
@@ -14,7 +15,6 @@ from deboom.files.hammer_test_writer import HammerSheet, write_hammer_test
 from deboom.files.inertance_test_tables import PlacedImpact, PlacedSensor
 from deboom.files.uff import UffFunction
 from deboom.files.units import parse_unit
-from deboom.physics.arrays import ComplexArray, RealArray, RealOrComplexArray
 
 FIRST_SENSOR_NODE, FIRST_IMPACT_NODE = 101, 201
 FRF, COHERENCE = 4, 6

@@ -6,12 +6,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from deboom.arrays import ComplexArray, RealArray
 from deboom.bench.compressor_plan import COMPRESSOR_DATA
 from deboom.bench.compressor_rig import Placed, Sheet
 from deboom.bench.compressor_truth import Compressor
 from deboom.bench.frozen import freeze_arrays
 from deboom.bench.parameters import read_data
-from deboom.physics.arrays import ComplexArray, RealArray
 
 LARGEST_SWEEPS = 50
 AMPLITUDE_TOLERANCE = 1e-10

@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from deboom.arrays import ComplexArray, RealArray
 from deboom.bench.compressor_hits import hit_plan
 from deboom.bench.compressor_laboratory import Laboratory, laboratory
 from deboom.bench.compressor_operation_plan import PRESSURES, OperationPlan
@@ -15,7 +16,6 @@ from deboom.bench.compressor_sources import Source, true_source
 from deboom.bench.frozen import freeze_arrays
 from deboom.bench.hoses import Hose
 from deboom.bench.parameters import read_data
-from deboom.physics.arrays import ComplexArray, RealArray
 
 LINE_STEP = 1.0
 """Of the sweeps [Hz]."""

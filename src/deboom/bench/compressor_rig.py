@@ -6,10 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from deboom.arrays import RealArray
 from deboom.bench.compressor_plan import COMPRESSOR_DATA, CalibrationLevel
 from deboom.bench.frozen import freeze_arrays
 from deboom.bench.parameters import read_data
-from deboom.physics.arrays import RealArray
 from deboom.physics.rigid_body import forward_matrices, rotation_matrix
 
 

@@ -12,8 +12,8 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 from scipy.special import expit
 
+from deboom.arrays import ComplexArray, RealArray
 from deboom.bench.frozen import freeze_arrays
-from deboom.physics.arrays import ComplexArray, RealArray
 
 RATE = 2000.0
 """Samples per second [Hz]."""

@@ -6,10 +6,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from deboom.arrays import ComplexArray, RealArray
 from deboom.bench.compressor_sources import Source
 from deboom.bench.compressor_truth import Compressor
 from deboom.bench.frozen import freeze_arrays
-from deboom.physics.arrays import ComplexArray, RealArray
 
 LARGEST_SWEEPS = 200
 AMPLITUDE_TOLERANCE = 1e-12

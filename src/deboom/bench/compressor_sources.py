@@ -6,9 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from deboom.arrays import ComplexArray, RealArray
 from deboom.bench.compressor_plan import COMPRESSOR_DATA
 from deboom.bench.parameters import read_data
-from deboom.physics.arrays import ComplexArray, RealArray
 from deboom.physics.rigid_body import skew
 
 

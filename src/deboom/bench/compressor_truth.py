@@ -11,11 +11,11 @@ from typing import Any
 
 import numpy as np
 
+from deboom.arrays import ComplexArray, RealArray
 from deboom.bench.compressor_plan import COMPRESSOR_DATA, CompressorCase, CompressorPlan
 from deboom.bench.frozen import freeze_arrays
 from deboom.bench.hoses import Hose, held_stiffness, true_hoses
 from deboom.bench.parameters import read_data
-from deboom.physics.arrays import ComplexArray, RealArray
 from deboom.physics.rigid_body import (
     forward_matrices,
     mass_matrix,

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from deboom.arrays import RealArray
 from deboom.bench.compressor_functions import (
     coherence_functions,
     frf_functions,
@@ -43,7 +44,6 @@ from deboom.files.inertance_test_file import (
 from deboom.files.inertance_test_tables import write_positions
 from deboom.files.uff import write_uff
 from deboom.files.whole_folder import complete_or_not_at_all
-from deboom.physics.arrays import RealArray
 
 POSITIONS, FRF_FILE, COHERENCE_FILE, HITS = "positions.xlsx", "frf.uff", "coherence.uff", "hits"
 

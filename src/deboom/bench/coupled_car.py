@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from deboom.arrays import ComplexArray, RealArray
 from deboom.bench.body import Body, Cabin
 from deboom.bench.ears import EARS, panel_pressure
 from deboom.bench.frozen import freeze_arrays
@@ -14,7 +15,6 @@ from deboom.bench.operating_run import SIDES, TORQUE_AXIS
 from deboom.bench.parameters import AXES, VirtualBench
 from deboom.bench.suspended_body import operating_stiffness, play_operator, static_deflection
 from deboom.errors import InputError
-from deboom.physics.arrays import ComplexArray, RealArray
 from deboom.physics.orders import rpm_of_frequency
 
 CONVERGED = 1e-11

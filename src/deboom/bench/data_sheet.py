@@ -6,9 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from deboom.arrays import RealArray
 from deboom.bench.frozen import freeze_arrays
 from deboom.bench.parameters import VirtualBench
-from deboom.physics.arrays import RealArray
 
 MASS_TOLERANCE = 1.0
 """[kg]"""

@@ -6,10 +6,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from deboom.arrays import ComplexArray, RealArray
 from deboom.bench.body import Body, Cabin
 from deboom.bench.frozen import freeze_arrays
 from deboom.bench.interfaces import interface_shapes
-from deboom.physics.arrays import ComplexArray, RealArray
 
 EAR_SEED = 21
 """Draws the passenger's seat and the cabin's lateral mode, once for all fleets."""

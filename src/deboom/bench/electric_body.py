@@ -6,9 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from deboom.arrays import ComplexArray, RealArray
 from deboom.bench.body import Body, CavityMode, cavity_pressure
 from deboom.bench.frozen import freeze_arrays
-from deboom.physics.arrays import ComplexArray, RealArray
 
 MOUNTS = ("mount 1", "mount 2", "mount 3")
 HOSES = ("hose 1", "hose 2")

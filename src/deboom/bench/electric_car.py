@@ -7,13 +7,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from deboom.arrays import ComplexArray, RealArray
 from deboom.bench.compressor_sources import Source
 from deboom.bench.compressor_truth import Compressor
 from deboom.bench.electric_body import HOSES, MOUNTS, ElectricCarBody, columns_of
 from deboom.bench.frozen import freeze_arrays
 from deboom.bench.hoses import Hose
 from deboom.errors import InputError
-from deboom.physics.arrays import ComplexArray, RealArray
 from deboom.physics.rigid_body import forward_matrices, rotation_matrix
 
 

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
+from deboom.arrays import RealArray
 from deboom.bench.compressor_functions import placed_sensors
 from deboom.bench.compressor_laboratory import draw
 from deboom.bench.compressor_operation import Operation, operation, speeds
@@ -62,7 +63,6 @@ from deboom.files.operating_test_file import (
 from deboom.files.uff import write_uff
 from deboom.files.vehicle_file import EarEntry
 from deboom.files.whole_folder import complete_or_not_at_all
-from deboom.physics.arrays import RealArray
 
 POSITIONS, PRESSURE, ACCELERANCE = "ntf/positions.xlsx", "ntf/pressure.uff", "ntf/accelerance.uff"
 

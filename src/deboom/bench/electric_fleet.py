@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from deboom.arrays import RealArray
 from deboom.bench.body import Body, CavityMode
 from deboom.bench.compressor_plan import COMPRESSOR_DATA
 from deboom.bench.electric_body import (
@@ -24,7 +25,6 @@ from deboom.bench.electric_body import (
 )
 from deboom.bench.parameters import read_data
 from deboom.errors import InputError
-from deboom.physics.arrays import RealArray
 
 ELECTRIC_FLEET = "electric_fleet.json"
 

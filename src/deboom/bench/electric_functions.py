@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from deboom.arrays import RealOrComplexArray
 from deboom.bench.electric_hammer import BodyFrfs
 from deboom.bench.electric_places import EAR, EAR_NODE, MICROPHONE, PointSheet
 from deboom.bench.parameters import AXES
 from deboom.files.uff import UffFunction
-from deboom.physics.arrays import RealOrComplexArray
 
 FRF, COHERENCE = 4, 6
 """UFF function types."""

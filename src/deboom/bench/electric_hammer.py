@@ -6,11 +6,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from deboom.arrays import ComplexArray, RealArray
 from deboom.bench.compressor_hits import HitPlan, hit_plan, without_noise
 from deboom.bench.electric_body import MOTIONS, ElectricCarBody
 from deboom.bench.electric_places import Setup
 from deboom.bench.frozen import freeze_arrays
-from deboom.physics.arrays import ComplexArray, RealArray
 
 BODY_IMPULSE = 1.0
 """Of a usual hit on a body [N s]."""

@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.linalg import block_diag
 
+from deboom.arrays import RealArray
 from deboom.bench.compressor_rig import Placed, PlacementErrors, Sheet, place
 from deboom.bench.electric_body import POINTS
 from deboom.bench.frozen import freeze_arrays
@@ -22,7 +23,6 @@ from deboom.bench.vehicle_layout import (
     PUSHES,
 )
 from deboom.files.inertance_test_tables import PlacedImpact, PlacedSensor
-from deboom.physics.arrays import RealArray
 
 FIRST_SENSOR_NODE, FIRST_IMPACT_NODE, FIRST_HOLDER_NODE = 401, 501, 301
 EAR, EAR_NODE, MICROPHONE = "driver ear", 901, "MIC2101"

@@ -7,12 +7,12 @@ from typing import Literal
 
 import numpy as np
 
+from deboom.arrays import ComplexArray, RealArray
 from deboom.bench.compressor_operation import SCATTER, Operation, floor, gas_factor
 from deboom.bench.compressor_rig import PlacementErrors
 from deboom.bench.electric_body import MOTIONS, MOUNTS, ElectricCarBody, columns_of
 from deboom.bench.electric_car import CarRun, run_car
 from deboom.bench.frozen import freeze_arrays
-from deboom.physics.arrays import ComplexArray, RealArray
 from deboom.physics.rigid_body import forward_matrices, rotation_matrix
 
 MICROPHONE_DB = 0.2

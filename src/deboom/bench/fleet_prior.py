@@ -11,9 +11,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from deboom.arrays import RealArray
 from deboom.bench.body import Body
 from deboom.bench.parameters import read_data
-from deboom.physics.arrays import RealArray
 
 LOWEST_FREQUENCY = 8.0
 """A mode stays above this frequency [Hz], whatever stiffness a panel loses."""

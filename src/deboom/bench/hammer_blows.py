@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
+from deboom.arrays import RealArray
 from deboom.bench.body import Body, Cabin
 from deboom.bench.ears import EARS
 from deboom.bench.parameters import VirtualBench
@@ -16,7 +17,6 @@ from deboom.errors import InputError
 from deboom.files.hammer_test_tables import HammerChannel, HammerPoint
 from deboom.files.hammer_test_writer import HammerSheet, write_hammer_test
 from deboom.files.units import parse_unit
-from deboom.physics.arrays import RealArray
 
 
 @dataclass(frozen=True)

@@ -7,13 +7,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from deboom.arrays import ComplexArray, RealArray
 from deboom.bench.compressor_sources import Source
 from deboom.bench.compressor_truth import Compressor
 from deboom.bench.electric_car import run_car
 from deboom.bench.electric_fleet import ElectricFleet
 from deboom.bench.frozen import freeze_arrays
 from deboom.bench.hoses import Hose
-from deboom.physics.arrays import ComplexArray, RealArray
 from deboom.physics.sound_level import spl
 
 LINES = np.arange(20.0, 140.5, 1.0)

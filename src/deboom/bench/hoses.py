@@ -8,10 +8,10 @@ from functools import lru_cache
 
 import numpy as np
 
+from deboom.arrays import ComplexArray, RealArray
 from deboom.bench.compressor_plan import COMPRESSOR_DATA, HoseCase
 from deboom.bench.frozen import freeze_arrays
 from deboom.bench.parameters import read_data
-from deboom.physics.arrays import ComplexArray, RealArray
 from deboom.physics.viscoelastic_beam import (
     ViscoelasticBeam,
     beam_congruence,

@@ -13,12 +13,12 @@ from functools import cache
 
 import numpy as np
 
+from deboom.arrays import ComplexArray, RealArray
 from deboom.bench.body import Body
 from deboom.bench.frozen import freeze_arrays
 from deboom.bench.operating_run import SIDES
 from deboom.bench.parameters import AXES, VirtualBench
 from deboom.bench.platform_layout import WISHBONE_POSITIONS
-from deboom.physics.arrays import ComplexArray, RealArray
 
 INTERFACE_SEED = 20
 """Draws the map for every vehicle of every fleet: it belongs to the truth."""

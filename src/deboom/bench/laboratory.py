@@ -6,9 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from deboom.arrays import ComplexArray
 from deboom.bench.frozen import freeze_arrays
 from deboom.bench.sensors import LaboratoryKnowledge, RawChannels
-from deboom.physics.arrays import ComplexArray
 from deboom.physics.dynamic_stiffness import displacement_from_acceleration
 
 

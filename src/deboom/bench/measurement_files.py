@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from deboom.arrays import ComplexArray, RealArray
 from deboom.bench.data_sheet import (
     CENTRE_TOLERANCE,
     INERTIA_TOLERANCE,
@@ -39,7 +40,6 @@ from deboom.files.platform_file import (
 from deboom.files.tables import NOISE_TRANSFER, QUANTITY_UNIT, ChannelRow, MountRow
 from deboom.files.uff import UffFunction
 from deboom.files.units import parse_unit
-from deboom.physics.arrays import ComplexArray, RealArray
 
 MOUNT_TABLE = "mounts.csv"
 CHANNEL_TABLE = "channels.csv"

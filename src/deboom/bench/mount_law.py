@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.special import expit
 
-from deboom.physics.arrays import ComplexArray, RealArray
+from deboom.arrays import ComplexArray, RealArray
 
 CROSS_WIDTH = 1.0e-3
 """Deflection over which the transverse directions stiffen [m]; an engineering judgement."""

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from deboom.arrays import ComplexArray
 from deboom.bench.operating_run import OperatingRun
-from deboom.physics.arrays import ComplexArray
 
 RUBBER_RADIUS = 0.015
 """Radius of gyration of a mount's rubber about its virtual point, each axis [m]; judgement."""

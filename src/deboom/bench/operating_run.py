@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from deboom.arrays import ComplexArray, RealArray
 from deboom.bench.frozen import freeze_arrays
 from deboom.bench.parameters import AXES, VirtualBench
 from deboom.bench.suspended_body import (
@@ -15,7 +16,6 @@ from deboom.bench.suspended_body import (
     static_deflection,
 )
 from deboom.errors import InputError
-from deboom.physics.arrays import ComplexArray, RealArray
 from deboom.physics.forced_response import amplitude_dependent_response
 from deboom.physics.orders import rpm_of_frequency
 

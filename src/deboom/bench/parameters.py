@@ -10,6 +10,7 @@ from typing import Any, Literal
 
 import numpy as np
 
+from deboom.arrays import RealArray
 from deboom.bench.excitation import (
     FULL_LOAD_RAMP,
     THREE_CYLINDER_TORQUE,
@@ -20,7 +21,6 @@ from deboom.bench.frozen import freeze_arrays
 from deboom.bench.mount_law import DirectionLaw, FluidBranch, Stage
 from deboom.bench.suspended_body import BenchMount, SuspendedBody
 from deboom.bench.wishbone import Driveline
-from deboom.physics.arrays import RealArray
 from deboom.physics.rigid_body import forward_matrix, mass_matrix
 
 AXES: tuple[Literal["x", "y", "z"], ...] = ("x", "y", "z")

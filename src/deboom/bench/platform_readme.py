@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from deboom.arrays import RealArray
 from deboom.bench.fleet import FROZEN_SEED, BenchFleet
 from deboom.bench.measurement_files import (
     CHANNEL_TABLE,
@@ -12,7 +13,6 @@ from deboom.bench.measurement_files import (
     torque_file,
 )
 from deboom.bench.platform_layout import LOAD_CASES, TITLE, paths, points
-from deboom.physics.arrays import RealArray
 
 
 def readme_text(

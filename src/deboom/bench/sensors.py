@@ -11,10 +11,10 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from deboom.arrays import ComplexArray, RealArray
 from deboom.bench.frozen import freeze_arrays
 from deboom.bench.operating_run import SIDES, OperatingRun
 from deboom.bench.parameters import VirtualBench
-from deboom.physics.arrays import ComplexArray, RealArray
 from deboom.physics.rigid_body import forward_matrices
 
 ACCELEROMETER_OFFSETS = {

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from deboom.arrays import ComplexArray, RealArray
 from deboom.bench.frozen import freeze_arrays
 from deboom.bench.mount_law import DirectionLaw
-from deboom.physics.arrays import ComplexArray, RealArray
 
 NEWTON_STEP = 0.5e-3
 """Longest change of a deflection in one Newton step [m]; the narrowest stage is 0.3 mm wide."""

@@ -12,13 +12,13 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 from scipy.special import expit
 
+from deboom.arrays import ComplexArray, RealArray
 from deboom.bench.campaign_operation import static_direction_forces, true_run
 from deboom.bench.campaign_plan import CampaignErrors, TimeRunPlan
 from deboom.bench.campaign_sensors import CampaignSensors, clean_channels
 from deboom.bench.frozen import freeze_arrays
 from deboom.bench.operating_run import OperatingRun
 from deboom.bench.parameters import VirtualBench
-from deboom.physics.arrays import ComplexArray, RealArray
 from deboom.physics.orders import frequency_of_order
 
 SPEED_STEP = 10.0

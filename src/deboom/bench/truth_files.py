@@ -8,12 +8,12 @@ from pathlib import Path
 
 import numpy as np
 
+from deboom.arrays import ComplexArray, RealArray
 from deboom.bench.data_sheet import DataSheet
 from deboom.bench.fleet import BenchFleet
 from deboom.bench.operating_run import OperatingRun
 from deboom.bench.parameters import VirtualBench
 from deboom.files.atomic import replace_text
-from deboom.physics.arrays import ComplexArray, RealArray
 
 
 def write_truth(

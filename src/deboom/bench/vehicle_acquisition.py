@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from deboom.arrays import ComplexArray, RealArray
 from deboom.bench.body import Body, Cabin
 from deboom.bench.ears import EARS, panel_pressure, source_motion
 from deboom.bench.frozen import freeze_arrays
@@ -18,7 +19,6 @@ from deboom.bench.vehicle_layout import (
     orientations,
     sensor_rows,
 )
-from deboom.physics.arrays import ComplexArray, RealArray
 from deboom.physics.rigid_body import rotation_matrix
 
 

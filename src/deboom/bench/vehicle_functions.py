@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from deboom.arrays import ComplexArray, RealArray
 from deboom.bench.campaign_layout import ACCELEROMETER_MODEL
 from deboom.bench.ears import EARS
 from deboom.bench.parameters import AXES, VirtualBench
@@ -21,7 +22,6 @@ from deboom.files.campaign_tables import CampaignChannel, SensorRow
 from deboom.files.uff import UffFunction
 from deboom.files.units import parse_unit
 from deboom.files.vehicle_tables import ImpactRow
-from deboom.physics.arrays import ComplexArray, RealArray
 
 SPECTRUM, FRF = 0, 4
 """UFF function types."""

@@ -6,13 +6,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from deboom.arrays import RealArray
 from deboom.bench.campaign_layout import accelerometer_places
 from deboom.bench.ears import EARS
 from deboom.bench.frozen import freeze_arrays
 from deboom.bench.interfaces import interfaces
 from deboom.bench.parameters import AXES, VirtualBench
 from deboom.bench.platform_layout import FIRST_EAR_NODE
-from deboom.physics.arrays import RealArray
 from deboom.physics.rigid_body import forward_matrices, rotation_matrix
 
 FIRST_IMPACT_NODE = 301

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from deboom.physics.arrays import ComplexArray
+from deboom.arrays import ComplexArray
 
 
 @dataclass(frozen=True)

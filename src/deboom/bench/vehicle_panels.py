@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from deboom.arrays import ComplexArray, RealArray
 from deboom.bench.body import Body, Cabin
 from deboom.bench.ears import EARS, panel_pressure
 from deboom.bench.parameters import read_data
@@ -11,7 +12,6 @@ from deboom.bench.vehicle_acquisition import AcquisitionErrors, Setup
 from deboom.bench.vehicle_layout import EAR_NODES
 from deboom.files.uff import UffFunction
 from deboom.files.vehicle_panels import PanelRow
-from deboom.physics.arrays import ComplexArray, RealArray
 
 FIRST_PANEL_NODE = 601
 FRF = 4

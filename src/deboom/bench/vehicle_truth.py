@@ -6,12 +6,12 @@ from pathlib import Path
 
 import numpy as np
 
+from deboom.arrays import ComplexArray, RealArray
 from deboom.bench.body import Body, Cabin
 from deboom.bench.coupled_car import CoupledRun
 from deboom.bench.ears import EARS, ear_transfer
 from deboom.bench.interfaces import interface_shapes, interfaces, local_flexibility
 from deboom.bench.parameters import AXES, VirtualBench
-from deboom.physics.arrays import ComplexArray, RealArray
 
 
 def write_run_truth(

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+from deboom.arrays import ComplexArray
 from deboom.bench.body import Body
 from deboom.bench.coupled_car import NO_CAR_ERRORS, CarErrors, CoupledRun, at_ears, drive
 from deboom.bench.data_sheet import DataSheet, draw_wheel_end_mass
@@ -56,7 +57,6 @@ from deboom.files.vehicle_file import (
 from deboom.files.vehicle_panels import PanelEntry, write_panel_table
 from deboom.files.vehicle_tables import write_impact_table
 from deboom.files.whole_folder import complete_or_not_at_all
-from deboom.physics.arrays import ComplexArray
 from deboom.physics.orders import rpm_of_frequency
 from deboom.physics.rigid_body import forward_matrices
 

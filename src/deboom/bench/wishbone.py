@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from deboom.physics.arrays import ComplexArray, RealArray
+from deboom.arrays import ComplexArray, RealArray
 
 
 @dataclass(frozen=True)

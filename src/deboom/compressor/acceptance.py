@@ -9,9 +9,9 @@ from enum import Enum
 import numpy as np
 from scipy.special import ndtri
 
+from deboom.arrays import RealArray
 from deboom.errors import InputError
 from deboom.measurement.inertance_test import freeze_field
-from deboom.physics.arrays import RealArray
 
 RISK = 0.05
 """Of passing a part that breaks its limit, and of failing one that keeps it [1]."""

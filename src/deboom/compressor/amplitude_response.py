@@ -8,10 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from deboom.arrays import ComplexArray, RealArray
 from deboom.compressor.gain import AmplitudeGain, GainFactor
 from deboom.errors import InputError
 from deboom.measurement.inertance_test import CompressorMount
-from deboom.physics.arrays import ComplexArray, RealArray
 from deboom.physics.forced_response import (
     ConvergenceError,
     SteadyState,

@@ -9,13 +9,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
+from deboom.arrays import ComplexArray
 from deboom.compressor.hose_beams import hose_matrices
 from deboom.compressor.mount_forces import AXES, motion_at_mounts, mount_forces, stiffness_of_mounts
 from deboom.errors import InputError
 from deboom.measurement.channel_geometry import RIGID_MOTIONS
 from deboom.measurement.noise_transfer import POINT_LOADS
 from deboom.measurement.wrench_noise_transfer import measured_lines
-from deboom.physics.arrays import ComplexArray
 
 if TYPE_CHECKING:
     from deboom.measurement.channels import Frf

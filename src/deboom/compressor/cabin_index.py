@@ -8,12 +8,12 @@ from dataclasses import dataclass, field
 import numpy as np
 import numpy.typing as npt
 
+from deboom.arrays import ComplexArray, RealArray
 from deboom.compressor.car_seam import CarSeam
 from deboom.compressor.mount_variables import MountVariables
 from deboom.errors import InputError
 from deboom.measurement.inertance_test import CompressorMount
 from deboom.physics import sound_level
-from deboom.physics.arrays import ComplexArray, RealArray
 from deboom.physics.rigid_body import skew
 
 PART = 2**19

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
+from deboom.arrays import ComplexArray, RealArray
 from deboom.compressor.body_loads import (
     BodyLoads,
     body_receptance,
@@ -20,7 +21,6 @@ from deboom.errors import InputError
 from deboom.measurement.noise_transfer import POINT_LOADS
 from deboom.measurement.operating_sweep import HoseState
 from deboom.measurement.wrench_noise_transfer import wrench_noise_transfer
-from deboom.physics.arrays import ComplexArray, RealArray
 from deboom.physics.sound_level import spl
 from deboom.physics.transfer_path import contributions
 

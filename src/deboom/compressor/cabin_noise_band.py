@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from deboom.arrays import ComplexArray, RealArray
 from deboom.compressor.body_loads import body_receptance, loads_by_measured_holders
 from deboom.compressor.cabin_noise import BAND, lines_in_band, modelled_hoses, path_names
 from deboom.compressor.mount_shares import STIFFNESS_NUMBERS
 from deboom.compressor.rigid_foundation import holder_displacement
 from deboom.errors import InputError
-from deboom.physics.arrays import ComplexArray, RealArray
 from deboom.physics.sound_level import spl
 
 if TYPE_CHECKING:

@@ -9,13 +9,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
+from deboom.arrays import ComplexArray, RealArray
 from deboom.errors import InputError
 from deboom.measurement.wrench_noise_transfer import (
     measured_lines,
     wrench_accelerance,
     wrench_noise_transfer,
 )
-from deboom.physics.arrays import ComplexArray, RealArray
 from deboom.physics.rigid_body import shift_matrix, skew
 
 if TYPE_CHECKING:

@@ -13,9 +13,9 @@ from deboom.compressor.minimal_parameters import MinimalParameters
 from deboom.compressor.quantities import propagated_from
 
 if TYPE_CHECKING:
+    from deboom.arrays import RealArray
     from deboom.compressor.identified import IdentifiedCompressor
     from deboom.compressor.model import CompressorModel
-    from deboom.physics.arrays import RealArray
 
 DIRECTIONS = ("x", "y", "z", "rx", "ry", "rz")
 LINES = 9

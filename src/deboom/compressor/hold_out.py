@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from deboom.arrays import ComplexArray, RealArray
 from deboom.compressor.placement import Placement
 from deboom.errors import InputError
 from deboom.measurement.channels import Frf
-from deboom.physics.arrays import ComplexArray, RealArray
 
 if TYPE_CHECKING:
     from deboom.compressor.raw_inertance import RawInertance

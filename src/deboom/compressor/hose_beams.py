@@ -12,9 +12,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
+from deboom.arrays import ComplexArray, RealArray
 from deboom.errors import InputError
 from deboom.measurement.operating_sweep import HoseDrawing
-from deboom.physics.arrays import ComplexArray, RealArray
 from deboom.physics.viscoelastic_beam import (
     DERIVATIVES,
     ViscoelasticBeam,

@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING, NamedTuple, Protocol
 
 import numpy as np
 
+from deboom.arrays import ComplexArray, RealArray
 from deboom.compressor.hose_sweeps import running_compressor, sweep_pairs
 from deboom.compressor.operating_stiffness import FactorOverFrequency
 from deboom.compressor.raw_inertance import deviation_from_coherence
 from deboom.compressor.unbalance_load import RotationSense
 from deboom.errors import InputError
-from deboom.physics.arrays import ComplexArray, RealArray
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from deboom.arrays import RealArray
 from deboom.compressor.hose_beams import (
     BEAM_NUMBERS,
     PLACE_NUMBERS,
@@ -28,7 +29,6 @@ from deboom.compressor.identifiability import Knowledge, knowledge
 from deboom.compressor.unbalance_load import RotationSense
 from deboom.errors import InputError
 from deboom.measurement.operating_sweep import HoseDrawing, HoseState
-from deboom.physics.arrays import RealArray
 
 if TYPE_CHECKING:
     from deboom.compressor.hose_evidence import HoseEvidence

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
+from deboom.arrays import ComplexArray, RealArray, RealOrComplexArray
 from deboom.compressor.hose_beams import changed_hose, hose_matrices, point_derivatives
 from deboom.compressor.hose_identification import HosePrior
 from deboom.compressor.hose_sweeps import motion_at_virtual_point, running_compressor
@@ -16,7 +17,6 @@ from deboom.compressor.operating_stiffness import FactorOverFrequency
 from deboom.compressor.source_structure import gas_columns, rotor_columns
 from deboom.compressor.unbalance_load import RotationSense
 from deboom.errors import InputError
-from deboom.physics.arrays import ComplexArray, RealArray, RealOrComplexArray
 
 if TYPE_CHECKING:
     from deboom.compressor.identify import Identification

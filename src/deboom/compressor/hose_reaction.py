@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from deboom.arrays import ComplexArray, RealArray
 from deboom.compressor.hose_sweeps import running_compressor, sweep_pairs
 from deboom.compressor.unbalance_load import RotationSense
-from deboom.physics.arrays import ComplexArray, RealArray
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
+from deboom.arrays import ComplexArray, RealArray
 from deboom.compressor.unbalance_load import RotationSense
 from deboom.errors import InputError
 from deboom.measurement.operating_sweep import HoseState, OperatingSweep, OperatingTest
-from deboom.physics.arrays import ComplexArray, RealArray
 from deboom.physics.rigid_body import skew
 
 if TYPE_CHECKING:

@@ -22,9 +22,9 @@ from deboom.compressor.self_calibration import (
 from deboom.compressor.virtual_point_fit import Bounds, fit_at_virtual_point
 
 if TYPE_CHECKING:
+    from deboom.arrays import RealArray
     from deboom.compressor.identify import Identification
     from deboom.measurement.inertance_test import CompressorMount, Drawing
-    from deboom.physics.arrays import RealArray
 
 OFFSET_DEVIATION = 6.3e-3
 """1 σ of a mount's place against its drawing: half the thesis's bound [m]."""

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from deboom.arrays import ComplexArray, RealArray
 from deboom.compressor.gain_parameters import (
     GAIN_SHAPE_NAMES,
     gain_derivatives,
@@ -23,7 +24,6 @@ from deboom.compressor.mount_derivatives import (
     rotation_derivative,
 )
 from deboom.measurement.inertance_test import CompressorMount
-from deboom.physics.arrays import ComplexArray, RealArray
 from deboom.physics.mass_properties import mass_properties
 from deboom.physics.rigid_body import forward_matrix, rotation_matrix
 

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from deboom.arrays import RealArray
 from deboom.errors import InputError
-from deboom.physics.arrays import RealArray
 
 RANK_TOLERANCE = 1e-9
 """Singular values below this part of the largest one are zero but for rounding."""

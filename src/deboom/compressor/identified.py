@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from deboom.arrays import RealArray
 from deboom.compressor.minimal_parameters import MinimalParameters
 from deboom.errors import InputError
-from deboom.physics.arrays import RealArray
 
 if TYPE_CHECKING:
     from deboom.compressor.identify import Identification

@@ -9,6 +9,7 @@ from typing import TypeAlias
 import numpy as np
 import numpy.typing as npt
 
+from deboom.arrays import RealArray
 from deboom.compressor.hold_out import HoldOut, hold_out_impacts, hold_out_lines
 from deboom.compressor.identifiability import Knowledge, knowledge
 from deboom.compressor.linear_start import START_GAIN, linear_start
@@ -39,7 +40,6 @@ from deboom.measurement.inertance_test import InertanceTest
 from deboom.measurement.quality import quality_of_frf
 from deboom.measurement.quality_check import QualityCheck
 from deboom.measurement.virtual_point import VirtualPoint, virtual_point, virtual_point_frf
-from deboom.physics.arrays import RealArray
 from deboom.physics.frf import FrfForm
 
 ALARM = 1.5

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
+from deboom.arrays import RealArray
 from deboom.compressor.modes import ModalTable, modal_table
 from deboom.compressor.objectives import in_bands
-from deboom.physics.arrays import RealArray
 from deboom.physics.correlation import mac
 
 if TYPE_CHECKING:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
+from deboom.arrays import ComplexArray, RealArray
 from deboom.compressor.gain_parameters import gain_from_parameters
 from deboom.compressor.mass_parameters import (
     mass_matrix_of_pseudo_inertia,
@@ -12,7 +13,6 @@ from deboom.compressor.mass_parameters import (
 )
 from deboom.compressor.minimal_parameters import MinimalParameters
 from deboom.errors import InputError
-from deboom.physics.arrays import ComplexArray, RealArray
 
 START_GAIN = (np.log(0.35), np.log(0.03), 0.27, np.log(0.25), np.log(0.05))
 """A rubber of medium stiffening and loss, in the order of `GAIN_SHAPE_NAMES`."""

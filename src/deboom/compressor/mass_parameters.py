@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from deboom.physics.arrays import RealArray
+from deboom.arrays import RealArray
 from deboom.physics.mass_properties import RigidBody
 from deboom.physics.rigid_body import mass_matrix
 

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from deboom.arrays import ComplexArray, RealArray
 from deboom.compressor.gain import GainFactor
 from deboom.compressor.gain_parameters import (
     GAIN_SHAPE_NAMES,
@@ -20,7 +21,6 @@ from deboom.compressor.mass_parameters import (
     mass_parameters,
 )
 from deboom.compressor.model import CompressorModel
-from deboom.physics.arrays import ComplexArray, RealArray
 from deboom.physics.mass_properties import RigidBody, mass_properties
 
 N_MASS, N_STIFFNESS = 10, 20

@@ -8,10 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from deboom.arrays import ComplexArray, RealArray
 from deboom.compressor.gain import GainFactor
 from deboom.errors import InputError
 from deboom.measurement.inertance_test import CompressorMount, freeze_field
-from deboom.physics.arrays import ComplexArray, RealArray
 from deboom.physics.rigid_body import mass_matrix, mount_stiffness_matrix
 
 TRIANGLE_TOLERANCE = 1e-9

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from deboom.arrays import RealArray
 from deboom.compressor.model import CompressorModel
 from deboom.errors import InputError
-from deboom.physics.arrays import RealArray
 from deboom.physics.rigid_body import rigid_body_modes
 
 MOTIONS = ("x", "y", "z", "rx", "ry", "rz")

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from deboom.arrays import RealArray
 from deboom.measurement.inertance_test import CompressorMount
-from deboom.physics.arrays import RealArray
 from deboom.physics.rigid_body import forward_matrix, rotation_matrix, skew
 
 _UNIT_VECTORS = np.eye(3)

@@ -11,12 +11,12 @@ import numpy.typing as npt
 from scipy.optimize import least_squares
 from scipy.stats import chi2
 
+from deboom.arrays import RealArray
 from deboom.compressor.minimal_parameters import N_MASS, N_STIFFNESS, MinimalParameters
 from deboom.compressor.model import mounts_at_virtual_point
 from deboom.compressor.mount_derivatives import mount_stiffness_derivatives
 from deboom.errors import InputError
 from deboom.measurement.inertance_test import CompressorMount, freeze_field
-from deboom.physics.arrays import RealArray
 
 if TYPE_CHECKING:
     from deboom.compressor.identify import Identification

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy.special import chdtrc
 
+from deboom.arrays import ComplexArray, RealArray
 from deboom.compressor.operating_stiffness import OneFactor
-from deboom.physics.arrays import ComplexArray, RealArray
 
 if TYPE_CHECKING:
     from deboom.compressor.gain import GainFactor

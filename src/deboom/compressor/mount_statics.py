@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from deboom.arrays import RealArray
 from deboom.compressor.mount_variables import MountVariables
 from deboom.measurement.inertance_test import CompressorMount
-from deboom.physics.arrays import RealArray
 from deboom.physics.rigid_body import (
     forward_matrices,
     forward_matrix,

@@ -8,9 +8,9 @@ from dataclasses import dataclass, field
 import numpy as np
 import numpy.typing as npt
 
+from deboom.arrays import RealArray
 from deboom.errors import InputError
 from deboom.measurement.inertance_test import CompressorMount
-from deboom.physics.arrays import RealArray
 
 AXES = ("axial", "radial", "radial")
 """Of the three stiffnesses of a round mount, as part numbers know them."""

@@ -8,8 +8,8 @@ from typing import Protocol
 import numpy as np
 import numpy.typing as npt
 
+from deboom.arrays import ComplexArray, RealArray
 from deboom.errors import InputError
-from deboom.physics.arrays import ComplexArray, RealArray
 
 THESIS_BANDS = ((10.0, 30.0), (100.0, 150.0))
 """Around the rigid-body modes, and on the mass line [Hz]."""

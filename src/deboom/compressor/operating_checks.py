@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from deboom.arrays import RealArray
 from deboom.compressor.identify import ALARM
 from deboom.errors import InputError
 from deboom.measurement.channels import Spectrum
 from deboom.measurement.operating_sweep import HoseState, OperatingSweep, OperatingTest
-from deboom.physics.arrays import RealArray
 
 if TYPE_CHECKING:
     from deboom.compressor.modes import ModalTable

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import Protocol
 
+from deboom.arrays import ComplexArray, RealArray
 from deboom.compressor.model import CompressorModel
-from deboom.physics.arrays import ComplexArray, RealArray
 
 
 class Parametrisation(Protocol):

@@ -6,11 +6,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from deboom.arrays import RealArray
 from deboom.compressor.mount_derivatives import rotation_derivative
 from deboom.measurement.impacts import Impact
 from deboom.measurement.placement_tolerances import PlacementTolerances
 from deboom.measurement.sensors import SENSOR_AXES, Sensor
-from deboom.physics.arrays import RealArray
 from deboom.physics.rigid_body import forward_matrix, rotation_matrix, skew
 
 _UNIT_VECTORS = np.eye(3)

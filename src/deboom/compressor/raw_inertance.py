@@ -8,11 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from deboom.arrays import RealArray
 from deboom.errors import InputError
 from deboom.measurement.channels import Frf
 from deboom.measurement.impacts import Impact
 from deboom.measurement.sensors import Sensor
-from deboom.physics.arrays import RealArray
 
 SMOOTHING_LINES = 9
 """Lines over which the noise of a few hits is averaged: one line alone knows it to ±30 %."""

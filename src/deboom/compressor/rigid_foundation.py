@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from deboom.arrays import ComplexArray, RealArray
 from deboom.compressor.body_loads import body_receptance, loads_by_measured_holders
 from deboom.compressor.hose_beams import hose_matrices
 from deboom.compressor.hose_sweeps import motion_at_virtual_point, running_compressor
@@ -16,7 +17,6 @@ from deboom.errors import InputError
 from deboom.measurement.channels import Spectrum
 from deboom.measurement.operating_sweep import HoseState
 from deboom.measurement.sensors import SENSOR_AXES
-from deboom.physics.arrays import ComplexArray, RealArray
 
 if TYPE_CHECKING:
     from deboom.compressor.identify import Identification

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from deboom.arrays import RealArray
 from deboom.compressor.model import CompressorModel
 from deboom.errors import InputError
-from deboom.physics.arrays import RealArray
 
 SMALLEST_LINES = 8
 GRID = 1001

@@ -9,9 +9,9 @@ from typing import Any, TypeVar, cast
 import numpy as np
 import numpy.typing as npt
 
+from deboom.arrays import ComplexArray, RealArray
 from deboom.compressor.unbalance_load import RotationSense
 from deboom.errors import InputError
-from deboom.physics.arrays import ComplexArray, RealArray
 from deboom.physics.rigid_body import skew
 
 _Array = TypeVar("_Array", bound=np.ndarray[Any, Any])

@@ -12,9 +12,9 @@ from deboom.compressor.placement import Placement
 from deboom.compressor.route_model import HammerNoise, RouteModel, between_lines
 
 if TYPE_CHECKING:
+    from deboom.arrays import ComplexArray, RealArray
     from deboom.compressor.identify import Identification
     from deboom.compressor.self_calibration import SelfCalibration
-    from deboom.physics.arrays import ComplexArray, RealArray
 
 ROUNDING = 1e-13
 """Relative to the largest, of eigenvalues of a covariance [1]."""

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
+from deboom.arrays import ComplexArray, RealArray
 from deboom.compressor.hose_identification import HoseOptions, identify_hoses
 from deboom.compressor.mount_shares import MountPrior, MountShares, mount_shares
 from deboom.compressor.rigid_foundation import Neighbours, on_rigid_foundation
@@ -18,7 +19,6 @@ from deboom.compressor.unbalance import UnbalanceOptions, unbalance
 from deboom.errors import InputError
 from deboom.measurement.operating_sweep import HoseState
 from deboom.measurement.wrench_noise_transfer import wrench_accelerance
-from deboom.physics.arrays import ComplexArray, RealArray
 
 if TYPE_CHECKING:
     from deboom.compressor.hose_identification import HoseIdentification

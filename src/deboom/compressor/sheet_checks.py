@@ -7,6 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from deboom.arrays import RealArray
 from deboom.compressor.model import CompressorModel
 from deboom.compressor.self_calibration import SelfCalibration
 from deboom.errors import InputError
@@ -17,7 +18,6 @@ from deboom.measurement.inertance_test import InertanceTest
 from deboom.measurement.placement_tolerances import PlacementTolerances
 from deboom.measurement.tolerances import Tolerances
 from deboom.measurement.virtual_point import VirtualPoint
-from deboom.physics.arrays import RealArray
 
 SHEET_FAULTS = (Fault.SIGN, Fault.AXES)
 """Faults that no tolerance explains."""

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
+from deboom.arrays import ComplexArray, RealArray
 from deboom.compressor.mount_forces import stiffness_of_mounts
 from deboom.compressor.mount_shares import mount_shares
 from deboom.measurement.inertance_test import freeze_field
-from deboom.physics.arrays import ComplexArray, RealArray
 from deboom.physics.rigid_body import forward_matrices
 
 if TYPE_CHECKING:

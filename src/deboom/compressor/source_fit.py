@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from deboom.arrays import ComplexArray, RealArray
 from deboom.compressor.source_problem import N_ROTOR, SourceProblem
-from deboom.physics.arrays import ComplexArray, RealArray
 
 if TYPE_CHECKING:
     from deboom.compressor.operating_load import OperatingLoad

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
+from deboom.arrays import ComplexArray
 from deboom.compressor.source_structure import gas_columns, rotor_columns
-from deboom.physics.arrays import ComplexArray
 
 if TYPE_CHECKING:
     from deboom.compressor.sources import Sources

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
+from deboom.arrays import ComplexArray, RealArray
 from deboom.compressor.operating_load import (
     OperatingLoad,
     applied,
@@ -17,7 +18,6 @@ from deboom.compressor.operating_load import (
 )
 from deboom.compressor.source_structure import gas_columns, pressures, rotor_columns
 from deboom.errors import InputError
-from deboom.physics.arrays import ComplexArray, RealArray
 
 if TYPE_CHECKING:
     from deboom.compressor.operating_stiffness import StiffnessChange

@@ -9,8 +9,8 @@ from typing import Protocol
 import numpy as np
 import numpy.typing as npt
 
+from deboom.arrays import ComplexArray, RealArray
 from deboom.compressor.unbalance_load import RotationSense, unbalance_load
-from deboom.physics.arrays import ComplexArray, RealArray
 
 GAS_NAMES = ("axial gas force", "gas moment", "rotating gas force")
 GAS_UNITS = ("N", "N m", "N")

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from deboom.arrays import ComplexArray, RealArray
 from deboom.compressor.source_load import case_name
 from deboom.compressor.source_problem import N_ROTOR
 from deboom.compressor.source_structure import GAS_NAMES, GAS_UNITS, N_GAS
-from deboom.physics.arrays import ComplexArray, RealArray
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from deboom.arrays import ComplexArray, RealArray
 from deboom.compressor.gain_parameters import gain_from_parameters
 from deboom.compressor.identifiability import (
     Identifiability,
@@ -27,7 +28,6 @@ from deboom.compressor.virtual_point_fit import (
     fit_at_virtual_point,
     fit_by_slsqp,
 )
-from deboom.physics.arrays import ComplexArray, RealArray
 
 if TYPE_CHECKING:
     from deboom.compressor.identify import Identification

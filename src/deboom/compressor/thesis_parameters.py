@@ -7,11 +7,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from deboom.arrays import ComplexArray, RealArray
 from deboom.compressor.gain import GAIN_PARAMETERS, GainFactor, HyperbolicGain
 from deboom.compressor.model import CompressorModel, mounts_at_virtual_point
 from deboom.compressor.mount_derivatives import mount_stiffness_derivatives
 from deboom.measurement.inertance_test import CompressorMount
-from deboom.physics.arrays import ComplexArray, RealArray
 from deboom.physics.rigid_body import mass_matrix, skew
 
 AXES = ("x", "y", "z")

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from deboom.arrays import ComplexArray, RealArray
 from deboom.compressor.mass_line import calibration_of
 from deboom.compressor.mount_state import MountState, mount_state
 from deboom.compressor.operating_checks import (
@@ -42,7 +43,6 @@ from deboom.compressor.unbalance_curve import (
     unexplained_lines,
 )
 from deboom.errors import InputError
-from deboom.physics.arrays import ComplexArray, RealArray
 
 if TYPE_CHECKING:
     from deboom.compressor.identify import Identification

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
+from deboom.arrays import ComplexArray, RealArray, RealOrComplexArray
 from deboom.compressor.identify import ALARM
 from deboom.compressor.operating_load import (
     OperatingLoad,
@@ -16,7 +17,6 @@ from deboom.compressor.operating_load import (
     mount_covariance,
     noise_covariance,
 )
-from deboom.physics.arrays import ComplexArray, RealArray, RealOrComplexArray
 
 if TYPE_CHECKING:
     from deboom.compressor.route_model import RouteModel

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Literal, NamedTuple
 
 import numpy as np
 
+from deboom.arrays import ComplexArray, RealArray
 from deboom.errors import InputError
-from deboom.physics.arrays import ComplexArray, RealArray
 
 if TYPE_CHECKING:
     from deboom.compressor.model import CompressorModel

@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
+from deboom.arrays import RealArray, frozen_copy
 from deboom.errors import InputError
-from deboom.explore.arrays import RealArray, frozen_copy
 from deboom.explore.checkpoint import AnyArray, Arrays, Store
 from deboom.explore.design_space import DesignSpace
 from deboom.explore.fronts import ParetoFront, hypervolume, pareto_front

@@ -11,8 +11,8 @@ from itertools import combinations, product
 
 import numpy as np
 
+from deboom.arrays import RealArray
 from deboom.errors import InputError
-from deboom.explore.arrays import RealArray
 from deboom.explore.design_space import DesignSpace
 
 MOST_DESIGNS = 1_000_000

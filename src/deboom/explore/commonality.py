@@ -8,8 +8,8 @@ from itertools import chain, combinations
 
 import numpy as np
 
+from deboom.arrays import RealArray
 from deboom.errors import InputError
-from deboom.explore.arrays import RealArray
 from deboom.explore.part_library import PartLibrary, choose_numbers
 from deboom.explore.shared_design import (
     OwnOptima,

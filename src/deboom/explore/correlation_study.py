@@ -12,8 +12,8 @@ import numpy as np
 from scipy.cluster.hierarchy import fcluster, linkage
 from scipy.spatial.distance import squareform
 
+from deboom.arrays import RealArray, frozen_copy
 from deboom.errors import InputError
-from deboom.explore.arrays import RealArray, frozen_copy
 from deboom.explore.design_space import DesignSpace
 from deboom.explore.evaluate import Evaluate, responses
 from deboom.explore.seeds import generator

@@ -7,8 +7,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from deboom.arrays import BoolArray, RealArray, frozen_copy
 from deboom.errors import InputError
-from deboom.explore.arrays import BoolArray, RealArray, frozen_copy
 
 SIGMAS_PER_TOLERANCE = 3.0
 """A tolerance's half width is this many standard deviations of the scatter [1]."""

@@ -8,8 +8,8 @@ from enum import Enum
 import numpy as np
 import numpy.typing as npt
 
+from deboom.arrays import BoolArray, RealArray, frozen_copy
 from deboom.errors import InputError
-from deboom.explore.arrays import BoolArray, RealArray, frozen_copy
 from deboom.explore.design_space import DesignSpace
 from deboom.explore.evaluate import Evaluate, responses
 

@@ -12,8 +12,8 @@ import moocore
 import numpy as np
 import numpy.typing as npt
 
+from deboom.arrays import RealArray, frozen_copy
 from deboom.errors import InputError
-from deboom.explore.arrays import RealArray, frozen_copy
 from deboom.explore.fronts import hypervolume, nondominated
 
 MARGIN = 0.1

@@ -12,8 +12,8 @@ from enum import Enum
 import numpy as np
 from scipy import stats
 
+from deboom.arrays import RealArray, frozen_copy
 from deboom.errors import InputError
-from deboom.explore.arrays import RealArray, frozen_copy
 
 CONFIDENCE = 0.99
 """How sure a difference must be to be called real [1]."""

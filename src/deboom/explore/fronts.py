@@ -8,8 +8,8 @@ import moocore
 import numpy as np
 import numpy.typing as npt
 
+from deboom.arrays import BoolArray, RealArray, frozen_copy
 from deboom.errors import InputError
-from deboom.explore.arrays import BoolArray, RealArray, frozen_copy
 from deboom.explore.robust import RobustResponse, RobustValues, joined
 from deboom.explore.tolerance_samples import sobol_sample
 

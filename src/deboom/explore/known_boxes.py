@@ -17,7 +17,7 @@ from typing import Protocol
 import numpy as np
 from scipy.optimize import brentq, minimize
 
-from deboom.explore.arrays import RealArray
+from deboom.arrays import RealArray
 from deboom.explore.known_truth import Quad2
 from deboom.explore.polish import Differentiable
 from deboom.explore.solution_box import Box

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from deboom.explore.arrays import RealArray
+from deboom.arrays import RealArray
 from deboom.explore.sensitivity_inputs import SensitivityInputs
 
 

@@ -17,7 +17,7 @@ from typing import Protocol
 import numpy as np
 from scipy.special import ndtr
 
-from deboom.explore.arrays import RealArray
+from deboom.arrays import RealArray
 from deboom.explore.design_space import DesignSpace
 from deboom.explore.evaluate import Evaluate
 from deboom.explore.fronts import nondominated

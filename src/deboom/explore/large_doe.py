@@ -10,8 +10,8 @@ from typing import Any, Protocol
 import numpy as np
 from scipy.stats import qmc
 
+from deboom.arrays import RealArray
 from deboom.errors import InputError
-from deboom.explore.arrays import RealArray
 from deboom.explore.checkpoint import Arrays, Store, check_same_search
 from deboom.explore.design_space import DesignSpace
 from deboom.explore.evaluate import Evaluate, responses

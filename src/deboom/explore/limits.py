@@ -8,8 +8,8 @@ from typing import Protocol
 
 import numpy as np
 
+from deboom.arrays import RealArray
 from deboom.errors import InputError
-from deboom.explore.arrays import RealArray
 from deboom.explore.design_space import DesignSpace
 from deboom.explore.robust import Robust, RobustValues
 

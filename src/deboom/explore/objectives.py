@@ -7,8 +7,8 @@ from typing import Protocol
 
 import numpy as np
 
+from deboom.arrays import RealArray
 from deboom.errors import InputError
-from deboom.explore.arrays import RealArray
 
 
 class Statistic(Protocol):

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from deboom.explore.arrays import RealArray
+from deboom.arrays import RealArray
 from deboom.explore.design_space import DesignSpace
 from deboom.explore.evaluate import Evaluate
 

@@ -10,8 +10,8 @@ import numpy as np
 from scipy.optimize import Bounds, LinearConstraint, milp
 from scipy.sparse import csr_array, hstack
 
+from deboom.arrays import RealArray, frozen_copy
 from deboom.errors import InputError
-from deboom.explore.arrays import RealArray, frozen_copy
 from deboom.explore.evaluate import responses
 from deboom.explore.shared_design import SharingProblem
 from deboom.explore.sharing import IntArray, Sharing

@@ -9,8 +9,8 @@ from typing import Protocol
 import numpy as np
 from scipy.optimize import minimize
 
+from deboom.arrays import RealArray
 from deboom.errors import InputError
-from deboom.explore.arrays import RealArray
 from deboom.explore.evaluate import Evaluate, responses
 from deboom.explore.moments import moment_weights
 from deboom.explore.objectives import MEAN_SUM, SIGMA_SUM

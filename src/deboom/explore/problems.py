@@ -16,9 +16,9 @@ from pymoo.operators.mutation.pm import PM
 from pymoo.operators.sampling.rnd import FloatRandomSampling
 from pymoo.termination.max_gen import MaximumGenerationTermination
 
+from deboom.arrays import RealArray
 from deboom.errors import InputError
 from deboom.explore.archive import Archive, SearchResult
-from deboom.explore.arrays import RealArray
 from deboom.explore.checkpoint import (
     AnyArray,
     Arrays,

@@ -9,8 +9,8 @@ from typing import Protocol
 
 import numpy as np
 
+from deboom.arrays import BoolArray, RealArray, frozen_copy
 from deboom.errors import InputError
-from deboom.explore.arrays import BoolArray, RealArray, frozen_copy
 from deboom.explore.design_space import DesignSpace
 from deboom.explore.evaluate import Evaluate, responses
 from deboom.explore.moments import SAMPLE_MOMENTS, Estimator, Moments

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from deboom.arrays import RealArray
 from deboom.errors import InputError
-from deboom.explore.arrays import RealArray
 from deboom.explore.design_space import DesignSpace
 from deboom.explore.evaluate import Evaluate, responses
 from deboom.explore.robust import Robust, RobustValues

@@ -15,8 +15,8 @@ from typing import Any
 
 import numpy as np
 
+from deboom.arrays import RealArray
 from deboom.errors import InputError
-from deboom.explore.arrays import RealArray
 from deboom.explore.seeds import checked_seed
 from deboom.explore.sensitivity_inputs import SensitivityInputs
 from deboom.explore.sensitivity_measures import DistributionIndices, MorrisEffects

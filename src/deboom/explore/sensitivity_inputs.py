@@ -7,8 +7,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from deboom.arrays import RealArray, frozen_copy
 from deboom.errors import InputError
-from deboom.explore.arrays import RealArray, frozen_copy
 from deboom.explore.design_space import DesignSpace
 from deboom.explore.tolerance_samples import TRUNCATION
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from deboom.explore.arrays import RealArray
+from deboom.arrays import RealArray
 
 
 @dataclass(frozen=True, eq=False)

@@ -10,8 +10,8 @@ import numpy as np
 import numpy.typing as npt
 from scipy.optimize import NonlinearConstraint, minimize
 
+from deboom.arrays import RealArray, frozen_copy
 from deboom.errors import InputError
-from deboom.explore.arrays import RealArray, frozen_copy
 from deboom.explore.design_space import DesignSpace
 from deboom.explore.evaluate import responses
 from deboom.explore.polish import Differentiable

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from deboom.arrays import frozen_copy
 from deboom.errors import InputError
-from deboom.explore.arrays import frozen_copy
 
 IntArray = npt.NDArray[np.intp]
 

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from deboom.arrays import RealArray, frozen_copy
 from deboom.errors import InputError
-from deboom.explore.arrays import RealArray, frozen_copy
 from deboom.explore.evaluate import responses
 from deboom.explore.moments import ControlVariate
 from deboom.explore.robust import RobustResponse

@@ -15,8 +15,8 @@ import numpy as np
 from scipy.special import ndtri
 from threadpoolctl import threadpool_limits
 
+from deboom.arrays import BoolArray, RealArray
 from deboom.errors import InputError
-from deboom.explore.arrays import BoolArray, RealArray
 from deboom.explore.seeds import checked_seed
 
 CONFIDENCE = 0.95

@@ -15,8 +15,8 @@ from typing import Protocol
 import numpy as np
 import numpy.typing as npt
 
+from deboom.arrays import BoolArray, RealArray, frozen_copy
 from deboom.errors import InputError
-from deboom.explore.arrays import BoolArray, RealArray, frozen_copy
 from deboom.explore.evaluate import responses
 from deboom.explore.polish import Differentiable
 from deboom.explore.tolerance_samples import TRUNCATION, truncated_normal

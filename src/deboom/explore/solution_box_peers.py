@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from deboom.arrays import BoolArray, RealArray
 from deboom.errors import InputError
-from deboom.explore.arrays import BoolArray, RealArray
 from deboom.explore.seeds import checked_seed
 from deboom.explore.solution_box import Box, BoxQuestion, checked_point
 from deboom.explore.solution_box_reach import UnreachableLimit

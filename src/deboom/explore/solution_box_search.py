@@ -12,8 +12,8 @@ import numpy as np
 import numpy.typing as npt
 from scipy.optimize import minimize
 
+from deboom.arrays import RealArray
 from deboom.errors import InputError
-from deboom.explore.arrays import RealArray
 from deboom.explore.seeds import checked_seed
 from deboom.explore.solution_box import Box, BoxQuestion
 from deboom.explore.solution_box_reach import (

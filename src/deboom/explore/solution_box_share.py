@@ -8,8 +8,8 @@ import numpy as np
 from scipy.special import ndtr
 from scipy.stats import qmc
 
+from deboom.arrays import RealArray
 from deboom.errors import InputError
-from deboom.explore.arrays import RealArray
 from deboom.explore.seeds import checked_seed, generator
 from deboom.explore.solution_box import CHUNK, Box, BoxQuestion
 

@@ -6,8 +6,8 @@ import numpy as np
 from scipy.spatial.distance import cdist, pdist
 from scipy.stats import qmc
 
+from deboom.arrays import RealArray
 from deboom.errors import InputError
-from deboom.explore.arrays import RealArray
 from deboom.explore.design_space import DesignSpace
 from deboom.explore.seeds import generator
 

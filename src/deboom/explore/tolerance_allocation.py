@@ -9,8 +9,8 @@ from typing import Protocol
 import numpy as np
 from scipy.optimize import brentq, minimize
 
+from deboom.arrays import RealArray, frozen_copy
 from deboom.errors import InputError
-from deboom.explore.arrays import RealArray, frozen_copy
 from deboom.explore.tolerance_curves import CostCurves
 from deboom.explore.tolerance_effect import SOFTNESS, Scattered, ToleranceEffect
 

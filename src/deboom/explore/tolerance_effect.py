@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 from scipy.special import ndtr
 
+from deboom.arrays import RealArray, frozen_copy
 from deboom.errors import InputError
-from deboom.explore.arrays import RealArray, frozen_copy
 from deboom.explore.design_space import SIGMAS_PER_TOLERANCE
 from deboom.explore.evaluate import responses
 from deboom.explore.moments import moment_weights

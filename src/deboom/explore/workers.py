@@ -20,8 +20,8 @@ from typing import Any, Protocol
 
 import numpy as np
 
+from deboom.arrays import RealArray
 from deboom.errors import InputError
-from deboom.explore.arrays import RealArray
 from deboom.explore.design_space import DesignSpace
 from deboom.explore.robust import Robust, RobustValues, joined
 

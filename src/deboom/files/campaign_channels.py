@@ -7,11 +7,11 @@ from pathlib import Path
 
 import numpy as np
 
+from deboom.arrays import ComplexArray, RealArray
 from deboom.errors import InputError
 from deboom.files.campaign_tables import CAMPAIGN_QUANTITIES, CampaignChannel
 from deboom.files.uff import UffFunction, read_uff
 from deboom.files.units import parse_unit
-from deboom.physics.arrays import ComplexArray, RealArray
 
 IN_SI = "in SI units, whatever the channel table says"
 """Last ID line of a function that was written into a campaign by deboom."""

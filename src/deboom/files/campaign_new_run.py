@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
+from deboom.arrays import ComplexArray, RealArray
 from deboom.errors import InputError
 from deboom.files.campaign import CAMPAIGN_FILE
 from deboom.files.campaign_channels import IN_SI
@@ -18,7 +19,6 @@ from deboom.files.campaign_tables import (
 from deboom.files.strict_toml import append_toml
 from deboom.files.uff import UffFunction, write_uff
 from deboom.measurement.campaign import OperatingRun
-from deboom.physics.arrays import ComplexArray, RealArray
 from deboom.physics.orders import rpm_of_frequency
 
 ORDER_SPECTRUM = 0

@@ -8,13 +8,13 @@ from pathlib import Path
 
 import numpy as np
 
+from deboom.arrays import RealArray
 from deboom.files.campaign_channels import ChannelFile
 from deboom.files.campaign_file import CampaignFile, PushEntry, RunEntry, ShakerEntry
 from deboom.files.campaign_tables import CampaignChannel
 from deboom.measurement.campaign import AXES, OperatingRun, PushRun, ShakerRun
 from deboom.measurement.channels import Frf, Spectrum
 from deboom.measurement.impacts import Impact
-from deboom.physics.arrays import RealArray
 from deboom.physics.orders import frequency_of_order
 
 _SPECTRA = (0, 12, 27)

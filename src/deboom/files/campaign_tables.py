@@ -10,12 +10,12 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
+from deboom.arrays import RealArray
 from deboom.errors import InputError
 from deboom.files.atomic import replace_bytes, replace_text
 from deboom.files.table_cells import Row, read_rows
 from deboom.files.uff_function import DIRECTIONS
 from deboom.files.units import Unit, parse_unit
-from deboom.physics.arrays import RealArray
 
 SENSOR_KINDS = ("accelerometer", "force cell")
 

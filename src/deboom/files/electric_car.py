@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+from deboom.arrays import RealArray
 from deboom.errors import InputError
 from deboom.files.electric_car_file import (
     ELECTRIC_CAR_FILE,
@@ -31,7 +32,6 @@ from deboom.measurement.inertance_test import ACCELERATION_PER_FORCE
 from deboom.measurement.noise_transfer import PRESSURE_PER_FORCE
 from deboom.measurement.placement_tolerances import PlacementTolerances
 from deboom.measurement.sensors import Sensor, SensorKind
-from deboom.physics.arrays import RealArray
 from deboom.physics.rigid_body import rotation_matrix
 
 __all__ = ["ELECTRIC_CAR_FILE", "read_electric_car"]

@@ -8,9 +8,9 @@ from pathlib import Path
 
 import numpy as np
 
+from deboom.arrays import ComplexArray, RealArray
 from deboom.errors import InputError
 from deboom.files.uff import UffFunction, read_uff
-from deboom.physics.arrays import ComplexArray, RealArray
 
 
 @dataclass(frozen=True)

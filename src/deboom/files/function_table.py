@@ -17,11 +17,11 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from deboom.arrays import ComplexArray, RealArray
 from deboom.errors import InputError
 from deboom.files.function_files import TABLE_ENDINGS
 from deboom.files.table_cells import name_and_unit, read_columns
 from deboom.files.units import Unit, parse_unit
-from deboom.physics.arrays import ComplexArray, RealArray
 
 _FREQUENCY = "frequency"
 _PARTS = ("real", "imag")

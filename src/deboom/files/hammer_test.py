@@ -13,6 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
+from deboom.arrays import RealArray
 from deboom.errors import InputError
 from deboom.files.campaign_tables import read_sensor_table
 from deboom.files.hammer_test_tables import (
@@ -32,7 +33,6 @@ from deboom.files.units import parse_unit
 from deboom.measurement.hammer_measurement import HammerMeasurement, HammerTest
 from deboom.measurement.impacts import Impact
 from deboom.measurement.sensors import Sensor
-from deboom.physics.arrays import RealArray
 
 TIME_SIGNAL = 1
 STEP_DIGITS = 1e-5

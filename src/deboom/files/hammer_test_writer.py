@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
+from deboom.arrays import RealArray
 from deboom.errors import InputError
 from deboom.files.campaign_tables import SensorRow, write_sensor_table
 from deboom.files.hammer_test_tables import (
@@ -23,7 +24,6 @@ from deboom.files.hammer_test_tables import (
 )
 from deboom.files.strict_toml import dump_toml
 from deboom.files.uff import UffFunction, write_uff
-from deboom.physics.arrays import RealArray
 
 
 @dataclass(frozen=True)

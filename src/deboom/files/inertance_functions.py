@@ -9,10 +9,10 @@ from pathlib import Path
 
 import numpy as np
 
+from deboom.arrays import ComplexArray, RealArray
 from deboom.errors import InputError
 from deboom.files.inertance_test_tables import PlacedImpact, PlacedSensor
 from deboom.files.uff import UffFunction, read_uff
-from deboom.physics.arrays import ComplexArray, RealArray
 
 FRF, COHERENCE = 4, 6
 """UFF function types."""

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
+from deboom.arrays import RealArray
 from deboom.errors import InputError
 from deboom.files.hammer_test import read_hammer_test
 from deboom.files.inertance_functions import Places, read_coherences, read_inertances
@@ -29,7 +30,6 @@ from deboom.measurement.inertance_test import (
 )
 from deboom.measurement.placement_tolerances import PlacementTolerances
 from deboom.measurement.sensors import Sensor, SensorKind
-from deboom.physics.arrays import RealArray
 from deboom.physics.rigid_body import rotation_matrix
 
 SAME_PLACE = 1e-4

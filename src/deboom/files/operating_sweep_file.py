@@ -8,9 +8,9 @@ from pathlib import Path
 
 import numpy as np
 
+from deboom.arrays import ComplexArray, RealArray, RealOrComplexArray
 from deboom.errors import InputError
 from deboom.files.uff import read_uff
-from deboom.physics.arrays import ComplexArray, RealArray, RealOrComplexArray
 
 SPEED_TOLERANCE = 0.5
 """Largest difference between a line and the tacho's speed, in line spacings."""

@@ -8,13 +8,13 @@ from pathlib import Path
 
 import numpy as np
 
+from deboom.arrays import RealArray, RealOrComplexArray
 from deboom.errors import InputError
 from deboom.files.inertance_test_tables import PlacedSensor
 from deboom.files.operating_sweep_file import Row, SweepFile
 from deboom.files.uff import UffFunction, write_uff
 from deboom.measurement.channels import Spectrum
 from deboom.measurement.time_record import TimeRecord
-from deboom.physics.arrays import RealArray, RealOrComplexArray
 
 _SPECTRA = (0, 12, 27)
 """UFF function types that hold complex spectra: general, spectrum, order function."""

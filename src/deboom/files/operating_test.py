@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
+from deboom.arrays import RealArray
 from deboom.errors import InputError
 from deboom.files.inertance_test import read_inertance_test
 from deboom.files.inertance_test_tables import PlacedSensor, read_placed_sensors
@@ -20,7 +21,6 @@ from deboom.files.operating_test_file import (
 from deboom.measurement.inertance_test import InertanceTest
 from deboom.measurement.operating_sweep import HoseDrawing, HoseState, OperatingSweep, OperatingTest
 from deboom.measurement.tracked_sweep import tracked_sweep
-from deboom.physics.arrays import RealArray
 from deboom.physics.rigid_body import rotation_matrix
 
 SAME_PLACE = 1e-4

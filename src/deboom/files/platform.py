@@ -13,6 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
+from deboom.arrays import RealArray
 from deboom.errors import InputError
 from deboom.files.columns import Columns, common_axis, noise_transfer_columns, operating_columns
 from deboom.files.faults import Note, noting, refuse
@@ -38,7 +39,6 @@ from deboom.files.torque_table import read_torque_table
 from deboom.measurement.channels import Frf, Spectrum
 from deboom.measurement.load_case import LoadCase
 from deboom.mounts.mount import AXES, Mount
-from deboom.physics.arrays import RealArray
 from deboom.vehicles.fleet import Fleet, Vehicle
 from deboom.vehicles.powertrain import Powertrain
 

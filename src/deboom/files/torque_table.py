@@ -7,10 +7,10 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
+from deboom.arrays import RealArray
 from deboom.errors import InputError
 from deboom.files.atomic import replace_text
 from deboom.files.table_cells import read_rows
-from deboom.physics.arrays import RealArray
 
 SAME_LINE = 1e-3
 """How far two lines may differ and still be the same, as a fraction of the least spacing."""

@@ -7,8 +7,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from deboom.arrays import ComplexArray, RealArray
 from deboom.errors import InputError
-from deboom.physics.arrays import ComplexArray, RealArray
 
 DIRECTIONS: dict[int, str] = {0: "scalar"} | {
     sign * (axis + 1): f"{'+' if sign > 0 else '-'}{name}"

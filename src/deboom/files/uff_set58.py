@@ -11,10 +11,10 @@ from typing import Any
 
 import numpy as np
 
+from deboom.arrays import RealArray
 from deboom.errors import InputError
 from deboom.files.uff_function import DIRECTIONS, UffFunction
 from deboom.files.units import Unit, parse_unit
-from deboom.physics.arrays import RealArray
 
 LARGEST_LINE_ERROR = 0.05
 """Largest error of a stored abscissa, in line spacings, of anything but time [1]."""

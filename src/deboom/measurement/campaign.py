@@ -11,13 +11,13 @@ from typing import Protocol
 import numpy as np
 import numpy.typing as npt
 
+from deboom.arrays import RealArray
 from deboom.errors import InputError
 from deboom.measurement.channels import Frf, Spectrum
 from deboom.measurement.impacts import Impact
 from deboom.measurement.sensor_catalogue import SensorModel
 from deboom.measurement.sensors import Sensor, SensorKind
 from deboom.measurement.tolerances import Tolerances
-from deboom.physics.arrays import RealArray
 
 AXES = ("x", "y", "z")
 

@@ -15,10 +15,10 @@ from types import MappingProxyType
 import numpy as np
 import numpy.typing as npt
 
+from deboom.arrays import RealArray
 from deboom.errors import InputError
 from deboom.measurement.impacts import Impact
 from deboom.measurement.sensors import Sensor
-from deboom.physics.arrays import RealArray
 from deboom.physics.rigid_body import forward_matrices
 
 RIGID_MOTIONS = ("x", "y", "z", "rx", "ry", "rz")

@@ -7,8 +7,8 @@ from collections.abc import Sequence
 import numpy as np
 import numpy.typing as npt
 
+from deboom.arrays import RealArray
 from deboom.errors import InputError
-from deboom.physics.arrays import RealArray
 
 CHANCE = 0.5
 """Mean of `likeness` for two numbers that have nothing to do with each other."""

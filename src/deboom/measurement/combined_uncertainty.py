@@ -10,9 +10,9 @@ import numpy as np
 import numpy.typing as npt
 from scipy.stats import t as student
 
+from deboom.arrays import RealArray
 from deboom.errors import InputError
 from deboom.measurement.propagated_interval import COVERAGE
-from deboom.physics.arrays import RealArray
 
 
 @dataclass(frozen=True)

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from deboom.arrays import RealArray
 from deboom.errors import InputError
 from deboom.measurement.channel_geometry import RIGID_MOTIONS, ChannelGeometry
-from deboom.physics.arrays import RealArray
 
 SINGULAR = 1e6
 """Scaled condition number from which a motion counts as not seen at all: three sensors that miss a

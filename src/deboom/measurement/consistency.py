@@ -11,11 +11,11 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from deboom.arrays import ComplexArray, RealArray
 from deboom.errors import InputError
 from deboom.measurement.channels import Frf, Spectrum
 from deboom.measurement.coherence import likeness
 from deboom.measurement.virtual_point import VirtualPoint, channel_values
-from deboom.physics.arrays import ComplexArray, RealArray
 
 
 @dataclass(frozen=True, eq=False)

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+from deboom.arrays import RealArray
 from deboom.errors import InputError
 from deboom.measurement.channels import Frf
 from deboom.measurement.impacts import Impact
@@ -21,7 +22,6 @@ from deboom.measurement.noise_transfer import PRESSURE_PER_FORCE
 from deboom.measurement.operating_sweep import OperatingSweep, OperatingTest
 from deboom.measurement.placement_tolerances import PlacementTolerances
 from deboom.measurement.sensors import SENSOR_AXES, Sensor
-from deboom.physics.arrays import RealArray
 
 
 class PointKind(Enum):

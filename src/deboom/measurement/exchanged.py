@@ -8,10 +8,10 @@ from itertools import combinations
 
 import numpy as np
 
+from deboom.arrays import ComplexArray, RealArray
 from deboom.measurement.channels import Frf
 from deboom.measurement.culprit import PERFECT
 from deboom.measurement.virtual_point import VirtualPoint, channel_values
-from deboom.physics.arrays import ComplexArray, RealArray
 
 HALVED = 0.5
 """An exchange is named if, undone, less than this share of the disagreement (rms) is left."""

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from deboom.arrays import RealArray
 from deboom.measurement.channel_geometry import ChannelGeometry
 from deboom.measurement.tolerances import Tolerances
-from deboom.physics.arrays import RealArray
 from deboom.physics.rigid_body import forward_matrices
 
 

@@ -10,9 +10,9 @@ from itertools import permutations, product
 import numpy as np
 import numpy.typing as npt
 
+from deboom.arrays import RealArray
 from deboom.measurement.channel_geometry import ChannelGeometry
 from deboom.measurement.sensors import SENSOR_AXES
-from deboom.physics.arrays import RealArray
 from deboom.physics.rigid_body import forward_matrices
 
 LARGEST_TILT = 30.0

@@ -8,13 +8,13 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from deboom.arrays import ComplexArray, RealArray
 from deboom.errors import InputError
 from deboom.measurement.campaign import AXES, ShakerRun
 from deboom.measurement.channel_geometry import sensor_geometry
 from deboom.measurement.channels import Frf, Spectrum
 from deboom.measurement.sensors import Sensor
 from deboom.measurement.virtual_point import load_at_point
-from deboom.physics.arrays import ComplexArray, RealArray
 from deboom.physics.dynamic_stiffness import force_at_virtual_point
 
 Band = tuple[float, float]

@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 import numpy.typing as npt
 
+from deboom.arrays import RealArray
 from deboom.errors import InputError
 from deboom.measurement.campaign import AXES, Campaign
 from deboom.measurement.channel_geometry import RIGID_LOADS, impact_geometry, sensor_geometry
@@ -24,7 +25,6 @@ from deboom.measurement.force_transfer import (
 from deboom.measurement.impacts import Impact
 from deboom.measurement.sensors import Sensor, SensorKind
 from deboom.measurement.virtual_point import virtual_point
-from deboom.physics.arrays import RealArray
 
 
 def force_transfer_matrix_with_moments(

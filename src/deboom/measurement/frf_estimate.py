@@ -9,10 +9,10 @@ from enum import Enum
 import numpy as np
 import numpy.typing as npt
 
+from deboom.arrays import ComplexArray, RealArray
 from deboom.errors import InputError
 from deboom.measurement.block_records import BlockRecord
 from deboom.measurement.channels import Frf
-from deboom.physics.arrays import ComplexArray, RealArray
 from deboom.physics.cross_spectra import CrossSpectra
 from deboom.physics.frf_estimators import (
     h1,

@@ -7,12 +7,12 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from deboom.arrays import RealArray
 from deboom.errors import InputError
 from deboom.measurement.block_records import chosen_blocks, summary
 from deboom.measurement.frf_estimate import Estimator, FrfEstimate, estimated, join_estimates
 from deboom.measurement.hammer_measurement import HammerMeasurement, HammerTest
 from deboom.measurement.hit_checks import HitChecks, check_hits
-from deboom.physics.arrays import RealArray
 from deboom.physics.cross_spectra import SpectrumScaling, cross_spectra
 from deboom.physics.impact_windows import exponential_window, force_window
 

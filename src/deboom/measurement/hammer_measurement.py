@@ -10,10 +10,10 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from deboom.arrays import RealArray
 from deboom.errors import InputError
 from deboom.measurement.impacts import Impact
 from deboom.measurement.sensors import Sensor
-from deboom.physics.arrays import RealArray
 
 
 @dataclass(frozen=True, eq=False)

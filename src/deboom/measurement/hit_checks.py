@@ -7,10 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.signal import find_peaks
 
+from deboom.arrays import RealArray
 from deboom.errors import InputError
 from deboom.measurement.block_records import BlockRecord
 from deboom.measurement.hammer_measurement import HammerMeasurement
-from deboom.physics.arrays import RealArray
 
 NOISE_PEAKS = 5.0
 """Peaks of a noise reach this many times its rms; lower second peaks say nothing."""

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from deboom.arrays import RealArray
 from deboom.errors import InputError
-from deboom.physics.arrays import RealArray
 
 UNIT_LENGTH_TOLERANCE = 1e-3
 """How far the length of a direction may be from 1: what the rounding in a table does."""

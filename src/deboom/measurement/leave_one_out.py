@@ -8,10 +8,10 @@ from functools import cached_property
 import numpy as np
 import numpy.typing as npt
 
+from deboom.arrays import RealArray
 from deboom.errors import InputError
 from deboom.measurement.channel_geometry import ChannelGeometry
 from deboom.measurement.conditioning import SINGULAR, characteristic_length, column_scale
-from deboom.physics.arrays import RealArray
 
 Rows = npt.NDArray[np.intp]
 

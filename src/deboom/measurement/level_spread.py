@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from deboom.arrays import RealArray
 from deboom.errors import InputError
 from deboom.measurement.channels import Frf
-from deboom.physics.arrays import RealArray
 from deboom.physics.sound_level import REFERENCE_PRESSURE
 
 

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from deboom.arrays import RealArray
 from deboom.errors import InputError
 from deboom.measurement.channels import Spectrum
-from deboom.physics.arrays import RealArray
 
 
 @dataclass(frozen=True, eq=False)

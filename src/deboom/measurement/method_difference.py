@@ -7,9 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from deboom.arrays import ComplexArray, RealArray
 from deboom.errors import InputError
 from deboom.measurement.channels import Frf
-from deboom.physics.arrays import ComplexArray, RealArray
 
 DB_PER_NEPER = 20.0 / np.log(10.0)
 

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from deboom.arrays import ComplexArray, RealArray
 from deboom.errors import InputError
 from deboom.measurement.channels import Frf
 from deboom.measurement.noise_transfer import POINT_LOADS
-from deboom.physics.arrays import ComplexArray, RealArray
 from deboom.physics.rigid_body import skew
 
 AXES = POINT_LOADS[:3]

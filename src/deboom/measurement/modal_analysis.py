@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from scipy.linalg import toeplitz
 
+from deboom.arrays import ComplexArray, RealArray
 from deboom.errors import InputError
 from deboom.measurement.channels import Frf
 from deboom.measurement.coherence_gate import require_coherence
@@ -22,7 +23,6 @@ from deboom.measurement.modal_poles import (
     stabilisation_chart,
 )
 from deboom.measurement.mode_shapes import phase_collinearity
-from deboom.physics.arrays import ComplexArray, RealArray
 from deboom.physics.frf import FrfForm
 
 SMALLEST_ORDER = 4

@@ -6,10 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from deboom.arrays import RealArray
 from deboom.errors import InputError
 from deboom.measurement.channels import Frf, Spectrum
 from deboom.measurement.path_forces import PathForces
-from deboom.physics.arrays import RealArray
 from deboom.physics.correlation import corr_f, corr_s
 
 

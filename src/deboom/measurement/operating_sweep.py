@@ -8,10 +8,10 @@ from pathlib import Path
 
 import numpy as np
 
+from deboom.arrays import RealArray
 from deboom.errors import InputError
 from deboom.measurement.channels import Spectrum
 from deboom.measurement.inertance_test import InertanceTest, freeze_field
-from deboom.physics.arrays import RealArray
 
 
 class HoseState(Enum):

@@ -9,11 +9,11 @@ import numpy as np
 import numpy.typing as npt
 from scipy.interpolate import CubicSpline
 
+from deboom.arrays import ComplexArray, RealArray
 from deboom.errors import InputError
 from deboom.measurement.channels import Spectrum
 from deboom.measurement.shaft_angle import ShaftAngle
 from deboom.measurement.time_record import TimeRecord
-from deboom.physics.arrays import ComplexArray, RealArray
 from deboom.physics.order_tracking import angular_resample, order_amplitudes, samples_needed
 from deboom.physics.order_tracking_rate import SAMPLES_PER_PERIOD, lower_rate
 from deboom.physics.order_tracking_resolution import hann_bandwidth, hann_noise_bandwidth, smear

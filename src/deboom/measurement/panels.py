@@ -6,10 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from deboom.arrays import ComplexArray, RealArray
 from deboom.errors import InputError
 from deboom.measurement.channels import Frf
 from deboom.measurement.modal_analysis import ModalModel
-from deboom.physics.arrays import ComplexArray, RealArray
 from deboom.physics.frf import FrfForm
 
 PRESSURE_PER_VOLUME_ACCELERATION = "Pa/(m^3/s^2)"

@@ -6,10 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from deboom.arrays import RealArray
 from deboom.errors import InputError
 from deboom.measurement.channel_geometry import RIGID_LOADS, RIGID_MOTIONS
 from deboom.measurement.channels import Frf
-from deboom.physics.arrays import RealArray
 from deboom.physics.frf import FrfForm, convert
 
 SLACK = 0.05

@@ -20,9 +20,9 @@ from enum import Enum
 
 import numpy as np
 
+from deboom.arrays import RealArray
 from deboom.errors import InputError
 from deboom.measurement.channels import Frf, Spectrum, unit_of_response
-from deboom.physics.arrays import RealArray
 from deboom.physics.coupling import blocked_force_on_rig
 from deboom.physics.force_inversion import (
     CROSS_VALIDATED,

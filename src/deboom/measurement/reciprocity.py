@@ -6,10 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from deboom.arrays import RealArray
 from deboom.errors import InputError
 from deboom.measurement.channels import Frf
 from deboom.measurement.coherence import likeness
-from deboom.physics.arrays import RealArray
 
 
 @dataclass(frozen=True, eq=False)

@@ -8,8 +8,8 @@ from enum import Enum
 import numpy as np
 import numpy.typing as npt
 
+from deboom.arrays import RealArray
 from deboom.errors import InputError
-from deboom.physics.arrays import RealArray
 
 SIGNIFICANT = 3.0
 """Standard errors by which a slope must be negative to count as falling."""

@@ -8,9 +8,9 @@ import numpy as np
 import numpy.typing as npt
 from scipy.interpolate import BSpline, make_lsq_spline
 
+from deboom.arrays import RealArray
 from deboom.errors import InputError
 from deboom.measurement.tacho_repair import PulseTrain
-from deboom.physics.arrays import RealArray
 
 KNOT_SPACING = 4.0
 """Revolutions between the knots of the spline: two cycles of a four-stroke engine."""

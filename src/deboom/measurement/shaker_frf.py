@@ -11,10 +11,10 @@ from enum import Enum
 import numpy as np
 from scipy.signal.windows import hann
 
+from deboom.arrays import RealArray
 from deboom.errors import InputError
 from deboom.measurement.block_records import BlockRecord, chosen_blocks, summary
 from deboom.measurement.frf_estimate import Estimator, FrfEstimate, estimated
-from deboom.physics.arrays import RealArray
 from deboom.physics.cross_spectra import (
     SpectrumScaling,
     cross_spectra,

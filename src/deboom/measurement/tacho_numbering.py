@@ -6,7 +6,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy.ndimage import maximum_filter1d, median_filter, percentile_filter
 
-from deboom.physics.arrays import RealArray
+from deboom.arrays import RealArray
 
 WINDOW = 9
 """Intervals (and pulses) over which a shaft's speed is compared with itself."""

@@ -11,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy.ndimage import median_filter
 
+from deboom.arrays import RealArray
 from deboom.errors import InputError
 from deboom.measurement.tacho import LEAST_PULSES
 from deboom.measurement.tacho_numbering import (
@@ -22,7 +23,6 @@ from deboom.measurement.tacho_numbering import (
     number_pulses,
     without_displaced,
 )
-from deboom.physics.arrays import RealArray
 
 MISCOUNT = 0.35
 """Pulses by which a gap may differ from its count."""

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from deboom.arrays import RealArray
 from deboom.errors import InputError
-from deboom.physics.arrays import RealArray
 
 
 @dataclass(frozen=True, eq=False)

@@ -8,6 +8,7 @@ from enum import Enum
 
 import numpy as np
 
+from deboom.arrays import RealArray
 from deboom.errors import InputError
 from deboom.measurement.campaign import OperatingRun
 from deboom.measurement.order_spectra import (
@@ -21,7 +22,6 @@ from deboom.measurement.tacho import pulse_times
 from deboom.measurement.tacho_repair import repair_pulses
 from deboom.measurement.time_record import TimeRecord
 from deboom.measurement.time_run import TimeRun
-from deboom.physics.arrays import RealArray
 
 STATIC_BANDWIDTH = 1.0
 """Of what counts as quasi-static: an order above 4 Hz passes by less than 1 % [Hz]."""

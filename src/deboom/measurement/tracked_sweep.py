@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from deboom.arrays import RealArray
 from deboom.errors import InputError
 from deboom.measurement.channels import Spectrum
 from deboom.measurement.order_spectra import vold_kalman_spectra
@@ -14,7 +15,6 @@ from deboom.measurement.shaft_angle import ShaftAngle, shaft_angle
 from deboom.measurement.tacho import pulse_times
 from deboom.measurement.tacho_repair import repair_pulses
 from deboom.measurement.time_record import TimeRecord
-from deboom.physics.arrays import RealArray
 
 LINE_STEP = 1.0
 """Between the lines [Hz]."""

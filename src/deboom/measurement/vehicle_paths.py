@@ -6,13 +6,13 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from deboom.arrays import ComplexArray
 from deboom.errors import InputError
 from deboom.measurement.campaign import MeasuredMount
 from deboom.measurement.channels import Frf, Spectrum
 from deboom.measurement.measured_vehicle import MeasuredVehicle, Method
 from deboom.measurement.sensors import SENSOR_AXES
 from deboom.measurement.virtual_point import virtual_point
-from deboom.physics.arrays import ComplexArray
 
 
 def piece_paths(mounts: Sequence[MeasuredMount]) -> dict[str, tuple[str, ...]]:

@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy.linalg import solve_triangular
 
+from deboom.arrays import ComplexArray, RealArray
 from deboom.errors import InputError
 from deboom.measurement.channel_geometry import (
     RIGID_LOADS,
@@ -18,7 +19,6 @@ from deboom.measurement.channel_geometry import (
 from deboom.measurement.channels import Frf, Spectrum
 from deboom.measurement.conditioning import Conditioning, column_scale, conditioning
 from deboom.measurement.sensors import SENSOR_AXES, Sensor
-from deboom.physics.arrays import ComplexArray, RealArray
 from deboom.physics.rigid_body import forward_matrices
 
 

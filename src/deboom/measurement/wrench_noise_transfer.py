@@ -9,6 +9,7 @@ from types import MappingProxyType
 import numpy as np
 import numpy.typing as npt
 
+from deboom.arrays import ComplexArray, RealArray
 from deboom.errors import InputError
 from deboom.measurement.channel_geometry import (
     RIGID_MOTIONS,
@@ -22,7 +23,6 @@ from deboom.measurement.electric_car import ElectricCar, TransferPoint
 from deboom.measurement.inertance_test import freeze_field
 from deboom.measurement.noise_transfer import POINT_LOADS, noise_transfer_at_points
 from deboom.measurement.virtual_point import virtual_point
-from deboom.physics.arrays import ComplexArray, RealArray
 
 SAME_LINE = 1e-6
 """Largest relative distance of a line that was asked for from a measured one [1]."""

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from deboom.arrays import ComplexArray
 from deboom.errors import InputError
 from deboom.mounts.stiffness_model import StiffnessSamples
-from deboom.physics.arrays import ComplexArray
 
 
 @dataclass(frozen=True)

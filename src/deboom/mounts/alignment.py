@@ -8,10 +8,10 @@ from enum import Enum
 import numpy as np
 import numpy.typing as npt
 
+from deboom.arrays import RealArray
 from deboom.measurement.tolerances import Tolerances
 from deboom.mounts.instrumented_body import InstrumentedBody, MountPoint
 from deboom.mounts.named_arrays import freeze
-from deboom.physics.arrays import RealArray
 from deboom.physics.rigid_body import skew
 
 

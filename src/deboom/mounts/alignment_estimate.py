@@ -6,9 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from deboom.arrays import RealArray
 from deboom.mounts.alignment import Alignment
 from deboom.mounts.named_arrays import freeze
-from deboom.physics.arrays import RealArray
 
 
 @dataclass(frozen=True, eq=False)

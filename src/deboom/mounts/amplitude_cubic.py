@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from deboom.physics.arrays import ComplexArray, RealArray
+from deboom.arrays import ComplexArray, RealArray
 
 _CHEBYSHEV = np.cos(np.pi * (np.arange(4) + 0.5) / 4)
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
+from deboom.arrays import ComplexArray
 from deboom.errors import InputError
-from deboom.physics.arrays import ComplexArray
 
 SMALL = 1e-4
 """Relative amplitude below which the closed form cancels and its leading terms are exact enough."""

@@ -8,12 +8,12 @@ from dataclasses import dataclass, fields, replace
 import numpy as np
 import numpy.typing as npt
 
+from deboom.arrays import ComplexArray, RealArray
 from deboom.errors import InputError
 from deboom.measurement.campaign import AXES, OperatingRun
 from deboom.measurement.channels import Spectrum
 from deboom.measurement.tolerances import Tolerances
 from deboom.mounts.instrumented_body import InstrumentedBody
-from deboom.physics.arrays import ComplexArray, RealArray
 
 DEAD = 1e-3
 """A channel below this share of the median of its neighbours, over all lines, is dead [1]."""

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from deboom.arrays import ComplexArray, RealArray
 from deboom.errors import InputError
 from deboom.measurement.campaign import StaticCurve
 from deboom.mounts.mount import AXES
@@ -21,7 +22,6 @@ from deboom.mounts.stored_values import (
     frozen_arrays,
     plain_setting,
 )
-from deboom.physics.arrays import ComplexArray, RealArray
 
 TextArray = npt.NDArray[np.str_]
 

@@ -10,6 +10,7 @@ from typing import Any, Literal
 import numpy as np
 import numpy.typing as npt
 
+from deboom.arrays import RealArray
 from deboom.errors import InputError
 from deboom.mounts.cubic_least_squares import fit_pieces
 from deboom.mounts.cubic_pieces import PiecewiseCubic
@@ -19,7 +20,6 @@ from deboom.mounts.cubic_splits import (
     least_squares_splits,
     threshold_splits,
 )
-from deboom.physics.arrays import RealArray
 
 
 @dataclass(frozen=True, eq=False)

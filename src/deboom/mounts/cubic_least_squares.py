@@ -7,9 +7,9 @@ from itertools import pairwise
 
 import numpy as np
 
+from deboom.arrays import RealArray
 from deboom.errors import InputError
 from deboom.mounts.cubic_pieces import PiecewiseCubic, cubic_terms, leverage, scaling
-from deboom.physics.arrays import RealArray
 
 
 def fit_pieces(

@@ -10,9 +10,9 @@ import numpy as np
 import numpy.typing as npt
 from scipy.special import stdtrit
 
+from deboom.arrays import RealArray
 from deboom.errors import InputError
 from deboom.mounts.named_arrays import freeze
-from deboom.physics.arrays import RealArray
 
 Exponents = npt.NDArray[np.int64]
 

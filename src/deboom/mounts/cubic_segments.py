@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
+from deboom.arrays import RealArray
 from deboom.mounts.cubic_pieces import cubic_terms, scaling
-from deboom.physics.arrays import RealArray
 
 IntArray = npt.NDArray[np.int64]
 

@@ -6,11 +6,11 @@ from collections.abc import Callable
 
 import numpy as np
 
+from deboom.arrays import RealArray
 from deboom.errors import InputError
 from deboom.mounts.cubic_least_squares import fit_pieces
 from deboom.mounts.cubic_segments import ZOOM_CUTS, IntArray, Segments
 from deboom.mounts.training_region import TrainingRegion
-from deboom.physics.arrays import RealArray
 
 Chooser = Callable[[IntArray, RealArray], IntArray | None]
 

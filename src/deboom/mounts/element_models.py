@@ -8,12 +8,12 @@ import numpy as np
 import numpy.typing as npt
 from scipy.optimize import least_squares
 
+from deboom.arrays import ComplexArray, RealArray
 from deboom.mounts.berg import friction_stiffness
 from deboom.mounts.cubic_fit import PieceOptions, fit_piecewise_cubic
 from deboom.mounts.cubic_pieces import PiecewiseCubic
 from deboom.mounts.stiffness_model import StiffnessModel, StiffnessSamples
 from deboom.mounts.training_region import TrainingRegion
-from deboom.physics.arrays import ComplexArray, RealArray
 from deboom.physics.dynamic_stiffness import kelvin_voigt
 
 DEFAULT_OPTIONS = PieceOptions()

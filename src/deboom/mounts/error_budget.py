@@ -9,6 +9,7 @@ from types import MappingProxyType
 
 import numpy as np
 
+from deboom.arrays import ComplexArray, RealArray
 from deboom.errors import InputError
 from deboom.measurement.campaign import AXES
 from deboom.mounts.alignment import Alignment, ErrorSource
@@ -19,7 +20,6 @@ from deboom.mounts.cubic_pieces import PiecewiseCubic
 from deboom.mounts.named_arrays import freeze
 from deboom.mounts.operating_map import OperatingMap, Preload, operating_maps
 from deboom.mounts.response_surface import DynamicStiffnessSurface
-from deboom.physics.arrays import ComplexArray, RealArray
 
 IDENTIFIED = 0.15
 """Largest half width of the 95 % band of a direction that counts as identified [1]."""

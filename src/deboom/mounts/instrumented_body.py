@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.linalg import block_diag
 
+from deboom.arrays import RealArray
 from deboom.errors import InputError
 from deboom.measurement.campaign import AXES, Campaign
 from deboom.measurement.channel_geometry import sensor_geometry
@@ -14,7 +15,6 @@ from deboom.measurement.force_transfer import ForceTransferMatrix, force_transfe
 from deboom.measurement.sensors import SENSOR_AXES, Sensor, SensorKind
 from deboom.measurement.virtual_point import virtual_point
 from deboom.mounts.named_arrays import freeze
-from deboom.physics.arrays import RealArray
 from deboom.physics.rigid_body import forward_matrices
 
 POWERTRAIN = "powertrain"

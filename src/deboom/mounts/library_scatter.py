@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from deboom.arrays import RealArray
 from deboom.errors import InputError
 from deboom.mounts.characterised_direction import CharacterisedDirection
 from deboom.mounts.characterised_mount import CharacterisedMount
@@ -21,7 +22,6 @@ from deboom.mounts.part_scatter import (
     direction_scatter,
     hardness_share,
 )
-from deboom.physics.arrays import RealArray
 
 FEWEST_POINTS = 20
 """Points at which all parts of a direction must have been measured."""

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from deboom.arrays import ComplexArray
 from deboom.errors import InputError
 from deboom.mounts.agreement import agreement
 from deboom.mounts.cubic_fit import PieceOptions
@@ -15,7 +16,6 @@ from deboom.mounts.element_models import BergModel, KelvinVoigtModel
 from deboom.mounts.regression_model import RegressionModel, gaussian_process, spline_surface
 from deboom.mounts.response_surface import DynamicStiffnessSurface
 from deboom.mounts.stiffness_model import StiffnessModel, StiffnessSamples
-from deboom.physics.arrays import ComplexArray
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -13,13 +13,13 @@ import numpy as np
 import numpy.typing as npt
 from scipy.signal import savgol_filter
 
+from deboom.arrays import RealArray
 from deboom.errors import InputError
 from deboom.mounts.characterised_direction import MapPoints
 from deboom.mounts.characterised_mount import CharacterisedMount
 from deboom.mounts.cubic_fit import PieceOptions
 from deboom.mounts.operating_map import OperatingMap, Preload
 from deboom.mounts.response_surface import DynamicStiffnessSurface
-from deboom.physics.arrays import RealArray
 
 TWO_PIECES = PieceOptions()
 

@@ -10,12 +10,12 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from deboom.arrays import ComplexArray, RealArray
 from deboom.errors import InputError
 from deboom.measurement.campaign import AXES
 from deboom.mounts.alignment_estimate import AlignmentEstimate
 from deboom.mounts.body_record import BodyRecord
 from deboom.mounts.stiffness_model import StiffnessSamples
-from deboom.physics.arrays import ComplexArray, RealArray
 from deboom.physics.dynamic_stiffness import (
     displacement_from_acceleration,
     loss_factor,

@@ -9,10 +9,10 @@ import numpy.typing as npt
 from sklearn.base import BaseEstimator, RegressorMixin
 from sklearn.utils.validation import _check_sample_weight, check_is_fitted, validate_data
 
+from deboom.arrays import RealArray
 from deboom.errors import InputError
 from deboom.mounts.cubic_fit import PieceOptions, fit_piecewise_cubic
 from deboom.mounts.training_region import REACH, TrainingRegion
-from deboom.physics.arrays import RealArray
 
 
 class PiecewiseCubicRegressor(RegressorMixin, BaseEstimator):

@@ -9,10 +9,10 @@ from typing import Any, Protocol
 import numpy as np
 import numpy.typing as npt
 
+from deboom.arrays import ComplexArray, RealArray
 from deboom.errors import InputError
 from deboom.mounts.stiffness_model import StiffnessModel, StiffnessSamples
 from deboom.mounts.training_region import TrainingRegion
-from deboom.physics.arrays import ComplexArray, RealArray
 
 
 class Regressor(Protocol):

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from deboom.arrays import ComplexArray, RealArray
 from deboom.errors import InputError
 from deboom.mounts.agreement import r_squared
 from deboom.mounts.amplitude_cubic import AmplitudeCubic
@@ -17,7 +18,6 @@ from deboom.mounts.cubic_pieces import PiecewiseCubic
 from deboom.mounts.named_arrays import NamedArrays, from_arrays, to_arrays
 from deboom.mounts.stiffness_model import StiffnessModel, StiffnessSamples, broadcast_points
 from deboom.mounts.training_region import REACH, TrainingRegion
-from deboom.physics.arrays import ComplexArray, RealArray
 
 STORAGE_FORMAT = 1
 """Of `DynamicStiffnessSurface.to_arrays`; another number is refused on reading."""

@@ -12,9 +12,9 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from deboom.arrays import ComplexArray, RealArray
 from deboom.errors import InputError
 from deboom.mounts.training_region import TrainingRegion
-from deboom.physics.arrays import ComplexArray, RealArray
 
 VARIABLES = ("preload", "amplitude", "frequency")
 

@@ -8,6 +8,7 @@ from enum import Enum
 
 import numpy as np
 
+from deboom.arrays import ComplexArray
 from deboom.errors import InputError
 from deboom.measurement.channels import Spectrum
 from deboom.measurement.load_case import LoadCase
@@ -15,7 +16,6 @@ from deboom.mounts.characterised_direction import CharacterisedDirection
 from deboom.mounts.characterised_mount import CharacterisedMount
 from deboom.mounts.mount import AXES
 from deboom.mounts.response_surface import DynamicStiffnessSurface
-from deboom.physics.arrays import ComplexArray
 
 
 class Outside(Enum):

@@ -8,9 +8,9 @@ import numpy as np
 import numpy.typing as npt
 from scipy.spatial import cKDTree
 
+from deboom.arrays import RealArray
 from deboom.errors import InputError
 from deboom.mounts.named_arrays import freeze
-from deboom.physics.arrays import RealArray
 
 REACH = 0.1
 """How far a measured row vouches for its surroundings, as a fraction of the ranges."""

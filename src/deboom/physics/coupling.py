@@ -19,8 +19,8 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
+from deboom.arrays import ComplexArray
 from deboom.errors import InputError
-from deboom.physics.arrays import ComplexArray
 
 
 def mounted_source(source: npt.ArrayLike, stiffness: npt.ArrayLike) -> ComplexArray:

@@ -8,8 +8,8 @@ import numpy as np
 import numpy.typing as npt
 from scipy.linalg import solve_triangular
 
+from deboom.arrays import ComplexArray, RealArray, RealOrComplexArray
 from deboom.errors import InputError
-from deboom.physics.arrays import ComplexArray, RealArray, RealOrComplexArray
 from deboom.physics.rigid_body import shift_stiffness
 
 

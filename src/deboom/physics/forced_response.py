@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from deboom.arrays import ComplexArray, RealArray, RealOrComplexArray
 from deboom.errors import InputError
-from deboom.physics.arrays import ComplexArray, RealArray, RealOrComplexArray
 from deboom.physics.rigid_body import rigid_body_modes
 
 SMALLEST_AMPLITUDE = 1e-12

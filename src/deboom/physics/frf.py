@@ -7,8 +7,8 @@ from enum import Enum
 import numpy as np
 import numpy.typing as npt
 
+from deboom.arrays import ComplexArray, RealArray
 from deboom.errors import InputError
-from deboom.physics.arrays import ComplexArray, RealArray
 
 
 class FrfForm(Enum):

@@ -9,8 +9,8 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
+from deboom.arrays import RealArray
 from deboom.errors import InputError
-from deboom.physics.arrays import RealArray
 
 LARGEST_VALID_ERROR = 0.2
 """Relative error of |H| up to which the first-order formulas hold within 10 %."""

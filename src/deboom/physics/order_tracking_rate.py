@@ -6,8 +6,8 @@ import numpy as np
 import numpy.typing as npt
 from scipy import signal
 
+from deboom.arrays import RealArray
 from deboom.errors import InputError
-from deboom.physics.arrays import RealArray
 
 SAMPLES_PER_PERIOD = 10
 """Of the highest frequency of interest; keeps the angular resampling to 2e-6."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from deboom.physics.arrays import RealArray
+from deboom.arrays import RealArray
 
 HANN_HALF_POWER_WIDTH = 1.4405826
 """Full width of a Hann window's transform between its half-power points, times its length [1]."""

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
+from deboom.arrays import RealArray
 from deboom.errors import InputError
-from deboom.physics.arrays import RealArray
 
 
 def frequency_of_order(rpm: npt.ArrayLike, order: float) -> RealArray:

@@ -8,8 +8,8 @@ from functools import cached_property
 
 import numpy as np
 
+from deboom.arrays import ComplexArray, RealArray
 from deboom.errors import InputError
-from deboom.physics.arrays import ComplexArray, RealArray
 
 LAMBDAS: RealArray = np.logspace(-12, 0, 145)
 """Tikhonov's λ that are tried, as fractions of the largest singular value; twelve per decade."""

@@ -10,8 +10,8 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
+from deboom.arrays import RealArray, RealOrComplexArray
 from deboom.errors import InputError
-from deboom.physics.arrays import RealArray, RealOrComplexArray
 
 
 def skew(vector: npt.ArrayLike) -> RealArray:

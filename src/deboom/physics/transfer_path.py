@@ -13,8 +13,8 @@ from collections.abc import Sequence
 import numpy as np
 import numpy.typing as npt
 
+from deboom.arrays import ComplexArray, RealArray
 from deboom.errors import InputError
-from deboom.physics.arrays import ComplexArray, RealArray
 
 
 def mount_force(

@@ -8,8 +8,8 @@ import numpy as np
 import numpy.typing as npt
 from scipy.linalg import solve_banded
 
+from deboom.arrays import ComplexArray, RealArray
 from deboom.errors import InputError
-from deboom.physics.arrays import ComplexArray, RealArray
 
 POLES = (1, 2, 3)
 """Orders of the difference that the filter keeps small; 2 unless there is a reason."""

@@ -13,6 +13,7 @@ import numpy as np
 import numpy.typing as npt
 from threadpoolctl import threadpool_limits
 
+from deboom.arrays import ComplexArray
 from deboom.bench.campaign_plan import (
     LOW_GEAR_RUNS,
     NO_ERRORS,
@@ -31,7 +32,6 @@ from deboom.mounts.characterise import STEPS, characterise, training_runs
 from deboom.mounts.cubic_fit import PieceOptions
 from deboom.mounts.operating_map import OperatingMap, operating_maps
 from deboom.mounts.response_surface import DynamicStiffnessSurface
-from deboom.physics.arrays import ComplexArray
 from deboom.study.characterisation_truth import SetTruth, read_set_truth
 from deboom.study.progress import Progress
 

@@ -7,8 +7,8 @@ from functools import reduce
 
 import numpy as np
 
+from deboom.arrays import ComplexArray, RealArray
 from deboom.mounts.operating_map import OperatingMap, Preload
-from deboom.physics.arrays import ComplexArray, RealArray
 from deboom.physics.orders import rpm_of_frequency
 from deboom.report.figures import CurvePanel, MapPanel, curve_panels, map_panels
 from deboom.study.characterisation import CharacterisedBench

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 
+from deboom.arrays import ComplexArray, RealArray
 from deboom.measurement.campaign import AXES, OperatingRun
 from deboom.measurement.channel_geometry import sensor_geometry
 from deboom.measurement.quality import quality_in_operation
@@ -14,7 +15,6 @@ from deboom.measurement.quality_check import quality_table
 from deboom.measurement.sensors import Sensor
 from deboom.measurement.virtual_point import virtual_point
 from deboom.mounts.alignment_estimate import AlignmentEstimate
-from deboom.physics.arrays import ComplexArray, RealArray
 from deboom.study.characterisation import CharacterisedBench
 
 

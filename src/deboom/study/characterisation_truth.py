@@ -7,9 +7,9 @@ from pathlib import Path
 
 import numpy as np
 
+from deboom.arrays import ComplexArray, RealArray
 from deboom.errors import InputError
 from deboom.mounts.operating_map import OperatingMap
-from deboom.physics.arrays import ComplexArray, RealArray
 
 
 @dataclass(frozen=True, eq=False)

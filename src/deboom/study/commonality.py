@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from threadpoolctl import threadpool_limits
 
+from deboom.arrays import RealArray
 from deboom.errors import InputError
 from deboom.explore.commonality import Commonality, fewest_part_numbers, separate_sets
 from deboom.explore.correlation_study import correlations, families
@@ -26,7 +27,6 @@ from deboom.explore.sharing import Sharing, SharingRules
 from deboom.explore.space_filling import latin_hypercube
 from deboom.explore.tolerance_samples import sobol_sample
 from deboom.files.table_cells import read_rows
-from deboom.physics.arrays import RealArray
 from deboom.report.style import mount_of
 from deboom.study.mount_source import Operation
 from deboom.study.progress import Progress

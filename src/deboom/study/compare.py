@@ -15,8 +15,8 @@ from pathlib import Path
 
 import numpy as np
 
+from deboom.arrays import RealArray
 from deboom.errors import InputError
-from deboom.explore.arrays import RealArray
 from deboom.explore.front_quality import CommonBox, common_box, design_distance, level_gap
 from deboom.explore.front_verdict import Contestant, Difference, difference, last_gain
 from deboom.explore.objectives import MEAN_SUM, SIGMA_SUM

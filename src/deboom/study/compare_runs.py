@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from deboom.arrays import RealArray
 from deboom.errors import InputError
-from deboom.explore.arrays import RealArray
 from deboom.explore.fronts import verification_response
 from deboom.explore.robust import RobustResponse
 from deboom.files.run_list import RunEntry, check_files, read_run

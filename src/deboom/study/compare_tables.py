@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pandas as pd
 
-from deboom.explore.arrays import RealArray
+from deboom.arrays import RealArray
 from deboom.explore.front_quality import attainment, coverage
 from deboom.explore.front_verdict import Verdict
 from deboom.explore.fronts import nondominated

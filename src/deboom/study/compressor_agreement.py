@@ -6,9 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from deboom.arrays import RealArray
 from deboom.explore.design_space import DesignSpace
 from deboom.explore.seeds import generator
-from deboom.physics.arrays import RealArray
 from deboom.study.compressor_fleet import FleetTruth, bar_of
 from deboom.study.compressor_mounts import Hoses, MountedFleet
 

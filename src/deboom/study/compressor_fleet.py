@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
+from deboom.arrays import RealArray
 from deboom.bench.compressor_laboratory import draw
 from deboom.bench.compressor_operation import Operation, gas_factor, operation
 from deboom.bench.compressor_operation_plan import PRESSURES
@@ -25,7 +26,6 @@ from deboom.errors import InputError
 from deboom.files.electric_car import read_electric_car
 from deboom.measurement.channels import Frf
 from deboom.measurement.electric_car import ElectricCar
-from deboom.physics.arrays import RealArray
 from deboom.physics.sound_level import spl
 
 OTHER_CARS = 200

@@ -23,7 +23,7 @@ from deboom.report.figures import (
 )
 
 if TYPE_CHECKING:
-    from deboom.physics.arrays import ComplexArray, RealArray
+    from deboom.arrays import ComplexArray, RealArray
     from deboom.study.compressor_identification import IdentifiedTest
 
 MOTIONS = ("Tx", "Ty", "Tz", "Rx", "Ry", "Rz")

@@ -15,9 +15,9 @@ from deboom.measurement.quality_check import quality_table
 from deboom.study.compressor_identification_truth import errors_of, mounting_errors
 
 if TYPE_CHECKING:
+    from deboom.arrays import RealArray
     from deboom.compressor.identical_fit import IdenticalFit
     from deboom.compressor.thesis_fit import ThesisFit
-    from deboom.physics.arrays import RealArray
     from deboom.study.compressor_identification import IdentifiedTest
 
 _SHOWN_UNIT = {"m": ("mm", 1e3), "rad": ("°", 180 / np.pi), "N/m": ("N/mm", 1e-3)}

@@ -9,13 +9,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from deboom.arrays import RealArray
 from deboom.compressor.gain import GainFactor
 from deboom.compressor.minimal_parameters import MinimalParameters
 from deboom.compressor.model import CompressorModel
 from deboom.compressor.quantities import REFERENCE_FREQUENCY, quantities, quantity_deviations
 from deboom.errors import InputError
 from deboom.measurement.inertance_test import CompressorMount
-from deboom.physics.arrays import RealArray
 from deboom.physics.rigid_body import rotation_matrix
 
 if TYPE_CHECKING:

@@ -10,6 +10,7 @@ from enum import Enum
 import numpy as np
 from threadpoolctl import threadpool_limits
 
+from deboom.arrays import RealArray
 from deboom.compressor.cabin_index import CabinIndex
 from deboom.compressor.car_seam import car_seam, free_compressor, measured_body
 from deboom.compressor.hose_beams import hose_matrices
@@ -20,7 +21,6 @@ from deboom.compressor.running_in_car import RunningInCar, running_in_car
 from deboom.compressor.source_load import case_name, source_loads
 from deboom.errors import InputError
 from deboom.explore.design_space import DesignSpace
-from deboom.physics.arrays import RealArray
 from deboom.study.compressor_fleet import CompressorFleet
 from deboom.study.compressor_pressures import weights_of
 

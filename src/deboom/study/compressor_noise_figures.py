@@ -20,8 +20,8 @@ from deboom.study.compressor_noise_levels import (
 from deboom.study.compressor_noise_tables import words
 
 if TYPE_CHECKING:
+    from deboom.arrays import RealArray
     from deboom.bench.hose_gain import HoseGain
-    from deboom.physics.arrays import RealArray
     from deboom.study.compressor_noise import CarNoise, MeasuredNoise
     from deboom.study.compressor_noise_levels import SweepErrors
 

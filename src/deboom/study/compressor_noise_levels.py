@@ -14,9 +14,9 @@ from deboom.physics.sound_level import energy_sum
 from deboom.vehicles.booming_peaks import booming_peaks, match_peaks
 
 if TYPE_CHECKING:
+    from deboom.arrays import ComplexArray, RealArray
     from deboom.compressor.cabin_noise import SweepNoise
     from deboom.compressor.cabin_noise_band import NoiseBand
-    from deboom.physics.arrays import ComplexArray, RealArray
     from deboom.study.compressor_noise import CarNoise
     from deboom.vehicles.booming_peaks import MatchedPeaks
 

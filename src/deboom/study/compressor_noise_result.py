@@ -32,8 +32,8 @@ from deboom.study.result import Scalar, StudyResult
 if TYPE_CHECKING:
     from pathlib import Path
 
+    from deboom.arrays import RealArray
     from deboom.bench.hose_gain import HoseGain
-    from deboom.physics.arrays import RealArray
     from deboom.study.compressor_noise import CarNoise, MeasuredNoise
     from deboom.study.compressor_noise_cases import VirtualCars
     from deboom.study.compressor_noise_levels import SweepErrors

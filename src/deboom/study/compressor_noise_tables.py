@@ -21,10 +21,10 @@ from deboom.study.compressor_noise_levels import (
 )
 
 if TYPE_CHECKING:
+    from deboom.arrays import RealArray
     from deboom.bench.hose_gain import HoseGain
     from deboom.compressor.cabin_noise import SweepNoise
     from deboom.compressor.running_in_car import RunningInCar
-    from deboom.physics.arrays import RealArray
     from deboom.study.compressor_noise import CarNoise, MeasuredNoise
     from deboom.study.compressor_noise_levels import SweepErrors
     from deboom.vehicles.booming_peaks import MatchedPeaks

@@ -8,6 +8,7 @@ from functools import cached_property
 
 import numpy as np
 
+from deboom.arrays import RealArray
 from deboom.explore.design_space import DesignSpace
 from deboom.explore.fronts import Verification, verification_response
 from deboom.explore.problems import SearchResult
@@ -17,7 +18,6 @@ from deboom.explore.sensitivity import sobol_designs
 from deboom.explore.sensitivity_inputs import SensitivityInputs
 from deboom.explore.sigma_shares import SigmaShares, sigma_shares
 from deboom.explore.sobol_indices import SobolIndices, sobol_indices
-from deboom.physics.arrays import RealArray
 from deboom.study.compressor_agreement import Agreement, exact_change
 from deboom.study.compressor_mounts import MountedFleet, Parts
 from deboom.vehicles.booming_peaks import PeakChange, compare_peaks

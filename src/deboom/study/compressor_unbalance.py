@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 from threadpoolctl import threadpool_limits
 
+from deboom.arrays import ComplexArray, RealArray
 from deboom.compressor.acceptance import Verdict
 from deboom.compressor.component_acceptance import component_verdicts
 from deboom.compressor.component_limits import ComponentLimits
@@ -23,7 +24,6 @@ from deboom.files.compressor_model import read_compressor_model
 from deboom.files.operating_test import read_operating_test
 from deboom.files.run_folder import hash_files
 from deboom.measurement.operating_sweep import HoseState, OperatingTest
-from deboom.physics.arrays import ComplexArray, RealArray
 from deboom.study.compressor_unbalance_truth import UnbalanceTruth, read_unbalance_truth
 
 STEPS = 12

@@ -12,9 +12,9 @@ from deboom.compressor.source_load import case_name
 from deboom.report.figures import MaskedPanel, masked_panels
 
 if TYPE_CHECKING:
+    from deboom.arrays import RealArray
     from deboom.compressor.unbalance import RouteResult, SweepUnbalance, Unbalance
     from deboom.compressor.unbalance_curve import UnbalanceCurve
-    from deboom.physics.arrays import RealArray
     from deboom.study.compressor_unbalance import MeasuredUnbalance
     from deboom.study.compressor_unbalance_truth import UnbalanceTruth
 

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from deboom.arrays import RealArray
 from deboom.errors import InputError
 from deboom.explore.correlation_study import (
     Correlations,
@@ -19,7 +20,6 @@ from deboom.explore.correlation_study import (
     tolerance_scatter,
 )
 from deboom.explore.doe import Doe
-from deboom.physics.arrays import RealArray
 from deboom.study.doe import DoeRequest, doe_name, study_doe
 from deboom.study.mount_source import Operation
 from deboom.study.sampling import factor_space

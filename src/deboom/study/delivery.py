@@ -9,6 +9,7 @@ from enum import Enum
 
 import numpy as np
 
+from deboom.arrays import RealArray
 from deboom.errors import InputError
 from deboom.explore.predicted_pieces import fewest_pieces, predicted_pieces
 from deboom.explore.process_capability import Capability, capability
@@ -16,7 +17,6 @@ from deboom.explore.solution_box_share import box_sample
 from deboom.files.delivered_parts import DeliveredPart
 from deboom.files.platform import Platform
 from deboom.files.solution_box import AcceptanceBox, BoxVariable
-from deboom.physics.arrays import RealArray
 from deboom.report.style import mount_of
 from deboom.study.motion import Motion, motion_index
 from deboom.study.mount_source import MountSource, operation

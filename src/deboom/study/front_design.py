@@ -8,11 +8,11 @@ from typing import Any
 
 import numpy as np
 
+from deboom.arrays import RealArray
 from deboom.errors import InputError
 from deboom.explore.robust import RobustResponse
 from deboom.explore.selection import at_nominal, pick, variables_without_effect
 from deboom.files.platform import Platform
-from deboom.physics.arrays import RealArray
 from deboom.study.context import RunContext
 from deboom.study.made_parts import MadeParts
 from deboom.study.mount_source import Operation

@@ -7,10 +7,10 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
+from deboom.arrays import RealArray
 from deboom.errors import InputError
 from deboom.explore.selection import at_nominal
 from deboom.files.atomic import replace_bytes
-from deboom.physics.arrays import RealArray
 from deboom.physics.orders import rpm_of_frequency
 from deboom.report.interactive import Axis, InteractiveFront, render_interactive
 from deboom.report.page import Picture

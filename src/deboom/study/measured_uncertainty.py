@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from deboom.arrays import RealArray
 from deboom.errors import InputError
 from deboom.explore.robust import RobustResponse
 from deboom.measurement.propagated_interval import (
@@ -18,7 +19,6 @@ from deboom.measurement.propagated_interval import (
     pivotal_interval,
     probability_below,
 )
-from deboom.physics.arrays import RealArray
 from deboom.study.progress import Progress
 from deboom.study.uncertain_index import UncertainIndex
 

@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
+from deboom.arrays import ComplexArray, RealArray
 from deboom.errors import InputError
 from deboom.measurement.channels import Frf
 from deboom.measurement.measured_vehicle import MeasuredVehicle, Method
@@ -18,7 +19,6 @@ from deboom.measurement.mode_shapes import in_common_phase, mac_matrix
 from deboom.measurement.panels import PanelContributions, panel_contributions
 from deboom.measurement.sensors import SENSOR_AXES
 from deboom.measurement.virtual_point import virtual_point, virtual_point_frf
-from deboom.physics.arrays import ComplexArray, RealArray
 from deboom.physics.frf import FrfForm
 
 BAND = (20.0, 80.0)

@@ -6,7 +6,7 @@ import warnings
 from dataclasses import dataclass
 from typing import Any
 
-from deboom.physics.arrays import RealArray
+from deboom.arrays import RealArray
 from deboom.study.motion import PART_WARNING, Factor
 from deboom.vehicles.amplitude_index import AmplitudeIndex
 from deboom.vehicles.amplitude_uniqueness import SeveralSolutionsWarning, compare_starts

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
+from deboom.arrays import RealArray
 from deboom.errors import InputError
 from deboom.explore.design_space import DesignSpace, stiffness_factor_space
 from deboom.files.library_export import read_library_json
@@ -16,7 +17,6 @@ from deboom.files.platform import Platform
 from deboom.mounts.characterised_mount import CharacterisedMount
 from deboom.mounts.library import open_library
 from deboom.mounts.surface_forces import Outside, surface_forces
-from deboom.physics.arrays import RealArray
 from deboom.study.motion import Kernel, Motion, motion_index
 from deboom.study.mount_source import LIBRARY_FILE, MountSource, Operation
 from deboom.vehicles.catalogue_index import (

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
+from deboom.arrays import RealArray
 from deboom.errors import InputError
 from deboom.explore.limits import Limit, LimitedResponse, Limits
 from deboom.explore.problems import SearchResult
@@ -18,7 +19,6 @@ from deboom.files.limits_file import LimitsFile, load_limits
 from deboom.measurement.load_case import LoadCase
 from deboom.mounts.mount import AXES, Mount
 from deboom.mounts.operating_stiffness import mean_operating_stiffness
-from deboom.physics.arrays import RealArray
 from deboom.physics.dynamic_stiffness import dynamic_stiffness
 from deboom.report.page import Section, Table
 from deboom.study.motion import Factor

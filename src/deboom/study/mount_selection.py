@@ -8,13 +8,13 @@ from functools import cached_property
 
 import numpy as np
 
+from deboom.arrays import RealArray
 from deboom.errors import InputError
 from deboom.explore.fronts import ParetoFront, Verification, pareto_front, verification_response
 from deboom.explore.problems import SearchResult
 from deboom.explore.robust import Robust, RobustResponse, RobustValues, joined
 from deboom.explore.selection import pick
 from deboom.files.platform import Platform
-from deboom.physics.arrays import RealArray
 from deboom.study.mount_catalogue import Catalogue
 from deboom.vehicles.catalogue_index import CatalogueIndex
 

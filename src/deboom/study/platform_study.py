@@ -9,12 +9,12 @@ from typing import Any
 
 import numpy as np
 
+from deboom.arrays import RealArray
 from deboom.errors import InputError
 from deboom.explore.correlation_study import tolerance_scatter
 from deboom.explore.evaluate import Evaluate
 from deboom.explore.fronts import pareto_rank, verify
 from deboom.explore.workers import workers_for
-from deboom.physics.arrays import RealArray
 from deboom.study.aims import Aim, robust_response
 from deboom.study.context import RunContext
 from deboom.study.correlation import CorrelationStudy, Levels, correlation_study

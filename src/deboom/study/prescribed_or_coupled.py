@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from deboom.arrays import RealArray
 from deboom.errors import InputError
 from deboom.explore.design_space import stiffness_factor_space
 from deboom.explore.fronts import Verification, verification_response, verify
@@ -17,7 +18,6 @@ from deboom.explore.problems import SearchResult
 from deboom.explore.robust import RobustResponse, RobustValues
 from deboom.explore.selection import pick
 from deboom.files.platform import Platform
-from deboom.physics.arrays import RealArray
 from deboom.study.motion import Kernel, Motion, motion_index
 from deboom.study.mount_source import Operation
 from deboom.vehicles.load_case_index import LoadCaseIndex

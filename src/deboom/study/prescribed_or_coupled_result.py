@@ -7,10 +7,10 @@ from collections.abc import Mapping
 import numpy as np
 import pandas as pd
 
+from deboom.arrays import RealArray
 from deboom.explore.fronts import pareto_front
 from deboom.explore.robust import RobustValues
 from deboom.explore.selection import at_nominal, variables_without_effect
-from deboom.physics.arrays import RealArray
 from deboom.report import figures
 from deboom.report.figures import CurvePanel
 from deboom.report.page import Headline, Page, Picture, Section, Table

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from deboom.arrays import RealArray
 from deboom.explore.fronts import Verification, verification_response
 from deboom.explore.problems import SearchResult
 from deboom.explore.robust import RobustResponse, RobustValues
@@ -20,7 +21,6 @@ from deboom.explore.selection import (
 from deboom.files.platform import Platform
 from deboom.measurement.load_case import LoadCase
 from deboom.mounts.operating_stiffness import mean_operating_stiffness
-from deboom.physics.arrays import RealArray
 from deboom.study.motion_report import MotionReport, factor_name, motion_name, motion_report
 from deboom.vehicles.booming_peaks import PeakChange, compare_peaks
 from deboom.vehicles.load_case_index import LoadCaseIndex

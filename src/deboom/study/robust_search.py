@@ -6,9 +6,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from deboom.arrays import RealArray
 from deboom.errors import InputError
 from deboom.explore.archive import merge
-from deboom.explore.arrays import RealArray
 from deboom.explore.fronts import pareto_front
 from deboom.explore.polish import polish
 from deboom.explore.problems import Progress, SearchResult, nsga2

@@ -11,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 from threadpoolctl import threadpool_limits
 
+from deboom.arrays import ComplexArray, RealArray
 from deboom.errors import InputError
 from deboom.files.campaign import read_campaign
 from deboom.measurement.campaign import Campaign
@@ -20,7 +21,6 @@ from deboom.mounts.characterise import measuring_chains, training_runs
 from deboom.mounts.characterised_mount import CharacterisedMount
 from deboom.mounts.mount_state import MountState, main_axis, state_at, surface_over
 from deboom.mounts.operating_map import OperatingMap, operating_maps
-from deboom.physics.arrays import ComplexArray, RealArray
 from deboom.study.characterisation_truth import SetTruth, read_set_truth
 from deboom.study.second_engine_statics import static_prediction
 

@@ -7,9 +7,9 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 import pandas as pd
 
+from deboom.arrays import ComplexArray
 from deboom.mounts.agreement import r_squared
 from deboom.mounts.mount_state import MountState
-from deboom.physics.arrays import ComplexArray
 from deboom.study.result import Scalar
 from deboom.study.second_engine import Prediction, SecondEngine
 

@@ -7,12 +7,12 @@ from dataclasses import replace
 
 import numpy as np
 
+from deboom.arrays import RealArray
 from deboom.measurement.campaign import Campaign
 from deboom.mounts.characterised_mount import CharacterisedMount
 from deboom.mounts.mount import Mount
 from deboom.mounts.mount_state import main_axis
 from deboom.mounts.operating_map import OperatingMap
-from deboom.physics.arrays import RealArray
 from deboom.vehicles.kinematic_model import library_model
 
 

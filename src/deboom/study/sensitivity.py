@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from deboom.explore.arrays import RealArray
+from deboom.arrays import RealArray
 from deboom.explore.design_space import stiffness_factor_space
 from deboom.explore.sensitivity import (
     morris_analysis,

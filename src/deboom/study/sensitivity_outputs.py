@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from deboom.physics.arrays import RealArray
+from deboom.arrays import RealArray
 from deboom.vehicles.load_case_index import LoadCaseIndex
 from deboom.vehicles.synthesis import mean_energy_level
 

@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 
+from deboom.arrays import RealArray
 from deboom.errors import InputError
-from deboom.explore.arrays import RealArray
 from deboom.explore.design_space import DesignSpace
 from deboom.explore.problems import Progress, nsga2
 from deboom.explore.robust import RobustResponse

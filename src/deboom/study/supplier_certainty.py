@@ -9,12 +9,12 @@ from typing import Any
 
 import numpy as np
 
+from deboom.arrays import RealArray
 from deboom.explore.tolerance_samples import sobol_sample
 from deboom.measurement.load_case import LoadCase
 from deboom.measurement.propagated_interval import Interval, pivotal_interval
 from deboom.mounts.mount import AXES
 from deboom.mounts.operating_stiffness import mean_operating_stiffness
-from deboom.physics.arrays import RealArray
 from deboom.study.supplier_study import SupplierStudy
 from deboom.study.uncertain_index import UncertainIndex, index_like, uncertain_index
 from deboom.vehicles.booming_peaks import TOLERANCE

@@ -8,10 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from deboom.arrays import ComplexArray, RealArray
 from deboom.errors import InputError
 from deboom.measurement.load_case import LoadCase
 from deboom.mounts.response_surface import DynamicStiffnessSurface
-from deboom.physics.arrays import ComplexArray, RealArray
 from deboom.report.figures import StiffnessPanel
 from deboom.study.motion import Factor
 from deboom.study.motion_report import factor_name

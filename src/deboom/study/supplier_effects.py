@@ -9,6 +9,7 @@ from functools import cached_property
 import numpy as np
 import pandas as pd
 
+from deboom.arrays import RealArray
 from deboom.explore.design_space import DesignSpace
 from deboom.explore.robust import RobustResponse, RobustValues
 from deboom.explore.sensitivity import sobol_designs
@@ -17,7 +18,6 @@ from deboom.explore.sigma_shares import SigmaShares, sigma_shares
 from deboom.explore.sobol_indices import SobolIndices, sobol_indices
 from deboom.explore.tolerance_samples import sobol_sample
 from deboom.measurement.propagated_interval import Interval
-from deboom.physics.arrays import RealArray
 from deboom.study.supplier_certainty import SupplierCertainty
 from deboom.study.supplier_study import DRAWS, SupplierStudy
 from deboom.vehicles.booming_peaks import PeakChange, compare_peaks

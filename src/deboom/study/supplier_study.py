@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from deboom.arrays import RealArray
 from deboom.errors import InputError
 from deboom.explore.design_space import DesignSpace
 from deboom.explore.fronts import verification_response
@@ -26,7 +27,6 @@ from deboom.measurement.load_case import LoadCase
 from deboom.mounts.characterised_direction import CharacterisedDirection
 from deboom.mounts.characterised_mount import CharacterisedMount
 from deboom.mounts.mount import AXES, Mount
-from deboom.physics.arrays import RealArray
 from deboom.study.compare_runs import FRONT, ComparedRun, compared_run
 from deboom.study.mount_source import operation
 from deboom.study.rebuilt import study_script

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from deboom.arrays import ComplexArray
 from deboom.measurement.channels import Frf, Spectrum
 from deboom.measurement.load_case import LoadCase
 from deboom.measurement.measured_vehicle import MeasuredVehicle, Method, path_noise_transfer
 from deboom.measurement.vehicle_paths import piece_paths, summed_over_pieces
 from deboom.mounts.surface_forces import Outside, SurfaceForces, surface_forces
-from deboom.physics.arrays import ComplexArray
 from deboom.study.synthesis_validation_bench import BenchSet
 from deboom.study.synthesis_validation_data import DrivenVehicle, ValidationData
 from deboom.vehicles.fleet import Band

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 import pandas as pd
 
-from deboom.physics.arrays import RealArray
+from deboom.arrays import RealArray
 from deboom.physics.sound_level import spl
 from deboom.report.figures import DotPanel, SpeedPanel, dot_panels, speed_panels
 from deboom.report.style import INK, MUTED, VEHICLE_PALETTE, mount_colours, vehicle_colours

@@ -8,8 +8,8 @@ import numpy as np
 import pandas as pd
 from threadpoolctl import threadpool_limits
 
+from deboom.arrays import RealArray
 from deboom.errors import InputError
-from deboom.physics.arrays import RealArray
 from deboom.study.modal_figures import modal_figures
 from deboom.study.modal_part import ModalPart, modal_part, modal_tables
 from deboom.study.modal_part import summary as modal_summary

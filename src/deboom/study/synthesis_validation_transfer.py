@@ -6,12 +6,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from deboom.arrays import ComplexArray
 from deboom.measurement.channels import Frf, Spectrum
 from deboom.measurement.measured_vehicle import Method, point_noise_transfer
 from deboom.measurement.on_board_validation import OnBoardValidation, validate_on_board
 from deboom.measurement.path_forces import PathForces, forces_by_inversion
 from deboom.measurement.vehicle_paths import path_accelerance
-from deboom.physics.arrays import ComplexArray
 from deboom.study.synthesis_validation import Listening, Synthesis
 from deboom.study.synthesis_validation_data import ValidationData
 from deboom.study.synthesis_validation_truth import VehicleTruth

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import numpy as np
 
+from deboom.arrays import ComplexArray, RealArray
 from deboom.measurement.channels import Frf, Spectrum
-from deboom.physics.arrays import ComplexArray, RealArray
 
 _LOADS = ("x", "y", "z", "mx", "my", "mz")
 

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from deboom.arrays import RealArray
 from deboom.errors import InputError
 from deboom.explore.robust import RobustResponse
 from deboom.explore.tolerance_allocation import (
@@ -22,7 +23,6 @@ from deboom.explore.tolerance_allocation import (
 from deboom.explore.tolerance_curves import CostCurves
 from deboom.explore.tolerance_effect import ToleranceEffect
 from deboom.explore.tolerance_samples import sobol_sample
-from deboom.physics.arrays import RealArray
 from deboom.study.front_design import ChosenDesign
 from deboom.study.wanted_tolerances import WantedTarget
 

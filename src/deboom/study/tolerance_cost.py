@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from deboom.arrays import RealArray
 from deboom.errors import InputError
 from deboom.explore.fronts import verification_response
 from deboom.explore.problems import SearchResult
@@ -18,7 +19,6 @@ from deboom.explore.robust import RobustValues
 from deboom.explore.tolerance_variables import ToleranceCost, ToleranceResponse
 from deboom.files.platform import Platform
 from deboom.files.table_cells import read_rows
-from deboom.physics.arrays import RealArray
 from deboom.vehicles.load_case_index import LoadCaseIndex
 
 DRAWS = 1024

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
+from deboom.arrays import RealArray
 from deboom.errors import InputError
 from deboom.explore.fronts import verify
 from deboom.explore.problems import nsga2
@@ -17,7 +18,6 @@ from deboom.files.vehicle import read_vehicle
 from deboom.measurement.channels import Frf
 from deboom.measurement.measured_vehicle import Method, path_noise_transfer
 from deboom.measurement.method_difference import method_difference
-from deboom.physics.arrays import RealArray
 from deboom.study.compare_runs import DESIGNS, FRONT
 from deboom.study.measured_uncertainty import TODAY
 from deboom.study.progress import Progress

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+from deboom.arrays import RealArray
 from deboom.errors import InputError
 from deboom.explore.tolerance_curves import (
     CostCurve,
@@ -16,7 +17,6 @@ from deboom.explore.tolerance_curves import (
     reciprocal_curves,
 )
 from deboom.files.table_cells import read_rows
-from deboom.physics.arrays import RealArray
 from deboom.study.tolerance_cost import tolerance_cost
 
 

@@ -6,11 +6,11 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from deboom.arrays import ComplexArray, RealArray
 from deboom.errors import InputError
 from deboom.measurement.load_case import LoadCase
 from deboom.mounts.characterised_mount import CharacterisedMount
 from deboom.mounts.response_surface import DynamicStiffnessSurface
-from deboom.physics.arrays import ComplexArray, RealArray
 from deboom.vehicles.amplitude_motion import AmplitudeMotion
 from deboom.vehicles.coupled_motion import CoupledMotion
 from deboom.vehicles.design_factor import DYNAMIC, DesignFactor

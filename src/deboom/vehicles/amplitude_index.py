@@ -9,10 +9,10 @@ from typing import Protocol
 import numpy as np
 import numpy.typing as npt
 
+from deboom.arrays import ComplexArray, RealArray
 from deboom.measurement.load_case import LoadCase
 from deboom.mounts.characterised_mount import CharacterisedMount
 from deboom.mounts.mount import Mount
-from deboom.physics.arrays import ComplexArray, RealArray
 from deboom.vehicles.amplitude_identification import amplitude_motion, identified_surfaces
 from deboom.vehicles.amplitude_motion import AmplitudeMotion, pressure, solve_along_lines
 from deboom.vehicles.coupled_identification import coupled_motion

@@ -11,8 +11,8 @@ from dataclasses import dataclass, field
 import numpy as np
 import numpy.typing as npt
 
+from deboom.arrays import ComplexArray, RealArray
 from deboom.errors import InputError
-from deboom.physics.arrays import ComplexArray, RealArray
 from deboom.vehicles.coupled_motion import CoupledMotion
 from deboom.vehicles.design_factor import DynamicRatio, StiffnessRatio
 

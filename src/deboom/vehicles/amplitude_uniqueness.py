@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from deboom.physics.arrays import RealArray
+from deboom.arrays import RealArray
 from deboom.vehicles.amplitude_motion import AmplitudeMotion, solve_along_lines, solve_from
 
 STARTS = (1e-6, 1e-5, 1e-4, 1e-3, 5e-3)

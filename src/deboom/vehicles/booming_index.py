@@ -12,9 +12,9 @@ from typing import Protocol
 import numpy as np
 import numpy.typing as npt
 
+from deboom.arrays import ComplexArray, RealArray
 from deboom.measurement.load_case import LoadCase
 from deboom.mounts.mount import Mount
-from deboom.physics.arrays import ComplexArray, RealArray
 from deboom.vehicles.fleet import Band, Fleet, PathContributions, path_contributions
 from deboom.vehicles.load_case_index import LevelSum, LoadCaseIndex
 from deboom.vehicles.synthesis import pressure

@@ -9,8 +9,8 @@ import numpy as np
 import numpy.typing as npt
 from scipy.signal import find_peaks
 
+from deboom.arrays import RealArray
 from deboom.errors import InputError
-from deboom.physics.arrays import RealArray
 from deboom.physics.orders import rpm_of_frequency
 
 PROMINENCE = 6.0

@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from deboom.arrays import RealArray
 from deboom.errors import InputError
 from deboom.mounts.mount import Mount
-from deboom.physics.arrays import RealArray
 from deboom.vehicles.coupled_motion import CoupledMotion
 from deboom.vehicles.fleet import PathContributions
 from deboom.vehicles.load_case_index import LoadCaseIndex

@@ -7,11 +7,11 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 import numpy.typing as npt
 
+from deboom.arrays import ComplexArray, RealArray
 from deboom.errors import InputError
 from deboom.measurement.load_case import LoadCase
 from deboom.mounts.mount import AXES, Mount
 from deboom.physics import rigid_body
-from deboom.physics.arrays import ComplexArray, RealArray
 from deboom.physics.dynamic_stiffness import dynamic_stiffness
 from deboom.vehicles.coupled_motion import CoupledMotion
 from deboom.vehicles.fleet import Band, Fleet, lines_inside, path_transfer, refuse_doubled

@@ -9,9 +9,9 @@ from typing import Protocol
 import numpy as np
 import numpy.typing as npt
 
+from deboom.arrays import ComplexArray, RealArray
 from deboom.measurement.load_case import LoadCase
 from deboom.mounts.mount import Mount
-from deboom.physics.arrays import ComplexArray, RealArray
 from deboom.vehicles.coupled_identification import coupled_motion
 from deboom.vehicles.coupled_motion import CoupledMotion
 from deboom.vehicles.fleet import Band, Fleet

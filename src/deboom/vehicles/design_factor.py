@@ -16,11 +16,11 @@ from typing import Protocol
 import numpy as np
 import numpy.typing as npt
 
+from deboom.arrays import ComplexArray, RealArray
 from deboom.errors import InputError
 from deboom.measurement.load_case import LoadCase
 from deboom.mounts.mount import AXES
 from deboom.mounts.response_surface import DynamicStiffnessSurface
-from deboom.physics.arrays import ComplexArray, RealArray
 from deboom.vehicles.coupled_motion import CoupledMotion
 from deboom.vehicles.kinematic_model import KinematicModel
 from deboom.vehicles.static_position import StaticPosition

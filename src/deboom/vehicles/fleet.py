@@ -9,12 +9,12 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from deboom.arrays import ComplexArray, RealArray
 from deboom.errors import InputError
 from deboom.measurement.channels import Frf, Spectrum
 from deboom.measurement.load_case import LoadCase
 from deboom.mounts.mount import Mount
 from deboom.physics import transfer_path
-from deboom.physics.arrays import ComplexArray, RealArray
 
 Band = tuple[float, float]
 

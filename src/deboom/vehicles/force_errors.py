@@ -8,8 +8,8 @@ from types import MappingProxyType
 
 import numpy as np
 
+from deboom.arrays import RealArray
 from deboom.mounts.mount import AXES
-from deboom.physics.arrays import RealArray
 from deboom.vehicles.uncertainty_source import MeasuredArrays, complex_normals, refuse_negative
 
 

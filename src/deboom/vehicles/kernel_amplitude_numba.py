@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from deboom.physics.arrays import RealArray
+from deboom.arrays import RealArray
 from deboom.vehicles.amplitude_motion import MOST_SWEEPS, TOLERANCE, AmplitudeMotion
 from deboom.vehicles.kernel_amplitude_numpy import AmplitudeSum, NumpyAmplitudeKernel
 from deboom.vehicles.kernel_amplitude_source import LANES, AmplitudePattern, amplitude_source

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from deboom.physics.arrays import RealArray
+from deboom.arrays import RealArray
 from deboom.vehicles.amplitude_motion import (
     TOLERANCE,
     AmplitudeMotion,

@@ -20,8 +20,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from deboom.arrays import ComplexArray, RealArray
 from deboom.errors import InputError
-from deboom.physics.arrays import ComplexArray, RealArray
 from deboom.vehicles import kernel_source
 from deboom.vehicles.coupled_motion import CoupledMotion
 from deboom.vehicles.kernel_coupled_numpy import NUMPY_COUPLED, NumpyCoupledSum, nonzero_entries

@@ -26,7 +26,7 @@ import numpy as np
 import numpy.typing as npt
 from threadpoolctl import LibController, ThreadpoolController
 
-from deboom.physics.arrays import ComplexArray, RealArray
+from deboom.arrays import ComplexArray, RealArray
 
 ROWS = 128
 """Designs per matrix product. Constant, with padding: BLAS takes other instructions for other

@@ -7,7 +7,7 @@ from dataclasses import dataclass, fields
 import numpy as np
 import numpy.typing as npt
 
-from deboom.physics.arrays import ComplexArray, RealArray
+from deboom.arrays import ComplexArray, RealArray
 from deboom.vehicles.coupled_motion import CoupledMotion
 from deboom.vehicles.kernel_coupled_numpy import NUMPY_COUPLED, NumpyCoupledSum
 

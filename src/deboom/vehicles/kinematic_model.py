@@ -13,11 +13,11 @@ from functools import cached_property
 import numpy as np
 import numpy.typing as npt
 
+from deboom.arrays import RealArray
 from deboom.errors import InputError
 from deboom.measurement.campaign import StaticCurve
 from deboom.mounts.characterised_mount import CharacterisedMount
 from deboom.mounts.mount import AXES, Mount
-from deboom.physics.arrays import RealArray
 from deboom.physics.rigid_body import forward_matrices
 from deboom.vehicles.static_balance import balanced_deflection
 from deboom.vehicles.static_curves import MonotoneCurve

@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy.optimize import linear_sum_assignment
 
-from deboom.physics.arrays import RealArray
+from deboom.arrays import RealArray
 
 
 @dataclass(frozen=True, eq=False)

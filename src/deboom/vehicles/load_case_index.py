@@ -10,9 +10,9 @@ from typing import Generic, Protocol, TypeVar
 import numpy as np
 import numpy.typing as npt
 
+from deboom.arrays import ComplexArray, RealArray
 from deboom.errors import InputError
 from deboom.physics import sound_level
-from deboom.physics.arrays import ComplexArray, RealArray
 from deboom.vehicles.synthesis import checked_designs
 
 

@@ -14,9 +14,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from deboom.arrays import RealArray
 from deboom.measurement.load_case import LoadCase
 from deboom.mounts.mount import Mount
-from deboom.physics.arrays import RealArray
 from deboom.physics.dynamic_stiffness import dynamic_stiffness
 from deboom.vehicles.booming_index import BoomingIndex, LevelSumKernel
 from deboom.vehicles.coupled_identification import coupled_motion

@@ -13,10 +13,10 @@ from typing import Protocol
 import numpy as np
 import numpy.typing as npt
 
+from deboom.arrays import RealArray
 from deboom.errors import InputError
 from deboom.mounts.mount import AXES, Mount
 from deboom.physics import rigid_body
-from deboom.physics.arrays import RealArray
 from deboom.vehicles.design_factor import Factor
 from deboom.vehicles.kinematic_model import KinematicModel
 from deboom.vehicles.powertrain import Powertrain

@@ -6,10 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from deboom.arrays import ComplexArray, RealArray
 from deboom.errors import InputError
 from deboom.measurement.channels import Frf, Spectrum
 from deboom.physics import transfer_path
-from deboom.physics.arrays import ComplexArray, RealArray
 from deboom.physics.correlation import corr_f, corr_s
 from deboom.physics.sound_level import spl
 

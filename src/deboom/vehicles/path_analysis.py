@@ -8,10 +8,10 @@ from enum import Enum
 
 import numpy as np
 
+from deboom.arrays import ComplexArray, RealArray
 from deboom.errors import InputError
 from deboom.measurement.channels import Frf, Spectrum, unit_of_response
 from deboom.physics import sound_level, transfer_path
-from deboom.physics.arrays import ComplexArray, RealArray
 from deboom.vehicles.fleet import Band, lines_inside, refuse_doubled
 
 

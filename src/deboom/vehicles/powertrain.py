@@ -6,9 +6,9 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from deboom.arrays import RealArray
 from deboom.errors import InputError
 from deboom.physics import rigid_body
-from deboom.physics.arrays import RealArray
 
 
 @dataclass(frozen=True, eq=False)

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from deboom.arrays import ComplexArray, RealArray
 from deboom.errors import InputError
-from deboom.physics.arrays import ComplexArray, RealArray
 from deboom.physics.correlation import corr_f, corr_s
 from deboom.physics.sound_level import spl
 from deboom.vehicles.booming_peaks import TOLERANCE, MatchedPeaks, booming_peaks, match_peaks

@@ -8,9 +8,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
+from deboom.arrays import ComplexArray, RealArray
 from deboom.errors import InputError
 from deboom.mounts.response_surface import DynamicStiffnessSurface
-from deboom.physics.arrays import ComplexArray, RealArray
 from deboom.vehicles.coupled_motion import CoupledMotion
 from deboom.vehicles.surface_limits import backed_range
 

@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from deboom.physics.arrays import RealArray
+from deboom.arrays import RealArray
 
 NEWTON_STEPS = 100
 HALVINGS = 30

@@ -6,9 +6,9 @@ import numpy as np
 import numpy.typing as npt
 from scipy.interpolate import PchipInterpolator
 
+from deboom.arrays import RealArray
 from deboom.errors import InputError
 from deboom.measurement.campaign import StaticCurve
-from deboom.physics.arrays import RealArray
 
 LEAST_SLOPE = 1e-6
 """Of the mean slope: a monotone interpolant may be flat at its very ends [1]."""

@@ -6,9 +6,9 @@ from typing import Literal
 
 import numpy as np
 
+from deboom.arrays import RealArray
 from deboom.errors import InputError
 from deboom.mounts.response_surface import DynamicStiffnessSurface
-from deboom.physics.arrays import RealArray
 
 STEPS = 41
 """Values on either side of a line's own one at which a surface is asked how far it goes, in equal

@@ -7,9 +7,9 @@ from collections.abc import Sequence
 import numpy as np
 import numpy.typing as npt
 
+from deboom.arrays import ComplexArray, RealArray
 from deboom.errors import InputError
 from deboom.physics import sound_level
-from deboom.physics.arrays import ComplexArray, RealArray
 from deboom.vehicles.fleet import Band, PathContributions
 
 

@@ -7,8 +7,8 @@ from functools import lru_cache
 
 import numpy as np
 
+from deboom.arrays import RealArray
 from deboom.errors import InputError
-from deboom.physics.arrays import RealArray
 from deboom.vehicles.uncertainty_source import MeasuredArrays, complex_normals, refuse_negative
 
 NEPER_PER_DB = np.log(10.0) / 20.0

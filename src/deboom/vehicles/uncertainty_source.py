@@ -12,8 +12,8 @@ from typing import Protocol
 
 import numpy as np
 
+from deboom.arrays import ComplexArray, RealArray
 from deboom.errors import InputError
-from deboom.physics.arrays import ComplexArray, RealArray
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,0 +1,71 @@
+"""Checked dataclasses: shapes, finiteness, copies that are read-only."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from deboom.arrays import ComplexArray, RealArray, checked, checked_array
+from deboom.errors import InputError
+
+
+@checked(frequency="f", values="f n 3", weights="n")
+class _Curves:
+    name: str
+    channels: tuple[str, ...]
+    frequency: RealArray
+    values: ComplexArray
+    weights: RealArray | None = None
+
+    def __post_init__(self) -> None:
+        if len(self.channels) != self.values.shape[1]:
+            raise InputError(f"{self.name}: one channel per column")
+
+
+def _curves(**changes: object) -> _Curves:
+    fields = {
+        "name": "engine",
+        "channels": ["a", "b"],
+        "frequency": np.arange(4.0),
+        "values": np.ones((4, 2, 3)),
+        "weights": [1.0, 2.0],
+    }
+    return _Curves(**(fields | changes))
+
+
+def test_arrays_are_read_only_copies_of_their_type() -> None:
+    frequency = np.arange(4.0)
+    curves = _curves(frequency=frequency)
+    frequency[0] = 9.0
+    assert curves.frequency[0] == 0.0
+    assert curves.values.dtype == complex
+    assert curves.channels == ("a", "b")
+    with pytest.raises(ValueError, match="read-only"):
+        curves.frequency[0] = 1.0
+
+
+@pytest.mark.parametrize(
+    ("changes", "sentence"),
+    [
+        ({"frequency": np.arange(3.0)}, r"engine: values: shape \(3, 2, 3\) is needed"),
+        ({"values": np.ones((4, 2, 2))}, r"engine: values: shape \(4, 2, 3\) is needed"),
+        ({"values": np.ones((4, 2))}, "engine: values: shape"),
+        ({"frequency": [0.0, 1.0, 2.0, np.nan]}, "engine: frequency: a number is not finite"),
+        ({"weights": [1.0]}, r"engine: weights: shape \(2\) is needed"),
+        ({"channels": ["a"]}, "engine: one channel per column"),
+    ],
+)
+def test_wrong_arrays_are_refused_by_name(changes: dict[str, object], sentence: str) -> None:
+    with pytest.raises(InputError, match=sentence):
+        _curves(**changes)
+
+
+def test_an_absent_array_is_no_error() -> None:
+    assert _curves(weights=None).weights is None
+
+
+def test_leading_axes_and_gaps_are_allowed_where_said() -> None:
+    assert checked_array(np.zeros((5, 4, 3)), "... 3", "motion").shape == (5, 4, 3)
+    assert np.isnan(checked_array([np.nan], "n ?", "level")[0])
+    with pytest.raises(InputError, match="motion: shape"):
+        checked_array(np.zeros((5, 4)), "... 3", "motion")

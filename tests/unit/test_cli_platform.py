@@ -13,7 +13,7 @@ from deboom.files.function_files import FunctionFiles
 from deboom.files.new_platform import new_platform
 from deboom.files.platform import read_platform
 from deboom.files.platform_file import Engine, LoadCaseEntry, MountEntry, PlatformFile, Powertrain
-from deboom.files.tables import read_channel_table
+from deboom.files.platform_tables import read_channel_table
 from deboom.files.uff import UffFunction, read_uff, write_uff
 from deboom.study.platform_check import check_platform
 

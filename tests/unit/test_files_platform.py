@@ -7,7 +7,7 @@ import pytest
 from deboom.errors import InputError
 from deboom.files.platform import read_platform
 from deboom.files.platform_file import PlatformFile, dump_platform_file
-from deboom.files.tables import (
+from deboom.files.platform_tables import (
     ChannelRow,
     MountRow,
     write_channel_table,

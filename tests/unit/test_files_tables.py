@@ -3,7 +3,7 @@ import re
 import pytest
 
 from deboom.errors import InputError
-from deboom.files.tables import (
+from deboom.files.platform_tables import (
     ChannelRow,
     MountRow,
     read_channel_table,

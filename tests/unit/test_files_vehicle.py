@@ -12,7 +12,7 @@ from deboom.bench.vehicle_writer import NO_VEHICLE_ERRORS, write_vehicle
 from deboom.cli import app
 from deboom.errors import InputError
 from deboom.files.columns import noise_transfer_columns
-from deboom.files.tables import ChannelRow
+from deboom.files.platform_tables import ChannelRow
 from deboom.files.uff import read_uff, write_uff
 from deboom.files.units import parse_unit
 from deboom.files.vehicle import read_vehicle

@@ -58,7 +58,7 @@ from deboom.errors import InputError
 from deboom.files.atomic import replace_text
 from deboom.files.campaign_file import dump_campaign_file
 from deboom.files.campaign_tables import write_campaign_channels, write_curve, write_sensor_table
-from deboom.files.tables import write_mount_table
+from deboom.files.platform_tables import write_mount_table
 from deboom.files.uff import AxisDriftWarning, write_uff
 from deboom.files.whole_folder import complete_or_not_at_all
 

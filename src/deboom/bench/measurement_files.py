@@ -37,7 +37,7 @@ from deboom.files.platform_file import (
     Powertrain,
     VehicleEntry,
 )
-from deboom.files.tables import NOISE_TRANSFER, QUANTITY_UNIT, ChannelRow, MountRow
+from deboom.files.platform_tables import NOISE_TRANSFER, QUANTITY_UNIT, ChannelRow, MountRow
 from deboom.files.uff import UffFunction
 from deboom.files.units import parse_unit
 

@@ -34,7 +34,7 @@ from deboom.bench.vehicle_measurement import TransferErrors, measured_noise_tran
 from deboom.errors import InputError
 from deboom.files.atomic import replace_text
 from deboom.files.platform_file import dump_platform_file
-from deboom.files.tables import write_channel_table, write_mount_table
+from deboom.files.platform_tables import write_channel_table, write_mount_table
 from deboom.files.torque_table import write_torque_table
 from deboom.files.uff import write_uff
 from deboom.files.whole_folder import complete_or_not_at_all

@@ -45,7 +45,7 @@ from deboom.bench.vehicle_truth import write_run_truth, write_vehicle_truth
 from deboom.errors import InputError
 from deboom.files.atomic import replace_text
 from deboom.files.campaign_tables import write_campaign_channels, write_sensor_table
-from deboom.files.tables import write_mount_table
+from deboom.files.platform_tables import write_mount_table
 from deboom.files.uff import write_uff
 from deboom.files.vehicle_file import (
     VEHICLE_FILE,

@@ -36,7 +36,7 @@ from deboom.files.campaign_tables import (
     read_sensor_table,
 )
 from deboom.files.sensor_rows import sensor_of
-from deboom.files.tables import read_mount_table
+from deboom.files.platform_tables import read_mount_table
 from deboom.measurement.campaign import Campaign, StaticCurve
 from deboom.measurement.sensor_catalogue import SENSOR_CATALOGUE, SensorModel
 from deboom.measurement.sensors import Sensor, SensorKind

@@ -16,7 +16,7 @@ import numpy.typing as npt
 from deboom.errors import InputError
 from deboom.files.faults import Note, refuse
 from deboom.files.function_table import is_table, read_function_table
-from deboom.files.tables import NOISE_TRANSFER, QUANTITY_UNIT, ChannelRow
+from deboom.files.platform_tables import NOISE_TRANSFER, QUANTITY_UNIT, ChannelRow
 from deboom.files.torque_table import SAME_LINE
 from deboom.files.uff import UffFunction, find, read_uff
 from deboom.files.units import parse_unit

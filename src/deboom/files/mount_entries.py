@@ -9,7 +9,7 @@ from pathlib import Path
 from deboom.errors import InputError
 from deboom.files.faults import Note, refuse
 from deboom.files.platform_file import MountEntry
-from deboom.files.tables import MountRow
+from deboom.files.platform_tables import MountRow
 from deboom.mounts.mount import Mount
 
 

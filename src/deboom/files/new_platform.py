@@ -19,7 +19,7 @@ from deboom.files.function_files import FunctionFiles
 from deboom.files.new_platform_readme import readme_text
 from deboom.files.platform import PLATFORM_FILE
 from deboom.files.platform_file import MountEntry
-from deboom.files.tables import NOISE_TRANSFER, QUANTITY_UNIT
+from deboom.files.platform_tables import NOISE_TRANSFER, QUANTITY_UNIT
 from deboom.files.whole_folder import complete_or_not_at_all
 from deboom.mounts.mount import AXES
 

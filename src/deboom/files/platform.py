@@ -26,7 +26,7 @@ from deboom.files.platform_file import (
     load_platform_file,
 )
 from deboom.files.strict_toml import has_name
-from deboom.files.tables import (
+from deboom.files.platform_tables import (
     NOISE_TRANSFER,
     QUANTITY_UNIT,
     ChannelRow,

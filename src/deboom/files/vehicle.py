@@ -17,7 +17,7 @@ from deboom.files.campaign_tables import (
 from deboom.files.function_matrix import Dof, FunctionMatrix
 from deboom.files.mount_entries import mounts_of
 from deboom.files.sensor_rows import sensor_of
-from deboom.files.tables import read_mount_table
+from deboom.files.platform_tables import read_mount_table
 from deboom.files.vehicle_file import (
     VEHICLE_FILE,
     VehicleFile,

@@ -16,8 +16,7 @@ import sys
 import numpy as np
 from pyFRF import FRF
 
-from deboom.physics.cross_spectra import CrossSpectra, cross_spectra
-from deboom.physics.frf_estimators import h1, h2, hv, multiple_coherence
+from deboom.physics.frf import CrossSpectra, cross_spectra, h1, h2, hv, multiple_coherence
 
 RATE, N_SAMPLE, N_BLOCK = 1024, 1024, 12
 LINES = slice(5, 500)

@@ -12,10 +12,8 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from deboom.measurement.channels import Frf
-from deboom.measurement.fault_fits import Fault
-from deboom.measurement.impacts import Impact
-from deboom.measurement.sensors import SENSOR_AXES, Sensor, SensorKind
-from deboom.measurement.tolerances import Tolerances
+from deboom.measurement.culprit import Fault
+from deboom.measurement.sensors import SENSOR_AXES, Impact, Sensor, SensorKind, Tolerances
 
 HALF_SIZE = np.array([0.11, 0.065, 0.065])
 EXACT = Tolerances(sensor_position=0.0, sensor_angle=0.0, sensor_gain=0.0, sensor_cross_axis=0.0)

@@ -4,15 +4,13 @@ import shutil
 import tempfile
 from pathlib import Path
 
-from deboom.bench.compressor_operation_writer import write_operating_test
+from deboom.bench.compressor_writer import write_operating_test
 from deboom.bench.vehicle_writer import write_vehicle
 from deboom.files.vehicle import read_vehicle
-from deboom.study.accept_command import accept_into_run
-from deboom.study.compressor_unbalance import UnbalancePlan
-from deboom.study.compressor_unbalance_command import unbalance_into_run
-from deboom.study.modal_figures import moving_shapes
-from deboom.study.modal_part import modal_part
+from deboom.study.accept import accept_into_run
+from deboom.study.compressor_unbalance import UnbalancePlan, unbalance_into_run
 from deboom.study.runner import load_study, run_study
+from deboom.study.synthesis_validation import modal_part, moving_shapes
 
 ROOT = Path(__file__).parents[1]
 PLATFORM = ROOT / "studies" / "data" / "u06_f39_f45"

@@ -12,16 +12,15 @@ from typing import Annotated
 import pandas as pd
 from typer import Option
 
-from deboom.explore.design_space import stiffness_factor_space
 from deboom.explore.known_truth import quad2
 from deboom.explore.problems import nsga2
 from deboom.explore.robust import RobustResponse
-from deboom.explore.tolerance_samples import sobol_sample
+from deboom.explore.scatter import sobol_sample
+from deboom.explore.space import stiffness_factor_space
 from deboom.explore.workers import workers_for
 from deboom.report.page import Page
-from deboom.study.context import RunContext
 from deboom.study.progress import progress_bar
-from deboom.study.result import StudyResult
+from deboom.study.result import RunContext, StudyResult
 from deboom.study.runner import run_script
 
 

@@ -9,16 +9,15 @@ from pathlib import Path
 import numpy as np
 
 from deboom.arrays import RealArray
-from deboom.bench.mount_law import DirectionLaw
+from deboom.bench.mount_law import DirectionLaw, SuspendedBody
 from deboom.bench.operating_run import full_load_run
-from deboom.bench.parameters import VirtualBench, load_bench
-from deboom.bench.suspended_body import SuspendedBody
+from deboom.bench.powertrain import VirtualBench, load_bench
 from deboom.files.library_export import read_library_json
 from deboom.files.platform import Platform
-from deboom.measurement.load_case import LoadCase
+from deboom.measurement.channels import LoadCase
 from deboom.mounts.characterised_mount import CharacterisedMount
 from deboom.physics.sound_level import spl
-from deboom.study.mount_source import LIBRARY_FILE
+from deboom.study.platform_model import LIBRARY_FILE
 from deboom.vehicles.fleet import Fleet
 
 PLATFORM = Path(__file__).parents[1] / "studies" / "data" / "u06_f39_f45"

@@ -11,9 +11,12 @@ import numpy as np
 import pandas as pd
 from threadpoolctl import threadpool_limits
 
-from deboom.explore.sensitivity import sobol_analysis, sobol_designs
-from deboom.explore.sensitivity_inputs import SensitivityInputs
-from deboom.explore.sobol_indices import sobol_indices
+from deboom.explore.sensitivity import (
+    SensitivityInputs,
+    sobol_analysis,
+    sobol_designs,
+    sobol_indices,
+)
 from interleaved import quiet_seconds
 
 N_VARIABLES, N_OUTPUTS, N_BASE, N_RESAMPLES = 12, 40, 4096, 100

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from deboom.measurement.hammer_measurement import HammerMeasurement
+from deboom.measurement.impact_test import HammerMeasurement
 
 MASS, NATURAL, DAMPING = 3.0, 2 * np.pi * 37.0, 0.02
 RATE, N_SAMPLE, PRETRIGGER = 8192.0, 16384, 0.0625

@@ -8,31 +8,30 @@ from functools import cache
 import numpy as np
 
 from deboom.arrays import RealArray
-from deboom.bench.campaign_layout import (
-    ACCELEROMETER_MODEL,
-    CELL_MODEL,
-    Place,
-    accelerometer_places,
-    cell_places,
-)
-from deboom.bench.campaign_operation import static_direction_forces, true_run
 from deboom.bench.campaign_plan import CampaignErrors, PlannedRun
-from deboom.bench.campaign_sensors import (
+from deboom.bench.campaign_recording import (
     CampaignSensors,
     draw_campaign_sensors,
     record,
     shaker_answer,
+    static_direction_forces,
+    true_run,
 )
-from deboom.bench.data_sheet import CENTRE_TOLERANCE, INERTIA_TOLERANCE, MASS_TOLERANCE
-from deboom.bench.mount_sets import mount_set, with_mount_set
+from deboom.bench.layout import (
+    ACCELEROMETER_MODEL,
+    CELL_MODEL,
+    FREQUENCY,
+    WISHBONE_POSITIONS,
+    Place,
+    accelerometer_places,
+    cell_places,
+)
 from deboom.bench.operating_run import OperatingRun as TrueRun
-from deboom.bench.parameters import AXES, load_bench
-from deboom.bench.platform_layout import FREQUENCY, WISHBONE_POSITIONS
+from deboom.bench.powertrain import AXES, load_bench, mount_set, with_mount_set
+from deboom.bench.sensors import CENTRE_TOLERANCE, INERTIA_TOLERANCE, MASS_TOLERANCE
 from deboom.measurement.campaign import Campaign, OperatingRun, ShakerRun, StaticCurve
 from deboom.measurement.channels import Frf, Spectrum
-from deboom.measurement.sensor_catalogue import SENSOR_CATALOGUE
-from deboom.measurement.sensors import Sensor, SensorKind
-from deboom.measurement.tolerances import Tolerances
+from deboom.measurement.sensors import SENSOR_CATALOGUE, Sensor, SensorKind, Tolerances
 from deboom.mounts.mount import Mount
 from deboom.physics.rigid_body import rotation_matrix
 

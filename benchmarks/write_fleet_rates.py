@@ -11,7 +11,7 @@ from pathlib import Path
 
 import deboom.bench
 from deboom.bench.unselected_fleets import DATA, draw_unselected
-from deboom.files.atomic import replace_text
+from deboom.files.folders import replace_text
 
 SEEDS = range(1001, 1301)
 

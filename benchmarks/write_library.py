@@ -12,8 +12,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from deboom.study.mount_source import LIBRARY_FILE
-from deboom.study.platform_library import without_map, write_platform_library
+from deboom.study.campaigns import without_map, write_platform_library
+from deboom.study.platform_model import LIBRARY_FILE
 from deboom.study.progress import progress_bar
 
 __all__ = ["PLATFORM", "SEED", "without_map", "write_platform_library"]

@@ -21,14 +21,12 @@ from typing import Annotated
 from typer import Option
 
 from deboom.files.platform import read_platform
-from deboom.study.commonality import CommonalityAims, commonality_study
-from deboom.study.commonality_result import commonality_result
-from deboom.study.motion import Kernel, Motion, motion_index
-from deboom.study.mount_source import MountSource, operation
+from deboom.study.commonality import CommonalityAims, commonality_result, commonality_study
+from deboom.study.options import factor_space
+from deboom.study.platform_model import Kernel, Motion, MountSource, motion_index, operation
 from deboom.study.progress import progress_bar
 from deboom.study.result import StudyResult
 from deboom.study.runner import run_script
-from deboom.study.sampling import factor_space
 
 PLATFORM = Path(__file__).parent / "data" / "u06_f39_f45"
 

@@ -22,14 +22,14 @@ from typing import Annotated
 
 from typer import Option
 
-from deboom.bench.compressor_plan import CalibrationLevel
+from deboom.bench.compressor_truth import CalibrationLevel
 from deboom.compressor.identify import IdentifyOptions
 from deboom.study.compressor_identification import (
     Beside,
+    compressor_result,
     identified_folder,
     identified_virtual,
 )
-from deboom.study.compressor_identification_result import compressor_result
 from deboom.study.progress import progress_bar
 from deboom.study.result import StudyResult
 from deboom.study.runner import run_script

@@ -26,11 +26,17 @@ from typing import Annotated
 
 from typer import Option
 
-from deboom.bench.compressor_plan import CalibrationLevel
-from deboom.study.band_option import band_of
-from deboom.study.compressor_noise import STEPS, NoisePlan, noise_of_car
-from deboom.study.compressor_noise_cases import fleet_gains, virtual_cars
-from deboom.study.compressor_noise_result import measured_result, virtual_result
+from deboom.bench.compressor_truth import CalibrationLevel
+from deboom.study.compressor_noise import (
+    STEPS,
+    NoisePlan,
+    fleet_gains,
+    measured_result,
+    noise_of_car,
+    virtual_cars,
+    virtual_result,
+)
+from deboom.study.options import band_of
 from deboom.study.progress import counted, progress_bar
 from deboom.study.result import StudyResult
 from deboom.study.runner import run_script

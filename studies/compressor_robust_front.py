@@ -23,17 +23,24 @@ from typing import Annotated
 
 from typer import Option
 
-from deboom.bench.compressor_plan import CalibrationLevel
+from deboom.bench.compressor_truth import CalibrationLevel
 from deboom.explore.workers import workers_for
-from deboom.study.band_option import band_of
-from deboom.study.compressor_fleet import measured_fleet, virtual_fleet
-from deboom.study.compressor_front_search import FrontBudget, compressor_front
-from deboom.study.compressor_mounts import STEPS, Hoses, MountQuestion, Parts, mounted_fleet
-from deboom.study.compressor_pressures import weighted_pressures
-from deboom.study.compressor_robust_front_result import compressor_front_result
-from deboom.study.context import RunContext
+from deboom.study.compressor_robust_front import (
+    STEPS,
+    FrontBudget,
+    Hoses,
+    MountQuestion,
+    Parts,
+    compressor_front,
+    compressor_front_result,
+    measured_fleet,
+    mounted_fleet,
+    virtual_fleet,
+    weighted_pressures,
+)
+from deboom.study.options import band_of
 from deboom.study.progress import counted, progress_bar
-from deboom.study.result import StudyResult
+from deboom.study.result import RunContext, StudyResult
 from deboom.study.runner import run_script
 
 

@@ -29,12 +29,16 @@ from typing import Annotated
 
 from typer import Option
 
-from deboom.bench.compressor_plan import CalibrationLevel
-from deboom.files.component_limits import read_component_limits
-from deboom.study.compressor_unbalance import STEPS, UnbalancePlan, measured_unbalance
-from deboom.study.compressor_unbalance_cases import virtual_runs
-from deboom.study.compressor_unbalance_result import unbalance_result
-from deboom.study.compressor_unbalance_study import virtual_result
+from deboom.bench.compressor_truth import CalibrationLevel
+from deboom.files.limits import read_component_limits
+from deboom.study.compressor_unbalance import (
+    STEPS,
+    UnbalancePlan,
+    measured_unbalance,
+    unbalance_result,
+    virtual_result,
+    virtual_runs,
+)
 from deboom.study.progress import counted, progress_bar
 from deboom.study.result import StudyResult
 from deboom.study.runner import run_script

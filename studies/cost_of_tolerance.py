@@ -20,21 +20,18 @@ from typing import Annotated
 
 from typer import Option
 
-from deboom.explore.design_space import stiffness_factor_space
 from deboom.explore.problems import nsga2
-from deboom.explore.tolerance_variables import ToleranceResponse
+from deboom.explore.space import stiffness_factor_space
+from deboom.explore.tolerance_allocation import ToleranceResponse
 from deboom.explore.workers import workers_for
 from deboom.files.platform import read_platform
-from deboom.study.context import RunContext
+from deboom.study.cost_of_tolerance import ToleranceStudy, tolerance_cost, tolerance_cost_result
 from deboom.study.made_parts import made_parts
-from deboom.study.motion import Kernel, Motion, motion_index
-from deboom.study.mount_source import MountSource, operation
+from deboom.study.options import Sampler, tolerance_sample
+from deboom.study.platform_model import Kernel, Motion, MountSource, motion_index, operation
 from deboom.study.progress import progress_bar
-from deboom.study.result import StudyResult
+from deboom.study.result import RunContext, StudyResult
 from deboom.study.runner import run_script
-from deboom.study.sampling import Sampler, tolerance_sample
-from deboom.study.tolerance_cost import ToleranceStudy, tolerance_cost
-from deboom.study.tolerance_cost_result import tolerance_cost_result
 
 PLATFORM = Path(__file__).parent / "data" / "u06_f39_f45"
 

@@ -22,16 +22,17 @@ from typing import Annotated
 from typer import Option
 
 from deboom.files.platform import read_platform
-from deboom.study.aims import robust_response
-from deboom.study.measured_uncertainty import MeasuredUncertainty
-from deboom.study.measured_uncertainty_result import uncertainty_result
-from deboom.study.motion import Factor, Kernel, Motion, motion_index
-from deboom.study.mount_source import MountSource, operation
+from deboom.study.measured_uncertainty import (
+    MeasuredUncertainty,
+    front_designs,
+    measured_transfer,
+    uncertainty_result,
+)
+from deboom.study.options import Sampler, factor_space, robust_response, tolerance_sample
+from deboom.study.platform_model import Factor, Kernel, Motion, MountSource, motion_index, operation
 from deboom.study.progress import progress_bar
 from deboom.study.result import StudyResult
 from deboom.study.runner import run_script
-from deboom.study.sampling import Sampler, factor_space, tolerance_sample
-from deboom.study.uncertain_front import front_designs, measured_transfer
 from deboom.study.uncertain_index import uncertain_index
 
 PLATFORM = Path(__file__).parent / "data" / "u06_f39_f45"

@@ -26,11 +26,15 @@ from typing import Annotated
 from typer import Option
 
 from deboom.errors import InputError
-from deboom.mounts.characterisation import CharacteriseOptions
-from deboom.mounts.cubic_fit import PieceOptions
+from deboom.mounts.characterise import CharacteriseOptions
 from deboom.mounts.operating_map import Preload
-from deboom.study.characterisation import MeasuredSo, characterise_benches, characterise_given
-from deboom.study.characterisation_result import characterisation_result
+from deboom.mounts.piecewise_cubic import PieceOptions
+from deboom.study.mount_characterisation import (
+    MeasuredSo,
+    characterisation_result,
+    characterise_benches,
+    characterise_given,
+)
 from deboom.study.progress import progress_bar
 from deboom.study.result import StudyResult
 from deboom.study.runner import run_script

@@ -21,21 +21,24 @@ from typing import Annotated
 
 from typer import Option
 
-from deboom.explore.fronts import verify
+from deboom.explore.front import verify
 from deboom.explore.problems import nsga2
 from deboom.explore.robust import RobustResponse
 from deboom.explore.workers import workers_for
 from deboom.files.platform import read_platform
-from deboom.study.context import RunContext
-from deboom.study.motion import Kernel, Motion
-from deboom.study.mount_catalogue import catalogue_index, outside_of, platform_catalogue
-from deboom.study.mount_selection import MountSelection, evaluate_sets
-from deboom.study.mount_selection_result import mount_selection_result
-from deboom.study.mount_source import MountSource, operation
+from deboom.study.mount_selection import (
+    MountSelection,
+    catalogue_index,
+    evaluate_sets,
+    mount_selection_result,
+    outside_of,
+    platform_catalogue,
+)
+from deboom.study.options import Sampler, tolerance_sample
+from deboom.study.platform_model import Kernel, Motion, MountSource, operation
 from deboom.study.progress import progress_bar
-from deboom.study.result import StudyResult
+from deboom.study.result import RunContext, StudyResult
 from deboom.study.runner import run_script
-from deboom.study.sampling import Sampler, tolerance_sample
 
 PLATFORM = Path(__file__).parent / "data" / "u06_f39_f45"
 

@@ -17,26 +17,24 @@ from typing import Annotated
 
 from typer import Option
 
-from deboom.explore.design_space import stiffness_factor_space
-from deboom.explore.fronts import verify
+from deboom.explore.front import verify
 from deboom.explore.robust import RobustResponse
+from deboom.explore.space import stiffness_factor_space
 from deboom.explore.workers import workers_for
 from deboom.files.platform import read_platform
-from deboom.study.context import RunContext
-from deboom.study.motion import Kernel, Motion
-from deboom.study.mount_source import MountSource, operation
+from deboom.study.options import Sampler, tolerance_sample
+from deboom.study.platform_model import Kernel, Motion, MountSource, operation
 from deboom.study.prescribed_or_coupled import (
     Found,
     PrescribedOrCoupled,
     both_indices,
+    prescribed_or_coupled_result,
     same_designs,
 )
-from deboom.study.prescribed_or_coupled_result import prescribed_or_coupled_result
 from deboom.study.progress import progress_bar
-from deboom.study.result import StudyResult
-from deboom.study.robust_search import Budget, robust_search
+from deboom.study.result import RunContext, StudyResult
 from deboom.study.runner import run_script
-from deboom.study.sampling import Sampler, tolerance_sample
+from deboom.study.search import Budget, robust_search
 
 PLATFORM = Path(__file__).parent / "data" / "u06_f39_f45"
 

@@ -25,13 +25,12 @@ from typing import Annotated
 from typer import Option
 
 from deboom.errors import InputError
-from deboom.mounts.characterisation import CharacteriseOptions
+from deboom.mounts.characterise import CharacteriseOptions
 from deboom.mounts.operating_map import Preload
 from deboom.study.progress import progress_bar
 from deboom.study.result import StudyResult
 from deboom.study.runner import run_script
-from deboom.study.second_engine_result import second_engine_result
-from deboom.study.second_engine_sources import given_engine, second_engines
+from deboom.study.second_engine import given_engine, second_engine_result, second_engines
 
 
 def main(

@@ -18,13 +18,12 @@ from typing import Annotated
 from typer import Option
 
 from deboom.files.platform import read_platform
-from deboom.study.motion import Kernel, Motion, motion_index
-from deboom.study.mount_source import MountSource, operation
+from deboom.study.options import factor_space
+from deboom.study.platform_model import Kernel, Motion, MountSource, motion_index, operation
 from deboom.study.progress import progress_bar
 from deboom.study.result import StudyResult
 from deboom.study.runner import run_script
-from deboom.study.sampling import factor_space
-from deboom.study.solution_box import box_study
+from deboom.study.solution_box import box_study, solution_box_result
 from deboom.study.solution_box_question import (
     BoxOptions,
     Law,
@@ -32,8 +31,7 @@ from deboom.study.solution_box_question import (
     limited_response,
     pareto_point,
 )
-from deboom.study.solution_box_result import solution_box_result
-from deboom.study.supplier_pick import Pick
+from deboom.study.supplier_study import Pick
 
 HERE = Path(__file__).parent
 

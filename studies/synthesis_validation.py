@@ -26,8 +26,7 @@ from deboom.errors import InputError
 from deboom.study.progress import progress_bar
 from deboom.study.result import StudyResult
 from deboom.study.runner import run_script
-from deboom.study.synthesis_validation_data import given_data, virtual_data
-from deboom.study.synthesis_validation_result import synthesis_validation_result
+from deboom.study.synthesis_validation import given_data, synthesis_validation_result, virtual_data
 
 
 def main(

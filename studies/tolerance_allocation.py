@@ -17,19 +17,22 @@ from typing import Annotated
 from typer import Option
 
 from deboom.files.platform import read_platform
-from deboom.study.context import RunContext
-from deboom.study.front_design import WantedDesign, design_of_run, design_of_search
 from deboom.study.made_parts import made_parts
-from deboom.study.motion import Motion, motion_index
-from deboom.study.mount_source import MountSource, operation
-from deboom.study.result import StudyResult
-from deboom.study.robust_search import Budget
+from deboom.study.options import factor_space
+from deboom.study.platform_model import Motion, MountSource, motion_index, operation
+from deboom.study.result import RunContext, StudyResult
 from deboom.study.runner import run_script
-from deboom.study.sampling import factor_space
-from deboom.study.supplier_pick import Pick
-from deboom.study.tolerance_allocation import AllocationStudy
-from deboom.study.tolerance_allocation_result import allocation_result
-from deboom.study.wanted_tolerances import WantedTarget, cost_curves
+from deboom.study.search import Budget
+from deboom.study.supplier_study import Pick
+from deboom.study.tolerance_allocation import (
+    AllocationStudy,
+    WantedDesign,
+    WantedTarget,
+    allocation_result,
+    cost_curves,
+    design_of_run,
+    design_of_search,
+)
 
 STUDIES = Path(__file__).parent
 PLATFORM = STUDIES / "data" / "u06_f39_f45"

@@ -21,13 +21,10 @@ from typing import Annotated
 from typer import Option
 
 from deboom.files.platform import read_platform
-from deboom.study.correlation import correlation_study
-from deboom.study.doe import DoeRequest, Plan
-from deboom.study.motion import Kernel, Motion, motion_index
-from deboom.study.mount_source import MountSource, operation
+from deboom.study.correlation import DoeRequest, Plan, correlation_study, vehicle_correlation_result
+from deboom.study.platform_model import Kernel, Motion, MountSource, motion_index, operation
 from deboom.study.result import StudyResult
 from deboom.study.runner import run_script
-from deboom.study.vehicle_correlation_result import vehicle_correlation_result
 
 PLATFORM = Path(__file__).parent / "data" / "u06_f39_f45"
 

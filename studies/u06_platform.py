@@ -18,18 +18,14 @@ from typing import Annotated
 from typer import Option
 
 from deboom.files.platform import read_platform
-from deboom.study.context import RunContext
-from deboom.study.doe import DoeRequest, Plan
-from deboom.study.motion import Kernel, Motion
-from deboom.study.mount_source import MountSource, operation
-from deboom.study.platform_study import DoePlan, FrontPlan, platform_study
-from deboom.study.platform_study_result import platform_result
+from deboom.study.correlation import DoeRequest, Plan
+from deboom.study.platform_model import Kernel, Motion, MountSource, operation
+from deboom.study.platform_study import DoePlan, FrontPlan, platform_result, platform_study
 from deboom.study.progress import progress_bar
-from deboom.study.result import StudyResult
-from deboom.study.robust_search import Budget
+from deboom.study.result import RunContext, StudyResult
 from deboom.study.runner import run_script
-from deboom.study.sensitivity import Analysis, SensitivityPlan
-from deboom.study.sensitivity_outputs import Ranked
+from deboom.study.search import Budget
+from deboom.study.sensitivity import Analysis, Ranked, SensitivityPlan
 
 PLATFORM = Path(__file__).parent / "data" / "u06_f39_f45"
 

@@ -13,22 +13,17 @@ from typing import Annotated
 
 from typer import Option
 
-from deboom.explore.fronts import verify
+from deboom.explore.front import verify
 from deboom.explore.workers import workers_for
 from deboom.files.platform import read_platform
-from deboom.study.aims import Aim
-from deboom.study.context import RunContext
 from deboom.study.made_parts import made_parts
-from deboom.study.motion import Factor, Kernel, Motion, motion_index
-from deboom.study.mount_limits import mount_limits
-from deboom.study.mount_source import MountSource, operation
+from deboom.study.options import Aim, Sampler, factor_space, tolerance_sample
+from deboom.study.platform_model import Factor, Kernel, Motion, MountSource, motion_index, operation
 from deboom.study.progress import progress_bar
-from deboom.study.result import StudyResult
-from deboom.study.robust_front import RobustFront
-from deboom.study.robust_front_result import robust_front_result
-from deboom.study.robust_search import Budget, robust_search
+from deboom.study.result import RunContext, StudyResult
+from deboom.study.robust_front import RobustFront, robust_front_result
 from deboom.study.runner import run_script
-from deboom.study.sampling import Sampler, factor_space, tolerance_sample
+from deboom.study.search import Budget, mount_limits, robust_search
 
 PLATFORM = Path(__file__).parent / "data" / "u06_f39_f45"
 

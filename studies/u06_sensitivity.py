@@ -22,14 +22,17 @@ from typing import Annotated
 from typer import Option
 
 from deboom.files.platform import read_platform
-from deboom.study.motion import Factor, Kernel, Motion, motion_index
-from deboom.study.mount_source import MountSource, operation
+from deboom.study.platform_model import Factor, Kernel, Motion, MountSource, motion_index, operation
 from deboom.study.progress import progress_bar
 from deboom.study.result import StudyResult
 from deboom.study.runner import run_script
-from deboom.study.sensitivity import Analysis, SensitivityPlan, sensitivity
-from deboom.study.sensitivity_outputs import Ranked
-from deboom.study.sensitivity_result import sensitivity_result
+from deboom.study.sensitivity import (
+    Analysis,
+    Ranked,
+    SensitivityPlan,
+    sensitivity,
+    sensitivity_result,
+)
 
 PLATFORM = Path(__file__).parent / "data" / "u06_f39_f45"
 

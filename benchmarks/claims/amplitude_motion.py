@@ -15,15 +15,18 @@ import resolved_truth as truth
 from claims import Claim
 from deboom.arrays import RealArray
 from deboom.files.platform import Platform, read_platform
-from deboom.vehicles.amplitude_identification import amplitude_motion, identified_surfaces
-from deboom.vehicles.amplitude_motion import AmplitudeMotion
-from deboom.vehicles.amplitude_uniqueness import compare_starts
-from deboom.vehicles.coupled_identification import coupled_motion
+from deboom.vehicles.amplitude_motion import (
+    AmplitudeMotion,
+    amplitude_motion,
+    compare_starts,
+    identified_surfaces,
+)
+from deboom.vehicles.coupled_motion import coupled_motion
 from deboom.vehicles.design_factor import DYNAMIC, DesignFactor, PartFactor, PartRatio
 from deboom.vehicles.kernel_amplitude_numba import NUMBA_AMPLITUDE
 from deboom.vehicles.kernel_amplitude_numpy import NUMPY_AMPLITUDE, NumpyAmplitudeKernel
 from deboom.vehicles.kernel_coupled_numpy import NUMPY_COUPLED
-from deboom.vehicles.kinematic_model import library_model
+from deboom.vehicles.powertrain import library_model
 
 N_PROBLEMS = 6
 CASES = {"g5_wot220": 220.0, "g6_wot160": 160.0, "g7_wot220": 220.0}

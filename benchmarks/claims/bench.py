@@ -14,15 +14,12 @@ import numpy as np
 from scipy.stats import qmc
 
 from claims import Claim
-from deboom.bench.body import noise_transfer
-from deboom.bench.fleet import load_fleet
-from deboom.bench.fleet_prior import draw_fleet
-from deboom.bench.laboratory import evaluate
+from deboom.bench.fleet import draw_fleet, load_fleet, noise_transfer
+from deboom.bench.layout import LOAD_CASES
 from deboom.bench.operating_run import OperatingRun, full_load_run
-from deboom.bench.parameters import load_bench
-from deboom.bench.platform_layout import LOAD_CASES
 from deboom.bench.platform_writer import write_platform
-from deboom.bench.sensors import ErrorBudget, draw_instrumentation, measure
+from deboom.bench.powertrain import load_bench
+from deboom.bench.sensors import ErrorBudget, draw_instrumentation, evaluate, measure
 from deboom.physics.sound_level import spl
 
 FREQUENCY = np.linspace(20.0, 80.0, 241)

@@ -15,8 +15,6 @@ import numpy as np
 
 from claims import Claim
 from deboom.arrays import ComplexArray, RealArray
-from deboom.bench.campaign_layout import accelerometer_places
-from deboom.bench.campaign_operation import static_direction_forces, true_run
 from deboom.bench.campaign_plan import (
     NO_ERRORS,
     TRAINING_RUNS,
@@ -24,12 +22,17 @@ from deboom.bench.campaign_plan import (
     PlannedRun,
     training_plan,
 )
-from deboom.bench.campaign_sensors import draw_campaign_sensors, record, shaker_answer
+from deboom.bench.campaign_recording import (
+    draw_campaign_sensors,
+    record,
+    shaker_answer,
+    static_direction_forces,
+    true_run,
+)
 from deboom.bench.campaign_writer import write_campaign
-from deboom.bench.mount_sets import mount_set, with_mount_set
+from deboom.bench.layout import FREQUENCY, accelerometer_places
 from deboom.bench.operating_run import OperatingRun
-from deboom.bench.parameters import VirtualBench, load_bench
-from deboom.bench.platform_layout import FREQUENCY
+from deboom.bench.powertrain import VirtualBench, load_bench, mount_set, with_mount_set
 from deboom.files.campaign import read_campaign
 from deboom.physics.rigid_body import forward_matrices, rotation_matrix
 

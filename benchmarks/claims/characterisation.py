@@ -27,17 +27,17 @@ from claims import Claim
 from deboom.arrays import ComplexArray
 from deboom.bench.campaign_plan import TRAINING_RUNS, CampaignErrors
 from deboom.bench.operating_run import SIDES
-from deboom.mounts.agreement import agreement
-from deboom.mounts.alignment_estimate import stated_alignment
-from deboom.mounts.body_record import body_record
-from deboom.mounts.characterisation import Characterisation, CharacteriseOptions
-from deboom.mounts.characterise import characterise
+from deboom.mounts.characterise import Characterisation, CharacteriseOptions, characterise
 from deboom.mounts.error_budget import same_pieces
+from deboom.mounts.measuring_chain import body_record, stated_alignment
 from deboom.mounts.operating_map import OperatingMap, Preload, operating_maps
-from deboom.mounts.response_surface import DynamicStiffnessSurface
-from deboom.study.characterisation import MeasuredSo, characterise_benches
-from deboom.study.characterisation_result import characterisation_result
-from deboom.vehicles.kinematic_model import KinematicModel
+from deboom.mounts.response_surface import DynamicStiffnessSurface, agreement
+from deboom.study.mount_characterisation import (
+    MeasuredSo,
+    characterisation_result,
+    characterise_benches,
+)
+from deboom.vehicles.powertrain import KinematicModel
 from virtual_campaign import truth, virtual_campaign
 
 SEEDS = range(1, 21)

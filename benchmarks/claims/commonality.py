@@ -11,9 +11,8 @@ import numpy as np
 
 from claims import Claim
 from deboom.explore.commonality import fewest_part_numbers
-from deboom.explore.design_space import DesignSpace
-from deboom.explore.shared_design import SharingProblem, own_optima, shared_design
-from deboom.explore.sharing import Sharing
+from deboom.explore.sharing import Sharing, SharingProblem, own_optima, shared_design
+from deboom.explore.space import DesignSpace
 from deboom.study.runner import load_study
 
 STUDY = Path(__file__).parents[2] / "studies" / "commonality.py"

@@ -12,16 +12,15 @@ from pathlib import Path
 import numpy as np
 
 from claims import Claim
-from deboom.explore.front_verdict import Verdict
+from deboom.explore.front import Verdict
 from deboom.explore.problems import nsga2
 from deboom.explore.robust import RobustResponse
 from deboom.files.platform import read_platform
-from deboom.files.run_list import RunEntry
+from deboom.files.run_folder import RunEntry
 from deboom.study.compare import Comparison, JudgedRun, judged
-from deboom.study.compare_runs import ComparedRun
-from deboom.study.motion import Motion, motion_index
-from deboom.study.mount_source import MountSource, operation
-from deboom.study.sampling import Sampler, factor_space, tolerance_sample
+from deboom.study.options import Sampler, factor_space, tolerance_sample
+from deboom.study.platform_model import Motion, MountSource, motion_index, operation
+from deboom.study.rebuilt import ComparedRun
 
 PLATFORM = Path(__file__).parents[2] / "studies" / "data" / "u06_f39_f45"
 SEEDS = range(1, 21)

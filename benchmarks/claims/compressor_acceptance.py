@@ -24,26 +24,28 @@ from scipy.stats import binom
 from threadpoolctl import threadpool_limits
 
 from claims import Claim
-from deboom.bench.compressor_operation_writer import write_operating_test
-from deboom.bench.compressor_plan import CalibrationLevel
-from deboom.compressor.acceptance import RISK, Bounds, Characteristic, Decision, Verdict, judge
-from deboom.compressor.component_acceptance import (
+from deboom.bench.compressor_truth import CalibrationLevel
+from deboom.bench.compressor_writer import write_operating_test
+from deboom.compressor.acceptance import (
+    DIRECTIONS,
     DYNAMIC,
+    RISK,
     STATIC,
+    Bounds,
+    Characteristic,
+    Decision,
+    StiffnessLimit,
+    Verdict,
+    judge,
+    stiffness_characteristic,
     unbalance_characteristic,
 )
-from deboom.compressor.component_limits import (
-    DIRECTIONS,
-    StiffnessLimit,
-    stiffness_characteristic,
-)
-from deboom.compressor.identified import identified_compressor
-from deboom.compressor.identify import IdentifyOptions, identify
+from deboom.compressor.identify import IdentifyOptions, identified_compressor, identify
 from deboom.compressor.routes import CalibratedMeasurementRoute
 from deboom.compressor.unbalance import UnbalanceOptions, unbalance
 from deboom.files.operating_test import read_operating_test
-from deboom.study.compressor_identification_truth import read_compressor_truth
-from deboom.study.compressor_unbalance_truth import read_unbalance_truth
+from deboom.study.compressor_identification import read_compressor_truth
+from deboom.study.compressor_unbalance import read_unbalance_truth
 
 SEEDS = range(1, 31)
 BAND = (20.0, 60.0)

@@ -13,15 +13,22 @@ from tempfile import TemporaryDirectory
 import numpy as np
 
 from claims import Claim
-from deboom.bench.compressor_hits import averaged, exact_inertance, hit_plan, strike
-from deboom.bench.compressor_plan import CalibrationLevel, CompressorCase, CompressorPlan
 from deboom.bench.compressor_rig import (
     NO_PLACEMENT_ERRORS,
+    averaged,
+    exact_inertance,
+    hit_plan,
     place,
     placement_errors,
     position_sheet,
+    strike,
 )
-from deboom.bench.compressor_truth import true_compressor
+from deboom.bench.compressor_truth import (
+    CalibrationLevel,
+    CompressorCase,
+    CompressorPlan,
+    true_compressor,
+)
 from deboom.bench.compressor_writer import write_compressor_test
 from deboom.files.inertance_test import read_inertance_test
 from deboom.physics.rigid_body import rigid_body_modes

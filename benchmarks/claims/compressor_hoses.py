@@ -21,11 +21,10 @@ from threadpoolctl import threadpool_limits
 
 from claims import Claim
 from deboom.arrays import ComplexArray, RealArray
-from deboom.bench.compressor_operation import measured, operation, true_sweep
-from deboom.bench.compressor_operation_plan import OperationPlan
-from deboom.bench.compressor_operation_writer import write_operating_test
-from deboom.bench.compressor_plan import CalibrationLevel, HoseCase
-from deboom.compressor.hose_beams import BEAM_NUMBERS, hose_matrices
+from deboom.bench.compressor_operation import OperationPlan, measured, operation, true_sweep
+from deboom.bench.compressor_truth import CalibrationLevel, HoseCase
+from deboom.bench.compressor_writer import write_operating_test
+from deboom.compressor.hose_beams import BEAM_NUMBERS, hose_matrices, stiffness_by_difference
 from deboom.compressor.hose_identification import (
     HoseIdentification,
     HoseOptions,
@@ -33,12 +32,10 @@ from deboom.compressor.hose_identification import (
     HoseSource,
     identify_hoses,
 )
-from deboom.compressor.hose_presence import hoses_in_hammer_test, hoses_in_sweep
-from deboom.compressor.hose_reaction import hose_reactions
-from deboom.compressor.hose_separation import stiffness_by_difference
+from deboom.compressor.hose_presence import hose_reactions, hoses_in_hammer_test, hoses_in_sweep
 from deboom.compressor.identify import Identification, IdentifyOptions, identify
 from deboom.files.operating_test import read_operating_test
-from deboom.measurement.operating_sweep import HoseDrawing, HoseState, OperatingTest
+from deboom.measurement.compressor_test import HoseDrawing, HoseState, OperatingTest
 from deboom.measurement.virtual_point import virtual_point_frf
 
 SEEDS = range(2, 12)

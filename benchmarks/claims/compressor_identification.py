@@ -27,16 +27,15 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from claims import Claim
-from deboom.bench.compressor_plan import CalibrationLevel, CompressorPlan
+from deboom.bench.compressor_truth import CalibrationLevel, CompressorPlan
 from deboom.bench.compressor_writer import write_compressor_test
-from deboom.compressor.identical_fit import fit_identical_mounts
 from deboom.compressor.identify import IdentifyOptions, identify
-from deboom.compressor.thesis_fit import fit_thesis_parameters
-from deboom.study.compressor_identification import read_test
-from deboom.study.compressor_identification_truth import (
+from deboom.compressor.thesis_fit import fit_identical_mounts, fit_thesis_parameters
+from deboom.study.compressor_identification import (
     IdentificationErrors,
     errors_of,
     mounting_errors,
+    read_test,
 )
 
 SEEDS = range(2, 22)

@@ -20,20 +20,21 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from claims import Claim
-from deboom.bench.compressor_operation_plan import OperationPlan
-from deboom.bench.compressor_plan import CompressorCase, CompressorPlan
-from deboom.bench.electric_body import MOUNTS, columns_of
+from deboom.bench.compressor_operation import OperationPlan
+from deboom.bench.compressor_truth import CompressorCase, CompressorPlan
+from deboom.bench.electric_car import MOUNTS, columns_of, frozen_fleet
 from deboom.bench.electric_car_writer import CAR_PLAN, write_electric_car
-from deboom.bench.electric_fleet import frozen_fleet
-from deboom.compressor.running_in_car import RunningInCar
+from deboom.compressor.cabin_noise import RunningInCar
 from deboom.compressor.unbalance import unbalance
-from deboom.measurement.operating_sweep import HoseState
-from deboom.study.compressor_noise import CarNoise, NoisePlan, noise_of_car
-from deboom.study.compressor_noise_levels import (
+from deboom.measurement.compressor_test import HoseState
+from deboom.study.compressor_noise import (
     HOSE_BAND,
     MODES,
+    CarNoise,
+    NoisePlan,
     SweepErrors,
     in_band,
+    noise_of_car,
     peak_deviations,
     sweep_errors,
 )

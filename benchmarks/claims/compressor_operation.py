@@ -15,17 +15,21 @@ from time import process_time
 import numpy as np
 
 from claims import Claim
-from deboom.bench.compressor_operation import operation, speeds, true_sweep
-from deboom.bench.compressor_operation_plan import OperationPlan
-from deboom.bench.compressor_operation_writer import write_operating_test
-from deboom.bench.compressor_plan import (
+from deboom.bench.compressor_operation import (
+    OperationPlan,
+    operation,
+    speeds,
+    true_source,
+    true_sweep,
+)
+from deboom.bench.compressor_truth import (
     CalibrationLevel,
     CompressorCase,
     CompressorPlan,
     HoseCase,
+    held_stiffness,
 )
-from deboom.bench.compressor_sources import true_source
-from deboom.bench.hoses import held_stiffness
+from deboom.bench.compressor_writer import write_operating_test
 from deboom.compressor.unbalance_load import RotationSense, unbalance_load
 from deboom.files.operating_test import read_operating_test
 from deboom.physics.rigid_body import skew

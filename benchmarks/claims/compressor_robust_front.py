@@ -19,20 +19,28 @@ from threadpoolctl import threadpool_limits
 
 from claims import Claim
 from deboom.bench.compressor_operation import Operation, operation
-from deboom.bench.compressor_plan import CalibrationLevel
-from deboom.bench.electric_body import MOUNTS, ElectricCarBody
-from deboom.bench.electric_car import design_pressure
+from deboom.bench.compressor_truth import CalibrationLevel
+from deboom.bench.electric_car import MOUNTS, ElectricCarBody, design_pressure, frozen_fleet
 from deboom.bench.electric_car_writer import CAR_PLAN
-from deboom.bench.electric_fleet import frozen_fleet
-from deboom.compressor.cabin_index import CabinIndex
-from deboom.compressor.car_seam import BodySide, car_seam, free_compressor
-from deboom.compressor.mount_variables import DATUM, mount_variables
+from deboom.compressor.cabin_index import (
+    DATUM,
+    BodySide,
+    CabinIndex,
+    car_seam,
+    free_compressor,
+    mount_variables,
+)
 from deboom.compressor.unbalance_load import RotationSense
-from deboom.measurement.inertance_test import CompressorMount
+from deboom.measurement.compressor_test import CompressorMount
 from deboom.physics.sound_level import spl
-from deboom.study.compressor_agreement import agreement
-from deboom.study.compressor_fleet import virtual_fleet
-from deboom.study.compressor_mounts import Hoses, MountQuestion, Parts, mounted_fleet
+from deboom.study.compressor_robust_front import (
+    Hoses,
+    MountQuestion,
+    Parts,
+    agreement,
+    mounted_fleet,
+    virtual_fleet,
+)
 from deboom.study.runner import load_study
 
 ROOT = Path(__file__).parents[2]

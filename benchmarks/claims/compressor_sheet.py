@@ -17,19 +17,16 @@ import numpy as np
 
 from claims import Claim
 from deboom.arrays import ComplexArray
-from deboom.bench.compressor_plan import CalibrationLevel, CompressorPlan
+from deboom.bench.compressor_truth import CalibrationLevel, CompressorPlan
 from deboom.bench.compressor_writer import write_compressor_test
-from deboom.compressor.amplitude_response import AmplitudeFactor, amplitude_response
-from deboom.compressor.gain import AmplitudeGain, GainFactor
-from deboom.compressor.identify import IdentifyOptions, identify
-from deboom.compressor.sheet_checks import refuse_sheet_faults
+from deboom.compressor.gain import AmplitudeFactor, AmplitudeGain, GainFactor, amplitude_response
+from deboom.compressor.identify import IdentifyOptions, identify, refuse_sheet_faults
 from deboom.compressor.unbalance_load import unbalance_load
 from deboom.errors import InputError
 from deboom.files.inertance_test import read_inertance_test
-from deboom.measurement.channel_geometry import impact_geometry, sensor_geometry
 from deboom.measurement.channels import Frf
-from deboom.measurement.inertance_test import CompressorMount, InertanceTest
-from deboom.measurement.virtual_point import virtual_point
+from deboom.measurement.compressor_test import CompressorMount, InertanceTest
+from deboom.measurement.virtual_point import impact_geometry, sensor_geometry, virtual_point
 from deboom.physics.rigid_body import mass_matrix
 
 QUICK = IdentifyOptions(largest_lines=20, held_out=6)

@@ -31,15 +31,15 @@ from threadpoolctl import threadpool_limits
 
 from claims import Claim
 from deboom.arrays import RealArray
-from deboom.bench.compressor_operation_plan import OperationPlan
-from deboom.bench.compressor_operation_writer import write_operating_test
-from deboom.bench.compressor_plan import CompressorPlan
+from deboom.bench.compressor_operation import OperationPlan
+from deboom.bench.compressor_truth import CompressorPlan
+from deboom.bench.compressor_writer import write_operating_test
 from deboom.compressor.identify import IdentifyOptions, identify
 from deboom.compressor.unbalance import RouteResult, Unbalance, UnbalanceOptions, unbalance
 from deboom.compressor.unbalance_load import RotationSense
 from deboom.files.operating_test import read_operating_test
-from deboom.measurement.operating_sweep import HoseState, OperatingTest
-from deboom.study.compressor_unbalance_truth import UnbalanceTruth, read_unbalance_truth
+from deboom.measurement.compressor_test import HoseState, OperatingTest
+from deboom.study.compressor_unbalance import UnbalanceTruth, read_unbalance_truth
 
 SEEDS = range(2, 12)
 FEW = range(2, 5)

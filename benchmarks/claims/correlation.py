@@ -21,8 +21,8 @@ import numpy as np
 
 from claims import Claim
 from deboom.bench.unselected_fleets import draw_unselected, load_unselected
-from deboom.explore.correlation_study import correlations
-from deboom.study.doe import Plan
+from deboom.explore.correlation import correlations
+from deboom.study.correlation import Plan
 from deboom.study.runner import load_study, run_study
 
 STUDIES = Path(__file__).parents[2] / "studies"

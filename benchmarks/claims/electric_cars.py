@@ -19,24 +19,37 @@ from tempfile import TemporaryDirectory
 import numpy as np
 
 from claims import Claim
-from deboom.bench.compressor_operation import operation
-from deboom.bench.compressor_plan import CalibrationLevel, CompressorCase, CompressorPlan
+from deboom.bench.compressor_operation import operation, running, true_source
 from deboom.bench.compressor_rig import placement_errors
-from deboom.bench.compressor_running import running
-from deboom.bench.compressor_sources import true_source
-from deboom.bench.compressor_truth import true_compressor
-from deboom.bench.electric_body import MOUNTS, POINTS, columns_of
-from deboom.bench.electric_car import run_car
+from deboom.bench.compressor_truth import (
+    CalibrationLevel,
+    CompressorCase,
+    CompressorPlan,
+    drawn_hoses,
+    true_compressor,
+)
+from deboom.bench.electric_car import (
+    HOSE_BAND,
+    MOUNTS,
+    POINTS,
+    HoseGain,
+    columns_of,
+    draw_fleet,
+    frozen_fleet,
+    hose_gain,
+    run_car,
+)
 from deboom.bench.electric_car_writer import CAR_PLAN, write_electric_car
-from deboom.bench.electric_fleet import draw_fleet, frozen_fleet
-from deboom.bench.electric_hammer import CABIN_NOISE, body_plan, strike_body
-from deboom.bench.electric_places import draw_setup, point_sheets
-from deboom.bench.hose_gain import HOSE_BAND, HoseGain, hose_gain
-from deboom.bench.hoses import drawn_hoses
+from deboom.bench.electric_recording import (
+    CABIN_NOISE,
+    body_plan,
+    draw_setup,
+    point_sheets,
+    strike_body,
+)
 from deboom.files.electric_car import read_electric_car
 from deboom.measurement.channels import Frf
-from deboom.measurement.electric_car import ElectricCar
-from deboom.measurement.wrench_noise_transfer import wrench_noise_transfer
+from deboom.measurement.electric_car import ElectricCar, wrench_noise_transfer
 
 FLEETS = range(1, 61)
 SEEDS = range(1, 7)

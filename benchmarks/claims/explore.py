@@ -17,17 +17,17 @@ import numpy as np
 
 from claims import Claim
 from deboom.arrays import RealArray
-from deboom.explore.design_space import stiffness_factor_space
-from deboom.explore.fronts import hypervolume, verify
+from deboom.explore.front import hypervolume, verify
 from deboom.explore.known_truth import SeparableProblem, exact_front, exact_objectives, exp1, quad2
 from deboom.explore.problems import nsga2
 from deboom.explore.robust import RobustResponse
-from deboom.explore.tolerance_samples import (
+from deboom.explore.scatter import (
     FreshGaussianSampler,
     ToleranceSampler,
     gaussian_sample,
     sobol_sample,
 )
+from deboom.explore.space import stiffness_factor_space
 
 SEEDS = (1, 2, 3)
 N_VARIABLES = 12

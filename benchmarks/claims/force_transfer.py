@@ -19,20 +19,18 @@ from deboom.bench.campaign_writer import write_campaign
 from deboom.files.campaign import read_campaign
 from deboom.files.platform import read_platform
 from deboom.measurement.campaign import Campaign
-from deboom.measurement.channel_geometry import sensor_geometry
 from deboom.measurement.force_transfer import (
     ForceTransferMatrix,
     force_transfer_matrix,
     load_scale,
+    moment_transfer_matrix,
     operating_force,
 )
-from deboom.measurement.force_transfer_moments import moment_transfer_matrix
 from deboom.measurement.sensors import SensorKind
-from deboom.mounts.characterisation import Characterisation, CharacteriseOptions
-from deboom.mounts.characterise import measuring_chains
-from deboom.study.characterisation import CHECK_CASES, CharacterisedBench
-from deboom.study.characterisation_transfer import moment_cost_table
-from deboom.study.surface_check import PEAKS, RMS
+from deboom.measurement.virtual_point import sensor_geometry
+from deboom.mounts.characterise import Characterisation, CharacteriseOptions, measuring_chains
+from deboom.study.mount_characterisation import CHECK_CASES, CharacterisedBench, moment_cost_table
+from deboom.study.platform_model import PEAKS, RMS
 from write_library import PLATFORM
 
 SEEDS = range(1, 7)

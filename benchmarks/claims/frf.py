@@ -14,19 +14,32 @@ import numpy as np
 
 from claims import Claim
 from deboom.errors import InputError
-from deboom.files.hammer_test import read_hammer_test
-from deboom.files.hammer_test_tables import HammerChannel, HammerPoint
-from deboom.files.hammer_test_writer import HammerSheet, write_hammer_test
-from deboom.files.units import parse_unit
+from deboom.files.hammer_test import (
+    HammerChannel,
+    HammerPoint,
+    HammerSheet,
+    read_hammer_test,
+    write_hammer_test,
+)
+from deboom.files.tables import parse_unit
 from deboom.measurement.channels import Frf
-from deboom.measurement.coherence_gate import imported_estimate, require_coherence
-from deboom.measurement.hammer_frf import HammerOptions, hammer_frf, hammer_frfs
-from deboom.measurement.hammer_measurement import HammerMeasurement
-from deboom.measurement.hit_checks import check_hits
-from deboom.physics.cross_spectra import CrossSpectra
-from deboom.physics.frf_estimators import coherence, h1
-from deboom.physics.frf_random_error import LARGEST_VALID_ERROR, magnitude_error, phase_error
-from deboom.physics.impact_windows import corrected_damping_ratio
+from deboom.measurement.frf_estimate import imported_estimate, require_coherence
+from deboom.measurement.impact_test import (
+    HammerMeasurement,
+    HammerOptions,
+    check_hits,
+    hammer_frf,
+    hammer_frfs,
+)
+from deboom.physics.frf import (
+    LARGEST_VALID_ERROR,
+    CrossSpectra,
+    coherence,
+    corrected_damping_ratio,
+    h1,
+    magnitude_error,
+    phase_error,
+)
 from struck_mass import DAMPING, NATURAL, RATE, fitted_pole, inertance, measured
 
 DATA = Path(__file__).parents[2] / "tests" / "data" / "vibrationtesting-analyzer"

@@ -15,11 +15,11 @@ import kernel
 import kernel_coupled
 from claims import Claim
 from deboom.files.platform import Platform, read_platform
-from deboom.vehicles.coupled_identification import coupled_motion
+from deboom.vehicles.booming_model import levels
+from deboom.vehicles.coupled_motion import coupled_motion
 from deboom.vehicles.fleet import path_contributions
 from deboom.vehicles.kernel_coupled_numpy import NUMPY_COUPLED
 from deboom.vehicles.kernel_numba import NUMBA_COUPLED, NUMBA_COUPLED_FLOAT32
-from deboom.vehicles.synthesis import levels
 
 PLATFORM = Path(__file__).parents[2] / "studies" / "data" / "u06_f39_f45"
 N_PROBLEMS = 20

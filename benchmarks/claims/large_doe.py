@@ -13,11 +13,11 @@ import time
 from pathlib import Path
 
 from claims import Claim
-from deboom.explore.design_space import stiffness_factor_space
-from deboom.explore.large_doe import SobolDesigns, evaluate_to_store
+from deboom.explore.doe import SobolDesigns, evaluate_to_store
+from deboom.explore.space import stiffness_factor_space
 from deboom.files.checkpoint import CheckpointFolder
 from deboom.files.platform import read_platform
-from deboom.vehicles.booming_index import booming_index
+from deboom.vehicles.booming_model import booming_index
 from deboom.vehicles.kernel_numpy import NUMPY
 
 PLATFORM = Path(__file__).parents[2] / "studies" / "data" / "u06_f39_f45"

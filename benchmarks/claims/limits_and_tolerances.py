@@ -15,15 +15,13 @@ import numpy as np
 import pandas as pd
 
 from claims import Claim
-from deboom.explore.design_space import stiffness_factor_space
-from deboom.explore.evaluate import ResponseFunction
 from deboom.explore.problems import nsga2
 from deboom.explore.robust import RobustResponse
-from deboom.explore.tolerance_samples import sobol_sample
-from deboom.explore.tolerance_variables import ToleranceCost, ToleranceResponse
+from deboom.explore.scatter import sobol_sample
+from deboom.explore.space import ResponseFunction, stiffness_factor_space
+from deboom.explore.tolerance_allocation import ToleranceCost, ToleranceResponse
 from deboom.files.platform import read_platform
-from deboom.study.motion import Kernel, Motion, motion_index
-from deboom.study.mount_source import MountSource, operation
+from deboom.study.platform_model import Kernel, Motion, MountSource, motion_index, operation
 from deboom.study.runner import load_study, run_study
 
 STUDIES = Path(__file__).parents[2] / "studies"

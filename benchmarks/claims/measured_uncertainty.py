@@ -22,27 +22,26 @@ from functools import cache
 import numpy as np
 
 from claims import Claim
-from deboom.bench.body import noise_transfer
 from deboom.bench.campaign_plan import CampaignErrors, PlannedRun
-from deboom.bench.fleet import load_fleet
-from deboom.bench.laboratory import evaluate
-from deboom.bench.mount_sets import DRAWING
+from deboom.bench.fleet import StateSpread, in_state, load_fleet, noise_transfer
 from deboom.bench.operating_run import OperatingRun, full_load_run
-from deboom.bench.parameters import load_bench
-from deboom.bench.sensors import ErrorBudget, draw_instrumentation, measure
-from deboom.bench.vehicle_measurement import TransferErrors, measured_noise_transfer
-from deboom.bench.vehicle_state import StateSpread, in_state
+from deboom.bench.powertrain import DRAWING, load_bench
+from deboom.bench.sensors import (
+    ErrorBudget,
+    TransferErrors,
+    draw_instrumentation,
+    evaluate,
+    measure,
+    measured_noise_transfer,
+)
 from deboom.files.platform import Platform, read_platform
-from deboom.measurement.channels import Frf, Spectrum
-from deboom.measurement.load_case import LoadCase
-from deboom.measurement.method_difference import method_difference
-from deboom.measurement.propagated_interval import pivotal_interval
-from deboom.mounts.characterisation import CharacteriseOptions
-from deboom.mounts.characterise import characterise
+from deboom.measurement.channels import Frf, LoadCase, Spectrum
+from deboom.measurement.uncertainty import method_difference, pivotal_interval
+from deboom.mounts.characterise import CharacteriseOptions, characterise
 from deboom.mounts.characterised_mount import CharacterisedMount
 from deboom.mounts.surface_forces import Outside, surface_forces
 from deboom.study.uncertain_index import UncertainIndex
-from deboom.vehicles.booming_index import booming_index
+from deboom.vehicles.booming_model import booming_index
 from deboom.vehicles.fleet import Fleet, Vehicle
 from deboom.vehicles.kernel_numpy import NUMPY
 from deboom.vehicles.platform_uncertainty import TransferUncertainty, force_sources

@@ -19,7 +19,7 @@ import numpy as np
 
 from claims import Claim
 from deboom.bench.operating_run import full_load_run
-from deboom.bench.parameters import load_bench
+from deboom.bench.powertrain import load_bench
 from deboom.bench.sensors import (
     ACCELEROMETER_OFFSETS,
     ErrorBudget,
@@ -27,16 +27,18 @@ from deboom.bench.sensors import (
 )
 from deboom.bench.sensors import measure as measure_in_operation
 from deboom.measurement.campaign import AXES, ShakerRun
-from deboom.measurement.channel_geometry import impact_geometry, sensor_geometry
 from deboom.measurement.channels import Frf, Spectrum
-from deboom.measurement.conditioning import conditioning
-from deboom.measurement.consistency import response_consistency
-from deboom.measurement.culprit import Diagnosis, culprit_of_responses, find_culprit
-from deboom.measurement.fault_fits import Fault
+from deboom.measurement.culprit import Diagnosis, Fault, culprit_of_responses, find_culprit
 from deboom.measurement.force_transfer import force_transfer_matrix, operating_force
-from deboom.measurement.sensors import Sensor, SensorKind
-from deboom.measurement.tolerances import Tolerances
-from deboom.measurement.virtual_point import virtual_point, virtual_point_frf
+from deboom.measurement.quality import response_consistency
+from deboom.measurement.sensors import Sensor, SensorKind, Tolerances
+from deboom.measurement.virtual_point import (
+    conditioning,
+    impact_geometry,
+    sensor_geometry,
+    virtual_point,
+    virtual_point_frf,
+)
 from hammer_test import (
     CAREFUL,
     EXACT,

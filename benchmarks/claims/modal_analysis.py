@@ -20,18 +20,21 @@ import numpy as np
 
 from claims import Claim
 from deboom.arrays import RealArray
-from deboom.bench.ears import panel_pressure
-from deboom.bench.fleet import load_fleet
+from deboom.bench.fleet import NO_STATE_SPREAD, StateSpread, load_fleet
+from deboom.bench.interfaces import panel_pressure
 from deboom.bench.vehicle_acquisition import AcquisitionErrors
-from deboom.bench.vehicle_state import NO_STATE_SPREAD, StateSpread
 from deboom.bench.vehicle_writer import VehicleErrors, write_vehicle
 from deboom.files.vehicle import read_vehicle
 from deboom.measurement.channels import Frf
-from deboom.measurement.modal_analysis import LARGE_ERROR, modal_model, poles_over_orders
-from deboom.measurement.modal_poles import pole_clusters
-from deboom.measurement.panels import pressure_of_modes
+from deboom.measurement.modal import (
+    LARGE_ERROR,
+    modal_model,
+    pole_clusters,
+    poles_over_orders,
+    pressure_of_modes,
+)
 from deboom.physics.frf import FrfForm
-from deboom.study.modal_part import ModalPart, modal_part, truth_mac
+from deboom.study.synthesis_validation import ModalPart, modal_part, truth_mac
 
 VEHICLES = tuple(f"U06-{k}" for k in range(1, 6))
 N_MODES = 5

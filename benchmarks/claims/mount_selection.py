@@ -11,20 +11,18 @@ from pathlib import Path
 import numpy as np
 
 from claims import Claim
-from deboom.bench.mount_sets import mount_set, with_mount_set
 from deboom.bench.operating_run import full_load_run
-from deboom.bench.parameters import load_bench
-from deboom.explore.fronts import pareto_front
+from deboom.bench.powertrain import load_bench, mount_set, with_mount_set
+from deboom.explore.front import pareto_front
 from deboom.explore.problems import nsga2
 from deboom.explore.robust import RobustResponse
 from deboom.files.platform import read_platform
 from deboom.mounts.surface_forces import Outside
 from deboom.physics.sound_level import spl
-from deboom.study.motion import Motion
-from deboom.study.mount_catalogue import Catalogue, catalogue_index, platform_catalogue
-from deboom.study.mount_source import MountSource, Operation, operation
-from deboom.study.sampling import Sampler, tolerance_sample
-from deboom.vehicles.catalogue_index import CatalogueIndex
+from deboom.study.mount_selection import Catalogue, catalogue_index, platform_catalogue
+from deboom.study.options import Sampler, tolerance_sample
+from deboom.study.platform_model import Motion, MountSource, Operation, operation
+from deboom.vehicles.booming_model import CatalogueIndex
 from deboom.vehicles.fleet import path_transfer
 
 PLATFORM = Path(__file__).parents[2] / "studies" / "data" / "u06_f39_f45"

@@ -17,39 +17,37 @@ from scipy.signal import find_peaks
 
 from claims import Claim
 from deboom.arrays import ComplexArray, RealArray
-from deboom.bench.body import Body, noise_transfer
 from deboom.bench.coupled_car import CarErrors, at_ears, drive
-from deboom.bench.ears import EARS, ear_transfer, source_motion
-from deboom.bench.fleet import load_fleet
-from deboom.bench.interfaces import interfaces
-from deboom.bench.mount_sets import mount_set, with_mount_set
+from deboom.bench.fleet import (
+    NO_STATE_SPREAD,
+    Body,
+    StateSpread,
+    in_state,
+    load_fleet,
+    noise_transfer,
+)
+from deboom.bench.interfaces import EARS, ear_transfer, interfaces, source_motion
+from deboom.bench.layout import FREQUENCY
 from deboom.bench.operating_run import OperatingRun, full_load_run
-from deboom.bench.parameters import VirtualBench, load_bench
-from deboom.bench.platform_layout import FREQUENCY
+from deboom.bench.powertrain import VirtualBench, load_bench, mount_set, with_mount_set
+from deboom.bench.sensors import TransferErrors, measured_noise_transfer
 from deboom.bench.vehicle_acquisition import (
     NO_ACQUISITION_ERRORS,
     AcquisitionErrors,
+    body_sensor_places,
     breathe,
     draw_setup,
-    strike,
-    struck_pressure,
-)
-from deboom.bench.vehicle_layout import (
-    body_sensor_places,
     impact_places,
     impact_rows,
     orientations,
+    strike,
+    struck_pressure,
 )
-from deboom.bench.vehicle_measurement import TransferErrors, measured_noise_transfer
-from deboom.bench.vehicle_state import NO_STATE_SPREAD, StateSpread, in_state
 from deboom.bench.vehicle_writer import NO_VEHICLE_ERRORS, VehicleErrors, write_vehicle
 from deboom.files.hammer_test import read_hammer_test
 from deboom.files.vehicle import read_vehicle
-from deboom.measurement.channel_geometry import impact_geometry, sensor_geometry
 from deboom.measurement.channels import Frf, Spectrum
-from deboom.measurement.hammer_frf import HammerOptions, hammer_frfs
-from deboom.measurement.impacts import Impact
-from deboom.measurement.level_spread import level_spread, noise_transfer_levels
+from deboom.measurement.impact_test import HammerOptions, hammer_frfs
 from deboom.measurement.measured_vehicle import Method, point_noise_transfer
 from deboom.measurement.misplacement import misplacement
 from deboom.measurement.noise_transfer import (
@@ -58,11 +56,12 @@ from deboom.measurement.noise_transfer import (
     noise_transfer_of_paths,
     reciprocal_noise_transfer,
 )
-from deboom.measurement.sensors import Sensor, SensorKind
-from deboom.measurement.variance_split import variance_split
-from deboom.physics.correlation import corr_f, corr_s
+from deboom.measurement.sensors import Impact, Sensor, SensorKind
+from deboom.measurement.uncertainty import level_spread, noise_transfer_levels, variance_split
+from deboom.measurement.virtual_point import impact_geometry, sensor_geometry
+from deboom.physics.frf import corr_f, corr_s
 from deboom.physics.sound_level import spl
-from deboom.vehicles.noise_transfer import compare_noise_transfer
+from deboom.vehicles.path_analysis import compare_noise_transfer
 
 BENCH = load_bench()
 FLEET = load_fleet(1)

@@ -15,23 +15,25 @@ import numpy as np
 from claims import Claim
 from deboom.arrays import ComplexArray, RealArray
 from deboom.bench.campaign_plan import CampaignErrors, TimeRunPlan
-from deboom.bench.campaign_sensors import draw_campaign_sensors
-from deboom.bench.mount_sets import mount_set, with_mount_set
-from deboom.bench.parameters import load_bench
-from deboom.bench.time_run import record_over_time
+from deboom.bench.campaign_recording import draw_campaign_sensors, record_over_time
+from deboom.bench.powertrain import load_bench, mount_set, with_mount_set
 from deboom.errors import InputError
-from deboom.measurement.order_spectra import (
+from deboom.measurement.channels import TimeRecord
+from deboom.measurement.order_tracking import (
     OrderSpectrum,
     computed_order_spectrum,
     vold_kalman_spectra,
 )
-from deboom.measurement.shaft_angle import ShaftAngle, shaft_angle
-from deboom.measurement.tacho import pulse_times
-from deboom.measurement.tacho_repair import repair_pulses
-from deboom.measurement.time_record import TimeRecord
-from deboom.physics.order_tracking import angular_resample, order_amplitudes, samples_needed
-from deboom.physics.order_tracking_resolution import noise_amplitude
-from deboom.physics.vold_kalman import envelope_response, noise_bandwidth, vold_kalman
+from deboom.measurement.tacho import ShaftAngle, pulse_times, repair_pulses, shaft_angle
+from deboom.physics.order_tracking import (
+    angular_resample,
+    envelope_response,
+    noise_amplitude,
+    noise_bandwidth,
+    order_amplitudes,
+    samples_needed,
+    vold_kalman,
+)
 
 RATE = 16384.0
 SEEDS = (1, 2, 3)

@@ -15,15 +15,18 @@ from claims import Claim
 from deboom.arrays import RealArray
 from deboom.bench.campaign_plan import training_plan
 from deboom.bench.campaign_writer import write_campaign
-from deboom.bench.mount_sets import mount_set, with_mount_set
-from deboom.bench.parameters import VirtualBench, load_bench
-from deboom.explore.part_numbers import PartNumber, part_structure
-from deboom.explore.tolerance_samples import cut_normal_moments, gaussian_sample
+from deboom.bench.powertrain import VirtualBench, load_bench, mount_set, with_mount_set
+from deboom.explore.scatter import PartNumber, cut_normal_moments, gaussian_sample, part_structure
 from deboom.files.campaign import read_campaign
 from deboom.mounts.characterise import characterise, measuring_chains
 from deboom.mounts.characterised_mount import CharacterisedMount
-from deboom.mounts.library_scatter import library_scatter
-from deboom.mounts.part_scatter import ScatterPrior, batch_share, direction_scatter, hardness_share
+from deboom.mounts.part_scatter import (
+    ScatterPrior,
+    batch_share,
+    direction_scatter,
+    hardness_share,
+    library_scatter,
+)
 
 REPETITIONS = 4000
 SETS = tuple(f"M{number}" for number in range(1, 9))

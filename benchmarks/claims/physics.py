@@ -14,21 +14,24 @@ from scipy.integrate import solve_ivp
 from scipy.linalg import eigh
 
 from claims import Claim
-from deboom.physics.correlation import mac, msf
-from deboom.physics.coupling import (
+from deboom.physics.dynamic_stiffness import dynamic_stiffness, stiffness_hv
+from deboom.physics.forced_response import forced_response
+from deboom.physics.frf import FrfForm, convert, mac, msf
+from deboom.physics.rigid_body import (
+    mass_matrix,
+    mass_properties,
+    mount_stiffness_matrix,
+    rigid_body_modes,
+)
+from deboom.physics.sound_level import a_weighting, spl
+from deboom.physics.transfer_path import (
     assembled_frf,
     blocked_force,
     blocked_force_on_rig,
     interface_force,
     mounted_source,
+    pressure,
 )
-from deboom.physics.dynamic_stiffness import dynamic_stiffness, stiffness_hv
-from deboom.physics.forced_response import forced_response
-from deboom.physics.frf import FrfForm, convert
-from deboom.physics.mass_properties import mass_properties
-from deboom.physics.rigid_body import mass_matrix, mount_stiffness_matrix, rigid_body_modes
-from deboom.physics.sound_level import a_weighting, spl
-from deboom.physics.transfer_path import pressure
 
 DATA = Path(__file__).parents[2] / "tests" / "data"
 

@@ -19,9 +19,9 @@ import kernel_smooth
 from claims import Claim
 from deboom.errors import InputError
 from deboom.files.platform import read_platform
-from deboom.study.mount_source import MountSource, operation
+from deboom.study.platform_model import MountSource, operation
 from deboom.study.runner import load_study, run_study
-from deboom.vehicles.coupled_identification import coupled_motion
+from deboom.vehicles.coupled_motion import coupled_motion
 from deboom.vehicles.kernel_smooth_numpy import SMOOTH_COUPLED
 
 STUDY = Path(__file__).parents[2] / "studies" / "prescribed_or_coupled.py"

@@ -13,17 +13,14 @@ from scipy.spatial import Delaunay
 from sklearn.utils.estimator_checks import check_estimator
 
 from claims import Claim
-from deboom.bench.campaign_operation import true_run
 from deboom.bench.campaign_plan import LOW_GEAR_RUNS, TRAINING_RUNS, PlannedRun
-from deboom.bench.parameters import load_bench
-from deboom.bench.suspended_body import operating_stiffness, static_deflection
-from deboom.measurement.rising_torque import rising_lines
-from deboom.mounts.berg import friction_stiffness
-from deboom.mounts.cubic_fit import PieceOptions
-from deboom.mounts.model_comparison import compare_models, standard_models
-from deboom.mounts.piecewise_cubic import PiecewiseCubicRegressor
-from deboom.mounts.response_surface import DynamicStiffnessSurface
-from deboom.mounts.stiffness_model import StiffnessSamples
+from deboom.bench.campaign_recording import true_run
+from deboom.bench.mount_law import operating_stiffness, static_deflection
+from deboom.bench.powertrain import load_bench
+from deboom.measurement.campaign import rising_lines
+from deboom.mounts.piecewise_cubic import PieceOptions, PiecewiseCubicRegressor
+from deboom.mounts.response_surface import DynamicStiffnessSurface, StiffnessSamples
+from deboom.mounts.stiffness_models import compare_models, friction_stiffness, standard_models
 
 BENCH = load_bench()
 FREQUENCY = np.linspace(20, 80, 241)

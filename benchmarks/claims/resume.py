@@ -19,11 +19,11 @@ from pathlib import Path
 import numpy as np
 
 from claims import Claim
-from deboom.explore.design_space import stiffness_factor_space
 from deboom.explore.known_truth import quad2
 from deboom.explore.problems import nsga2
 from deboom.explore.robust import RobustResponse
-from deboom.explore.tolerance_samples import sobol_sample
+from deboom.explore.scatter import sobol_sample
+from deboom.explore.space import stiffness_factor_space
 from deboom.explore.workers import workers_for
 from deboom.files.checkpoint import read_evaluations
 from deboom.study.runner import Study, load_study, resume_study, run_study

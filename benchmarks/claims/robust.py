@@ -21,15 +21,14 @@ from pathlib import Path
 import numpy as np
 
 from claims import Claim
-from deboom.explore.design_space import stiffness_factor_space
-from deboom.explore.fronts import hypervolume
+from deboom.explore.front import hypervolume
 from deboom.explore.known_truth import exact_front, exact_objectives, exp1, quad2
-from deboom.explore.moments import SAMPLE_MOMENTS, ControlVariate
 from deboom.explore.problems import nsga2
-from deboom.explore.robust import RobustResponse
-from deboom.explore.tolerance_samples import sobol_sample
+from deboom.explore.robust import SAMPLE_MOMENTS, ControlVariate, RobustResponse
+from deboom.explore.scatter import sobol_sample
+from deboom.explore.space import stiffness_factor_space
 from deboom.files.platform import read_platform
-from deboom.vehicles.booming_index import booming_index
+from deboom.vehicles.booming_model import booming_index
 from deboom.vehicles.kernel_numpy import NUMPY
 
 PLATFORM = Path(__file__).parents[2] / "studies" / "data" / "u06_f39_f45"

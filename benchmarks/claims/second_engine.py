@@ -23,11 +23,15 @@ import pandas as pd
 from threadpoolctl import threadpool_limits
 
 from claims import Claim
-from deboom.mounts.characterisation import CharacteriseOptions
-from deboom.mounts.mount_state import MountState
+from deboom.mounts.characterise import CharacteriseOptions
 from deboom.mounts.operating_map import Preload
-from deboom.study.second_engine_numbers import BY_KINEMATICS, direction_numbers, preload_numbers
-from deboom.study.second_engine_sources import second_engines
+from deboom.mounts.surface_forces import MountState
+from deboom.study.second_engine import (
+    BY_KINEMATICS,
+    direction_numbers,
+    preload_numbers,
+    second_engines,
+)
 
 SEEDS = range(1, 7)
 SETS = ("M1", "M2", "M3", "M4", "M5")

@@ -18,21 +18,16 @@ import pandas as pd
 
 import sobol_indices as bench
 from claims import Claim
-from deboom.bench.body import noise_transfer
-from deboom.bench.fleet import load_fleet
-from deboom.bench.fleet_prior import draw_fleet
+from deboom.bench.fleet import draw_fleet, load_fleet, noise_transfer
 from deboom.bench.operating_run import full_load_run
-from deboom.bench.parameters import load_bench
-from deboom.explore.design_space import stiffness_factor_space
+from deboom.bench.powertrain import load_bench
 from deboom.explore.known_indices import Ishigami, SobolG
-from deboom.explore.sensitivity import sobol_designs
-from deboom.explore.sensitivity_inputs import design_inputs
-from deboom.explore.sobol_indices import sobol_indices
+from deboom.explore.sensitivity import design_inputs, sobol_designs, sobol_indices
+from deboom.explore.space import stiffness_factor_space
 from deboom.files.platform import read_platform
 from deboom.physics.sound_level import spl
-from deboom.report.style import mount_of
-from deboom.study.motion import Motion, motion_index
-from deboom.study.mount_source import MountSource, operation
+from deboom.plot.style import mount_of
+from deboom.study.platform_model import Motion, MountSource, motion_index, operation
 from deboom.study.runner import load_study, run_study
 from deboom.study.sensitivity import ranking
 

@@ -25,6 +25,7 @@ from pathlib import Path
 import numpy as np
 
 from claims import Claim
+from deboom.explore.box import Box, BoxQuestion
 from deboom.explore.known_boxes import (
     KnownShare,
     LinearProblem,
@@ -35,12 +36,10 @@ from deboom.explore.known_boxes import (
     largest_linear_box,
 )
 from deboom.explore.known_truth import quad2
-from deboom.explore.solution_box import Box, BoxQuestion
-from deboom.explore.solution_box_search import BoxEffort, largest_box
+from deboom.explore.largest_box import BoxEffort, largest_box
 from deboom.files.platform import read_platform
-from deboom.study.motion import Motion, motion_index
-from deboom.study.mount_source import MountSource, operation
-from deboom.study.sampling import factor_space
+from deboom.study.options import factor_space
+from deboom.study.platform_model import Motion, MountSource, motion_index, operation
 from deboom.study.solution_box import BoxStudy, box_study
 from deboom.study.solution_box_question import (
     BoxOptions,
@@ -48,7 +47,7 @@ from deboom.study.solution_box_question import (
     limited_response,
     pareto_point,
 )
-from deboom.study.supplier_pick import Pick
+from deboom.study.supplier_study import Pick
 
 STUDIES = Path(__file__).parents[2] / "studies"
 EFFORT = BoxEffort(calibration=2**20, verification=2**20)

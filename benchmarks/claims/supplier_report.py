@@ -15,16 +15,13 @@ from pathlib import Path
 import numpy as np
 
 from claims import Claim
-from deboom.explore.fronts import verification_response
+from deboom.explore.front import verification_response
 from deboom.study.runner import load_study, run_study
-from deboom.study.supplier_effects import SupplierEffects, with_tolerance
-from deboom.study.supplier_names import shown_names
-from deboom.study.supplier_pick import Pick
-from deboom.study.supplier_report import supplier_report
-from deboom.study.supplier_study import supplier_study
-from deboom.study.supplier_tables import tolerance_table
+from deboom.study.supplier_numbers import SupplierEffects, with_tolerance
+from deboom.study.supplier_page import supplier_report, tolerance_table
+from deboom.study.supplier_study import Pick, shown_names, supplier_study
+from deboom.vehicles.booming_model import levels
 from deboom.vehicles.fleet import path_contributions
-from deboom.vehicles.synthesis import levels
 
 STUDIES = Path(__file__).parents[2] / "studies"
 

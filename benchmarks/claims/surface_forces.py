@@ -21,19 +21,16 @@ import numpy as np
 
 from claims import Claim
 from deboom.bench.campaign_plan import TRAINING_RUNS, CampaignErrors
-from deboom.bench.mount_sets import DRAWING
 from deboom.bench.platform_writer import write_platform
+from deboom.bench.powertrain import DRAWING
 from deboom.files.library_export import read_library_json
 from deboom.files.platform import Platform, read_platform
 from deboom.measurement.campaign import OperatingRun
-from deboom.measurement.channels import Spectrum
-from deboom.measurement.load_case import LoadCase
-from deboom.mounts.characterisation import Characterisation, CharacteriseOptions
-from deboom.mounts.characterise import characterise
+from deboom.measurement.channels import LoadCase, Spectrum
+from deboom.mounts.characterise import Characterisation, CharacteriseOptions, characterise
 from deboom.mounts.surface_forces import Outside, SurfaceForces, surface_forces
-from deboom.study.mount_source import LIBRARY_FILE
-from deboom.study.platform_library import write_platform_library
-from deboom.study.surface_check import PEAKS, surface_check
+from deboom.study.campaigns import write_platform_library
+from deboom.study.platform_model import LIBRARY_FILE, PEAKS, surface_check
 from virtual_campaign import virtual_campaign
 from write_library import PLATFORM
 

@@ -27,21 +27,19 @@ import pandas as pd
 from threadpoolctl import threadpool_limits
 
 from claims import Claim
-from deboom.study.synthesis_validation_data import virtual_data
-from deboom.study.synthesis_validation_numbers import (
+from deboom.study.synthesis_validation import (
+    BLOCKED,
     BY_HAMMER,
     BY_SURFACES,
     DESIGN,
-    ON_ROAD,
-    PEAK,
-)
-from deboom.study.synthesis_validation_result import synthesis_validation_result
-from deboom.study.synthesis_validation_transfer import (
-    BLOCKED,
     EVERYTHING,
     FUNCTIONS,
     INVERSION,
+    ON_ROAD,
     OTHER_PATHS,
+    PEAK,
+    synthesis_validation_result,
+    virtual_data,
 )
 
 SEEDS = (1, 2)

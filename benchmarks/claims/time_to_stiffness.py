@@ -23,11 +23,11 @@ from deboom.bench.campaign_plan import CampaignPlan, PlannedRun, TimeRunPlan
 from deboom.bench.campaign_writer import write_campaign
 from deboom.files.campaign import read_campaign
 from deboom.measurement.channels import Spectrum
-from deboom.measurement.tracked_run import OrderTracking, TrackingOptions
-from deboom.mounts.body_record import body_record
+from deboom.measurement.order_tracking import OrderTracking, TrackingOptions
 from deboom.mounts.characterise import measuring_chains
+from deboom.mounts.measuring_chain import body_record
 from deboom.mounts.operating_map import OperatingMap, operating_maps
-from deboom.study.order_runs import orders_into_campaign
+from deboom.study.campaigns import orders_into_campaign
 
 SEEDS = range(1, 7)
 TIME_RUN = "g5_wot220_time"

@@ -15,25 +15,29 @@ from pathlib import Path
 import numpy as np
 
 from claims import Claim
-from deboom.explore.design_space import stiffness_factor_space
-from deboom.explore.moments import ControlVariate
-from deboom.explore.robust import RobustResponse
-from deboom.explore.tolerance_allocation import Allocator, SigmaTarget
-from deboom.explore.tolerance_curves import reciprocal_curves
-from deboom.explore.tolerance_effect import ToleranceEffect
-from deboom.explore.tolerance_samples import cut_normal_moments, sobol_sample
-from deboom.explore.tolerance_structure import ToleranceStructure, batches
-from deboom.explore.tolerance_variables import ToleranceCost
+from deboom.explore.robust import ControlVariate, RobustResponse
+from deboom.explore.scatter import ToleranceStructure, batches, cut_normal_moments, sobol_sample
+from deboom.explore.space import stiffness_factor_space
+from deboom.explore.tolerance_allocation import (
+    Allocator,
+    SigmaTarget,
+    ToleranceCost,
+    ToleranceEffect,
+    reciprocal_curves,
+)
 from deboom.files.platform import read_platform
-from deboom.study.front_design import WantedDesign, design_of_search
 from deboom.study.made_parts import made_parts
-from deboom.study.motion import Motion, motion_index
-from deboom.study.mount_source import MountSource, operation
-from deboom.study.robust_search import Budget
+from deboom.study.options import factor_space
+from deboom.study.platform_model import Motion, MountSource, motion_index, operation
 from deboom.study.runner import load_study, run_study
-from deboom.study.sampling import factor_space
-from deboom.study.tolerance_allocation import AllocationStudy
-from deboom.study.wanted_tolerances import WantedTarget, cost_curves
+from deboom.study.search import Budget
+from deboom.study.tolerance_allocation import (
+    AllocationStudy,
+    WantedDesign,
+    WantedTarget,
+    cost_curves,
+    design_of_search,
+)
 
 STUDIES = Path(__file__).parents[2] / "studies"
 PLATFORM = STUDIES / "data" / "u06_f39_f45"

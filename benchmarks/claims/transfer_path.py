@@ -20,28 +20,26 @@ from claims import Claim
 from deboom.bench.coupled_car import drive
 from deboom.bench.fleet import load_fleet
 from deboom.bench.interfaces import interfaces, point_receptance
-from deboom.bench.mount_sets import mount_set, with_mount_set
-from deboom.bench.parameters import load_bench
-from deboom.bench.platform_layout import FREQUENCY as BENCH_LINES
-from deboom.bench.vehicle_layout import BODY_SENSOR_OFFSETS
+from deboom.bench.layout import FREQUENCY as BENCH_LINES
+from deboom.bench.powertrain import load_bench, mount_set, with_mount_set
+from deboom.bench.vehicle_acquisition import BODY_SENSOR_OFFSETS
 from deboom.bench.vehicle_writer import write_vehicle
 from deboom.files.vehicle import read_vehicle
 from deboom.measurement.channels import Spectrum
+from deboom.measurement.measured_vehicle import path_accelerance
 from deboom.measurement.path_forces import forces_by_inversion
-from deboom.measurement.vehicle_paths import path_accelerance
-from deboom.physics.coupling import blocked_force_on_rig
 from deboom.physics.elastic_centre import centre_of_stiffness, dynamic_centre_of_stiffness
 from deboom.physics.force_inversion import (
     CROSS_VALIDATED,
     PLAIN,
+    Choice,
     Inversion,
     Regularisation,
     invert_for_forces,
 )
-from deboom.physics.orders import rpm_of_frequency
-from deboom.physics.regularisation_choice import Choice
+from deboom.physics.order_tracking import rpm_of_frequency
 from deboom.physics.rigid_body import forward_matrices, mass_matrix, mount_stiffness_matrix
-from deboom.physics.transfer_path import mount_force, pressure
+from deboom.physics.transfer_path import blocked_force_on_rig, mount_force, pressure
 from transfer_path_assembly import (
     INDICATORS,
     INTERFACE,

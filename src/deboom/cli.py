@@ -8,15 +8,9 @@ from typing import Annotated
 import typer
 
 import deboom
-from deboom.cli_accept import accept
 from deboom.cli_bench import bench_app
-from deboom.cli_identify import identify
-from deboom.cli_library import characterise, library_app
-from deboom.cli_orders import orders
-from deboom.cli_platform import check, new_app
-from deboom.cli_report import report
-from deboom.cli_results import compare, list_, show
-from deboom.cli_unbalance import unbalance
+from deboom.cli_measurements import characterise, identify, library_app, orders, unbalance
+from deboom.cli_results import accept, check, compare, list_, new_app, report, show
 
 app = typer.Typer(
     add_completion=False,

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from deboom.bench.compressor_plan import CalibrationLevel, CompressorCase, HoseCase
+from deboom.bench.compressor_truth import CalibrationLevel, CompressorCase, HoseCase
 
 bench_app = typer.Typer(
     no_args_is_help=True,
@@ -40,8 +40,8 @@ def write(
     truth goes to the folder `truth/`, which no study reads.
     """
     from deboom.bench.platform_writer import write_platform
-    from deboom.study.mount_source import LIBRARY_FILE
-    from deboom.study.platform_library import write_platform_library
+    from deboom.study.campaigns import write_platform_library
+    from deboom.study.platform_model import LIBRARY_FILE
     from deboom.study.progress import progress_bar
     from deboom.study.runner import one_sentence_errors
 
@@ -207,7 +207,7 @@ def compressor(
 
     Try: deboom bench compressor hammer_test --level C2 --seed 1
     """
-    from deboom.bench.compressor_plan import CompressorPlan
+    from deboom.bench.compressor_truth import CompressorPlan
     from deboom.bench.compressor_writer import write_compressor_test
     from deboom.study.runner import one_sentence_errors
 
@@ -300,9 +300,9 @@ def operation(
 
     Try: deboom bench operation running --hammer-with-hoses --mount-storage 0.9 --mount-loss 1.1
     """
-    from deboom.bench.compressor_operation_plan import OperationPlan
-    from deboom.bench.compressor_operation_writer import write_operating_test
-    from deboom.bench.compressor_plan import CompressorPlan
+    from deboom.bench.compressor_operation import OperationPlan
+    from deboom.bench.compressor_truth import CompressorPlan
+    from deboom.bench.compressor_writer import write_operating_test
     from deboom.study.runner import one_sentence_errors
 
     with one_sentence_errors():
@@ -366,8 +366,8 @@ def electric_car(
 
     Try: deboom bench electric-car car --car EV-2 --hammer-with-hoses
     """
-    from deboom.bench.compressor_operation_plan import OperationPlan
-    from deboom.bench.compressor_plan import CompressorPlan
+    from deboom.bench.compressor_operation import OperationPlan
+    from deboom.bench.compressor_truth import CompressorPlan
     from deboom.bench.electric_car_writer import write_electric_car
     from deboom.study.runner import one_sentence_errors
 

@@ -1,4 +1,4 @@
-"""The command line of results: what there is, one run in full, and fronts compared."""
+"""The command line of results and platforms: runs, reports, deliveries, a folder to fill in."""
 
 from __future__ import annotations
 
@@ -6,6 +6,9 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
+
+from deboom.files.function_table import FunctionFiles
+from deboom.study.supplier_study import Pick
 
 STUDIES = Path("studies")
 
@@ -37,7 +40,7 @@ def show(
     run: Annotated[Path, typer.Argument(help="A run's folder, such as `deboom list` prints.")],
 ) -> None:
     """Show one run: question, options, headline numbers, versions, files, and if any was edited."""
-    from deboom.files.run_list import read_run
+    from deboom.files.run_folder import read_run
     from deboom.study.overview import show_lines
     from deboom.study.runner import one_sentence_errors
 
@@ -61,7 +64,7 @@ def compare(
     their seed only show how far chance goes; three seeds or more of each configuration make the
     verdict sharp. Refused: runs of different platforms, and run folders with edited files.
     """
-    from deboom.study.compare_command import compare as compare_runs
+    from deboom.study.compare import compare as compare_runs
     from deboom.study.runner import one_sentence_errors
 
     with one_sentence_errors():
@@ -69,3 +72,224 @@ def compare(
         for verdict in verdicts:
             typer.echo(verdict)
         typer.echo(folder.as_posix())
+
+
+def report(
+    run: Annotated[Path, typer.Argument(help="Folder of a finished front study.")],
+    supplier: Annotated[
+        bool, typer.Option("--supplier", help="The page that a mount supplier reads.")
+    ] = False,
+    interactive: Annotated[
+        bool, typer.Option("--interactive", help="The page on which the front is explored.")
+    ] = False,
+    mount: Annotated[str | None, typer.Option(help="One part; by default all of them.")] = None,
+    anonymous: Annotated[
+        bool, typer.Option("--anonymous", help="Vehicles are letters; a name left is refused.")
+    ] = False,
+    design: Annotated[Pick, typer.Option(help="Of the front, that is wanted.")] = Pick.best_mean,
+    box: Annotated[
+        Path | None,
+        typer.Option(help="Acceptance box, or the run of solution_box: for the specification."),
+    ] = None,
+    tolerances: Annotated[
+        Path | None, typer.Option(help="Run of tolerance_allocation for RUN: likewise.")
+    ] = None,
+    sharing: Annotated[
+        Path | None, typer.Option(help="Run of commonality, same platform: likewise.")
+    ] = None,
+    studies: Annotated[Path, typer.Option(help="Folder with the study scripts.")] = Path("studies"),
+    out: Annotated[
+        Path | None, typer.Option(help="Folder for the files; by default RUN, and RUN/supplier.")
+    ] = None,
+) -> None:
+    """Write further pages from a finished run: for a mount supplier, or to explore its front.
+
+    --supplier: for every mount and axis today's and the wanted stiffness, its tolerance, what it
+    brings, and how sure that is; a page and a workbook. With --box, --tolerances and --sharing its
+    specification sheet has acceptance intervals, allocated tolerances and shared part numbers; what
+    is missing there is named with the study that gives it. --interactive: one page to brush designs
+    in, pin two and read their stiffness. The model is built again from the run's options; edited
+    files are refused.
+    """
+    from deboom.errors import InputError
+    from deboom.study.runner import one_sentence_errors
+
+    with one_sentence_errors():
+        if not (supplier or interactive):
+            raise InputError(
+                f"{run / 'report.html'} is the page of the run itself; say --supplier for the one "
+                "that a mount supplier reads, --interactive for the one to explore the front"
+            )
+        if interactive:
+            if anonymous:
+                raise InputError("--anonymous belongs to --supplier: no other page hides names")
+            if mount and not supplier:
+                raise InputError("--mount belongs to --supplier: the other page has all mounts")
+            if (box or tolerances or sharing) and not supplier:
+                raise InputError("--box, --tolerances and --sharing belong to --supplier")
+            from deboom.study.interactive_front import write_interactive_page
+
+            typer.echo(write_interactive_page(run, studies=studies, out=out).as_posix())
+        if not supplier:
+            return
+        from deboom.study.specification import SpecificationFiles
+        from deboom.study.supplier_page import supplier_report
+
+        for path in supplier_report(
+            run,
+            mount=mount,
+            anonymous=anonymous,
+            out=out,
+            studies=studies,
+            pick=design,
+            pieces=SpecificationFiles(box, tolerances, sharing),
+        ):
+            typer.echo(path.as_posix())
+
+
+def accept(
+    box: Annotated[
+        Path,
+        typer.Argument(help="acceptance_box.json, or the run folder of the study solution_box."),
+    ],
+    parts: Annotated[Path, typer.Argument(help="Measured parts, xlsx or CSV.")],
+    out: Annotated[
+        Path, typer.Option(help="Folder that gets accept/<run>/ with all results.")
+    ] = Path("results"),
+    platform: Annotated[
+        Path | None,
+        typer.Option(
+            help="Folder with platform.toml that the box was found for: then the levels of the "
+            "cars that get these parts are predicted."
+        ),
+    ] = None,
+    uncertainty: Annotated[
+        float,
+        typer.Option(
+            help="Of a measured stiffness, relative, expanded to 95 %, such as 0.02: parts nearer "
+            "than that to an end of their interval are undecided."
+        ),
+    ] = 0.0,
+    over_today: Annotated[
+        bool,
+        typer.Option(
+            help="The columns are x [1], y [1], z [1]: stiffness over that of today's part, both "
+            "measured at one state on one machine.",
+        ),
+    ] = False,
+    seed: Annotated[int, typer.Option(help="From 1. Of the predicted cars.")] = 1,
+    template: Annotated[
+        bool, typer.Option("--template", help="Write an empty table of parts and stop.")
+    ] = False,
+) -> None:
+    """Hold the measured parts of a delivery against an acceptance box.
+
+    PARTS has one row per part and the columns part, batch, mount, x [N/mm], y [N/mm], z [N/mm]: the
+    magnitude of the dynamic stiffness at the condition that the box states. A cell may be empty
+    where the box does not limit that axis. --template writes such a table, with a sheet of what to
+    measure. A test machine holds one state, the box a mean over a run: with --over-today the
+    columns are ratios to today's part at that state.
+
+    What comes out: pass, fail or undecided for every part and batch with the reason, Cp and Cpk per
+    axis with their lower bounds, and the levels of the cars that get their mounts from the batch;
+    tables, figures and report.html. Keys of summary.json: n_parts, n_passed, n_failed,
+    n_undecided; n_batches, n_batches_passed, n_batches_failed; cpk_at_least_smallest (95 %
+    confidence), pieces_inside_at_least_smallest (share of a batch inside the box, lower end),
+    cars_within_limit_smallest, share_stated. The last line of the output is the run folder.
+
+    deboom run studies/solution_box.py, then deboom accept results/solution_box/RUN parts.xlsx
+    --template, fill it in under another name, and deboom accept again.
+    """
+    from deboom.study.accept import accept_into_run, write_parts_template
+    from deboom.study.progress import progress_bar
+    from deboom.study.runner import one_sentence_errors
+
+    with one_sentence_errors():
+        if template:
+            write_parts_template(box, parts, over_today=over_today)
+            typer.echo(parts.as_posix())
+            return
+        with progress_bar("accept") as progress:
+            run = accept_into_run(
+                *(box, parts, out, platform, uncertainty, seed, progress), over_today=over_today
+            )
+    typer.echo(run.as_posix())
+
+
+new_app = typer.Typer(
+    no_args_is_help=True, rich_markup_mode=None, help="Write a folder to fill in: platform."
+)
+
+
+@new_app.callback()
+def _new() -> None:
+    # with a callback, typer keeps the name of a single command
+    pass
+
+
+@new_app.command("platform")
+def new_platform(
+    folder: Annotated[Path, typer.Argument(metavar="MY_PLATFORM", help="A folder to be made.")],
+    mount: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="NAME",
+            help="One per mount; NAME=left,right for pieces of one part number. Repeatable.",
+        ),
+    ] = None,
+    vehicle: Annotated[
+        list[str] | None, typer.Option(metavar="NAME", help="One per vehicle. Repeatable.")
+    ] = None,
+    group: Annotated[str, typer.Option(help="Of these vehicles.")] = "cars",
+    load_case: Annotated[
+        list[str] | None, typer.Option(metavar="NAME", help="One per run. Repeatable.")
+    ] = None,
+    files: Annotated[
+        FunctionFiles, typer.Option(help="Format of your transfer functions and spectra.")
+    ] = FunctionFiles.uff,
+) -> None:
+    """Write the folder of a new platform, to fill in.
+
+    platform.toml with comments, the tables of mounts and channels (xlsx) with their columns and
+    units, and a README that names each file and what it must hold. `deboom check MY_PLATFORM` lists
+    what is still to be filled in.
+
+    Try: deboom new platform my_platform --mount EnM --mount Du=left,right --vehicle car-1
+    """
+    from deboom.files.new_platform import new_platform as write
+    from deboom.study.runner import one_sentence_errors
+
+    with one_sentence_errors():
+        write(
+            folder,
+            mounts=mount or ("engine", "gearbox", "strut"),
+            vehicles=vehicle or ("car-1",),
+            group=group,
+            load_cases=load_case or ("run-1",),
+            files=files,
+        )
+    typer.echo(folder.as_posix())
+
+
+def check(
+    folder: Annotated[
+        Path, typer.Argument(metavar="MY_PLATFORM", help="Folder with platform.toml.")
+    ],
+) -> None:
+    """List everything missing or wrong in a platform folder, or what it holds.
+
+    Each fault names its file, the item and the remedy; exit code 2. Without a fault: mounts,
+    vehicles, lines, load cases and band; exit code 0.
+    """
+    from deboom.study.platform_model import check_platform
+
+    found = check_platform(folder)
+    for number, fault in enumerate(found.faults, 1):
+        typer.echo(f"{number:3}  {fault}", err=True)
+    if found.faults:
+        count = len(found.faults)
+        waiting = f"; not looked at yet: {', '.join(found.waiting)}" if found.waiting else ""
+        what = "fault" if count == 1 else "faults"
+        typer.echo(f"deboom: {count} {what} in {folder}{waiting}", err=True)
+        raise typer.Exit(2)
+    typer.echo(found.summary)

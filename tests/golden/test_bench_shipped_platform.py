@@ -11,12 +11,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from deboom.bench.platform_layout import FREQUENCY
+from deboom.bench.layout import FREQUENCY
 from deboom.bench.platform_writer import write_platform
-from deboom.files.torque_table import read_torque_table
+from deboom.files.tables import read_torque_table
 from deboom.files.uff import read_uff
-from deboom.study.mount_catalogue import CATALOGUE_FILE
-from deboom.study.mount_source import LIBRARY_FILE
+from deboom.study.mount_selection import CATALOGUE_FILE
+from deboom.study.platform_model import LIBRARY_FILE
 
 SHIPPED = Path(__file__).parents[2] / "studies" / "data" / "u06_f39_f45"
 FILES = sorted(

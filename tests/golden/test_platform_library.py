@@ -10,8 +10,7 @@ import pytest
 from deboom.files.library_export import read_library_json
 from deboom.files.platform import read_platform
 from deboom.mounts.surface_forces import surface_forces
-from deboom.study.mount_source import LIBRARY_FILE
-from deboom.study.surface_check import PEAKS, surface_check
+from deboom.study.platform_model import LIBRARY_FILE, PEAKS, surface_check
 
 PLATFORM = Path(__file__).parents[2] / "studies" / "data" / "u06_f39_f45"
 NOT_IDENTIFIED = ["EnM y", "GeM y", "TSM y"]

@@ -10,14 +10,12 @@ from pathlib import Path
 
 import numpy as np
 
-from deboom.measurement.channels import Frf, Spectrum
-from deboom.measurement.load_case import LoadCase
+from deboom.measurement.channels import Frf, LoadCase, Spectrum
 from deboom.mounts.mount import Mount
-from deboom.vehicles.booming_index import booming_index
+from deboom.vehicles.booming_model import booming_index, levels, mean_energy_level
 from deboom.vehicles.booming_peaks import booming_peaks
 from deboom.vehicles.fleet import Fleet, Vehicle, path_contributions
 from deboom.vehicles.kernel_numpy import NUMPY
-from deboom.vehicles.synthesis import levels, mean_energy_level
 
 PATH = Path(__file__).with_name("vehicles_splv.json")
 FREQUENCY = np.linspace(15.0, 80.0, 261)

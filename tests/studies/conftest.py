@@ -4,8 +4,8 @@ from pathlib import Path
 
 import pytest
 
-from deboom.explore.fronts import verify
-from deboom.report.figures import canvas
+from deboom.explore.front import verify
+from deboom.plot import style as canvas
 from deboom.study.runner import load_study
 
 FRONT_STUDY = Path(__file__).parents[2] / "studies" / "u06_robust_front.py"
@@ -18,7 +18,7 @@ PAGE_SIZES = ("test_supplier_report", "test_interactive_front")
 def coarse_pictures(request):
     """Draw every figure in full, in fewer dots: most of a small study's time goes into dots.
 
-    What a figure shows, and its size, is the business of the tests of `deboom.report.figures`.
+    What a figure shows, and its size, is the business of the tests of `deboom.plot`.
     """
     with pytest.MonkeyPatch.context() as patch:
         if request.module.__name__ not in PAGE_SIZES:

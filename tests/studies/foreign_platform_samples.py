@@ -12,22 +12,24 @@ import pandas as pd
 from scipy.io import savemat
 
 from deboom.files.library_export import write_library_json
-from deboom.files.platform_file import (
+from deboom.files.platform import (
     Engine,
     LoadCaseEntry,
     MountEntry,
     PlatformFile,
-    Powertrain,
     VehicleEntry,
     dump_platform_file,
 )
-from deboom.mounts.characterised_direction import (
+from deboom.files.platform import PowertrainEntry as Powertrain
+from deboom.mounts.characterised_mount import (
+    CampaignRecord,
     CharacterisedDirection,
+    CharacterisedMount,
     DirectionQuality,
     FittedSurface,
     MapPoints,
+    MountIdentity,
 )
-from deboom.mounts.characterised_mount import CampaignRecord, CharacterisedMount, MountIdentity
 from deboom.mounts.mount import AXES, Mount
 from deboom.mounts.response_surface import DynamicStiffnessSurface
 from deboom.physics.rigid_body import forward_matrices, mass_matrix, mount_stiffness_matrix

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from deboom.report.figures import convergence
+from deboom.plot import convergence
 from deboom.report.interactive import Axis, InteractiveFront
 from deboom.report.page import Picture
 

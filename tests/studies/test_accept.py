@@ -8,17 +8,17 @@ import pandas as pd
 import pytest
 from typer.testing import CliRunner
 
+from deboom import plot as figures
 from deboom.cli import app
 from deboom.errors import InputError
-from deboom.files.delivered_parts import read_delivered_parts
-from deboom.files.solution_box import (
+from deboom.files.acceptance import (
     AcceptanceBox,
     BoxResponse,
     BoxVariable,
+    read_delivered_parts,
     write_solution_box,
 )
-from deboom.report import figures
-from deboom.study.delivery import Verdict, judged_delivery, limited_axes
+from deboom.study.accept import Verdict, judged_delivery, limited_axes
 from deboom.study.runner import command_of
 
 PLATFORM = Path(__file__).parents[2] / "studies" / "data" / "u06_f39_f45"
@@ -148,8 +148,7 @@ def test_the_command_writes_a_run(run):
 def test_levels_are_those_of_the_model_at_the_middle(run):
     # U06-1 with x at 0.9 of all mounts, the middle of the box
     from deboom.files.platform import read_platform
-    from deboom.study.motion import Motion, motion_index
-    from deboom.study.mount_source import MountSource, operation
+    from deboom.study.platform_model import Motion, MountSource, motion_index, operation
 
     runs = operation(read_platform(PLATFORM), None, MountSource.library, "U06", (20.0, 60.0))
     index = motion_index(runs, Motion.prescribed, None)

@@ -7,8 +7,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from deboom import plot as figures
 from deboom.errors import InputError
-from deboom.report import figures
 from deboom.study.runner import load_study, run_study
 
 STUDY = Path(__file__).parents[2] / "studies" / "commonality.py"

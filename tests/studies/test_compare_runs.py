@@ -10,7 +10,7 @@ from typer.testing import CliRunner
 
 from deboom.cli import app
 from deboom.errors import InputError
-from deboom.study.compare_command import compare
+from deboom.study.compare import compare
 from deboom.study.runner import load_study, run_study
 
 FRONT = """'''Which of five springs are best?'''
@@ -20,15 +20,15 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from deboom.explore.design_space import stiffness_factor_space
-from deboom.explore.fronts import verify
+from deboom.explore.space import stiffness_factor_space
+from deboom.explore.front import verify
 from deboom.explore.known_truth import quad2
 from deboom.explore.robust import RobustResponse
 from deboom.report.page import Headline, Page
-from deboom.study.context import RunContext
+from deboom.study.result import RunContext
 from deboom.study.result import StudyResult
-from deboom.study.robust_search import Budget, robust_search
-from deboom.study.sampling import Sampler, tolerance_sample
+from deboom.study.search import Budget, robust_search
+from deboom.study.options import Sampler, tolerance_sample
 
 
 def main(

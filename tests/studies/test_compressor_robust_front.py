@@ -8,10 +8,10 @@ import pandas as pd
 import pytest
 from openpyxl import load_workbook
 
-from deboom.compressor.mount_variables import mount_variables
+from deboom.compressor.cabin_index import mount_variables
 from deboom.errors import InputError
-from deboom.measurement.inertance_test import CompressorMount
-from deboom.study.compressor_mounts import Hoses, MountQuestion, Parts
+from deboom.measurement.compressor_test import CompressorMount
+from deboom.study.compressor_robust_front import Hoses, MountQuestion, Parts
 from deboom.study.runner import load_study, run_study
 
 STUDY = Path(__file__).parents[2] / "studies" / "compressor_robust_front.py"

@@ -8,11 +8,11 @@ import pytest
 from openpyxl import load_workbook
 from typer.testing import CliRunner
 
-from deboom.bench.compressor_operation_plan import OperationPlan
-from deboom.bench.compressor_operation_writer import write_operating_test
+from deboom.bench.compressor_operation import OperationPlan
+from deboom.bench.compressor_writer import write_operating_test
 from deboom.cli import app
 from deboom.files.compressor_model import read_compressor_model
-from deboom.files.operating_test_file import (
+from deboom.files.operating_test import (
     OPERATING_TEST_FILE,
     dump_operating_test_file,
     load_operating_test_file,

@@ -9,10 +9,9 @@ import pandas as pd
 import pytest
 
 from deboom.errors import InputError
-from deboom.explore.design_space import stiffness_factor_space
-from deboom.study.correlation import key_of
-from deboom.study.doe import DoeRequest, Plan
-from deboom.study.mount_source import MountSource
+from deboom.explore.space import stiffness_factor_space
+from deboom.study.correlation import DoeRequest, Plan, key_of
+from deboom.study.platform_model import MountSource
 from deboom.study.runner import load_study, run_study
 
 STUDIES = Path(__file__).parents[2] / "studies"

@@ -7,8 +7,8 @@ import pandas as pd
 import pytest
 
 from deboom.errors import InputError
+from deboom.study.cost_of_tolerance import tolerance_cost
 from deboom.study.runner import load_study, run_study
-from deboom.study.tolerance_cost import tolerance_cost
 
 STUDY = Path(__file__).parents[2] / "studies" / "cost_of_tolerance.py"
 BUDGET = {"seed": 1, "generations": 15, "population": 20, "samples": 16}

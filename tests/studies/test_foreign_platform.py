@@ -22,10 +22,8 @@ from foreign_platform_samples import (
 )
 
 from deboom.files.platform import read_platform
-from deboom.files.run_list import find_run
-from deboom.study.motion import Kernel
-from deboom.study.mount_source import MountSource
-from deboom.study.platform_check import check_platform
+from deboom.files.run_folder import find_run
+from deboom.study.platform_model import Kernel, MountSource, check_platform
 from deboom.study.rebuilt import rebuilt_model
 from deboom.study.runner import load_study, run_study
 

@@ -16,10 +16,9 @@ from typer.testing import CliRunner
 from deboom.cli import app
 from deboom.report.interactive import MAX_BYTES
 from deboom.study.interactive_front import write_interactive_page
-from deboom.study.mount_source import MountSource
+from deboom.study.platform_model import MountSource
 from deboom.study.runner import load_study, run_study
-from deboom.study.supplier_pick import Pick
-from deboom.study.supplier_study import supplier_study
+from deboom.study.supplier_study import Pick, supplier_study
 
 STUDIES = Path(__file__).parents[2] / "studies"
 VARIABLES = [f"{mount} {axis}" for mount in PLACES for axis in "xyz"]

@@ -7,14 +7,13 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from deboom.bench.platform_layout import LOAD_CASES
+from deboom.bench.layout import LOAD_CASES
 from deboom.bench.vehicle_writer import write_vehicle
 from deboom.errors import InputError
 from deboom.files.platform import read_platform
-from deboom.study.motion import Factor, Motion, motion_index
-from deboom.study.mount_source import MountSource, operation
+from deboom.study.measured_uncertainty import measured_transfer
+from deboom.study.platform_model import Factor, Motion, MountSource, motion_index, operation
 from deboom.study.runner import load_study, run_study
-from deboom.study.uncertain_front import measured_transfer
 from deboom.study.uncertain_index import index_like, uncertain_index
 
 STUDIES = Path(__file__).parents[2] / "studies"

@@ -13,15 +13,15 @@ from deboom.bench.campaign_plan import CampaignPlan, PlannedRun
 from deboom.bench.campaign_writer import write_campaign
 from deboom.errors import InputError
 from deboom.files.campaign import read_campaign
-from deboom.mounts.characterisation import CharacteriseOptions
-from deboom.study import characterisation
-from deboom.study.characterisation import (
+from deboom.mounts.characterise import CharacteriseOptions
+from deboom.study import mount_characterisation as characterisation
+from deboom.study.mount_characterisation import (
     STEPS_PER_BENCH,
+    characterisation_result,
     characterise_benches,
     characterise_given,
+    direction_numbers,
 )
-from deboom.study.characterisation_numbers import direction_numbers
-from deboom.study.characterisation_result import characterisation_result
 from deboom.study.runner import load_study, run_study
 
 STUDY = Path(__file__).parents[2] / "studies" / "mount_characterisation.py"

@@ -11,9 +11,8 @@ from deboom.errors import InputError
 from deboom.files.library_export import read_library_json
 from deboom.files.platform import read_platform
 from deboom.mounts.library import open_library
-from deboom.study.motion import Kernel, Motion
-from deboom.study.mount_catalogue import CATALOGUE_FILE, platform_catalogue
-from deboom.study.mount_source import MountSource
+from deboom.study.mount_selection import CATALOGUE_FILE, platform_catalogue
+from deboom.study.platform_model import Kernel, Motion, MountSource
 from deboom.study.runner import load_study, run_study
 
 STUDY = Path(__file__).parents[2] / "studies" / "mount_selection.py"

@@ -9,7 +9,7 @@ import pandas as pd
 import pytest
 
 from deboom.errors import InputError
-from deboom.study.motion import Kernel, Motion
+from deboom.study.platform_model import Kernel, Motion
 from deboom.study.runner import load_study, run_study
 
 STUDY = Path(__file__).parents[2] / "studies" / "prescribed_or_coupled.py"

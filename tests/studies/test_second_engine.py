@@ -8,24 +8,20 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from deboom.bench.campaign_plan import training_plan
-from deboom.bench.campaign_writer import write_campaign
-from deboom.bench.second_engine import (
+from deboom.bench.campaign_plan import (
     load_second_engine,
     second_engine_cylinders,
     second_engine_plan,
+    training_plan,
 )
+from deboom.bench.campaign_writer import write_campaign
 from deboom.errors import InputError
-from deboom.mounts.characterisation import CharacteriseOptions
+from deboom.mounts.characterise import CharacteriseOptions
 from deboom.mounts.library import open_library
-from deboom.mounts.mount_state import MountState, main_axis, surface_over
-from deboom.study.characterisation_library import characterise_into_library
+from deboom.mounts.surface_forces import MountState, main_axis, surface_over
+from deboom.study.campaigns import characterise_into_library
 from deboom.study.runner import load_study, run_study
-from deboom.study.second_engine_sources import (
-    STEPS_PER_BENCH,
-    mounts_of_library,
-    second_engines,
-)
+from deboom.study.second_engine import STEPS_PER_BENCH, mounts_of_library, second_engines
 
 STUDY = Path(__file__).parents[2] / "studies" / "second_engine.py"
 OPTIONS = CharacteriseOptions(folds=0)

@@ -10,13 +10,12 @@ import pandas as pd
 import pytest
 
 from deboom.errors import InputError
-from deboom.explore.solution_box import Box
-from deboom.explore.solution_box_peers import bisection_box
-from deboom.explore.solution_box_search import BoxEffort, largest_box
-from deboom.files.solution_box import read_solution_box
+from deboom.explore.box import Box
+from deboom.explore.largest_box import BoxEffort, bisection_box, largest_box
+from deboom.files.acceptance import read_solution_box
 from deboom.study import solution_box, solution_box_question
 from deboom.study.runner import load_study, run_study
-from deboom.study.supplier_pick import Pick
+from deboom.study.supplier_study import Pick
 
 STUDY = Path(__file__).parents[2] / "studies" / "solution_box.py"
 QUICK = BoxEffort(

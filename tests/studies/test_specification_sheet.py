@@ -14,39 +14,37 @@ from typer.testing import CliRunner
 
 from deboom.cli import app
 from deboom.errors import InputError
-from deboom.explore.process_capability import capability
-from deboom.files.run_folder import hash_files
-from deboom.files.solution_box import (
+from deboom.explore.scatter import capability
+from deboom.files.acceptance import (
     AcceptanceBox,
     BoxResponse,
     BoxVariable,
     read_solution_box,
     write_solution_box,
 )
-from deboom.mounts.operating_stiffness import mean_operating_stiffness
-from deboom.study import supplier_certainty, supplier_effects, tolerance_allocation
-from deboom.study.platform_hash import platform_sha256
+from deboom.files.run_folder import hash_files
+from deboom.mounts.mount import mean_operating_stiffness
+from deboom.study import supplier_numbers as supplier_certainty
+from deboom.study import supplier_numbers as supplier_effects
+from deboom.study import tolerance_allocation
+from deboom.study.platform_model import platform_sha256
 from deboom.study.runner import load_study, run_study
-from deboom.study.specification_page import specification_section
-from deboom.study.specification_sheet import (
-    asked_capability,
-    measured_capability,
-    shared_vehicles,
-    specification_sheet,
-)
-from deboom.study.specification_sources import SpecificationFiles, specification_sources
-from deboom.study.specification_tables import (
+from deboom.study.specification import (
     DIRECTIONS,
     MISSING,
     PARTS,
     PROMISE,
+    SpecificationFiles,
+    asked_capability,
+    measured_capability,
+    shared_vehicles,
+    specification_sheet,
+    specification_sources,
     specification_tables,
 )
-from deboom.study.supplier_curves import loudest_line, stiffness_curves
-from deboom.study.supplier_effects import SupplierEffects
-from deboom.study.supplier_names import shown_names
-from deboom.study.supplier_pick import Pick
-from deboom.study.supplier_study import supplier_study
+from deboom.study.supplier_numbers import SupplierEffects, loudest_line, stiffness_curves
+from deboom.study.supplier_page import specification_section
+from deboom.study.supplier_study import Pick, shown_names, supplier_study
 
 STUDIES = Path(__file__).parents[2] / "studies"
 INTERVALS = {"TSM x": (0.70, 0.84), "Du x": (0.68, 1.05)}

@@ -11,11 +11,11 @@ import pytest
 
 from deboom.errors import InputError
 from deboom.explore import workers
-from deboom.explore.design_space import stiffness_factor_space
 from deboom.explore.known_truth import quad2
 from deboom.explore.problems import nsga2
 from deboom.explore.robust import RobustResponse
-from deboom.explore.tolerance_samples import sobol_sample
+from deboom.explore.scatter import sobol_sample
+from deboom.explore.space import stiffness_factor_space
 from deboom.explore.workers import workers_for
 from deboom.study.runner import load_study, run_study
 

@@ -14,13 +14,18 @@ from matplotlib.text import Text
 from typer.testing import CliRunner
 
 from deboom.cli import app
-from deboom.study.mount_source import MountSource
+from deboom.study.platform_model import MountSource
 from deboom.study.runner import load_study, run_study
-from deboom.study.supplier_effects import ALL, SupplierEffects, part_table
-from deboom.study.supplier_names import page_text, shown_names, workbook_text
-from deboom.study.supplier_pick import Pick
-from deboom.study.supplier_study import Need, supplier_study
-from deboom.study.supplier_tables import tolerance_table
+from deboom.study.supplier_numbers import ALL, SupplierEffects, part_table
+from deboom.study.supplier_page import tolerance_table
+from deboom.study.supplier_study import (
+    Need,
+    Pick,
+    page_text,
+    shown_names,
+    supplier_study,
+    workbook_text,
+)
 
 STUDIES = Path(__file__).parents[2] / "studies"
 UNKNOWN = ("EnM y", "GeM y", "TSM y")
@@ -219,7 +224,7 @@ def test_an_unknown_mount_a_leak_and_a_missing_flag_are_refused(folder, tmp_path
 def test_a_load_case_that_names_a_vehicle_is_refused_when_anonymous(study, tmp_path, monkeypatch):
     from dataclasses import replace
 
-    from deboom.study import supplier_report as module
+    from deboom.study import supplier_page as module
 
     told = replace(study.platform.load_cases[1], title="U06-1 in 5th gear")
     cases = tuple(told if c.name == told.name else c for c in study.platform.load_cases)

@@ -11,24 +11,26 @@ import pytest
 
 from deboom.bench.campaign_plan import TRAINING_RUNS, CampaignPlan
 from deboom.bench.campaign_writer import write_campaign
-from deboom.bench.platform_layout import LOAD_CASES
+from deboom.bench.layout import LOAD_CASES
 from deboom.bench.vehicle_writer import write_vehicle
 from deboom.errors import InputError
-from deboom.study import synthesis_validation_figures
+from deboom.study import synthesis_validation as synthesis_validation_figures
 from deboom.study.runner import load_study, run_study
-from deboom.study.synthesis_validation import Listening
-from deboom.study.synthesis_validation_criteria import Criterion
-from deboom.study.synthesis_validation_data import given_data, parts_of, virtual_data
-from deboom.study.synthesis_validation_design import DesignMotion
-from deboom.study.synthesis_validation_figures import validation_figures
-from deboom.study.synthesis_validation_numbers import validate
-from deboom.study.synthesis_validation_result import synthesis_validation_result
-from deboom.study.synthesis_validation_transfer import (
+from deboom.study.synthesis_validation import (
     BLOCKED,
     EVERYTHING,
     FUNCTIONS,
     INVERSION,
     OTHER_PATHS,
+    Criterion,
+    DesignMotion,
+    Listening,
+    given_data,
+    parts_of,
+    synthesis_validation_result,
+    validate,
+    validation_figures,
+    virtual_data,
 )
 
 STUDY = Path(__file__).parents[2] / "studies" / "synthesis_validation.py"

@@ -9,10 +9,9 @@ import pytest
 
 from deboom.errors import InputError
 from deboom.study import tolerance_allocation
-from deboom.study.front_design import WantedDesign, design_of_run
 from deboom.study.runner import load_study, run_study
-from deboom.study.supplier_pick import Pick
-from deboom.study.wanted_tolerances import WantedTarget, cost_curves
+from deboom.study.supplier_study import Pick
+from deboom.study.tolerance_allocation import WantedDesign, WantedTarget, cost_curves, design_of_run
 
 STUDIES = Path(__file__).parents[2] / "studies"
 STUDY = STUDIES / "tolerance_allocation.py"

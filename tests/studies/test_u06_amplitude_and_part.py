@@ -9,9 +9,16 @@ import pytest
 
 from deboom.errors import InputError
 from deboom.files.platform import read_platform
-from deboom.study.motion import PART_WARNING, Factor, Kernel, Motion, motion_index
-from deboom.study.motion_report import motion_report
-from deboom.study.mount_source import MountSource, operation
+from deboom.study.platform_model import (
+    PART_WARNING,
+    Factor,
+    Kernel,
+    Motion,
+    MountSource,
+    motion_index,
+    motion_report,
+    operation,
+)
 from deboom.study.runner import run_study
 
 STUDY = Path(__file__).parents[2] / "studies" / "u06_robust_front.py"

@@ -11,26 +11,22 @@ import pytest
 
 from deboom.errors import InputError
 from deboom.files.platform import read_platform
-from deboom.files.run_list import read_run
+from deboom.files.run_folder import read_run
 from deboom.report.page import render_page
-from deboom.study import (
-    group_correlation_result,
-    robust_front_result,
-    sensitivity_result,
-    vehicle_correlation_result,
-)
+from deboom.study import correlation as group_correlation_result
+from deboom.study import correlation as vehicle_correlation_result
 from deboom.study import platform_study as room
+from deboom.study import robust_front as robust_front_result
+from deboom.study import sensitivity as sensitivity_result
 from deboom.study import sensitivity as sensitivity_room
-from deboom.study.doe import DoeRequest, Plan
-from deboom.study.motion import Motion, motion_index
-from deboom.study.mount_source import MountSource, operation
-from deboom.study.platform_study_result import platform_result
+from deboom.study.correlation import DoeRequest, Plan
+from deboom.study.platform_model import Motion, MountSource, motion_index, operation
+from deboom.study.platform_study import platform_result
 from deboom.study.progress import progress_bar
 from deboom.study.rebuilt import rebuilt_model
-from deboom.study.robust_search import Budget
 from deboom.study.runner import load_study, run_study
-from deboom.study.sensitivity import Analysis, SensitivityPlan
-from deboom.study.sensitivity_outputs import Ranked
+from deboom.study.search import Budget
+from deboom.study.sensitivity import Analysis, Ranked, SensitivityPlan
 from deboom.vehicles.fleet import Fleet
 
 STUDIES = Path(__file__).parents[2] / "studies"

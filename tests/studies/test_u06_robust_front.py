@@ -10,10 +10,9 @@ import pandas as pd
 import pytest
 
 from deboom.errors import InputError
-from deboom.files.run_list import read_run
-from deboom.study.aims import Aim
-from deboom.study.motion import Kernel, Motion
-from deboom.study.mount_source import LIBRARY_FILE, MountSource
+from deboom.files.run_folder import read_run
+from deboom.study.options import Aim
+from deboom.study.platform_model import LIBRARY_FILE, Kernel, Motion, MountSource
 from deboom.study.rebuilt import rebuilt_model
 from deboom.study.runner import load_study, run_study
 

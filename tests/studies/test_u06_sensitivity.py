@@ -11,14 +11,17 @@ from deboom.errors import InputError
 from deboom.files.platform import read_platform
 from deboom.report.page import render_page
 from deboom.study import sensitivity as room
-from deboom.study.motion import Kernel, Motion, motion_index
-from deboom.study.mount_source import MountSource, operation
+from deboom.study.platform_model import Kernel, Motion, MountSource, motion_index, operation
 from deboom.study.runner import load_study, run_study
-from deboom.study.sensitivity import Analysis
-from deboom.study.sensitivity_outputs import Ranked
-from deboom.study.sensitivity_result import sensitivity_result
-from deboom.study.sensitivity_tables import index_table, line_table, screening_table
-from deboom.vehicles.booming_index import BoomingIndex, booming_index
+from deboom.study.sensitivity import (
+    Analysis,
+    Ranked,
+    index_table,
+    line_table,
+    screening_table,
+    sensitivity_result,
+)
+from deboom.vehicles.booming_model import BoomingIndex, booming_index
 from deboom.vehicles.fleet import Fleet
 from deboom.vehicles.kernel_numpy import NUMPY
 

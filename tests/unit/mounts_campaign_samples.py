@@ -6,9 +6,13 @@ import numpy as np
 
 from deboom.measurement.campaign import Campaign, OperatingRun, ShakerRun, StaticCurve
 from deboom.measurement.channels import Frf, Spectrum
-from deboom.measurement.sensor_catalogue import SENSOR_CATALOGUE
-from deboom.measurement.sensors import Sensor, SensorKind, forward_matrix_of
-from deboom.measurement.tolerances import Tolerances
+from deboom.measurement.sensors import (
+    SENSOR_CATALOGUE,
+    Sensor,
+    SensorKind,
+    Tolerances,
+    forward_matrix_of,
+)
 from deboom.mounts.mount import Mount
 from deboom.physics.rigid_body import forward_matrices, mass_matrix, rotation_matrix
 

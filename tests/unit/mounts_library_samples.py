@@ -8,13 +8,15 @@ import numpy as np
 
 from deboom.errors import InputError
 from deboom.measurement.campaign import StaticCurve
-from deboom.mounts.characterised_direction import (
+from deboom.mounts.characterised_mount import (
+    CampaignRecord,
     CharacterisedDirection,
+    CharacterisedMount,
     DirectionQuality,
     FittedSurface,
     MapPoints,
+    MountIdentity,
 )
-from deboom.mounts.characterised_mount import CampaignRecord, CharacterisedMount, MountIdentity
 from deboom.mounts.library import open_library
 from deboom.mounts.mount import Mount
 from deboom.mounts.response_surface import DynamicStiffnessSurface

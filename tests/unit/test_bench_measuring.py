@@ -5,17 +5,20 @@ from dataclasses import fields, replace
 import numpy as np
 import pytest
 
-from deboom.bench.data_sheet import (
+from deboom.bench.operating_run import full_load_run
+from deboom.bench.powertrain import load_bench
+from deboom.bench.sensors import (
     CENTRE_TOLERANCE,
     INERTIA_TOLERANCE,
     MASS_TOLERANCE,
+    ErrorBudget,
+    TransferErrors,
     draw_data_sheet,
+    draw_instrumentation,
+    evaluate,
+    measure,
+    measured_noise_transfer,
 )
-from deboom.bench.laboratory import evaluate
-from deboom.bench.operating_run import full_load_run
-from deboom.bench.parameters import load_bench
-from deboom.bench.sensors import ErrorBudget, draw_instrumentation, measure
-from deboom.bench.vehicle_measurement import TransferErrors, measured_noise_transfer
 
 BENCH = load_bench()
 RUN = full_load_run(BENCH, 5, 220.0, np.linspace(20.0, 80.0, 61))

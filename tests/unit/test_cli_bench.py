@@ -9,8 +9,8 @@ from deboom.bench import campaign_plan
 from deboom.cli import app
 from deboom.files.campaign import read_campaign
 from deboom.files.library_export import read_library_json
-from deboom.study import platform_library
-from deboom.study.mount_source import LIBRARY_FILE
+from deboom.study import campaigns as platform_library
+from deboom.study.platform_model import LIBRARY_FILE
 
 RUNS = campaign_plan.TRAINING_RUNS[:1]
 

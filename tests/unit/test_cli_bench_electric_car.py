@@ -4,13 +4,8 @@ import pytest
 from typer.testing import CliRunner
 
 from deboom.bench import electric_car_writer
-from deboom.bench.compressor_operation_plan import OperationPlan
-from deboom.bench.compressor_plan import (
-    CalibrationLevel,
-    CompressorCase,
-    CompressorPlan,
-    HoseCase,
-)
+from deboom.bench.compressor_operation import OperationPlan
+from deboom.bench.compressor_truth import CalibrationLevel, CompressorCase, CompressorPlan, HoseCase
 from deboom.cli import app
 
 

@@ -5,14 +5,9 @@ import json
 import pytest
 from typer.testing import CliRunner
 
-from deboom.bench import compressor_operation_writer
-from deboom.bench.compressor_operation_plan import OperationPlan
-from deboom.bench.compressor_plan import (
-    CalibrationLevel,
-    CompressorCase,
-    CompressorPlan,
-    HoseCase,
-)
+from deboom.bench import compressor_writer as compressor_operation_writer
+from deboom.bench.compressor_operation import OperationPlan
+from deboom.bench.compressor_truth import CalibrationLevel, CompressorCase, CompressorPlan, HoseCase
 from deboom.cli import app
 from deboom.errors import InputError
 from deboom.files.operating_test import read_operating_test

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
-from deboom.bench.compressor_plan import CalibrationLevel
+from deboom.bench.compressor_truth import CalibrationLevel
 from deboom.bench.compressor_writer import write_compressor_test
 from deboom.cli import app
 from deboom.files.compressor_model import read_compressor_model

@@ -7,7 +7,7 @@ import pytest
 from mounts_library_samples import assert_same, campaign, mount, wishbone
 from typer.testing import CliRunner
 
-from deboom.cli_library import library_app
+from deboom.cli_measurements import library_app
 from deboom.mounts.library import open_library
 
 
@@ -96,6 +96,6 @@ def test_migrate_says_when_there_is_nothing_to_do(path):
 
 
 def test_the_commands_are_quick_to_start():
-    code = "import sys, deboom.cli_library; print({'numpy', 'sqlalchemy'} & set(sys.modules))"
+    code = "import sys, deboom.cli_measurements; print({'numpy', 'sqlalchemy'} & set(sys.modules))"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "set()"

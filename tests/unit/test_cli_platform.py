@@ -9,13 +9,19 @@ from typer.testing import CliRunner
 
 from deboom.cli import app
 from deboom.errors import InputError
-from deboom.files.function_files import FunctionFiles
+from deboom.files.function_table import FunctionFiles
 from deboom.files.new_platform import new_platform
-from deboom.files.platform import read_platform
-from deboom.files.platform_file import Engine, LoadCaseEntry, MountEntry, PlatformFile, Powertrain
-from deboom.files.platform_tables import read_channel_table
+from deboom.files.platform import (
+    Engine,
+    LoadCaseEntry,
+    MountEntry,
+    PlatformFile,
+    read_channel_table,
+    read_platform,
+)
+from deboom.files.platform import PowertrainEntry as Powertrain
 from deboom.files.uff import UffFunction, read_uff, write_uff
-from deboom.study.platform_check import check_platform
+from deboom.study.platform_model import check_platform
 
 LINES = 20.0 + 2.0 * np.arange(21)
 

@@ -1,16 +1,30 @@
-"""Verdicts on limits: guard bands, bands of frequency, doubts."""
+"""Acceptance of compressors: verdicts, limits and characteristics."""
+
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from deboom.compressor.acceptance import (
+    DYNAMIC,
+    STATIC,
     Bounds,
     Characteristic,
     Decision,
+    StiffnessLimit,
     judge,
     overall,
+    stiffness_characteristic,
+    unbalance_characteristic,
 )
+from deboom.compressor.gain import GainFactor
+from deboom.compressor.identify import IdentifiedCompressor
+from deboom.compressor.model import CompressorModel
+from deboom.compressor.parameters import MinimalParameters
+from deboom.compressor.routes import CalibratedMeasurementRoute, UpdatedRoute
+from deboom.compressor.sources import ResidualBand
 from deboom.errors import InputError
+from deboom.measurement.compressor_test import HoseState
 
 Z95 = 1.6448536269514722
 """One-sided 95 % quantile of the normal distribution."""
@@ -108,3 +122,138 @@ def test_bad_input_is_refused():
         judge(measured(1.0), Bounds(at_most=2.0), risk=0.5)
     with pytest.raises(InputError, match="can neither pass nor fail"):
         overall([])
+
+
+def found(
+    *,
+    hoses=HoseState.SOFT,
+    share=0.0,
+    chi=1.0,
+    alarms=(),
+    route=None,
+    converged=True,
+):
+    """Build what `unbalance_characteristic` reads of an `Unbalance`."""
+    covariance = np.diag([4.0, 1.0, 9.0, 9.0, 0.0, 0.0])
+    covariance[0, 1] = covariance[1, 0] = 1.5
+    sources = SimpleNamespace(
+        static=SimpleNamespace(value=3 + 4j),
+        dynamic=SimpleNamespace(value=-7 + 0j),
+        covariance=covariance,
+        remaining_chi=chi,
+        residual_bands=(ResidualBand(90.0, 120.0, share, 5.0 if share else 1.0),),
+    )
+    return SimpleNamespace(
+        chosen=SimpleNamespace(
+            sources=sources,
+            sweeps=(SimpleNamespace(sweep="one"),),
+            route=route or CalibratedMeasurementRoute(),
+            fit=SimpleNamespace(converged=converged),
+        ),
+        test=SimpleNamespace(
+            sweeps=(
+                SimpleNamespace(name="one", hoses=hoses),
+                SimpleNamespace(name="another", hoses=HoseState.STANDARD),
+            )
+        ),
+        identification=SimpleNamespace(alarms=alarms),
+    )
+
+
+def test_the_size_of_an_unbalance_with_its_worst_direction():
+    measured = unbalance_characteristic(found(), STATIC)
+    assert measured.values.tolist() == [5.0]
+    largest = np.linalg.eigvalsh([[4.0, 1.5], [1.5, 1.0]])[-1]
+    assert measured.deviations == pytest.approx([np.sqrt(largest)])
+    assert measured.is_radius
+    assert measured.doubt == ""
+    assert unbalance_characteristic(found(), DYNAMIC).deviations.tolist() == [3.0]
+
+
+@pytest.mark.parametrize(
+    ("state", "words"),
+    [
+        ({"hoses": HoseState.STANDARD}, "run with long soft hoses"),
+        ({"share": 0.08}, "8.0% of the load in 90-120 Hz comes from no rotor"),
+        ({"chi": 2.5}, "residuals are 2.50 times the noise"),
+        ({"converged": False}, "no rotor, gas and mounts explain the sweeps"),
+        ({"alarms": ("a subframe",), "route": UpdatedRoute()}, "choose route d"),
+    ],
+)
+def test_what_makes_it_prove_nothing(state, words):
+    assert words in unbalance_characteristic(found(**state), STATIC).doubt
+
+
+def test_a_measured_route_does_not_need_the_refuted_model():
+    assert unbalance_characteristic(found(alarms=("a subframe",)), STATIC).doubt == ""
+
+
+LENGTH = 0.0591
+
+
+def identified(**changes):
+    """Make a compressor whose 35 parameters are known to 1 %, independent of each other."""
+    parameters = MinimalParameters(LENGTH)
+    stiffness = np.diag([7e4, 5e4, 6e4, 400.0, 600.0, 650.0])
+    gain = GainFactor.of([1.85, 0.06, 2.2, 0.42, 0.15, 2.5])
+    inertia = np.diag([0.0158, 0.0291, 0.0302])
+    values = parameters.values_of(CompressorModel(7.2, np.zeros(3), inertia, stiffness, gain))
+    fields = {
+        "name": "pump",
+        "model": parameters.model(values),
+        "length": LENGTH,
+        "reference_frequency": 20.0,
+        "parameter_names": parameters.names,
+        "values": values,
+        "covariance": np.diag(np.maximum(0.01 * np.abs(values), 1e-6) ** 2),
+        "channels": (),
+        "response": np.zeros((0, 6)),
+        "impacts": (),
+        "excitation": np.zeros((0, 6)),
+        "placement_names": (),
+        "placement_errors": np.zeros(0),
+        "placement_deviations": np.zeros(0),
+        "reduced_chi": 1.0,
+        "bands": ((10.0, 30.0), (100.0, 150.0)),
+        "alarms": (),
+        "inputs_sha256": {},
+    }
+    return IdentifiedCompressor(**(fields | changes))
+
+
+def limit(direction="x", band=(20.0, 20.0)):
+    return StiffnessLimit(direction, band, Bounds(at_most=1.0))
+
+
+def test_the_stiffness_at_the_reference_line():
+    """There Re v is 1, so that |K| is K times |v|, and only K and v's loss are uncertain."""
+    kept = identified()
+    found = stiffness_characteristic(kept, limit("rz"))
+    size = abs(kept.model.gain.at([20.0])[0]) * kept.model.stiffness[5, 5]
+    assert found.values == pytest.approx([size])
+    assert found.values[0] > kept.model.gain.real.at(20.0) * kept.model.stiffness[5, 5]
+    assert 0.01 <= found.deviations[0] / found.values[0] < 0.02
+
+
+def test_the_deviation_is_that_of_drawn_parameters():
+    kept = identified()
+    found = stiffness_characteristic(kept, limit("y", (15.0, 60.0)))
+    rng, parameters = np.random.default_rng(3), MinimalParameters(LENGTH)
+    drawn = []
+    for _ in range(400):
+        model = parameters.model(
+            kept.values + rng.standard_normal(35) * np.sqrt(np.diag(kept.covariance))
+        )
+        drawn.append(np.abs(model.gain.at(found.lines)) * model.stiffness[1, 1])
+    assert found.deviations == pytest.approx(np.std(drawn, axis=0), rel=0.2)
+
+
+def test_a_model_with_an_alarm_proves_nothing():
+    kept = identified(alarms=("The residuals are 3 times the noise.",))
+    assert "not to be trusted: The residuals" in stiffness_characteristic(kept, limit()).doubt
+
+
+def test_a_band_beyond_the_fitted_lines_proves_nothing():
+    kept = identified()
+    assert stiffness_characteristic(kept, limit(band=(10.0, 150.0))).doubt == ""
+    assert "10–150 Hz" in stiffness_characteristic(kept, limit(band=(10.0, 200.0))).doubt

@@ -12,25 +12,21 @@ from deboom.compressor.hose_beams import (
     body_end,
     changed_hose,
     hose_matrices,
+    port_forces,
+    separation_statement,
+    stiffness_by_difference,
 )
-from deboom.compressor.hose_evidence import hammer_evidence
+from deboom.compressor.hose_evidence import hammer_evidence, motion_at_virtual_point, sweep_pairs
 from deboom.compressor.hose_identification import (
     HoseOptions,
     HosePrior,
     HoseSource,
     identify_hoses,
 )
-from deboom.compressor.hose_presence import HosePresence, hoses_in_sweep
-from deboom.compressor.hose_reaction import ReactionBand
-from deboom.compressor.hose_separation import (
-    port_forces,
-    separation_statement,
-    stiffness_by_difference,
-)
-from deboom.compressor.hose_sweeps import motion_at_virtual_point, sweep_pairs
+from deboom.compressor.hose_presence import HosePresence, ReactionBand, hoses_in_sweep
 from deboom.errors import InputError
 from deboom.measurement.channels import Frf, Spectrum
-from deboom.measurement.operating_sweep import HoseDrawing, HoseState, OperatingSweep
+from deboom.measurement.compressor_test import HoseDrawing, HoseState, OperatingSweep
 from deboom.physics.viscoelastic_beam import beam_stiffness
 
 LINES = np.array([20.0, 60.0, 110.0])

@@ -5,11 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from deboom.bench.compressor_plan import CompressorPlan
+from deboom.bench.compressor_truth import CompressorPlan
 from deboom.bench.compressor_writer import write_compressor_test
-from deboom.compressor.hold_out import hold_out_impacts, hold_out_lines
-from deboom.compressor.identify import ALARM, IdentifyOptions, identify
-from deboom.compressor.sheet_checks import misplaced
+from deboom.compressor.calibrate import hold_out_impacts, hold_out_lines
+from deboom.compressor.identify import ALARM, IdentifyOptions, identify, misplaced
 from deboom.errors import InputError
 from deboom.files.inertance_test import read_inertance_test
 from deboom.measurement.channels import Frf

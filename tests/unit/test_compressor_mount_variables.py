@@ -5,13 +5,19 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from deboom.compressor.cabin_index import CabinIndex
-from deboom.compressor.car_seam import BodySide, car_seam, free_compressor
-from deboom.compressor.mount_variables import DATUM, MountVariables, mount_variables
+from deboom.compressor.cabin_index import (
+    DATUM,
+    BodySide,
+    CabinIndex,
+    MountVariables,
+    car_seam,
+    free_compressor,
+    mount_variables,
+)
 from deboom.compressor.unbalance_load import RotationSense
 from deboom.errors import InputError
-from deboom.measurement.inertance_test import CompressorMount
-from deboom.study.compressor_pressures import weighted_pressures, weights_of
+from deboom.measurement.compressor_test import CompressorMount
+from deboom.study.compressor_robust_front import weighted_pressures, weights_of
 
 LINES = np.array([30.0, 60.0])
 

@@ -5,21 +5,23 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from deboom.bench.compressor_plan import CalibrationLevel
-from deboom.compressor.cabin_noise import SweepNoise
-from deboom.compressor.cabin_noise_band import NoiseBand
+from deboom.bench.compressor_truth import CalibrationLevel
+from deboom.compressor.cabin_noise import NoiseBand, SweepNoise
 from deboom.errors import InputError
-from deboom.measurement.operating_sweep import HoseState
-from deboom.study.compressor_noise import CarNoise, NoisePlan
-from deboom.study.compressor_noise_cases import fleet_gains, virtual_cars
-from deboom.study.compressor_noise_levels import (
+from deboom.measurement.compressor_test import HoseState
+from deboom.study.compressor_noise import (
     MODES,
+    CarNoise,
+    NoisePlan,
+    error_summary,
+    fleet_gains,
+    measured_gain_table,
     peak_deviations,
+    ranking,
     soft_partner,
     sweep_errors,
+    virtual_cars,
 )
-from deboom.study.compressor_noise_result import error_summary
-from deboom.study.compressor_noise_tables import measured_gain_table, ranking
 
 LINES = np.arange(20.0, 141.0)
 PATHS = ("left x", "left y", "hose x")

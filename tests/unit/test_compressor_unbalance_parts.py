@@ -6,30 +6,34 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from deboom.compressor.operating_checks import (
+from deboom.compressor.routes import (
+    CalibratedModelRoute,
+    FactorOverFrequency,
+    MeasuredRoute,
+    OneFactor,
+    UpdatedRoute,
+    between_lines,
+)
+from deboom.compressor.sources import ResidualBand, unexplained_lines
+from deboom.compressor.unbalance import (
+    UnbalanceOptions,
     hose_alarms,
     load_alarms,
     refuse_resonant_sweep,
     sweeps_of,
     within_hammer_test,
 )
-from deboom.compressor.operating_stiffness import FactorOverFrequency, OneFactor
-from deboom.compressor.route_model import between_lines
-from deboom.compressor.routes import CalibratedModelRoute, MeasuredRoute, UpdatedRoute
-from deboom.compressor.source_structure import (
+from deboom.compressor.unbalance_load import (
     GasPerPressure,
     ProportionalGas,
+    RotationSense,
     gas_columns,
     pressures,
     rotor_columns,
 )
-from deboom.compressor.sources import ResidualBand
-from deboom.compressor.unbalance import UnbalanceOptions
-from deboom.compressor.unbalance_curve import unexplained_lines
-from deboom.compressor.unbalance_load import RotationSense
 from deboom.errors import InputError
 from deboom.measurement.channels import Spectrum
-from deboom.measurement.operating_sweep import HoseState, OperatingSweep
+from deboom.measurement.compressor_test import HoseState, OperatingSweep
 
 LINES = np.arange(17.0, 151.0)
 

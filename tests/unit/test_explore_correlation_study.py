@@ -4,9 +4,8 @@ import numpy as np
 import pytest
 
 from deboom.errors import InputError
-from deboom.explore.correlation_study import correlations, families, tolerance_scatter
-from deboom.explore.design_space import stiffness_factor_space
-from deboom.explore.evaluate import ResponseFunction
+from deboom.explore.correlation import correlations, families, tolerance_scatter
+from deboom.explore.space import ResponseFunction, stiffness_factor_space
 
 VALUES = np.random.default_rng(1).normal(size=(30, 3))
 NAMES = ("sedan", "tourer", "van")

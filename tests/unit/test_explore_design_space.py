@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from deboom.errors import InputError
-from deboom.explore.design_space import DesignSpace, stiffness_factor_space
+from deboom.explore.space import DesignSpace, stiffness_factor_space
 
 
 def space() -> DesignSpace:

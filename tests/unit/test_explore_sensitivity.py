@@ -6,18 +6,22 @@ import numpy as np
 import pytest
 
 from deboom.errors import InputError
-from deboom.explore.design_space import stiffness_factor_space
 from deboom.explore.known_indices import SobolG
 from deboom.explore.sensitivity import (
+    SensitivityInputs,
+    base_rows,
     delta_analysis,
+    design_inputs,
+    first_and_total,
     morris_analysis,
     morris_designs,
     pawn_analysis,
     sobol_analysis,
     sobol_designs,
+    sobol_indices,
+    tolerance_inputs,
 )
-from deboom.explore.sensitivity_inputs import SensitivityInputs, design_inputs, tolerance_inputs
-from deboom.explore.sobol_indices import base_rows, first_and_total, sobol_indices
+from deboom.explore.space import stiffness_factor_space
 
 G = SobolG((0.0, 1.0, 9.0))
 DESIGNS = sobol_designs(G.inputs, 16, seed=1)

@@ -6,25 +6,32 @@ import numpy as np
 import pytest
 
 from deboom.errors import InputError
-from deboom.explore.evaluate import ResponseFunction
-from deboom.explore.known_boxes import LinearProblem, QuadraticProblem
-from deboom.explore.known_truth import quad2
-from deboom.explore.solution_box import Box, BoxQuestion, CutNormalParts, UniformParts
-from deboom.explore.solution_box_peers import (
-    bisection_box,
-    kept_offset,
-    tolerance_box,
-    trade_off,
-    volume_ratio,
-)
-from deboom.explore.solution_box_reach import UnreachableLimit, reachable_designs
-from deboom.explore.solution_box_search import BoxEffort, FoundBox, largest_box, resized
-from deboom.explore.solution_box_share import (
+from deboom.explore.box import (
+    Box,
+    BoxQuestion,
+    CutNormalParts,
+    UniformParts,
     box_sample,
     lower_bound,
     smooth_share,
     verified_share,
 )
+from deboom.explore.known_boxes import LinearProblem, QuadraticProblem
+from deboom.explore.known_truth import quad2
+from deboom.explore.largest_box import (
+    BoxEffort,
+    FoundBox,
+    UnreachableLimit,
+    bisection_box,
+    kept_offset,
+    largest_box,
+    reachable_designs,
+    resized,
+    tolerance_box,
+    trade_off,
+    volume_ratio,
+)
+from deboom.explore.space import ResponseFunction
 
 QUICK = BoxEffort(
     starts=1, coarse=((0.5, 256),), fine=((0.15, 512),), calibration=8192, verification=8192

@@ -11,12 +11,11 @@ import pytest
 
 from deboom.errors import InputError
 from deboom.explore import workers
-from deboom.explore.design_space import stiffness_factor_space
-from deboom.explore.evaluate import ResponseFunction
 from deboom.explore.known_truth import quad2
 from deboom.explore.problems import nsga2
 from deboom.explore.robust import RobustResponse
-from deboom.explore.tolerance_samples import FreshGaussianSampler, sobol_sample
+from deboom.explore.scatter import FreshGaussianSampler, sobol_sample
+from deboom.explore.space import ResponseFunction, stiffness_factor_space
 from deboom.explore.workers import SpreadResponse, workers_for
 
 MODEL = quad2(4, seed=1)

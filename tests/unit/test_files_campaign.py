@@ -1,15 +1,29 @@
-"""Campaign folders: what is read, and one sentence for each way in which one can be wrong."""
+"""Campaign folders: reading, tables, new runs, refusals."""
 
 import shutil
+from dataclasses import replace
+from pathlib import Path
+from typing import Annotated
 
 import numpy as np
 import pandas as pd
 import pytest
+from pydantic import Field
 
 from deboom.bench.campaign_plan import CampaignPlan, PlannedRun, TimeRunPlan
 from deboom.bench.campaign_writer import write_campaign
 from deboom.errors import InputError
-from deboom.files.campaign import read_campaign, read_time_run
+from deboom.files import campaign as campaign_new_run
+from deboom.files.campaign import add_operating_run, new_run_file, read_campaign, read_time_run
+from deboom.files.campaign_tables import (
+    SensorRow,
+    read_curve,
+    read_sensor_table,
+    write_curve,
+    write_sensor_table,
+)
+from deboom.files.schema import StrictModel, dump_toml, load_toml
+from deboom.files.tables import read_rows
 from deboom.files.uff import read_uff, write_uff
 from deboom.measurement.sensors import SensorKind
 
@@ -466,3 +480,250 @@ def test_another_unit_in_the_file_than_in_the_table_is_refused(copy):
     (copy / "channels.csv").write_text(table.replace("m/s^2", "g"), encoding="utf-8")
     with pytest.raises(InputError, match=r"is in 'm/s\^2', but the channel table says 'g'"):
         read_campaign(copy)
+
+
+LINES = np.arange(30.0, 40.5, 1.0)
+
+
+@pytest.fixture(scope="module")
+def written_2(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("bench") / "campaign"
+    plan = CampaignPlan(("M1",), (PlannedRun(5, 220.0, True),), 1, frequency=LINES)
+    return write_campaign(folder, 1, plan)
+
+
+@pytest.fixture
+def folder(written_2, tmp_path):
+    return Path(shutil.copytree(written_2, tmp_path / "campaign"))
+
+
+@pytest.fixture
+def run(written_2):
+    return replace(read_campaign(written_2).runs[0], name="again", gear=6)
+
+
+def files(folder):
+    return {
+        path.relative_to(folder).as_posix(): path.read_bytes()
+        for path in folder.rglob("*")
+        if path.is_file()
+    }
+
+
+def edited(path, old, new):
+    text = path.read_bytes().decode("utf-8")
+    assert old in text
+    path.write_bytes(text.replace(old, new).encode("utf-8"))
+
+
+def without_rows(path, start):
+    rows = path.read_text(encoding="utf-8").splitlines(keepends=True)
+    path.write_text("".join(r for r in rows if not r.startswith(start)), encoding="utf-8")
+
+
+def test_a_new_run_reads_back_as_it_was_and_comments_stay(folder, run):
+    edited(folder / TOML, "[engine]", "# weighed twice\n[engine]")
+    place = add_operating_run(folder, run, ("from elsewhere", "x" * 100))
+    assert place == folder / "runs" / "M1" / "again.uff"
+    assert "# weighed twice" in (folder / TOML).read_text(encoding="utf-8")
+    found = read_campaign(folder).runs[-1]
+    assert (found.name, found.gear, found.rising) == ("again", 6, True)
+    for name in ("engine_torque", "static_force"):
+        assert np.array_equal(getattr(found, name), getattr(run, name))
+    for name in ("acceleration", "cell_force"):
+        assert np.array_equal(getattr(found, name).values, getattr(run, name).values)
+
+
+def test_channels_in_other_units_and_against_their_axes_read_back_the_same(folder, run):
+    table = folder / "channels.csv"
+    rows = [
+        row.replace("+x", "-x").replace("m/s^2", "g") if ",acceleration," in row else row
+        for row in table.read_text(encoding="utf-8").splitlines()
+    ]
+    table.write_text("\n".join(rows) + "\n", encoding="utf-8")
+    # the run that is there is in m/s^2 still: only the new one is asked for
+    edited(folder / TOML, "[[runs]]", "[[time_runs]]\npulses_per_revolution = 2")
+    add_operating_run(folder, run)
+    (found,) = read_campaign(folder).runs
+    assert found.acceleration.values == pytest.approx(run.acceleration.values)
+
+
+@pytest.mark.parametrize(
+    ("change", "spoil", "message"),
+    [
+        ({"name": "g5_wot220"}, None, "run 'g5_wot220' of mount set M1 is there already"),
+        ({"name": "a b"}, None, "'a b' is no name of a run"),
+        ({"name": "../out"}, None, "is no name of a run"),
+        ({"static_force_names": ("TSM x",), "static_force": np.zeros((11, 1))}, None, "no static"),
+        ({}, lambda f: (f / "runs/M1/again.uff").write_bytes(b"x"), "though no run of"),
+        (
+            {},
+            lambda f: without_rows(f / "channels.csv", "engine speed"),
+            "add its row",
+        ),
+    ],
+)
+def test_what_does_not_fit_is_refused_and_nothing_changes(folder, run, change, spoil, message):
+    if spoil is not None:
+        spoil(folder)
+    before = files(folder)
+    with pytest.raises(InputError, match=message):
+        add_operating_run(folder, replace(run, **change))
+    assert files(folder) == before
+
+
+def test_a_dead_channel_is_refused_and_nothing_changes(folder, run):
+    values = np.array(run.acceleration.values)
+    values[:, 3] = 0
+    before = files(folder)
+    with pytest.raises(InputError, match="is dead"):
+        add_operating_run(
+            folder, replace(run, acceleration=replace(run.acceleration, values=values))
+        )
+    assert files(folder) == before
+
+
+def test_runs_in_another_form_are_refused_and_nothing_changes(folder, run, monkeypatch):
+    path = folder / TOML
+    monkeypatch.setattr(campaign_new_run, "write_uff", lambda path, *_, **__: path.touch())
+    monkeypatch.setattr(campaign_new_run, "_check", lambda *_: None)
+    text = path.read_text(encoding="utf-8")
+    start, end = text.index("[[runs]]"), text.index("[[shaker_runs]]")
+    inline = ", ".join(text[start:end].splitlines()[1:-1])
+    path.write_text(
+        text[:start].replace("[engine]", f"runs = [{{{inline}}}]\n[engine]") + text[end:],
+        encoding="utf-8",
+    )
+    assert len(read_campaign(folder).runs) == 1
+    before = files(folder)
+    with pytest.raises(InputError, match=r"write the list as \[\[runs\]\] sections"):
+        add_operating_run(folder, run)
+    assert files(folder) == before
+
+
+def test_the_place_of_a_new_run_is_told_before_any_work(folder):
+    assert new_run_file(folder, "M1", "new") == folder / "runs" / "M1" / "new.uff"
+    with pytest.raises(InputError, match="is there already"):
+        new_run_file(folder, "M1", "g5_wot220")
+
+
+ROWS = (
+    SensorRow("A1", "accelerometer", "B&K 4321", "EnM", "", (0.1, -0.2, 0.3), (0.0, 0.1, 1.5)),
+    SensorRow("C7", "force cell", "Kistler 9077C", "Du", "left", (1.0, 2.0, 3.0), (0.0, 0.0, -1.0)),
+)
+
+
+@pytest.mark.parametrize("suffix", [".csv", ".xlsx"])
+def test_position_sheets_read_back(tmp_path, suffix):
+    path = tmp_path / f"sensors{suffix}"
+    write_sensor_table(path, ROWS)
+    for one, other in zip(ROWS, read_sensor_table(path), strict=True):
+        assert (one.sensor, one.kind, one.model, one.mount, one.piece) == (
+            *(other.sensor, other.kind, other.model, other.mount, other.piece),
+        )
+        assert other.position == pytest.approx(one.position, rel=1e-12)
+        assert other.angles == pytest.approx(one.angles, rel=1e-9)
+
+
+def test_curves_read_back(tmp_path):
+    deflection, force = np.linspace(-1e-3, 1e-3, 5), np.linspace(-80.0, 90.0, 5)
+    write_curve(tmp_path / "curve.csv", deflection, force)
+    assert (tmp_path / "curve.csv").read_text().startswith("deflection [mm],force [N]\n-1.0,")
+    found = read_curve(tmp_path / "curve.csv")
+    assert found[0] == pytest.approx(deflection, rel=1e-14)
+    assert found[1] == pytest.approx(force, rel=1e-14)
+
+
+WRONG_TABLES_3 = {
+    "": "is empty",
+    "name,x [mm]\n": "has a header and no rows",
+    "name,x [mm]\n\n,\n": "has a header and no rows",
+    "name\nA\n": "column 'x' is missing; the columns are name, x, separated by commas",
+    "name,x [mm],x [mm]\nA,1,2\n": "column 'x' is unknown or doubled",
+    "name,x [mm],z\nA,1,2\n": "column 'z' is unknown or doubled",
+    "name,x [mm]\n,1\n": "line 2: column 'name' is empty",
+    "name,x [mm]\nA,\n": "line 2, column 'x': '' is no finite number",
+    'name,x [mm]\nA,"1,5"\n': "line 2, column 'x': '1,5' is no finite number",
+    "name,x [mm]\n\nA,nan\n": "line 3, column 'x': 'nan' is no finite number",
+    "name,x [inch]\nA,1\n": r"column 'x \[inch\]': unknown unit 'inch'",
+    "name,x [N]\nA,1\n": r"column 'x \[N\]' is not in m or a multiple",
+    "name,x [mm]\nA,1,2,3\n": "is no comma-separated table",
+}
+
+
+def numbers_of(path):
+    rows = read_rows(path, ("name",), {"x": "m"})
+    return {row.filled("name"): row.number("x") for row in rows}
+
+
+@pytest.mark.parametrize("text", WRONG_TABLES_3)
+def test_wrong_tables_are_refused(tmp_path, text):
+    path = tmp_path / "table.csv"
+    path.write_text(text, encoding="utf-8")
+    with pytest.raises(InputError, match=WRONG_TABLES_3[text]):
+        numbers_of(path)
+
+
+def test_files_that_are_no_table_are_refused(tmp_path):
+    with pytest.raises(InputError, match="cannot be read"):
+        read_rows(tmp_path / "none.csv", ("name",), {})
+    (tmp_path / "bytes.csv").write_bytes(b"name\n\xff\xfe\n")
+    with pytest.raises(InputError, match="is not UTF-8 text"):
+        read_rows(tmp_path / "bytes.csv", ("name",), {})
+    (tmp_path / "text.xlsx").write_text("name\nA\n", encoding="utf-8")
+    with pytest.raises(InputError, match="is no Excel file"):
+        read_rows(tmp_path / "text.xlsx", ("name",), {})
+    pd.DataFrame().to_excel(tmp_path / "empty.xlsx", index=False)
+    with pytest.raises(InputError, match="is empty"):
+        read_rows(tmp_path / "empty.xlsx", ("name",), {})
+
+
+class Part(StrictModel):
+    """A section."""
+
+    name: str
+    mass_kg: Annotated[float, Field(gt=0)]
+
+
+class Whole(StrictModel):
+    """A file."""
+
+    format: int
+    best: Part
+    parts: Annotated[tuple[Part, ...], Field(strict=False)] = ()
+
+
+GOOD = 'format = 1\n\n[best]\nname = "a"\nmass_kg = 1.5\n\n[[parts]]\nname = "b µ"\nmass_kg = 2.0\n'
+
+
+def test_toml_reads_back_byte_for_byte(tmp_path):
+    whole = Whole(format=1, best=Part(name="a", mass_kg=1.5), parts=(Part(name="b µ", mass_kg=2),))
+    dump_toml(tmp_path / "whole.toml", whole)
+    assert (tmp_path / "whole.toml").read_text(encoding="utf-8") == GOOD
+    assert load_toml(tmp_path / "whole.toml", Whole) == whole
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "says"),
+    [
+        ("format = 1", "form = 1", "unknown key 'form' in the top level; did you mean 'format'?"),
+        ("mass_kg = 2.0", "mas = 2.0", r"unknown key 'mas' in \[\[parts\]\] 1; did you mean 'mass"),
+        ("mass_kg = 1.5", "q = 1", r"unknown key 'q' in \[best\]; use name, mass_kg"),
+        ("mass_kg = 1.5\n", "", r"key 'mass_kg' in \[best\] is missing: add it"),
+        ("mass_kg = 1.5", "mass_kg = -1.5", r"key 'mass_kg' in \[best\] is -1.5: input should be"),
+        ("format = 1", "format = '1'", "key 'format' in the top level is \"1\": input should be a"),
+        ("format = 1", "format", "is not TOML"),
+    ],
+)
+def test_wrong_keys_are_named(tmp_path, old, new, says):
+    (tmp_path / "whole.toml").write_text(GOOD.replace(old, new), encoding="utf-8")
+    with pytest.raises(InputError, match=says):
+        load_toml(tmp_path / "whole.toml", Whole)
+
+
+def test_toml_that_cannot_be_read_is_refused(tmp_path):
+    with pytest.raises(InputError, match="cannot be read"):
+        load_toml(tmp_path / "none.toml", Whole)
+    (tmp_path / "bytes.toml").write_bytes(b"\xff\xfe")
+    with pytest.raises(InputError, match="is not UTF-8 text"):
+        load_toml(tmp_path / "bytes.toml", Whole)

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from deboom.errors import InputError
-from deboom.files.component_limits import read_component_limits
+from deboom.files.limits import read_component_limits
 
 WHOLE = """
 format = 1

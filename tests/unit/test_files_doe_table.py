@@ -5,9 +5,8 @@ import pandas as pd
 import pytest
 
 from deboom.errors import InputError
-from deboom.explore.design_space import DesignSpace, stiffness_factor_space
 from deboom.explore.doe import run_doe
-from deboom.explore.evaluate import ResponseFunction
+from deboom.explore.space import DesignSpace, ResponseFunction, stiffness_factor_space
 from deboom.files.doe_table import doe_frame, read_designs, read_doe
 
 SPACE = stiffness_factor_space(("EnM x", "TSM x"), half_width=0.15)

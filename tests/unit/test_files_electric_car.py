@@ -8,11 +8,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from deboom.bench.compressor_operation_plan import OperationPlan
+from deboom.bench.compressor_operation import OperationPlan
 from deboom.bench.electric_car_writer import write_electric_car
 from deboom.errors import InputError
-from deboom.files.electric_car import ELECTRIC_CAR_FILE, read_electric_car
-from deboom.files.electric_car_file import dump_electric_car_file, load_electric_car_file
+from deboom.files.electric_car import (
+    ELECTRIC_CAR_FILE,
+    dump_electric_car_file,
+    load_electric_car_file,
+    read_electric_car,
+)
 from deboom.files.uff import read_uff, write_uff
 from deboom.measurement.channels import Frf, Spectrum
 from deboom.measurement.electric_car import ElectricCar, PointKind

@@ -9,12 +9,16 @@ import pytest
 
 from deboom.errors import InputError
 from deboom.files.campaign_tables import SensorRow
-from deboom.files.hammer_test import read_hammer_test
-from deboom.files.hammer_test_tables import HammerChannel, HammerPoint
-from deboom.files.hammer_test_writer import HammerSheet, write_hammer_test
+from deboom.files.hammer_test import (
+    HammerChannel,
+    HammerPoint,
+    HammerSheet,
+    read_hammer_test,
+    write_hammer_test,
+)
+from deboom.files.tables import parse_unit
 from deboom.files.uff import read_uff, write_uff
-from deboom.files.units import parse_unit
-from deboom.measurement.hammer_frf import HammerOptions, hammer_frfs
+from deboom.measurement.impact_test import HammerOptions, hammer_frfs
 
 RATE, N_SAMPLE, PRETRIGGER = 5120.0, 640, 0.0125
 METRES = parse_unit("m/s^2")

@@ -8,17 +8,16 @@ import pandas as pd
 import pytest
 
 from deboom.errors import InputError
-from deboom.files.inertance_test import INERTANCE_TEST_FILE, read_inertance_test
-from deboom.files.inertance_test_file import (
+from deboom.files.inertance_test import (
+    INERTANCE_TEST_FILE,
     DrawingSection,
     DrawnMountSection,
     InertanceTestFile,
-    ToleranceSection,
-    dump_inertance_test_file,
-)
-from deboom.files.inertance_test_tables import (
     PlacedImpact,
     PlacedSensor,
+    ToleranceSection,
+    dump_inertance_test_file,
+    read_inertance_test,
     write_placed_impacts,
     write_placed_sensors,
     write_positions,

@@ -16,8 +16,11 @@ from deboom.files.library_export import (
     write_library_xlsx,
 )
 from deboom.files.uff import find, read_uff
-from deboom.mounts.characterised_direction import CharacterisedDirection, DirectionQuality
-from deboom.mounts.characterised_mount import CharacterisedMount
+from deboom.mounts.characterised_mount import (
+    CharacterisedDirection,
+    CharacterisedMount,
+    DirectionQuality,
+)
 
 MOUNTS = (mount(supplier="=Ø & Söhne"), wishbone())
 

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from deboom.errors import InputError
-from deboom.files.limits_file import load_limits
+from deboom.files.limits import load_limits
 
 SHIPPED = Path(__file__).parents[2] / "studies" / "data" / "u06_limits.toml"
 SAG = '[[sag]]\nmount = "EnM"\nat_most_mm = 6.0\n'

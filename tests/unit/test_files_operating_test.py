@@ -7,28 +7,26 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from deboom.bench.compressor_operation_plan import OperationPlan
-from deboom.bench.compressor_operation_writer import write_operating_test
+from deboom.bench.compressor_operation import OperationPlan
+from deboom.bench.compressor_writer import write_operating_test
 from deboom.errors import InputError
-from deboom.files.inertance_test_tables import (
+from deboom.files.inertance_test import (
     PlacedSensor,
     read_placed_impacts,
     read_placed_sensors,
     write_positions,
 )
-from deboom.files.operating_sweeps import (
-    SweepNodes,
-    read_sweep,
-    write_sweep,
-    write_sweep_record,
-)
-from deboom.files.operating_test import read_operating_test
-from deboom.files.operating_test_file import (
+from deboom.files.operating_test import (
     HolderSection,
     MicrophoneSection,
+    SweepNodes,
     SweepSection,
     dump_operating_test_file,
     load_operating_test_file,
+    read_operating_test,
+    read_sweep,
+    write_sweep,
+    write_sweep_record,
 )
 from deboom.files.uff import read_uff, write_uff
 

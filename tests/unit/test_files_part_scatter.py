@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from deboom.errors import InputError
-from deboom.explore.design_space import stiffness_factor_space
+from deboom.explore.space import stiffness_factor_space
 from deboom.files.library_export import read_library_json
 from deboom.mounts.library import open_library
 from deboom.study.made_parts import made_parts

@@ -6,7 +6,7 @@ from dataclasses import replace
 import pytest
 
 from deboom.errors import InputError
-from deboom.files.solution_box import (
+from deboom.files.acceptance import (
     AcceptanceBox,
     BoxResponse,
     BoxVariable,

@@ -3,7 +3,7 @@ import re
 import pytest
 
 from deboom.errors import InputError
-from deboom.files.platform_tables import (
+from deboom.files.platform import (
     ChannelRow,
     MountRow,
     read_channel_table,
@@ -11,7 +11,7 @@ from deboom.files.platform_tables import (
     write_channel_table,
     write_mount_table,
 )
-from deboom.files.units import parse_unit
+from deboom.files.tables import parse_unit
 
 MOUNTS = """\
 mount,piece,x [mm],y [mm],z [m]

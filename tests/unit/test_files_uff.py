@@ -8,9 +8,16 @@ from hypothesis import strategies as st
 
 from deboom.errors import InputError
 from deboom.files import uff
-from deboom.files.uff import AxisDriftWarning, UffFunction, find, read_uff, set_types, write_uff
-from deboom.files.uff_function import DIRECTIONS
-from deboom.files.uff_set58 import set_58
+from deboom.files.uff import (
+    DIRECTIONS,
+    AxisDriftWarning,
+    UffFunction,
+    find,
+    read_uff,
+    set_58,
+    set_types,
+    write_uff,
+)
 
 LINES = 20.0 + 0.25 * np.arange(9)
 

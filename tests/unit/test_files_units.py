@@ -1,7 +1,7 @@
 import pytest
 
 from deboom.errors import InputError
-from deboom.files.units import parse_unit
+from deboom.files.tables import parse_unit
 
 
 @pytest.mark.parametrize(

@@ -7,14 +7,13 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from deboom.bench.platform_layout import LOAD_CASES
+from deboom.bench.layout import LOAD_CASES
 from deboom.bench.vehicle_writer import NO_VEHICLE_ERRORS, write_vehicle
 from deboom.cli import app
 from deboom.errors import InputError
-from deboom.files.columns import noise_transfer_columns
-from deboom.files.platform_tables import ChannelRow
+from deboom.files.platform import ChannelRow, noise_transfer_columns
+from deboom.files.tables import parse_unit
 from deboom.files.uff import read_uff, write_uff
-from deboom.files.units import parse_unit
 from deboom.files.vehicle import read_vehicle
 
 DIRECT, RECIPROCAL = "noise_transfer/direct.uff", "noise_transfer/reciprocal.uff"

@@ -9,11 +9,8 @@ import pytest
 from deboom.bench.vehicle_writer import NO_VEHICLE_ERRORS, write_vehicle
 from deboom.errors import InputError
 from deboom.files.uff import read_uff, write_uff
-from deboom.files.vehicle import read_vehicle
-from deboom.files.vehicle_panels import read_panel_table
-from deboom.measurement.modal_analysis import ModalModel
-from deboom.measurement.modal_poles import PoleCluster
-from deboom.measurement.panels import panel_contributions
+from deboom.files.vehicle import read_panel_table, read_vehicle
+from deboom.measurement.modal import ModalModel, PoleCluster, panel_contributions
 from deboom.physics.frf import FrfForm
 
 MOTION = "noise_transfer/panel_motion.uff"

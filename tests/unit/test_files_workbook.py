@@ -8,7 +8,7 @@ import pandas as pd
 import pytest
 
 from deboom.errors import InputError
-from deboom.files.workbook import workbook_bytes
+from deboom.files.tables import workbook_bytes
 
 
 def test_a_workbook_reads_back_with_units_and_empty_cells():

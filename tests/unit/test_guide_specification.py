@@ -8,7 +8,7 @@ import pytest
 from typer.main import get_command
 
 from deboom.cli import app
-from deboom.files.delivered_parts import read_delivered_parts
+from deboom.files.acceptance import read_delivered_parts
 from deboom.study.runner import load_study
 
 ROOT = Path(__file__).parents[2]

@@ -6,13 +6,13 @@ import pytest
 from deboom.errors import InputError
 from deboom.measurement.campaign import ShakerRun
 from deboom.measurement.channels import Frf, Spectrum
-from deboom.measurement.force_transfer import force_transfer_matrix, operating_force
-from deboom.measurement.force_transfer_moments import (
+from deboom.measurement.force_transfer import (
+    force_transfer_matrix,
     force_transfer_matrix_with_moments,
     level_without_moments,
+    operating_force,
 )
-from deboom.measurement.impacts import Impact
-from deboom.measurement.sensors import Sensor, SensorKind
+from deboom.measurement.sensors import Impact, Sensor, SensorKind
 
 LINES = np.array([20.0, 40.0, 60.0])
 CELL = Sensor("C1", SensorKind.FORCE_CELL, "9077C", "Du", "left", np.zeros(3), np.eye(3))

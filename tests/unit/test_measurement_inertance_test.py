@@ -7,15 +7,13 @@ import pytest
 
 from deboom.errors import InputError
 from deboom.measurement.channels import Frf
-from deboom.measurement.impacts import Impact
-from deboom.measurement.inertance_test import (
+from deboom.measurement.compressor_test import (
     ACCELERATION_PER_FORCE,
     CompressorMount,
     Drawing,
     InertanceTest,
 )
-from deboom.measurement.placement_tolerances import PlacementTolerances
-from deboom.measurement.sensors import Sensor, SensorKind
+from deboom.measurement.sensors import Impact, PlacementTolerances, Sensor, SensorKind
 
 SENSORS = tuple(
     Sensor(f"A{k}", SensorKind.ACCELEROMETER, "", "", "", np.eye(3)[k], np.eye(3)) for k in range(3)

@@ -7,17 +7,17 @@ import pytest
 
 from deboom.errors import InputError
 from deboom.measurement.channels import Frf
-from deboom.measurement.modal_analysis import (
-    modal_model,
-    poles_over_orders,
-)
-from deboom.measurement.modal_poles import (
+from deboom.measurement.modal import (
     PoleCluster,
     StabilityLimits,
+    in_common_phase,
+    mac_matrix,
+    modal_model,
+    phase_collinearity,
     pole_clusters,
+    poles_over_orders,
     stabilisation_chart,
 )
-from deboom.measurement.mode_shapes import in_common_phase, mac_matrix, phase_collinearity
 from deboom.physics.frf import FrfForm
 
 BAND = (20.0, 60.0)

@@ -4,9 +4,7 @@ import numpy as np
 import pytest
 
 from deboom.errors import InputError
-from deboom.measurement.channel_geometry import impact_geometry
 from deboom.measurement.channels import Frf
-from deboom.measurement.impacts import Impact
 from deboom.measurement.misplacement import misplaced_noise_transfer, misplacement
 from deboom.measurement.noise_transfer import (
     join_noise_transfer,
@@ -14,6 +12,8 @@ from deboom.measurement.noise_transfer import (
     noise_transfer_of_paths,
     reciprocal_noise_transfer,
 )
+from deboom.measurement.sensors import Impact
+from deboom.measurement.virtual_point import impact_geometry
 
 FREQUENCY = np.array([20.0, 30.0, 40.0])
 EARS = ("driver ear", "passenger ear")

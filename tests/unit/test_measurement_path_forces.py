@@ -3,16 +3,21 @@ import pytest
 
 from deboom.errors import InputError
 from deboom.measurement.channels import Frf, Spectrum, unit_of_response
-from deboom.measurement.on_board_validation import validate_on_board
 from deboom.measurement.path_forces import (
     Receiver,
     blocked_forces_in_situ,
     blocked_forces_on_rig,
     forces_by_inversion,
     forces_by_mount_stiffness,
+    validate_on_board,
 )
-from deboom.physics.force_inversion import PLAIN, Inversion, Regularisation, invert_for_forces
-from deboom.physics.regularisation_choice import Choice
+from deboom.physics.force_inversion import (
+    PLAIN,
+    Choice,
+    Inversion,
+    Regularisation,
+    invert_for_forces,
+)
 
 LINES = np.array([20.0, 30.0, 40.0])
 PATHS = ("TSM x", "EnM x")

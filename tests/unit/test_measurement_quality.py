@@ -4,18 +4,22 @@ import numpy as np
 import pytest
 
 from deboom.errors import InputError
-from deboom.measurement.channel_geometry import impact_geometry, sensor_geometry
 from deboom.measurement.channels import Frf, Spectrum
-from deboom.measurement.coherence import likeness, repeat_coherence
-from deboom.measurement.consistency import geometric_consistency, response_consistency
-from deboom.measurement.culprit import culprit_of_responses
-from deboom.measurement.fault_fits import Fault
-from deboom.measurement.leave_one_out import motion_states
-from deboom.measurement.passivity import passivity
-from deboom.measurement.quality import quality_in_operation, quality_of_frf, quality_of_sheet
-from deboom.measurement.quality_check import QualityLimits, quality_table
-from deboom.measurement.reciprocity import reciprocity
-from deboom.measurement.virtual_point import virtual_point
+from deboom.measurement.culprit import Fault, culprit_of_responses, motion_states
+from deboom.measurement.quality import (
+    QualityLimits,
+    geometric_consistency,
+    likeness,
+    passivity,
+    quality_in_operation,
+    quality_of_frf,
+    quality_of_sheet,
+    quality_table,
+    reciprocity,
+    repeat_coherence,
+    response_consistency,
+)
+from deboom.measurement.virtual_point import impact_geometry, sensor_geometry, virtual_point
 from deboom.physics.frf import FrfForm
 from hammer_test import EXACT, InjectedFault, draw_hammer_test, measure
 

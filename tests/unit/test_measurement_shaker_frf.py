@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from deboom.errors import InputError
-from deboom.measurement.coherence_gate import imported_estimate, require_coherence
-from deboom.measurement.frf_estimate import Estimator
+from deboom.measurement.frf_estimate import Estimator, imported_estimate, require_coherence
 from deboom.measurement.shaker_frf import BlockWindow, ShakerRecord, WelchOptions, shaker_frf
 
 RATE = 512.0

@@ -6,21 +6,25 @@ import numpy as np
 import pytest
 
 from deboom.errors import InputError
-from deboom.measurement.channels import Frf, Spectrum
-from deboom.measurement.combined_uncertainty import (
+from deboom.measurement.channels import Frf, LoadCase, Spectrum
+from deboom.measurement.uncertainty import (
     NextMeasurement,
     VariancePart,
     crossed_spread,
     half_width_after,
+    method_difference,
+    pivotal_interval,
 )
-from deboom.measurement.load_case import LoadCase
-from deboom.measurement.method_difference import method_difference
-from deboom.measurement.propagated_interval import pivotal_interval
 from deboom.vehicles.fleet import Fleet, Vehicle
-from deboom.vehicles.force_errors import ForceCells, RunNoise, StiffnessError
 from deboom.vehicles.platform_uncertainty import TransferUncertainty
-from deboom.vehicles.transfer_errors import TransferCalibration, TransferPaths
-from deboom.vehicles.uncertain_data import UncertainData
+from deboom.vehicles.uncertain_data import (
+    ForceCells,
+    RunNoise,
+    StiffnessError,
+    TransferCalibration,
+    TransferPaths,
+    UncertainData,
+)
 
 LINES = np.arange(20.0, 61.0)
 

@@ -6,15 +6,16 @@ import numpy as np
 import pytest
 
 from deboom.errors import InputError
-from deboom.measurement.channel_geometry import ChannelGeometry, impact_geometry, sensor_geometry
 from deboom.measurement.channels import Frf, Spectrum
-from deboom.measurement.conditioning import conditioning
-from deboom.measurement.impacts import Impact
-from deboom.measurement.sensors import Sensor, SensorKind, forward_matrix_of
+from deboom.measurement.sensors import Impact, Sensor, SensorKind, forward_matrix_of
 from deboom.measurement.virtual_point import (
+    ChannelGeometry,
+    conditioning,
+    impact_geometry,
     load_at_point,
     motion_at_mounts,
     motion_at_point,
+    sensor_geometry,
     virtual_point,
     virtual_point_frf,
 )

@@ -1,26 +1,43 @@
-"""From raw channels of a small rig to what the library keeps, and every complaint on the way."""
+"""Characterisation and measuring chains."""
 
 from dataclasses import replace
 
 import numpy as np
 import pytest
 from mounts_campaign_samples import (
+    ACCELEROMETERS,
     AXES,
     CARRIERS,
     EXACT,
+    MASS_MATRIX,
     RAMPS,
     Ramp,
     Rig,
     campaign_of,
     true_stiffness,
 )
+from threadpoolctl import threadpool_limits
 
 from deboom.errors import InputError
-from deboom.measurement.tolerances import Tolerances
-from deboom.mounts.characterisation import CharacteriseOptions
-from deboom.mounts.characterise import STEPS, characterise, measuring_chains, training_runs
+from deboom.measurement.sensors import Tolerances, forward_matrix_of
+from deboom.mounts.characterise import (
+    STEPS,
+    CharacteriseOptions,
+    characterise,
+    measuring_chains,
+    training_runs,
+)
+from deboom.mounts.measuring_chain import (
+    ErrorSource,
+    alignment,
+    body_record,
+    instrumented_bodies,
+    stated_alignment,
+)
 from deboom.mounts.operating_map import Preload
 from deboom.mounts.response_surface import DynamicStiffnessSurface
+from deboom.mounts.self_calibration import NEWTON, RIGID_MOTION, FreeBody, self_calibrated
+from deboom.physics.rigid_body import rotation_matrix
 
 OPTIONS = CharacteriseOptions(folds=3)
 QUICK = CharacteriseOptions(folds=0, self_calibration=False)
@@ -201,3 +218,230 @@ def test_static_force_that_was_not_measured_is_asked_for():
 def test_folds_that_hold_nothing_out(folds):
     with pytest.raises(InputError, match="leave nothing to fit"):
         CharacteriseOptions(folds=folds)
+
+
+GOOD_2 = Tolerances(
+    **{
+        **EXACT.__dict__,
+        "sensor_position": 0.002,
+        "sensor_angle": 0.01,
+        "sensor_gain": 0.01,
+        "sensor_cross_axis": 0.006,
+        "shaker_angle": 0.01,
+        "shaker_gain": 0.005,
+        "cell_gain": 0.005,
+        "acceleration_own": 0.002,
+        "acceleration_norm": 1e-4,
+        "force_own": 0.002,
+        "force_norm": 1e-4,
+    }
+)
+FREE = FreeBody(MASS_MATRIX, 0.6, 0.01, 0.001, ("my",), 0.003)
+
+
+@pytest.fixture(autouse=True)
+def one_thread():
+    """Matrices too small to share: threads would only wait for each other."""
+    with threadpool_limits(1):
+        yield
+
+
+def chain_of(rig):
+    campaign = campaign_of(rig)
+    body = instrumented_bodies(campaign)[0]
+    stated = alignment(body, campaign.tolerances)
+    return stated, [body_record(body, campaign.runs, campaign.tolerances)]
+
+
+@pytest.fixture(scope="module")
+def stated():
+    return chain_of(Rig(tolerances=GOOD_2))[0]
+
+
+def one_parameter(stated, name, value):
+    parameters = np.zeros(len(stated.names))
+    parameters[stated.names.index(name)] = value
+    return parameters
+
+
+def test_forward_matrix_of_a_moved_and_a_turned_sensor(stated):
+    small = 1e-6
+    moved = list(ACCELEROMETERS)
+    moved[2] = replace(moved[2], position=moved[2].position + np.array([0.0, small, 0.0]))
+    name = "position of sensor A3 along y"
+    found = stated.forward(one_parameter(stated, name, small))
+    assert found == pytest.approx(forward_matrix_of(moved), abs=1e-11)
+
+    turn = rotation_matrix(np.array([0.0, 0.0, small]))
+    moved[2] = replace(ACCELEROMETERS[2], orientation=ACCELEROMETERS[2].orientation @ turn)
+    found = stated.forward(one_parameter(stated, "angle of sensor A3 about its z", small))
+    assert found == pytest.approx(forward_matrix_of(moved), abs=1e-11)
+
+
+def test_gain_and_cross_axis_sensitivity_of_a_channel(stated):
+    nominal = stated.body.forward
+    name = "sensor gain of channel A1 x"
+    assert stated.forward(one_parameter(stated, name, 0.01))[0] == pytest.approx(1.01 * nominal[0])
+    for row, axis in ((1, "y"), (2, "z")):
+        name = f"sensor cross-axis sensitivity of channel A1 x to {axis}"
+        found = stated.forward(one_parameter(stated, name, 0.01))[0]
+        assert found == pytest.approx(nominal[0] + 0.01 * nominal[row])
+
+
+def test_every_parameter_has_a_name_of_its_own(stated):
+    assert len(set(stated.names)) == len(stated.names) == len(stated.tolerance)
+    # five sensors: three gains, six cross-axis sensitivities, three angles, three coordinates
+    assert len(stated.names) == 5 * 15 + 3 * 9
+
+
+def test_a_tilted_shaker_changes_the_force_as_its_definition_says(stated):
+    tilt, gain = 0.02, 0.01
+    parameters = one_parameter(stated, "angle of the shaker at G along x towards y", tilt)
+    parameters += one_parameter(stated, "force of the shaker at G along z", gain)
+    pushes = np.eye(3)
+    pushes[1, 0], pushes[2, 2] = tilt, 1 + gain
+    expected = pushes @ stated.body.force_matrix[3:6]
+    assert stated.force_matrix(parameters)[3:6] == pytest.approx(expected)
+    assert stated.force_matrix(parameters)[:3] == pytest.approx(stated.body.force_matrix[:3])
+
+
+def test_many_alignments_at_once_are_the_single_ones(stated):
+    draws = stated_alignment(stated).draw(4, np.random.default_rng(1))
+    assert draws.shape == (4, len(stated.names))
+    many = stated.motion_matrix(draws)
+    for draw, one in zip(draws, many, strict=True):
+        expected = stated.body.at_points @ np.linalg.pinv(stated.forward(draw))
+        assert one == pytest.approx(expected)
+
+
+def test_draws_have_the_stated_tolerances(stated):
+    draws = stated_alignment(stated).draw(4000, np.random.default_rng(2))
+    assert draws.std(axis=0) == pytest.approx(stated.tolerance, rel=0.06, abs=1e-12)
+    assert draws.mean(axis=0) == pytest.approx(0.0, abs=5e-4)
+
+
+# ------------------------------------------------------------------ self-calibration
+
+
+def test_one_wrong_gain_is_found_by_the_other_sensors():
+    chain, records = chain_of(Rig(tolerances=GOOD_2, channel_gain={"A5 x": 1.02}))
+    found = self_calibrated(chain, records, FREE)
+    place = chain.names.index("sensor gain of channel A5 x")
+    # runs of one order move the body in few ways: the fault is shared with likely others
+    assert 0.006 < found.mean[place] < 0.02
+    deviation = np.sqrt(found.covariance[place, place])
+    assert deviation < 0.8 * 0.01
+    assert abs(found.mean[place] - 0.02) < 3 * deviation
+    # and the motion of the points is nearer to the truth than without
+    _, (true,) = chain_of(Rig(tolerances=GOOD_2))
+    expected = true.acceleration @ chain.motion_matrix(0 * found.mean).T
+    errors = [
+        np.linalg.norm(records[0].acceleration @ matrix.T - expected)
+        for matrix in (chain.motion_matrix(0 * found.mean), found.motion_matrix)
+    ]
+    assert errors[1] < 0.6 * errors[0]
+
+
+def test_posterior_covers_what_was_drawn():
+    """Many rigs off by their tolerances: the estimate errs as much as it says."""
+    chain, (record,) = chain_of(Rig(tolerances=GOOD_2))
+    motion = record.acceleration @ np.linalg.pinv(chain.body.forward).T
+    force = record.cell_force @ chain.body.force_matrix.T
+    generator = np.random.default_rng(3)
+    cells = np.linalg.inv(chain.force_matrix(np.zeros_like(chain.tolerance)))
+    squares, of_motion = [], []
+    for truth in stated_alignment(chain).draw(12, generator):
+        normals = generator.standard_normal((2, *record.acceleration.shape)) / np.sqrt(2)
+        noise = record.acceleration_noise * (normals[0] + 1j * normals[1])
+        read = replace(
+            record,
+            acceleration=motion @ chain.forward(truth).T + noise,
+            cell_force=force @ np.linalg.inv(chain.force_matrix(truth) @ cells).T @ cells.T,
+        )
+        found = self_calibrated(chain, [read], FREE)
+        active = chain.tolerance > 0
+        error = (found.mean - truth)[active]
+        covariance = found.covariance[np.ix_(active, active)]
+        squares.append(error @ np.linalg.solve(covariance, error) / error.size)
+        of_motion.append(
+            [
+                np.linalg.norm(read.acceleration @ matrix.T - motion @ chain.body.at_points.T)
+                for matrix in (chain.motion_matrix(0 * truth), found.motion_matrix)
+            ]
+        )
+    # never less than it says; somewhat more cautious, as it allows for what a model leaves out
+    assert 0.6 < np.mean(squares) < 1.1
+    stated_error, calibrated_error = np.median(of_motion, axis=0)
+    assert calibrated_error < stated_error
+
+
+def test_newtons_law_ties_the_cells_to_the_sensors():
+    """A cell that reads 2 % of its x force along y is found through the balance of forces."""
+    rig = Rig(tolerances=GOOD_2)
+    chain, (record,) = chain_of(rig)
+    leaked = record.cell_force.copy()
+    # what a shaker tilted by 0.02 while it pushed along x would have made of cell C1
+    tilt = np.linalg.inv(np.eye(3) + 0.02 * np.outer([0, 1, 0], [1, 0, 0]))
+    to_point = chain.body.points[0].force_matrix
+    leaked[:, :3] = leaked[:, :3] @ to_point.T @ tilt.T @ np.linalg.inv(to_point).T
+    name = "angle of the shaker at E along x towards y"
+    place = chain.names.index(name)
+    without = self_calibrated(chain, [replace(record, cell_force=leaked)])
+    assert without.mean[place] == 0.0
+    found = self_calibrated(chain, [replace(record, cell_force=leaked)], FREE)
+    deviation = np.sqrt(found.covariance[place, place])
+    assert deviation < 0.8 * 0.01
+    assert 0.006 < found.mean[place] < 0.02
+    assert abs(found.mean[place] - 0.02) < 3 * deviation
+
+
+def test_exact_channels_stay_as_they_are():
+    chain, records = chain_of(Rig(tolerances=GOOD_2))
+    found = self_calibrated(chain, records, FREE)
+    assert np.all(np.abs(found.mean) < 1e-6 + 1e-3 * chain.tolerance)
+    assert dict(found.misfit).keys() == {RIGID_MOTION, NEWTON}
+    assert all(value < 1e-3 for _, value in found.misfit)
+
+
+def test_a_force_that_newton_does_not_know_loses_its_say():
+    """A fourth path to ground must not be taken for a tilted shaker."""
+    clean = self_calibrated(*chain_of(Rig(tolerances=GOOD_2)), FREE)
+    found = self_calibrated(*chain_of(Rig(tolerances=GOOD_2, extra_force=60.0)), FREE)
+    assert dict(found.misfit)[NEWTON] > 100
+    assert dict(found.misfit)[RIGID_MOTION] < 0.01
+    known = chain_of(Rig(tolerances=GOOD_2))[0].tolerance
+    shakers = [k for k, one in enumerate(clean.alignment.sources) if "SHAKER" in one.name]
+    assert np.all(np.abs(found.mean[shakers]) < 3 * known[shakers])
+    # next to nothing was learnt
+    gained = np.sqrt(np.diag(found.covariance)[shakers]) / known[shakers]
+    learnt = np.sqrt(np.diag(clean.covariance)[shakers]) / known[shakers]
+    assert np.median(gained) > np.median(learnt)
+    # unless it is named among the excitations
+    told = replace(FREE, excited=("fz", "mx", "my"))
+    found = self_calibrated(*chain_of(Rig(tolerances=GOOD_2, extra_force=60.0)), told)
+    assert dict(found.misfit)[NEWTON] < 100
+
+
+def test_impossible_channel_is_refused_by_name():
+    chain, records = chain_of(Rig(tolerances=GOOD_2, channel_gain={"A2 x": 1.25}))
+    with pytest.raises(
+        InputError, match=r"powertrain contradict each other: .*A2 x.* times its tolerance"
+    ):
+        self_calibrated(chain, records, FREE)
+
+
+def test_single_sensor_has_nothing_to_contradict_it():
+    campaign = campaign_of(Rig(tolerances=GOOD_2))
+    side = instrumented_bodies(campaign)[1]
+    stated = alignment(side, GOOD_2)
+    found = self_calibrated(stated, [body_record(side, campaign.runs, GOOD_2)], FREE)
+    assert found.mean.tolist() == [0.0] * len(stated.names)
+    assert np.diag(found.covariance) == pytest.approx(stated.tolerance**2)
+    assert ErrorSource.SENSOR_POSITION not in stated.sources
+    assert ErrorSource.CELL_GAIN in stated.sources
+
+
+@pytest.mark.parametrize("excited", [("torque",), ("fx", "fy", "fz", "mx", "my", "mz")])
+def test_excitations_that_leave_no_law(excited):
+    with pytest.raises(InputError, match="excited loads"):
+        replace(FREE, excited=excited)

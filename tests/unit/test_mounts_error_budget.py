@@ -5,11 +5,10 @@ import pytest
 from mounts_campaign_samples import EXACT, Rig, campaign_of, true_stiffness
 
 from deboom.errors import InputError
-from deboom.measurement.tolerances import Tolerances
-from deboom.mounts.alignment import ErrorSource
-from deboom.mounts.characterisation import CharacteriseOptions
-from deboom.mounts.characterise import characterise
+from deboom.measurement.sensors import Tolerances
+from deboom.mounts.characterise import CharacteriseOptions, characterise
 from deboom.mounts.error_budget import IDENTIFIED, error_budget
+from deboom.mounts.measuring_chain import ErrorSource
 from deboom.mounts.operating_map import Preload
 
 TWO_SIDED = 1.96

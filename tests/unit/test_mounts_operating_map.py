@@ -1,4 +1,4 @@
-"""Channels of a rig with known mounts become its displacement, force and stiffness again."""
+"""Body records, operating maps and stiffness in one run."""
 
 from dataclasses import replace
 
@@ -10,6 +10,7 @@ from mounts_campaign_samples import (
     FREQUENCY,
     OMEGA_2,
     RATIO,
+    SIDES,
     Ramp,
     Rig,
     campaign_of,
@@ -19,15 +20,78 @@ from mounts_campaign_samples import (
 )
 
 from deboom.errors import InputError
-from deboom.measurement.tolerances import Tolerances
-from deboom.mounts.alignment import alignment
-from deboom.mounts.alignment_estimate import stated_alignment
-from deboom.mounts.body_record import body_record
-from deboom.mounts.instrumented_body import instrumented_bodies
+from deboom.measurement.channels import LoadCase, Spectrum
+from deboom.measurement.sensors import Tolerances
+from deboom.mounts.measuring_chain import (
+    alignment,
+    body_record,
+    instrumented_bodies,
+    stated_alignment,
+)
+from deboom.mounts.mount import Mount, mean_operating_stiffness, refuse_active_mounts
 from deboom.mounts.operating_map import Estimate, Preload, operating_maps
-from deboom.physics.rigid_body import forward_matrices
+from deboom.physics.rigid_body import forward_matrices, rotation_matrix
 
 RAMP = Ramp(120.0, full_load=True)
+
+
+def records_of(**changes):
+    campaign = campaign_of(Rig(ramps=(RAMP,), **changes))
+    return [
+        body_record(body, campaign.runs, campaign.tolerances)
+        for body in instrumented_bodies(campaign)
+    ]
+
+
+@pytest.mark.parametrize("tolerances", [EXACT, Tolerances()])
+@pytest.mark.parametrize(
+    ("name", "left"),
+    [
+        *((name, 0.0) for name in ("A3 x", "C1 z", "A8 x", "A9 z", "C4 x", "C5 y")),
+        # along the motion of a wheel end a channel sets the level of its own neighbours
+        *((name, 1e-5) for name in ("A3 x", "C1 z", "A9 z", "C5 y")),
+    ],
+)
+def test_dead_channel_of_any_body(name, left, tolerances):
+    with pytest.raises(InputError, match=f"channel '{name}' is dead"):
+        records_of(channel_gain={name: left}, tolerances=tolerances)
+
+
+def with_side_sensors(monkeypatch, angles):
+    """Turn the sensors of both wheel ends, in truth and on the position sheet."""
+    turned = {one.name: replace(one, orientation=rotation_matrix(angles)) for one in SIDES}
+    monkeypatch.setattr("mounts_campaign_samples.SIDES", tuple(turned.values()))
+    return tuple(turned.get(one.name, one) for one in Rig().sensors)
+
+
+def test_wheel_end_without_any_error_shows_nothing_across_its_motion(monkeypatch):
+    """An exact sensor across an exact motion reads 0, and is not dead for that."""
+    known = with_side_sensors(monkeypatch, (0.0, 0.0, 0.0))
+    _, left, right = records_of(sensors=known)
+    for record in (left, right):
+        assert np.all(record.acceleration[:, 1:] == 0)
+        assert np.all(record.acceleration[:, 0] != 0)
+
+
+def test_the_same_reading_is_dead_where_the_bench_states_its_errors(monkeypatch):
+    """With stated tilt and cross-talk a channel across the motion cannot read 0."""
+    known = with_side_sensors(monkeypatch, (0.0, 0.0, 0.0))
+    with pytest.raises(InputError, match="channel 'A8 y' is dead"):
+        records_of(sensors=known, tolerances=Tolerances())
+
+
+def test_body_that_never_moves():
+    silent = {f"{name} {axis}": 0.0 for name in ("A8",) for axis in "xyz"}
+    with pytest.raises(InputError, match="channel 'A8 x' is dead"):
+        records_of(channel_gain=silent)
+
+
+def test_small_tilt_without_errors_is_alive(monkeypatch):
+    """A small share of the motion is what the position sheet lets the channel show."""
+    known = with_side_sensors(monkeypatch, (0.0, 2e-4, 0.26))
+    assert len(records_of(sensors=known)) == 3
+    with pytest.raises(InputError, match="channel 'A9 z' is dead"):
+        records_of(sensors=known, channel_gain={"A9 z": 1e-4})
 
 
 def maps_of(campaign, estimate=Estimate.BY_NOISE_RATIO, tolerances=None):
@@ -237,3 +301,60 @@ def test_maps_of_unequal_columns(maps):
     one = maps["E x"]
     with pytest.raises(InputError, match="map of E x: force has shape"):
         type(one)(**{**one.__dict__, "force": one.force[1:]})
+
+
+FREQUENCY_3 = np.arange(20.0, 41.0)
+STIFFNESS = 300e3 * (1 + 0.12j) * (FREQUENCY_3 / 30.0) ** 0.2
+DU = Mount("Du", "wishbone", ("left", "right"), ((0, -1, 0), (0, 1, 0)), ("x",))
+
+
+def run(stiffness=STIFFNESS, scale_right=1.0):
+    """Two pieces in x that move alike; the right one may be stiffer."""
+    names = ("Du left x", "Du right x")
+    motion = 1e-4 * np.exp(1j * FREQUENCY_3)[:, None] * np.ones(2)
+    force = stiffness[:, None] * motion * [1.0, scale_right]
+    return LoadCase(
+        "run",
+        "a run",
+        5,
+        3.4,
+        220.0,
+        1.5,
+        Spectrum(FREQUENCY_3, motion, names, "m"),
+        Spectrum(FREQUENCY_3, force, names, "N"),
+    )
+
+
+def test_mean_is_over_lines_of_the_band_and_over_pieces():
+    inside = (FREQUENCY_3 >= 25) & (FREQUENCY_3 <= 30)
+    wanted = np.abs(STIFFNESS[inside]).mean() * 1.1
+    found = mean_operating_stiffness(DU, run(scale_right=1.2), (25.0, 30.0))
+    assert found[0] == pytest.approx(wanted, rel=1e-12)
+    assert np.isnan(found[1:]).all()
+
+
+def test_a_band_without_lines_is_refused():
+    with pytest.raises(InputError, match="no line between 50 and 60"):
+        mean_operating_stiffness(DU, run(), (50.0, 60.0))
+
+
+def test_a_real_mount_passes_and_so_does_one_that_is_barely_askew():
+    refuse_active_mounts(run())
+    refuse_active_mounts(run(STIFFNESS.real * (1 - 0.04j)))
+
+
+def test_opposite_signs_and_conjugated_spectra_are_named():
+    with pytest.raises(InputError, match=r"run: channel 'Du left x' has a negative stiffness"):
+        refuse_active_mounts(run(-STIFFNESS))
+    with pytest.raises(InputError, match=r"channel 'Du right x' has a negative stiffness"):
+        refuse_active_mounts(run(scale_right=-1.0))
+    with pytest.raises(InputError, match=r"negative loss factor of -0\.12 .* e\^\(\+jωt\)"):
+        refuse_active_mounts(run(STIFFNESS.conj()))
+
+
+def test_noise_of_single_lines_does_not_count():
+    case = run()
+    force = case.force.values.copy()
+    force[3] *= -1
+    noisy = replace(case, force=replace(case.force, values=force))
+    refuse_active_mounts(noisy)

@@ -7,20 +7,22 @@ import numpy as np
 import pytest
 
 from deboom.errors import InputError
-from deboom.mounts.characterised_direction import (
+from deboom.mounts.characterised_mount import (
     CharacterisedDirection,
+    CharacterisedMount,
     DirectionQuality,
     FittedSurface,
     MapPoints,
+    MountIdentity,
 )
-from deboom.mounts.characterised_mount import CharacterisedMount, MountIdentity
-from deboom.mounts.library_scatter import library_scatter, part_values
 from deboom.mounts.mount import Mount
 from deboom.mounts.part_scatter import (
     ScatterPrior,
     batch_share,
     direction_scatter,
     hardness_share,
+    library_scatter,
+    part_values,
 )
 from deboom.mounts.response_surface import DynamicStiffnessSurface
 

@@ -1,4 +1,4 @@
-"""Forces from response surfaces, for mounts whose stiffness is known."""
+"""Characterised mounts in other runs."""
 
 from dataclasses import replace
 
@@ -6,20 +6,110 @@ import numpy as np
 import pytest
 
 from deboom.errors import InputError
-from deboom.measurement.channels import Spectrum
-from deboom.measurement.load_case import LoadCase
-from deboom.mounts.characterised_direction import (
+from deboom.measurement.channels import LoadCase, Spectrum
+from deboom.mounts.characterised_mount import (
     CharacterisedDirection,
+    CharacterisedMount,
     DirectionQuality,
     FittedSurface,
     MapPoints,
+    MountIdentity,
 )
-from deboom.mounts.characterised_mount import CharacterisedMount, MountIdentity
 from deboom.mounts.mount import Mount
 from deboom.mounts.response_surface import DynamicStiffnessSurface
-from deboom.mounts.surface_forces import Outside, surface_forces
+from deboom.mounts.surface_forces import (
+    MountState,
+    Outside,
+    main_axis,
+    smooth_static_force,
+    surface_forces,
+    surface_over,
+)
 
-FREQUENCY = np.linspace(20.0, 60.0, 41)
+FREQUENCY = np.arange(20.0, 60.5, 0.5)
+TORQUES = (200.0, 400.0, 600.0, 700.0, 800.0)
+
+
+def points(axis, force_per_torque):
+    """Five runs whose stiffness follows the force along x, 2 N per N m."""
+    frequency = np.tile(FREQUENCY, len(TORQUES))
+    torque = np.repeat(TORQUES, FREQUENCY.size)
+    along = 2.0 * torque
+    amplitude = 1e-4 * (1 + 0.3 * np.sin(frequency) + torque / 800)
+    return MapPoints(
+        preload=force_per_torque * torque + (0 if axis == "x" else 30 * np.sin(torque)),
+        wheel_torque=torque,
+        amplitude=amplitude,
+        frequency=frequency,
+        dynamic_stiffness=1e5 + 50.0 * along + 100.0 * frequency + 50j * frequency,
+        confidence=np.where(frequency < 21, 0.0, 1.0),
+        run=[f"t{value:.0f}" for value in torque],
+    )
+
+
+def mount(**new):
+    directions = {"x": points("x", 2.0), "z": points("z", 0.1), **new}
+    return CharacterisedMount(
+        MountIdentity("spring", "TSM", "M1"),
+        Mount("TSM", "", ("",), ((0.2, 0.0, -0.3),), ("x",)),
+        tuple(
+            CharacterisedDirection(axis, own, DirectionQuality(identified=False))
+            for axis, own in directions.items()
+        ),
+        {},
+    )
+
+
+def test_the_main_axis_is_that_of_the_widest_static_force():
+    assert main_axis(mount()) == "x"
+
+
+@pytest.mark.parametrize(
+    ("state", "preload", "unit"),
+    [
+        (MountState.MAIN_FORCE, 1000.0, "N"),
+        (MountState.OWN_FORCE, 50.0 + 30 * np.sin(500.0), "N"),
+        (MountState.WHEEL_TORQUE, 500.0, "N m"),
+    ],
+)
+def test_a_surface_over_each_preload(state, preload, unit):
+    surface = surface_over(mount(), "z", state)
+    assert surface.preload_unit == unit
+    assert surface.n_lines == len(TORQUES) * (FREQUENCY.size - 2)
+    if state is not MountState.OWN_FORCE:
+        found = surface._evaluate(np.array([[preload, 1.6e-4, 40.0]]))
+        assert found[0] == pytest.approx(1e5 + 50e3 + 4e3 + 2e3j, rel=1e-3)
+
+
+def test_noise_of_the_static_force_is_smoothed_run_by_run():
+    run = np.repeat(["a", "b"], FREQUENCY.size)
+    frequency = np.tile(FREQUENCY, 2)
+    true = np.where(run == "a", 0.05 * frequency**2, 500.0)
+    noise = np.random.default_rng(1).normal(0, 5.0, true.size)
+    assert smooth_static_force(true, frequency, run) == pytest.approx(true)
+    error = smooth_static_force(true + noise, frequency, run) - true
+    assert 1.0 < np.std(error) < 3.2
+    coarse = slice(None, None, 5)
+    kept = smooth_static_force((true + noise)[coarse], frequency[coarse], run[coarse])
+    assert np.array_equal(kept, (true + noise)[coarse])
+    uneven = np.sort(np.random.default_rng(2).uniform(20, 60, 50))
+    names = np.full(50, "a")
+    assert np.array_equal(smooth_static_force(noise[:50], uneven, names), noise[:50])
+
+
+def test_what_cannot_be_fitted_is_refused_in_words():
+    masked = replace(points("z", 0.1), confidence=np.zeros(len(points("z", 0.1))))
+    with pytest.raises(InputError, match="direction z: none of its 405 lines is above the noise"):
+        surface_over(mount(z=masked), "z", MountState.MAIN_FORCE)
+    other = replace(points("z", 0.1), run=["other"] * 405)
+    with pytest.raises(InputError, match="the lines of z and x are not those of the same runs"):
+        surface_over(mount(z=other), "z", MountState.MAIN_FORCE)
+    none = MapPoints(*[np.empty(0)] * 6, run=[])
+    with pytest.raises(InputError, match="it has no measured line"):
+        main_axis(mount(x=none, z=none))
+
+
+FREQUENCY_2 = np.linspace(20.0, 60.0, 41)
 TORQUE = np.linspace(20.0, 220.0, 41)
 RATIO = 3.4
 CHANNELS = ("TSM x", "TSM y", "TSM z", "Du left x", "Du right x")
@@ -76,8 +166,8 @@ def load_case(**changes):
         "total_ratio": RATIO,
         "torque_limit": 220.0,
         "order": 1.5,
-        "displacement": Spectrum(FREQUENCY, displacement, CHANNELS, "m"),
-        "force": Spectrum(FREQUENCY, force, CHANNELS, "N"),
+        "displacement": Spectrum(FREQUENCY_2, displacement, CHANNELS, "m"),
+        "force": Spectrum(FREQUENCY_2, force, CHANNELS, "N"),
         "engine_torque": TORQUE,
     }
     return LoadCase(**(content | changes))
@@ -85,7 +175,7 @@ def load_case(**changes):
 
 def truth(case):
     s = case.displacement.values
-    return stiffness((RATIO * TORQUE)[:, None], np.abs(s), FREQUENCY[:, None]) * s
+    return stiffness((RATIO * TORQUE)[:, None], np.abs(s), FREQUENCY_2[:, None]) * s
 
 
 def test_force_is_stiffness_at_the_point_of_operation_times_motion():

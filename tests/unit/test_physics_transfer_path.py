@@ -2,17 +2,15 @@ import numpy as np
 import pytest
 
 from deboom.errors import InputError
-from deboom.physics.coupling import (
+from deboom.physics.transfer_path import (
     assembled_frf,
     blocked_force,
     blocked_force_on_rig,
-    interface_force,
-    mounted_source,
-)
-from deboom.physics.transfer_path import (
     contributions,
     energy_share,
+    interface_force,
     mount_force,
+    mounted_source,
     partial_sums,
     pressure,
     rms_contribution,

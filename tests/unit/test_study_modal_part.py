@@ -5,13 +5,19 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from deboom.bench.vehicle_state import NO_STATE_SPREAD
+from deboom.bench.fleet import NO_STATE_SPREAD
 from deboom.bench.vehicle_writer import VehicleErrors, write_vehicle
 from deboom.errors import InputError
 from deboom.files.vehicle import read_vehicle
 from deboom.measurement.channels import Frf
-from deboom.study.modal_figures import body_motion, modal_figures
-from deboom.study.modal_part import modal_part, modal_tables, summary, truth_mac
+from deboom.study.synthesis_validation import (
+    body_motion,
+    modal_figures,
+    modal_part,
+    modal_tables,
+    summary,
+    truth_mac,
+)
 
 pytest.importorskip("sdypy.EMA", reason="modal analysis is an extra")
 

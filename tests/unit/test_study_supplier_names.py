@@ -4,8 +4,8 @@ import pandas as pd
 import pytest
 
 from deboom.errors import InputError
-from deboom.files.workbook import workbook_bytes
-from deboom.study.supplier_names import letters, page_text, refuse_leaks, workbook_text
+from deboom.files.tables import workbook_bytes
+from deboom.study.supplier_study import letters, page_text, refuse_leaks, workbook_text
 
 
 def test_letters_go_on_after_z():

@@ -6,11 +6,10 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from deboom.measurement.channels import Frf, Spectrum
-from deboom.measurement.load_case import LoadCase
+from deboom.measurement.channels import Frf, LoadCase, Spectrum
 from deboom.mounts.mount import Mount
 from deboom.mounts.surface_forces import ForceSource, SurfaceForces
-from deboom.study.surface_check import PEAKS, SurfaceCheck, level_differences, surface_check
+from deboom.study.platform_model import PEAKS, SurfaceCheck, level_differences, surface_check
 from deboom.vehicles.fleet import Fleet, Vehicle
 
 FREQUENCY = np.linspace(20.0, 60.0, 161)

@@ -12,8 +12,8 @@ import pytest
 import kernel_amplitude as bench
 from deboom.errors import InputError
 from deboom.vehicles import kernel_numba
-from deboom.vehicles.amplitude_index import AmplitudeIndex
 from deboom.vehicles.amplitude_motion import MOST_SWEEPS, solve_along_lines
+from deboom.vehicles.booming_model import AmplitudeIndex
 from deboom.vehicles.design_factor import DYNAMIC
 from deboom.vehicles.kernel_amplitude_numba import NUMBA_AMPLITUDE
 from deboom.vehicles.kernel_amplitude_numpy import NUMPY_AMPLITUDE

@@ -6,13 +6,11 @@ import numpy as np
 import pytest
 
 from deboom.errors import InputError
-from deboom.measurement.channels import Frf, Spectrum
-from deboom.measurement.load_case import LoadCase
+from deboom.measurement.channels import Frf, LoadCase, Spectrum
 from deboom.mounts.mount import Mount
-from deboom.vehicles.booming_index import BoomingIndex, booming_index
+from deboom.vehicles.booming_model import BoomingIndex, booming_index, levels
 from deboom.vehicles.fleet import Fleet, PathContributions, Vehicle, path_contributions
 from deboom.vehicles.kernel_numpy import NUMPY
-from deboom.vehicles.synthesis import levels
 
 FREQUENCY = np.linspace(20.0, 60.0, 41)
 VEHICLES = ("U06-1", "U06-2", "U06-3")

@@ -11,13 +11,13 @@ import pytest
 import kernel_coupled as bench
 from deboom.errors import InputError
 from deboom.mounts.mount import Mount
-from deboom.vehicles.booming_index import BoomingIndex
-from deboom.vehicles.catalogue_index import (
+from deboom.vehicles.booming_model import (
+    BoomingIndex,
     CatalogueIndex,
+    CoupledIndex,
     composed_contributions,
     composed_motion,
 )
-from deboom.vehicles.coupled_index import CoupledIndex
 from deboom.vehicles.fleet import PathContributions
 from deboom.vehicles.kernel_coupled_numpy import NUMPY_COUPLED
 from deboom.vehicles.kernel_numpy import NUMPY

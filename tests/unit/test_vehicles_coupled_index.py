@@ -10,7 +10,7 @@ import pytest
 
 import kernel_coupled as bench
 from deboom.errors import InputError
-from deboom.vehicles.coupled_index import CoupledIndex
+from deboom.vehicles.booming_model import CoupledIndex
 from deboom.vehicles.kernel_coupled_numpy import NUMPY_COUPLED, ROWS
 
 SHAPE = bench.Shape("small", 4, 3, 41, 3, 2, 4)

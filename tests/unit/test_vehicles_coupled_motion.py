@@ -8,10 +8,9 @@ import numpy as np
 import pytest
 
 from deboom.errors import InputError
-from deboom.measurement.channels import Frf, Spectrum
-from deboom.measurement.load_case import LoadCase
+from deboom.measurement.channels import Frf, LoadCase, Spectrum
 from deboom.mounts.mount import AXES, Mount
-from deboom.vehicles.coupled_identification import coupled_motion
+from deboom.vehicles.coupled_motion import coupled_motion
 from deboom.vehicles.fleet import Fleet, Vehicle, path_contributions
 from deboom.vehicles.powertrain import Powertrain
 

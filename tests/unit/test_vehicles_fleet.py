@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from deboom.errors import InputError
-from deboom.measurement.channels import Frf, Spectrum
-from deboom.measurement.load_case import LoadCase
+from deboom.measurement.channels import Frf, LoadCase, Spectrum
 from deboom.mounts.mount import Mount
 from deboom.vehicles.fleet import (
     Fleet,

@@ -7,8 +7,7 @@ import pytest
 
 from deboom.errors import InputError
 from deboom.files.platform import read_platform
-from deboom.study.motion import Motion, motion_index
-from deboom.study.mount_source import MountSource, operation
+from deboom.study.platform_model import Motion, MountSource, motion_index, operation
 from deboom.vehicles.limit_responses import MeanLevel, PeakLevel, ScatteredLevel
 
 PLATFORM = Path(__file__).parents[2] / "studies" / "data" / "u06_f39_f45"

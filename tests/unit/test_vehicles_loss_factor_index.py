@@ -10,16 +10,19 @@ import pytest
 
 import kernel_coupled as bench
 from deboom.errors import InputError
-from deboom.measurement.channels import Frf, Spectrum
-from deboom.measurement.load_case import LoadCase
+from deboom.measurement.channels import Frf, LoadCase, Spectrum
 from deboom.mounts.mount import Mount
-from deboom.vehicles.booming_index import booming_index
-from deboom.vehicles.coupled_index import CoupledIndex
+from deboom.vehicles.booming_model import (
+    CoupledIndex,
+    LossFactorIndex,
+    booming_index,
+    booming_loss_index,
+    split_forces,
+)
 from deboom.vehicles.fleet import Fleet, Vehicle
 from deboom.vehicles.kernel_coupled_numpy import NUMPY_COUPLED
 from deboom.vehicles.kernel_numpy import NUMPY
 from deboom.vehicles.kernel_split_numpy import NUMPY_SPLIT, split_motion
-from deboom.vehicles.loss_factor_index import LossFactorIndex, booming_loss_index, split_forces
 
 RNG = np.random.default_rng(5)
 FREQUENCY = np.arange(20.0, 41.0)

@@ -8,7 +8,6 @@ from deboom.measurement.campaign import StaticCurve
 from deboom.mounts.mount import Mount
 from deboom.physics.rigid_body import mount_stiffness_matrix, rigid_body_modes
 from deboom.vehicles.design_factor import Factor
-from deboom.vehicles.kinematic_model import KinematicModel
 from deboom.vehicles.mount_requirements import (
     GRAVITY,
     MountRequirements,
@@ -17,7 +16,7 @@ from deboom.vehicles.mount_requirements import (
     TorqueTravel,
     WeightSag,
 )
-from deboom.vehicles.powertrain import Powertrain
+from deboom.vehicles.powertrain import KinematicModel, Powertrain
 
 POSITIONS = {"E": (0.0, 0.5, 0.0), "G": (0.0, -0.5, 0.0), "S": (0.3, 0.0, 0.0)}
 MOUNTS = tuple(Mount(name, "", ("",), (r,), ("x", "y", "z")) for name, r in POSITIONS.items())

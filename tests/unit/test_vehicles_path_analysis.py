@@ -1,3 +1,5 @@
+"""Transfer path analysis and the comparison of noise transfer functions."""
+
 import numpy as np
 import pytest
 
@@ -7,6 +9,7 @@ from deboom.physics.sound_level import a_weighting, spl
 from deboom.vehicles.path_analysis import (
     Measure,
     analyse_paths,
+    compare_noise_transfer,
     paths_by_axis,
     paths_by_mount,
 )
@@ -156,3 +159,42 @@ def test_airborne_paths_that_do_not_fit_are_refused():
     )
     with pytest.raises(InputError, match="forces and airborne sources"):
         analyse_paths(TRANSFER, FORCES, *later)
+
+
+FREQUENCY = np.linspace(20.0, 40.0, 41)
+RNG_2 = np.random.default_rng(6)
+PATHS_2 = ("EnM x", "TSM x")
+VALUES = RNG_2.normal(size=(41, 1, 2)) + 1j * RNG_2.normal(size=(41, 1, 2))
+FORCE_2 = Spectrum(FREQUENCY, RNG_2.normal(size=(41, 2)) + 1j, PATHS_2, "N")
+
+
+def ntf(values=VALUES, ear="driver ear", paths=PATHS_2, frequency=FREQUENCY):
+    return Frf(frequency, values, (ear,), paths, "Pa/N")
+
+
+def test_a_calibration_error_is_all_scale_and_no_shape():
+    found = compare_noise_transfer(ntf(), ntf(1.1 * VALUES), FORCE_2)
+    np.testing.assert_allclose(found.corr_f, 0.0, atol=1e-12)
+    np.testing.assert_allclose(found.corr_s, 0.1, rtol=1e-12)
+    np.testing.assert_allclose(found.level_difference, 20 * np.log10(1.1))
+    np.testing.assert_allclose(found.spl_difference, 20 * np.log10(1.1))
+
+
+def test_contributions_stay_apart_and_sum_to_the_pressure():
+    second = VALUES.copy()
+    second[:, :, 1] *= -1
+    found = compare_noise_transfer(ntf(), ntf(second[:, :, ::-1], paths=PATHS_2[::-1]), FORCE_2)
+    assert found.paths == PATHS_2
+    np.testing.assert_allclose(found.contributions[1, :, 0], found.contributions[0, :, 0])
+    np.testing.assert_allclose(found.contributions[1, :, 1], -found.contributions[0, :, 1])
+    by_hand = VALUES[:, 0, 0] * FORCE_2.values[:, 0] + VALUES[:, 0, 1] * FORCE_2.values[:, 1]
+    np.testing.assert_allclose(found.pressure[0], by_hand)
+
+
+def test_mixed_microphones_missing_paths_and_other_lines_are_refused():
+    with pytest.raises(InputError, match="different microphones cannot be compared"):
+        compare_noise_transfer(ntf(), ntf(ear="passenger ear"), FORCE_2)
+    with pytest.raises(InputError, match=r"second set has no noise transfer function of \['TSM x'"):
+        compare_noise_transfer(ntf(), ntf(paths=("EnM x", "GeM x")), FORCE_2)
+    with pytest.raises(InputError, match="first set and the forces have different"):
+        compare_noise_transfer(ntf(frequency=FREQUENCY + 1), ntf(), FORCE_2)

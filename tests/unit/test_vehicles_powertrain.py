@@ -1,11 +1,31 @@
+"""Powertrain data sheet, static curves and static equilibrium."""
+
 from __future__ import annotations
+
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from deboom.errors import InputError
-from deboom.physics.mass_properties import mass_properties
-from deboom.vehicles.powertrain import Powertrain
+from deboom.measurement.campaign import StaticCurve
+from deboom.mounts.characterised_mount import (
+    CharacterisedDirection,
+    CharacterisedMount,
+    DirectionQuality,
+    MapPoints,
+    MountIdentity,
+)
+from deboom.mounts.mount import Mount
+from deboom.physics.rigid_body import mass_properties
+from deboom.vehicles.powertrain import (
+    KinematicModel,
+    MonotoneCurve,
+    Powertrain,
+    library_model,
+    static_curve_from_stiffness,
+    static_force_table,
+)
 
 INERTIA = np.array([[11.0, -0.06, -0.26], [-0.06, 6.8, 0.53], [-0.26, 0.53, 9.6]])
 SHEET = Powertrain(
@@ -62,3 +82,199 @@ def test_values_are_copied_and_read_only():
 def test_refuses(values, message):
     with pytest.raises(InputError, match=message):
         Powertrain(**{"mass": 193.5, "inertia": INERTIA, **values})
+
+
+AXES = ("x", "y", "z")
+DEFLECTION = np.linspace(-0.01, 0.01, 21)
+
+
+def curve(mount="E", axis="x", force=lambda u: 2e5 * u, deflection=DEFLECTION):
+    return StaticCurve(mount, axis, "M1", deflection, force(deflection), 0.03)
+
+
+def progressive(u):
+    return 1e5 * u + 4e9 * u**3
+
+
+MOUNTS = tuple(
+    Mount(name, "", ("",), (position,), AXES)
+    for name, position in (("E", (0.0, 0.4, 0.2)), ("G", (0.0, -0.4, 0.2)), ("S", (0.2, 0.0, -0.3)))
+)
+CURVES = {f"{m.name} {a}": curve(m.name, a, progressive) for m in MOUNTS for a in AXES}
+
+
+# ------------------------------------------------------------------ curves
+
+
+def test_curve_passes_through_its_points_and_rises_everywhere():
+    steps = np.array([0.0, 1.0, 1.1, 5.0, 5.1, 40.0])
+    found = MonotoneCurve(StaticCurve("E", "x", "M1", np.arange(6.0), steps, 0.0))
+    assert found.force(np.arange(6.0)) == pytest.approx(steps)
+    fine = np.linspace(0.0, 5.0, 501)
+    assert np.all(np.diff(found.force(fine)) > 0)
+    assert np.all(found.slope(fine) > 0)
+
+
+def test_slope_is_the_derivative_of_the_force():
+    found = MonotoneCurve(curve(force=progressive))
+    at, step = np.linspace(-0.0095, 0.0095, 37), 1e-8
+    numeric = (found.force(at + step) - found.force(at - step)) / (2 * step)
+    assert found.slope(at) == pytest.approx(numeric, rel=1e-5)
+
+
+def test_curve_goes_on_with_its_last_secant():
+    found = MonotoneCurve(curve(force=progressive))
+    secant = np.diff(progressive(DEFLECTION[-2:]))[0] / 0.001
+    for side in (-1.0, 1.0):
+        beyond = found.force(np.array([side * 0.012]))[0]
+        assert beyond == pytest.approx(side * (progressive(0.01) + 0.002 * secant))
+        assert found.slope(np.array([side * 0.012]))[0] == pytest.approx(secant)
+    assert (found.lowest, found.highest) == (-0.01, 0.01)
+
+
+def test_curve_that_does_not_rise():
+    with pytest.raises(InputError, match="static force of E x of M1 does not increase"):
+        MonotoneCurve(curve(force=lambda u: np.abs(u)))
+
+
+def test_curve_out_of_dynamic_stiffness():
+    # K = r dF/du of F = k u + c u³, over its own force
+    u = np.linspace(-0.008, 0.008, 2001)
+    ratio = 1.4
+    stiffness = ratio * (1e5 + 3 * 4e9 * u**2)
+    made = static_curve_from_stiffness("E", "x", "M1", progressive(u), stiffness, ratio, 0.1)
+    assert made.deflection == pytest.approx(u, abs=1e-8)
+    assert made.force_uncertainty == 0.1
+    assert (made.mount, made.axis, made.mount_set) == ("E", "x", "M1")
+
+
+@pytest.mark.parametrize(
+    ("force", "stiffness", "ratio", "message"),
+    [
+        ([0.0, 1.0], [1.0], 1.0, "one stiffness per static force"),
+        ([1.0, 0.0], [1.0, 1.0], 1.0, "must increase and include 0 N"),
+        ([1.0, 2.0], [1.0, 1.0], 1.0, "must increase and include 0 N"),
+        ([0.0, 1.0], [1.0, 0.0], 1.0, "are above 0"),
+        ([0.0, 1.0], [1.0, 1.0], 0.0, "are above 0"),
+    ],
+)
+def test_stiffness_that_gives_no_curve(force, stiffness, ratio, message):
+    with pytest.raises(InputError, match=message):
+        static_curve_from_stiffness("E", "x", "M1", force, stiffness, ratio, 0.1)
+
+
+# ------------------------------------------------------------------ model
+
+
+def test_no_torque_no_deflection():
+    state = KinematicModel(MOUNTS, CURVES).equilibrium(0.0)
+    assert state.deflection == pytest.approx(np.zeros((1, 9)), abs=1e-15)
+    assert state.force.shape == (1, 9)
+    assert state.names[:4] == ("E x", "E y", "E z", "G x")
+
+
+def test_stiffening_mounts_share_a_symmetric_torque():
+    state = KinematicModel(MOUNTS, CURVES).equilibrium([300.0, -300.0])
+    # symmetric about the plane of the strut; the curves are odd
+    assert state.of("E x") == pytest.approx(state.of("G x"))
+    assert state.force[0] == pytest.approx(-state.force[1], rel=1e-9)
+    assert 2 * state.of("E x") == pytest.approx(-state.of("S x"))
+
+
+def test_pieces_share_a_curve():
+    pair = Mount("P", "", ("left", "right"), ((0.0, 0.4, 0.2), (0.0, -0.4, 0.2)), AXES)
+    mounts = (pair, MOUNTS[2])
+    curves = {f"{m} {a}": curve(m, a, progressive) for m in ("P", "S") for a in AXES}
+    state = KinematicModel(mounts, curves).equilibrium([200.0])
+    single = KinematicModel(MOUNTS, CURVES).equilibrium([200.0])
+    assert state.names[3] == "P right x"
+    assert state.force == pytest.approx(single.force)
+
+
+def test_torque_beyond_the_curves_names_the_direction():
+    with pytest.raises(
+        InputError, match=r"wheel torque of 9000 N m E x deflects by .* from -10.0 to 10.0 mm"
+    ):
+        KinematicModel(MOUNTS, CURVES).equilibrium([10.0, 9000.0])
+
+
+def test_missing_curve():
+    without = {name: one for name, one in CURVES.items() if name != "G y"}
+    with pytest.raises(InputError, match="needs a force-deflection curve of G y"):
+        KinematicModel(MOUNTS, without)
+
+
+def test_mounts_that_leave_the_powertrain_free():
+    with pytest.raises(InputError, match=r"\['E', 'G'\] leave the powertrain free"):
+        KinematicModel(MOUNTS[:2], CURVES)
+
+
+def test_unknown_mount_and_direction():
+    model = KinematicModel(MOUNTS, CURVES)
+    with pytest.raises(InputError, match="no mount 'Du' of a single piece"):
+        model.with_mount_at("Du", (0.0, 0.0, 0.0))
+    with pytest.raises(InputError, match="no direction 'Du x'"):
+        model.equilibrium([1.0]).of("Du x")
+
+
+def test_uncertainty_of_the_forces_repeats_with_its_seed():
+    model = KinematicModel(MOUNTS, CURVES)
+    first, second = (model.force_deviation([200.0], seed=4, n_draws=20) for _ in range(2))
+    assert first.tolist() == second.tolist()
+    assert np.all(first >= 0)
+    exact = replace(model, curves={n: replace(c, force_uncertainty=0.0) for n, c in CURVES.items()})
+    assert exact.force_deviation([200.0], seed=4, n_draws=3) == pytest.approx(0.0, abs=1e-9)
+    with pytest.raises(InputError, match="seed 0 is refused"):
+        model.force_deviation([200.0], seed=0)
+
+
+# ------------------------------------------------------------------ table and library
+
+
+def test_table_by_configuration_gear_and_torque():
+    model = KinematicModel(MOUNTS, CURVES)
+    models = {"central": model, "lateral": model.with_mount_at("S", (0.2, 0.2, -0.3))}
+    table = static_force_table(models, (4.0, 2.0), [50.0, 100.0])
+    assert len(table) == 2 * 2 * 2 * 9
+    row = table[
+        (table["configuration"] == "lateral")
+        & (table["gear"] == 2)
+        & (table["engine torque [N m]"] == 100.0)
+        & (table["direction"] == "S x")
+    ]
+    assert row["wheel torque [N m]"].item() == 200.0
+    expected = models["lateral"].equilibrium([200.0])
+    assert row["static force [N]"].item() == pytest.approx(expected.of("S x")[0])
+    assert row["deflection [m]"].item() == pytest.approx(expected.deflection[0, 6])
+
+
+def part(mount, curves=CURVES):
+    none = np.empty(0)
+    points = MapPoints(none, none, none, none, none, none, np.empty(0, dtype=np.str_))
+    return CharacterisedMount(
+        MountIdentity("rig", mount.name, "M1"),
+        mount,
+        tuple(
+            CharacterisedDirection(
+                axis,
+                points,
+                DirectionQuality(identified=False),
+                static_curve=curves.get(f"{mount.name} {axis}"),
+            )
+            for axis in AXES
+        ),
+        {},
+    )
+
+
+def test_model_of_mounts_from_the_library():
+    model = library_model([part(mount) for mount in MOUNTS])
+    expected = KinematicModel(MOUNTS, CURVES).equilibrium([150.0])
+    assert model.equilibrium([150.0]).force.tolist() == expected.force.tolist()
+
+
+def test_library_mounts_twice_or_without_curve():
+    with pytest.raises(InputError, match="every mount once"):
+        library_model([part(MOUNTS[0]), part(MOUNTS[0])])
+    with pytest.raises(InputError, match="needs a force-deflection curve of E x"):
+        library_model([part(mount, {}) for mount in MOUNTS])

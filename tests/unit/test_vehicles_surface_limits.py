@@ -11,8 +11,8 @@ import resolved_truth as truth
 from deboom.errors import InputError
 from deboom.files.platform import read_platform
 from deboom.mounts.response_surface import DynamicStiffnessSurface
-from deboom.vehicles.amplitude_identification import identified_surfaces
-from deboom.vehicles.surface_limits import backed_range
+from deboom.vehicles.amplitude_motion import identified_surfaces
+from deboom.vehicles.design_factor import backed_range
 
 RNG = np.random.default_rng(1)
 TORQUE, AMPLITUDE, FREQUENCY = (

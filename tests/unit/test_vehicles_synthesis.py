@@ -5,14 +5,9 @@ import pytest
 
 from deboom.errors import InputError
 from deboom.physics.sound_level import spl
+from deboom.vehicles.booming_model import checked_designs, levels, mean_energy_level, path_pressures
+from deboom.vehicles.booming_model import pressure_1 as pressure
 from deboom.vehicles.fleet import PathContributions
-from deboom.vehicles.synthesis import (
-    checked_designs,
-    levels,
-    mean_energy_level,
-    path_pressures,
-    pressure,
-)
 
 FREQUENCY = np.array([20.0, 30.0, 40.0])
 VARIABLES = ("TSM x", "TSM y")

@@ -5,16 +5,19 @@ from functools import cache
 import numpy as np
 
 from deboom.bench.compressor_operation import operation
-from deboom.bench.compressor_plan import CalibrationLevel
-from deboom.bench.electric_body import MOUNTS, POINTS
+from deboom.bench.compressor_truth import CalibrationLevel
+from deboom.bench.electric_car import MOUNTS, POINTS, frozen_fleet
 from deboom.bench.electric_car_writer import CAR_PLAN
-from deboom.bench.electric_fleet import frozen_fleet
-from deboom.compressor.cabin_index import CabinIndex
-from deboom.compressor.car_seam import BodySide, car_seam, free_compressor
+from deboom.compressor.cabin_index import (
+    BodySide,
+    CabinIndex,
+    car_seam,
+    free_compressor,
+    mount_variables,
+)
 from deboom.compressor.hose_beams import HoseMatrices
-from deboom.compressor.mount_variables import mount_variables
 from deboom.compressor.unbalance_load import RotationSense
-from deboom.measurement.inertance_test import CompressorMount
+from deboom.measurement.compressor_test import CompressorMount
 
 LINES = np.arange(20.0, 141.0, 10.0)
 CASES = {"7.5 bar": 1.0, "13.5 bar": 1.6}

@@ -5,11 +5,15 @@ from dataclasses import dataclass
 import numpy as np
 
 from deboom.measurement.channels import Frf, Spectrum
-from deboom.measurement.impacts import Impact
-from deboom.measurement.inertance_test import CompressorMount, Drawing, InertanceTest
-from deboom.measurement.operating_sweep import HoseState, OperatingSweep, OperatingTest
-from deboom.measurement.placement_tolerances import PlacementTolerances
-from deboom.measurement.sensors import Sensor, SensorKind
+from deboom.measurement.compressor_test import (
+    CompressorMount,
+    Drawing,
+    HoseState,
+    InertanceTest,
+    OperatingSweep,
+    OperatingTest,
+)
+from deboom.measurement.sensors import Impact, PlacementTolerances, Sensor, SensorKind
 
 HAMMER_LINES = np.concatenate([np.arange(10.0, 60.0, 1.0), np.arange(60.0, 151.0, 5.0)])
 SPEED_LINES = np.concatenate([np.arange(17.0, 60.0, 1.0), np.arange(60.0, 151.0, 5.0)])

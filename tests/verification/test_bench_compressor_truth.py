@@ -12,28 +12,26 @@ import pytest
 from scipy.optimize import root
 from scipy.spatial.transform import Rotation
 
-from deboom.bench.compressor_hits import (
+from deboom.bench.compressor_rig import (
+    NO_PLACEMENT_ERRORS,
     averaged,
     exact_inertance,
     hit_plan,
+    place,
+    placement_errors,
+    position_sheet,
     strike,
     without_noise,
 )
-from deboom.bench.compressor_plan import (
+from deboom.bench.compressor_truth import (
     COMPRESSOR_DATA,
     CalibrationLevel,
     CompressorCase,
     CompressorPlan,
+    true_compressor,
 )
-from deboom.bench.compressor_rig import (
-    NO_PLACEMENT_ERRORS,
-    place,
-    placement_errors,
-    position_sheet,
-)
-from deboom.bench.compressor_truth import true_compressor
 from deboom.bench.compressor_writer import write_compressor_test
-from deboom.bench.parameters import read_data
+from deboom.bench.powertrain import read_data
 from deboom.errors import InputError
 from deboom.files.inertance_test import read_inertance_test
 

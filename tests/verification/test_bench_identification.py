@@ -3,11 +3,10 @@
 import numpy as np
 import pytest
 
-from deboom.bench.laboratory import evaluate
 from deboom.bench.operating_run import full_load_run
-from deboom.bench.parameters import load_bench
 from deboom.bench.platform_writer import write_platform
-from deboom.bench.sensors import ErrorBudget, draw_instrumentation, measure
+from deboom.bench.powertrain import load_bench
+from deboom.bench.sensors import ErrorBudget, draw_instrumentation, evaluate, measure
 from deboom.files.platform import read_platform
 
 BENCH = load_bench()

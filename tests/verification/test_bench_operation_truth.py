@@ -15,29 +15,32 @@ from scipy.optimize import root
 from scipy.spatial.transform import Rotation
 
 from deboom.bench.compressor_operation import (
+    PRESSURES,
+    OperationPlan,
     floor,
     measured,
     operation,
     speeds,
+    strokes,
+    true_source,
     true_sweep,
 )
-from deboom.bench.compressor_operation_plan import PRESSURES, OperationPlan
-from deboom.bench.compressor_operation_writer import write_operating_test
-from deboom.bench.compressor_plan import (
+from deboom.bench.compressor_truth import (
     COMPRESSOR_DATA,
     CalibrationLevel,
     CompressorCase,
     CompressorPlan,
     HoseCase,
+    drawn_hoses,
+    end_loads,
+    held_stiffness,
+    true_hoses,
 )
-from deboom.bench.compressor_running import strokes
-from deboom.bench.compressor_sources import true_source
-from deboom.bench.compressor_writer import write_compressor_test
-from deboom.bench.hoses import drawn_hoses, end_loads, held_stiffness, true_hoses
-from deboom.bench.parameters import read_data
+from deboom.bench.compressor_writer import write_compressor_test, write_operating_test
+from deboom.bench.powertrain import read_data
 from deboom.compressor.unbalance_load import RotationSense, unbalance_load
 from deboom.files.operating_test import read_operating_test
-from deboom.measurement.operating_sweep import HoseState
+from deboom.measurement.compressor_test import HoseState
 
 DATA = read_data(COMPRESSOR_DATA)
 TABLE11 = CompressorPlan(CompressorCase.TABLE11)

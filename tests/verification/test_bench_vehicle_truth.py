@@ -6,19 +6,17 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from deboom.bench.body import receptance
 from deboom.bench.coupled_car import NO_CAR_ERRORS, CarErrors, at_ears, drive
-from deboom.bench.fleet import load_fleet
+from deboom.bench.fleet import load_fleet, receptance
 from deboom.bench.interfaces import point_receptance
-from deboom.bench.mount_sets import mount_set, with_mount_set
+from deboom.bench.layout import FREQUENCY, LOAD_CASES
 from deboom.bench.operating_run import full_load_run
-from deboom.bench.parameters import load_bench
-from deboom.bench.platform_layout import FREQUENCY, LOAD_CASES
+from deboom.bench.powertrain import load_bench, mount_set, with_mount_set
 from deboom.bench.vehicle_writer import NO_VEHICLE_ERRORS, write_vehicle
 from deboom.errors import InputError
 from deboom.files.hammer_test import read_hammer_test
 from deboom.files.vehicle import read_vehicle
-from deboom.measurement.hammer_frf import HammerOptions, hammer_frfs
+from deboom.measurement.impact_test import HammerOptions, hammer_frfs
 from deboom.measurement.measured_vehicle import (
     Method,
     body_motion,
@@ -28,8 +26,7 @@ from deboom.measurement.measured_vehicle import (
     point_noise_transfer,
 )
 from deboom.measurement.virtual_point import virtual_point, virtual_point_frf
-from deboom.physics.coupling import interface_force, mounted_source
-from deboom.physics.transfer_path import pressure
+from deboom.physics.transfer_path import interface_force, mounted_source, pressure
 
 BENCH = load_bench()
 FLEET = load_fleet(1)

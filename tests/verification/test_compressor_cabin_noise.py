@@ -1,33 +1,81 @@
-"""Cabin noise of a running compressor from the files of a car without measurement errors."""
+"""Cabin noise against the coupled car."""
 
+import pickle
 from dataclasses import replace
 
 import numpy as np
 import pytest
+from compressor_cabin_samples import (
+    CASES,
+    LINES,
+    body_of,
+    cars,
+    index_of,
+    mounts,
+    running,
+    some_designs,
+    there,
+)
 from threadpoolctl import threadpool_limits
 
-from deboom.bench.compressor_plan import CompressorCase, CompressorPlan
+from deboom.bench.compressor_operation import true_source
+from deboom.bench.compressor_truth import (
+    CompressorCase,
+    CompressorPlan,
+    drawn_hoses,
+    true_compressor,
+)
+from deboom.bench.electric_car import (
+    HOSES,
+    MOUNTS,
+    columns_of,
+    design_pressure,
+    frozen_fleet,
+    run_car,
+)
 from deboom.bench.electric_car_writer import CAR_PLAN, write_electric_car
-from deboom.bench.parameters import read_data
-from deboom.compressor.cabin_noise import cabin_noise
-from deboom.compressor.cabin_noise_band import noise_bands
+from deboom.bench.powertrain import read_data
+from deboom.compressor.body_loads import (
+    body_receptance,
+    holder_displacement,
+    load_at_virtual_point,
+    loads_by_measured_holders,
+    loads_by_predicted_holders,
+    loads_on_still_body,
+    motion_at_mounts,
+    mount_forces,
+)
+from deboom.compressor.cabin_index import (
+    GRAVITY,
+    BodySide,
+    CabinIndex,
+    MountStatics,
+    car_seam,
+    mount_variables,
+)
+from deboom.compressor.cabin_noise import cabin_noise, noise_bands, running_in_car
 from deboom.compressor.identify import IdentifyOptions, identify
 from deboom.compressor.mount_shares import MountPrior, mount_shares
-from deboom.compressor.rigid_foundation import holder_displacement
-from deboom.compressor.running_in_car import running_in_car
 from deboom.errors import InputError
+from deboom.explore.robust import RobustResponse
+from deboom.explore.scatter import sobol_sample
+from deboom.explore.space import DesignSpace
 from deboom.files.electric_car import read_electric_car
-from deboom.measurement.channels import Spectrum
-from deboom.measurement.operating_sweep import HoseState
-from deboom.measurement.wrench_noise_transfer import wrench_noise_transfer
-from deboom.study.compressor_noise_tables import ranking
+from deboom.measurement.channels import Frf, Spectrum
+from deboom.measurement.compressor_test import CompressorMount, HoseDrawing, HoseState
+from deboom.measurement.electric_car import wrench_noise_transfer
+from deboom.measurement.noise_transfer import POINT_LOADS
+from deboom.measurement.virtual_point import RIGID_MOTIONS
+from deboom.physics.rigid_body import forward_matrices, mass_matrix, shift_matrix
+from deboom.physics.sound_level import a_weighting, spl
+from deboom.study.compressor_noise import ranking
 
 BAR = 1e5
 IDENTICAL = CompressorPlan(CompressorCase.TABLE11, identical_mounts=True)
 
 
 @pytest.fixture(scope="module")
-def there(tmp_path_factory):
+def there_1(tmp_path_factory):
     """Everything known of the compressor in a car that was measured without errors."""
     folder = tmp_path_factory.mktemp("car") / "EV-1"
     plan = replace(CAR_PLAN, compressor=IDENTICAL, mount_storage=0.9, mount_loss=1.1)
@@ -38,8 +86,8 @@ def there(tmp_path_factory):
 
 
 @pytest.fixture(scope="module")
-def sweeps(there):
-    return cabin_noise(there)
+def sweeps(there_1):
+    return cabin_noise(there_1)
 
 
 def with_sweeps(car, change):
@@ -68,17 +116,17 @@ def test_without_the_hoses_much_is_missing(sweeps):
         assert (np.percentile(off, 90) > 3) == (one.hoses is HoseState.STANDARD)
 
 
-def test_the_state_of_the_mounts_shows_in_spite_of_the_moving_body(there):
-    assert there.source.state.changed
+def test_the_state_of_the_mounts_shows_in_spite_of_the_moving_body(there_1):
+    assert there_1.source.state.changed
     lines = np.arange(20.0, 51.0)
-    gain = there.found.calibrated.model.gain.at(lines)
+    gain = there_1.found.calibrated.model.gain.at(lines)
     true = (0.9 * gain.real + 1.1j * gain.imag) / gain - 1
-    assert there.change(lines) == pytest.approx(true, abs=5e-3)
-    assert np.median(np.abs(there.change(lines) - true)) < 2e-3
+    assert there_1.change(lines) == pytest.approx(true, abs=5e-3)
+    assert np.median(np.abs(there_1.change(lines) - true)) < 2e-3
 
 
-def test_identical_mounts_are_seen_one_by_one(there):
-    shares = there.shares
+def test_identical_mounts_are_seen_one_by_one(there_1):
+    shares = there_1.shares
     assert shares.identical
     assert not shares.alarms
     assert "agrees with identical round mounts" in shares.statement
@@ -93,14 +141,14 @@ def test_identical_mounts_are_seen_one_by_one(there):
     assert shares.deviations[:, :3].max() < 1e-3
 
 
-def test_draws_of_the_mounts_scatter_as_their_covariance_says(there):
-    placed = tuple(replace(m, position=m.position + 2e-3) for m in there.shares.drawn)
+def test_draws_of_the_mounts_scatter_as_their_covariance_says(there_1):
+    placed = tuple(replace(m, position=m.position + 2e-3) for m in there_1.shares.drawn)
     uneven = tuple(
         replace(m, stiffness=m.stiffness * factor)
         for m, factor in zip(placed, (1.3, 1.0, 0.8), strict=True)
     )
     prior = MountPrior(position=1e-5, angle=1e-4, stiffness=0.2)
-    shares = mount_shares(there.found, uneven, prior)
+    shares = mount_shares(there_1.found, uneven, prior)
     assert not shares.identical
     assert shares.alarms
     assert "contradict" in shares.alarms[0]
@@ -111,10 +159,10 @@ def test_draws_of_the_mounts_scatter_as_their_covariance_says(there):
     assert np.all(stiffness.std(axis=0) <= 1.2 * shares.deviations[:, 6:])
 
 
-def test_bands_hold_the_sound(there, sweeps):
-    transfer = wrench_noise_transfer(there.car)
-    bands = noise_bands(there, transfer, draws=20)
-    again = noise_bands(there, transfer, draws=20)
+def test_bands_hold_the_sound(there_1, sweeps):
+    transfer = wrench_noise_transfer(there_1.car)
+    bands = noise_bands(there_1, transfer, draws=20)
+    again = noise_bands(there_1, transfer, draws=20)
     for one, band, twin in zip(sweeps, bands, again, strict=True):
         assert np.array_equal(band.lower, twin.lower)
         level = one.level(one.total)
@@ -126,7 +174,7 @@ def test_bands_hold_the_sound(there, sweeps):
         (1, 20, 1.0, "between 0 and 1"),
     ):
         with pytest.raises(InputError, match=words):
-            noise_bands(there, transfer, draws=draws, seed=seed, confidence=confidence)
+            noise_bands(there_1, transfer, draws=draws, seed=seed, confidence=confidence)
 
 
 def test_parts_of_the_sound_add_up(sweeps):
@@ -137,8 +185,8 @@ def test_parts_of_the_sound_add_up(sweeps):
         assert rows["part of the sound [%]"].is_monotonic_decreasing
 
 
-def test_what_cannot_be_answered_is_refused(there):
-    car = there.car
+def test_what_cannot_be_answered_is_refused(there_1):
+    car = there_1.car
     hammer = car.operation.hammer
     drawing = hammer.drawing
 
@@ -168,19 +216,19 @@ def test_what_cannot_be_answered_is_refused(there):
         ),
     ):
         with pytest.raises(InputError, match=words):
-            running_in_car(bad, there.found)
+            running_in_car(bad, there_1.found)
     with pytest.raises(InputError, match="fewer than two mounts"):
-        mount_shares(there.found, there.shares.drawn[:1])
+        mount_shares(there_1.found, there_1.shares.drawn[:1])
     with pytest.raises(InputError, match="deviation of a mount's angle must be positive"):
         MountPrior(angle=0.0)
     with pytest.raises(InputError, match="has no line between 200 and 300 Hz"):
-        cabin_noise(there, band=(200.0, 300.0))
+        cabin_noise(there_1, band=(200.0, 300.0))
 
 
-def test_a_sweep_that_does_not_fit_is_refused(there):
-    car, first = there.car, there.car.operation.sweeps[0]
+def test_a_sweep_that_does_not_fit_is_refused(there_1):
+    car, first = there_1.car, there_1.car.operation.sweeps[0]
     with pytest.raises(InputError, match="no body-side acceleration 'mount 1 x': record it"):
-        holder_displacement(replace(first, holder=None), there.shares.mounts)
+        holder_displacement(replace(first, holder=None), there_1.shares.mounts)
     lines = first.frequency + 0.3
 
     def moved(spectrum):
@@ -195,9 +243,269 @@ def test_a_sweep_that_does_not_fit_is_refused(there):
         )
 
     with pytest.raises(InputError, match=r"no line at 20\.3 Hz, they go from 15 to 150 Hz"):
-        cabin_noise(replace(there, car=with_sweeps(car, off)))
+        cabin_noise(replace(there_1, car=with_sweeps(car, off)))
     two = tuple(point for point in car.points if point.name != "mount 3")
     with pytest.raises(InputError, match=r"measure mount 3 as well|not those of the points"):
         replace(car, points=two)
     assert car.mounts[2].name == "mount 3"
     assert car.operation.sweeps[2].pressure == pytest.approx(7.5 * BAR)
+
+
+@pytest.mark.parametrize("with_hoses", [False, True])
+def test_any_mounts_sound_as_in_the_coupled_bench(with_hoses):
+    index = index_of(with_hoses=with_hoses, places=False)
+    compressor = there().laboratory.compressor
+    designs = some_designs(index, 20, seed=1)
+    stiffness = index.variables.factors(designs).reshape(-1, 3, 3) * compressor.stiffness
+    hoses = compressor.hoses if with_hoses else ()
+    for case, gas in CASES.items():
+        exact = np.stack(
+            [
+                design_pressure(car, compressor, there().source, LINES, stiffness, hoses, gas)
+                for car in cars()
+            ],
+            axis=1,
+        )
+        found = index.pressure(designs, case)
+        assert np.abs(found / exact - 1).max() < 1e-11
+        np.testing.assert_allclose(index.levels(designs, case), spl(exact, LINES, axis=-1))
+
+
+def test_the_sum_is_weighted_over_the_pressures():
+    index = index_of(places=False, weights=(1.0, 3.0))
+    designs = some_designs(index, 3, seed=2)
+    low, high = (index.levels(designs, case).sum(axis=-1) for case in CASES)
+    np.testing.assert_allclose(index(designs), 0.25 * low + 0.75 * high, rtol=1e-13)
+
+
+@pytest.mark.parametrize("identical", [False, True])
+@pytest.mark.parametrize("with_hoses", [False, True])
+def test_gradient_is_that_of_differences(identical, with_hoses):
+    index = index_of(identical=identical, with_hoses=with_hoses)
+    designs = some_designs(index, 3, seed=3, place_mm=3.0)
+    gradient = index.gradient(designs)
+    for column in range(designs.shape[1]):
+        step = np.zeros(designs.shape[1])
+        step[column] = 1e-4 * designs[:, column].mean()
+        near, far = (index(designs + n * step) - index(designs - n * step) for n in (1, 2))
+        found = (8 * near - far) / (12 * step[column])
+        np.testing.assert_allclose(
+            gradient[:, :, column], found, rtol=1e-6, atol=1e-7 * np.abs(gradient).max()
+        )
+
+
+def test_a_mount_that_stands_off_is_a_mount_that_stands_there():
+    """Compressor and body seen from where the mounts are, with nothing left to shift."""
+    index = index_of()
+    designs = some_designs(index, 1, seed=4, place_mm=8.0)
+    off = 1e-3 * (designs[0, -9:] - 100.0).reshape(3, 3)
+    moved = tuple(replace(m, position=m.position + d) for m, d in zip(mounts(), off, strict=True))
+    seams = []
+    for car in cars():
+        body = body_of(car)
+        shift = np.zeros((18, 18))
+        for number, at in enumerate(off):
+            rows = slice(6 * number, 6 * number + 6)
+            shift[rows, rows] = shift_matrix(-at)
+        there_body = BodySide(
+            body.name,
+            LINES,
+            body.points,
+            shift @ body.receptance @ shift.T,
+            body.transfer @ shift.T,
+        )
+        seams.append(car_seam(running(), np.array([m.position for m in moved]), there_body))
+    plain = mount_variables(moved, identical=False, pieces=False, places=False)
+    at_place = CabinIndex(plain, moved, index.gain, tuple(seams), index.weights)
+    np.testing.assert_allclose(
+        index.pressure(designs), at_place.pressure(designs[:, :6]), rtol=1e-11
+    )
+
+
+def test_rigid_holders_leave_the_body_to_the_ear_alone():
+    """Closed form: six equations of motion, forces on holders that stand still."""
+    index = index_of(rigid=True, places=False)
+    designs = some_designs(index, 2, seed=5)
+    factors = index.variables.factors(designs)
+    static = np.concatenate([mount.stiffness for mount in mounts()])
+    rows = forward_matrices(
+        np.array([mount.position for mount in mounts()]),
+        np.array([mount.orientation for mount in mounts()]),
+    )
+    turn = np.zeros((9, 9))
+    for number, mount in enumerate(mounts()):
+        turn[3 * number : 3 * number + 3, 3 * number : 3 * number + 3] = mount.orientation
+    forces_at = [6 * number + axis for number in range(3) for axis in range(3)]
+    free, gain = running(), index.gain
+    for number, factor in enumerate(factors):
+        stiffness = gain[:, None, None] * np.diag(factor * static)
+        whole = free.dynamic_stiffness + rows.T @ stiffness @ rows
+        motion = np.linalg.solve(whole, free.load[0][..., None])
+        force = turn @ stiffness @ rows @ motion
+        for place, car in enumerate(cars()):
+            heard = np.einsum("fi,fi->f", body_of(car).transfer[:, forces_at], force[..., 0])
+            found = index.pressure(designs)[number, place]
+            np.testing.assert_allclose(found, heard, rtol=1e-11)
+
+
+def test_far_above_its_modes_a_compressor_swings_freely():
+    """Very soft mounts: forces grow in proportion to stiffness, 20 dB for a factor of ten."""
+    index = index_of(places=False)
+    soft = np.full((1, 6), 1e-6)
+    step = index.levels(10 * soft) - index.levels(soft)
+    np.testing.assert_allclose(step, 20.0, atol=1e-3)
+
+
+def test_one_line_is_its_a_weighted_level():
+    index = index_of(places=False, weights=(1.0, 0.0))
+    design = some_designs(index, 1, seed=6)
+    heard = np.abs(index.pressure(design))
+    level = 20 * np.log10(heard / (np.sqrt(2) * 2e-5)) + a_weighting(LINES)
+    np.testing.assert_allclose(index(design), level.sum(axis=-1), rtol=1e-12)
+
+
+def test_a_design_gives_the_same_however_it_is_batched_or_carried():
+    index = index_of(identical=True)
+    designs = some_designs(index, 300, seed=7, place_mm=1.0)
+    whole = index(designs)
+    np.testing.assert_allclose(whole[250:251], index(designs[250:251]), rtol=1e-12)
+    assert np.array_equal(pickle.loads(pickle.dumps(index))(designs), whole)
+
+
+def test_a_worker_finds_the_same_bits():
+    """One design with all its draws is what a worker gets, pickled."""
+    index = index_of(places=False)
+    one = np.ones(6)
+    space = DesignSpace(index.variable_names, ("1",) * 6, one, 0.6 * one, 1.4 * one, 0.15 * one)
+    robust = RobustResponse(index, space, sobol_sample(6, 8, seed=1))
+    designs = some_designs(index, 4, seed=8)
+    here, carried = robust(designs), pickle.loads(pickle.dumps(robust))
+    for number, design in enumerate(designs):
+        away = carried(design[np.newaxis])
+        assert np.array_equal(here.mean[number], away.mean[0])
+        assert np.array_equal(here.sigma[number], away.sigma[0])
+
+
+def test_travel_and_modes_of_a_symmetrical_body():
+    """Four equal mounts around the centre of gravity: springs in parallel."""
+    corners = [(0.1, 0.1), (0.1, -0.1), (-0.1, 0.1), (-0.1, -0.1)]
+    stiffness = np.array([2e4, 1e4, 1e4])
+    four = tuple(
+        CompressorMount(f"mount {n}", np.array([x, y, 0.0]), np.zeros(3), stiffness)
+        for n, (x, y) in enumerate(corners)
+    )
+    inertia = np.diag([0.02, 0.03, 0.04])
+    statics = MountStatics(
+        mount_variables(four, identical=True, pieces=False, places=False),
+        four,
+        1.5,
+        7.2,
+        np.zeros(3),
+        mass_matrix(7.2, inertia),
+    )
+    # radial along y and z is the softest: 4 x 1.5 x 1e4 x 0.8
+    travel = statics(np.array([[1.0, 0.8]]))
+    assert travel[0, 0] == pytest.approx(1e3 * 7.2 * GRAVITY / (4 * 1.5 * 0.8e4), rel=1e-12)
+    modes = statics.modes(np.array([[1.0, 0.8]]))[0]
+    sideways = np.sqrt(4 * 1.5 * 0.8e4 / 7.2) / (2 * np.pi)
+    along = np.sqrt(4 * 1.5 * 2e4 / 7.2) / (2 * np.pi)
+    assert np.min(np.abs(modes - sideways)) < 1e-9
+    assert np.min(np.abs(modes - along)) < 1e-9
+
+
+LINES_3 = np.arange(20.0, 141.0, 4.0)
+CAR = frozen_fleet().car("EV-2")
+COMPRESSOR = true_compressor(CompressorPlan(CompressorCase.TABLE11), np.random.default_rng(1))
+OF_MOUNTS, OF_HOSES = columns_of(MOUNTS, 3), columns_of(HOSES)
+TRUE_MOUNTS = tuple(
+    CompressorMount(name, position, rotation, stiffness)
+    for name, position, rotation, stiffness in zip(
+        MOUNTS, COMPRESSOR.positions, COMPRESSOR.rotations, COMPRESSOR.stiffness, strict=True
+    )
+)
+TRUE_HOSES = tuple(
+    HoseDrawing(
+        name,
+        hose.position,
+        hose.direction,
+        hose.beam.length,
+        hose.beam.tension,
+        hose.beam.torsion,
+        hose.beam.bending,
+        hose.beam.line_mass,
+        hose.beam.loss_factor,
+        hose.beam.torsion_radius,
+    )
+    for name, hose in zip(HOSES, drawn_hoses(), strict=True)
+)
+
+
+def run(with_hoses):
+    hoses = drawn_hoses() if with_hoses else ()
+    return run_car(CAR, COMPRESSOR, true_source(), LINES_3, hoses)
+
+
+def receptance(columns):
+    return CAR.receptance(LINES_3)[:, columns][:, :, columns]
+
+
+@pytest.mark.parametrize("with_hoses", [False, True])
+def test_loads_are_those_of_the_coupled_car(with_hoses):
+    true, hoses = run(with_hoses), TRUE_HOSES if with_hoses else ()
+    columns = OF_MOUNTS + (OF_HOSES if with_hoses else [])
+    factor = COMPRESSOR.gain_at(LINES_3)
+    by_holders = loads_by_measured_holders(
+        TRUE_MOUNTS,
+        factor,
+        true.displacement,
+        true.body_motion[:, OF_MOUNTS],
+        hoses,
+        LINES_3,
+        receptance(columns),
+    )
+    predicted = loads_by_predicted_holders(
+        TRUE_MOUNTS, factor, true.displacement, receptance(columns), hoses, LINES_3
+    )
+    expected = true.body_load[:, columns]
+    for found in (by_holders, predicted):
+        loads = np.hstack([found.mounts, found.hoses])
+        assert loads == pytest.approx(expected, rel=1e-7, abs=1e-9 * np.abs(expected).max())
+    sound = np.sum(CAR.noise_transfer(LINES_3)[:, columns] * expected, axis=1)
+    assert sound == pytest.approx(true.pressure, rel=1e-9)
+    if with_hoses:
+        ends = true.body_motion[:, OF_HOSES]
+        assert by_holders.hose_ends == pytest.approx(ends, abs=1e-9 * np.abs(ends).max())
+
+
+def test_a_body_that_stands_still_is_another_load():
+    true, factor = run(with_hoses=True), COMPRESSOR.gain_at(LINES_3)
+    still = loads_on_still_body(TRUE_MOUNTS, factor, true.displacement, TRUE_HOSES, LINES_3)
+    expected = true.body_load[:, OF_MOUNTS]
+    off = np.linalg.norm(still.mounts - expected) / np.linalg.norm(expected)
+    assert 1e-3 < off < 0.1
+
+
+def test_forces_of_the_mounts_hold_the_compressor():
+    """At the virtual point they are the whole of what a compressor without hoses leans on."""
+    true = run(with_hoses=False)
+    apart = motion_at_mounts(TRUE_MOUNTS, true.displacement) - true.body_motion[:, OF_MOUNTS]
+    forces = mount_forces(TRUE_MOUNTS, COMPRESSOR.gain_at(LINES_3), apart)
+    square = (2 * np.pi * LINES_3)[:, None] ** 2
+    own = true_source().gyroscopic(LINES_3) @ true.displacement[..., None]
+    inertia = square * (true.displacement @ COMPRESSOR.mass_matrix.T) - own[..., 0]
+    expected = true.load + inertia
+    found = load_at_virtual_point(TRUE_MOUNTS, forces)
+    assert found == pytest.approx(expected, abs=1e-9 * np.abs(true.load).max())
+
+
+def test_receptances_come_from_measured_points_and_lines():
+    names = [f"p {motion}" for motion in RIGID_MOTIONS]
+    loads = [f"p {load}" for load in POINT_LOADS]
+    values = np.broadcast_to(np.eye(6), (2, 6, 6))
+    frf = Frf(np.array([20.0, 30.0]), values, names, loads, "(m/s^2)/N")
+    found = body_receptance(frf, [30.0], ["p"])
+    assert found == pytest.approx(-np.eye(3)[None] / (60 * np.pi) ** 2)
+    with pytest.raises(InputError, match="no accelerances of the body at 'q': strike it"):
+        body_receptance(frf, [30.0], ["p"], ["q"])
+    with pytest.raises(InputError, match="no line at 25 Hz"):
+        body_receptance(frf, [25.0], ["p"])

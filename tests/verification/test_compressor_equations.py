@@ -10,17 +10,21 @@ from scipy.linalg import eigh
 from scipy.optimize import brentq
 
 from deboom.compressor import thesis_fit
-from deboom.compressor.amplitude_response import AmplitudeFactor, amplitude_response
-from deboom.compressor.gain import AmplitudeGain, GainFactor, HyperbolicGain
-from deboom.compressor.model import CompressorModel, mounts_at_virtual_point
-from deboom.compressor.modes import modal_table
+from deboom.compressor.gain import (
+    AmplitudeFactor,
+    AmplitudeGain,
+    GainFactor,
+    HyperbolicGain,
+    amplitude_response,
+)
+from deboom.compressor.model import CompressorModel, modal_table, mounts_at_virtual_point
 from deboom.compressor.unbalance_load import RotationSense, unbalance_load
 from deboom.errors import InputError
-from deboom.measurement.inertance_test import CompressorMount
+from deboom.measurement.compressor_test import CompressorMount
 from deboom.physics.forced_response import modal_superposition
 from deboom.physics.frf import FrfForm, scaled_condition_number
-from deboom.physics.mass_properties import characteristic_length
 from deboom.physics.rigid_body import (
+    characteristic_length,
     forward_matrix,
     mass_matrix,
     mount_stiffness_matrix,

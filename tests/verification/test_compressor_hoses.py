@@ -7,16 +7,22 @@ from functools import cache
 import numpy as np
 import pytest
 
-from deboom.bench.compressor_operation import measured, operation, true_sweep
-from deboom.bench.compressor_operation_plan import OperationPlan
-from deboom.bench.compressor_operation_writer import write_operating_test
-from deboom.bench.compressor_plan import CalibrationLevel, CompressorPlan, HoseCase
-from deboom.bench.hoses import Hose, drawn_hoses
+from deboom.bench.compressor_operation import OperationPlan, measured, operation, true_sweep
+from deboom.bench.compressor_truth import (
+    CalibrationLevel,
+    CompressorPlan,
+    Hose,
+    HoseCase,
+    drawn_hoses,
+)
+from deboom.bench.compressor_writer import write_operating_test
 from deboom.compressor.hose_beams import (
     BEAM_NUMBERS,
     changed_hose,
     hose_matrices,
     point_derivatives,
+    port_forces,
+    stiffness_by_difference,
 )
 from deboom.compressor.hose_evidence import hammer_evidence, sweep_evidence
 from deboom.compressor.hose_identification import (
@@ -26,12 +32,10 @@ from deboom.compressor.hose_identification import (
     HoseSource,
     identify_hoses,
 )
-from deboom.compressor.hose_presence import hoses_in_hammer_test, hoses_in_sweep
-from deboom.compressor.hose_reaction import hose_reactions
-from deboom.compressor.hose_separation import port_forces, stiffness_by_difference
+from deboom.compressor.hose_presence import hose_reactions, hoses_in_hammer_test, hoses_in_sweep
 from deboom.compressor.identify import IdentifyOptions, identify
 from deboom.files.operating_test import read_operating_test
-from deboom.measurement.operating_sweep import HoseDrawing, HoseState
+from deboom.measurement.compressor_test import HoseDrawing, HoseState
 from deboom.measurement.virtual_point import virtual_point_frf
 from deboom.physics.rigid_body import forward_matrix
 from deboom.physics.viscoelastic_beam import beam_congruence, beam_stiffness, frame_along

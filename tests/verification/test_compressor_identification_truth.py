@@ -1,32 +1,60 @@
-"""Identification returns the compressor that made the data, and states honestly how well."""
+"""Identification against known truth."""
 
+import json
 from functools import cache
 
 import numpy as np
 import pytest
 
+from deboom.bench.compressor_truth import CalibrationLevel, CompressorCase, CompressorPlan
+from deboom.bench.compressor_writer import write_compressor_test
+from deboom.compressor.calibrate import Prior, WeighedMass, self_calibrate
 from deboom.compressor.gain import GainFactor
-from deboom.compressor.identifiability import identifiability, knowledge
-from deboom.compressor.linear_start import START_GAIN, linear_start
-from deboom.compressor.minimal_parameters import MinimalParameters
+from deboom.compressor.identifiability import (
+    gain_deviation,
+    identifiability,
+    knowledge,
+    quantity_deviations,
+)
+from deboom.compressor.identify import (
+    IdentifyOptions,
+    frac,
+    identified_compressor,
+    identify,
+    modal_likeness,
+)
 from deboom.compressor.model import CompressorModel
-from deboom.compressor.objectives import (
+from deboom.compressor.parameters import MinimalParameters, ThesisParameters
+from deboom.compressor.placement import Placement, RawInertance, deviation_from_coherence
+from deboom.compressor.thesis_fit import (
+    fit_identical_mounts,
+    fit_thesis_parameters,
+    thesis_bounds,
+    thesis_start,
+)
+from deboom.compressor.virtual_point_fit import (
+    START_GAIN,
+    Bounds,
     InertanceAndApparentMass,
     WhitenedInertance,
+    fit_at_virtual_point,
+    fit_by_slsqp,
     in_bands,
+    linear_start,
 )
-from deboom.compressor.placement import Placement
-from deboom.compressor.raw_inertance import RawInertance, deviation_from_coherence
-from deboom.compressor.self_calibration import Prior, WeighedMass, self_calibrate
-from deboom.compressor.thesis_parameters import ThesisParameters
-from deboom.compressor.virtual_point_fit import Bounds, fit_at_virtual_point, fit_by_slsqp
 from deboom.errors import InputError
+from deboom.files.inertance_test import read_inertance_test
 from deboom.measurement.channels import Frf
-from deboom.measurement.impacts import Impact
-from deboom.measurement.inertance_test import CompressorMount
-from deboom.measurement.placement_tolerances import PlacementTolerances
-from deboom.measurement.sensors import Sensor, SensorKind
-from deboom.physics.rigid_body import rotation_matrix
+from deboom.measurement.compressor_test import CompressorMount
+from deboom.measurement.sensors import Impact, PlacementTolerances, Sensor, SensorKind
+from deboom.physics.rigid_body import mass_matrix, rotation_matrix
+from deboom.study.compressor_identification import (
+    TRUTH_FILE,
+    errors_of,
+    mounting_errors,
+    quantity_scores,
+    read_compressor_truth,
+)
 
 LENGTH = 0.055
 LINES = np.concatenate([np.arange(10, 40, 1.5), np.arange(40, 151, 8.0)])
@@ -291,3 +319,165 @@ def test_refusals() -> None:
         )
     with pytest.raises(InputError, match="cannot fix"):
         identifiability(("a", "b"), np.ones((1, 2)), np.ones(2))
+
+
+SLACK = 1.5
+"""One compressor against a figure that 90 % of compressors meet."""
+MODES = np.arange(10.0, 30.5, 0.5)
+SCALE = np.repeat([1.0, 1 / 0.055], 3)
+
+
+def errors(model, truth):
+    """Centre [m], and relative errors of mass, inertia, dynamic stiffness at 20 Hz, gain shape."""
+    gain = GainFactor.of(truth["gain"])
+    inertia, stiffness = np.array(truth["inertia_kg_m2"]), np.array(truth["static_stiffness"])
+    weight = np.outer(SCALE, SCALE)
+    expected = gain.at(MODES) / gain.at(20.0).real
+    seen = model.gain.at(MODES) / model.gain.at(20.0).real
+    dynamic = gain.at(20.0).real * stiffness
+    return {
+        "centre": np.linalg.norm(model.centre - truth["centre_of_gravity_m"]),
+        "mass": abs(model.mass / truth["mass_kg"] - 1),
+        "inertia": np.linalg.norm(model.inertia - inertia) / np.linalg.norm(inertia),
+        "stiffness": np.linalg.norm(weight * (model.gain.at(20.0).real * model.stiffness - dynamic))
+        / np.linalg.norm(weight * dynamic),
+        "real": np.max(np.abs(seen.real / expected.real - 1)),
+        "imaginary": np.max(np.abs(seen.imag / expected.imag - 1)),
+    }
+
+
+@pytest.mark.parametrize(
+    ("case", "level", "seed", "figures"),
+    [
+        (CompressorCase.TABLE11, CalibrationLevel.C2, 4, (1.2e-3, 0.015, 0.015)),
+        (CompressorCase.RANDOM, CalibrationLevel.C05, 7, (0.4e-3, 0.006, 0.006)),
+    ],
+    ids=["table 11 C2", "random C0.5"],
+)
+def test_identification_returns_the_truth_within_the_figures(tmp_path, case, level, seed, figures):
+    folder = write_compressor_test(tmp_path / "test", seed, level, CompressorPlan(case))
+    truth = json.loads((folder / "truth" / "truth.json").read_text(encoding="utf-8"))
+    found = identify(read_inertance_test(folder), IdentifyOptions(largest_lines=30, held_out=0))
+    assert found.alarms == ()
+    off = errors(found.calibrated.model, truth)
+    centre, inertia, stiffness = figures
+    assert off["mass"] < SLACK * 0.002
+    assert off["centre"] < SLACK * centre
+    assert off["inertia"] < SLACK * inertia
+    assert off["stiffness"] < SLACK * stiffness
+    assert off["real"] < SLACK * 0.001
+    assert off["imaginary"] < SLACK * 0.002
+    # self-calibration, not luck: the virtual point with the sheet's placement is worse
+    assert off["inertia"] < errors(found.point.model, truth)["inertia"]
+
+
+def test_exact_files_return_the_exact_compressor(tmp_path):
+    """No noise, no placement errors: what is left is rounding of files and of the optimiser."""
+    plan = CompressorPlan(CompressorCase.TABLE11)
+    folder = write_compressor_test(tmp_path / "test", plan=plan, noise_free=True)
+    truth = json.loads((folder / "truth" / "truth.json").read_text(encoding="utf-8"))
+    found = identify(read_inertance_test(folder), IdentifyOptions(largest_lines=16, held_out=0))
+    for name, error in errors(found.point.model, truth).items():
+        assert error < 1e-5, name
+    exact = mass_matrix(7.2, np.array(truth["inertia_kg_m2"]), truth["centre_of_gravity_m"])
+    np.testing.assert_allclose(found.point.model.mass_matrix, exact, atol=1e-5)
+
+
+OPTIONS = IdentifyOptions(largest_lines=36, held_out=0)
+
+
+@pytest.fixture(scope="module")
+def found(tmp_path_factory):
+    """Identify a compressor on identical mounts once; the truth beside it."""
+    folder = tmp_path_factory.mktemp("bench") / "test"
+    plan = CompressorPlan(identical_mounts=True)
+    write_compressor_test(folder, 4, CalibrationLevel.C05, plan)
+    test = read_inertance_test(folder)
+    return identify(test, OPTIONS), read_compressor_truth(folder)
+
+
+@pytest.fixture(scope="module")
+def thesis(found):
+    return fit_thesis_parameters(found[0], found[0].test.drawing)
+
+
+def test_quantities_are_as_sure_as_they_state(found):
+    identified, truth = found
+    scores = quantity_scores(identified, truth)
+    assert np.sqrt(np.mean(scores**2)) < 2.0
+    stated = quantity_deviations(identified.calibrated)
+    mass = identified.calibrated.model.mass
+    # mass = exp(2 value), so its deviation is 2 mass times that of the parameter
+    own = np.sqrt(identified.calibrated.parameter_covariance[0, 0])
+    assert stated[0] == pytest.approx(2 * mass * own, rel=1e-5)
+
+
+def test_the_gain_is_sure_where_it_is_one_by_definition(found):
+    deviation = gain_deviation(found[0].calibrated, [10.0, 20.0, 30.0])
+    assert deviation.real[1] < 1e-9
+    assert deviation.real[0] > 1e-6
+    error = errors_of(*found)
+    assert error.gain_real < 1e-3
+    assert error.gain_imaginary < 2e-3
+
+
+def test_nine_of_the_44_numbers_stay_hidden(found, thesis):
+    assert thesis.seen.rank == 35
+    body = [name.startswith(("I", "centre", "mass")) for name in thesis.seen.names]
+    assert thesis.known.ratio[body].max() < 0.15
+    turned = thesis.seen.names.index("mount 2 rotation x")
+    assert thesis.known.ratio[turned] > 0.9
+    assert np.all(thesis.known.ratio <= 1)
+
+
+def test_start_and_bounds_are_the_corrected_ones(found):
+    drawing = found[0].test.drawing
+    parametrisation, start = thesis_start(drawing)
+    bounds = thesis_bounds(drawing, start)
+    half = dict(zip(parametrisation.names, (bounds.upper - bounds.lower) / 2, strict=True))
+    assert half["mount 1 position x"] == pytest.approx(12.6e-3)
+    assert half["mount 1 rotation x"] == pytest.approx(np.radians(5))
+    assert half["mount 1 stiffness axial"] == pytest.approx(0.35 * 23e3)
+    assert half["Ixx"] == pytest.approx(0.1 * 0.015)
+    assert half["Ixy"] == pytest.approx(5e-4)
+    assert half["centre x"] == pytest.approx(3e-3)
+    assert half["mass"] == pytest.approx(0.5)
+
+
+def test_identical_mounts_are_found_one_by_one(found):
+    identified, truth = found
+    fit = fit_identical_mounts(identified, identified.test.drawing)
+    assert fit.holds
+    place, angle = mounting_errors(fit, truth)
+    assert place < 1.5e-3
+    assert np.degrees(angle) < 1.0
+    true = truth.mounts[0].stiffness[:2] * truth.model.gain.real.at(20.0)
+    assert fit.mounts[0].stiffness[:2] == pytest.approx(true, rel=0.02)
+
+
+def test_modes_and_frfs_of_one_compressor_are_alike(found):
+    identified, _ = found
+    likeness = modal_likeness(identified)
+    assert np.diag(likeness).min() > 0.98
+    lines = identified.inertance.frequency
+    model = identified.calibrated.model.inertance(lines)
+    assert frac(model, 2j * model, lines, (10.0, 30.0)) == pytest.approx(1.0)
+    measured = identified.calibrated.at_virtual_point(identified.raw.frf.values)
+    assert np.diag(frac(measured, model, lines, (10.0, 30.0))).min() > 0.999
+
+
+def test_what_is_kept_rebuilds_the_raw_frfs(found):
+    identified, _ = found
+    kept = identified_compressor(identified, OPTIONS.bands, {})
+    lines = identified.raw.frf.frequency
+    predicted = kept.response @ kept.model.inertance(lines) @ kept.excitation.T
+    misfit = np.abs(predicted - identified.raw.frf.values) / identified.raw.deviation
+    assert np.sqrt(np.mean(misfit**2) / 2) < 1.2
+
+
+def test_a_truth_that_is_none(tmp_path):
+    assert read_compressor_truth(tmp_path) is None
+    (tmp_path / TRUTH_FILE).parent.mkdir()
+    (tmp_path / TRUTH_FILE).write_text("{}", encoding="utf-8")
+    with pytest.raises(InputError, match="not the truth"):
+        read_compressor_truth(tmp_path)

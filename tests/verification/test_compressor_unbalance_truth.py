@@ -1,4 +1,4 @@
-"""Sweeps of a compressor that shares no equation with the code → its rotor, its gas, its mounts."""
+"""Unbalance against known truth."""
 
 from dataclasses import replace
 from functools import cache
@@ -14,20 +14,26 @@ from compressor_operation_samples import (
     ROTOR,
     STATIC,
     cross,
+    drawing,
     passing_as_unbalance,
+    rows_at,
     sample,
 )
 
-from deboom.compressor.identify import IdentifyOptions, identify
-from deboom.compressor.mass_line import calibration_of
-from deboom.compressor.operating_stiffness import OneFactor
-from deboom.compressor.route_model import RouteModel
-from deboom.compressor.routes import CalibratedMeasurementRoute, CalibratedModelRoute, UpdatedRoute
-from deboom.compressor.source_structure import ProportionalGas
+from deboom.compressor.identify import IdentifyOptions, calibration_of, identify
+from deboom.compressor.mount_shares import SofteningMounts, softening_mounts
+from deboom.compressor.routes import (
+    CalibratedMeasurementRoute,
+    CalibratedModelRoute,
+    OneFactor,
+    RouteModel,
+    UpdatedRoute,
+)
+from deboom.compressor.source_fit import MountState
 from deboom.compressor.unbalance import UnbalanceOptions, unbalance
-from deboom.compressor.unbalance_load import RotationSense
+from deboom.compressor.unbalance_load import ProportionalGas, RotationSense
 from deboom.errors import InputError
-from deboom.measurement.operating_sweep import HoseState
+from deboom.measurement.compressor_test import HoseState
 
 OPTIONS = IdentifyOptions(largest_lines=20, held_out=0)
 LINES = np.concatenate([np.arange(17.0, 50.0, 2.0), np.arange(50.0, 151.0, 5.0)])
@@ -311,3 +317,101 @@ def _with_frf(test, frf):
     sensors = tuple(replace(sensor, name=f"{sensor.name}'") for sensor in test.sensors)
     names = tuple(name for sensor in sensors for name in sensor.channels)
     return replace(test, sensors=sensors, frf=replace(frf, outputs=names))
+
+
+LINES_2 = np.concatenate([np.arange(17.0, 50.0, 1.5), np.arange(50.0, 151.0, 10.0)])
+OPTIONS_2 = UnbalanceOptions(routes=(CalibratedMeasurementRoute(), UpdatedRoute()))
+
+
+@cache
+def softened(**options):
+    test, body = sample(1, softening=0.3, lines=LINES_2, drawn=True, **options)
+    found = identify(test.hammer, IdentifyOptions(largest_lines=20, held_out=0))
+    return test, body, found, unbalance(test, found, OPTIONS_2)
+
+
+def errors_2(result):
+    """Rms relative errors of static and dynamic unbalance in 20 to 50 Hz."""
+    static, dynamic = [], []
+    for sweep in result.sweeps:
+        low = (sweep.frequency >= 20) & (sweep.frequency <= 50)
+        true = passing_as_unbalance(sweep.frequency, GAS_FACTOR[sweep.pressure])
+        for band in (sweep.static.from_y, sweep.static.from_z):
+            static.append((band.value - true)[low] / abs(STATIC))
+        for band in (sweep.dynamic.from_y, sweep.dynamic.from_z):
+            dynamic.append((band.value - DYNAMIC)[low] / abs(DYNAMIC))
+    return [float(np.sqrt(np.mean(np.abs(part) ** 2))) for part in (static, dynamic)]
+
+
+def test_each_mount_softens_by_its_own_stroke():
+    test, body, found, result = softened()
+    updated = result.by_letter("e")
+    assert isinstance(updated.fit.change, SofteningMounts)
+    assert "Route e: mounts that soften with their own stroke" in result.notices[0]
+    common = unbalance(test, found, replace(OPTIONS_2, by_stroke=False)).by_letter("e")
+    for own, shared in zip(errors_2(updated), errors_2(common), strict=True):
+        assert own < 0.03
+        assert own < 0.5 * shared
+    assert updated.fit.schwarz < common.fit.schwarz
+    assert updated.sources.reduced_chi < 0.4 * common.sources.reduced_chi
+    # the law behind it, which is no parabola
+    stroke = np.array([7e-6, 20e-6, 60e-6])
+    change = updated.fit.change.change_at(updated.fit.line_values[updated.fit.change_slice], stroke)
+    np.testing.assert_allclose(change, body.softened(stroke) - 1, atol=0.03)
+    # the route without update is not touched
+    assert result.chosen.fit.change == OPTIONS_2.state
+
+
+def test_strokes_are_those_of_the_mounts():
+    _, body, found, _ = softened()
+    mounts = SofteningMounts(body.places, softening_mounts(found).stiffness)
+    line = np.array([25.0])
+    motion = body.running(25.0, 1.0)
+    turn = np.exp(1j * np.linspace(0, 2 * np.pi, 2001))
+    for place, stroke in zip(body.places, mounts.strokes(line, motion[None])[0], strict=True):
+        moved = rows_at(place) @ motion / (2 * np.pi * 25.0) ** 2
+        distance = np.linalg.norm((moved[:, None] * turn).real, axis=0).max()
+        assert stroke == pytest.approx(distance, rel=1e-5)
+
+
+def test_mounts_of_the_drawing_add_up_to_the_stiffness_found():
+    _, body, found, _ = softened()
+    mounts = softening_mounts(found)
+    whole = found.calibrated.model.stiffness
+    size = np.sqrt(np.outer(np.diag(whole), np.diag(whole)))
+    assert np.max(np.abs(mounts.stiffness.sum(axis=0) - whole) / size) < 1e-10
+    # at one stroke for all it is a common factor
+    lines = np.array([20.0, 80.0])
+    held = (2 + 0.5j) * np.stack([whole, 0.1 * whole])
+    taken = mounts.matrices(lines, held, np.zeros((2, 6), complex))
+    np.testing.assert_allclose(taken[0], held, rtol=1e-7, atol=1e-9 * np.abs(held).max())
+    np.testing.assert_allclose(taken[1], 1j * taken[0])
+    assert len(taken) == len(mounts.deviations) == 6
+    with pytest.raises(InputError, match="softening mounts"):
+        SofteningMounts(body.places, np.eye(6)[None])
+
+
+def test_without_a_drawing_one_factor_stays():
+    test, _, found, _ = softened()
+    bare = replace(found, test=replace(found.test, drawing=None))
+    assert softening_mounts(bare) is None
+    one = replace(drawing(), mounts=drawing().mounts[:1])
+    assert softening_mounts(replace(found, test=replace(found.test, drawing=one))) is None
+    result = unbalance(test, bare, OPTIONS_2)
+    assert result.by_letter("e").fit.change == UpdatedRoute().update
+    assert not any("soften" in notice for notice in result.notices)
+
+
+def test_mounts_that_changed_alike_keep_their_factor():
+    test, _ = sample(1, storage=0.9, loss=1.1, lines=LINES_2, drawn=True)
+    result = unbalance(test, softened()[2], OPTIONS_2)
+    assert result.by_letter("e").fit.change == UpdatedRoute().update
+    assert result.notices == ()
+
+
+def test_statements_for_people():
+    test, _ = sample(1, lines=LINES_2, drawn=True)
+    result = unbalance(test, softened()[2], replace(OPTIONS_2, routes=OPTIONS_2.routes[:1]))
+    assert result.sense.statement == "The rotor turns from y to z (beyond doubt)."
+    assert isinstance(result.state, MountState)
+    assert "real part 0.0 % ± 0.0 %" in result.state.statement

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from deboom.explore.classical_plans import (
+from deboom.explore.doe import (
     box_behnken,
     central_composite,
     fractional_factorial,

@@ -8,9 +8,8 @@ import pytest
 
 from deboom.errors import InputError
 from deboom.explore.commonality import fewest_part_numbers, separate_sets
-from deboom.explore.design_space import DesignSpace
-from deboom.explore.shared_design import SharingProblem, own_optima, shared_design
-from deboom.explore.sharing import Sharing, SharingRules
+from deboom.explore.sharing import Sharing, SharingProblem, SharingRules, own_optima, shared_design
+from deboom.explore.space import DesignSpace
 
 
 @dataclass(frozen=True, eq=False)

@@ -4,9 +4,8 @@ import numpy as np
 import pytest
 from scipy.stats import spearmanr
 
-from deboom.explore.correlation_study import correlations, families, tolerance_scatter
-from deboom.explore.design_space import stiffness_factor_space
-from deboom.explore.evaluate import ResponseFunction
+from deboom.explore.correlation import correlations, families, tolerance_scatter
+from deboom.explore.space import ResponseFunction, stiffness_factor_space
 
 
 def binormal(random, n, r):

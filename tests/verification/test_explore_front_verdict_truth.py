@@ -3,9 +3,14 @@
 import numpy as np
 import pytest
 
-from deboom.explore.front_quality import attainment, common_box
-from deboom.explore.front_verdict import Contestant, Verdict, difference
-from deboom.explore.fronts import nondominated
+from deboom.explore.front import (
+    Contestant,
+    Verdict,
+    attainment,
+    common_box,
+    difference,
+    nondominated,
+)
 
 
 def random_front(random, size):

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from deboom.explore.box import Box, BoxQuestion, box_sample, face_shares
 from deboom.explore.known_boxes import (
     LinearProblem,
     QuadraticProblem,
@@ -14,9 +15,7 @@ from deboom.explore.known_boxes import (
     quadratic_share,
 )
 from deboom.explore.known_truth import quad2
-from deboom.explore.solution_box import Box, BoxQuestion
-from deboom.explore.solution_box_search import BoxEffort, largest_box
-from deboom.explore.solution_box_share import box_sample, face_shares
+from deboom.explore.largest_box import BoxEffort, largest_box
 
 EFFORT = BoxEffort(calibration=2**18, verification=2**18)
 SLOPE = np.array([0.7, 1.1, 1.6, 0.9])

@@ -5,20 +5,23 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from deboom.explore.design_space import stiffness_factor_space
 from deboom.explore.known_indices import Ishigami, SobolG
 from deboom.explore.sensitivity import (
+    SensitivityInputs,
+    base_rows,
     delta_analysis,
+    design_inputs,
     morris_analysis,
     morris_designs,
     pawn_analysis,
     sobol_analysis,
     sobol_designs,
+    sobol_indices,
+    tolerance_inputs,
 )
-from deboom.explore.sensitivity_inputs import SensitivityInputs, design_inputs, tolerance_inputs
-from deboom.explore.sobol_indices import base_rows, sobol_indices
+from deboom.explore.space import stiffness_factor_space
 from deboom.files.platform import read_platform
-from deboom.vehicles.booming_index import booming_index
+from deboom.vehicles.booming_model import booming_index
 from deboom.vehicles.kernel_numpy import NUMPY
 
 PLATFORM = Path(__file__).parents[2] / "studies" / "data" / "u06_f39_f45"

@@ -12,13 +12,14 @@ import numpy as np
 import pytest
 from scipy import optimize, stats
 
-from deboom.explore import known_truth, tolerance_samples
-from deboom.explore.design_space import DesignSpace, stiffness_factor_space
-from deboom.explore.fronts import hypervolume, nondominated, verify
+from deboom.explore import known_truth
+from deboom.explore import scatter as tolerance_samples
+from deboom.explore.front import hypervolume, nondominated, verify
 from deboom.explore.known_truth import exact_front, exact_objectives, exp1, quad2
 from deboom.explore.problems import nsga2
 from deboom.explore.robust import RobustResponse, RobustValues
-from deboom.explore.tolerance_samples import FreshGaussianSampler, gaussian_sample, sobol_sample
+from deboom.explore.scatter import FreshGaussianSampler, gaussian_sample, sobol_sample
+from deboom.explore.space import DesignSpace, stiffness_factor_space
 
 CUT_NORMAL = stats.truncnorm(-3.0, 3.0)
 BOTH = pytest.mark.parametrize("make", [quad2, exp1])

@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from deboom.errors import InputError
-from deboom.explore.predicted_pieces import predicted_pieces
-from deboom.explore.process_capability import capability
+from deboom.explore.scatter import capability, predicted_pieces
 
 
 def sample_of(n, mean, sigma):

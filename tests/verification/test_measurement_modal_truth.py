@@ -6,21 +6,23 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from deboom.bench.ears import ear_transfer, panel_pressure, source_motion
-from deboom.bench.fleet import load_fleet
-from deboom.bench.interfaces import interface_shapes
-from deboom.bench.vehicle_state import NO_STATE_SPREAD
+from deboom.bench.fleet import NO_STATE_SPREAD, load_fleet
+from deboom.bench.interfaces import ear_transfer, interface_shapes, panel_pressure, source_motion
 from deboom.bench.vehicle_writer import NO_VEHICLE_ERRORS, VehicleErrors, write_vehicle
 from deboom.errors import InputError
 from deboom.files.vehicle import read_vehicle
 from deboom.measurement.channels import Frf
-from deboom.measurement.coherence_gate import imported_estimate
-from deboom.measurement.modal_analysis import LARGE_ERROR, modal_model, poles_over_orders
-from deboom.measurement.modal_poles import pole_clusters
-from deboom.measurement.mode_shapes import mac_matrix
-from deboom.measurement.panels import pressure_of_modes
+from deboom.measurement.frf_estimate import imported_estimate
+from deboom.measurement.modal import (
+    LARGE_ERROR,
+    mac_matrix,
+    modal_model,
+    pole_clusters,
+    poles_over_orders,
+    pressure_of_modes,
+)
 from deboom.physics.frf import FrfForm
-from deboom.study.modal_part import modal_part, modal_tables, summary, truth_mac
+from deboom.study.synthesis_validation import modal_part, modal_tables, summary, truth_mac
 
 pytest.importorskip("sdypy.EMA", reason="modal analysis is an extra")
 

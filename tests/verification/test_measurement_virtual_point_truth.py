@@ -4,20 +4,21 @@ import numpy as np
 import pytest
 from scipy.optimize import lsq_linear
 
-from deboom.measurement.channel_geometry import impact_geometry, sensor_geometry
 from deboom.measurement.channels import Spectrum
-from deboom.measurement.consistency import (
+from deboom.measurement.quality import (
     excitation_consistency,
     geometric_consistency,
+    passivity,
+    reciprocity,
     response_consistency,
 )
-from deboom.measurement.passivity import passivity
-from deboom.measurement.reciprocity import reciprocity
 from deboom.measurement.sensors import Sensor, SensorKind
 from deboom.measurement.virtual_point import (
+    impact_geometry,
     load_at_point,
     motion_at_mounts,
     motion_at_point,
+    sensor_geometry,
     virtual_point,
     virtual_point_frf,
 )

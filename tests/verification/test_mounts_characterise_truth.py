@@ -9,9 +9,8 @@ from scipy.spatial import cKDTree
 from deboom.bench.campaign_plan import NO_ERRORS, TRAINING_RUNS, CampaignPlan
 from deboom.bench.campaign_writer import write_campaign
 from deboom.files.campaign import read_campaign
-from deboom.measurement.tolerances import Tolerances
-from deboom.mounts.characterisation import CharacteriseOptions
-from deboom.mounts.characterise import characterise
+from deboom.measurement.sensors import Tolerances
+from deboom.mounts.characterise import CharacteriseOptions, characterise
 from deboom.mounts.operating_map import Preload
 
 LINES = np.linspace(20.0, 80.0, 61)

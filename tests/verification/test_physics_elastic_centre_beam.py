@@ -15,9 +15,10 @@ from deboom.physics.elastic_centre import (
     dynamic_centre_of_compliance,
     dynamic_centre_of_stiffness,
     dynamic_coupling,
+    reduce_mount,
+    reduction_error_in_operation,
     residual_coupling,
 )
-from deboom.physics.mount_reduction import reduce_mount, reduction_error_in_operation
 from deboom.physics.rigid_body import mass_matrix, mount_stiffness_matrix
 
 EXACT = 1e-10

@@ -7,11 +7,11 @@ from threadpoolctl import threadpool_limits
 from deboom.bench.campaign_plan import NO_ERRORS, CampaignPlan, PlannedRun, TimeRunPlan
 from deboom.bench.campaign_writer import write_campaign
 from deboom.files.campaign import read_campaign
-from deboom.measurement.tracked_run import OrderTracking, TrackingOptions
-from deboom.mounts.body_record import body_record
+from deboom.measurement.order_tracking import OrderTracking, TrackingOptions
 from deboom.mounts.characterise import measuring_chains
+from deboom.mounts.measuring_chain import body_record
 from deboom.mounts.operating_map import operating_maps
-from deboom.study.order_runs import orders_into_campaign
+from deboom.study.campaigns import orders_into_campaign
 
 RUNS = (
     PlannedRun(5, 220.0, full_load=True),

@@ -3,31 +3,34 @@
 import numpy as np
 import pytest
 
-from deboom.measurement.channels import Frf, Spectrum
-from deboom.measurement.combined_uncertainty import (
+from deboom.measurement.channels import Frf, LoadCase, Spectrum
+from deboom.measurement.uncertainty import (
     NextMeasurement,
     VariancePart,
     crossed_spread,
     half_width,
     half_width_after,
+    method_difference,
+    pivotal_interval,
+    probability_below,
 )
-from deboom.measurement.load_case import LoadCase
-from deboom.measurement.method_difference import method_difference
-from deboom.measurement.propagated_interval import pivotal_interval, probability_below
 from deboom.mounts.mount import Mount
-from deboom.vehicles.booming_index import booming_index
+from deboom.vehicles.booming_model import booming_index
 from deboom.vehicles.fleet import Fleet, Vehicle
-from deboom.vehicles.force_errors import ForceCells, MotionError, RunNoise, StiffnessError
 from deboom.vehicles.kernel_numpy import NUMPY
-from deboom.vehicles.transfer_errors import (
+from deboom.vehicles.uncertain_data import (
+    ForceCells,
+    MotionError,
+    RunNoise,
+    StiffnessError,
     TransferBody,
     TransferCalibration,
     TransferFloor,
     TransferPaths,
+    UncertainData,
+    own_generator,
     smooth_basis,
 )
-from deboom.vehicles.uncertain_data import UncertainData
-from deboom.vehicles.uncertainty_source import own_generator
 
 LINES = np.linspace(20.0, 60.0, 81)
 BAND = (20.0, 60.0)

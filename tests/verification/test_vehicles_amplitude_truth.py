@@ -12,16 +12,21 @@ import kernel_amplitude as bench
 import resolved_truth as truth
 from deboom.files.platform import read_platform
 from deboom.physics.forced_response import amplitude_dependent_response
-from deboom.vehicles.amplitude_identification import amplitude_motion, identified_surfaces
-from deboom.vehicles.amplitude_index import AmplitudeIndex
-from deboom.vehicles.amplitude_motion import AmplitudeMotion, solve_along_lines, solve_from
-from deboom.vehicles.amplitude_uniqueness import SeveralSolutionsWarning, compare_starts
-from deboom.vehicles.coupled_identification import coupled_motion
-from deboom.vehicles.coupled_index import CoupledIndex
+from deboom.vehicles.amplitude_motion import (
+    AmplitudeMotion,
+    SeveralSolutionsWarning,
+    amplitude_motion,
+    compare_starts,
+    identified_surfaces,
+    solve_along_lines,
+    solve_from,
+)
+from deboom.vehicles.booming_model import AmplitudeIndex, CoupledIndex
+from deboom.vehicles.coupled_motion import coupled_motion
 from deboom.vehicles.design_factor import DYNAMIC, PartFactor
 from deboom.vehicles.kernel_amplitude_numpy import NUMPY_AMPLITUDE, NumpyAmplitudeKernel
 from deboom.vehicles.kernel_coupled_numpy import NUMPY_COUPLED
-from deboom.vehicles.kinematic_model import library_model
+from deboom.vehicles.powertrain import library_model
 
 SHAPE = bench.Shape("small", 4, 3, 41, 3, 2, 4)
 DESIGNS = bench.designs(SHAPE)

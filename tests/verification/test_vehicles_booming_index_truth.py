@@ -5,15 +5,14 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from deboom.measurement.channels import Frf, Spectrum
-from deboom.measurement.load_case import LoadCase
+from deboom.measurement.channels import Frf, LoadCase, Spectrum
 from deboom.mounts.mount import Mount
 from deboom.physics.dynamic_stiffness import dynamic_stiffness
 from deboom.physics.transfer_path import pressure as summed_pressure
-from deboom.vehicles.booming_index import BoomingIndex, booming_index
+from deboom.vehicles.booming_model import BoomingIndex, booming_index
+from deboom.vehicles.booming_model import pressure_1 as pressure
 from deboom.vehicles.fleet import Fleet, PathContributions, Vehicle, path_contributions
 from deboom.vehicles.kernel_numpy import NUMPY
-from deboom.vehicles.synthesis import pressure
 
 
 def test_two_paths_by_hand():

@@ -14,11 +14,10 @@ from deboom.files.platform import read_platform
 from deboom.physics.forced_response import forced_response
 from deboom.physics.rigid_body import mass_matrix, mount_stiffness_matrix
 from deboom.physics.sound_level import spl
-from deboom.vehicles.coupled_identification import coupled_motion
-from deboom.vehicles.coupled_index import CoupledIndex, coupled_index
+from deboom.vehicles.booming_model import CoupledIndex, coupled_index, levels
+from deboom.vehicles.coupled_motion import coupled_motion
 from deboom.vehicles.fleet import path_contributions
 from deboom.vehicles.kernel_coupled_numpy import NUMPY_COUPLED
-from deboom.vehicles.synthesis import levels
 
 SHIPPED = Path(__file__).parents[2] / "studies" / "data" / "u06_f39_f45"
 SHAPE = bench.Shape("small", 4, 3, 41, 3, 2, 4)

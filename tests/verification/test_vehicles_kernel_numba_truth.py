@@ -10,7 +10,7 @@ import pytest
 
 import kernel_coupled as bench
 from deboom.files.platform import read_platform
-from deboom.vehicles.coupled_identification import coupled_motion
+from deboom.vehicles.coupled_motion import coupled_motion
 from deboom.vehicles.fleet import path_contributions
 from deboom.vehicles.kernel_coupled_numpy import NUMPY_COUPLED
 from deboom.vehicles.kernel_numba import NUMBA, NUMBA_COUPLED

@@ -12,8 +12,8 @@ import pytest
 import kernel_coupled as bench
 from deboom.errors import InputError
 from deboom.files.platform import read_platform
-from deboom.vehicles.coupled_identification import coupled_motion
-from deboom.vehicles.coupled_index import CoupledIndex
+from deboom.vehicles.booming_model import CoupledIndex
+from deboom.vehicles.coupled_motion import coupled_motion
 from deboom.vehicles.kernel_coupled_numpy import NUMPY_COUPLED, solve_symmetric
 from deboom.vehicles.kernel_smooth_numpy import ROWS, SMOOTH_COUPLED, SmoothCoupledKernel
 from deboom.vehicles.line_interpolation import interpolation_over_lines

@@ -6,15 +6,13 @@ from scipy.optimize import minimize
 
 from deboom.bench.campaign_plan import CampaignPlan, PlannedRun
 from deboom.bench.campaign_writer import write_campaign
-from deboom.bench.mount_sets import mount_set, with_mount_set
-from deboom.bench.parameters import load_bench
-from deboom.bench.suspended_body import static_deflection, static_forces
+from deboom.bench.mount_law import static_deflection, static_forces
+from deboom.bench.powertrain import load_bench, mount_set, with_mount_set
 from deboom.files.campaign import read_campaign
 from deboom.measurement.campaign import StaticCurve
 from deboom.mounts.mount import Mount
 from deboom.physics.rigid_body import forward_matrices, mount_stiffness_matrix
-from deboom.vehicles.kinematic_model import KinematicModel
-from deboom.vehicles.static_curves import MonotoneCurve
+from deboom.vehicles.powertrain import KinematicModel, MonotoneCurve
 
 AXES = "xyz"
 TORQUE = np.array([-300.0, 0.0, 200.0, 748.0, 1364.0, 3564.0])

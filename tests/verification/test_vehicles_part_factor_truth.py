@@ -9,11 +9,10 @@ import resolved_truth as truth
 from deboom.errors import InputError
 from deboom.files.platform import read_platform
 from deboom.measurement.campaign import StaticCurve
-from deboom.vehicles.amplitude_identification import identified_surfaces
-from deboom.vehicles.coupled_identification import coupled_motion
-from deboom.vehicles.design_factor import DYNAMIC, PartFactor
-from deboom.vehicles.kinematic_model import KinematicModel, library_model
-from deboom.vehicles.static_position import StaticPosition
+from deboom.vehicles.amplitude_motion import identified_surfaces
+from deboom.vehicles.coupled_motion import coupled_motion
+from deboom.vehicles.design_factor import DYNAMIC, PartFactor, StaticPosition
+from deboom.vehicles.powertrain import KinematicModel, library_model
 
 PLATFORM = read_platform(truth.PLATFORM)
 PARTS = truth.platform_parts(PLATFORM)

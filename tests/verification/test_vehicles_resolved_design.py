@@ -6,8 +6,8 @@ from scipy.optimize import brentq
 
 from deboom.errors import InputError
 from deboom.mounts.response_surface import DynamicStiffnessSurface
+from deboom.vehicles.amplitude_motion import resolve_design
 from deboom.vehicles.coupled_motion import CoupledMotion
-from deboom.vehicles.resolved_design import resolve_design
 
 FREQUENCY = np.array([20.0, 25.0, 30.0, 40.0])
 TORQUE = np.full(FREQUENCY.size, 1500.0)

@@ -1,66 +1,225 @@
-"""Writes a measurement campaign: raw channels of every run, tables, and the truth apart."""
+"""Writes a measurement campaign on the virtual bench, and the truth beside it."""
 
 from __future__ import annotations
 
 import warnings
 import zlib
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
-from deboom.bench.campaign_entries import (
+from deboom.arrays import ComplexArray, RealArray
+from deboom.bench.campaign_files import (
     CHANNEL_TABLE,
     MOUNT_TABLE,
     SENSOR_TABLE,
     campaign_file,
+    channel_table,
     curve_directions,
     curve_file,
+    order_functions,
     push_file,
+    push_functions,
     run_file,
     sensor_rows,
     shaker_file,
+    shaker_functions,
+    time_functions,
     time_run_file,
     time_run_name,
 )
-from deboom.bench.campaign_functions import (
-    channel_table,
-    order_functions,
-    push_functions,
-    shaker_functions,
-    time_functions,
-)
-from deboom.bench.campaign_layout import push_places
-from deboom.bench.campaign_operation import static_direction_forces, true_run
 from deboom.bench.campaign_plan import FULL_PLAN, CampaignErrors, CampaignPlan, TimeRunPlan
-from deboom.bench.campaign_readme import readme_text
-from deboom.bench.campaign_sensors import (
+from deboom.bench.campaign_recording import (
     CampaignSensors,
+    TimeSignals,
     draw_campaign_sensors,
     push_answer,
     record,
+    record_over_time,
     shaker_answer,
+    static_direction_forces,
+    true_run,
 )
-from deboom.bench.campaign_truth import (
-    write_bench_truth,
-    write_set_truth,
-    write_time_truth,
+from deboom.bench.layout import (
+    ACCELEROMETER_MODEL,
+    CELL_MODEL,
+    CELL_SHARES,
+    CYLINDERS,
+    ENGINE_NODE,
+    TACHO_NODE,
+    THREE_CELL_SHARES,
+    Place,
+    accelerometer_places,
+    cell_places,
+    points,
+    push_places,
 )
-from deboom.bench.data_sheet import DataSheet, draw_data_sheet
-from deboom.bench.measurement_files import mount_rows
-from deboom.bench.mount_moments import mount_moments
-from deboom.bench.mount_sets import mount_set, with_mount_set
-from deboom.bench.parameters import AXES, VirtualBench, load_bench
-from deboom.bench.platform_layout import CYLINDERS
-from deboom.bench.time_run import record_over_time
+from deboom.bench.operating_run import OperatingRun, mount_moments
+from deboom.bench.platform_writer import mount_rows, write_powertrain_truth
+from deboom.bench.powertrain import AXES, VirtualBench, load_bench, mount_set, with_mount_set
+from deboom.bench.sensors import DataSheet, draw_data_sheet
 from deboom.errors import InputError
-from deboom.files.atomic import replace_text
-from deboom.files.campaign_file import dump_campaign_file
+from deboom.files.campaign import dump_campaign_file
 from deboom.files.campaign_tables import write_campaign_channels, write_curve, write_sensor_table
-from deboom.files.platform_tables import write_mount_table
+from deboom.files.folders import complete_or_not_at_all, replace_text
+from deboom.files.platform import write_mount_table
 from deboom.files.uff import AxisDriftWarning, write_uff
-from deboom.files.whole_folder import complete_or_not_at_all
+
+
+def readme_text(bench: VirtualBench, plan: CampaignPlan, seed: int) -> str:
+    """Return ``README.txt``: every file, and the map from nodes to sensors and mounts."""
+    order, lines = bench.order_torque.order, plan.frequency
+    each = THREE_CELL_SHARES if plan.third_cell else CELL_SHARES
+    shares = " and ".join(f"{100 * share:.0f} %" for share in each)
+    carried = f"{'three' if plan.third_cell else 'two'} under a mount carry {shares}"
+    pushes = [
+        "shaker/MOUNT_PUSH_N.uff  the same of pushes beside the virtual point, see campaign.toml"
+    ]
+    title = f"Measurement campaign on the virtual bench, seed {seed}"
+    text = [
+        title,
+        "=" * len(title),
+        "",
+        "Virtual measurements with the errors of real sensors, shaker and order tracking. Nobody",
+        "measured this.",
+        "",
+        f"Mount sets: {', '.join(plan.mount_sets)}. M0 is as drawn; M1 and higher are units with",
+        "their manufacturing spread, the same parts in every campaign.",
+        "",
+        f"Runs: {lines.size} lines from {lines[0]:g} to {lines[-1]:g} Hz, engine order {order:g},",
+        "SI units, complex peak amplitudes, time factor e^{+jwt}, phase to the tacho. x points",
+        "rearward, y to the right, z up; positions count from the powertrain's centre of gravity.",
+        "UFF files: binary, data set 58.",
+        "",
+        "campaign.toml            names every other file; engine, data sheet, tolerances",
+        f"{MOUNT_TABLE:<24} virtual point of every mount",
+        f"{SENSOR_TABLE:<24} position sheet; angles turn vehicle axes into sensor axes, about the",
+        "                         fixed axes x, then y, then z",
+        f"{CHANNEL_TABLE:<24} which node and direction is which channel, and its unit",
+        "runs/SET/RUN.uff         acceleration and cell force in sensor axes (type 0, complex),",
+        "                         static force per direction, engine torque and speed (real)",
+        "shaker/MOUNT_AXIS_N.uff  cells per newton of the shaker at the virtual point, repeat N",
+        *(pushes if plan.third_cell else ()),
+        "static_curves/           force over deflection of every direction, as suppliers send it",
+        "time/                    a run over time with tacho, where there is one (type 1)",
+        "truth/                   the exact values behind the measurements, for verification only",
+        "",
+        f"Accelerometers ({ACCELEROMETER_MODEL}):",
+        *_table(accelerometer_places(bench)),
+        f"Force cells ({CELL_MODEL}); {carried}, their sum is its force:",
+        *_table(cell_places(bench, plan.third_cell)),
+        "Static forces:",
+        *(
+            f"    node {point.node:<4} {point.channel(axis)}"
+            for point in points(bench.mount_names)
+            for axis in point.axes
+        ),
+        f"Engine torque and speed: node {ENGINE_NODE}. Tacho: node {TACHO_NODE}.",
+    ]
+    return "\n".join(text) + "\n"
+
+
+def _table(places: tuple[Place, ...]) -> list[str]:
+    return [
+        f"    node {place.node:<4} {place.sensor:<4} {f'{place.mount} {place.piece}'.strip()}"
+        for place in places
+    ]
+
+
+def write_set_truth(
+    path: Path,
+    names: Sequence[str],
+    runs: Sequence[OperatingRun],
+    static: Sequence[RealArray],
+    moments: Sequence[ComplexArray] | None = None,
+) -> None:
+    """Write the truth of all runs with one mount set.
+
+    Parameters
+    ----------
+    path : Path
+        ``.npz``; arrays have the shape (run, f, channel).
+    names : sequence of str
+        Of the runs.
+    runs : sequence of OperatingRun
+        The truth.
+    static : sequence of array, shape (f, n_channel)
+        True static force of every channel [N].
+    moments : sequence of array, shape (f, n_mount, 3), optional
+        Of the powertrain mounts, about their virtual points, where cells show them [N m].
+    """
+    optional: dict[str, Any] = {} if moments is None else {"moment": np.array(moments)}
+    np.savez(
+        path,
+        frequency=runs[0].frequency,
+        runs=np.array(names),
+        channels=np.array(runs[0].channels),
+        displacement=np.array([run.displacement for run in runs]),
+        force=np.array([run.force for run in runs]),
+        stiffness=np.array([run.stiffness for run in runs]),
+        motion=np.array([run.powertrain.motion for run in runs]),
+        engine_torque=np.array([run.engine_torque for run in runs]),
+        static_force=np.array(static),
+        **optional,
+    )
+
+
+def write_bench_truth(
+    folder: Path, bench: VirtualBench, sheet: DataSheet, sensors: CampaignSensors
+) -> None:
+    """Write what the sensors truly do and the true powertrain.
+
+    Parameters
+    ----------
+    folder : Path
+        Exists.
+    bench, sheet, sensors
+        What was measured with what.
+    """
+    optional: dict[str, Any] = {}
+    if sensors.third_cell:
+        optional["moment_pushes"] = sensors.moment_pushes
+    np.savez(
+        folder / "sensors.npz",
+        positions=sensors.true_positions,
+        orientations=sensors.true_orientations,
+        sensitivity=sensors.sensitivity,
+        cells=sensors.cells,
+        side_cells=sensors.side_cells,
+        pushes=sensors.pushes,
+        drift=sensors.drift,
+        **optional,
+    )
+    write_powertrain_truth(folder, bench, sheet)
+
+
+def write_time_truth(path: Path, signals: TimeSignals) -> None:
+    """Write the steady states that a run over time passes through, and its speed.
+
+    Parameters
+    ----------
+    path : Path
+        ``.npz``.
+    signals : TimeSignals
+        With their truth.
+    """
+    np.savez(
+        path,
+        frequency=signals.steady.frequency,
+        acceleration=signals.steady_acceleration,
+        cell_force=signals.steady_cell_force,
+        channels=np.array(signals.steady.channels),
+        displacement=signals.steady.displacement,
+        force=signals.steady.force,
+        stiffness=signals.steady.stiffness,
+        engine_torque=signals.steady.engine_torque,
+        time=signals.time,
+        speed=signals.speed,
+    )
+
 
 Progress = Callable[[int, int, str], None]
 

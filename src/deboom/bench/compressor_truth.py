@@ -1,27 +1,283 @@
-"""The true compressor of the virtual bench: mass, mounts, rubber, and what carries them.
-
-Everything here is the bench's own: it shares the equations of `physics` with the identification
-and nothing else.
-"""
+"""The true compressor on its mounts and hoses, and the plan that asks for it."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from enum import Enum
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
 
 from deboom.arrays import ComplexArray, RealArray
-from deboom.bench.compressor_plan import COMPRESSOR_DATA, CompressorCase, CompressorPlan
 from deboom.bench.frozen import freeze_arrays
-from deboom.bench.hoses import Hose, held_stiffness, true_hoses
-from deboom.bench.parameters import read_data
+from deboom.bench.powertrain import read_data
+from deboom.errors import InputError
 from deboom.physics.rigid_body import (
     forward_matrices,
     mass_matrix,
     mount_stiffness_matrix,
     rotation_matrix,
 )
+from deboom.physics.viscoelastic_beam import (
+    ViscoelasticBeam,
+    beam_congruence,
+    beam_stiffness,
+    frame_along,
+)
+
+COMPRESSOR_DATA = "compressor.json"
+"""The bench's frozen data of compressor, rig, operation and hoses."""
+
+
+class CompressorCase(Enum):
+    """Where the true compressor comes from."""
+
+    TABLE11 = "table11"
+    """Mounts of the thesis's table 11."""
+    RANDOM = "random"
+    """Drawn around table 10, inside the tolerances of a drawing."""
+
+
+class CalibrationLevel(Enum):
+    """How well sensors and impacts are calibrated and placed; 1 σ stand in the bench's data."""
+
+    C05 = "C0.5"
+    """0.5 %, 0.5 mm, 0.5°, hammer 0.5 %: calibrated and digitised."""
+    C1 = "C1"
+    """1 %, 1 mm, 1°, hammer 1 %."""
+    C2 = "C2"
+    """2 %, 1.5 mm, 1.5°, hammer 1 %: catalogue sensitivities, a tape measure."""
+    C3 = "C3"
+    """3 %, 2 mm, 2°, hammer 1 %."""
+
+
+class HoseCase(Enum):
+    """Where the true hoses come from."""
+
+    DRAWN = "drawn"
+    """Exactly as drawn and catalogued."""
+    SCATTERED = "scattered"
+    """Stiffness, mass and loss from 0.75 to 1.3 times the catalogue's."""
+    DISPLACED = "displaced"
+    """Scattered, and off the drawing: ports by up to 4 mm, lengths by 4 %, directions by 9°."""
+
+
+@dataclass(frozen=True)
+class CompressorPlan:
+    """The compressor under test and what is recorded of it.
+
+    Parameters
+    ----------
+    case : CompressorCase
+        Where its true parameters come from.
+    identical_mounts : bool
+        One axial and one radial stiffness for all mounts.
+    softening : bool
+        Mounts soften with their amplitude; each hit meets mounts of its own.
+    flexible_receiver : bool
+        A subframe with a mode inside the band carries the mounts.
+    flexible_body : float
+        The compressor is two parts that swing against each other at this frequency; 0 is rigid
+        [Hz].
+    hits : bool
+        Write the blocks over time as well.
+    hoses : HoseCase or None
+        Joined to it; None where there are none.
+
+    Raises
+    ------
+    InputError
+        A frequency of the body that is negative or not finite.
+    """
+
+    case: CompressorCase = CompressorCase.RANDOM
+    identical_mounts: bool = False
+    softening: bool = False
+    flexible_receiver: bool = False
+    flexible_body: float = 0.0
+    hits: bool = False
+    hoses: HoseCase | None = None
+
+    def __post_init__(self) -> None:
+        if not (math.isfinite(self.flexible_body) and self.flexible_body >= 0):
+            raise InputError(
+                f"a body cannot swing at {self.flexible_body} Hz: state a frequency, such as 400, "
+                "or 0 for a rigid one"
+            )
+        if self.flexible_body and self.hoses is not None:
+            raise InputError("hoses hang on a rigid body here: leave out hoses or flexible body")
+
+
+NAMES = ("suction hose", "discharge hose")
+SCATTER = (0.75, 1.3)
+"""Least and largest stiffness, mass and loss of a scattered hose over the drawn ones [1]."""
+PORT_OFFSET, LEAN, LENGTH_SPREAD = 4e-3, 0.09, 0.04
+"""Half widths of a displaced hose: port per axis [m], direction per axis [1], length [1]."""
+
+
+@dataclass(frozen=True, eq=False)
+class Hose:
+    """One hose.
+
+    Parameters
+    ----------
+    name : str
+        Such as ``suction hose``.
+    position : array, shape (3,)
+        Of the port on the compressor, from the virtual point [m].
+    direction : array, shape (3,)
+        Unit vector from the port to the body [1].
+    beam : ViscoelasticBeam
+    """
+
+    name: str
+    position: RealArray
+    direction: RealArray
+    beam: ViscoelasticBeam
+
+    def __post_init__(self) -> None:
+        freeze_arrays(self)
+
+    @property
+    def end(self) -> RealArray:
+        """Place of the end on the body, from the virtual point, shape (3,) [m]."""
+        return np.asarray(self.position + self.beam.length * self.direction)
+
+    def stiffness(self, frequency: RealArray) -> ComplexArray:
+        """Return loads on the hose per motion of virtual point and body end, in the fixed axes.
+
+        Parameters
+        ----------
+        frequency : array, shape (f,)
+            From 0; there the hose is what it is at a millihertz [Hz].
+
+        Returns
+        -------
+        array, shape (f, 12, 12)
+            Six degrees of freedom of the compressor at the virtual point, six of the body at the
+            end of the hose [N/m, N/rad, N m/rad].
+        """
+        # a spectral element is a quotient of zeros at 0 Hz
+        lines = np.maximum(np.asarray(frequency, dtype=float), 1e-3)
+        seen = beam_congruence(frame_along(self.direction), self.position)
+        return np.asarray(seen.T @ beam_stiffness(self.beam, lines) @ seen)
+
+
+def held_stiffness(hoses: Sequence[Hose], frequency: RealArray) -> ComplexArray:
+    """Return the stiffness at the virtual point of hoses whose other ends are held.
+
+    Parameters
+    ----------
+    hoses : sequence of Hose
+        None is none.
+    frequency : array, shape (f,)
+        [Hz].
+
+    Returns
+    -------
+    array, shape (f, 6, 6)
+        [N/m, N/rad, N m/rad].
+    """
+    lines = np.asarray(frequency, dtype=float)
+    if not hoses:
+        return np.zeros((lines.size, 6, 6), dtype=complex)
+    return _held(tuple(hoses), lines.tobytes())
+
+
+# whoever lets mounts soften asks for the same lines a thousand times
+@lru_cache(maxsize=4)
+def _held(hoses: tuple[Hose, ...], lines: bytes) -> ComplexArray:
+    total = np.sum([hose.stiffness(np.frombuffer(lines))[:, :6, :6] for hose in hoses], axis=0)
+    total.setflags(write=False)
+    return np.asarray(total)
+
+
+def end_loads(hoses: Sequence[Hose], frequency: RealArray) -> ComplexArray:
+    """Return loads of the hoses on a body that holds them, per motion of the virtual point.
+
+    Parameters
+    ----------
+    hoses : sequence of Hose
+        At least one.
+    frequency : array, shape (f,)
+        [Hz].
+
+    Returns
+    -------
+    array, shape (f, 6 n_hose, 6)
+        Force and moment on the body at the end of each hose, along the fixed axes [N/m, N/rad,
+        N m/rad].
+    """
+    return -np.concatenate([hose.stiffness(frequency)[:, 6:, :6] for hose in hoses], axis=1)
+
+
+def drawn_hoses() -> tuple[Hose, ...]:
+    """Return the hoses of the frozen data."""
+    return tuple(
+        Hose(
+            name,
+            np.array(hose["port_position_m"]),
+            np.array(hose["direction"]) / np.linalg.norm(hose["direction"]),
+            ViscoelasticBeam(
+                length=hose["length_m"],
+                tension=hose["EA_N"],
+                torsion=hose["GJ_N_m2"],
+                bending=hose["EI_N_m2"],
+                line_mass=hose["mass_per_length_kg_per_m"],
+                loss_factor=hose["loss_factor"],
+                torsion_radius=float(np.sqrt(hose["torsion_radius_squared_m2"])),
+            ),
+        )
+        for name, hose in zip(NAMES, read_data(COMPRESSOR_DATA)["hoses"], strict=True)
+    )
+
+
+def true_hoses(case: HoseCase, generator: np.random.Generator) -> tuple[Hose, ...]:
+    """Return the hoses that a plan asks for.
+
+    Parameters
+    ----------
+    case : HoseCase
+        As drawn, scattered, or displaced as well.
+    generator : Generator
+        Draws what is not as drawn, uniform.
+    """
+    if case is HoseCase.DRAWN:
+        return drawn_hoses()
+    scattered = tuple(_scattered(hose, generator) for hose in drawn_hoses())
+    if case is HoseCase.SCATTERED:
+        return scattered
+    return tuple(_displaced(hose, generator) for hose in scattered)
+
+
+def _scattered(hose: Hose, generator: np.random.Generator) -> Hose:
+    tension, torsion, bending, line_mass, loss_factor = generator.uniform(*SCATTER, 5)
+    beam = hose.beam
+    return replace(
+        hose,
+        beam=replace(
+            beam,
+            tension=tension * beam.tension,
+            torsion=torsion * beam.torsion,
+            bending=bending * beam.bending,
+            line_mass=line_mass * beam.line_mass,
+            loss_factor=loss_factor * beam.loss_factor,
+        ),
+    )
+
+
+def _displaced(hose: Hose, generator: np.random.Generator) -> Hose:
+    drawn = generator.uniform(-1, 1, 7)
+    direction = hose.direction + LEAN * drawn[3:6]
+    return replace(
+        hose,
+        position=hose.position + PORT_OFFSET * drawn[:3],
+        direction=direction / np.linalg.norm(direction),
+        beam=replace(hose.beam, length=hose.beam.length * (1 + LENGTH_SPREAD * float(drawn[6]))),
+    )
 
 
 @dataclass(frozen=True)

@@ -3,19 +3,26 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 
 from deboom.arrays import ComplexArray, RealArray
-from deboom.bench.body import Body, Cabin
-from deboom.bench.ears import EARS, panel_pressure
+from deboom.bench.fleet import Body, Cabin
 from deboom.bench.frozen import freeze_arrays
-from deboom.bench.interfaces import interface_shapes, local_flexibility
+from deboom.bench.interfaces import (
+    EARS,
+    ear_transfer,
+    interface_shapes,
+    interfaces,
+    local_flexibility,
+    panel_pressure,
+)
+from deboom.bench.mount_law import operating_stiffness, play_operator, static_deflection
 from deboom.bench.operating_run import SIDES, TORQUE_AXIS
-from deboom.bench.parameters import AXES, VirtualBench
-from deboom.bench.suspended_body import operating_stiffness, play_operator, static_deflection
+from deboom.bench.powertrain import AXES, VirtualBench
 from deboom.errors import InputError
-from deboom.physics.orders import rpm_of_frequency
+from deboom.physics.order_tracking import rpm_of_frequency
 
 CONVERGED = 1e-11
 """Largest change of the logarithm of an amplitude in the last iteration [1]."""
@@ -273,3 +280,68 @@ def _body_motion(body: Body, modes: ComplexArray, force: ComplexArray) -> Comple
     motion[:, : mounts.shape[1], : len(AXES)] += local[:-n_side] * mounts
     motion[:, -n_side:, 0] += local[-n_side:, 0] * force[:, -n_side:]
     return motion
+
+
+def write_run_truth(
+    path: Path, bench: VirtualBench, run: CoupledRun, pressure: ComplexArray
+) -> None:
+    """Write one run as it truly was.
+
+    Parameters
+    ----------
+    path : Path
+        ``.npz`` file.
+    bench, run
+        What ran, and how.
+    pressure : array, shape (f, n_ear)
+        At the ears, other paths included [Pa].
+    """
+    channels = [
+        f"{place.name} {axis}"
+        for place in interfaces(bench)
+        for axis in (AXES[:1] if place.piece else AXES)
+    ]
+    np.savez(
+        path,
+        frequency=run.frequency,
+        ears=np.array(EARS),
+        channels=np.array(channels),
+        interfaces=np.array([place.name for place in interfaces(bench)]),
+        engine_torque=run.engine_torque,
+        pressure=pressure,
+        pressure_of_mounts=run.pressure,
+        force=run.force,
+        deflection=run.deflection,
+        stiffness=run.stiffness,
+        body_motion=run.body_motion,
+        powertrain_motion=run.powertrain,
+        wheel_end_motion=run.wheel_ends,
+    )
+
+
+def write_vehicle_truth(
+    path: Path, bench: VirtualBench, body: Body, cabin: Cabin, frequency: RealArray
+) -> None:
+    """Write a vehicle as it truly is on average over its states.
+
+    Parameters
+    ----------
+    path : Path
+        ``.npz`` file.
+    bench, body, cabin
+        The vehicle.
+    frequency : array, shape (f,)
+        [Hz].
+    """
+    np.savez(
+        path,
+        frequency=frequency,
+        ears=np.array(EARS),
+        interfaces=np.array([place.name for place in interfaces(bench)]),
+        noise_transfer=ear_transfer(body, cabin, frequency),
+        natural_frequencies=body.frequencies,
+        damping_ratios=body.damping_ratios,
+        shapes_at_interfaces=interface_shapes(body),
+        shapes_at_panels=body.shapes_at_panels,
+        local_flexibility=local_flexibility(body),
+    )

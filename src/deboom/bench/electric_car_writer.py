@@ -1,68 +1,273 @@
-"""Writes one electric car as a laboratory measures it, and the truth beside it."""
+"""Writes the measurement of a virtual electric car, and the truth beside it."""
 
 from __future__ import annotations
 
+import json
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
-from deboom.arrays import RealArray
-from deboom.bench.compressor_functions import placed_sensors
-from deboom.bench.compressor_laboratory import draw
-from deboom.bench.compressor_operation import Operation, operation, speeds
-from deboom.bench.compressor_operation_plan import PRESSURES, OperationPlan
-from deboom.bench.compressor_operation_writer import (
+from deboom.arrays import RealArray, RealOrComplexArray
+from deboom.bench.compressor_operation import PRESSURES, Operation, OperationPlan, operation, speeds
+from deboom.bench.compressor_rig import NO_PLACEMENT_ERRORS, HitPlan, draw, placement_errors
+from deboom.bench.compressor_truth import CalibrationLevel, CompressorCase, CompressorPlan
+from deboom.bench.compressor_writer import (
     HAMMER,
     HAMMER_WITH_HOSES,
     SENSORS,
     SWEEPS,
     TACHO_NODE,
     drawn_hose_sections,
+    placed_sensors,
     stated_deviations,
+    write_compressor_test,
 )
-from deboom.bench.compressor_plan import CalibrationLevel, CompressorCase, CompressorPlan
-from deboom.bench.compressor_rig import NO_PLACEMENT_ERRORS, placement_errors
-from deboom.bench.compressor_writer import write_compressor_test
-from deboom.bench.electric_body import MOUNTS, POINTS, ElectricCarBody
-from deboom.bench.electric_fleet import draw_fleet, frozen_fleet
-from deboom.bench.electric_functions import accelerance_functions, pressure_functions
-from deboom.bench.electric_hammer import CABIN_NOISE, body_plan, strike_body
-from deboom.bench.electric_places import (
+from deboom.bench.electric_car import MOUNTS, POINTS, ElectricCarBody, draw_fleet, frozen_fleet
+from deboom.bench.electric_recording import (
+    CABIN_NOISE,
     EAR,
     EAR_NODE,
     FIRST_HOLDER_NODE,
     MICROPHONE,
     SHEET_DIGITS,
+    BodyFrfs,
+    CarSweep,
+    PointSheet,
     Setup,
+    body_plan,
+    draw_car_sensors,
     draw_setup,
     point_sheets,
+    strike_body,
+    sweep_car,
+    tracked,
 )
-from deboom.bench.electric_readme import readme_text
-from deboom.bench.electric_sweeps import CarSweep, draw_car_sensors, sweep_car, tracked
-from deboom.bench.electric_truth import write_car_truth
+from deboom.bench.powertrain import AXES
 from deboom.errors import InputError
-from deboom.files.atomic import replace_text
-from deboom.files.electric_car_file import (
+from deboom.files.electric_car import (
     ELECTRIC_CAR_FILE,
     ElectricCarFile,
     PointSection,
     dump_electric_car_file,
 )
-from deboom.files.inertance_test_file import ToleranceSection
-from deboom.files.inertance_test_tables import write_placed_sensors, write_positions
-from deboom.files.operating_sweeps import SweepNodes, write_sweep
-from deboom.files.operating_test_file import (
+from deboom.files.folders import complete_or_not_at_all, replace_text
+from deboom.files.inertance_test import ToleranceSection, write_placed_sensors, write_positions
+from deboom.files.operating_test import (
     OPERATING_TEST_FILE,
     HolderSection,
     MicrophoneSection,
     OperatingTestFile,
+    SweepNodes,
     SweepSection,
     dump_operating_test_file,
+    write_sweep,
 )
-from deboom.files.uff import write_uff
-from deboom.files.vehicle_file import EarEntry
-from deboom.files.whole_folder import complete_or_not_at_all
+from deboom.files.uff import UffFunction, write_uff
+from deboom.files.vehicle import EarEntry
+
+FRF, COHERENCE = 4, 6
+"""UFF function types."""
+
+
+def pressure_functions(points: Sequence[PointSheet], frfs: BodyFrfs, car: str) -> list[UffFunction]:
+    """Return pressure at the ear per force of every impact, type 4, and its coherence, type 6.
+
+    Parameters
+    ----------
+    points : sequence of PointSheet
+        In the order of the impacts.
+    frfs : BodyFrfs
+        What the hammer found.
+    car : str
+        Its name.
+    """
+    impacts = [row for point in points for row in point.impacts()]
+    functions = []
+    for column, impact in enumerate(impacts):
+        title = f"noise transfer function, {car}, {EAR}, hammer at {impact.impact}"
+        reference = (impact.node, impact.uff_direction, impact.impact)
+        ear = (EAR_NODE, "scalar", MICROPHONE)
+        functions.append(
+            _function(frfs, frfs.pressure[:, column], ear, reference, ("pressure", "Pa"), title)
+        )
+        title = f"coherence of the {title}"
+        functions.append(_function(frfs, frfs.coherence[:, column], ear, reference, None, title))
+    return functions
+
+
+def accelerance_functions(
+    points: Sequence[PointSheet], frfs: BodyFrfs, car: str
+) -> list[UffFunction]:
+    """Return acceleration at every sensor on the body per force of every impact, type 4.
+
+    Parameters
+    ----------
+    points, frfs, car
+        As for `pressure_functions`.
+    """
+    channels = [(row, axis) for point in points for row in point.sensors() for axis in AXES]
+    impacts = [row for point in points for row in point.impacts()]
+    return [
+        _function(
+            frfs,
+            frfs.acceleration[:, row, column],
+            (sensor.node, f"+{axis}", sensor.sensor),
+            (impact.node, impact.uff_direction, impact.impact),
+            ("acceleration", "m/s^2"),
+            f"accelerance, {car}, hammer at {impact.impact}, {sensor.sensor} {axis}",
+        )
+        for column, impact in enumerate(impacts)
+        for row, (sensor, axis) in enumerate(channels)
+    ]
+
+
+def _function(
+    frfs: BodyFrfs,
+    values: RealOrComplexArray,
+    response: tuple[int, str, str],
+    reference: tuple[int, str, str],
+    quantity: tuple[str, str] | None,
+    title: str,
+) -> UffFunction:
+    # a coherence has no unit, but the quantities of its two channels
+    ordinate, unit = quantity or ("general", "1")
+    return UffFunction(
+        abscissa=frfs.frequency,
+        values=values,
+        function_type=FRF if quantity else COHERENCE,
+        response_node=response[0],
+        response_direction=response[1],
+        reference_node=reference[0],
+        reference_direction=reference[1],
+        ordinate=ordinate,
+        ordinate_unit=unit,
+        denominator="force" if quantity else "none",
+        denominator_unit="N" if quantity else "",
+        id_lines=(title, "roving hammer, H1"),
+        response_name=response[2],
+        reference_name=reference[2],
+    )
+
+
+def readme_text(
+    title: str,
+    points: Sequence[PointSheet],
+    names: Sequence[str],
+    hits: HitPlan,
+    *,
+    with_hoses: bool,
+) -> str:
+    """Return ``README.txt``: every file, how it was measured, and the map of the nodes.
+
+    Parameters
+    ----------
+    title : str
+    points : sequence of PointSheet
+        On the body.
+    names : sequence of str
+        Of the points in the files.
+    hits : HitPlan
+        On the body.
+    with_hoses : bool
+        Whether the compressor was struck with its hoses as well.
+    """
+    lines = hits.lines
+    text = [
+        title,
+        "=" * len(title),
+        "",
+        "A refrigerant compressor in an electric car: struck on a rigid rig without hoses, run in",
+        "the car with its own and with long soft hoses; and the body of the car, struck with the",
+        "compressor taken out. With the errors of real sensors and hammers. Nobody measured this.",
+        "",
+        "SI units, complex peak amplitudes, time factor e^{+jwt}; positions count from the virtual",
+        "point of the compressor, along its axes. UFF: binary, data set 58.",
+        f"Body: {lines.size} lines from {lines[0]:g} to {lines[-1]:g} Hz, H1 of {hits.hits} hits",
+        f"of about {hits.impulse:g} N s. Sweeps: first order, phase to the pulse of the tacho.",
+        "",
+        "car.toml                names the files of the body; points, tolerances",
+        "operation.toml          names those of the compressor",
+        "hammer/                 the compressor under the hammer, see its README.txt",
+        *(["hammer_with_hoses/      the same with its hoses"] if with_hoses else []),
+        "sensors.csv             accelerometers on the compressor while it ran",
+        "sweeps/                 first order over speed: compressor, body side of every mount, ear",
+        "ntf/positions.xlsx      sensors and impacts on the body",
+        "ntf/pressure.uff        pressure at the ear per force (type 4), coherence (type 6)",
+        "ntf/accelerance.uff     acceleration on the body per force (type 4)",
+        "truth/                  the exact values behind, for verification only",
+        "",
+        f"    node {EAR_NODE:<4} {EAR}, {MICROPHONE}",
+    ]
+    for number, (point, name) in enumerate(zip(points, names, strict=True)):
+        text.append(f"{name}:")
+        if point.name.startswith("mount"):
+            text.append(f"    node {FIRST_HOLDER_NODE + number:<4} accelerometer of the sweeps")
+        text += [f"    node {row.node:<4} {row.sensor}" for row in point.sensors()]
+        text += [
+            f"    node {row.node:<4} {row.impact} ({row.uff_direction})" for row in point.impacts()
+        ]
+    return "\n".join(text) + "\n"
+
+
+def write_car_truth(
+    folder: Path,
+    car: ElectricCarBody,
+    setup: Setup,
+    microphone: float,
+    sweeps: Sequence[CarSweep],
+) -> None:
+    """Write ``car.json``, ``body.npz`` and one ``.npz`` per sweep.
+
+    Parameters
+    ----------
+    folder : Path
+        Made.
+    car : ElectricCarBody
+    setup : Setup
+        Of the hammer on the body.
+    microphone : float
+        Stated over true pressure [1].
+    sweeps : sequence of CarSweep
+        In the order of ``operation.toml``.
+
+    Notes
+    -----
+    ``body.npz``: ``frequency`` (f,); ``noise_transfer`` (f, 30) per load at the true points and
+    ``point_receptance`` (f, 5, 6, 6). ``0.npz`` … of the sweeps:
+    ``frequency``, ``load`` and ``displacement`` (f, 6) of the compressor, ``body_motion`` and
+    ``body_load`` (f, 30), ``pressure`` (f,) at the ear.
+    """
+    folder.mkdir()
+    lines = body_plan().lines
+    blocks = car.receptance(lines).reshape(lines.size, len(POINTS), 6, len(POINTS), 6)
+    np.savez(
+        folder / "body.npz",
+        frequency=lines,
+        noise_transfer=car.noise_transfer(lines),
+        point_receptance=np.einsum("fpapb->fpab", blocks),
+    )
+    for number, sweep in enumerate(sweeps):
+        np.savez(
+            folder / f"{number}.npz",
+            frequency=sweep.run.frequency,
+            load=sweep.run.load,
+            displacement=sweep.run.displacement,
+            body_motion=sweep.run.body_motion,
+            body_load=sweep.run.body_load,
+            pressure=sweep.run.pressure,
+        )
+    content = {
+        "car": car.name,
+        "sweeps": [sweep.name for sweep in sweeps],
+        "points": POINTS,
+        "positions_m": [point.position.tolist() for point in setup.points],
+        "microphone": microphone,
+        "hammer_gain": setup.hammer_gain,
+    }
+    replace_text(folder / "car.json", json.dumps(content, indent=1) + "\n")
+
 
 POSITIONS, PRESSURE, ACCELERANCE = "ntf/positions.xlsx", "ntf/pressure.uff", "ntf/accelerance.uff"
 

@@ -1,16 +1,340 @@
-"""The fleet of the virtual platform: frozen for seed 1, drawn from the prior for other seeds."""
+"""Trimmed bodies in modal form: the frozen fleet, its prior, and the states of one vehicle."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
+from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
-from deboom.bench.body import Body, Cabin
-from deboom.bench.fleet_prior import draw_fleet
-from deboom.bench.parameters import read_data
+from deboom.arrays import ComplexArray, RealArray
+from deboom.bench.frozen import freeze_arrays
+from deboom.bench.powertrain import read_data
+
+
+@dataclass(frozen=True, eq=False)
+class CavityMode:
+    """One acoustic mode of a cabin.
+
+    Parameters
+    ----------
+    frequency, damping_ratio : float
+        [Hz], [1].
+    panel_shape : array, shape (n_panel,)
+        [1].
+    ear_shape : float
+        At the driver's ear [1].
+    """
+
+    frequency: float
+    damping_ratio: float
+    panel_shape: RealArray
+    ear_shape: float
+
+    def __post_init__(self) -> None:
+        freeze_arrays(self)
+
+
+def cavity_pressure(
+    bulk_modulus: float,
+    volume: float,
+    panel_areas: RealArray,
+    modes: Sequence[CavityMode],
+    frequency: RealArray,
+) -> ComplexArray:
+    """Return the pressure at the driver's ear per displacement of each panel.
+
+    Parameters
+    ----------
+    bulk_modulus, volume, panel_areas
+        See `Cabin`.
+    modes : sequence of CavityMode
+        Besides the uniform compression.
+    frequency : array, shape (f,)
+        [Hz].
+
+    Returns
+    -------
+    array, shape (f, n_panel)
+        [Pa/m].
+
+    Notes
+    -----
+    Modal sum of a closed cavity with moving walls, mode 0 (Λ = 1) and others (Λ = 1/2)::
+
+        p/u = ρc² A/V [1 - 2 Σ ψ ψ_ear ω²/(ω_c² - ω² + 2jζω_cω)]
+    """
+    total = np.ones((np.size(frequency), panel_areas.size), dtype=complex)
+    for mode in modes:
+        ratio = np.asarray(frequency) / mode.frequency
+        answer = ratio**2 / (1 - ratio**2 + 2j * mode.damping_ratio * ratio)
+        total -= 2 * mode.ear_shape * np.outer(answer, mode.panel_shape)
+    return np.asarray(bulk_modulus * panel_areas / volume * total)
+
+
+@dataclass(frozen=True, eq=False)
+class Cabin:
+    """The air in the cabin: uniform compression and the first longitudinal mode.
+
+    Parameters
+    ----------
+    bulk_modulus : float
+        Of air, ρc² [Pa].
+    volume : float
+        [m³].
+    panel_areas : array, shape (n_panel,)
+        Net area with which a panel changes the volume, inwards positive [m²].
+    panel_shape : array, shape (n_panel,)
+        First cabin mode at the panels [1].
+    ear_shape : float
+        First cabin mode at the driver's ear [1].
+    frequency, damping_ratio : float
+        Of the first cabin mode [Hz], [1].
+    """
+
+    bulk_modulus: float
+    volume: float
+    panel_areas: RealArray
+    panel_shape: RealArray
+    ear_shape: float
+    frequency: float
+    damping_ratio: float
+
+    def __post_init__(self) -> None:
+        freeze_arrays(self)
+
+    def pressure(self, frequency: RealArray) -> ComplexArray:
+        """Return the pressure at the driver's ear per displacement of each panel.
+
+        Parameters
+        ----------
+        frequency : array, shape (f,)
+            [Hz].
+
+        Returns
+        -------
+        array, shape (f, n_panel)
+            [Pa/m].
+        """
+        first = CavityMode(self.frequency, self.damping_ratio, self.panel_shape, self.ear_shape)
+        return cavity_pressure(
+            self.bulk_modulus, self.volume, self.panel_areas, (first,), frequency
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class Body:
+    """Mass-normalised modes of a trimmed body.
+
+    Parameters
+    ----------
+    frequencies : array, shape (n_mode,)
+        Natural frequencies [Hz].
+    damping_ratios : array, shape (n_mode,)
+        [1].
+    shapes_at_paths : array, shape (n_mode, n_path)
+        Along the force of each path [kg^-1/2].
+    shapes_at_panels : array, shape (n_mode, n_panel)
+        Inwards [kg^-1/2].
+    local_stiffness : array, shape (n_path,)
+        Of the body right at each path [N/m].
+    """
+
+    frequencies: RealArray
+    damping_ratios: RealArray
+    shapes_at_paths: RealArray
+    shapes_at_panels: RealArray
+    local_stiffness: RealArray
+
+    def __post_init__(self) -> None:
+        freeze_arrays(self)
+
+    def modal_receptance(self, frequency: RealArray) -> ComplexArray:
+        """Return the modal coordinate per modal force, shape (f, n_mode) [s²]."""
+        w = 2 * np.pi * np.asarray(frequency)[:, None]
+        wn = 2 * np.pi * self.frequencies
+        return np.asarray(1 / (wn**2 - w**2 + 2j * self.damping_ratios * wn * w))
+
+
+def noise_transfer(body: Body, cabin: Cabin, frequency: RealArray) -> ComplexArray:
+    """Find the pressure at the driver's ear per force at each path.
+
+    Parameters
+    ----------
+    body : Body
+        Its structural modes.
+    cabin : Cabin
+        Its air.
+    frequency : array, shape (f,)
+        [Hz].
+
+    Returns
+    -------
+    array, shape (f, n_path)
+        [Pa/N].
+    """
+    per_mode = cabin.pressure(frequency) @ body.shapes_at_panels.T
+    return np.asarray((per_mode * body.modal_receptance(frequency)) @ body.shapes_at_paths)
+
+
+def receptance(body: Body, frequency: RealArray) -> ComplexArray:
+    """Find the displacement of the body at the paths per force at the paths.
+
+    Returns
+    -------
+    array, shape (f, n_path, n_path)
+        Modes and local flexibility [m/N].
+    """
+    modal = np.einsum(
+        "nl,fn,nk->flk",
+        body.shapes_at_paths,
+        body.modal_receptance(frequency),
+        body.shapes_at_paths,
+    )
+    return np.asarray(modal + np.diag(1 / body.local_stiffness))
+
+
+LOWEST_FREQUENCY = 8.0
+"""A mode stays above this frequency [Hz], whatever stiffness a panel loses."""
+
+LOWEST_DAMPING = 0.01
+
+
+def modified_body(
+    body: Body,
+    panel_mass: RealArray,
+    panel_stiffness: RealArray,
+    path_factor: npt.ArrayLike = 1.0,
+    damping_factor: npt.ArrayLike = 1.0,
+) -> Body:
+    """Find the modes of a body after changes to its panels.
+
+    Parameters
+    ----------
+    body : Body
+        Before the change.
+    panel_mass, panel_stiffness : array, shape (n_panel,)
+        Added to each panel [kg], [N/m]; negative values take away.
+    path_factor : array_like, shape (n_path,)
+        Factor on the local shape at the mounts [1].
+    damping_factor : array_like, shape (n_mode,)
+        Factor on the new modes' damping [1].
+
+    Returns
+    -------
+    Body
+        New mass-normalised modes.
+
+    Notes
+    -----
+    Each change is of rank one in modal coordinates, ``ΔM = Δm φφᵀ``, ``ΔK = Δk φφᵀ``, and the
+    eigenproblem is solved again. A new mode keeps the sign and the mean damping of the modes it is
+    made of. Valid while the first modes span the change.
+    """
+    shapes = body.shapes_at_panels
+    mass = np.eye(shapes.shape[0]) + (shapes * panel_mass) @ shapes.T
+    stiffness = np.diag((2 * np.pi * body.frequencies) ** 2) + (shapes * panel_stiffness) @ shapes.T
+    scale = np.linalg.inv(np.linalg.cholesky(mass))
+    squared, vectors = np.linalg.eigh(scale @ stiffness @ scale.T)
+    modes = scale.T @ vectors
+    modes = modes * np.where(np.diag(modes) < 0, -1.0, 1.0)
+    share = modes**2 / np.sum(modes**2, axis=0)
+    damping = np.maximum(body.damping_ratios @ share, LOWEST_DAMPING)
+    frequencies = np.sqrt(np.maximum(squared, (2 * np.pi * LOWEST_FREQUENCY) ** 2)) / (2 * np.pi)
+    return Body(
+        frequencies=frequencies,
+        damping_ratios=damping * damping_factor,
+        shapes_at_paths=modes.T @ body.shapes_at_paths * path_factor,
+        shapes_at_panels=modes.T @ shapes,
+        local_stiffness=body.local_stiffness,
+    )
+
+
+def draw_fleet(seed: int) -> dict[str, Body]:
+    """Draw a fleet from the prior.
+
+    Parameters
+    ----------
+    seed : int
+        Of the draw.
+
+    Returns
+    -------
+    dict of str to Body
+        Vehicle name, such as ``U06-1``, to its body; the last vehicle of the first group carries
+        the high-voltage battery.
+    """
+    prior = read_data("body_prior.json")
+    generator = np.random.default_rng(seed)
+    base = _draw_base(prior, generator)
+    battery = prior["battery"]
+    battery_mass = generator.uniform(*battery["mass_range_kg"])
+    battery_stiffness = generator.uniform(*battery["stiffness_range_N_per_m"])
+    fleet: dict[str, Body] = {}
+    for group in prior["groups"]:
+        body = base
+        if group in prior["variants"]:
+            body = _variant(base, prior["variants"][group], generator)
+        for number in range(1, prior["vehicles_per_group"] + 1):
+            fleet[f"{group}-{number}"] = _draw_vehicle(body, prior, generator)
+    fleet[battery["vehicle"]] = modified_body(
+        fleet[battery["vehicle"]],
+        panel_mass=battery_mass * np.array(battery["mass_share_at_panels"]),
+        panel_stiffness=battery_stiffness * np.array(battery["stiffness_share_at_panels"]),
+    )
+    return fleet
+
+
+def _draw_base(prior: dict[str, Any], generator: np.random.Generator) -> Body:
+    """Draw the platform's body: the nominal shapes with a log-normal factor and random signs."""
+    spread = prior["base_spread"]
+    nominal = prior["mode_shape_at_paths_scale"] * np.array(prior["mode_shape_at_paths"])
+    factor = np.exp(generator.normal(0, spread["path_shape_log"], nominal.shape))
+    flipped = generator.random(nominal.shape) < spread["path_sign_flip_probability"]
+    fixed = [prior["paths"].index(path) for path in spread["paths_of_fixed_sign"]]
+    flipped[:, fixed] = False
+    at_panels = np.array(prior["mode_shape_at_panels"])
+    panel_factor = np.exp(generator.normal(0, spread["panel_shape_log"], at_panels.shape))
+    return Body(
+        frequencies=np.array(prior["natural_frequency_Hz"]),
+        damping_ratios=np.array(prior["damping_ratio"]),
+        shapes_at_paths=np.where(flipped, -1.0, 1.0) * nominal * factor,
+        shapes_at_panels=at_panels * panel_factor,
+        local_stiffness=np.array(prior["local_stiffness_N_per_m"]),
+    )
+
+
+def _variant(body: Body, change: dict[str, Any], generator: np.random.Generator) -> Body:
+    """Make another body of the platform: other panels and another front end's local shapes."""
+    n_path = body.shapes_at_paths.shape[1]
+    return modified_body(
+        body,
+        panel_mass=np.array(change["panel_mass_kg"]),
+        panel_stiffness=np.array(change["panel_stiffness_N_per_m"]),
+        path_factor=np.exp(generator.normal(0, change["path_shape_log"], n_path)),
+    )
+
+
+def _draw_vehicle(body: Body, prior: dict[str, Any], generator: np.random.Generator) -> Body:
+    """Draw one of the nominally identical vehicles of a group."""
+    spread = prior["vehicle_spread"]
+    scatter = spread["scatter"]
+    panel_mass = np.array(prior["panel_mass_kg"])
+    panel_stiffness = panel_mass * (2 * np.pi * prior["panel_frequency_Hz"]) ** 2
+    n_mode, n_path = body.shapes_at_paths.shape
+    mass_change = generator.normal(0, spread["panel_mass"], panel_mass.size)
+    stiffness_change = generator.normal(0, spread["panel_stiffness"], panel_mass.size)
+    return modified_body(
+        body,
+        panel_mass=scatter * mass_change * panel_mass,
+        panel_stiffness=scatter * stiffness_change * panel_stiffness,
+        path_factor=np.exp(scatter * generator.normal(0, spread["path_shape_log"], n_path)),
+        damping_factor=np.exp(scatter * generator.normal(0, spread["damping_log"], n_mode)),
+    )
+
 
 FROZEN_SEED = 1
 
@@ -67,3 +391,52 @@ def load_fleet(seed: int) -> BenchFleet:
         for name, modes in data["vehicles"].items()
     }
     return BenchFleet(tuple(data["paths"]), cabin, bodies)
+
+
+@dataclass(frozen=True)
+class StateSpread:
+    """Standard deviations of a body from state to state.
+
+    Judgement, such that natural frequencies spread by 0.1 % and the lowest, which is all trunk
+    floor, by 0.5 %; a thirtieth of what the vehicles of the fleet spread in their panels.
+
+    Parameters
+    ----------
+    panel_mass, panel_stiffness : float
+        Of each panel, of what the fleet's own spread counts in [1].
+    path_shape_log, damping_log : float
+        Logarithm of the local shape at each path, and of each damping ratio [1].
+    """
+
+    panel_mass: float = 0.003
+    panel_stiffness: float = 0.006
+    path_shape_log: float = 0.01
+    damping_log: float = 0.03
+
+
+NO_STATE_SPREAD = StateSpread(0.0, 0.0, 0.0, 0.0)
+
+
+def in_state(body: Body, spread: StateSpread, generator: np.random.Generator) -> Body:
+    """Return a body as it is on another day.
+
+    Parameters
+    ----------
+    body : Body
+        As it is on average.
+    spread : StateSpread
+        How much the days differ.
+    generator : Generator
+        Draws the day.
+    """
+    prior = read_data("body_prior.json")
+    mass = np.array(prior["panel_mass_kg"])
+    stiffness = mass * (2 * np.pi * prior["panel_frequency_Hz"]) ** 2
+    n_mode, n_path = body.shapes_at_paths.shape
+    return modified_body(
+        body,
+        panel_mass=mass * generator.normal(0, spread.panel_mass, mass.size),
+        panel_stiffness=stiffness * generator.normal(0, spread.panel_stiffness, mass.size),
+        path_factor=np.exp(generator.normal(0, spread.path_shape_log, n_path)),
+        damping_factor=np.exp(generator.normal(0, spread.damping_log, n_mode)),
+    )

@@ -1,4 +1,4 @@
-"""One run on the bench as it truly is: motion, stiffness and force of every mount."""
+"""True operating runs: motion, forces and moments at the mounts on rigid ground."""
 
 from __future__ import annotations
 
@@ -8,16 +8,16 @@ import numpy as np
 
 from deboom.arrays import ComplexArray, RealArray
 from deboom.bench.frozen import freeze_arrays
-from deboom.bench.parameters import AXES, VirtualBench
-from deboom.bench.suspended_body import (
+from deboom.bench.mount_law import (
     SuspendedBody,
     operating_stiffness,
     play_operator,
     static_deflection,
 )
+from deboom.bench.powertrain import AXES, VirtualBench
 from deboom.errors import InputError
 from deboom.physics.forced_response import amplitude_dependent_response
-from deboom.physics.orders import rpm_of_frequency
+from deboom.physics.order_tracking import rpm_of_frequency
 
 TORQUE_AXIS = np.array([0.0, 0.0, 0.0, 0.0, 1.0, 0.0])
 """The crankshaft lies along y, and the bench drives forward: the reaction turns about +y."""
@@ -209,3 +209,34 @@ def full_load_run(
     """Run up with wide open throttle and the engine torque limited to `torque_limit` [N m]."""
     rpm = rpm_of_frequency(frequency, bench.order_torque.order)
     return operate(bench, gear, bench.ramp.torque(torque_limit, rpm), frequency)
+
+
+RUBBER_RADIUS = 0.015
+"""Radius of gyration of a mount's rubber about its virtual point, each axis [m]; judgement."""
+
+
+def mount_moments(run: OperatingRun) -> ComplexArray:
+    """Find the moment of every powertrain mount on its receiver, about its virtual point.
+
+    Parameters
+    ----------
+    run : OperatingRun
+        The truth.
+
+    Returns
+    -------
+    array, shape (f, n_mount, 3)
+        [N m].
+
+    Notes
+    -----
+    Rubber that lies around the virtual point, ρ per axis, turns with the powertrain::
+
+        M = ρ² diag(k_y + k_z, k_z + k_x, k_x + k_y) θ
+
+    The moments are below 1 % of the engine's and are not fed back into its motion.
+    """
+    stiffness = run.powertrain.stiffness.reshape(run.frequency.size, -1, 3)
+    turning = stiffness.sum(axis=2, keepdims=True) - stiffness
+    rotation = run.powertrain.motion[:, np.newaxis, 3:]
+    return np.asarray(RUBBER_RADIUS**2 * turning * rotation)

@@ -1,8 +1,4 @@
-"""Accelerometers and force cells on the bench: what they truly do, and what the laboratory knows.
-
-Six triaxial accelerometers on the powertrain (two at each mount), a triaxial force cell under each
-mount, and one accelerometer and one cell on each wishbone mount.
-"""
+"""Sensors of the platform's bench with their errors, what the laboratory makes of them,."""
 
 from __future__ import annotations
 
@@ -14,7 +10,8 @@ from scipy.spatial.transform import Rotation
 from deboom.arrays import ComplexArray, RealArray
 from deboom.bench.frozen import freeze_arrays
 from deboom.bench.operating_run import SIDES, OperatingRun
-from deboom.bench.parameters import VirtualBench
+from deboom.bench.powertrain import VirtualBench
+from deboom.physics.dynamic_stiffness import displacement_from_acceleration
 from deboom.physics.rigid_body import forward_matrices
 
 ACCELEROMETER_OFFSETS = {
@@ -306,3 +303,177 @@ def order_noise(
     norm = np.repeat(per_sensor, n_axis, axis=1)
     amplitude = np.sqrt((own * np.abs(signal)) ** 2 + (of_norm * norm) ** 2 + floor**2)
     return np.asarray(leaked * amplitude)
+
+
+@dataclass(frozen=True, eq=False)
+class MeasuredRun:
+    """Measured spectra at the virtual points, in the channels of the operating run.
+
+    Parameters
+    ----------
+    displacement : array, shape (f, n_channel)
+        [m].
+    force : array, shape (f, n_channel)
+        [N].
+    """
+
+    displacement: ComplexArray
+    force: ComplexArray
+
+    def __post_init__(self) -> None:
+        freeze_arrays(self)
+
+
+def evaluate(knowledge: LaboratoryKnowledge, raw: RawChannels) -> MeasuredRun:
+    """Refer the raw channels to the virtual points.
+
+    Parameters
+    ----------
+    knowledge : LaboratoryKnowledge
+        Nominal geometry and measured force transfer matrices.
+    raw : RawChannels
+        Of one run.
+
+    Returns
+    -------
+    MeasuredRun
+        Powertrain mounts by axis, then the wishbone mounts by side.
+
+    Notes
+    -----
+    The body's acceleration follows from all accelerometers by least squares, the force from
+    ``F = FTM⁻¹ F_cell``; a wishbone mount has its own sensor and cell and needs neither.
+    """
+    body_acceleration = np.linalg.lstsq(knowledge.sensor_forward, raw.acceleration.T, rcond=None)[0]
+    point_acceleration = (knowledge.point_forward @ body_acceleration).T
+    acceleration = np.hstack([point_acceleration, raw.side_acceleration])
+    n_line = raw.frequency.size
+    cells = raw.cell_force.reshape(n_line, -1, 3)
+    at_point = np.linalg.solve(knowledge.force_transfer, cells[..., None])[..., 0]
+    return MeasuredRun(
+        displacement=displacement_from_acceleration(acceleration, raw.frequency),
+        force=np.hstack([at_point.reshape(n_line, -1), raw.side_force]),
+    )
+
+
+@dataclass(frozen=True)
+class TransferErrors:
+    """Errors of a reciprocal measurement of noise transfer functions.
+
+    Parameters
+    ----------
+    calibration_db : float
+        Standard deviation of the source's level, common to all paths of a vehicle [dB].
+    relative : float
+        RMS of the smooth complex error per path: position, direction [1].
+    floor : float
+        Of the real and of the imaginary part [Pa/N].
+    n_ripple : int
+        Cosines over the band that make up the smooth error.
+    """
+
+    calibration_db: float = 0.5
+    relative: float = 0.05
+    floor: float = 2e-5
+    n_ripple: int = 6
+
+
+def measured_noise_transfer(
+    true: ComplexArray, errors: TransferErrors, generator: np.random.Generator
+) -> ComplexArray:
+    """Measure the noise transfer functions of one vehicle.
+
+    Parameters
+    ----------
+    true : array, shape (f, n_path)
+        [Pa/N].
+    errors : TransferErrors
+        How well it is measured.
+    generator : Generator
+        Draws the errors.
+
+    Returns
+    -------
+    array, shape (f, n_path)
+        [Pa/N].
+    """
+    n_line, n_path = true.shape
+    calibration = 10 ** (generator.normal(0, errors.calibration_db) / 20)
+    place = np.linspace(0, 1, n_line)
+    ripples = np.cos(np.pi * np.outer(place, np.arange(errors.n_ripple)))
+    smooth = ripples @ _complex_normal((errors.n_ripple, n_path), generator)
+    smooth = smooth / np.sqrt(2 * errors.n_ripple)
+    floor = errors.floor * _complex_normal((n_line, n_path), generator)
+    measured: ComplexArray = true * calibration * (1 + errors.relative * smooth) + floor
+    return measured
+
+
+def _complex_normal(shape: tuple[int, int], generator: np.random.Generator) -> ComplexArray:
+    """Draw standard-normal real and imaginary parts."""
+    return np.asarray(generator.normal(size=shape) + 1j * generator.normal(size=shape))
+
+
+MASS_TOLERANCE = 1.0
+"""[kg]"""
+
+INERTIA_TOLERANCE = 0.02
+"""Of each entry, relative to the diagonal: of entry ij, relative to ``√(J_ii J_jj)`` [1]."""
+
+CENTRE_TOLERANCE = 0.002
+"""Of the centre of gravity, per axis [m]."""
+
+WHEEL_END_TOLERANCE = 1.0
+"""Of the mass of one wheel end [kg]."""
+
+WITHIN = 0.9
+"""Share of a tolerance that deviations fill, so that rounding stays inside."""
+
+
+@dataclass(frozen=True, eq=False)
+class DataSheet:
+    """What the platform file states about the powertrain.
+
+    Parameters
+    ----------
+    mass : float
+        [kg].
+    inertia : array, shape (3, 3)
+        About the centre of gravity [kg m²].
+    centre_error : array, shape (3,)
+        True centre of gravity from the stated one [m]; every stated position is off by it.
+    """
+
+    mass: float
+    inertia: RealArray
+    centre_error: RealArray
+
+    def __post_init__(self) -> None:
+        freeze_arrays(self)
+
+
+def draw_data_sheet(bench: VirtualBench, generator: np.random.Generator) -> DataSheet:
+    """Draw stated values within the tolerances around the true ones, rounded as on a sheet.
+
+    Parameters
+    ----------
+    bench : VirtualBench
+        With the true values.
+    generator : Generator
+        Draws the deviations, uniform within 90 % of the tolerances.
+    """
+    mass = bench.mass + WITHIN * MASS_TOLERANCE * generator.uniform(-1, 1)
+    radii = np.sqrt(np.diag(bench.inertia))
+    upper = np.triu(generator.uniform(-1, 1, (3, 3)))
+    deviation = upper + np.triu(upper, 1).T
+    inertia = bench.inertia + WITHIN * INERTIA_TOLERANCE * deviation * np.outer(radii, radii)
+    return DataSheet(
+        mass=round(mass, 1),
+        inertia=np.round(inertia, 3),
+        centre_error=np.round(WITHIN * CENTRE_TOLERANCE * generator.uniform(-1, 1, 3), 4),
+    )
+
+
+def draw_wheel_end_mass(bench: VirtualBench, generator: np.random.Generator) -> float:
+    """Draw the stated mass of one wheel end [kg], within its tolerance around the true one."""
+    true = float(bench.wheel_end.mass_matrix[0, 0])
+    return round(true + WITHIN * WHEEL_END_TOLERANCE * generator.uniform(-1, 1), 1)

@@ -15,12 +15,10 @@ import numpy as np
 from scipy.stats import qmc
 
 from deboom.arrays import ComplexArray, RealArray
-from deboom.bench.body import noise_transfer
-from deboom.bench.fleet import load_fleet
-from deboom.bench.fleet_prior import draw_fleet
+from deboom.bench.fleet import draw_fleet, load_fleet, noise_transfer
+from deboom.bench.layout import NAME
 from deboom.bench.operating_run import full_load_run
-from deboom.bench.parameters import load_bench, read_data
-from deboom.bench.platform_layout import NAME
+from deboom.bench.powertrain import load_bench, read_data
 from deboom.physics.sound_level import spl
 
 DATA = "unselected_fleets.json"

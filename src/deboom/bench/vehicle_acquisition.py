@@ -3,23 +3,191 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 
 from deboom.arrays import ComplexArray, RealArray
-from deboom.bench.body import Body, Cabin
-from deboom.bench.ears import EARS, panel_pressure, source_motion
+from deboom.bench.fleet import Body, Cabin
 from deboom.bench.frozen import freeze_arrays
-from deboom.bench.interfaces import point_receptance, point_shapes
-from deboom.bench.parameters import VirtualBench
-from deboom.bench.vehicle_layout import (
-    body_sensor_places,
-    impact_places,
-    impact_rows,
-    orientations,
-    sensor_rows,
+from deboom.bench.interfaces import (
+    EARS,
+    interfaces,
+    panel_pressure,
+    point_receptance,
+    point_shapes,
+    source_motion,
 )
-from deboom.physics.rigid_body import rotation_matrix
+from deboom.bench.layout import FIRST_EAR_NODE, accelerometer_places
+from deboom.bench.powertrain import AXES, VirtualBench, read_data
+from deboom.errors import InputError
+from deboom.files.hammer_test import HammerChannel, HammerPoint, HammerSheet, write_hammer_test
+from deboom.files.tables import parse_unit
+from deboom.files.uff import UffFunction
+from deboom.files.vehicle import PanelRow
+from deboom.physics.rigid_body import forward_matrices, rotation_matrix
+
+FIRST_IMPACT_NODE = 301
+FIRST_BODY_SENSOR_NODE = 401
+EAR_NODES = {ear: FIRST_EAR_NODE + number for number, ear in enumerate(EARS)}
+"""The driver's ear has the node of the first vehicle of a platform; a folder holds one vehicle."""
+
+MICROPHONES = {"driver ear": "MIC2101", "passenger ear": "MIC2102"}
+"""Serial numbers: one microphone per ear, the same in all of its functions."""
+
+IMPACT_OFFSETS = ((0.05, 0.02, 0.0), (-0.03, 0.05, 0.02), (-0.02, -0.05, -0.03))
+"""Three points around a mount that a hammer reaches, from the virtual point [m]."""
+
+PUSHES = ((1, 1, -1), (-1, 1, -1), (1, -1, 1))
+"""To which side each point is hit along x, y and z: the hammer comes from where there is room."""
+
+BODY_SENSOR_OFFSETS = ((0.06, -0.02, 0.01), (-0.04, 0.05, -0.02), (-0.02, -0.06, 0.03))
+"""Three triaxial accelerometers on the body around a mount, from the virtual point [m]."""
+
+BODY_SENSOR_ANGLES = ((0.0, 0.0, 0.0), (0.0, 0.0, 90.0), (180.0, 0.0, 0.0))
+"""How they are glued on, known: about the fixed axes x, then y, then z [deg]."""
+
+
+@dataclass(frozen=True, eq=False)
+class ImpactPlace:
+    """One blow of the hammer.
+
+    Parameters
+    ----------
+    name : str
+        Such as ``I3 y``.
+    mount, piece : str
+        Around which it lies.
+    node : int
+        Of the point in the UFF files.
+    direction : str
+        Of a positive force, such as ``-y``.
+    position : array, shape (3,)
+        From the powertrain's centre of gravity [m].
+    """
+
+    name: str
+    mount: str
+    piece: str
+    node: int
+    direction: str
+    position: RealArray
+
+    def __post_init__(self) -> None:
+        freeze_arrays(self)
+
+    @property
+    def vector(self) -> RealArray:
+        """Unit vector along `direction`."""
+        sign = -1.0 if self.direction.startswith("-") else 1.0
+        return np.array([sign * (axis == self.direction[1:]) for axis in AXES])
+
+
+@dataclass(frozen=True, eq=False)
+class SensorPlace:
+    """One triaxial accelerometer of the vehicle.
+
+    Parameters
+    ----------
+    name : str
+        Such as ``B4`` on the body, ``A2`` on the powertrain or a wheel end.
+    mount, piece : str
+        At which it sits.
+    node : int
+        In the UFF files.
+    position : array, shape (3,)
+        From the powertrain's centre of gravity [m].
+    angles : (rx, ry, rz)
+        That turn vehicle axes into its own, about the fixed axes x, then y, then z [deg].
+    """
+
+    name: str
+    mount: str
+    piece: str
+    node: int
+    position: RealArray
+    angles: tuple[float, float, float]
+
+    def __post_init__(self) -> None:
+        freeze_arrays(self)
+
+    @property
+    def channels(self) -> tuple[str, ...]:
+        """Such as ``B4 x``."""
+        return tuple(f"{self.name} {axis}" for axis in AXES)
+
+
+def impact_places(bench: VirtualBench) -> tuple[ImpactPlace, ...]:
+    """Return nine blows per interface: three points, three directions."""
+    places = []
+    for number, interface in enumerate(interfaces(bench)):
+        for k, (offset, pushes) in enumerate(zip(IMPACT_OFFSETS, PUSHES, strict=True)):
+            point = len(IMPACT_OFFSETS) * number + k
+            for axis, push in zip(AXES, pushes, strict=True):
+                places.append(
+                    ImpactPlace(
+                        name=f"I{point + 1} {axis}",
+                        mount=interface.mount,
+                        piece=interface.piece,
+                        node=FIRST_IMPACT_NODE + point,
+                        direction=f"{'+' if push > 0 else '-'}{axis}",
+                        position=interface.position + np.array(offset),
+                    )
+                )
+    return tuple(places)
+
+
+def body_sensor_places(bench: VirtualBench) -> tuple[SensorPlace, ...]:
+    """Return three triaxial accelerometers per interface, on the body."""
+    glued = list(zip(BODY_SENSOR_OFFSETS, BODY_SENSOR_ANGLES, strict=True))
+    where = [
+        (interface, offset, angles) for interface in interfaces(bench) for offset, angles in glued
+    ]
+    return tuple(
+        SensorPlace(
+            name=f"B{number + 1}",
+            mount=interface.mount,
+            piece=interface.piece,
+            node=FIRST_BODY_SENSOR_NODE + number,
+            position=interface.position + np.array(offset),
+            angles=angles,
+        )
+        for number, (interface, offset, angles) in enumerate(where)
+    )
+
+
+def source_sensor_places(bench: VirtualBench) -> tuple[SensorPlace, ...]:
+    """Return two accelerometers per mount on the powertrain, one on each wheel end."""
+    return tuple(
+        SensorPlace(p.sensor, p.mount, p.piece, p.node, p.position, (0.0, 0.0, 0.0))
+        for p in accelerometer_places(bench)
+    )
+
+
+def impact_rows(
+    bench: VirtualBench, positions: RealArray, directions: RealArray
+) -> tuple[RealArray, ...]:
+    """Return per interface what the given blows push: rows ``dᵀ V``, shape (9, 6) each."""
+    virtual_points = np.array([interface.position for interface in interfaces(bench)])
+    levers = positions.reshape(len(virtual_points), -1, 3) - virtual_points[:, None]
+    forward = forward_matrices(levers.reshape(-1, 3)).reshape(-1, 3, 6)
+    rows = np.einsum("ca,cab->cb", directions, forward)
+    return tuple(rows.reshape(len(virtual_points), -1, 6))
+
+
+def sensor_rows(
+    bench: VirtualBench, positions: RealArray, orientations: RealArray
+) -> tuple[RealArray, ...]:
+    """Return per interface what the given accelerometers see: rows ``Rᵀ V``, shape (9, 6) each."""
+    virtual_points = np.array([interface.position for interface in interfaces(bench)])
+    levers = positions.reshape(len(virtual_points), -1, 3) - virtual_points[:, None]
+    rows = forward_matrices(levers.reshape(-1, 3), orientations)
+    return tuple(rows.reshape(len(virtual_points), -1, 6))
+
+
+def orientations(places: tuple[SensorPlace, ...]) -> RealArray:
+    """Return the rotation of each sensor, columns are its axes, shape (n, 3, 3)."""
+    return rotation_matrix(np.deg2rad([place.angles for place in places]))
 
 
 @dataclass(frozen=True)
@@ -211,3 +379,291 @@ def _noisy(
     shape = (2, *exact.shape)
     own, flat = ((g[0] + 1j * g[1]) for g in (generator.normal(size=shape) for _ in range(2)))
     return np.asarray(exact * (1 + relative * own / np.sqrt(2)) + floor * flat)
+
+
+FIRST_PANEL_NODE = 601
+FRF = 4
+
+_PLACES = {
+    "trunk floor": ((3.3, 0.0, -0.05), (0.0, 0.0, 1.0)),
+    "rear bench": ((2.7, 0.0, 0.15), (-0.8, 0.0, 0.6)),
+    "front floor": ((1.4, 0.0, -0.2), (0.0, 0.0, 1.0)),
+    "front doors": ((1.5, -0.75, 0.25), (0.0, 1.0, 0.0)),
+    "rear doors": ((2.4, -0.75, 0.25), (0.0, 1.0, 0.0)),
+    "tailgate": ((3.7, 0.0, 0.45), (-1.0, 0.0, 0.0)),
+    "roof": ((2.2, 0.0, 0.95), (0.0, 0.0, -1.0)),
+    "windshield": ((0.9, 0.0, 0.7), (0.8, 0.0, -0.6)),
+}
+"""Accelerometer and inward normal of each panel [m], [1]; of doors, those of the left one."""
+
+
+def panel_table(cabin: Cabin) -> list[PanelRow]:
+    """Return the position sheet of the panels."""
+    names = read_data("body_prior.json")["panels"]
+    return [
+        PanelRow(name, FIRST_PANEL_NODE + number, *_PLACES[name], area=float(area))
+        for number, (name, area) in enumerate(zip(names, cabin.panel_areas, strict=True))
+    ]
+
+
+def panel_motion(body: Body, cabin: Cabin, frequency: RealArray) -> ComplexArray:
+    """Find how the panels move when a loudspeaker breathes at an ear.
+
+    Returns
+    -------
+    array, shape (f, n_panel, n_ear)
+        Displacement inwards per volume displacement [1/m²].
+    """
+    # the raised pressure pushes every panel outwards, against its shape
+    modal_force = -panel_pressure(cabin, frequency) @ body.shapes_at_panels.T
+    modal = modal_force * body.modal_receptance(frequency)[:, None, :]
+    return np.swapaxes(modal @ body.shapes_at_panels, 1, 2)
+
+
+def pressure_at_panels(cabin: Cabin, frequency: RealArray) -> ComplexArray:
+    """Find the pressure at still panels when a loudspeaker breathes at an ear.
+
+    Returns
+    -------
+    array, shape (f, n_panel, n_ear)
+        Per volume acceleration [Pa/(m³/s²)].
+
+    Notes
+    -----
+    A cabin answers alike with source and receiver exchanged: what a panel raises at the ear per
+    volume displacement, the ear raises at the panel.
+    """
+    per_volume = panel_pressure(cabin, frequency) / cabin.panel_areas
+    per_acceleration = per_volume / -((2 * np.pi * frequency) ** 2)[:, None, None]
+    return np.swapaxes(per_acceleration, 1, 2)
+
+
+def listen_at_panels(
+    setup: Setup,
+    body: Body,
+    cabin: Cabin,
+    frequency: RealArray,
+    errors: AcquisitionErrors,
+    generator: np.random.Generator,
+) -> tuple[ComplexArray, ComplexArray]:
+    """Acquire motion of and pressure at the panels, with the loudspeaker at each ear in turn.
+
+    Returns
+    -------
+    motion : array, shape (f, n_panel, n_ear)
+        Acceleration inwards per volume acceleration [(m/s²)/(m³/s²)].
+    pressure : array, shape (f, n_panel, n_ear)
+        [Pa/(m³/s²)].
+    """
+    n_panel = cabin.panel_areas.size
+    gains = 1 + generator.normal(0, errors.accelerometer_gain, n_panel)
+    microphones = 10 ** (generator.normal(0, errors.microphone_db, n_panel) / 20)
+    motion = gains[:, None] * setup.source * panel_motion(body, cabin, frequency)
+    pressure = microphones[:, None] * setup.source * pressure_at_panels(cabin, frequency)
+    return (
+        _noisy_3(motion, errors.relative, generator),
+        _noisy_3(pressure, errors.relative, generator),
+    )
+
+
+def _noisy_3(exact: ComplexArray, relative: float, generator: np.random.Generator) -> ComplexArray:
+    noise = generator.normal(0, 1 / np.sqrt(2), (2, *exact.shape))
+    return np.asarray(exact * (1 + relative * (noise[0] + 1j * noise[1])))
+
+
+def panel_functions(
+    panels: list[PanelRow],
+    values: ComplexArray,
+    frequency: RealArray,
+    quantity: tuple[str, str],
+    vehicle: str,
+) -> list[UffFunction]:
+    """Return functions of the panels per volume acceleration at the ears, UFF type 4.
+
+    Parameters
+    ----------
+    panels : list of PanelRow
+    values : array, shape (f, n_panel, n_ear)
+        [SI].
+    frequency : array, shape (f,)
+        [Hz].
+    quantity : (str, str)
+        Word of the UFF ordinate and its SI unit.
+    vehicle : str
+        For the title.
+    """
+    return [
+        UffFunction(
+            abscissa=frequency,
+            values=values[:, row, column],
+            function_type=FRF,
+            response_node=panel.node,
+            response_direction="scalar",
+            reference_node=EAR_NODES[ear],
+            reference_direction="scalar",
+            ordinate=quantity[0],
+            ordinate_unit=quantity[1],
+            denominator="general",
+            denominator_unit="m^3/s^2",
+            id_lines=(f"{vehicle}, loudspeaker at {ear}, {quantity[0]}, {panel.panel}",),
+            response_name=f"P{row + 1}",
+            reference_name="LOUDSP 1",
+        )
+        for row, panel in enumerate(panels)
+        for column, ear in enumerate(EARS)
+    ]
+
+
+@dataclass(frozen=True)
+class BlowPlan:
+    """How the hammer strikes and how it is recorded.
+
+    Parameters
+    ----------
+    hits : int
+        Per blow of the position sheet.
+    rate : float
+        [Hz].
+    duration : float
+        Of a block [s]; its inverse is the spacing of the lines.
+    pretrigger : float
+        [s].
+    contact : float
+        Of the tip [s]; a half sine.
+    lightest, hardest : float
+        Peak force, even between them [N].
+    force_noise, pressure_noise : float
+        Standard deviation per sample [N], [Pa].
+    """
+
+    hits: int = 5
+    rate: float = 512.0
+    duration: float = 4.0
+    pretrigger: float = 0.25
+    contact: float = 8e-3
+    lightest: float = 150.0
+    hardest: float = 400.0
+    force_noise: float = 0.05
+    pressure_noise: float = 2e-3
+
+
+def blows(
+    setup: Setup,
+    body: Body,
+    cabin: Cabin,
+    columns: list[int],
+    plan: BlowPlan,
+    generator: np.random.Generator,
+) -> tuple[RealArray, RealArray]:
+    """Record force and pressure at the ears of some blows.
+
+    Parameters
+    ----------
+    setup : Setup
+        Of the vehicle, with its true places and gains.
+    body, cabin
+        Of the vehicle.
+    columns : list of int
+        Places of the blows in `impact_places`.
+    plan : BlowPlan
+        How.
+    generator : Generator
+        Draws the hits and the noise.
+
+    Returns
+    -------
+    force : array, shape (n_blow, n_hit, n_sample)
+        As the hammer's cell states it [N].
+    pressure : array, shape (n_blow, n_hit, n_sample, n_ear)
+        As the microphones state it [Pa].
+
+    Notes
+    -----
+    The answer is the inverse Fourier transform of function times spectrum of the push: exact for
+    the sampled push, since a block of some seconds outlasts every mode.
+    """
+    n_sample = round(plan.rate * plan.duration)
+    time = np.arange(n_sample) / plan.rate
+    shape = (len(columns), plan.hits)
+    begin = plan.pretrigger + generator.uniform(0, 1 / plan.rate, shape)
+    peak = generator.uniform(plan.lightest, plan.hardest, shape)
+    since = (time - begin[..., None]) / plan.contact
+    push = peak[..., None] * np.sin(np.pi * since) * ((since >= 0) & (since <= 1))
+    frequency = np.asarray(np.fft.rfftfreq(n_sample, 1 / plan.rate), dtype=np.float64)
+    function = struck_pressure(setup, body, cabin, frequency)[:, :, columns]
+    spectrum = np.fft.rfft(push)
+    answer = np.fft.irfft(np.einsum("fec,chf->chfe", function, spectrum), n_sample, axis=2)
+    answer = answer * setup.hammer  # the function is per stated force, the push is the true one
+    force = setup.hammer * push + generator.normal(0, plan.force_noise, push.shape)
+    return force, answer + generator.normal(0, plan.pressure_noise, answer.shape)
+
+
+def write_blows(
+    folder: Path,
+    bench: VirtualBench,
+    setup: Setup,
+    body: Body,
+    cabin: Cabin,
+    point: str,
+    generator: np.random.Generator,
+    plan: BlowPlan | None = None,
+) -> None:
+    """Write the blows around one mount as a hammer test.
+
+    Parameters
+    ----------
+    folder : Path
+        Of the hammer test; made if it is not there.
+    bench, setup, body, cabin
+        The vehicle.
+    point : str
+        Mount, or mount and piece, such as ``TSM`` or ``Du left``.
+    generator : Generator
+        Draws the hits and the noise.
+    plan : BlowPlan, optional
+        How it is struck.
+
+    Raises
+    ------
+    InputError
+        No such point.
+    """
+    plan = plan or BlowPlan()
+    places = impact_places(bench)
+    around = [_point(place) for place in places]
+    if point not in around:
+        known = ", ".join(dict.fromkeys(around))
+        raise InputError(f"no mount or piece '{point}' to strike: use {known}")
+    columns = [number for number, name in enumerate(around) if name == point]
+    force, pressure = blows(setup, body, cabin, columns, plan, generator)
+    struck = [places[column] for column in columns]
+    sheet = HammerSheet(
+        title=f"hammer around {point}, pressure at the ears",
+        rate=plan.rate,
+        pretrigger=plan.pretrigger,
+        points=tuple(
+            HammerPoint(
+                impact=place.name,
+                node=place.node,
+                file=f"hits/{place.name.replace(' ', '')}.uff",
+                position=_three(place.position),
+                direction=_three(place.vector),
+            )
+            for place in struck
+        ),
+        channels=tuple(
+            HammerChannel(ear, "pressure", EAR_NODES[ear], "scalar", parse_unit("Pa"))
+            for ear in EARS
+        ),
+    )
+    hits = {place.name: (force[k], pressure[k]) for k, place in enumerate(struck)}
+    write_hammer_test(folder, sheet, hits)
+
+
+def _point(place: ImpactPlace) -> str:
+    return f"{place.mount} {place.piece}".strip()
+
+
+def _three(vector: RealArray) -> tuple[float, float, float]:
+    x, y, z = np.round(vector, 4).tolist()
+    return x, y, z

@@ -1,64 +1,331 @@
-"""Writes one vehicle of the fleet as a laboratory would deliver it, and the truth beside it."""
+"""Writes the measurement of one virtual vehicle, and the truth beside it."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
 
-from deboom.arrays import ComplexArray
-from deboom.bench.body import Body
-from deboom.bench.coupled_car import NO_CAR_ERRORS, CarErrors, CoupledRun, at_ears, drive
-from deboom.bench.data_sheet import DataSheet, draw_wheel_end_mass
-from deboom.bench.ears import EARS
-from deboom.bench.fleet import BenchFleet, load_fleet
-from deboom.bench.hammer_blows import BlowPlan, write_blows
-from deboom.bench.measurement_files import mount_rows, platform_file
-from deboom.bench.mount_sets import mount_set, with_mount_set
-from deboom.bench.parameters import VirtualBench, load_bench
-from deboom.bench.platform_layout import FREQUENCY, LOAD_CASES, LoadCasePlan
-from deboom.bench.sensors import ErrorBudget, order_noise
+from deboom.arrays import ComplexArray, RealArray
+from deboom.bench.coupled_car import (
+    NO_CAR_ERRORS,
+    CarErrors,
+    CoupledRun,
+    at_ears,
+    drive,
+    write_run_truth,
+    write_vehicle_truth,
+)
+from deboom.bench.fleet import NO_STATE_SPREAD, BenchFleet, Body, StateSpread, in_state, load_fleet
+from deboom.bench.interfaces import EARS
+from deboom.bench.layout import ACCELEROMETER_MODEL, FREQUENCY, LOAD_CASES, LoadCasePlan
+from deboom.bench.platform_writer import mount_rows, platform_file
+from deboom.bench.powertrain import AXES, VirtualBench, load_bench, mount_set, with_mount_set
+from deboom.bench.sensors import DataSheet, ErrorBudget, draw_wheel_end_mass, order_noise
 from deboom.bench.vehicle_acquisition import (
+    EAR_NODES,
+    MICROPHONES,
     NO_ACQUISITION_ERRORS,
     AcquisitionErrors,
+    BlowPlan,
+    SensorPlace,
     Setup,
+    body_sensor_places,
     breathe,
     draw_setup,
+    impact_places,
+    listen_at_panels,
+    panel_functions,
+    panel_table,
+    source_sensor_places,
     strike,
+    write_blows,
 )
-from deboom.bench.vehicle_functions import (
-    accelerance_functions,
-    channel_table,
-    direct_functions,
-    impact_table,
-    reciprocal_functions,
-    run_functions,
-    sensor_table,
-)
-from deboom.bench.vehicle_layout import EAR_NODES, MICROPHONES, source_sensor_places
-from deboom.bench.vehicle_panels import listen_at_panels, panel_functions, panel_table
-from deboom.bench.vehicle_readme import readme_text
-from deboom.bench.vehicle_state import NO_STATE_SPREAD, StateSpread, in_state
-from deboom.bench.vehicle_truth import write_run_truth, write_vehicle_truth
 from deboom.errors import InputError
-from deboom.files.atomic import replace_text
-from deboom.files.campaign_tables import write_campaign_channels, write_sensor_table
-from deboom.files.platform_tables import write_mount_table
-from deboom.files.uff import write_uff
-from deboom.files.vehicle_file import (
+from deboom.files.campaign_tables import (
+    CampaignChannel,
+    SensorRow,
+    write_campaign_channels,
+    write_sensor_table,
+)
+from deboom.files.folders import complete_or_not_at_all, replace_text
+from deboom.files.platform import write_mount_table
+from deboom.files.tables import parse_unit
+from deboom.files.uff import UffFunction, write_uff
+from deboom.files.vehicle import (
     VEHICLE_FILE,
     EarEntry,
+    ImpactRow,
+    PanelEntry,
     VehicleFile,
     VehicleRunEntry,
     dump_vehicle_file,
+    write_impact_table,
+    write_panel_table,
 )
-from deboom.files.vehicle_panels import PanelEntry, write_panel_table
-from deboom.files.vehicle_tables import write_impact_table
-from deboom.files.whole_folder import complete_or_not_at_all
-from deboom.physics.orders import rpm_of_frequency
+from deboom.physics.order_tracking import rpm_of_frequency
 from deboom.physics.rigid_body import forward_matrices
+
+SPECTRUM, FRF = 0, 4
+"""UFF function types."""
+
+
+def impact_table(bench: VirtualBench) -> list[ImpactRow]:
+    """Return the position sheet of the blows."""
+    return [
+        ImpactRow(
+            place.name, place.mount, place.piece, place.node, place.direction, _at(place.position)
+        )
+        for place in impact_places(bench)
+    ]
+
+
+def sensor_table(bench: VirtualBench) -> list[SensorRow]:
+    """Return the position sheet of the accelerometers: source side, then body side."""
+    return [
+        SensorRow(
+            sensor=place.name,
+            kind="accelerometer",
+            model=ACCELEROMETER_MODEL,
+            mount=place.mount,
+            piece=place.piece,
+            position=_at(place.position),
+            angles=_at(np.deg2rad(place.angles), digits=12),
+        )
+        for place in (*source_sensor_places(bench), *body_sensor_places(bench))
+    ]
+
+
+def channel_table(bench: VirtualBench) -> list[CampaignChannel]:
+    """Return the nodes of all accelerometer channels."""
+    return [
+        CampaignChannel(
+            f"{place.name} {axis}", "acceleration", place.node, f"+{axis}", parse_unit("m/s^2")
+        )
+        for place in (*source_sensor_places(bench), *body_sensor_places(bench))
+        for axis in AXES
+    ]
+
+
+def direct_functions(
+    bench: VirtualBench, pressure: ComplexArray, frequency: RealArray, vehicle: str
+) -> list[UffFunction]:
+    """Return pressure at the ears per force of every blow, UFF type 4.
+
+    Parameters
+    ----------
+    pressure : array, shape (f, n_ear, n_impact)
+        [Pa/N].
+    """
+    return [
+        _frf(
+            frequency,
+            pressure[:, row, column],
+            response=(EAR_NODES[ear], "scalar", MICROPHONES[ear], "pressure", "Pa"),
+            reference=(place.node, place.direction, place.mount, "force", "N"),
+            title=f"noise transfer function, {vehicle}, {ear}, hammer at {place.name}",
+        )
+        for row, ear in enumerate(EARS)
+        for column, place in enumerate(impact_places(bench))
+    ]
+
+
+def reciprocal_functions(
+    bench: VirtualBench, acceleration: ComplexArray, frequency: RealArray, vehicle: str
+) -> list[UffFunction]:
+    """Return acceleration on the body per volume acceleration at the ears, UFF type 4.
+
+    Parameters
+    ----------
+    acceleration : array, shape (f, n_channel, n_ear)
+        [(m/s²)/(m³/s²)].
+
+    Notes
+    -----
+    Data set 58 knows no volume acceleration: it is a ``general`` quantity in ``m^3/s^2``.
+    """
+    return [
+        _frf(
+            frequency,
+            acceleration[:, row, column],
+            response=(place.node, f"+{axis}", place.name, "acceleration", "m/s^2"),
+            reference=(EAR_NODES[ear], "scalar", "LOUDSP 1", "general", "m^3/s^2"),
+            title=f"reciprocal measurement, {vehicle}, loudspeaker at {ear}, {place.name} {axis}",
+        )
+        for row, (place, axis) in enumerate(_channels(body_sensor_places(bench)))
+        for column, ear in enumerate(EARS)
+    ]
+
+
+def accelerance_functions(
+    bench: VirtualBench, acceleration: ComplexArray, frequency: RealArray, vehicle: str
+) -> list[UffFunction]:
+    """Return acceleration on the body per force of every blow, UFF type 4.
+
+    Parameters
+    ----------
+    acceleration : array, shape (f, n_channel, n_impact)
+        [m/s² per N].
+    """
+    return [
+        _frf(
+            frequency,
+            acceleration[:, row, column],
+            response=(place.node, f"+{axis}", place.name, "acceleration", "m/s^2"),
+            reference=(blow.node, blow.direction, blow.mount, "force", "N"),
+            title=f"accelerance, {vehicle}, hammer at {blow.name}, {place.name} {axis}",
+        )
+        for row, (place, axis) in enumerate(_channels(body_sensor_places(bench)))
+        for column, blow in enumerate(impact_places(bench))
+    ]
+
+
+def run_functions(
+    bench: VirtualBench,
+    pressure: ComplexArray,
+    acceleration: ComplexArray,
+    frequency: RealArray,
+    title: str,
+) -> list[UffFunction]:
+    """Return order spectra of one run, UFF type 0.
+
+    Parameters
+    ----------
+    pressure : array, shape (f, n_ear)
+        [Pa].
+    acceleration : array, shape (f, n_channel)
+        Source side, then body side [m/s²].
+    title : str
+        Of the run.
+    """
+    sensors = (*source_sensor_places(bench), *body_sensor_places(bench))
+    columns = [
+        (EAR_NODES[ear], "scalar", MICROPHONES[ear], "pressure", "Pa", pressure[:, k])
+        for k, ear in enumerate(EARS)
+    ]
+    columns += [
+        (place.node, f"+{axis}", place.name, "acceleration", "m/s^2", acceleration[:, k])
+        for k, (place, axis) in enumerate(_channels(sensors))
+    ]
+    return [
+        UffFunction(
+            abscissa=frequency,
+            values=values,
+            function_type=SPECTRUM,
+            response_node=node,
+            response_direction=direction,
+            reference_node=0,
+            reference_direction="scalar",
+            ordinate=quantity,
+            ordinate_unit=unit,
+            denominator="none",
+            denominator_unit="",
+            id_lines=(
+                f"order {bench.order_torque.order:g}, {quantity}, {name}",
+                title,
+                "complex peak amplitude, phase referred to the tacho",
+            ),
+            response_name=name,
+        )
+        for node, direction, name, quantity, unit, values in columns
+    ]
+
+
+def _frf(
+    frequency: RealArray,
+    values: ComplexArray,
+    response: tuple[int, str, str, str, str],
+    reference: tuple[int, str, str, str, str],
+    title: str,
+) -> UffFunction:
+    return UffFunction(
+        abscissa=frequency,
+        values=values,
+        function_type=FRF,
+        response_node=response[0],
+        response_direction=response[1],
+        reference_node=reference[0],
+        reference_direction=reference[1],
+        ordinate=response[3],
+        ordinate_unit=response[4],
+        denominator=reference[3],
+        denominator_unit=reference[4],
+        id_lines=(title,),
+        response_name=response[2],
+        reference_name=reference[2],
+    )
+
+
+def _channels(places: Sequence[SensorPlace]) -> list[tuple[SensorPlace, str]]:
+    return [(place, axis) for place in places for axis in AXES]
+
+
+def _at(position: RealArray, digits: int = 4) -> tuple[float, float, float]:
+    x, y, z = np.round(position, digits).tolist()
+    return x, y, z
+
+
+def readme_text(bench: VirtualBench, vehicle: str, parts: str, seed: int) -> str:
+    """Return ``README.txt``: every file, and the map from nodes to ears, blows and sensors."""
+    title = f"Virtual vehicle {vehicle} with mount set {parts}, seed {seed}"
+    blows: dict[int, list[str]] = {}
+    for place in impact_places(bench):
+        blows.setdefault(place.node, [f"{place.mount} {place.piece}".strip()]).append(
+            f"{place.name} ({place.direction})"
+        )
+    text = [
+        title,
+        "=" * len(title),
+        "",
+        "Virtual measurements with the errors of real sensors, hammer and loudspeaker. Nobody",
+        "measured this.",
+        "",
+        f"{FREQUENCY.size} lines from {FREQUENCY[0]:g} to {FREQUENCY[-1]:g} Hz, SI units, complex",
+        "peak amplitudes, time factor e^{+jwt}; runs along the engine order "
+        f"{bench.order_torque.order:g},",
+        "phase to the tacho. x points rearward, y to the right, z up; positions count from the",
+        "powertrain's centre of gravity. UFF files: binary, data set 58.",
+        "",
+        "vehicle.toml                    names every other file; ears, mounts, runs",
+        "mounts.csv                      virtual point of every mount",
+        "sensors.csv, channels.csv       accelerometers: position sheet, nodes",
+        "impacts.csv                     blows of the hammer: position sheet, nodes, directions",
+        "noise_transfer/direct.uff       pressure at the ears per force of each blow [Pa/N]",
+        "noise_transfer/reciprocal.uff   acceleration on the body per volume acceleration of a",
+        "                                loudspeaker at each ear [m/s^2 per m^3/s^2], out of it",
+        "                                positive; pressure per force is its negative",
+        "noise_transfer/accelerance.uff  acceleration on the body per force of each blow",
+        "panels.csv                      panels of the cabin: node, place, inward normal, area",
+        "noise_transfer/panel_*.uff      acceleration of the panels inwards, and pressure at them,",
+        "                                per volume acceleration at the ears",
+        "operating/RUN.uff               the driven car: pressure at the ears, acceleration on",
+        "                                both sides of every mount (type 0)",
+        "hammer/                         blows around one mount over time, where asked for",
+        "truth/                          the exact values behind, for verification only",
+        "",
+        "Hammer and loudspeaker found the trimmed body without its powertrain, on different days;",
+        "the runs are those of the complete car on its flexible body, mounts warmer than on the",
+        "bench, with other paths.",
+        "",
+        *(f"    node {node:<4} {ear}, {MICROPHONES[ear]}" for ear, node in EAR_NODES.items()),
+        "Blows:",
+        *(f"    node {node:<4} {what[0]:<9} {', '.join(what[1:])}" for node, what in blows.items()),
+        "Accelerometers on powertrain and wheel ends:",
+        *_table(source_sensor_places(bench)),
+        "Accelerometers on the body:",
+        *_table(body_sensor_places(bench)),
+    ]
+    return "\n".join(text) + "\n"
+
+
+def _table(places: tuple[SensorPlace, ...]) -> list[str]:
+    return [
+        f"    node {place.node:<4} {place.name:<4} {f'{place.mount} {place.piece}'.strip()}"
+        for place in places
+    ]
+
 
 Progress = Callable[[int, int, str], None]
 

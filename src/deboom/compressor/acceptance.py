@@ -1,17 +1,24 @@
-"""Pass, fail or undecided: what a measurement with a known uncertainty proves about a limit."""
+"""Acceptance of deliveries: limits, characteristics and verdicts with their risk."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import Enum
+from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.special import ndtri
 
 from deboom.arrays import RealArray
+from deboom.compressor.identifiability import propagated_from
+from deboom.compressor.identify import ALARM
+from deboom.compressor.parameters import MinimalParameters
+from deboom.compressor.routes import CalibratedMeasurementRoute, MeasuredRoute
+from deboom.compressor.unbalance import hose_alarms
 from deboom.errors import InputError
-from deboom.measurement.inertance_test import freeze_field
+from deboom.measurement.compressor_test import HoseState, freeze_field
 
 RISK = 0.05
 """Of passing a part that breaks its limit, and of failing one that keeps it [1]."""
@@ -233,3 +240,207 @@ def overall(verdicts: Sequence[Verdict]) -> Decision:
     if Decision.FAIL in found:
         return Decision.FAIL
     return Decision.UNDECIDED if Decision.UNDECIDED in found else Decision.PASS
+
+
+if TYPE_CHECKING:
+    from deboom.arrays import RealArray
+    from deboom.compressor.identify import IdentifiedCompressor
+    from deboom.compressor.model import CompressorModel
+
+DIRECTIONS = ("x", "y", "z", "rx", "ry", "rz")
+LINES = 9
+"""In a band at most: rubber's stiffness is smooth over frequency."""
+
+
+@dataclass(frozen=True)
+class StiffnessLimit:
+    """Window of the dynamic stiffness of one direction.
+
+    Parameters
+    ----------
+    direction : str
+        Of `DIRECTIONS`, at the virtual point.
+    band : (float, float)
+        Where it must be kept, ends included [Hz].
+    bounds : Bounds
+        Of its size [N/m, N m/rad].
+    """
+
+    direction: str
+    band: tuple[float, float]
+    bounds: Bounds
+
+    @property
+    def name(self) -> str:
+        """In words."""
+        low, high = self.band
+        where = f"{low:g} Hz" if low == high else f"{low:g}–{high:g} Hz"
+        return f"dynamic stiffness {self.direction}, {where}"
+
+    @property
+    def lines(self) -> RealArray:
+        """Where the stiffness is judged, evenly by octaves [Hz]."""
+        low, high = self.band
+        return np.geomspace(low, high, LINES) if low < high else np.array([low])
+
+
+@dataclass(frozen=True)
+class ComponentLimits:
+    """What a component must keep, in SI.
+
+    Parameters
+    ----------
+    path : Path
+        Of the file that states it.
+    risk : float
+        Largest probability of passing a part that breaks a limit [1].
+    static_unbalance, dynamic_unbalance : Bounds or None
+        [kg m], [kg m²].
+    stiffness : tuple of StiffnessLimit
+    """
+
+    path: Path
+    risk: float
+    static_unbalance: Bounds | None = None
+    dynamic_unbalance: Bounds | None = None
+    stiffness: tuple[StiffnessLimit, ...] = ()
+
+
+def stiffness_characteristic(kept: IdentifiedCompressor, limit: StiffnessLimit) -> Characteristic:
+    """Read the dynamic stiffness of one direction off an identified compressor.
+
+    Parameters
+    ----------
+    kept : IdentifiedCompressor
+    limit : StiffnessLimit
+        Direction and band.
+
+    Returns
+    -------
+    Characteristic
+        ``|v(f) K_dd|`` and its deviation from the whole covariance [N/m, N m/rad]; doubted where
+        the model has an alarm, or no line was fitted below or above the band.
+    """
+    place, lines = DIRECTIONS.index(limit.direction), limit.lines
+    parameters = MinimalParameters(kept.length, reference_frequency=kept.reference_frequency)
+
+    def size(model: CompressorModel) -> RealArray:
+        return np.asarray(np.abs(model.gain.at(lines)) * model.stiffness[place, place])
+
+    covariance = propagated_from(parameters.model, kept.values, kept.covariance, size)
+    return Characteristic(
+        limit.name,
+        size(kept.model),
+        np.sqrt(np.diag(covariance)),
+        lines,
+        doubt=_stiffness_doubt(kept, limit),
+    )
+
+
+def _stiffness_doubt(kept: IdentifiedCompressor, limit: StiffnessLimit) -> str:
+    if kept.alarms:
+        return f"the identified model is not to be trusted: {kept.alarms[0]}"
+    low, high = min(low for low, _ in kept.bands), max(high for _, high in kept.bands)
+    if limit.band[0] < low or limit.band[1] > high:
+        return (
+            f"the hammer test was fitted in {low:g}–{high:g} Hz, which the limit leaves; strike "
+            "with a tip that excites that far, or state the limit within"
+        )
+    return ""
+
+
+if TYPE_CHECKING:
+    from deboom.compressor.identify import IdentifiedCompressor
+    from deboom.compressor.unbalance import Unbalance
+
+STATIC, DYNAMIC = "static unbalance", "dynamic unbalance"
+
+
+def component_verdicts(
+    found: Unbalance, kept: IdentifiedCompressor, limits: ComponentLimits
+) -> tuple[Verdict, ...]:
+    """Judge every limit.
+
+    Parameters
+    ----------
+    found : Unbalance
+        The fit of its chosen route over all sweeps is judged.
+    kept : IdentifiedCompressor
+        Of the hammer test: its stiffness is that of the mounts as struck.
+    limits : ComponentLimits
+
+    Returns
+    -------
+    tuple of Verdict
+        In the order of the file: static, dynamic, then each stiffness.
+    """
+    verdicts = []
+    for name, bounds in (
+        (STATIC, limits.static_unbalance),
+        (DYNAMIC, limits.dynamic_unbalance),
+    ):
+        if bounds is not None:
+            verdicts.append(judge(unbalance_characteristic(found, name), bounds, limits.risk))
+    for limit in limits.stiffness:
+        measured = stiffness_characteristic(kept, limit)
+        verdicts.append(judge(measured, limit.bounds, limits.risk))
+    return tuple(verdicts)
+
+
+def unbalance_characteristic(found: Unbalance, name: str) -> Characteristic:
+    """Read an unbalance off the global fit of the chosen route.
+
+    Parameters
+    ----------
+    found : Unbalance
+    name : str
+        `STATIC` or `DYNAMIC`.
+
+    Returns
+    -------
+    Characteristic
+        Its size, with the deviation of the worst direction [kg m, kg m²]; doubted where hoses were
+        on or visible, the sweeps are not explained, or the route rests on a refuted model.
+    """
+    sources = found.chosen.sources
+    place = 0 if name == STATIC else 1
+    estimate = sources.static if name == STATIC else sources.dynamic
+    rows = slice(2 * place, 2 * place + 2)
+    deviation = float(np.sqrt(np.linalg.eigvalsh(sources.covariance[rows, rows])[-1]))
+    return Characteristic(
+        name,
+        np.array([abs(estimate.value)]),
+        np.array([deviation]),
+        np.zeros(1),
+        is_radius=True,
+        doubt=_unbalance_doubt(found),
+    )
+
+
+def _unbalance_doubt(found: Unbalance) -> str:
+    """Say why the fit over all sweeps proves nothing; it allows for mounts that changed."""
+    result = found.chosen
+    used = tuple(
+        sweep for sweep in found.test.sweeps if sweep.name in {one.sweep for one in result.sweeps}
+    )
+    if any(sweep.hoses is HoseState.STANDARD for sweep in used):
+        return (
+            "the sweeps were run with the hoses of the vehicle, which push back; run with long "
+            "soft hoses and masses"
+        )
+    hoses = hose_alarms(used, result.sources.residual_bands)
+    if hoses:
+        return hoses[0]
+    chi = result.sources.remaining_chi
+    if chi > ALARM or not result.fit.converged:
+        return (
+            f"no rotor, gas and mounts explain the sweeps, residuals are {chi:.2f} times the "
+            "noise; look for hoses, loose sensors and a compressor that bends, and run again"
+        )
+    measured = isinstance(result.route, MeasuredRoute | CalibratedMeasurementRoute)
+    if found.identification.alarms and not measured:
+        return (
+            f"route {result.route.letter} rests on a model that the hammer test refutes; choose "
+            "route d, which needs no model of mounts and foundation"
+        )
+    return ""

@@ -1,26 +1,118 @@
-"""Loads of mounts and hoses on a body that moves: measured, predicted or left out."""
+"""Forces of mounts and hoses on a body that answers."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
 
-from deboom.arrays import ComplexArray
+from deboom.arrays import ComplexArray, RealArray
 from deboom.compressor.hose_beams import hose_matrices
-from deboom.compressor.mount_forces import AXES, motion_at_mounts, mount_forces, stiffness_of_mounts
+from deboom.compressor.hose_evidence import motion_at_virtual_point, running_compressor
 from deboom.errors import InputError
-from deboom.measurement.channel_geometry import RIGID_MOTIONS
+from deboom.measurement.channels import Spectrum
+from deboom.measurement.compressor_test import CompressorMount, HoseState
+from deboom.measurement.electric_car import measured_lines
 from deboom.measurement.noise_transfer import POINT_LOADS
-from deboom.measurement.wrench_noise_transfer import measured_lines
+from deboom.measurement.sensors import SENSOR_AXES
+from deboom.measurement.virtual_point import RIGID_MOTIONS
+from deboom.physics.rigid_body import forward_matrices
+
+AXES = 3
+"""Directions in which a mount pushes: it has no rotational stiffness of its own."""
+
+
+def stiffness_of_mounts(mounts: Sequence[CompressorMount]) -> RealArray:
+    """Return the stiffness of each mount in fixed axes, where the gain is 1.
+
+    Parameters
+    ----------
+    mounts : sequence of CompressorMount
+
+    Returns
+    -------
+    array, shape (n, 3, 3)
+        ``R diag(k) Rᵀ`` [N/m].
+    """
+    turn = np.array([mount.orientation for mount in mounts])
+    along = np.array([mount.stiffness for mount in mounts])[:, np.newaxis, :]
+    return np.asarray((turn * along) @ np.swapaxes(turn, 1, 2))
+
+
+def motion_at_mounts(
+    mounts: Sequence[CompressorMount], displacement: npt.ArrayLike
+) -> ComplexArray:
+    """Return how the compressor moves at each of its mounts.
+
+    Parameters
+    ----------
+    mounts : sequence of CompressorMount
+    displacement : array, shape (n_frequency, 6)
+        Of the virtual point [m, rad].
+
+    Returns
+    -------
+    array, shape (n_frequency, 3 n)
+        x, y, z of each mount [m].
+    """
+    rows = forward_matrices(np.array([mount.position for mount in mounts]))
+    return np.asarray(np.asarray(displacement, dtype=complex) @ rows.T)
+
+
+def mount_forces(
+    mounts: Sequence[CompressorMount], factor: npt.ArrayLike, travel: npt.ArrayLike
+) -> ComplexArray:
+    """Return the force of each mount on the body.
+
+    Parameters
+    ----------
+    mounts : sequence of CompressorMount
+    factor : complex array, shape (n_frequency,)
+        Gain, and what the mounts have changed since it was found [1].
+    travel : array, shape (n_frequency, 3 n)
+        Motion of the compressor minus motion of the body, x, y, z of each mount [m].
+
+    Returns
+    -------
+    array, shape (n_frequency, 3 n)
+        Complex peak [N].
+
+    Notes
+    -----
+    ``F_i = v(f) K_i (T_i x − y_i)``: thesis, section 4.5.1, with the body's motion y that the
+    thesis leaves out.
+    """
+    apart = np.asarray(travel, dtype=complex)
+    by_mount = apart.reshape(len(apart), len(mounts), AXES)
+    forces = np.einsum("iab,fib->fia", stiffness_of_mounts(mounts), by_mount)
+    scale = np.asarray(factor, dtype=complex)[:, np.newaxis]
+    return np.asarray(scale * forces.reshape(apart.shape))
+
+
+def load_at_virtual_point(mounts: Sequence[CompressorMount], forces: npt.ArrayLike) -> ComplexArray:
+    """Refer forces at the mounts to the virtual point.
+
+    Parameters
+    ----------
+    mounts : sequence of CompressorMount
+    forces : array, shape (n_frequency, 3 n)
+        [N].
+
+    Returns
+    -------
+    array, shape (n_frequency, 6)
+        [N, N m].
+    """
+    rows = forward_matrices(np.array([mount.position for mount in mounts]))
+    return np.asarray(np.asarray(forces, dtype=complex) @ rows)
+
 
 if TYPE_CHECKING:
     from deboom.measurement.channels import Frf
-    from deboom.measurement.inertance_test import CompressorMount
-    from deboom.measurement.operating_sweep import HoseDrawing
+    from deboom.measurement.compressor_test import CompressorMount, HoseDrawing
 
 N_WRENCH = len(POINT_LOADS)
 
@@ -55,7 +147,7 @@ def body_receptance(
     Parameters
     ----------
     accelerance : Frf
-        From `deboom.measurement.wrench_noise_transfer.wrench_accelerance`.
+        From `deboom.measurement.electric_car.wrench_accelerance`.
     frequency : array, shape (n_frequency,)
         Measured lines [Hz].
     mounts, hoses : sequence of str
@@ -214,3 +306,167 @@ def _times(matrices: ComplexArray, vectors: ComplexArray) -> ComplexArray:
 
 def _solved(matrices: ComplexArray, vectors: ComplexArray) -> ComplexArray:
     return np.asarray(np.linalg.solve(matrices, vectors[..., np.newaxis])[..., 0], dtype=complex)
+
+
+if TYPE_CHECKING:
+    from deboom.compressor.identify import Identification
+    from deboom.measurement.channels import Frf
+    from deboom.measurement.compressor_test import (
+        CompressorMount,
+        HoseDrawing,
+        OperatingSweep,
+        OperatingTest,
+    )
+
+StiffnessCurve = Callable[[RealArray], ComplexArray]
+
+
+@dataclass(frozen=True, eq=False)
+class Neighbours:
+    """What a compressor hangs on beside its mounts, and how the body answers.
+
+    Parameters
+    ----------
+    hoses : tuple of HoseDrawing
+        Standard ones, called like the points of the body; empty where they are not known.
+    accelerance : Frf
+        Of the free body at mounts and hoses, from `wrench_accelerance`.
+    """
+
+    hoses: tuple[HoseDrawing, ...]
+    accelerance: Frf
+
+
+def on_rigid_foundation(
+    test: OperatingTest,
+    found: Identification,
+    mounts: Sequence[CompressorMount],
+    neighbours: Neighbours | None = None,
+    change: StiffnessCurve | None = None,
+) -> OperatingTest:
+    """Take the motion of the body off the accelerations of a running compressor.
+
+    Parameters
+    ----------
+    test : OperatingTest
+        With accelerations on the body side of the mounts in every sweep.
+    found : Identification
+        Of its hammer test, which stood on a rigid foundation.
+    mounts : sequence of CompressorMount
+        Called like the holders.
+    neighbours : Neighbours, optional
+        Without it, what the body does through the hoses stays in the sweeps that have them.
+    change : callable, optional
+        Lines [Hz] → change of the mounts' stiffness since the hammer test [1]; none by default.
+
+    Returns
+    -------
+    OperatingTest
+        With the accelerations that the same load would cause on a rigid foundation.
+
+    Raises
+    ------
+    InputError
+        A sweep without holder accelerations of a mount, a hose without accelerances.
+
+    Notes
+    -----
+    The body's motions y at the mounts and b at the hoses drive the compressor, ``AM a = F + Σ Tᵀ v
+    K y + Sᵀ b``, so that ``a − AM⁻¹ (Σ Tᵀ v K y + Sᵀ b)`` is the motion by F alone; b is predicted
+    by the free body's accelerances. A change of the mounts since the hammer test that is not known
+    yet enters this small part only. What sees the sweeps afterwards may take the foundation as
+    rigid.
+    """
+    return replace(
+        test,
+        sweeps=tuple(_corrected(sweep, found, mounts, neighbours, change) for sweep in test.sweeps),
+    )
+
+
+def holder_displacement(sweep: OperatingSweep, mounts: Sequence[CompressorMount]) -> ComplexArray:
+    """Return how the body moves at the mounts.
+
+    Parameters
+    ----------
+    sweep : OperatingSweep
+    mounts : sequence of CompressorMount
+
+    Returns
+    -------
+    array, shape (n_frequency, 3 n)
+        x, y, z of each mount [m].
+
+    Raises
+    ------
+    InputError
+        No accelerations on the body side of a mount.
+    """
+    names = [f"{mount.name} {axis}" for mount in mounts for axis in SENSOR_AXES]
+    recorded = () if sweep.holder is None else sweep.holder.channels
+    missing = [name for name in names if name not in recorded]
+    if sweep.holder is None or missing:
+        raise InputError(
+            f"sweep {sweep.name} has no body-side acceleration '{missing[0]}': record it, or "
+            "predict the motion of the body from its accelerances"
+        )
+    square = (2 * np.pi * sweep.frequency[:, np.newaxis]) ** 2
+    return np.asarray(-sweep.holder.select(names).values / square)
+
+
+def displacement_at_virtual_point(sweep: OperatingSweep, found: Identification) -> ComplexArray:
+    """Return how the compressor moves, by the calibrated accelerometers.
+
+    Parameters
+    ----------
+    sweep : OperatingSweep
+    found : Identification
+
+    Returns
+    -------
+    array, shape (n_frequency, 6)
+        [m, rad].
+    """
+    acceleration, _ = motion_at_virtual_point(sweep, found)
+    return np.asarray(-acceleration / (2 * np.pi * sweep.frequency[:, np.newaxis]) ** 2)
+
+
+def _corrected(
+    sweep: OperatingSweep,
+    found: Identification,
+    mounts: Sequence[CompressorMount],
+    neighbours: Neighbours | None,
+    change: StiffnessCurve | None,
+) -> OperatingSweep:
+    lines, holder = sweep.frequency, holder_displacement(sweep, mounts)
+    changed = np.zeros(lines.size, dtype=complex) if change is None else change(lines)
+    factor = found.calibrated.model.gain.at(lines) * (1 + changed)
+    # the gyroscopic moment has no part in a motion this small
+    mass = running_compressor(found, lines, change=changed).apparent_mass
+    load = load_at_virtual_point(mounts, mount_forces(mounts, factor, holder))
+    if neighbours is not None and neighbours.hoses and sweep.hoses is HoseState.STANDARD:
+        hoses = neighbours.hoses
+        matrices = hose_matrices(hoses, lines)
+        ends = loads_by_measured_holders(
+            mounts,
+            factor,
+            displacement_at_virtual_point(sweep, found),
+            holder,
+            hoses,
+            lines,
+            body_receptance(
+                neighbours.accelerance,
+                lines,
+                [mount.name for mount in mounts],
+                [hose.name for hose in hoses],
+            ),
+        ).hose_ends
+        load = load + matrices.compressor_load(np.zeros_like(load), ends)
+        mass = mass - matrices.point / (2 * np.pi * lines[:, np.newaxis, np.newaxis]) ** 2
+    follows = np.linalg.solve(mass, load[:, :, np.newaxis])[:, :, 0]
+    calibrated = found.calibrated
+    seen = follows @ calibrated.placement.response_matrix(calibrated.errors).T
+    measured = sweep.acceleration
+    return replace(
+        sweep,
+        acceleration=Spectrum(lines, measured.values - seen, measured.channels, measured.unit),
+    )

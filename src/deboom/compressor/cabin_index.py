@@ -1,20 +1,530 @@
-"""The seam to the exploration of a compressor's mounts: designs in, one level per car out."""
+"""Pressure in the cabin for any mounts, with its gradient."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
 
 from deboom.arrays import ComplexArray, RealArray
-from deboom.compressor.car_seam import CarSeam
-from deboom.compressor.mount_variables import MountVariables
 from deboom.errors import InputError
-from deboom.measurement.inertance_test import CompressorMount
+from deboom.measurement.compressor_test import CompressorMount
+from deboom.measurement.electric_car import (
+    measured_lines,
+    wrench_accelerance,
+    wrench_noise_transfer,
+)
 from deboom.physics import sound_level
-from deboom.physics.rigid_body import skew
+from deboom.physics.rigid_body import (
+    forward_matrices,
+    forward_matrix,
+    mount_stiffness_matrix,
+    rigid_body_modes,
+    shift_matrix,
+    skew,
+)
+
+if TYPE_CHECKING:
+    from deboom.compressor.hose_beams import HoseMatrices
+    from deboom.compressor.unbalance_load import RotationSense
+    from deboom.measurement.compressor_test import CompressorMount
+    from deboom.measurement.electric_car import ElectricCar
+
+
+@dataclass(frozen=True, eq=False)
+class FreeCompressor:
+    """A running compressor without mounts and hoses, at its virtual point.
+
+    Parameters
+    ----------
+    frequency : array, shape (f,)
+        Of the rotation [Hz].
+    dynamic_stiffness : array, shape (f, 6, 6)
+        Of the free body with its turning rotor [N/m, N/rad, N m/rad].
+    case_names : tuple of str, length c
+        Such as ``7.5 bar``.
+    load : array, shape (c, f, 6)
+        Of the source, complex peak [N, N m].
+    """
+
+    frequency: RealArray
+    dynamic_stiffness: ComplexArray
+    case_names: tuple[str, ...]
+    load: ComplexArray
+
+
+def free_compressor(
+    mass_matrix: RealArray,
+    rotor_inertia: float,
+    sense: RotationSense,
+    frequency: RealArray,
+    loads: dict[str, ComplexArray],
+) -> FreeCompressor:
+    """Put together a running compressor.
+
+    Parameters
+    ----------
+    mass_matrix : array, shape (6, 6)
+        At the virtual point [kg, kg m, kg m²].
+    rotor_inertia : float
+        Polar moment of the rotor [kg m²].
+    sense : RotationSense
+    frequency : array, shape (f,)
+        [Hz].
+    loads : dict of str to array, shape (f, 6)
+        By name of the case [N, N m].
+
+    Notes
+    -----
+    ``D = −ω² (M ± jJ skew(e_x))`` in the rotations, see `RouteModel.with_rotor`.
+    """
+    mass = np.array(mass_matrix, dtype=complex)
+    mass[3:, 3:] += 1j * sense.value * rotor_inertia * skew([1.0, 0.0, 0.0])
+    squared = (2 * np.pi * np.asarray(frequency, dtype=float)) ** 2
+    return FreeCompressor(
+        np.asarray(frequency, dtype=float),
+        np.multiply.outer(-squared, mass),
+        tuple(loads),
+        np.array(list(loads.values()), dtype=complex),
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class BodySide:
+    """The free body of a car at its points: first m mounts, then the ends of hoses.
+
+    Parameters
+    ----------
+    name : str
+        Of the car.
+    frequency : array, shape (f,)
+        [Hz].
+    points : tuple of str
+    receptance : array, shape (f, 6 p, 6 p)
+        Six motions per six loads of every point [m/N, 1/N, 1/(N m)].
+    transfer : array, shape (f, 6 p)
+        Pressure at the ear per load [Pa/N, Pa/(N m)].
+
+    Raises
+    ------
+    InputError
+        Shapes that do not fit together.
+    """
+
+    name: str
+    frequency: RealArray
+    points: tuple[str, ...]
+    receptance: ComplexArray
+    transfer: ComplexArray
+
+    def __post_init__(self) -> None:
+        lines, size = np.size(self.frequency), 6 * len(self.points)
+        if self.receptance.shape != (lines, size, size) or self.transfer.shape != (lines, size):
+            raise InputError(
+                f"car {self.name}: {len(self.points)} points at {lines} lines need {size} loads "
+                f"each, not {self.receptance.shape} and {self.transfer.shape}"
+            )
+
+    def rigid(self) -> BodySide:
+        """Return the same body with holders that do not move; the ear still hears them."""
+        return replace(self, receptance=np.zeros_like(self.receptance))
+
+
+def measured_body(
+    car: ElectricCar,
+    mounts: Sequence[CompressorMount],
+    frequency: npt.ArrayLike,
+    hoses: Sequence[str] = (),
+) -> BodySide:
+    """Return the body of a measured car where these mounts stand, and at the ends of hoses.
+
+    Parameters
+    ----------
+    car : ElectricCar
+    mounts : sequence of CompressorMount
+        Called like points of the car; loads and motions are referred to where they stand.
+    frequency : array, shape (f,)
+        Measured lines [Hz].
+    hoses : sequence of str
+        Names of hose ends.
+
+    Raises
+    ------
+    InputError
+        A line, a mount or a hose that was not measured.
+    """
+    lines = np.asarray(frequency, dtype=float)
+    places = {mount.name: mount.position for mount in mounts}
+    moved = tuple(
+        replace(point, position=places.get(point.name, point.position)) for point in car.points
+    )
+    there = replace(car, points=moved)
+    points = (*places, *hoses)
+    transfer = wrench_noise_transfer(there, points).at(lines).transfer
+    accelerance = wrench_accelerance(there, points)
+    rows = measured_lines(accelerance.frequency, lines)
+    squared = (2 * np.pi * lines)[:, np.newaxis, np.newaxis] ** 2
+    return BodySide(
+        car.name, lines, points, -accelerance.values[rows] / squared, transfer.values[:, 0]
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class CarSeam:
+    """What the mounts see of compressor and car, six motions and loads at each of m mounts.
+
+    Parameters
+    ----------
+    car : str
+    frequency : array, shape (f,)
+        [Hz].
+    case_names : tuple of str, length c
+    free : array, shape (c, f, 6 m)
+        Motion of the compressor over that of the body with nothing between them [m, rad].
+    compliance : array, shape (f, 6 m, 6 m)
+        How the loads of the mounts on the body lessen it [m/N, 1/N, 1/(N m)].
+    transfer : array, shape (f, 6 m)
+        Pressure at the ear per such load, hoses included [Pa/N, Pa/(N m)].
+    direct : array, shape (c, f)
+        Pressure without mounts, through the hoses [Pa].
+
+    Notes
+    -----
+    With loads q of the mounts, relative motion ``r = free − compliance q`` and pressure
+    ``p = direct + transferᵀ q``.
+    """
+
+    car: str
+    frequency: RealArray
+    case_names: tuple[str, ...]
+    free: ComplexArray
+    compliance: ComplexArray
+    transfer: ComplexArray
+    direct: ComplexArray
+
+
+def car_seam(
+    running: FreeCompressor,
+    positions: RealArray,
+    body: BodySide,
+    hoses: HoseMatrices | None = None,
+) -> CarSeam:
+    """Join compressor, body and hoses, and leave the places of the mounts open.
+
+    Parameters
+    ----------
+    running : FreeCompressor
+    positions : array, shape (m, 3)
+        Of the mounts, from the virtual point [m].
+    body : BodySide
+        At the m mounts and the ends of the hoses, in their order, same lines.
+    hoses : HoseMatrices, optional
+        None where nothing but the mounts joins both.
+
+    Returns
+    -------
+    CarSeam
+
+    Raises
+    ------
+    InputError
+        Other lines or points.
+
+    Notes
+    -----
+    Primal for compressor x and hose ends h, with receptances Y of the body::
+
+        (D + Z_cc) x − Z_hcᵀ h = F − Vᵀ q
+        −Y_hh Z_hc x + (I + Y_hh Z_hh) h = Y_hm q
+    """
+    lines, size = running.frequency.size, 6 * len(positions)
+    n_ends = body.transfer.shape[1] - size
+    wanted = 0 if hoses is None else 6 * len(hoses.names)
+    if not np.array_equal(body.frequency, running.frequency) or n_ends != wanted:
+        raise InputError(
+            f"car {body.name}: compressor and body have different lines, or {n_ends // 6} hose "
+            f"ends for {wanted // 6} hoses"
+        )
+    rigid = np.concatenate([shift_matrix(-place) for place in positions])
+    own = running.dynamic_stiffness
+    mounts, ends = slice(0, size), slice(size, size + n_ends)
+    y = body.receptance
+    onto = np.zeros((lines, n_ends, 6), dtype=complex)
+    held = np.zeros((lines, n_ends, n_ends), dtype=complex)
+    if hoses is not None:
+        own, onto, held = own + hoses.point, hoses.transfer, hoses.body
+    back = -np.swapaxes(onto, 1, 2)
+    joined = np.block(
+        [[own, back], [-y[:, ends, ends] @ onto, np.eye(n_ends) + y[:, ends, ends] @ held]]
+    )
+    # columns: one per case, then one per load of a mount
+    n_cases = len(running.case_names)
+    columns = np.zeros((lines, 6 + n_ends, n_cases + size), dtype=complex)
+    columns[:, :6, :n_cases] = np.moveaxis(running.load, 0, -1)
+    columns[:, :6, n_cases:] = -rigid.T
+    columns[:, 6:, n_cases:] = y[:, ends, mounts]
+    motion = np.linalg.solve(joined, columns)
+    hose_load = onto @ motion[:, :6] - held @ motion[:, 6:]
+    relative = rigid @ motion[:, :6] - y[:, mounts, ends] @ hose_load
+    relative[:, :, n_cases:] -= y[:, mounts, mounts]
+    heard = np.einsum("fe,fec->fc", body.transfer[:, ends], hose_load)
+    heard[:, n_cases:] += body.transfer[:, mounts]
+    return CarSeam(
+        body.name,
+        running.frequency,
+        running.case_names,
+        np.moveaxis(relative[:, :, :n_cases], -1, 0),
+        -relative[:, :, n_cases:],
+        heard[:, n_cases:],
+        heard[:, :n_cases].T,
+    )
+
+
+AXES = ("axial", "radial", "radial")
+"""Of the three stiffnesses of a round mount, as part numbers know them."""
+COORDINATES = ("x", "y", "z")
+DATUM = 100.0
+"""A mount that stands where it is drawn has this coordinate: places are counted from a plane so far
+before it, so that a tolerance can be a fraction of them [mm]."""
+MILLI = 1e-3
+
+
+@dataclass(frozen=True, eq=False)
+class MountVariables:
+    """Columns of a design of m mounts.
+
+    Parameters
+    ----------
+    names, units : tuple of str, length k
+    scaled : bool array, shape (k, 3 m)
+        Stiffnesses (axial and two radial of each mount) that each variable multiplies.
+    moved : bool array, shape (k, 3 m)
+        Coordinates (x, y, z of each mount) that each variable is; at most one of each.
+
+    Raises
+    ------
+    InputError
+        Not one row per variable, doubled names, a variable of no or of both kinds, a coordinate
+        with two variables.
+    """
+
+    names: tuple[str, ...]
+    units: tuple[str, ...]
+    scaled: npt.NDArray[np.bool_]
+    moved: npt.NDArray[np.bool_]
+
+    def __post_init__(self) -> None:
+        count = len(self.names)
+        if len(set(self.names)) < count or len(self.units) != count:
+            raise InputError(f"the variables {list(self.names)} need a name and a unit each")
+        for name in ("scaled", "moved"):
+            mask = np.array(getattr(self, name), dtype=bool)
+            if mask.ndim != 2 or len(mask) != count or mask.shape[1] % 3:
+                raise InputError(
+                    f"'{name}' of {count} variables has shape {mask.shape}: give one row per "
+                    "variable and three columns per mount"
+                )
+            mask.setflags(write=False)
+            object.__setattr__(self, name, mask)
+        does = np.stack([self.scaled.any(axis=1), self.moved.any(axis=1)])
+        if self.scaled.shape != self.moved.shape or not np.all(does.sum(axis=0) == 1):
+            raise InputError("a variable either multiplies stiffnesses or is a coordinate")
+        if np.any(self.moved.sum(axis=0) > 1) or np.any(self.moved.sum(axis=1) > 1):
+            raise InputError("a coordinate has one variable, and a variable one coordinate")
+
+    @property
+    def places(self) -> npt.NDArray[np.intp]:
+        """Columns of a design that are coordinates, shape (n_place,)."""
+        return np.flatnonzero(self.moved.any(axis=1))
+
+    @property
+    def coordinates(self) -> npt.NDArray[np.intp]:
+        """Which of the 3 m coordinates these are, shape (n_place,)."""
+        return np.asarray(np.argmax(self.moved[self.places], axis=1), dtype=np.intp)
+
+    def factors(self, designs: RealArray) -> RealArray:
+        """Return the factor on every stiffness, (n, k) → (n, 3 m) [1]."""
+        return np.asarray(np.where(self.scaled, designs[:, :, np.newaxis], 1.0).prod(axis=1))
+
+    def offsets(self, designs: RealArray) -> RealArray:
+        """Return how far mounts stand off along `coordinates`, (n, k) → (n, n_place) [m]."""
+        return np.asarray(MILLI * (designs[:, self.places] - DATUM))
+
+    def checked(self, designs: npt.ArrayLike) -> RealArray:
+        """Return the designs as a finite array of shape (n, k), stiffness factors above 0.
+
+        Raises
+        ------
+        InputError
+            Anything else.
+        """
+        array = np.asarray(designs, dtype=float)
+        if array.ndim != 2 or array.shape[1] != len(self.names):
+            raise InputError(
+                f"designs have shape {array.shape}, expected (n, {len(self.names)}) with the "
+                f"columns {list(self.names)}"
+            )
+        if not np.all(np.isfinite(array)):
+            raise InputError("a design has a number that is not finite")
+        if not np.all(array[:, self.scaled.any(axis=1)] > 0):
+            raise InputError("a design has a stiffness factor that is not positive")
+        return array
+
+
+@dataclass
+class _Rows:
+    """Variables as they are put together."""
+
+    n_mounts: int
+    names: list[str] = field(default_factory=list)
+    units: list[str] = field(default_factory=list)
+    scaled: list[npt.NDArray[np.bool_]] = field(default_factory=list)
+    moved: list[npt.NDArray[np.bool_]] = field(default_factory=list)
+
+    def add(self, name: str, unit: str, *, scaled: Sequence[int] = (), moved: int = -1) -> None:
+        self.names.append(name)
+        self.units.append(unit)
+        columns = np.arange(3 * self.n_mounts)
+        self.scaled.append(np.isin(columns, scaled))
+        self.moved.append(columns == moved)
+
+    def variables(self) -> MountVariables:
+        return MountVariables(
+            tuple(self.names), tuple(self.units), np.array(self.scaled), np.array(self.moved)
+        )
+
+
+def mount_variables(
+    mounts: Sequence[CompressorMount], *, identical: bool, pieces: bool, places: bool
+) -> MountVariables:
+    """Return the variables of round mounts: axial and radial stiffness factors, and places.
+
+    Parameters
+    ----------
+    mounts : sequence of CompressorMount
+        At least one.
+    identical : bool
+        One part number for all: the factors ``mounts axial`` and ``mounts radial`` are common.
+        Otherwise every mount has its own, ``mount 1 axial`` ….
+    pieces : bool
+        With identical mounts, one more factor per mount and axis, ``mount 1 axial piece`` …: what
+        pieces of one part number differ by.
+    places : bool
+        Coordinates of every mount, ``mount 1 x`` … [mm], counted from `DATUM`.
+
+    Returns
+    -------
+    MountVariables
+    """
+    rows = _Rows(len(mounts))
+    axes = list(dict.fromkeys(AXES))
+    columns = {
+        (number, axis): [3 * number + place for place, name in enumerate(AXES) if name == axis]
+        for number in range(len(mounts))
+        for axis in axes
+    }
+    if identical:
+        for axis in axes:
+            both = [column for (_, name), own in columns.items() if name == axis for column in own]
+            rows.add(f"mounts {axis}", "1", scaled=both)
+    if pieces or not identical:
+        for (number, axis), own in columns.items():
+            name = f"{mounts[number].name} {axis}"
+            rows.add(f"{name} piece" if identical else name, "1", scaled=own)
+    if places:
+        for number, mount in enumerate(mounts):
+            for place, coordinate in enumerate(COORDINATES):
+                rows.add(f"{mount.name} {coordinate}", "mm", moved=3 * number + place)
+    return rows.variables()
+
+
+GRAVITY = 9.80665
+"""Standard acceleration of free fall [m/s²]."""
+TRAVEL = "travel under 1 g"
+
+
+@dataclass(frozen=True, eq=False)
+class MountStatics:
+    """Travel under 1 g and rigid-body modes, as functions of the stiffness factors.
+
+    Parameters
+    ----------
+    variables : MountVariables
+        Places do not count here: mounts stand where they are drawn.
+    mounts : tuple of CompressorMount
+        At factor 1.
+    gain : float
+        Stiffness that counts over that of `mounts` [1].
+    mass : float
+        [kg]
+    centre : array, shape (3,)
+        Centre of gravity, from the virtual point [m].
+    mass_matrix : array, shape (6, 6)
+        At the virtual point [kg, kg m, kg m²].
+
+    Notes
+    -----
+    Rubber is stiffer over frequency than at rest: with the gain of the lowest line travel comes out
+    short and modes high, in the same ratio for all designs.
+    """
+
+    variables: MountVariables
+    mounts: tuple[CompressorMount, ...]
+    gain: float
+    mass: float
+    centre: RealArray
+    mass_matrix: RealArray
+
+    @property
+    def variable_names(self) -> tuple[str, ...]:
+        """Name of each column of the designs."""
+        return self.variables.names
+
+    @property
+    def response_names(self) -> tuple[str, ...]:
+        """Of `__call__`."""
+        return (TRAVEL,)
+
+    def __call__(self, designs: npt.ArrayLike) -> RealArray:
+        """Return the largest travel of a mount under 1 g along x, y or z, (n, k) → (n, 1) [mm].
+
+        Raises
+        ------
+        InputError
+            Designs that are no designs of these variables.
+        """
+        positions = np.array([mount.position for mount in self.mounts])
+        stiffness = self._stiffness(designs)
+        # a force at the centre of gravity, along each axis in turn
+        weight = self.mass * GRAVITY * forward_matrix(self.centre).T
+        bodies = np.linalg.solve(stiffness, np.broadcast_to(weight, (len(stiffness), 6, 3)))
+        moved = forward_matrices(positions) @ bodies
+        far = np.linalg.norm(moved.reshape(len(stiffness), -1, 3, 3), axis=2)
+        return np.asarray(1e3 * far.max(axis=(1, 2))[:, np.newaxis])
+
+    def modes(self, designs: npt.ArrayLike) -> RealArray:
+        """Return the six rigid-body modes of designs, (n, k) → (n, 6) [Hz].
+
+        Raises
+        ------
+        InputError
+            As in `__call__`.
+        """
+        rows = [rigid_body_modes(self.mass_matrix, one)[0] for one in self._stiffness(designs)]
+        return np.array(rows).reshape(-1, 6)
+
+    def _stiffness(self, designs: npt.ArrayLike) -> RealArray:
+        """Stiffness at the virtual point, shape (n, 6, 6)."""
+        factors = self.variables.factors(self.variables.checked(designs))
+        positions = np.array([mount.position for mount in self.mounts])
+        turn = np.array([mount.orientation for mount in self.mounts])
+        static = np.array([mount.stiffness for mount in self.mounts])
+        values = self.gain * factors.reshape(-1, *static.shape) * static
+        return np.asarray(mount_stiffness_matrix(positions, values, turn), dtype=float)
+
 
 PART = 2**19
 """Complex numbers of the matrices that are solved at a time: they stay near the processor."""

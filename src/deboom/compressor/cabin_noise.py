@@ -1,8 +1,10 @@
-"""Cabin noise of a running compressor: loads of mounts and hoses times transfer functions."""
+"""Noise of a compressor in its car by every path, with its bands."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -11,23 +13,208 @@ import numpy.typing as npt
 from deboom.arrays import ComplexArray, RealArray
 from deboom.compressor.body_loads import (
     BodyLoads,
+    Neighbours,
     body_receptance,
+    displacement_at_virtual_point,
+    holder_displacement,
     loads_by_measured_holders,
     loads_by_predicted_holders,
     loads_on_still_body,
+    on_rigid_foundation,
 )
-from deboom.compressor.rigid_foundation import displacement_at_virtual_point, holder_displacement
+from deboom.compressor.hose_identification import HoseOptions, identify_hoses
+from deboom.compressor.mount_shares import STIFFNESS_NUMBERS, MountPrior, MountShares, mount_shares
+from deboom.compressor.routes import UpdatedRoute
+from deboom.compressor.unbalance import UnbalanceOptions, unbalance
 from deboom.errors import InputError
+from deboom.measurement.compressor_test import HoseState
+from deboom.measurement.electric_car import wrench_accelerance, wrench_noise_transfer
 from deboom.measurement.noise_transfer import POINT_LOADS
-from deboom.measurement.operating_sweep import HoseState
-from deboom.measurement.wrench_noise_transfer import wrench_noise_transfer
 from deboom.physics.sound_level import spl
 from deboom.physics.transfer_path import contributions
 
 if TYPE_CHECKING:
-    from deboom.compressor.running_in_car import RunningInCar
-    from deboom.measurement.operating_sweep import HoseDrawing, OperatingSweep
-    from deboom.measurement.wrench_noise_transfer import WrenchNoiseTransfer
+    from deboom.compressor.hose_identification import HoseIdentification
+    from deboom.compressor.identify import Identification
+    from deboom.compressor.unbalance import Unbalance
+    from deboom.measurement.channels import Frf
+    from deboom.measurement.compressor_test import CompressorMount, HoseDrawing
+    from deboom.measurement.electric_car import ElectricCar
+
+Step = Callable[[str], None]
+
+HOSE_PASSES = 2
+"""With drawn, then with identified hoses: how the body moves them depends on what they are."""
+
+
+@dataclass(frozen=True, eq=False)
+class RunningInCar:
+    """All that is known of a compressor in its car.
+
+    Parameters
+    ----------
+    car : ElectricCar
+    found : Identification
+        Of its hammer test.
+    shares : MountShares
+        What each mount carries.
+    accelerance : Frf
+        Of the free body between all points.
+    source : Unbalance
+        By sweeps with soft hoses where there are any, the motion of the body taken off.
+    hoses : HoseIdentification or None
+        None where they are left out.
+    """
+
+    car: ElectricCar
+    found: Identification
+    shares: MountShares
+    accelerance: Frf
+    source: Unbalance
+    hoses: HoseIdentification | None
+
+    def change(self, frequency: npt.ArrayLike) -> ComplexArray:
+        """Change of the mounts' stiffness since the hammer test, 0 where none is significant [1].
+
+        Parameters
+        ----------
+        frequency : array, shape (n_frequency,)
+            Of the rotation [Hz].
+
+        Returns
+        -------
+        array, shape (n_frequency,)
+        """
+        return _change(self.source, np.asarray(frequency, dtype=float))
+
+    def change_deviation(self, frequency: npt.ArrayLike) -> RealArray:
+        """1 σ of `change`, shape (n_frequency,) [1]."""
+        state = self.source.state
+        lines = np.asarray(frequency, dtype=float)
+        return np.asarray(np.interp(lines, state.frequency, state.curve_deviation))
+
+    @property
+    def alarms(self) -> tuple[str, ...]:
+        """Reasons not to trust it, in words; empty where there are none."""
+        of_hoses = () if self.hoses is None else self.hoses.alarms
+        return (*self.source.alarms, *self.shares.alarms, *of_hoses)
+
+
+def running_in_car(
+    car: ElectricCar,
+    found: Identification,
+    prior: MountPrior | None = None,
+    *,
+    with_hoses: bool = True,
+    step: Step | None = None,
+) -> RunningInCar:
+    """Find out what a compressor does on its mounts and hoses in a car.
+
+    Parameters
+    ----------
+    car : ElectricCar
+    found : Identification
+        Of the hammer test on its compressor.
+    prior : MountPrior, optional
+        Of single mounts; the places where the car's sheet has them replace those of the drawing.
+    with_hoses : bool
+        Whether standard hoses are identified; without, their paths are left out.
+    step : callable of str, optional
+        Told what is being done, for progress.
+
+    Returns
+    -------
+    RunningInCar
+
+    Raises
+    ------
+    InputError
+        No drawing of the mounts, or one with others than the car; standard hoses without drawing,
+        or whose ends on the body were not struck; what `unbalance` and `identify_hoses` refuse.
+    """
+    say = step or (lambda _: None)
+    standard = bool(car.operation.with_hoses(HoseState.STANDARD))
+    known = _struck_hoses(car) if with_hoses and standard else ()
+    say("single mounts")
+    shares = mount_shares(found, _placed(car), _by_sheet(car, prior or MountPrior()))
+    accelerance = wrench_accelerance(car)
+    say("state of the mounts in operation")
+    options = UnbalanceOptions(routes=(UpdatedRoute(),), chosen=UpdatedRoute())
+    test = on_rigid_foundation(car.operation, found, shares.mounts)
+    source = unbalance(test, found, options)
+    if source.state.changed:
+        # what the body does through them is known better now
+        change = partial(_change, source)
+        test = on_rigid_foundation(car.operation, found, shares.mounts, change=change)
+        source = unbalance(test, found, options)
+    hoses: HoseIdentification | None = None
+    if known:
+        seen = HoseOptions(sense=source.sense.sense)
+        for number in range(HOSE_PASSES):
+            say(f"hoses, pass {number + 1} of {HOSE_PASSES}")
+            beside = Neighbours(known, accelerance)
+            still = on_rigid_foundation(
+                car.operation, found, shares.mounts, beside, partial(_change, source)
+            )
+            hoses = identify_hoses(still, found, seen)
+            known = hoses.hoses
+    return RunningInCar(car, found, shares, accelerance, source, hoses)
+
+
+def _change(source: Unbalance, lines: RealArray) -> ComplexArray:
+    """Change of the mounts as the sweeps show it, 0 where none is significant."""
+    state = source.state
+    if not state.changed:
+        return np.zeros(lines.size, dtype=complex)
+    return np.asarray(np.interp(lines, state.frequency, state.curve))
+
+
+def _placed(car: ElectricCar) -> tuple[CompressorMount, ...]:
+    """Mounts of the drawing, where the car's sheet has them."""
+    drawing = car.operation.hammer.drawing
+    if drawing is None:
+        raise InputError(
+            f"car {car.name}: the hammer test has no drawing, and no test at one virtual point "
+            "shows what a single mount carries: state directions and stiffness of the mounts"
+        )
+    drawn = {mount.name: mount for mount in drawing.mounts}
+    there = [point.name for point in car.mounts]
+    if sorted(drawn) != sorted(there):
+        raise InputError(
+            f"car {car.name}: the drawing has {', '.join(drawn)}, the car {', '.join(there)}: call "
+            "each mount by one name, and draw all of them"
+        )
+    return tuple(replace(drawn[point.name], position=point.position) for point in car.mounts)
+
+
+def _by_sheet(car: ElectricCar, prior: MountPrior) -> MountPrior:
+    """Places are as good as the smaller of drawing and tape measure."""
+    measured = car.tolerances.sensor_position
+    return replace(prior, position=min(prior.position, measured)) if measured > 0 else prior
+
+
+def _struck_hoses(car: ElectricCar) -> tuple[HoseDrawing, ...]:
+    """Drawn hoses, whose ends must be points of the car."""
+    drawn = car.operation.hoses
+    if not drawn:
+        raise InputError(
+            f"car {car.name} ran with standard hoses, of which there is no drawing: add [[hoses]] "
+            "to operation.toml, or leave their paths out"
+        )
+    struck = [point.name for point in car.hoses]
+    missing = [hose.name for hose in drawn if hose.name not in struck]
+    if missing:
+        raise InputError(
+            f"car {car.name}: no noise transfer functions at the body's end of "
+            f"{', '.join(missing)}: measure them, or leave the paths of the hoses out"
+        )
+    return drawn
+
+
+if TYPE_CHECKING:
+    from deboom.compressor.cabin_noise import RunningInCar
+    from deboom.measurement.compressor_test import HoseDrawing, OperatingSweep
+    from deboom.measurement.electric_car import WrenchNoiseTransfer
 
 BAND = (20.0, 140.0)
 """Of the thesis's figures 65 and 66 [Hz]."""
@@ -218,3 +405,175 @@ def _sweep(
         still_body=heard(still).sum(axis=1),
         predicted_body=heard(predicted).sum(axis=1),
     )
+
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from deboom.compressor.cabin_noise import RunningInCar
+    from deboom.compressor.gain import GainFactor
+    from deboom.measurement.compressor_test import CompressorMount, HoseDrawing, OperatingSweep
+    from deboom.measurement.electric_car import WrenchNoiseTransfer
+
+CONFIDENCE = 0.9
+
+
+@dataclass(frozen=True, eq=False)
+class NoiseBand:
+    """Levels between which the sound of a sweep lies, with and without the paths of hoses.
+
+    Parameters
+    ----------
+    sweep : str
+        Its name.
+    lower, upper : array, shape (n_frequency,)
+        Of all paths [dB(A)].
+    lower_mounts, upper_mounts : array, shape (n_frequency,)
+        Of the mounts' paths alone [dB(A)].
+    confidence : float
+        Of each line [1].
+    """
+
+    sweep: str
+    lower: RealArray
+    upper: RealArray
+    lower_mounts: RealArray
+    upper_mounts: RealArray
+    confidence: float
+
+
+@dataclass(frozen=True, eq=False)
+class _Draw:
+    """One compressor that the measurements allow."""
+
+    gain: GainFactor
+    mounts: tuple[CompressorMount, ...]
+    inverse: RealArray
+    hoses: tuple[HoseDrawing, ...]
+    state: complex
+
+
+def noise_bands(
+    there: RunningInCar,
+    transfer: WrenchNoiseTransfer,
+    band: tuple[float, float] = BAND,
+    *,
+    draws: int = 64,
+    seed: int = 1,
+    confidence: float = CONFIDENCE,
+) -> tuple[NoiseBand, ...]:
+    """Draw the sound of every sweep many times.
+
+    Parameters
+    ----------
+    there : RunningInCar
+    transfer : WrenchNoiseTransfer
+        Of the same car.
+    band : (float, float)
+        Lines that are kept [Hz].
+    draws : int
+        At least 20.
+    seed : int
+        From 1.
+    confidence : float
+        Of the band at each line [1].
+
+    Returns
+    -------
+    tuple of NoiseBand
+        In the order of the sweeps.
+
+    Raises
+    ------
+    InputError
+        Seed below 1, too few draws, a confidence outside 0 to 1; see `cabin_noise`.
+
+    Notes
+    -----
+    Every draw has its own compressor from the joint posterior of model and placement, its own
+    single mounts, hoses, state of the mounts in operation and noise transfer functions. Left out:
+    noise of the sweeps, which is a hundredth of these, and gains and places of the holders'
+    accelerometers, since the body moves little against the compressor.
+    """
+    if seed < 1:
+        raise InputError(f"seed {seed} is refused: seeds are whole numbers from 1")
+    if draws < 20:
+        raise InputError(f"{draws} draws make no band: ask for at least 20")
+    if not 0 < confidence < 1:
+        raise InputError(f"a confidence lies between 0 and 1, not at {confidence:g}")
+    tails = (50 * (1 - confidence), 50 * (1 + confidence))
+    drawn = _draws(there, draws, seed)
+    bands = []
+    for number, sweep in enumerate(there.car.operation.sweeps):
+        generator = np.random.default_rng([seed, 2, number])
+        both = _levels(there, transfer, sweep, band, drawn, generator)
+        limits = np.percentile(both, tails, axis=0)
+        bands.append(
+            NoiseBand(
+                sweep.name, limits[0, 0], limits[1, 0], limits[0, 1], limits[1, 1], confidence
+            )
+        )
+    return tuple(bands)
+
+
+def _draws(there: RunningInCar, count: int, seed: int) -> list[_Draw]:
+    """Compressors, mounts, hoses and states of the mounts that agree with the measurements."""
+    calibrated = there.found.calibrated
+    n = calibrated.values.size
+    variance, directions = np.linalg.eigh(calibrated.covariance)
+    spread = directions * np.sqrt(np.maximum(variance, 0.0))
+    hoses = [()] * count if there.hoses is None else there.hoses.samples(count, seed)
+    generator = np.random.default_rng([seed, 1])
+    result = []
+    for own in hoses:
+        off = spread @ generator.standard_normal(variance.size)
+        forward = calibrated.placement.response_matrix(calibrated.errors + off[n:])
+        result.append(
+            _Draw(
+                gain=calibrated.parametrisation.model(calibrated.values + off[:n]).gain,
+                mounts=there.shares.at_random(off[:n][STIFFNESS_NUMBERS], generator),
+                inverse=np.asarray(np.linalg.pinv(forward), dtype=float),
+                hoses=own,
+                state=complex(*generator.standard_normal(2)) / np.sqrt(2),
+            )
+        )
+    return result
+
+
+def _levels(
+    there: RunningInCar,
+    transfer: WrenchNoiseTransfer,
+    sweep: OperatingSweep,
+    band: tuple[float, float],
+    drawn: Sequence[_Draw],
+    generator: np.random.Generator,
+) -> RealArray:
+    """Levels of all paths and of the mounts' alone, shape (n_draw, 2, n_frequency) [dB(A)]."""
+    inside = lines_in_band(sweep, band)
+    lines = sweep.frequency[inside]
+    known = modelled_hoses(there, sweep)
+    paths = path_names(there, known)
+    here = transfer.at(lines)
+    columns = [here.transfer.inputs.index(path) for path in paths]
+    functions, deviation = here.transfer.values[:, 0, columns], here.deviation[:, columns]
+    names = [mount.name for mount in there.shares.drawn]
+    receptance = body_receptance(there.accelerance, lines, names, [hose.name for hose in known])
+    holder = holder_displacement(sweep, there.shares.mounts)[inside]
+    square = (2 * np.pi * lines[:, np.newaxis]) ** 2
+    recorded = -sweep.acceleration.values[inside] / square
+    change, unsure = there.change(lines), there.change_deviation(lines)
+    levels = []
+    for one in drawn:
+        factor = one.gain.at(lines) * (1 + change + unsure * one.state)
+        hoses = one.hoses if known else ()
+        loads = loads_by_measured_holders(
+            one.mounts, factor, recorded @ one.inverse.T, holder, hoses, lines, receptance
+        )
+        error = generator.standard_normal((2, *deviation.shape)) / np.sqrt(2)
+        heard = (functions + deviation * (error[0] + 1j * error[1])) * np.hstack(
+            [loads.mounts, loads.hoses]
+        )
+        n = loads.mounts.shape[1]
+        sounds: ComplexArray = np.stack([heard.sum(axis=1), heard[:, :n].sum(axis=1)], axis=1)
+        levels.append(spl(sounds, lines).T)
+    return np.array(levels)

@@ -1,8 +1,9 @@
-"""Dynamic gain factor of rubber: how a static stiffness grows with frequency and amplitude."""
+"""Gain of the rubber of the mounts over frequency and amplitude."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,6 +11,13 @@ import numpy.typing as npt
 
 from deboom.arrays import ComplexArray, RealArray
 from deboom.errors import InputError
+from deboom.measurement.compressor_test import CompressorMount
+from deboom.physics.forced_response import (
+    ConvergenceError,
+    SteadyState,
+    amplitude_dependent_response,
+)
+from deboom.physics.rigid_body import forward_matrices, mount_stiffness_matrix
 
 GAIN_PARAMETERS = (
     "real limit",
@@ -232,3 +240,289 @@ def _refuse_pole(gain: HyperbolicGain | AmplitudeGain, what: str, unit: str, fau
             f"{what} with slope {gain.slope:g} {unit} and offset {gain.offset:g} has a pole or "
             f"{fault}: both must be positive"
         )
+
+
+GAIN_SHAPE_NAMES = ("ln rise", "ln slope", "loss limit", "ln loss rise", "ln loss slope")
+
+
+def gain_from_parameters(values: npt.ArrayLike, reference: float) -> GainFactor:
+    """Build the gain factor whose real part is 1 at the reference line.
+
+    Parameters
+    ----------
+    values : array, shape (5,)
+        In the order of `GAIN_SHAPE_NAMES` [1, ln Hz⁻¹, 1, 1, ln Hz⁻¹].
+    reference : float
+        Line at which the real part is 1 [Hz].
+
+    Returns
+    -------
+    GainFactor
+
+    Notes
+    -----
+    ``v' = 1 − A/(b f + 1) + A/(b f_ref + 1)``, ``v'' = c − A''/(b'' f + 1)`` with A, b, A'', b''
+    positive for any values: `HyperbolicGain` written in numbers that no optimiser can make invalid.
+    """
+    rise, slope, loss_limit, loss_rise, loss_slope = (float(v) for v in np.asarray(values))
+    at_reference = np.exp(slope) * reference + 1
+    return GainFactor(
+        HyperbolicGain(
+            float(1 + np.exp(rise) / at_reference),
+            float(np.exp(slope - rise)),
+            float(np.exp(-rise)),
+        ),
+        HyperbolicGain(
+            loss_limit, float(np.exp(loss_slope - loss_rise)), float(np.exp(-loss_rise))
+        ),
+    )
+
+
+def gain_derivatives(
+    values: npt.ArrayLike, reference: float, frequency: npt.ArrayLike
+) -> ComplexArray:
+    """Differentiate the gain of `gain_from_parameters`.
+
+    Parameters
+    ----------
+    values, reference
+        As there.
+    frequency : array, shape (n_frequency,)
+        [Hz].
+
+    Returns
+    -------
+    array, shape (5, n_frequency)
+        Complex, per unit of each parameter.
+    """
+    lines = np.asarray(frequency, dtype=float)
+    numbers = np.asarray(values, dtype=float)
+    rise, slope, loss_rise, loss_slope = np.exp(numbers[[0, 1, 3, 4]])
+    here, there = slope * lines + 1, slope * reference + 1
+    loss = loss_slope * lines + 1
+    by_slope = slope * (lines / here**2 - reference / there**2)
+    return np.stack(
+        [
+            rise * (1 / there - 1 / here) + 0j,
+            rise * by_slope + 0j,
+            np.full(lines.shape, 1j),
+            -1j * loss_rise / loss,
+            1j * loss_rise * loss_slope * lines / loss**2,
+        ]
+    )
+
+
+def gain_parameters(gain: GainFactor, reference: float) -> RealArray:
+    """Find the five numbers of a gain factor, whatever its scale.
+
+    Parameters
+    ----------
+    gain : GainFactor
+    reference : float
+        Line at which the real part becomes 1 [Hz].
+
+    Returns
+    -------
+    array, shape (5,)
+        In the order of `GAIN_SHAPE_NAMES`.
+    """
+    scale = float(gain.real.at(reference))
+    return np.array(
+        [
+            -np.log(gain.real.offset * scale),
+            np.log(gain.real.slope / gain.real.offset),
+            gain.imaginary.limit / scale,
+            -np.log(gain.imaginary.offset * scale),
+            np.log(gain.imaginary.slope / gain.imaginary.offset),
+        ]
+    )
+
+
+RELAXATIONS = (0.5, 0.25, 0.12, 0.06)
+"""Shares of a step, tried in turn: the next one where the one before swings without end."""
+STEPS_PER_SHARE = 250
+"""Steps allowed, times the inverse of the share."""
+TOLERANCE = 1e-11
+"""Largest relative change of an amplitude at the end [1]."""
+
+
+@dataclass(frozen=True)
+class AmplitudeFactor:
+    """Softening of real and imaginary part of one mount's stiffness.
+
+    Parameters
+    ----------
+    real, imaginary : AmplitudeGain
+        Factors on the parts of the gain over frequency.
+
+    Notes
+    -----
+    Second brackets of the thesis's eq. 54 and 55.
+    """
+
+    real: AmplitudeGain
+    imaginary: AmplitudeGain
+
+    def on(self, gain: ComplexArray, amplitude: RealArray) -> ComplexArray:
+        """Gain over frequency and amplitude.
+
+        Parameters
+        ----------
+        gain : array, shape (n_frequency,)
+            Of `GainFactor.at` [1].
+        amplitude : array, shape (n_frequency,)
+            Of the mount [m].
+
+        Returns
+        -------
+        array, shape (n_frequency,)
+            Complex [1].
+        """
+        return np.asarray(
+            gain.real * self.real.at(amplitude) + 1j * gain.imag * self.imaginary.at(amplitude)
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class AmplitudeResponse:
+    """Motion in which every mount is as stiff as its own amplitude makes it.
+
+    Parameters
+    ----------
+    frequency : array, shape (n_frequency,)
+        [Hz].
+    displacement : array, shape (n_frequency, 6)
+        Of the virtual point, complex amplitudes [m, rad].
+    amplitude : array, shape (n_frequency, n_mount)
+        Of each mount [m].
+    gain : array, shape (n_frequency, n_mount)
+        Of each mount, complex [1].
+    stiffness : array, shape (n_frequency, 6, 6)
+        At the virtual point, in this motion [N/m, N/rad, N m/rad].
+    iterations : int
+        Needed by the slowest line.
+    """
+
+    frequency: RealArray
+    displacement: ComplexArray
+    amplitude: RealArray
+    gain: ComplexArray
+    stiffness: ComplexArray
+    iterations: int
+
+    def __post_init__(self) -> None:
+        for name in ("frequency", "displacement", "amplitude", "gain", "stiffness"):
+            array = np.array(getattr(self, name))
+            array.setflags(write=False)
+            object.__setattr__(self, name, array)
+
+    @property
+    def acceleration(self) -> ComplexArray:
+        """Of the virtual point, shape (n_frequency, 6) [m/s², rad/s²]."""
+        omega = 2 * np.pi * self.frequency[:, np.newaxis]
+        return np.asarray(-(omega**2) * self.displacement)
+
+
+def amplitude_response(
+    mass_matrix: npt.ArrayLike,
+    mounts: Sequence[CompressorMount],
+    gain: GainFactor,
+    softening: Sequence[AmplitudeFactor],
+    force: npt.ArrayLike,
+    frequency: npt.ArrayLike,
+    *,
+    start: float = 1e-4,
+) -> AmplitudeResponse:
+    """Solve for the steady motion under harmonic loads at the virtual point.
+
+    Parameters
+    ----------
+    mass_matrix : array, shape (6, 6)
+        At the virtual point [kg, kg m, kg m²].
+    mounts : sequence of CompressorMount
+        At least one.
+    gain : GainFactor
+        Over frequency, common to all mounts.
+    softening : sequence of AmplitudeFactor
+        One per mount.
+    force : array, shape (n_frequency, 6)
+        Complex amplitudes [N, N m].
+    frequency : array, shape (n_frequency,)
+        Above 0 [Hz].
+    start : float
+        Amplitude to begin with [m].
+
+    Returns
+    -------
+    AmplitudeResponse
+
+    Raises
+    ------
+    InputError
+        Not one factor per mount, a line at or below 0 Hz, loads that do not fit.
+    ConvergenceError
+        No steady state with any of `RELAXATIONS`.
+
+    Notes
+    -----
+    Thesis, eq. 52-55, where ``s = |s(ω)|`` is left open: here ``s_i = |T_i s_VP|``, the root of the
+    sum of squares of the three complex amplitudes at mount i (at most √2 times the true stroke,
+    exact for motion along a line). The equation is implicit, since the motion needs the stiffness:
+    damped fixed point on the logarithm of the amplitudes. Rubber, which softens by some ten
+    percent per decade, has one solution, found in 40 to 60 steps from any start.
+    """
+    lines = np.asarray(frequency, dtype=float)
+    if not mounts or len(softening) != len(mounts):
+        raise InputError(
+            f"{len(mounts)} mounts and {len(softening)} amplitude factors: give each mount its own"
+        )
+    if np.any(lines <= 0):
+        raise InputError("a line at 0 Hz has no gain factor: start above it")
+    over_frequency = gain.at(lines)
+    positions = np.array([mount.position for mount in mounts])
+    static = np.array([mount.stiffness for mount in mounts])
+    orientations = np.array([mount.orientation for mount in mounts])
+
+    def gains(strokes: RealArray) -> ComplexArray:
+        amplitude = _amplitudes(strokes)
+        parts = [one.on(over_frequency, amplitude[:, i]) for i, one in enumerate(softening)]
+        return np.stack(parts, axis=1)
+
+    def stiffness(strokes: RealArray) -> ComplexArray:
+        dynamic = gains(strokes)[..., np.newaxis] * static
+        return np.asarray(mount_stiffness_matrix(positions, dynamic, orientations))
+
+    def steady(relaxation: float) -> SteadyState:
+        return amplitude_dependent_response(
+            mass_matrix,
+            stiffness,
+            force,
+            lines,
+            forward_matrices(positions),
+            start=start,
+            tolerance=TOLERANCE,
+            relaxation=relaxation,
+            max_iterations=round(STEPS_PER_SHARE / relaxation),
+        )
+
+    for relaxation in RELAXATIONS[:-1]:
+        try:
+            found = steady(relaxation)
+            break
+        except ConvergenceError:
+            continue
+    else:
+        found = steady(RELAXATIONS[-1])
+    return AmplitudeResponse(
+        lines,
+        found.displacement,
+        _amplitudes(found.amplitude),
+        gains(found.amplitude),
+        stiffness(found.amplitude),
+        found.iterations,
+    )
+
+
+def _amplitudes(strokes: RealArray) -> RealArray:
+    """Root of the sum of squares of the three axes of each mount, shape (n_frequency, n_mount)."""
+    return np.asarray(np.linalg.norm(strokes.reshape(strokes.shape[0], -1, 3), axis=2))

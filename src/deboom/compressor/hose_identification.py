@@ -22,18 +22,18 @@ from deboom.compressor.hose_beams import (
     changed_hose,
     hose_matrices,
     point_derivatives,
+    separation_statement,
 )
 from deboom.compressor.hose_evidence import Changes, hammer_evidence, stack, sweep_evidence
-from deboom.compressor.hose_separation import separation_statement
 from deboom.compressor.identifiability import Knowledge, knowledge
 from deboom.compressor.unbalance_load import RotationSense
 from deboom.errors import InputError
-from deboom.measurement.operating_sweep import HoseDrawing, HoseState
+from deboom.measurement.compressor_test import HoseDrawing, HoseState
 
 if TYPE_CHECKING:
     from deboom.compressor.hose_evidence import HoseEvidence
     from deboom.compressor.identify import Identification
-    from deboom.measurement.operating_sweep import OperatingTest
+    from deboom.measurement.compressor_test import OperatingTest
 
 ALARM = 1.5
 """Reduced χ above which the hoses are not the beams that were fitted."""

@@ -1,46 +1,255 @@
-"""From a hammer test to an identified compressor, step by step."""
+"""Identification of a compressor from its hammer test."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import math
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TypeAlias
+from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
 
 from deboom.arrays import RealArray
-from deboom.compressor.hold_out import HoldOut, hold_out_impacts, hold_out_lines
-from deboom.compressor.identifiability import Knowledge, knowledge
-from deboom.compressor.linear_start import START_GAIN, linear_start
-from deboom.compressor.minimal_parameters import N_MASS, N_STIFFNESS, MinimalParameters
-from deboom.compressor.modes import ModalTable, modal_table
-from deboom.compressor.objectives import THESIS_BANDS, WhitenedInertance, in_bands
-from deboom.compressor.raw_inertance import RawInertance, deviation_from_coherence
-from deboom.compressor.rigid_limit import RigidLimit, rigid_limit
-from deboom.compressor.self_calibration import (
+from deboom.compressor.calibrate import (
+    HoldOut,
     Prior,
     SelfCalibration,
     WeighedMass,
+    hold_out_impacts,
+    hold_out_lines,
     self_calibrate,
 )
-from deboom.compressor.sheet_checks import (
-    misplaced,
-    refuse_different_units,
-    refuse_implausible_body,
-    refuse_sheet_faults,
-    refuse_wrong_scale,
-    sheet_tolerances,
+from deboom.compressor.identifiability import Knowledge, knowledge
+from deboom.compressor.model import (
+    CompressorModel,
+    ModalTable,
+    RigidLimit,
+    modal_table,
+    rigid_limit,
 )
-from deboom.compressor.virtual_point_fit import Bounds, PointFit, fit_at_virtual_point
+from deboom.compressor.parameters import N_MASS, N_STIFFNESS, MinimalParameters
+from deboom.compressor.placement import RawInertance, deviation_from_coherence
+from deboom.compressor.virtual_point_fit import (
+    START_GAIN,
+    THESIS_BANDS,
+    Bounds,
+    PointFit,
+    WhitenedInertance,
+    fit_at_virtual_point,
+    in_bands,
+    linear_start,
+)
 from deboom.errors import InputError
-from deboom.measurement.channel_geometry import impact_geometry, sensor_geometry
 from deboom.measurement.channels import Frf
-from deboom.measurement.inertance_test import InertanceTest
-from deboom.measurement.quality import quality_of_frf
-from deboom.measurement.quality_check import QualityCheck
-from deboom.measurement.virtual_point import VirtualPoint, virtual_point, virtual_point_frf
-from deboom.physics.frf import FrfForm
+from deboom.measurement.compressor_test import InertanceTest
+from deboom.measurement.culprit import (
+    Diagnosis,
+    Exchange,
+    Fault,
+    culprit_of_excitation,
+    culprit_of_responses,
+    exchanged_impacts,
+    exchanged_responses,
+)
+from deboom.measurement.quality import QualityCheck, quality_of_frf
+from deboom.measurement.sensors import PlacementTolerances, Tolerances
+from deboom.measurement.virtual_point import (
+    VirtualPoint,
+    impact_geometry,
+    sensor_geometry,
+    virtual_point,
+    virtual_point_frf,
+)
+from deboom.physics.frf import FrfForm, mac
+
+SHEET_FAULTS = (Fault.SIGN, Fault.AXES)
+"""Faults that no tolerance explains."""
+PLAUSIBLE_DENSITY = (50.0, 2e4)
+"""Of a body with the found mass and radius of gyration, from foam to lead [kg/m³]."""
+DIFFERENT_UNITS = 8.0
+"""Ratio of the spread of the sensors to that of the impacts that no hammer test has."""
+WRONG_SCALE = 2.0
+"""Factor by which no tolerance and no flexible body moves the mass from that of the scales."""
+MISPLACED = 5.0
+"""Standard deviations of its tolerance beyond which something is not where the sheet has it."""
+
+
+def sheet_tolerances(stated: PlacementTolerances) -> Tolerances:
+    """Tolerances of the sheet as the search for the culprit takes them.
+
+    Parameters
+    ----------
+    stated : PlacementTolerances
+        Of sensors and impacts.
+
+    Returns
+    -------
+    Tolerances
+        The larger of each pair.
+    """
+    return Tolerances(
+        sensor_position=max(stated.sensor_position, stated.impact_position),
+        sensor_angle=max(stated.sensor_angle, stated.impact_angle),
+        sensor_gain=max(stated.sensor_gain, stated.hammer_gain),
+        sensor_cross_axis=0.0,
+    )
+
+
+def refuse_different_units(test: InertanceTest) -> None:
+    """Refuse a sheet whose sensors and impacts are not in one unit of length.
+
+    Parameters
+    ----------
+    test : InertanceTest
+
+    Raises
+    ------
+    InputError
+        One group spreads over many times the size of the other.
+    """
+    sensors = _spread([sensor.position for sensor in test.sensors])
+    impacts = _spread([impact.position for impact in test.impacts])
+    if not 1 / DIFFERENT_UNITS < sensors / impacts < DIFFERENT_UNITS:
+        raise InputError(
+            f"{test.name}: the sensors lie {sensors:.3g} m from their middle and the impacts "
+            f"{impacts:.3g} m: one of the two is in another unit of length, look at the headers of "
+            "the position sheet"
+        )
+
+
+def refuse_sheet_faults(
+    test: InertanceTest, response: VirtualPoint, excitation: VirtualPoint
+) -> None:
+    """Refuse a reversed or a swapped channel or impact, and name it.
+
+    Parameters
+    ----------
+    test : InertanceTest
+    response, excitation : VirtualPoint
+        As the position sheet has them.
+
+    Raises
+    ------
+    InputError
+        A channel or impact of the wrong sign, swapped axes of a sensor, two channels, sensors or
+        impacts exchanged.
+    """
+    tolerances = sheet_tolerances(test.tolerances)
+    _refuse_fault(
+        test,
+        culprit_of_responses(response, test.frf, tolerances),
+        exchanged_responses(response, test.frf),
+        "sensor",
+    )
+    _refuse_fault(
+        test,
+        culprit_of_excitation(excitation, test.frf, tolerances),
+        exchanged_impacts(excitation, test.frf),
+        "impact",
+    )
+
+
+def refuse_implausible_body(test: InertanceTest, model: CompressorModel, length: float) -> None:
+    """Refuse a body that no unit of length or force explains.
+
+    Parameters
+    ----------
+    test : InertanceTest
+    model : CompressorModel
+        Of the linear start.
+    length : float
+        Its radius of gyration [m].
+
+    Raises
+    ------
+    InputError
+        A density outside `PLAUSIBLE_DENSITY`: lengths in mm read as m make inertias a million times
+        too large.
+    """
+    density = model.mass / (4 / 3 * math.pi * (length * math.sqrt(5 / 2)) ** 3)
+    low, high = PLAUSIBLE_DENSITY
+    if not low <= density <= high:
+        raise InputError(
+            f"{test.name}: {model.mass:.3g} kg with a radius of gyration of {length:.3g} m has a "
+            f"density of {density:.2g} kg/m³: check the length unit of the position sheet and the "
+            "units of the FRFs"
+        )
+
+
+def refuse_wrong_scale(test: InertanceTest, model: CompressorModel) -> None:
+    """Refuse FRFs whose mass is not that of the scales.
+
+    Parameters
+    ----------
+    test : InertanceTest
+        Nothing is checked where the body was not weighed.
+    model : CompressorModel
+        Fitted without the weighed mass.
+
+    Raises
+    ------
+    InputError
+        A mass off by a factor that only a wrong unit explains, such as g read as m/s².
+    """
+    if test.weighed_mass is None:
+        return
+    ratio = model.mass / test.weighed_mass
+    if not 1 / WRONG_SCALE < ratio < WRONG_SCALE:
+        raise InputError(
+            f"{test.name}: the FRFs belong to {model.mass:.3g} kg, the scales say "
+            f"{test.weighed_mass:.3g} kg, {ratio:.3g} times apart: check units and sensitivities "
+            "of hammer and accelerometers (g or m/s²)"
+        )
+
+
+def misplaced(found: SelfCalibration, tolerances: PlacementTolerances) -> tuple[str, ...]:
+    """Name what came out beyond its tolerance.
+
+    Parameters
+    ----------
+    found : SelfCalibration
+    tolerances : PlacementTolerances
+        1 σ.
+
+    Returns
+    -------
+    tuple of str
+        Such as ``A3 position y (-56 σ)``, the worst first.
+    """
+    scores: RealArray = found.errors / found.placement.deviations(tolerances)
+    worst = np.argsort(-np.abs(scores))
+    return tuple(
+        f"{found.placement.names[n]} ({scores[n]:+.0f} σ)"
+        for n in worst
+        if abs(scores[n]) > MISPLACED
+    )
+
+
+def _refuse_fault(
+    test: InertanceTest, diagnosis: Diagnosis, exchange: Exchange | None, what: str
+) -> None:
+    """Refuse the better of two explanations: one item at fault, or two exchanged."""
+    suspect = diagnosis.suspect
+    named = diagnosis.named and suspect is not None and suspect.fault in SHEET_FAULTS
+    left = suspect.residual_undone / diagnosis.residual_of_all if named and suspect else np.inf
+    if exchange is not None and exchange.left / exchange.disagreement < left:
+        raise InputError(
+            f"{test.name}: {exchange.verdict}. Mend the position sheet or the cables and start "
+            "again"
+        )
+    if named and suspect is not None:
+        raise InputError(
+            f"{what} {suspect.name} contradicts all others: {diagnosis.verdict}. Mend the position "
+            "sheet and start again"
+        )
+
+
+def _spread(places: Sequence[RealArray]) -> float:
+    """Mean distance from the middle [m]."""
+    points = np.array(places)
+    return float(np.mean(np.linalg.norm(points - points.mean(axis=0), axis=1)))
+
 
 ALARM = 1.5
 """Reduced χ above this: flexible receiver, hoses, wrong symmetry; do not trust the model."""
@@ -343,4 +552,284 @@ def _prior(options: IdentifyOptions) -> Prior:
     return Prior(
         np.concatenate([np.zeros(free), START_GAIN]),
         np.concatenate([np.full(free, np.inf), options.gain_deviation]),
+    )
+
+
+if TYPE_CHECKING:
+    from deboom.compressor.identify import Identification
+
+
+def frac(
+    measured: npt.ArrayLike,
+    identified: npt.ArrayLike,
+    frequency: npt.ArrayLike,
+    band: tuple[float, float],
+) -> RealArray:
+    """Frequency response assurance criterion of each entry in a band.
+
+    Parameters
+    ----------
+    measured, identified : array, shape (n_frequency, 6, 6)
+        Inertance or apparent mass, each in its SI units.
+    frequency : array, shape (n_frequency,)
+        [Hz].
+    band : (float, float)
+        From, to, both included [Hz].
+
+    Returns
+    -------
+    array, shape (6, 6)
+        From 0 to 1, which is one curve up to a factor [1].
+
+    Notes
+    -----
+    It stands where the thesis's figure 55b compares "eigenvectors" in 100-150 Hz, a band that has
+    no modes.
+    """
+    lines = in_bands(frequency, (band,))
+    return mac(np.asarray(measured)[lines], np.asarray(identified)[lines])
+
+
+def measured_modes(found: Identification) -> ModalTable:
+    """Modes of the linear estimate of mass and stiffness, which knows no calibration.
+
+    Parameters
+    ----------
+    found : Identification
+
+    Returns
+    -------
+    ModalTable
+        Of a direct parameter estimation from the inertance as the position sheet has it; only the
+        gain, whose shape a linear estimate cannot give, is the identified one.
+
+    Raises
+    ------
+    InputError
+        A linear estimate with a negative stiffness.
+    """
+    parametrisation = found.point.parametrisation
+    own = np.concatenate([found.start[:-5], found.point.values[-5:]])
+    return modal_table(parametrisation.model(own))
+
+
+def modal_likeness(found: Identification) -> RealArray:
+    """MAC of measured (rows) and identified (columns) mode shapes at the accelerometers.
+
+    Parameters
+    ----------
+    found : Identification
+
+    Returns
+    -------
+    array, shape (6, 6)
+        [1]. At the channels, translations and rotations have one unit.
+    """
+    measured = found.response.forward @ measured_modes(found).shapes
+    identified = found.response.forward @ found.modes.shapes
+    return mac(measured[:, :, np.newaxis], identified[:, np.newaxis, :])
+
+
+if TYPE_CHECKING:
+    from deboom.compressor.identify import Identification
+    from deboom.compressor.model import CompressorModel
+
+
+@dataclass(frozen=True, eq=False)
+class IdentifiedCompressor:
+    """An identified compressor, its uncertainty, and the sensors that it was seen with.
+
+    Parameters
+    ----------
+    name : str
+        Of the test.
+    model : CompressorModel
+        About the origin of the position sheet, which is the virtual point.
+    length : float
+        Characteristic length of the parameters [m].
+    reference_frequency : float
+        Where the real part of the gain is 1 [Hz].
+    parameter_names : tuple of str
+        Of `MinimalParameters`, in its order.
+    values : array, shape (n,)
+        Of the parameters [1].
+    covariance : array, shape (n, n)
+        Posterior, placement errors integrated out [1].
+    channels : tuple of str
+        Of the accelerometers.
+    response : array, shape (n_channel, 6)
+        Motion at the virtual point → channels, as calibrated [1, m].
+    impacts : tuple of str
+    excitation : array, shape (n_impact, 6)
+        Wrench at the virtual point per newton of the hammer, as calibrated [1, m].
+    placement_names : tuple of str
+        Of the placement errors.
+    placement_errors, placement_deviations : array, shape (n_errors,)
+        As found, and their posterior standard deviations [1, m, rad].
+    reduced_chi : float
+        Residuals over noise [1].
+    bands : tuple of (float, float)
+        That were fitted [Hz].
+    alarms : tuple of str
+        Reasons not to trust it; empty where there are none.
+    inputs_sha256 : mapping of str to str
+        Files that it was identified from.
+
+    Raises
+    ------
+    InputError
+        Shapes that do not fit together.
+    """
+
+    name: str
+    model: CompressorModel
+    length: float
+    reference_frequency: float
+    parameter_names: tuple[str, ...]
+    values: RealArray
+    covariance: RealArray
+    channels: tuple[str, ...]
+    response: RealArray
+    impacts: tuple[str, ...]
+    excitation: RealArray
+    placement_names: tuple[str, ...]
+    placement_errors: RealArray
+    placement_deviations: RealArray
+    reduced_chi: float
+    bands: tuple[tuple[float, float], ...]
+    alarms: tuple[str, ...]
+    inputs_sha256: Mapping[str, str]
+
+    def __post_init__(self) -> None:
+        n, n_errors = len(self.parameter_names), len(self.placement_names)
+        shapes = {
+            "values": (n,),
+            "covariance": (n, n),
+            "response": (len(self.channels), 6),
+            "excitation": (len(self.impacts), 6),
+            "placement_errors": (n_errors,),
+            "placement_deviations": (n_errors,),
+        }
+        for field, shape in shapes.items():
+            array = np.array(getattr(self, field), dtype=float)
+            if array.shape != shape or not np.all(np.isfinite(array)):
+                raise InputError(f"{field} of compressor {self.name} needs {shape} finite numbers")
+            array.setflags(write=False)
+            object.__setattr__(self, field, array)
+
+
+def identified_compressor(
+    found: Identification,
+    bands: tuple[tuple[float, float], ...],
+    inputs_sha256: Mapping[str, str],
+) -> IdentifiedCompressor:
+    """Keep what later work needs of an identification.
+
+    Parameters
+    ----------
+    found : Identification
+    bands : tuple of (float, float)
+        That were fitted [Hz].
+    inputs_sha256 : mapping of str to str
+        Of the files of the test.
+
+    Returns
+    -------
+    IdentifiedCompressor
+    """
+    calibrated = found.calibrated
+    n = calibrated.values.size
+    return IdentifiedCompressor(
+        name=found.test.name,
+        model=calibrated.model,
+        length=found.length,
+        reference_frequency=MinimalParameters(found.length).reference_frequency,
+        parameter_names=calibrated.parametrisation.names,
+        values=calibrated.values,
+        covariance=calibrated.parameter_covariance,
+        channels=found.test.frf.outputs,
+        response=calibrated.placement.response_matrix(calibrated.errors),
+        impacts=found.test.frf.inputs,
+        excitation=calibrated.placement.excitation_matrix(calibrated.errors),
+        placement_names=calibrated.placement.names,
+        placement_errors=calibrated.errors,
+        placement_deviations=np.sqrt(np.diag(calibrated.covariance)[n:]),
+        reduced_chi=calibrated.reduced_chi,
+        bands=bands,
+        alarms=found.alarms,
+        inputs_sha256=inputs_sha256,
+    )
+
+
+if TYPE_CHECKING:
+    from deboom.compressor.identify import Identification
+
+MASS_LINE = 60.0
+"""Where the load of the mounts has fallen to some percent of the body's inertia [Hz]."""
+SMALLEST_LINES = 12
+LARGEST_LINES = 48
+STIFFNESS_DEVIATION = 0.3
+"""Of each entry of K_VP over its own size or that of the diagonal: what 60 Hz leave open [1]."""
+
+
+def calibration_of(found: Identification, above: float = MASS_LINE) -> SelfCalibration:
+    """Choose the calibration of sensors and impacts that can be trusted.
+
+    Parameters
+    ----------
+    found : Identification
+    above : float
+        First line of the mass line [Hz].
+
+    Returns
+    -------
+    SelfCalibration
+        That of the identification; where its model of mounts on rigid ground raised its alarm, one
+        from the lines above alone, in which mounts and ground hardly take part.
+
+    Raises
+    ------
+    InputError
+        An alarm, and too few lines above.
+
+    Notes
+    -----
+    A subframe's resonance that the model does not know is otherwise explained by sensors out of
+    place, and that error goes into every load.
+    """
+    if max([found.calibrated.reduced_chi, *(one.reduced_chi for one in found.held_out)]) <= ALARM:
+        return found.calibrated
+    lines = np.flatnonzero(found.raw.frf.frequency >= above)
+    if lines.size < SMALLEST_LINES:
+        raise InputError(
+            f"{found.test.name}: mounts on rigid ground do not explain the hammer test, and only "
+            f"{lines.size} of its lines lie above {above:g} Hz, where they hardly matter: measure "
+            "up to 150 Hz"
+        )
+    if lines.size > LARGEST_LINES:
+        lines = lines[np.round(np.linspace(0, lines.size - 1, LARGEST_LINES)).astype(int)]
+    marked = np.zeros(found.raw.frf.frequency.size, dtype=bool)
+    marked[lines] = True
+    parametrisation, start = found.calibrated.parametrisation, found.point.values
+    free = N_MASS + N_STIFFNESS
+    prior = Prior(
+        np.concatenate([start[:free], START_GAIN]),
+        np.concatenate(
+            [
+                np.full(N_MASS, np.inf),
+                np.maximum(np.abs(start[N_MASS:free]), 1.0) * STIFFNESS_DEVIATION,
+                GAIN_DEVIATION,
+            ]
+        ),
+    )
+    weighed = found.test.weighed_mass
+    return self_calibrate(
+        parametrisation,
+        found.raw.select(marked),
+        found.test.tolerances,
+        start,
+        weighed=None
+        if weighed is None
+        else WeighedMass(weighed, found.test.weighed_mass_deviation),
+        prior=prior,
     )

@@ -1,16 +1,18 @@
-"""Sensors and impacts as they may really be: gains, positions and angles off the position sheet."""
+"""Inertance as measured, impact by impact, and where sensors and impacts lie."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
 
 from deboom.arrays import RealArray
-from deboom.compressor.mount_derivatives import rotation_derivative
-from deboom.measurement.impacts import Impact
-from deboom.measurement.placement_tolerances import PlacementTolerances
-from deboom.measurement.sensors import SENSOR_AXES, Sensor
+from deboom.compressor.parameters import rotation_derivative
+from deboom.errors import InputError
+from deboom.measurement.channels import Frf
+from deboom.measurement.sensors import SENSOR_AXES, Impact, PlacementTolerances, Sensor
 from deboom.physics.rigid_body import forward_matrix, rotation_matrix, skew
 
 _UNIT_VECTORS = np.eye(3)
@@ -158,3 +160,164 @@ def tangents(direction: RealArray) -> RealArray:
     first = np.cross(direction, least)
     first /= np.linalg.norm(first)
     return np.stack([first, np.cross(direction, first)])
+
+
+SMOOTHING_LINES = 9
+"""Lines over which the noise of a few hits is averaged: one line alone knows it to ±30 %."""
+
+
+@dataclass(frozen=True, eq=False)
+class RawInertance:
+    """FRFs from every impact to every channel, and how well they are known.
+
+    Parameters
+    ----------
+    sensors : tuple of Sensor
+        Triaxial accelerometers, as the position sheet has them.
+    impacts : tuple of Impact
+        As the position sheet has them.
+    frf : Frf
+        Outputs are the channels of the sensors in their order, inputs the impacts [1/kg].
+    deviation : array, shape (n_frequency, n_channel, n_impact)
+        Standard deviation of the real and of the imaginary part that differs from channel to
+        channel [1/kg].
+    force_deviation : float
+        Standard deviation, relative, of the real and of the imaginary part that all channels of
+        one impact share at a line: the noise of the hammer's signal [1].
+
+    Raises
+    ------
+    InputError
+        Names or shapes that do not fit together, a deviation that is not positive, fewer than
+        three sensors or six impacts.
+    """
+
+    sensors: tuple[Sensor, ...]
+    impacts: tuple[Impact, ...]
+    frf: Frf
+    deviation: RealArray
+    force_deviation: float = 0.001
+
+    def __post_init__(self) -> None:
+        channels = tuple(name for sensor in self.sensors for name in sensor.channels)
+        if len(self.sensors) < 3:
+            raise InputError(
+                f"{len(self.sensors)} triaxial accelerometers do not see all six motions of a "
+                "body: use at least three that are not on a line"
+            )
+        if len(self.impacts) < 6:
+            raise InputError(
+                f"{len(self.impacts)} impacts do not excite all six motions of a body: use at "
+                "least six of different places and directions"
+            )
+        if self.frf.outputs != channels:
+            raise InputError("the FRFs' outputs are not the channels of the position sheet")
+        if self.frf.inputs != tuple(impact.name for impact in self.impacts):
+            raise InputError("the FRFs' inputs are not the impacts of the position sheet")
+        deviation = np.array(self.deviation, dtype=float)
+        if deviation.shape != self.frf.values.shape:
+            raise InputError("state the deviation of each FRF at each line")
+        if not np.all(deviation > 0):
+            raise InputError("the deviation of an FRF must be positive: no measurement is exact")
+        deviation.setflags(write=False)
+        object.__setattr__(self, "deviation", deviation)
+
+    def select(self, lines: npt.NDArray[np.bool_]) -> RawInertance:
+        """Keep the marked lines.
+
+        Parameters
+        ----------
+        lines : bool array, shape (n_frequency,)
+
+        Returns
+        -------
+        RawInertance
+        """
+        frf = Frf(
+            self.frf.frequency[lines],
+            self.frf.values[lines],
+            self.frf.outputs,
+            self.frf.inputs,
+            self.frf.unit,
+        )
+        return RawInertance(
+            self.sensors, self.impacts, frf, self.deviation[lines], self.force_deviation
+        )
+
+    def without(self, names: Sequence[str]) -> RawInertance:
+        """Leave impacts out.
+
+        Parameters
+        ----------
+        names : sequence of str
+            Of the impacts; at least six must stay.
+
+        Returns
+        -------
+        RawInertance
+        """
+        kept = [n for n, impact in enumerate(self.impacts) if impact.name not in set(names)]
+        impacts = tuple(self.impacts[n] for n in kept)
+        frf = self.frf.select(inputs=[impact.name for impact in impacts])
+        deviation = self.deviation[:, :, kept]
+        return RawInertance(self.sensors, impacts, frf, deviation, self.force_deviation)
+
+
+def deviation_from_coherence(
+    frf: Frf, coherence: npt.ArrayLike, n_averages: int, channels_per_group: Sequence[int] = ()
+) -> RealArray:
+    """Estimate the noise of each FRF from the coherence of few hits.
+
+    Parameters
+    ----------
+    frf : Frf
+        [1/kg].
+    coherence : array, shape (n_frequency, n_channel, n_impact)
+        Ordinary coherence of `n_averages` hits [1].
+    n_averages : int
+        From 2.
+    channels_per_group : sequence of int, optional
+        Numbers of neighbouring channels with equal noise; all of them by default.
+
+    Returns
+    -------
+    array, shape (n_frequency, n_channel, n_impact)
+        Standard deviation of the real and of the imaginary part [1/kg].
+
+    Raises
+    ------
+    InputError
+        One hit: its coherence is 1 whatever the noise.
+
+    Notes
+    -----
+    ``σ² = |H|² (1 − γ²)/(2 n γ²)`` (Bendat and Piersol, eq. 9.52) per FRF. Few hits know it badly,
+    but the noise of the response is the same for all channels of a kind and smooth over frequency:
+    the median over a group and a running mean over `SMOOTHING_LINES` lines take its place. The
+    factor ``n/(n−1)`` mends the bias of the coherence of n hits.
+    """
+    if n_averages < 2:
+        raise InputError(
+            "one hit per impact says nothing of the noise, its coherence is 1 by construction: "
+            "average at least two"
+        )
+    values = np.clip(np.asarray(coherence, dtype=float), 1e-6, 1 - 1e-12)
+    variance = np.abs(frf.values) ** 2 * (1 - values) / (2 * n_averages * values)
+    variance *= n_averages / (n_averages - 1)
+    groups = tuple(channels_per_group) or (variance.shape[1],)
+    smooth = np.empty_like(variance)
+    first = 0
+    for size in groups:
+        part = variance[:, first : first + size].mean(axis=1)
+        smooth[:, first : first + size] = _running_mean(part)[:, np.newaxis]
+        first += size
+    return np.asarray(np.sqrt(smooth))
+
+
+def _running_mean(values: RealArray) -> RealArray:
+    """Mean over neighbouring lines, shorter at the ends, shape (n_frequency, n_impact)."""
+    width = min(SMOOTHING_LINES, values.shape[0])
+    kernel = np.ones(width)
+    weight = np.convolve(np.ones(values.shape[0]), kernel, mode="same")
+    summed = np.stack([np.convolve(column, kernel, mode="same") for column in values.T], axis=1)
+    return np.asarray(summed / weight[:, np.newaxis])

@@ -1,20 +1,524 @@
-"""Ways from measured accelerations to the load inside: which apparent mass, which sensors."""
+"""Routes from motion in operation to the load at the virtual point."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Protocol
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Any, Protocol, TypeVar, cast
 
 import numpy as np
+import numpy.typing as npt
 
-from deboom.compressor.operating_stiffness import FactorOverFrequency, StiffnessChange
+from deboom.arrays import ComplexArray, RealArray
 from deboom.compressor.placement import Placement
-from deboom.compressor.route_model import HammerNoise, RouteModel, between_lines
+from deboom.compressor.unbalance_load import RotationSense
+from deboom.errors import InputError
+from deboom.measurement.channels import Spectrum
+from deboom.measurement.quality import RigidConsistency, response_consistency
+from deboom.measurement.virtual_point import VirtualPoint, motion_at_point
+from deboom.physics.rigid_body import skew
+
+
+class StiffnessChange(Protocol):
+    """Change of the mounts, linear in real unknowns that are 0 for none."""
+
+    def matrices(
+        self, frequency: RealArray, mounts: ComplexArray, motion: ComplexArray
+    ) -> ComplexArray:
+        """Part of the apparent mass that each unknown takes away.
+
+        Parameters
+        ----------
+        frequency : array, shape (n_frequency,)
+            [Hz].
+        mounts : array, shape (n_frequency, 6, 6)
+            Part of the mounts as they were struck, ``v K/ω²`` [kg, kg m, kg m²].
+        motion : array, shape (n_frequency, 6)
+            Of the virtual point in the sweep in question [m/s², rad/s²].
+
+        Returns
+        -------
+        array, shape (n_unknown, n_frequency, 6, 6)
+            [kg, kg m, kg m²].
+        """
+        ...
+
+    @property
+    def deviations(self) -> RealArray:
+        """1 σ of each unknown, beforehand, shape (n_unknown,) [1]."""
+        ...
+
+
+@dataclass(frozen=True)
+class OneFactor:
+    """One complex factor ``1 + δ`` at every speed: another temperature or preload.
+
+    Parameters
+    ----------
+    deviation : float
+        1 σ of real and imaginary part of δ, before the sweep [1].
+
+    Raises
+    ------
+    InputError
+        A deviation that is not positive.
+    """
+
+    deviation: float = 0.3
+
+    def __post_init__(self) -> None:
+        _refuse_certainty(self.deviation)
+
+    def basis(self, frequency: RealArray) -> ComplexArray:
+        """δ per unknown: one, and the imaginary unit, shape (2, n_frequency)."""
+        return parts_by_turns(np.ones((1, frequency.size)))
+
+    def matrices(
+        self,
+        frequency: RealArray,
+        mounts: ComplexArray,
+        motion: ComplexArray,  # noqa: ARG002  only a law over the stroke needs it
+    ) -> ComplexArray:
+        """Scale the mounts, however they move."""
+        return np.asarray(self.basis(frequency)[..., np.newaxis, np.newaxis] * mounts)
+
+    @property
+    def deviations(self) -> RealArray:
+        """Of both parts of δ."""
+        return np.full(2, self.deviation)
+
+
+@dataclass(frozen=True)
+class FactorOverFrequency:
+    """A complex factor common to all speeds, and one more at each knot, linear between them.
+
+    Parameters
+    ----------
+    knots : tuple of float
+        Rising; dense where the motion changes quickly, around the rigid-body modes [Hz].
+    common, at_knot : float
+        1 σ of real and imaginary part of the common δ, and of what each knot adds to it [1].
+
+    Raises
+    ------
+    InputError
+        Fewer than two knots, knots that do not rise, a deviation that is not positive.
+    """
+
+    knots: tuple[float, ...] = (17.0, 22.0, 28.0, 36.0, 50.0, 150.0)
+    common: float = 0.3
+    at_knot: float = 0.1
+
+    def __post_init__(self) -> None:
+        if len(self.knots) < 2 or np.any(np.diff(self.knots) <= 0):
+            raise InputError("a stiffness factor over frequency needs two rising knots at least")
+        _refuse_certainty(self.common, self.at_knot)
+
+    def hats(self, frequency: RealArray) -> RealArray:
+        """One hat around each knot, shape (n_knot, n_frequency)."""
+        return np.array([np.interp(frequency, self.knots, row) for row in np.eye(len(self.knots))])
+
+    def basis(self, frequency: RealArray) -> ComplexArray:
+        """δ per unknown, shape (2 + 2 n_knot, n_frequency)."""
+        return parts_by_turns(np.vstack([np.ones(frequency.size), self.hats(frequency)]))
+
+    def matrices(
+        self,
+        frequency: RealArray,
+        mounts: ComplexArray,
+        motion: ComplexArray,  # noqa: ARG002  only a law over the stroke needs it
+    ) -> ComplexArray:
+        """Scale the mounts, however they move."""
+        return np.asarray(self.basis(frequency)[..., np.newaxis, np.newaxis] * mounts)
+
+    @property
+    def deviations(self) -> RealArray:
+        """Of both parts of the common δ, then of those of each knot."""
+        return np.repeat([self.common, *(self.at_knot for _ in self.knots)], 2)
+
+
+def parts_by_turns(basis: RealArray) -> ComplexArray:
+    """Double each row: once for the real, once for the imaginary part of its factor."""
+    return np.asarray(np.stack([basis, 1j * basis], axis=1).reshape(-1, basis.shape[-1]))
+
+
+def static_part(mounts: ComplexArray) -> RealArray:
+    """Take the phase, which all entries share, off ``v K/ω²``, shape (n_frequency, 6, 6)."""
+    trace = np.trace(mounts, axis1=1, axis2=2)
+    return np.asarray((mounts * (np.abs(trace) / trace)[:, np.newaxis, np.newaxis]).real)
+
+
+def _refuse_certainty(*deviations: float) -> None:
+    if not min(deviations) > 0:
+        raise InputError("a change of the mounts that is to be found needs a deviation above 0")
+
+
+_Array = TypeVar("_Array", bound=np.ndarray[Any, Any])
+
+
+@dataclass(frozen=True, eq=False)
+class HammerNoise:
+    """Noise that a measured apparent mass brings into the load.
+
+    Parameters
+    ----------
+    seen : array, shape (n_frequency, 6, n_channel)
+        ``AM V⁺``.
+    inverse : array, shape (6, n_impact)
+        ``U⁺``.
+    deviation : array, shape (n_frequency, n_channel, n_impact)
+        Of real and imaginary part of each FRF [1/kg].
+    columns : array, shape (n_frequency, 6, n_impact)
+        ``AM V⁺ Y``: wrench of each impact as the test shows it.
+    force_deviation : float
+        Relative, of the hammer's signal [1].
+    """
+
+    seen: ComplexArray
+    inverse: RealArray
+    deviation: RealArray
+    columns: ComplexArray
+    force_deviation: float
+
+    def select(self, lines: npt.NDArray[np.intp]) -> HammerNoise:
+        """Keep these lines, given by their indices."""
+        return replace(
+            self,
+            seen=self.seen[lines],
+            deviation=self.deviation[lines],
+            columns=self.columns[lines],
+        )
+
+    def covariance(self, one: ComplexArray, other: ComplexArray) -> ComplexArray:
+        """Of two loads that were found with the same measured matrix, per part.
+
+        Parameters
+        ----------
+        one, other : array, shape (n_frequency, 6)
+            Loads [N, N m].
+
+        Returns
+        -------
+        array, shape (n_frequency, 6, 6)
+            Half of ``E[e_one e_otherᴴ]``.
+
+        Notes
+        -----
+        ``δF = −AM V⁺ δY (U⁺)ᵀ F``.
+        """
+        first, second = one @ self.inverse, other @ self.inverse
+        product = first * second.conj()
+        spread = np.einsum("fci,fi->fc", self.deviation**2, product)
+        of_channels = np.einsum("fac,fc,fbc->fab", self.seen, spread, self.seen.conj())
+        of_force = np.einsum("fai,fi,fbi->fab", self.columns, product, self.columns.conj())
+        return np.asarray(of_channels + self.force_deviation**2 * of_force)
+
+
+@dataclass(frozen=True, eq=False)
+class RouteModel:
+    """What a route makes of a motion.
+
+    Parameters
+    ----------
+    frequency : array, shape (n_frequency,)
+        [Hz].
+    inverse : array, shape (6, n_channel)
+        Channels → motion of the virtual point.
+    apparent_mass : array, shape (n_frequency, 6, 6)
+        With the mounts as they were struck [kg, kg m, kg m²].
+    by_error : array, shape (n_error, n_frequency, 6, 6)
+        Load per motion, by each of independent errors of unit standard deviation, which are the
+        same at every line and in every sweep.
+    mounts : array, shape (n_frequency, 6, 6)
+        Part of the mounts, ``v K/ω²``: a change δ of their stiffness takes ``δ v K/ω²`` off the
+        apparent mass.
+    noise : HammerNoise or None
+        None where the matrix is a model's.
+    """
+
+    frequency: RealArray
+    inverse: RealArray
+    apparent_mass: ComplexArray
+    by_error: ComplexArray
+    mounts: ComplexArray
+    noise: HammerNoise | None
+
+    def with_rotor(self, inertia: float, sense: RotationSense) -> RouteModel:
+        """Add the gyroscopic moment of the turning rotor, which a struck compressor lacks.
+
+        Parameters
+        ----------
+        inertia : float
+            Polar moment of the rotor [kg m²].
+        sense : RotationSense
+
+        Returns
+        -------
+        RouteModel
+
+        Notes
+        -----
+        ``M = I θ̈ + θ̇ × h`` with the spin ``h = J ω e_x`` and ``θ̇ = θ̈/(jω)``: the rotational block
+        of the apparent mass at first order gains ``+j J skew(e_x)``, whatever the speed.
+        """
+        mass = np.array(self.apparent_mass)
+        mass[:, 3:, 3:] += 1j * sense.value * inertia * skew([1.0, 0.0, 0.0])
+        return replace(self, apparent_mass=mass)
+
+
+def between_lines(measured: RealArray, wanted: RealArray) -> Callable[[_Array], _Array]:
+    """Prepare linear interpolation along the first axis.
+
+    Parameters
+    ----------
+    measured : array, shape (n,)
+        Rising lines [Hz].
+    wanted : array, shape (m,)
+        Within them [Hz].
+
+    Returns
+    -------
+    callable
+        Array of shape (n, …) → array of shape (m, …).
+
+    Raises
+    ------
+    InputError
+        A line outside: nothing is extrapolated.
+    """
+    if wanted.min() < measured[0] or wanted.max() > measured[-1]:
+        raise InputError(
+            f"lines from {wanted.min():g} to {wanted.max():g} Hz are wanted of a hammer test from "
+            f"{measured[0]:g} to {measured[-1]:g} Hz: nothing is extrapolated"
+        )
+    after = np.clip(np.searchsorted(measured, wanted), 1, measured.size - 1)
+    share = (wanted - measured[after - 1]) / (measured[after] - measured[after - 1])
+
+    def interpolated(values: _Array) -> _Array:
+        part = share.reshape(-1, *(1,) * (values.ndim - 1))
+        between = (1 - part) * values[after - 1] + part * values[after]
+        return cast("_Array", between)
+
+    return interpolated
+
+
+if TYPE_CHECKING:
+    from deboom.compressor.routes import RouteModel
+    from deboom.measurement.compressor_test import OperatingSweep
+
+
+@dataclass(frozen=True, eq=False)
+class OperatingLoad:
+    """Motion and load over the speed of one sweep, with the mounts as they were struck.
+
+    Parameters
+    ----------
+    name : str
+        Of the sweep.
+    pressure : float
+        [Pa].
+    frequency : array, shape (n_frequency,)
+        Of the rotation [Hz].
+    lines : int array, shape (n_frequency,)
+        Of the route's model.
+    deviation : array, shape (n_frequency, n_channel)
+        Of the real and of the imaginary part of each accelerometer [m/s²].
+    motion : array, shape (n_frequency, 6)
+        Of the virtual point, ``V⁺ a`` [m/s², rad/s²].
+    load : array, shape (n_frequency, 6)
+        ``AM V⁺ a`` [N, N m].
+    """
+
+    name: str
+    pressure: float
+    frequency: RealArray
+    lines: npt.NDArray[np.intp]
+    deviation: RealArray
+    motion: ComplexArray
+    load: ComplexArray
+
+    def select(self, lines: npt.NDArray[np.intp]) -> OperatingLoad:
+        """Keep these lines, given by their indices."""
+        return replace(
+            self,
+            frequency=self.frequency[lines],
+            lines=self.lines[lines],
+            deviation=self.deviation[lines],
+            motion=self.motion[lines],
+            load=self.load[lines],
+        )
+
+
+def operating_load(model: RouteModel, sweep: OperatingSweep) -> OperatingLoad:
+    """Take the load inside out of a sweep.
+
+    Parameters
+    ----------
+    model : RouteModel
+        Its lines hold those of the sweep.
+    sweep : OperatingSweep
+
+    Returns
+    -------
+    OperatingLoad
+
+    Notes
+    -----
+    Thesis, 4.2: in-situ inverse method, ``F = AM V⁺ a``.
+    """
+    lines = np.searchsorted(model.frequency, sweep.frequency)
+    motion = sweep.acceleration.values @ model.inverse.T
+    return OperatingLoad(
+        sweep.name,
+        sweep.pressure,
+        sweep.frequency,
+        lines,
+        sweep.deviation,
+        motion,
+        applied(model.apparent_mass[lines], motion),
+    )
+
+
+def noise_covariance(
+    model: RouteModel, loads: Sequence[OperatingLoad], apparent_mass: Sequence[ComplexArray]
+) -> ComplexArray:
+    """Covariance of the noise of loads at one set of lines, which they share.
+
+    Parameters
+    ----------
+    model : RouteModel
+    loads : sequence of OperatingLoad
+        n of them, all with the same lines.
+    apparent_mass : sequence of array, shape (n_frequency, 6, 6)
+        One per load, with the mounts as they are then [kg, kg m, kg m²].
+
+    Returns
+    -------
+    array, shape (n_frequency, 6 n, 6 n)
+        Of the real as of the imaginary part; independent from line to line.
+
+    Notes
+    -----
+    Each sweep has its own noise; that of the hammer test is the same in all of them.
+    """
+    lines = loads[0].lines
+    n = len(loads)
+    blocks = np.zeros((lines.size, n, 6, n, 6), dtype=complex)
+    noise = None if model.noise is None else model.noise.select(lines)
+    for i, (one, mass) in enumerate(zip(loads, apparent_mass, strict=True)):
+        seen = mass @ model.inverse
+        weighted = seen * one.deviation[:, np.newaxis, :] ** 2
+        blocks[:, i, :, i] = weighted @ np.swapaxes(seen, 1, 2).conj()
+        for j, other in enumerate(loads):
+            if noise is not None:
+                blocks[:, i, :, j] += noise.covariance(one.load, other.load)
+    return blocks.reshape(lines.size, 6 * n, 6 * n)
+
+
+def mount_covariance(model: RouteModel, loads: Sequence[OperatingLoad]) -> ComplexArray:
+    """Covariance of loads whose mounts have changed in a way that nothing describes.
+
+    Parameters
+    ----------
+    model : RouteModel
+    loads : sequence of OperatingLoad
+        n of them, all with the same lines.
+
+    Returns
+    -------
+    array, shape (n_frequency, 6 n, 6 n)
+        Per squared relative change of the stiffness; of the real as of the imaginary part.
+
+    Notes
+    -----
+    ``K → K½ (1 + E) K½`` with independent entries of E, so that each direction changes by itself:
+    ``(sᴴ A s) A`` with ``A = |v| K/ω²``. The mounts are the same in all sweeps.
+    """
+    held = static_part(model.mounts[loads[0].lines])
+    motions = np.stack([load.motion for load in loads], axis=1)
+    strain = motions @ held @ np.swapaxes(motions, 1, 2).conj()
+    n = len(loads)
+    blocks = strain[:, :, np.newaxis, :, np.newaxis] * held[:, np.newaxis, :, np.newaxis, :]
+    return np.asarray(blocks.reshape(len(held), 6 * n, 6 * n))
+
+
+def applied(matrices: ComplexArray, motion: ComplexArray) -> ComplexArray:
+    """Multiply matrices, shape (..., n, 6, 6), with vectors, shape (n, 6)."""
+    return np.asarray(np.einsum("...fab,fb->...fa", matrices, motion))
+
+
+if TYPE_CHECKING:
+    from deboom.compressor.calibrate import SelfCalibration
+    from deboom.measurement.compressor_test import OperatingSweep
+
+
+@dataclass(frozen=True, eq=False)
+class OperatingMotion:
+    """Motion of the virtual point over the speed of one sweep.
+
+    Parameters
+    ----------
+    sweep : str
+        Name of the sweep.
+    by_sheet, calibrated : Spectrum
+        Channels ``x y z rx ry rz``, with the sensors where the position sheet has them and where
+        the hammer test found them [m/s², rad/s²].
+    consistency_by_sheet, consistency_calibrated : RigidConsistency
+        Of the channels with that motion.
+    """
+
+    sweep: str
+    by_sheet: Spectrum
+    calibrated: Spectrum
+    consistency_by_sheet: RigidConsistency
+    consistency_calibrated: RigidConsistency
+
+
+def operating_motion(
+    sweep: OperatingSweep, sheet: VirtualPoint, calibrated: SelfCalibration
+) -> OperatingMotion:
+    """Project the channels of a sweep on the motions of a rigid body.
+
+    Parameters
+    ----------
+    sweep : OperatingSweep
+    sheet : VirtualPoint
+        Of its accelerometers, as the position sheet has them.
+    calibrated : SelfCalibration
+        Gains, places and angles that the hammer test revealed.
+
+    Returns
+    -------
+    OperatingMotion
+
+    Raises
+    ------
+    InputError
+        Channels of other sensors, or a line without any signal.
+
+    Notes
+    -----
+    Thesis, eq. 27 and figure 52. A consistency that rises with the calibration shows that the
+    errors were those of the sheet and not a body that bends.
+    """
+    forward = calibrated.placement.response_matrix(calibrated.errors)
+    found = replace(
+        sheet, forward=forward, inverse=np.asarray(np.linalg.pinv(forward), dtype=float)
+    )
+    measured = sweep.acceleration
+    return OperatingMotion(
+        sweep.name,
+        motion_at_point(sheet, measured),
+        motion_at_point(found, measured),
+        response_consistency(sheet, measured),
+        response_consistency(found, measured),
+    )
+
 
 if TYPE_CHECKING:
     from deboom.arrays import ComplexArray, RealArray
+    from deboom.compressor.calibrate import SelfCalibration
     from deboom.compressor.identify import Identification
-    from deboom.compressor.self_calibration import SelfCalibration
 
 ROUNDING = 1e-13
 """Relative to the largest, of eigenvalues of a covariance [1]."""

@@ -1,4 +1,4 @@
-"""Unbalance and gas forces as one set of numbers for all speeds, with their deviations."""
+"""Unbalance and gas of a compressor with their bands, and the curve over speed."""
 
 from __future__ import annotations
 
@@ -7,16 +7,57 @@ from statistics import NormalDist
 from typing import TYPE_CHECKING
 
 import numpy as np
+import numpy.typing as npt
 
-from deboom.arrays import ComplexArray, RealArray
-from deboom.compressor.source_load import case_name
-from deboom.compressor.source_problem import N_ROTOR
-from deboom.compressor.source_structure import GAS_NAMES, GAS_UNITS, N_GAS
+from deboom.arrays import ComplexArray, RealArray, RealOrComplexArray
+from deboom.compressor.identify import ALARM
+from deboom.compressor.routes import OperatingLoad, applied, mount_covariance, noise_covariance
+from deboom.compressor.source_fit import N_ROTOR
+from deboom.compressor.unbalance_load import GAS_NAMES, GAS_UNITS, N_GAS, gas_columns, rotor_columns
+
+PASCAL_PER_BAR = 1e5
+
+
+def case_name(pressure: float) -> str:
+    """Name a pressure [Pa], such as ``7.5 bar``."""
+    return f"{pressure / PASCAL_PER_BAR:g} bar"
+
+
+def source_loads(found: Sources, frequency: npt.ArrayLike) -> dict[str, ComplexArray]:
+    """Return what turns and what the gas does, as one load per pressure.
+
+    Parameters
+    ----------
+    found : Sources
+        From all speeds and pressures at once.
+    frequency : array, shape (f,)
+        Of the rotation [Hz].
+
+    Returns
+    -------
+    dict of str to array, shape (f, 6)
+        Such as ``7.5 bar`` → complex peak at the virtual point [N, N m].
+
+    Notes
+    -----
+    Thesis, eq. 36 and 38: unbalances grow with ω² and are the same at every pressure, gas forces do
+    neither.
+    """
+    rotor = rotor_columns(frequency, found.sense) @ np.array(
+        [found.static.value, found.dynamic.value]
+    )
+    gas = gas_columns(found.sense)
+    return {
+        case_name(one.pressure): rotor
+        + gas @ np.array([one.axial.value, one.moment.value, one.rotating.value])
+        for one in found.gas
+    }
+
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from deboom.compressor.operating_load import OperatingLoad
+    from deboom.compressor.routes import OperatingLoad
     from deboom.compressor.source_fit import SourceFit
     from deboom.compressor.unbalance_load import RotationSense
 
@@ -215,4 +256,296 @@ def _residual_band(
     beyond = max(1 - 1 / mean, 0.0)
     return ResidualBand(
         low, high, float(np.sqrt(beyond * squares[0] / squares[1])), float(np.sqrt(mean))
+    )
+
+
+if TYPE_CHECKING:
+    from deboom.compressor.routes import RouteModel
+    from deboom.compressor.source_fit import SourceFit
+
+NEIGHBOURS = 5
+"""Lines over which residuals are averaged: one line alone says little."""
+ROTATING_GAS = 2
+"""Position of the rotating gas force among the gas forces."""
+
+
+@dataclass(frozen=True, eq=False)
+class Distrust:
+    """Why some lines cannot be trusted.
+
+    Parameters
+    ----------
+    lines : bool array, shape (n_frequency,)
+    text : str
+        The reason, in words.
+    """
+
+    lines: npt.NDArray[np.bool_]
+    text: str
+
+
+@dataclass(frozen=True, eq=False)
+class Band:
+    """A complex number over speed and how well it is known.
+
+    Parameters
+    ----------
+    value : array, shape (n_frequency,)
+        Complex.
+    lower, upper : array, shape (n_frequency,)
+        Of its amplitude; an error that is known to be there widens one side only.
+    noise, placement, mounts : array, shape (n_frequency,)
+        What makes it wide: noise of sweep and hammer test; errors of sensors, impacts and model;
+        mounts that have or may have changed (and gas, where it was taken off).
+    half : array, shape (n_frequency,)
+        Largest error at this confidence, that of the phase included where it is known to be there.
+    """
+
+    value: ComplexArray
+    lower: RealArray
+    upper: RealArray
+    noise: RealArray
+    placement: RealArray
+    mounts: RealArray
+    half: RealArray
+
+    @property
+    def relative(self) -> RealArray:
+        """Of `half` over the amplitude, shape (n_frequency,) [1]."""
+        return np.asarray(self.half / np.abs(self.value))
+
+
+@dataclass(frozen=True, eq=False)
+class UnbalanceCurve:
+    """Static [kg m] or dynamic [kg m²] unbalance over speed.
+
+    Parameters
+    ----------
+    frequency : array, shape (n_frequency,)
+        Of the rotation [Hz].
+    from_y, from_z : Band
+        Out of the load along or about y, along or about z.
+    both : Band
+        Their mean, each weighted with its own variance.
+    trusted : bool array, shape (n_frequency,)
+    reasons : tuple of Distrust
+        For the lines that are not.
+    """
+
+    frequency: RealArray
+    from_y: Band
+    from_z: Band
+    both: Band
+    trusted: npt.NDArray[np.bool_]
+    reasons: tuple[Distrust, ...]
+
+    @property
+    def mean(self) -> ComplexArray:
+        """Value of `both`."""
+        return self.both.value
+
+    @property
+    def mismatch(self) -> RealArray:
+        """Difference of y and z over their mean, shape (n_frequency,) [1].
+
+        A rotor makes it small; that it is small proves no rotor, since a rotating gas force passes.
+        """
+        return np.asarray(np.abs(self.from_y.value - self.from_z.value) / np.abs(self.mean))
+
+
+class LoadUncertainty:
+    """Errors of a load by one route, as far as the sweeps and the hammer test tell.
+
+    Parameters
+    ----------
+    model : RouteModel
+    load : OperatingLoad
+    fit : SourceFit
+        Of all sweeps by the same route.
+    updated : bool
+        Whether the change of the mounts that the fit found is taken into the load.
+    confidence : float
+        Of the bands [1].
+    """
+
+    def __init__(
+        self,
+        model: RouteModel,
+        load: OperatingLoad,
+        fit: SourceFit,
+        *,
+        updated: bool,
+        confidence: float,
+    ) -> None:
+        self.fit = fit
+        self.quantile = NormalDist().inv_cdf(0.5 + confidence / 2)
+        change = fit.change.matrices(load.frequency, model.mounts[load.lines], load.motion)
+        taken = np.tensordot(fit.line_values[fit.change_slice], change, axes=1)
+        now = model.apparent_mass[load.lines] - (taken if updated else 0)
+        self.load = applied(now, load.motion)
+        self.known = np.zeros_like(self.load) if updated else applied(taken, load.motion)
+        self.noise = noise_covariance(model, (load,), (now,))
+        self.mismatch = fit.mismatch**2 * mount_covariance(model, (load,))
+        self.slopes = applied(model.by_error[:, load.lines], load.motion)
+        self.by_change = applied(change, load.motion)
+        pressure = int(np.searchsorted(fit.pressure, load.pressure))
+        self.by_gas = fit.gas_derivatives()[:, pressure, ROTATING_GAS]
+        self.rotating_gas = fit.gas_values[pressure, ROTATING_GAS]
+
+    def band(self, weights: RealOrComplexArray, gas: RealOrComplexArray | None = None) -> Band:
+        """Propagate everything to a combination of the six loads.
+
+        Parameters
+        ----------
+        weights : array, shape (n_frequency, 6)
+            Of the loads.
+        gas : array, shape (n_frequency,), optional
+            Of the rotating gas force, which is taken off.
+
+        Returns
+        -------
+        Band
+
+        Notes
+        -----
+        Along the direction of the value: noise of each line; errors of placement, with their
+        posterior of the hammer test; the difference between the mounts' true change and the one
+        found. The last is correlated with the second, since both were found together. A load that
+        leaves the change out is wrong by a known amount, which is added to one side.
+        """
+        taken_off = 0 if gas is None else gas * self.rotating_gas
+        value = np.einsum("fa,fa->f", weights, self.load) - taken_off
+        along = (value / np.abs(value)).conj()
+        variance, of_mounts = (
+            np.einsum("fa,fab,fb->f", weights, covariance, weights.conj()).real
+            for covariance in (self.noise, self.mismatch)
+        )
+        placement = _along(along, weights, self.slopes)
+        mounts = _along(along, weights, self.by_change)
+        by_gas = np.zeros((self.by_gas.size, value.size))
+        if gas is not None:
+            by_gas = (along * gas * self.by_gas[:, np.newaxis]).real
+        fit = self.fit
+        own = slice(fit.gas_slice.start, fit.change_slice.stop)
+        rest = np.concatenate([by_gas, mounts])
+        of_rest = of_mounts + _quadratic(rest, fit.line_covariance[own, own], rest)
+        cross = _quadratic(placement, fit.line_covariance[fit.error_slice, own], rest)
+        of_placement = np.sum(placement**2, axis=0)
+        total = np.sqrt(np.maximum(variance + of_placement + of_rest + 2 * cross, variance))
+        known = along * np.einsum("fa,fa->f", weights, self.known)
+        offset = known.real
+        amplitude, half = np.abs(value), self.quantile * total
+        return Band(
+            value,
+            np.maximum(amplitude - half - np.maximum(offset, 0), 0),
+            amplitude + half + np.maximum(-offset, 0),
+            self.quantile * np.sqrt(variance),
+            self.quantile * np.sqrt(of_placement),
+            self.quantile * np.sqrt(of_rest) + np.abs(known),
+            half + np.abs(known),
+        )
+
+
+def _quadratic(one: RealArray, covariance: RealArray, other: RealArray) -> RealArray:
+    """Covariance of two amplitudes, each a sum of slopes times unknowns, shape (n_frequency,)."""
+    return np.asarray(np.einsum("kf,kl,lf->f", one, covariance, other, optimize=True))
+
+
+def _along(along: ComplexArray, weights: RealOrComplexArray, slopes: ComplexArray) -> RealArray:
+    """Change of an amplitude by real unknowns, shape (n_unknown, n_frequency)."""
+    return np.asarray((along * np.einsum("fa,kfa->kf", weights, slopes)).real)
+
+
+def unbalance_curve(
+    uncertainty: LoadUncertainty,
+    frequency: RealArray,
+    from_y: RealOrComplexArray,
+    from_z: RealOrComplexArray,
+    *,
+    gas: RealOrComplexArray | None = None,
+    largest_uncertainty: float,
+    unexplained: npt.NDArray[np.bool_],
+) -> UnbalanceCurve:
+    """Make the curve of one unbalance and mark what cannot be trusted.
+
+    Parameters
+    ----------
+    uncertainty : LoadUncertainty
+    frequency : array, shape (n_frequency,)
+        [Hz].
+    from_y, from_z : array, shape (n_frequency, 6)
+        Weights of the loads, in y and in z.
+    gas : array, shape (n_frequency,), optional
+        Weight of the rotating gas force, which is taken off.
+    largest_uncertainty : float
+        Half band over amplitude above which a line is not trusted [1].
+    unexplained : bool array, shape (n_frequency,)
+        Lines whose load is not that of a rotor, gas and mounts.
+
+    Returns
+    -------
+    UnbalanceCurve
+    """
+    bands = [uncertainty.band(weights, gas) for weights in (from_y, from_z)]
+    widths = np.array([band.half for band in bands])
+    share = widths[1] ** 2 / np.sum(widths**2, axis=0)
+    both = uncertainty.band(
+        share[:, np.newaxis] * from_y + (1 - share)[:, np.newaxis] * from_z, gas
+    )
+    wide = (both.relative > largest_uncertainty) & ~unexplained
+    shares = np.array([both.mounts, both.placement, both.noise])
+    cause = np.argmax(shares, axis=0)
+    reasons = []
+    for number, words in enumerate(_CAUSES):
+        lines = wide & (cause == number)
+        if lines.any():
+            worst = float(np.max(both.relative[lines]))
+            text = f"{_where(frequency, lines)}: up to ±{worst:.0%}, {words}"
+            reasons.append(Distrust(lines, text))
+    if unexplained.any():
+        text = f"{_where(frequency, unexplained)}: the load is not that of a rotor, gas and mounts"
+        reasons.append(Distrust(unexplained, f"{text}: look for hoses and loose parts"))
+    trusted = ~(wide | unexplained)
+    return UnbalanceCurve(frequency, bands[0], bands[1], both, trusted, tuple(reasons))
+
+
+def unexplained_lines(whitened: ComplexArray) -> npt.NDArray[np.bool_]:
+    """Mark lines whose residuals are no noise.
+
+    Parameters
+    ----------
+    whitened : array, shape (n_frequency, 6)
+        Residuals of the global fit in units of the noise of one part; not a number where they took
+        no part in it.
+
+    Returns
+    -------
+    bool array, shape (n_frequency,)
+        Where the running mean over `NEIGHBOURS` lines has a χ above 1.5.
+    """
+    squares = np.mean(np.abs(whitened) ** 2, axis=1) / 2
+    known = np.isfinite(squares)
+    kernel = np.ones(min(NEIGHBOURS, squares.size))
+    summed = np.convolve(np.where(known, squares, 0.0), kernel, mode="same")
+    count = np.convolve(known.astype(float), kernel, mode="same")
+    mean = np.divide(summed, count, out=np.zeros_like(summed), where=count > 0)
+    return np.asarray(mean > ALARM**2)
+
+
+_CAUSES = (
+    "mostly because the mounts in operation are not those that were struck, or may not be",
+    "mostly because places and gains of impacts and sensors are not known better",
+    "mostly because of noise in sweep and hammer test",
+)
+
+
+def _where(frequency: RealArray, lines: npt.NDArray[np.bool_]) -> str:
+    """State lines as ranges."""
+    picked = np.flatnonzero(lines)
+    runs = np.split(picked, np.flatnonzero(np.diff(picked) > 1) + 1)
+    return ", ".join(
+        f"{frequency[run[0]]:g} Hz"
+        if run.size == 1
+        else f"{frequency[run[0]]:g}-{frequency[run[-1]]:g} Hz"
+        for run in runs
     )

@@ -1,4 +1,4 @@
-"""The thesis's fit: 44 numbers from the drawing, and what the test says of each of them."""
+"""The parametrisations of the thesis and of identical mounts, fitted to a test."""
 
 from __future__ import annotations
 
@@ -10,28 +10,29 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from deboom.arrays import ComplexArray, RealArray
-from deboom.compressor.gain_parameters import gain_from_parameters
-from deboom.compressor.identifiability import (
-    Identifiability,
-    Knowledge,
-    identifiability,
-    knowledge,
-)
-from deboom.compressor.linear_start import START_GAIN
-from deboom.compressor.minimal_parameters import MinimalParameters
+from deboom.compressor.calibrate import Prior, SelfCalibration, WeighedMass, self_calibrate
+from deboom.compressor.gain import GAIN_SHAPE_NAMES, gain_from_parameters
+from deboom.compressor.identifiability import Identifiability, Knowledge, identifiability, knowledge
 from deboom.compressor.model import CompressorModel
-from deboom.compressor.objectives import InertanceAndApparentMass
-from deboom.compressor.thesis_parameters import ThesisParameters
+from deboom.compressor.parameters import (
+    N_MASS,
+    IdenticalMountParameters,
+    MinimalParameters,
+    ThesisParameters,
+)
 from deboom.compressor.virtual_point_fit import (
+    START_GAIN,
     Bounds,
+    InertanceAndApparentMass,
     PointFit,
+    WhitenedInertance,
     fit_at_virtual_point,
     fit_by_slsqp,
 )
 
 if TYPE_CHECKING:
     from deboom.compressor.identify import Identification
-    from deboom.measurement.inertance_test import Drawing
+    from deboom.measurement.compressor_test import Drawing
 
 POSITION_BOUND = 0.0126
 """[m]; the thesis states 12.5 mm, and its table 11 has a change of 12.51 mm."""
@@ -202,3 +203,115 @@ def _real(derivatives: ComplexArray) -> RealArray:
     """One column per parameter, real over imaginary parts."""
     flat = derivatives.reshape(derivatives.shape[0], -1)
     return np.concatenate([flat.real, flat.imag], axis=1).T
+
+
+if TYPE_CHECKING:
+    from deboom.arrays import RealArray
+    from deboom.compressor.identify import Identification
+    from deboom.measurement.compressor_test import CompressorMount, Drawing
+
+OFFSET_DEVIATION = 6.3e-3
+"""1 σ of a mount's place against its drawing: half the thesis's bound [m]."""
+TILT_DEVIATION = math.radians(2.5)
+"""1 σ of a mount's tilt against its drawing: half the thesis's bound [rad]."""
+WORSE = 1.05
+"""Reduced χ, against that of any mounts, from which identical mounts are refuted."""
+
+
+@dataclass(frozen=True, eq=False)
+class IdenticalFit:
+    """Identical round mounts, and whether the test agrees.
+
+    Parameters
+    ----------
+    drawn : tuple of CompressorMount
+        Where the drawing has them.
+    calibrated : SelfCalibration
+        With `IdenticalMountParameters`.
+    chi_ratio : float
+        Reduced χ over that of the minimal parameters, which allow any mounts [1].
+    """
+
+    drawn: tuple[CompressorMount, ...]
+    calibrated: SelfCalibration
+    chi_ratio: float
+
+    @property
+    def mounts(self) -> tuple[CompressorMount, ...]:
+        """Mounts as found, stiffness where the real part of the gain is 1."""
+        parametrisation = self.calibrated.parametrisation
+        assert isinstance(parametrisation, IdenticalMountParameters)
+        return parametrisation.mounts(self.calibrated.values)
+
+    @property
+    def deviations(self) -> RealArray:
+        """1 σ of the 5 n_mounts + 2 numbers of mounting [m, rad, 1]."""
+        covariance = self.calibrated.parameter_covariance
+        return np.asarray(np.sqrt(np.diag(covariance))[N_MASS : -len(GAIN_SHAPE_NAMES)])
+
+    @property
+    def holds(self) -> bool:
+        """Whether identical mounts explain the test as well as any mounts do."""
+        return self.chi_ratio < WORSE
+
+
+def fit_identical_mounts(found: Identification, drawing: Drawing) -> IdenticalFit:
+    """Find place, tilt and stiffness of identical round mounts by self-calibration.
+
+    Parameters
+    ----------
+    found : Identification
+        Of any mounts; where this one starts.
+    drawing : Drawing
+        Places and tilts are counted from it.
+
+    Returns
+    -------
+    IdenticalFit
+    """
+    drawn = drawing.mounts
+    parametrisation = IdenticalMountParameters(drawn, found.length)
+    n = len(drawn)
+    values = found.calibrated.values
+    gain = values[-len(GAIN_SHAPE_NAMES) :]
+    stiffness = np.array([mount.stiffness for mount in drawn])
+    # the drawing's stiffness is static; that of the reference line is larger by the gain's rise
+    at_reference = np.trace(found.calibrated.model.stiffness[:3, :3]) / stiffness.sum()
+    common = np.log(at_reference * np.array([stiffness[:, 0].mean(), stiffness[:, 1:].mean()]))
+    start = np.concatenate([values[:N_MASS], np.zeros(5 * n), common, gain])
+    part = found.raw.select(found.fitted)
+    objective = WhitenedInertance(
+        part.frf.frequency,
+        found.inertance.values[found.fitted],
+        found.response.inverse,
+        found.excitation.inverse,
+        np.sqrt(np.mean(part.deviation**2, axis=(1, 2))),
+    )
+    width = np.concatenate(
+        [
+            np.full(N_MASS, np.inf),
+            np.full(3 * n, 2 * OFFSET_DEVIATION),
+            np.full(2 * n, 2 * TILT_DEVIATION),
+            np.full(2 + gain.size, np.inf),
+        ]
+    )
+    bounds = Bounds(start - width, start + width)
+    point = fit_at_virtual_point(parametrisation, objective, start, bounds)
+    prior = Prior(
+        np.concatenate([np.zeros(N_MASS + 5 * n + 2), START_GAIN]),
+        np.concatenate(
+            [
+                np.full(N_MASS, np.inf),
+                np.full(3 * n, OFFSET_DEVIATION),
+                np.full(2 * n, TILT_DEVIATION),
+                np.full(2, np.inf),
+                found.known.prior[-len(GAIN_SHAPE_NAMES) :],
+            ]
+        ),
+    )
+    mass = found.test.weighed_mass
+    weighed = None if mass is None else WeighedMass(mass, found.test.weighed_mass_deviation)
+    calibrated = self_calibrate(
+        parametrisation, part, found.test.tolerances, point.values, weighed=weighed, prior=prior
+    )
+    return IdenticalFit(drawn, calibrated, calibrated.reduced_chi / found.calibrated.reduced_chi)

@@ -1,20 +1,303 @@
-"""Fit of a parametrised compressor to measured inertance at its virtual point."""
+"""Fit of a compressor's model to inertance at the virtual point."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal, NamedTuple
+from typing import TYPE_CHECKING, Literal, NamedTuple, Protocol
 
 import numpy as np
+import numpy.typing as npt
 
 from deboom.arrays import ComplexArray, RealArray
+from deboom.compressor.gain import gain_from_parameters
+from deboom.compressor.parameters import (
+    MinimalParameters,
+    mass_matrix_of_pseudo_inertia,
+    parameters_of_pseudo_inertia,
+)
 from deboom.errors import InputError
+
+THESIS_BANDS = ((10.0, 30.0), (100.0, 150.0))
+"""Around the rigid-body modes, and on the mass line [Hz]."""
+
+
+def in_bands(
+    frequency: npt.ArrayLike, bands: tuple[tuple[float, float], ...] = THESIS_BANDS
+) -> npt.NDArray[np.bool_]:
+    """Mark the lines inside any of the bands.
+
+    Parameters
+    ----------
+    frequency : array, shape (n_frequency,)
+        [Hz].
+    bands : tuple of (float, float)
+        Each from, to, both included [Hz].
+
+    Returns
+    -------
+    bool array, shape (n_frequency,)
+
+    Raises
+    ------
+    InputError
+        A band without a line.
+    """
+    lines = np.asarray(frequency, dtype=float)
+    marks = [(lines >= low) & (lines <= high) for low, high in bands]
+    for (low, high), mark in zip(bands, marks, strict=True):
+        if not mark.any():
+            raise InputError(f"no line of the measurement lies in the band {low:g}-{high:g} Hz")
+    return np.asarray(np.logical_or.reduce(marks))
+
+
+class Objective(Protocol):
+    """Weighted complex deviations of a model from a measurement at the virtual point."""
+
+    @property
+    def frequency(self) -> RealArray:
+        """Lines, shape (n_frequency,) [Hz]."""
+        ...
+
+    def residuals(self, apparent: ComplexArray, inertance: ComplexArray) -> ComplexArray:
+        """Weigh the deviations of a model's matrices, shape (n_frequency, 6, 6) each.
+
+        The result has shape (n_term, n_frequency, 6, 6).
+        """
+        ...
+
+    def derivatives(self, apparent: ComplexArray, inertance: ComplexArray) -> ComplexArray:
+        """Weigh derivatives of the matrices, shape (n_parameters, n_frequency, 6, 6) each.
+
+        The result has shape (n_parameters, n_term, n_frequency, 6, 6).
+        """
+        ...
+
+
+@dataclass(frozen=True, eq=False)
+class WhitenedInertance:
+    """Inertance at the virtual point, in units of its own noise.
+
+    Parameters
+    ----------
+    frequency : array, shape (n_frequency,)
+        [Hz].
+    measured : array, shape (n_frequency, 6, 6)
+        [1/kg, 1/(kg m), 1/(kg m²)].
+    response_inverse : array, shape (6, n_channel)
+        Pseudo-inverse that made the six responses.
+    excitation_inverse : array, shape (6, n_impact)
+        Pseudo-inverse that made the six loads.
+    deviation : array, shape (n_frequency,)
+        Standard deviation of the real and of the imaginary part of a raw FRF [1/kg].
+
+    Notes
+    -----
+    Independent noise of the raw FRFs is coloured by the two pseudo-inverses P and Q; it is white
+    again in ``C_P⁻¹ Y_VP C_Q⁻ᵀ`` with ``C_P C_Pᵀ = P Pᵀ``.
+    """
+
+    frequency: RealArray
+    measured: ComplexArray
+    response_inverse: RealArray
+    excitation_inverse: RealArray
+    deviation: RealArray
+
+    def residuals(
+        self,
+        apparent: ComplexArray,  # noqa: ARG002  both matrices go to every objective
+        inertance: ComplexArray,
+    ) -> ComplexArray:
+        """Weigh the deviations of the inertance, shape (1, n_frequency, 6, 6)."""
+        return self._white(inertance - self.measured)[np.newaxis]
+
+    def derivatives(
+        self,
+        apparent: ComplexArray,  # noqa: ARG002  both matrices go to every objective
+        inertance: ComplexArray,
+    ) -> ComplexArray:
+        """Weigh the derivatives of the inertance."""
+        return self._white(inertance)[:, np.newaxis]
+
+    def _white(self, values: ComplexArray) -> ComplexArray:
+        left = np.linalg.inv(np.linalg.cholesky(self.response_inverse @ self.response_inverse.T))
+        right = np.linalg.inv(
+            np.linalg.cholesky(self.excitation_inverse @ self.excitation_inverse.T)
+        )
+        return np.asarray(left @ values @ right.T / self.deviation[:, np.newaxis, np.newaxis])
+
+
+@dataclass(frozen=True, eq=False)
+class InertanceAndApparentMass:
+    """Inertance and apparent mass together, each against its size in the band: the thesis.
+
+    Parameters
+    ----------
+    frequency : array, shape (n_frequency,)
+        [Hz].
+    measured : array, shape (n_frequency, 6, 6)
+        Inertance [1/kg, 1/(kg m), 1/(kg m²)].
+    length : float
+        Characteristic length that makes rotations and displacements comparable [m].
+    split : float
+        Lines below and above it are weighted by sizes of their own [Hz].
+
+    Notes
+    -----
+    Thesis, section 4.4: complex deviations of both matrices in 10-30 and 100-150 Hz. Each entry is
+    scaled by the length, each band by its root mean square over all entries.
+    """
+
+    frequency: RealArray
+    measured: ComplexArray
+    length: float
+    split: float = 60.0
+
+    def residuals(self, apparent: ComplexArray, inertance: ComplexArray) -> ComplexArray:
+        """Weigh the deviations of both matrices, shape (2, n_frequency, 6, 6)."""
+        by_inertance, by_mass = self._weights()
+        return np.stack(
+            [
+                by_inertance * (inertance - self.measured),
+                by_mass * (apparent - np.linalg.inv(self.measured)),
+            ]
+        )
+
+    def derivatives(self, apparent: ComplexArray, inertance: ComplexArray) -> ComplexArray:
+        """Weigh the derivatives of both matrices."""
+        by_inertance, by_mass = self._weights()
+        return np.stack([by_inertance * inertance, by_mass * apparent], axis=1)
+
+    def _weights(self) -> tuple[RealArray, RealArray]:
+        unit = np.outer(*(np.repeat([1.0, self.length], 3),) * 2)
+        low = self.frequency < self.split
+        weights = []
+        for values, scale in ((self.measured, unit), (np.linalg.inv(self.measured), 1 / unit)):
+            weight = np.empty(self.frequency.shape)
+            for band in (low, ~low):
+                if band.any():
+                    size = np.sqrt(np.mean(np.abs(values[band] * scale) ** 2))
+                    weight[band] = 1 / size
+            weights.append(weight[:, np.newaxis, np.newaxis] * scale)
+        return weights[0], weights[1]
+
+
+START_GAIN = (np.log(0.35), np.log(0.03), 0.27, np.log(0.25), np.log(0.05))
+"""A rubber of medium stiffening and loss, in the order of `GAIN_SHAPE_NAMES`."""
+SMALLEST_SPREAD = 1e-3
+"""Smallest eigenvalue of the scaled pseudo-inertia against its largest one."""
+PASSES = 3
+_PSEUDO_ENTRIES = [(i, j) for i in range(4) for j in range(i, 4)]
+
+
+def linear_start(
+    parametrisation: MinimalParameters, frequency: npt.ArrayLike, inertance: npt.ArrayLike
+) -> RealArray:
+    """Estimate mass and stiffness by weighted linear least squares.
+
+    Parameters
+    ----------
+    parametrisation : MinimalParameters
+        Gives the characteristic length and the scale of the stiffness.
+    frequency : array, shape (n_frequency,)
+        Above 0, with lines both near and above the rigid-body modes [Hz].
+    inertance : array, shape (n_frequency, 6, 6)
+        Measured at the virtual point [1/kg, 1/(kg m), 1/(kg m²)].
+
+    Returns
+    -------
+    array, shape (35,)
+        Parameters of `parametrisation`, with the gain of a medium rubber.
+
+    Raises
+    ------
+    InputError
+        Data whose mass line has no positive mass: a channel or an impact of the wrong sign.
+
+    Notes
+    -----
+    ``(M − v'(f) K'/ω² − j K''/ω²) H = 1`` with a stiffening v' of medium rubber is linear in the
+    entries of M, K' and K''. The first pass weights the lines by ``1/|H|``, the next by the model
+    found (Sanathanan and Koerner), which turns the error of the equation into one of H. A mass
+    matrix that no body can have is moved to the nearest pseudo-inertia with positive eigenvalues.
+    """
+    lines = np.asarray(frequency, dtype=float)
+    squared = (2 * np.pi * lines) ** 2
+    unit = np.repeat([1.0, parametrisation.length], 3)
+    scaled = np.asarray(inertance) * np.outer(unit, unit)
+    mass_basis = _pseudo_basis(parametrisation.length) / np.outer(unit, unit)
+    stiffness_basis = parametrisation.stiffness_basis / np.outer(unit, unit)
+    stiffening = gain_from_parameters(START_GAIN, parametrisation.reference_frequency).real
+    over_frequency = [
+        (mass_basis, np.ones_like(squared)),
+        (stiffness_basis, -stiffening.at(lines) / squared),
+        (stiffness_basis, -1j / squared),
+    ]
+    terms = np.concatenate(
+        [
+            factor[:, np.newaxis, np.newaxis] * (basis[:, np.newaxis] @ scaled)
+            for basis, factor in over_frequency
+        ]
+    )
+    unity = np.broadcast_to(np.eye(6), scaled.shape)
+    weight: ComplexArray = (
+        np.eye(6) / np.linalg.norm(scaled, axis=(1, 2))[:, np.newaxis, np.newaxis]
+    )
+    for _ in range(PASSES):
+        columns, right = _real_rows(weight @ terms), _real_rows((weight @ unity)[np.newaxis])
+        solution = np.linalg.lstsq(columns, right[:, 0])[0]
+        apparent = sum(
+            factor[:, np.newaxis, np.newaxis] * np.tensordot(part, basis, axes=1)
+            for part, (basis, factor) in zip(
+                np.split(solution, [10, 30]), over_frequency, strict=True
+            )
+        )
+        model = np.linalg.inv(np.asarray(apparent))
+        weight = model / np.linalg.norm(model, axis=(1, 2))[:, np.newaxis, np.newaxis]
+    mass, real, imaginary = np.split(solution, [10, 30])
+    gain = np.array(START_GAIN)
+    loss = float(real @ imaginary / (real @ real))
+    typical = float(gain_from_parameters(START_GAIN, 20.0).imaginary.at(20.0))
+    gain[2] *= loss / typical
+    gain[3] += np.log(max(loss, 0.05 * typical) / typical)
+    return np.concatenate([_mass_numbers(mass, parametrisation.length), real, gain])
+
+
+def _pseudo_basis(length: float) -> RealArray:
+    """6×6 mass matrix of each free entry of the pseudo-inertia in units of length, (10, 6, 6)."""
+    unit = np.array([length, length, length, 1.0])
+    basis = np.zeros((len(_PSEUDO_ENTRIES), 4, 4))
+    for number, (row, column) in enumerate(_PSEUDO_ENTRIES):
+        basis[number, row, column] = basis[number, column, row] = unit[row] * unit[column]
+    return mass_matrix_of_pseudo_inertia(basis)
+
+
+def _mass_numbers(entries: RealArray, length: float) -> RealArray:
+    """Parameters of the body that lies nearest to a linear estimate."""
+    pseudo = np.zeros((4, 4))
+    for value, (row, column) in zip(entries, _PSEUDO_ENTRIES, strict=True):
+        pseudo[row, column] = pseudo[column, row] = value
+    if pseudo[3, 3] <= 0:
+        raise InputError(
+            "the inertance at the virtual point belongs to a negative mass: look for a channel or "
+            "an impact of the wrong sign (the quality report names it)"
+        )
+    values, vectors = np.linalg.eigh(pseudo)
+    possible = (vectors * np.maximum(values, SMALLEST_SPREAD * values.max())) @ vectors.T
+    unit = np.array([length, length, length, 1.0])
+    return parameters_of_pseudo_inertia(possible * np.outer(unit, unit), length)
+
+
+def _real_rows(terms: ComplexArray) -> RealArray:
+    """One column per term, real over imaginary rows."""
+    flat = terms.reshape(terms.shape[0], -1)
+    return np.concatenate([flat.real, flat.imag], axis=1).T
+
 
 if TYPE_CHECKING:
     from deboom.compressor.model import CompressorModel
-    from deboom.compressor.objectives import Objective
-    from deboom.compressor.parametrisation import Parametrisation
+    from deboom.compressor.parameters import Parametrisation
+    from deboom.compressor.virtual_point_fit import Objective
 
 AT_BOUND = 1e-3
 """A parameter this near its bound, relative to the width of its bounds, counts as held by it."""

@@ -3,7 +3,7 @@
 Parts lie evenly in their box. The share of a box is then a volume over a volume, which linear and
 quadratic responses give in closed form or by quadrature, and its derivatives follow from the shares
 of the faces (Leibniz' rule). Nothing here is shared with the search of
-`deboom.explore.solution_box_search` but the box itself.
+`deboom.explore.largest_box` but the box itself.
 """
 
 from __future__ import annotations
@@ -18,9 +18,9 @@ import numpy as np
 from scipy.optimize import brentq, minimize
 
 from deboom.arrays import RealArray
+from deboom.explore.box import Box
 from deboom.explore.known_truth import Quad2
-from deboom.explore.polish import Differentiable
-from deboom.explore.solution_box import Box
+from deboom.explore.selection import Differentiable
 
 NODES = 400
 """Nodes per variable of a quadrature; the error of a share is below 1e-4."""

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from deboom.arrays import RealArray
-from deboom.explore.sensitivity_inputs import SensitivityInputs
+from deboom.explore.sensitivity import SensitivityInputs
 
 
 @dataclass(frozen=True, eq=False)

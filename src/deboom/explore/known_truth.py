@@ -18,11 +18,9 @@ import numpy as np
 from scipy.special import ndtr
 
 from deboom.arrays import RealArray
-from deboom.explore.design_space import DesignSpace
-from deboom.explore.evaluate import Evaluate
-from deboom.explore.fronts import nondominated
-from deboom.explore.seeds import generator
-from deboom.explore.tolerance_samples import TRUNCATION, cut_normal_moments
+from deboom.explore.front import nondominated
+from deboom.explore.scatter import TRUNCATION, cut_normal_moments
+from deboom.explore.space import DesignSpace, Evaluate, generator
 
 
 class SeparableProblem(Evaluate, Protocol):

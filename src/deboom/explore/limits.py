@@ -10,8 +10,8 @@ import numpy as np
 
 from deboom.arrays import RealArray
 from deboom.errors import InputError
-from deboom.explore.design_space import DesignSpace
 from deboom.explore.robust import Robust, RobustValues
+from deboom.explore.space import DesignSpace
 
 
 class Requirements(Protocol):

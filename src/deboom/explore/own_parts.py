@@ -8,8 +8,7 @@ from typing import Any
 import numpy as np
 
 from deboom.arrays import RealArray
-from deboom.explore.design_space import DesignSpace
-from deboom.explore.evaluate import Evaluate
+from deboom.explore.space import DesignSpace, Evaluate
 
 
 @dataclass(frozen=True)

@@ -18,20 +18,20 @@ from pymoo.termination.max_gen import MaximumGenerationTermination
 
 from deboom.arrays import RealArray
 from deboom.errors import InputError
-from deboom.explore.archive import Archive, SearchResult
-from deboom.explore.checkpoint import (
+from deboom.explore.archive import (
     AnyArray,
+    Archive,
     Arrays,
     Checkpoint,
+    SearchResult,
     check_same_search,
     generator_state,
     restore_generator,
 )
-from deboom.explore.design_space import DesignSpace
 from deboom.explore.doe import checked_within
 from deboom.explore.limits import Limits
 from deboom.explore.robust import Robust, RobustValues
-from deboom.explore.seeds import checked_seed
+from deboom.explore.space import DesignSpace, checked_seed
 
 __all__ = ["FAILED_OBJECTIVE", "Progress", "RobustProblem", "SearchResult", "nsga2"]
 

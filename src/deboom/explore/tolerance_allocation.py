@@ -1,18 +1,501 @@
-"""The cheapest tolerances of a design for a target, and what each tolerance is worth."""
+"""Tolerances as a choice: what they cost, what they do, and the cheapest ones for a target."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
-from typing import Protocol
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any, Protocol
 
 import numpy as np
+from scipy.interpolate import PchipInterpolator
 from scipy.optimize import brentq, minimize
+from scipy.special import ndtr
 
 from deboom.arrays import RealArray, frozen_copy
 from deboom.errors import InputError
-from deboom.explore.tolerance_curves import CostCurves
-from deboom.explore.tolerance_effect import SOFTNESS, Scattered, ToleranceEffect
+from deboom.explore.robust import RobustResponse, RobustValues, joined, moment_weights
+from deboom.explore.scatter import ToleranceSample
+from deboom.explore.space import SIGMAS_PER_TOLERANCE, DesignSpace, responses
+
+SUFFIX = " tolerance"
+"""What the name of a tolerance's variable adds to that of its design variable."""
+
+
+@dataclass(frozen=True, eq=False)
+class ToleranceCost:
+    """Price of tolerances, ``Σ_k w_k (reference_k / tolerance_k − 1)``.
+
+    Parameters
+    ----------
+    weight : array, shape (k,)
+        Price of halving the reference tolerance of each variable, 0 or more [1].
+    reference : array, shape (k,)
+        Tolerance that costs nothing more than today, above 0 [1].
+
+    Raises
+    ------
+    InputError
+        Shapes that differ, a negative weight, a reference of 0 or less.
+
+    Notes
+    -----
+    The reciprocal law is the oldest of the customary ones (Chase and Greenwood, "Design issues in
+    mechanical tolerance analysis", Manufacturing Review 1, 1988). A tolerance wider than its
+    reference saves money, at most its weight.
+    """
+
+    weight: RealArray
+    reference: RealArray
+
+    def __post_init__(self) -> None:
+        for name in ("weight", "reference"):
+            object.__setattr__(self, name, frozen_copy(np.asarray(getattr(self, name), float)))
+        finite = np.isfinite(self.weight).all() and np.isfinite(self.reference).all()
+        if self.weight.shape != self.reference.shape or self.weight.ndim != 1 or not finite:
+            raise InputError("a cost of tolerances needs one weight and one reference per variable")
+        if np.any(self.weight < 0.0) or np.any(self.reference <= 0.0):
+            raise InputError(
+                "a cost of tolerances needs weights of at least 0 and references above 0"
+            )
+
+    def __call__(self, tolerances: RealArray) -> RealArray:
+        """Return the cost of tolerances, shape (..., k) → (...) [unit of the weights]."""
+        return np.asarray(((self.reference / tolerances - 1.0) * self.weight).sum(axis=-1))
+
+
+@dataclass(frozen=True, eq=False)
+class ToleranceResponse:
+    """Mean, scatter and cost of designs that choose their tolerances; itself a `Robust`.
+
+    Parameters
+    ----------
+    robust : RobustResponse
+        Its model, draws and objectives; the tolerances of its space are the nominal ones here.
+    lower, upper : float
+        Bounds of every tolerance, half widths as a fraction of the design's value [1].
+    cost : ToleranceCost
+        The last objective.
+
+    Raises
+    ------
+    InputError
+        Bounds that do not enclose the nominal tolerances or are not above 0, a space with
+        whole-number variables, a cost of another number of variables.
+    """
+
+    robust: RobustResponse
+    lower: float
+    upper: float
+    cost: ToleranceCost
+
+    def __post_init__(self) -> None:
+        if not self.lower > 0.0:
+            raise InputError(f"a tolerance of {self.lower:g} cannot be made: give more than 0")
+        if self.robust.space.integer.any():
+            raise InputError("whole-number variables have no tolerance that could be chosen")
+        if self.cost.weight.size != self.robust.space.n_variables:
+            raise InputError(
+                f"the cost knows {self.cost.weight.size} tolerances, the design space has "
+                f"{self.robust.space.n_variables} variables"
+            )
+        self.space  # noqa: B018  refuses what does not fit
+
+    @property
+    def space(self) -> DesignSpace:
+        """Design variables, then their tolerances."""
+        inner = self.robust.space
+        k = inner.n_variables
+        return DesignSpace(
+            names=(*inner.names, *(f"{name}{SUFFIX}" for name in inner.names)),
+            units=(*inner.units, *("1",) * k),
+            nominal=np.concatenate([inner.nominal, inner.tolerance]),
+            lower=np.concatenate([inner.lower, np.full(k, self.lower)]),
+            upper=np.concatenate([inner.upper, np.full(k, self.upper)]),
+            tolerance=np.concatenate([inner.tolerance, np.zeros(k)]),
+        )
+
+    @property
+    def n_objectives(self) -> int:
+        """Those of the response, and the cost."""
+        return self.robust.n_objectives + 1
+
+    def split(self, designs: RealArray) -> tuple[RealArray, RealArray]:
+        """Return design variables and tolerances of designs (n, 2 k), each of shape (n, k)."""
+        k = self.robust.space.n_variables
+        return designs[:, :k], designs[:, k:]
+
+    def with_tolerances(self, tolerances: RealArray) -> RobustResponse:
+        """Return the response with given tolerances, shape (k,)."""
+        return replace(self.robust, space=replace(self.robust.space, tolerance=tolerances))
+
+    def __call__(self, designs: RealArray) -> RobustValues:
+        """Return the values of the designs, shape (n, 2 k); the cost is their last objective."""
+        designs = self.space.checked(designs)
+        inner, tolerances = self.split(designs)
+        rows = [
+            self.with_tolerances(tolerance)(design[np.newaxis, :])
+            for design, tolerance in zip(inner, tolerances, strict=True)
+        ]
+        values = joined(rows)
+        cost = np.where(values.failed, np.nan, self.cost(tolerances))
+        return replace(
+            values, designs=designs, objectives=np.column_stack([values.objectives, cost])
+        )
+
+
+class CostCurve(Protocol):
+    """The price of one variable's tolerance."""
+
+    @property
+    def name(self) -> str:
+        """Of the variable."""
+
+    @property
+    def lower(self) -> float:
+        """Tightest tolerance with a price, half width [1]."""
+
+    @property
+    def upper(self) -> float:
+        """Widest one [1]."""
+
+    def cost(self, tolerance: float) -> float:
+        """Return the price [money]."""
+
+    def slope(self, tolerance: float) -> float:
+        """Return the derivative of the price by the tolerance, 0 or less [money]."""
+
+
+@dataclass(frozen=True)
+class ReciprocalCurve:
+    """The price ``weight · reference / tolerance``.
+
+    Parameters
+    ----------
+    name : str
+        Of the variable.
+    weight : float
+        Price of the reference tolerance, 0 or more [money].
+    reference : float
+        Half width, above 0 [1].
+
+    Raises
+    ------
+    InputError
+        A weight below 0, a reference of 0 or less, or a value that is not finite.
+
+    Notes
+    -----
+    K. W. Chase and W. H. Greenwood, "Design issues in mechanical tolerance analysis",
+    Manufacturing Review 1, 1988. `deboom.explore.tolerance_allocation.ToleranceCost` is the
+    same law less the price of the reference.
+    """
+
+    name: str
+    weight: float
+    reference: float
+    lower: float = 0.0
+    upper: float = 1.0
+
+    def __post_init__(self) -> None:
+        if not (0.0 <= self.weight < np.inf and 0.0 < self.reference < np.inf):
+            raise InputError(
+                f"the cost of '{self.name}' has the weight {self.weight:g} and the reference "
+                f"{self.reference:g}: give a weight of at least 0 and a reference above 0"
+            )
+
+    def cost(self, tolerance: float) -> float:
+        """Return the price [money]."""
+        return self.weight * self.reference / tolerance
+
+    def slope(self, tolerance: float) -> float:
+        """Return the derivative of the price by the tolerance [money]."""
+        return -self.weight * self.reference / tolerance**2
+
+
+@dataclass(frozen=True, eq=False)
+class TabulatedCurve:
+    """A price known at some tolerances; between them a monotone curve, beyond them nothing.
+
+    Parameters
+    ----------
+    name : str
+        Of the variable.
+    tolerance : array, shape (n,)
+        At least two half widths, above 0, in any order, each once [1].
+    costs : array, shape (n,)
+        Their prices, 0 or more; none is dearer than a tighter one [money].
+
+    Raises
+    ------
+    InputError
+        Too few points, a tolerance twice or out of range, a price that rises with the width.
+
+    Notes
+    -----
+    Piecewise cubic over the logarithm of the tolerance that keeps the points' monotony (F. N.
+    Fritsch and J. Butland, SIAM Journal on Scientific and Statistical Computing 5, 1984).
+    """
+
+    name: str
+    tolerance: RealArray
+    costs: RealArray
+
+    def __post_init__(self) -> None:
+        tolerance = np.asarray(self.tolerance, dtype=float)
+        costs = np.asarray(self.costs, dtype=float)
+        if tolerance.ndim != 1 or tolerance.shape != costs.shape or tolerance.size < 2:
+            raise InputError(f"the cost of '{self.name}' needs at least two tolerances with prices")
+        order = np.argsort(tolerance)
+        tolerance, costs = tolerance[order], costs[order]
+        finite = np.isfinite(tolerance).all() and np.isfinite(costs).all()
+        if not (finite and tolerance[0] > 0.0 and costs.min() >= 0.0):
+            raise InputError(
+                f"the cost of '{self.name}' needs tolerances above 0 and prices of at least 0"
+            )
+        if np.any(np.diff(tolerance) == 0.0):
+            raise InputError(f"the cost of '{self.name}' names a tolerance twice: keep one")
+        rising = np.flatnonzero(np.diff(costs) > 0.0)
+        if rising.size:
+            at = rising[0]
+            raise InputError(
+                f"the cost of '{self.name}' rises from {costs[at]:g} at ±{tolerance[at]:g} to "
+                f"{costs[at + 1]:g} at ±{tolerance[at + 1]:g}: a wider tolerance never costs more, "
+                "correct the table"
+            )
+        object.__setattr__(self, "tolerance", frozen_copy(tolerance))
+        object.__setattr__(self, "costs", frozen_copy(costs))
+
+    @property
+    def lower(self) -> float:
+        """Tightest tolerance with a price [1]."""
+        return float(self.tolerance[0])
+
+    @property
+    def upper(self) -> float:
+        """Widest one [1]."""
+        return float(self.tolerance[-1])
+
+    def cost(self, tolerance: float) -> float:
+        """Return the price, nan beyond the points [money]."""
+        return float(self._curve(np.log(tolerance)))
+
+    def slope(self, tolerance: float) -> float:
+        """Return the derivative of the price by the tolerance, nan beyond the points [money]."""
+        return float(self._curve(np.log(tolerance), 1)) / tolerance
+
+    @cached_property
+    def _curve(self) -> PchipInterpolator:
+        return PchipInterpolator(np.log(self.tolerance), self.costs, extrapolate=False)
+
+
+@dataclass(frozen=True)
+class CostCurves:
+    """The price of all tolerances that can be chosen: the sum of their curves.
+
+    Parameters
+    ----------
+    curves : tuple of CostCurve
+        One per variable, each once.
+
+    Raises
+    ------
+    InputError
+        No curve, or two of one variable.
+    """
+
+    curves: tuple[CostCurve, ...]
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "curves", tuple(self.curves))
+        twice = [name for name in self.names if self.names.count(name) > 1]
+        if twice or not self.curves:
+            raise InputError(f"every tolerance needs one cost curve: there are {twice or 'none'}")
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Variables, k of them."""
+        return tuple(curve.name for curve in self.curves)
+
+    def each(self, tolerance: RealArray) -> RealArray:
+        """Return the price of each tolerance, shape (k,) → (k,) [money]."""
+        return np.array([c.cost(float(t)) for c, t in zip(self.curves, tolerance, strict=True)])
+
+    def slope(self, tolerance: RealArray) -> RealArray:
+        """Return the derivative of each price by its tolerance, shape (k,) → (k,) [money]."""
+        return np.array([c.slope(float(t)) for c, t in zip(self.curves, tolerance, strict=True)])
+
+    def total(self, tolerance: RealArray) -> float:
+        """Return the price of all tolerances, shape (k,) [money]."""
+        return float(self.each(tolerance).sum())
+
+
+def reciprocal_curves(names: Sequence[str], cost: ToleranceCost) -> CostCurves:
+    """Return the curves of a reciprocal cost, one per variable in its order."""
+    rows = zip(names, cost.weight, cost.reference, strict=True)
+    return CostCurves(tuple(ReciprocalCurve(name, float(w), float(r)) for name, w, r in rows))
+
+
+SOFTNESS = 0.2
+"""Width of the step with which parts within a limit are counted, in standard deviations [1]."""
+
+
+@dataclass(frozen=True, eq=False)
+class Scattered:
+    """Responses of one design over its scatter, and their derivatives by the tolerances.
+
+    Parameters
+    ----------
+    tolerance : array, shape (k,)
+        Half widths [1].
+    values : array, shape (n_samples, r)
+        Responses, draw by draw.
+    by_tolerance : array, shape (n_samples, r, k)
+        Their derivatives [response unit per unit tolerance].
+    sigma : array, shape (r,)
+        Standard deviations.
+    sigma_by_tolerance : array, shape (r, k)
+        Their derivatives [response unit per unit tolerance].
+    """
+
+    tolerance: RealArray
+    values: RealArray
+    by_tolerance: RealArray
+    sigma: RealArray
+    sigma_by_tolerance: RealArray
+
+    def share(self, limit: RealArray) -> RealArray:
+        """Return the share of parts within the limits, shape (r,) → (r,) [1]."""
+        return np.asarray((self.values <= limit).mean(axis=0))
+
+    def soft_share(
+        self, limit: RealArray, softness: float = SOFTNESS
+    ) -> tuple[RealArray, RealArray]:
+        """Return a share that can be differentiated, shape (r,), with its derivatives (r, k).
+
+        Parameters
+        ----------
+        limit : array, shape (r,)
+            Of each response [response unit].
+        softness : float
+            Width of the step, in standard deviations of the response [1].
+
+        Notes
+        -----
+        ``mean Φ((limit − y) / w)`` with ``w`` the softness times the standard deviation: the share
+        of responses with a further normal scatter ``w``. Of more than half it is slightly less
+        than the share itself.
+        """
+        scatters = self.sigma > 0.0
+        width = np.where(scatters, softness * self.sigma, 1.0)
+        place = (limit - self.values) / width
+        soft = np.where(scatters, ndtr(place), self.values <= limit)
+        density = np.where(scatters, np.exp(-0.5 * place**2) / np.sqrt(2.0 * np.pi), 0.0) / width
+        by_width = place * density * np.where(scatters, softness, 0.0)
+        count = len(self.values)
+        slope = -np.einsum("tr,trk->rk", density, self.by_tolerance)
+        slope -= by_width.sum(axis=0)[:, None] * self.sigma_by_tolerance
+        return np.asarray(soft.mean(axis=0)), np.asarray(slope / count)
+
+
+@dataclass(frozen=True, eq=False)
+class ToleranceEffect:
+    """One design whose tolerances can be chosen.
+
+    Parameters
+    ----------
+    robust : RobustResponse
+        Model with a gradient, draws that all tolerances share, and perhaps a structure.
+    design : array, shape (k,)
+        [units of the space]
+
+    Raises
+    ------
+    InputError
+        A model without gradient, draws that are not shared, or whole-number variables.
+    """
+
+    robust: RobustResponse
+    design: RealArray
+
+    def __post_init__(self) -> None:
+        design = self.robust.space.checked(np.atleast_2d(self.design))[0]
+        object.__setattr__(self, "design", frozen_copy(design))
+        model = self.robust.evaluate
+        if not hasattr(model, "gradient"):
+            raise InputError(
+                f"{type(model).__name__} offers no gradient: tolerances can be chosen only with one"
+            )
+        if not isinstance(self.robust.sample, ToleranceSample):
+            raise InputError("tolerances are chosen with draws that they share: take sobol_sample")
+        if self.robust.space.integer.any():
+            raise InputError("whole-number variables have no tolerance that could be chosen")
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Of the variables."""
+        return self.robust.space.names
+
+    @property
+    def response_names(self) -> tuple[str, ...]:
+        """Of the responses."""
+        return self.robust.evaluate.response_names
+
+    @property
+    def today(self) -> RealArray:
+        """Tolerances of the space, shape (k,) [1]."""
+        return self.robust.space.tolerance
+
+    def with_draws(self, robust: RobustResponse) -> ToleranceEffect:
+        """Return the same design with the draws of another response of the same model."""
+        return replace(self, robust=replace(self.robust, sample=robust.sample))
+
+    def values(self, tolerance: RealArray) -> RealArray:
+        """Return the responses, shape (n_samples, r), at tolerances (k,)."""
+        return self._values(self._response(tolerance))[1]
+
+    def at(self, tolerance: RealArray) -> Scattered:
+        """Return the responses with their derivatives at tolerances, shape (k,).
+
+        Raises
+        ------
+        InputError
+            A design that fails, tolerances outside 0 to 1 or so wide that a structure's scatter
+            could change a sign.
+
+        Notes
+        -----
+        A made design is ``x (1 + t/3 s)`` with the scatter ``s`` of the draws, so that ``∂y/∂t =
+        ∂y/∂x · x s / 3``; the standard deviation's derivatives follow by the chain rule through
+        its estimator and are exact for these draws.
+        """
+        robust = self._response(tolerance)
+        made, values = self._values(robust)
+        normals = robust.sample.normals(self.design)
+        scatter = normals if robust.structure is None else robust.structure.scatter(normals)
+        model: Any = robust.evaluate
+        by_tolerance = (
+            model.gradient(made) * (self.design * scatter / SIGMAS_PER_TOLERANCE)[:, None]
+        )
+        moments = robust.estimator(normals)
+        sigma = moments(values)[1]
+        weights = moment_weights(moments, values, sigma)[1]
+        slope = np.einsum("tr,trk->rk", weights, by_tolerance)
+        return Scattered(np.asarray(tolerance), values, by_tolerance, sigma, slope)
+
+    def _response(self, tolerance: RealArray) -> RobustResponse:
+        space = replace(self.robust.space, tolerance=np.asarray(tolerance, dtype=float))
+        return replace(self.robust, space=space)
+
+    def _values(self, robust: RobustResponse) -> tuple[RealArray, RealArray]:
+        made = robust.made(self.design)
+        values = responses(robust.evaluate, made)
+        if not np.all(np.isfinite(values)):
+            raise InputError(
+                "the design fails somewhere in its scatter: choose another one, or tighter bounds"
+            )
+        return made, values
+
 
 STEPS = 200
 """Largest number of steps of the search for tolerances."""

@@ -22,8 +22,8 @@ import numpy as np
 
 from deboom.arrays import RealArray
 from deboom.errors import InputError
-from deboom.explore.design_space import DesignSpace
 from deboom.explore.robust import Robust, RobustValues, joined
+from deboom.explore.space import DesignSpace
 
 ATTEMPTS = 3
 """Times that one batch of designs may lose workers before the search gives up."""

@@ -1,49 +1,732 @@
-"""A campaign folder, read and checked: raw channels of many runs on one bench, in SI.
-
-``campaign.toml`` names the other files: the virtual points, the position sheet, the channel table,
-one UFF file per run and per push of the shaker, and the suppliers' curves. Functions are chosen by
-node, direction and quantity, never by their place in a file.
-"""
+"""A campaign folder, read and checked: raw channels of many runs on one bench, in SI."""
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Annotated, Literal
 
 import numpy as np
+from pydantic import Field
 
+from deboom.arrays import ComplexArray, RealArray
 from deboom.errors import InputError
-from deboom.files.campaign_channels import ChannelFile
-from deboom.files.campaign_checks import check_channels, check_sensors, check_shaker_directions
-from deboom.files.campaign_file import (
-    CampaignFile,
-    SensorModelEntry,
-    ToleranceEntry,
-    load_campaign_file,
-)
-from deboom.files.campaign_runs import (
-    names_of,
-    of_quantity,
-    read_operating_run,
-    read_push,
-    read_shaker_run,
-)
 from deboom.files.campaign_tables import (
+    CAMPAIGN_QUANTITIES,
     CampaignChannel,
     read_campaign_channels,
     read_curve,
     read_sensor_table,
+    sensor_of,
 )
-from deboom.files.sensor_rows import sensor_of
-from deboom.files.platform_tables import read_mount_table
-from deboom.measurement.campaign import Campaign, StaticCurve
-from deboom.measurement.sensor_catalogue import SENSOR_CATALOGUE, SensorModel
-from deboom.measurement.sensors import Sensor, SensorKind
-from deboom.measurement.time_run import TimeRun
-from deboom.measurement.tolerances import Tolerances
+from deboom.files.platform import (
+    Engine,
+    MountEntry,
+    Name,
+    NotNegative,
+    Positive,
+    RelativePath,
+    read_mount_table,
+)
+from deboom.files.platform import PowertrainEntry as Powertrain
+from deboom.files.schema import StrictModel, append_toml, dump_toml, load_toml
+from deboom.files.tables import parse_unit
+from deboom.files.uff import UffFunction, read_uff, write_uff
+from deboom.measurement.campaign import (
+    AXES,
+    Campaign,
+    OperatingRun,
+    PushRun,
+    ShakerRun,
+    StaticCurve,
+    TimeRun,
+)
+from deboom.measurement.channels import Frf, Spectrum
+from deboom.measurement.sensors import (
+    SENSOR_CATALOGUE,
+    Impact,
+    Sensor,
+    SensorKind,
+    SensorModel,
+    Tolerances,
+)
 from deboom.mounts.mount import Mount
+from deboom.physics.order_tracking import frequency_of_order, rpm_of_frequency
 from deboom.physics.rigid_body import mass_matrix
+
+IN_SI = "in SI units, whatever the channel table says"
+"""Last ID line of a function that was written into a campaign by deboom."""
+
+
+class ChannelFile:
+    """One UFF file of a campaign, asked for channels by their node, direction and quantity.
+
+    Parameters
+    ----------
+    path : Path
+        UFF file.
+    item : str
+        What it holds, for messages, such as ``run 'g5_wot220'``.
+    function_types : tuple of int
+        UFF function types that are accepted.
+
+    Raises
+    ------
+    InputError
+        The file cannot be read as UFF.
+    """
+
+    def __init__(self, path: Path, item: str, function_types: tuple[int, ...]) -> None:
+        self.path = path
+        self.item = item
+        self.function_types = function_types
+        self.functions = read_uff(path)
+        self._by_dof: dict[tuple[int, str, str], list[UffFunction]] = {}
+        for function in self.functions:
+            key = (function.response_node, function.response_direction, function.ordinate)
+            self._by_dof.setdefault(key, []).append(function)
+
+    def error(self, sentence: str) -> InputError:
+        """Return an error that names file and item."""
+        return InputError(f"{self.path}: {self.item}: {sentence}")
+
+    @property
+    def abscissa(self) -> RealArray:
+        """The lines that all functions share.
+
+        Raises
+        ------
+        InputError
+            They do not share them.
+        """
+        first = self.functions[0]
+        for function in self.functions:
+            if not np.array_equal(first.abscissa, function.abscissa):
+                raise self.error(
+                    f"the axes of {first.dof} and {function.dof} differ: export both on the same "
+                    "lines"
+                )
+        return first.abscissa
+
+    def real(self, channels: Sequence[CampaignChannel]) -> RealArray:
+        """Return real channels, shape (n_line, n_channel), in SI along the positive axes.
+
+        Raises
+        ------
+        InputError
+            A channel is missing, doubled, complex, or of another type or unit.
+        """
+        columns = [c.sign * self._function(c, is_complex=False).values for c in channels]
+        return np.stack(columns, axis=1).astype(np.float64)
+
+    def complex(self, channels: Sequence[CampaignChannel]) -> ComplexArray:
+        """Return complex channels, shape (n_line, n_channel), in SI along the positive axes.
+
+        Raises
+        ------
+        InputError
+            A channel is missing, doubled, real, or of another type or unit.
+        """
+        columns = [c.sign * self._function(c, is_complex=True).values for c in channels]
+        return np.stack(columns, axis=1).astype(np.complex128)
+
+    def _function(self, channel: CampaignChannel, is_complex: bool) -> UffFunction:
+        ordinate = CAMPAIGN_QUANTITIES[channel.quantity][0]
+        what = f"{channel.quantity} '{channel.channel}'"
+        dof = f"node {channel.node} {channel.direction}"
+        found = self._by_dof.get((channel.node, channel.direction, ordinate), [])
+        if not found:
+            raise self.error(
+                f"{what} ({dof}) is not in it: export it, or correct the channel table"
+            )
+        if len(found) > 1:
+            raise self.error(f"{what} ({dof}) is in it {len(found)} times: keep one")
+        function = found[0]
+        if function.function_type not in self.function_types:
+            known = " or ".join(map(str, self.function_types))
+            raise self.error(
+                f"{what} has UFF function type {function.function_type}: export it as {known}"
+            )
+        if np.iscomplexobj(function.values) != is_complex:
+            remedy = "export real and imaginary part" if is_complex else "export it as real values"
+            raise self.error(f"{what} is {'real' if is_complex else 'complex'}: {remedy}")
+        in_si = function.id_lines[-1] == IN_SI
+        if not in_si and parse_unit(function.file_unit or "1").factor != channel.unit.factor:
+            raise self.error(
+                f"{what} is in '{function.file_unit}', but the channel table says "
+                f"'{channel.unit.label}': correct the wrong one"
+            )
+        return function
+
+
+Axis = Literal["x", "y", "z"]
+Gear = Annotated[int, Field(ge=1)]
+
+
+class CampaignMount(MountEntry):
+    """One mount."""
+
+    on_powertrain: bool
+    """Whether it carries the powertrain; else each piece carries a body of its own."""
+
+
+class ToleranceEntry(StrictModel):
+    """Standard deviations of what the bench states only approximately."""
+
+    sensor_position_m: NotNegative
+    """Of an accelerometer, per axis [m]."""
+    sensor_angle_rad: NotNegative
+    """Of an accelerometer, per axis [rad]."""
+    sensor_gain: NotNegative
+    """Of an accelerometer channel [1]."""
+    sensor_cross_axis: NotNegative
+    """Of an accelerometer channel [1]."""
+    acceleration_own: NotNegative
+    """Noise per amplitude of the channel [1]."""
+    acceleration_norm: NotNegative
+    """Noise per norm of the triaxial sensor [1]."""
+    acceleration_floor_m_s2: NotNegative
+    """Noise at rest [m/s²]."""
+    cell_gain: NotNegative
+    """Of a cell that no shaker calibrates [1]."""
+    force_own: NotNegative
+    """Noise per amplitude of the channel [1]."""
+    force_norm: NotNegative
+    """Noise per norm of the triaxial cell [1]."""
+    force_floor_n: NotNegative
+    """Noise at rest [N]."""
+    shaker_angle_rad: NotNegative
+    """Of the shaker against its nominal axis, per axis [rad]."""
+    shaker_gain: NotNegative
+    """Of the force the shaker states [1]."""
+    torque_nm: NotNegative
+    """Of the engine torque, per line [N m]."""
+    static_force_n: NotNegative
+    """Of the quasi-static cell force, per line [N]."""
+
+
+class SensorModelEntry(StrictModel):
+    """A sensor model that is not in the catalogue, or stands here instead of it."""
+
+    name: str
+    """As in the position sheet."""
+    quantity_unit: Literal["m/s^2", "N"]
+    """What it measures."""
+    signal_unit: str
+    """What it delivers: ``C`` or ``V``."""
+    sensitivity: Annotated[tuple[float, ...], Field(strict=False, min_length=1)]
+    """Nominal, per axis [signal_unit/quantity_unit]."""
+    gain_tolerance: NotNegative
+    """Half width before the single sensor is calibrated [1]."""
+    cross_axis: Annotated[tuple[NotNegative, ...], Field(strict=False, min_length=1)]
+    """Limit per axis [1]."""
+    noise_floor: NotNegative
+    """Threshold [quantity_unit]."""
+    frequency_range_hz: Annotated[tuple[NotNegative, Positive], Field(strict=False)]
+    """Lowest and highest [Hz]."""
+    source: str
+    """Where the figures stand."""
+
+
+class RunEntry(StrictModel):
+    """One operating run and the file of its spectra."""
+
+    name: Name
+    """Such as ``g5_wot220``; a mount set has it once."""
+    mount_set: Name
+    """Parts on the bench."""
+    gear: Gear
+    """From 1."""
+    full_load: bool
+    """Ramp with wide open throttle; else a slice at constant torque."""
+    torque_nm: Positive
+    """Limit of a ramp, torque of a slice [N m]."""
+    rising: bool
+    """Direction of the engine speed."""
+    file: RelativePath
+    """UFF file."""
+
+
+class ShakerEntry(StrictModel):
+    """One run of the shaker at the virtual point of a mount."""
+
+    mount: Name
+    """Where."""
+    piece: str
+    """Piece of it; ``""`` for a single one."""
+    axis: Axis
+    """Nominal direction of the force."""
+    repeat: Annotated[int, Field(ge=1)]
+    """From 1."""
+    file: RelativePath
+    """UFF file."""
+
+
+class PushEntry(ShakerEntry):
+    """One push beside the virtual point of a mount: it makes a moment as well."""
+
+    name: Name
+    """Of the point and direction; repeats share it."""
+    position_m: Annotated[tuple[float, float, float], Field(strict=False)]
+    """From the origin of the position sheet [m]."""
+
+
+class CurveEntry(StrictModel):
+    """One force-deflection curve of a supplier."""
+
+    mount: Name
+    """Of the direction."""
+    axis: Axis
+    """Of the direction."""
+    mount_set: Name
+    """Part that was measured."""
+    force_uncertainty: NotNegative
+    """Standard deviation of the curve's scale [1]."""
+    file: RelativePath
+    """CSV file."""
+
+
+class TimeRunEntry(RunEntry):
+    """One run recorded over time."""
+
+    pulses_per_revolution: Annotated[int, Field(ge=1)]
+    """Of the tacho."""
+
+
+class CampaignFile(StrictModel):
+    """The whole file ``campaign.toml``."""
+
+    format: Literal[1]
+    """Version of this format."""
+    name: Name
+    """Short key of the campaign."""
+    title: str
+    """What a reader calls it."""
+    description: str
+    """A paragraph for the report."""
+    mount_table: RelativePath
+    """CSV with the virtual points."""
+    sensor_table: RelativePath
+    """Position sheet, CSV or Excel."""
+    channel_table: RelativePath
+    """CSV that says which UFF node and direction is which channel."""
+    switched_off: Annotated[tuple[str, ...], Field(strict=False)] = ()
+    """Channels not to be used, such as ``A3 y``."""
+    engine: Engine
+    """Engine and gearbox."""
+    powertrain: Powertrain
+    """Nominal rigid-body data."""
+    tolerances: ToleranceEntry
+    """Of this bench."""
+    mounts: Annotated[tuple[CampaignMount, ...], Field(strict=False, min_length=1)]
+    """In the order of the platform."""
+    sensor_models: Annotated[tuple[SensorModelEntry, ...], Field(strict=False)] = ()
+    """Beyond the catalogue."""
+    runs: Annotated[tuple[RunEntry, ...], Field(strict=False)] = ()
+    """Operating runs."""
+    shaker_runs: Annotated[tuple[ShakerEntry, ...], Field(strict=False)] = ()
+    """For the force transfer matrices."""
+    static_curves: Annotated[tuple[CurveEntry, ...], Field(strict=False)] = ()
+    """From suppliers."""
+    time_runs: Annotated[tuple[TimeRunEntry, ...], Field(strict=False)] = ()
+    """Recorded over time."""
+    pushes: Annotated[tuple[PushEntry, ...], Field(strict=False)] = ()
+    """For force transfer matrices with moments."""
+
+
+def load_campaign_file(path: Path) -> CampaignFile:
+    """Read and check ``campaign.toml``.
+
+    Raises
+    ------
+    InputError
+        The file is missing or no TOML; a key is unknown, missing, mistyped or out of range; two
+        items share a name; a gear has no ratio; an item belongs to a mount or piece that is not
+        there.
+    """
+    campaign = load_toml(path, CampaignFile)
+    _check(path, campaign)
+    return campaign
+
+
+def dump_campaign_file(path: Path, campaign: CampaignFile) -> None:
+    """Write ``campaign.toml``.
+
+    Raises
+    ------
+    InputError
+        The content would be refused on reading, or the file cannot be written.
+    """
+    _check(path, campaign)
+    dump_toml(path, campaign)
+
+
+def _check(path: Path, campaign: CampaignFile) -> None:
+    pieces = {(mount.name, piece) for mount in campaign.mounts for piece in mount.piece_names}
+    unique: list[tuple[str, Sequence[object]]] = [
+        ("[[mounts]] are named", [mount.name for mount in campaign.mounts]),
+        ("[[sensor_models]] are named", [model.name for model in campaign.sensor_models]),
+        ("[[runs]] of one mount set are named", [(r.mount_set, r.name) for r in campaign.runs]),
+        (
+            "[[shaker_runs]] are of",
+            [(r.mount, r.piece, r.axis, r.repeat) for r in campaign.shaker_runs],
+        ),
+        (
+            "[[static_curves]] are of",
+            [(c.mount_set, c.mount, c.axis) for c in campaign.static_curves],
+        ),
+        ("[[time_runs]] are named", [run.name for run in campaign.time_runs]),
+        ("[[pushes]] are of", [(p.mount, p.piece, p.name, p.repeat) for p in campaign.pushes]),
+        ("switched_off are named", campaign.switched_off),
+    ]
+    for what, keys in unique:
+        doubled = next((key for key in keys if keys.count(key) > 1), None)
+        if doubled is not None:
+            words = " ".join(map(str, doubled)) if isinstance(doubled, tuple) else doubled
+            raise InputError(f"{path}: two {what} '{words}': keep or rename one")
+    gears = len(campaign.engine.total_ratios)
+    for run in (*campaign.runs, *campaign.time_runs):
+        if run.gear > gears:
+            raise InputError(
+                f"{path}: run '{run.name}' is in gear {run.gear}, but total_ratios in [engine] "
+                f"has {gears} gears: add the ratio"
+            )
+    for shaker in (*campaign.shaker_runs, *campaign.pushes):
+        if (shaker.mount, shaker.piece) not in pieces:
+            raise InputError(
+                f"{path}: shaker run at mount '{shaker.mount}', piece '{shaker.piece}', which is "
+                "not among the mounts: correct its name"
+            )
+    for curve in campaign.static_curves:
+        if curve.mount not in {mount for mount, _ in pieces}:
+            raise InputError(
+                f"{path}: static curve of mount '{curve.mount}', which is not among the mounts: "
+                "correct its name"
+            )
+
+
+_SPECTRA = (0, 12, 27)
+"""UFF function types that hold complex spectra: general, spectrum, order function."""
+
+_FRF = (4,)
+
+SPEED_TOLERANCE = 0.5
+"""Largest difference between a line and the tacho's speed times the order, in line spacings."""
+
+
+def names_of(channels: Sequence[CampaignChannel]) -> tuple[str, ...]:
+    """Return the names of channels."""
+    return tuple(channel.channel for channel in channels)
+
+
+def of_quantity(channels: Sequence[CampaignChannel], quantity: str) -> tuple[CampaignChannel, ...]:
+    """Return the channels of one quantity, in the order of the table."""
+    return tuple(channel for channel in channels if channel.quantity == quantity)
+
+
+def read_operating_run(
+    folder: Path,
+    entry: RunEntry,
+    campaign: CampaignFile,
+    channels: Sequence[CampaignChannel],
+    switched_off: Sequence[str],
+) -> OperatingRun:
+    """Read one operating run.
+
+    Parameters
+    ----------
+    folder : Path
+        Of the campaign.
+    entry : RunEntry
+        Which run.
+    campaign : CampaignFile
+        Its engine.
+    channels : sequence of CampaignChannel
+        Of every run.
+    switched_off : sequence of str
+        Channels that may be dead.
+
+    Raises
+    ------
+    InputError
+        A channel is missing, doubled, dead, or of another type, unit, axis or order; the tacho is
+        missing or does not fit the lines.
+    """
+    file = ChannelFile(folder / entry.file, f"run '{entry.name}' of {entry.mount_set}", _SPECTRA)
+    frequency = file.abscissa
+    order = campaign.engine.dominant_order
+    _check_order(file, order)
+    speed = file.real(of_quantity(channels, "engine speed"))[:, 0]
+    _check_speed(file, frequency, speed, order)
+    accelerations = of_quantity(channels, "acceleration")
+    cells = of_quantity(channels, "cell force")
+    slow = of_quantity(channels, "static force")
+    acceleration = file.complex(accelerations)
+    for name, column in zip(names_of(accelerations), acceleration.T, strict=True):
+        if name not in switched_off and not np.any(column):
+            raise file.error(
+                f"acceleration '{name}' is dead, 0 at all lines: name it in switched_off, or "
+                "measure again"
+            )
+    torque = file.real(of_quantity(channels, "engine torque"))[:, 0]
+    return OperatingRun(
+        name=entry.name,
+        mount_set=entry.mount_set,
+        gear=entry.gear,
+        total_ratio=campaign.engine.total_ratios[entry.gear - 1],
+        full_load=entry.full_load,
+        torque_limit=entry.torque_nm,
+        rising=entry.rising,
+        order=order,
+        engine_torque=torque,
+        acceleration=Spectrum(frequency, acceleration, names_of(accelerations), "m/s^2"),
+        cell_force=Spectrum(frequency, file.complex(cells), names_of(cells), "N"),
+        static_force=file.real(slow) if slow else np.empty((frequency.size, 0)),
+        static_force_names=names_of(slow),
+    )
+
+
+def read_shaker_run(
+    folder: Path, entry: ShakerEntry, cells: Sequence[CampaignChannel]
+) -> ShakerRun:
+    """Read one run of the shaker.
+
+    Parameters
+    ----------
+    folder : Path
+        Of the campaign.
+    entry : ShakerEntry
+        Which run.
+    cells : sequence of CampaignChannel
+        Channels of the cells below this mount.
+
+    Raises
+    ------
+    InputError
+        A channel is missing, doubled or of another type or unit; the file's reference is no force
+        along the stated axis.
+    """
+    pushed = " ".join(filter(None, (entry.mount, entry.piece, entry.axis)))
+    file = ChannelFile(folder / entry.file, f"shaker run '{pushed}' {entry.repeat}", _FRF)
+    values = file.complex(cells)
+    references = {(f.reference_direction, f.denominator) for f in file.functions}
+    for direction, denominator in references:
+        if direction.lstrip("+-") != entry.axis or denominator != "force" or len(references) > 1:
+            raise file.error(
+                f"its reference is {denominator} along '{direction}', expected one force along "
+                f"'{entry.axis}': the file or the axis may be swapped"
+            )
+    sign = -1.0 if references.pop()[0].startswith("-") else 1.0
+    response = Frf(file.abscissa, sign * values[:, :, None], names_of(cells), (pushed,), "N/N")
+    return ShakerRun(entry.mount, entry.piece, entry.axis, entry.repeat, response)
+
+
+def read_push(folder: Path, entry: PushEntry, cells: Sequence[CampaignChannel]) -> PushRun:
+    """Read one push beside the virtual point of a mount.
+
+    Parameters
+    ----------
+    folder, entry, cells
+        As for `read_shaker_run`.
+
+    Raises
+    ------
+    InputError
+        As `read_shaker_run`.
+    """
+    run = read_shaker_run(folder, entry, cells)
+    direction = np.eye(len(AXES))[AXES.index(entry.axis)]
+    response = Frf(
+        run.response.frequency, run.response.values, run.response.outputs, (entry.name,), "N/N"
+    )
+    push = Impact(entry.name, np.array(entry.position_m), direction)
+    return PushRun(entry.mount, entry.piece, push, entry.repeat, response)
+
+
+def _check_order(file: ChannelFile, order: float) -> None:
+    for function in file.functions:
+        match = re.match(r"order\s+(\d+(?:\.\d+)?)", function.id_lines[0])
+        if match and float(match[1]) != order:
+            raise file.error(
+                f"{function.dof} is of order {match[1]}, but the dominant_order of the engine is "
+                f"{order:g}: correct the wrong one"
+            )
+
+
+def _check_speed(file: ChannelFile, frequency: RealArray, speed: RealArray, order: float) -> None:
+    spacing = float(np.min(np.diff(frequency)))
+    error = np.abs(frequency_of_order(speed, order) - frequency)
+    wrong = error > SPEED_TOLERANCE * spacing
+    if wrong.any():
+        first = int(np.argmax(wrong))
+        raise file.error(
+            f"the tacho reads {speed[first]:.6g} rpm at {frequency[first]:.6g} Hz, which is not "
+            f"order {order:g}: a pulse may be missing; repair the tacho and track the order again"
+        )
+
+
+AXES_4 = ("x", "y", "z")
+
+FEWEST_ACCELEROMETERS = 3
+"""On a rigid body: two leave the rotation about the line through them open."""
+
+
+def check_sensors(
+    path: Path, campaign: CampaignFile, sensors: Sequence[Sensor], switched_off: Sequence[str]
+) -> None:
+    """Check that every body and every mount has the sensors it needs.
+
+    Parameters
+    ----------
+    path : Path
+        Position sheet, for messages.
+    campaign : CampaignFile
+        Its mounts.
+    sensors : sequence of Sensor
+        The sheet.
+    switched_off : sequence of str
+        Channels not to be used.
+
+    Raises
+    ------
+    InputError
+        A sensor at an unknown mount; an unknown channel or one of a cell is switched off; fewer
+        than three accelerometers on the powertrain; a mount without cell, or a body of its own
+        without accelerometer.
+    """
+    pieces = [(mount.name, piece) for mount in campaign.mounts for piece in mount.piece_names]
+    for sensor in sensors:
+        if (sensor.mount, sensor.piece) not in pieces:
+            raise InputError(
+                f"{path}: sensor '{sensor.name}' is at mount '{sensor.mount}', piece "
+                f"'{sensor.piece}', which is not among the mounts: correct it"
+            )
+    known = {channel: sensor for sensor in sensors for channel in sensor.channels}
+    for name in switched_off:
+        if name not in known:
+            raise InputError(
+                f"switched_off names '{name}', which is no channel of {path}: use <sensor> <axis>"
+            )
+        if known[name].kind is SensorKind.FORCE_CELL:
+            raise InputError(
+                f"switched_off names '{name}', a force cell: the force of mount "
+                f"'{known[name].mount}' needs all its channels; repair the cell and measure again"
+            )
+    on_powertrain = {mount.name for mount in campaign.mounts if mount.on_powertrain}
+    usable = [
+        sensor
+        for sensor in sensors
+        if sensor.kind is SensorKind.ACCELEROMETER
+        and any(channel not in switched_off for channel in sensor.channels)
+    ]
+    n_usable = sum(sensor.mount in on_powertrain for sensor in usable)
+    if on_powertrain and n_usable < FEWEST_ACCELEROMETERS:
+        raise InputError(
+            f"{path}: {n_usable} usable accelerometers on the powertrain, fewer than three: three "
+            "that are not on one line are needed to know its motion"
+        )
+    cells = {(s.mount, s.piece) for s in sensors if s.kind is SensorKind.FORCE_CELL}
+    moved = {(sensor.mount, sensor.piece) for sensor in usable}
+    for mount, piece in pieces:
+        name = " ".join(filter(None, (mount, piece)))
+        if (mount, piece) not in cells:
+            raise InputError(f"{path}: mount '{name}' has no force cell: add it")
+        if mount not in on_powertrain and (mount, piece) not in moved:
+            raise InputError(
+                f"{path}: mount '{name}' carries a body of its own, which has no usable "
+                "accelerometer: add one"
+            )
+
+
+def check_channels(
+    path: Path,
+    campaign: CampaignFile,
+    sensors: Sequence[Sensor],
+    channels: Sequence[CampaignChannel],
+    switched_off: Sequence[str],
+) -> None:
+    """Check that every channel belongs to something, and that none is missing.
+
+    Parameters
+    ----------
+    path : Path
+        Channel table, for messages.
+    campaign : CampaignFile
+        Its mounts and runs.
+    sensors : sequence of Sensor
+        Position sheet.
+    channels : sequence of CampaignChannel
+        The table.
+    switched_off : sequence of str
+        Channels that may be missing.
+
+    Raises
+    ------
+    InputError
+        A channel of no sensor or mount; a sensor's channel that is missing; engine torque, engine
+        speed or tacho missing or doubled.
+    """
+    directions = [
+        " ".join(filter(None, (mount.name, piece, axis)))
+        for mount in campaign.mounts
+        for piece in mount.piece_names
+        for axis in AXES_4
+    ]
+    by_kind = {
+        kind: [name for s in sensors if s.kind is kind for name in s.channels]
+        for kind in SensorKind
+    }
+    for quantity, expected, belongs in (
+        ("acceleration", by_kind[SensorKind.ACCELEROMETER], "accelerometer of the position sheet"),
+        ("cell force", by_kind[SensorKind.FORCE_CELL], "force cell of the position sheet"),
+        ("static force", directions, "mount, piece and axis"),
+    ):
+        there = names_of(of_quantity(channels, quantity))
+        for name in there:
+            if name not in expected:
+                raise InputError(
+                    f"{path}: {quantity} channel '{name}' fits no {belongs}: correct its name"
+                )
+        for name in expected:
+            if quantity != "static force" and name not in (*there, *switched_off):
+                raise InputError(
+                    f"{path}: there is no {quantity} channel '{name}': add its row, or name it in "
+                    "switched_off"
+                )
+    needed = [("engine torque", "no preload"), ("engine speed", "no phase: export the tacho")]
+    if not campaign.runs:
+        needed = needed[:1]
+    if campaign.time_runs:
+        needed.append(("tacho", "no order"))
+    for quantity, without in needed:
+        count = len(of_quantity(channels, quantity))
+        if count != 1:
+            raise InputError(
+                f"{path}: {count} channels of quantity '{quantity}', expected one: a run without "
+                f"it has {without}"
+            )
+
+
+def check_shaker_directions(path: Path, entries: Sequence[ShakerEntry]) -> None:
+    """Check that every mount that was pushed was pushed along all three axes.
+
+    Raises
+    ------
+    InputError
+        A direction is missing; the mount and the missing axes are named.
+    """
+    for mount, piece in dict.fromkeys((entry.mount, entry.piece) for entry in entries):
+        pushed = [e.axis for e in entries if (e.mount, e.piece) == (mount, piece)]
+        missing = [axis for axis in AXES_4 if axis not in pushed]
+        if missing:
+            raise InputError(
+                f"{path}: mount '{' '.join(filter(None, (mount, piece)))}' has shaker runs along "
+                f"{', '.join(dict.fromkeys(pushed))} only: add {', '.join(missing)}; a force "
+                "transfer matrix needs all three"
+            )
+
 
 CAMPAIGN_FILE = "campaign.toml"
 _TIME = (1,)
@@ -287,3 +970,164 @@ def _mounts(folder: Path, file: CampaignFile) -> tuple[Mount, ...]:
         )
         for mount in file.mounts
     )
+
+
+ORDER_SPECTRUM = 0
+"""UFF function type; the order stands in the first ID line."""
+
+ENTITY_NAME = 10
+"""Characters of a channel's name that UFF keeps; the DoF is what counts."""
+
+ID_LINE = 80
+"""Characters of an ID line."""
+
+
+def new_run_file(folder: Path, mount_set: str, name: str) -> Path:
+    """Return where the file of a new operating run goes.
+
+    Parameters
+    ----------
+    folder : Path
+        Of the campaign.
+    mount_set, name : str
+        Of the run.
+
+    Raises
+    ------
+    InputError
+        The run is there already, or a file in its place; a name with a blank or a slash.
+    """
+    path = Path(folder) / CAMPAIGN_FILE
+    file = load_campaign_file(path)
+    if not name or any(c.isspace() or c in '/\\:*?"<>|' for c in name) or name.startswith("."):
+        raise InputError(f"'{name}' is no name of a run: use letters, digits, _ and -")
+    if (mount_set, name) in [(run.mount_set, run.name) for run in file.runs]:
+        raise InputError(
+            f"{path}: run '{name}' of mount set {mount_set} is there already: choose another name"
+        )
+    place = path.parent / _relative(mount_set, name)
+    if place.exists():
+        raise InputError(
+            f"{place} is there already, though no run of {CAMPAIGN_FILE} has it: move it away, or "
+            "choose another name"
+        )
+    return place
+
+
+def add_operating_run(folder: Path, run: OperatingRun, notes: Sequence[str] = ()) -> Path:
+    """Add an operating run to a campaign, in SI; the campaign has all of it or stays as it was.
+
+    Parameters
+    ----------
+    folder : Path
+        Of the campaign.
+    run : OperatingRun
+        With the channels of the campaign's channel table.
+    notes : sequence of str
+        Up to two lines on where it comes from, for the ID lines of the file; they are cut at 80
+        characters.
+
+    Returns
+    -------
+    Path
+        The file of its spectra.
+
+    Raises
+    ------
+    InputError
+        As `new_run_file`; a channel of the table that the run does not have; a table without
+        engine speed; files that cannot be written.
+    """
+    place = new_run_file(folder, run.mount_set, run.name)
+    path = Path(folder) / CAMPAIGN_FILE
+    file = load_campaign_file(path)
+    table = path.parent / file.channel_table
+    channels = read_campaign_channels(table)
+    entry = RunEntry(
+        name=run.name,
+        mount_set=run.mount_set,
+        gear=run.gear,
+        full_load=run.full_load,
+        torque_nm=run.torque_limit,
+        rising=run.rising,
+        file=_relative(run.mount_set, run.name),
+    )
+    try:
+        place.parent.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(f"{place.parent} cannot be made ({error.strerror or error})") from None
+    functions = _functions(table, channels, run, notes)
+    write_uff(place, functions, binary=True)
+    try:
+        _check_6(path, file, entry, channels)
+        append_toml(path, file, "runs", entry)
+    except BaseException:
+        place.unlink(missing_ok=True)
+        raise
+    return place
+
+
+def _relative(mount_set: str, name: str) -> str:
+    return f"runs/{mount_set}/{name}.uff"
+
+
+def _check_6(
+    path: Path, file: CampaignFile, entry: RunEntry, channels: Sequence[CampaignChannel]
+) -> None:
+    """Read the new file as the campaign will be read."""
+    read_operating_run(path.parent, entry, file, channels, file.switched_off)
+
+
+def _functions(
+    table: Path,
+    channels: Sequence[CampaignChannel],
+    run: OperatingRun,
+    notes: Sequence[str],
+) -> list[UffFunction]:
+    if len(of_quantity(channels, "engine speed")) != 1:
+        raise InputError(
+            f"{table}: an operating run needs one channel of quantity 'engine speed': add its row "
+            "with a node of its own, direction scalar and unit rpm"
+        )
+    speed = rpm_of_frequency(run.frequency, run.order)
+    slow = dict(zip(run.static_force_names, run.static_force.T, strict=True))
+    columns: dict[str, dict[str, RealArray | ComplexArray]] = {
+        "acceleration": dict(
+            zip(run.acceleration.channels, run.acceleration.values.T, strict=True)
+        ),
+        "cell force": dict(zip(run.cell_force.channels, run.cell_force.values.T, strict=True)),
+        "static force": slow,
+        "engine torque": dict.fromkeys(
+            names_of(of_quantity(channels, "engine torque")), run.engine_torque
+        ),
+        "engine speed": dict.fromkeys(names_of(of_quantity(channels, "engine speed")), speed),
+    }
+    title = f"{run.name}, mount set {run.mount_set}"
+    lines = [f"order {run.order:g}", title, *[*notes, "", ""][:2], IN_SI]
+    functions = []
+    for quantity, of_channel in columns.items():
+        ordinate, unit = CAMPAIGN_QUANTITIES[quantity]
+        for channel in of_quantity(channels, quantity):
+            if channel.channel not in of_channel:
+                raise InputError(
+                    f"run {run.name} has no {quantity} '{channel.channel}', which {table} asks for"
+                )
+            values = of_channel[channel.channel]
+            functions.append(
+                UffFunction(
+                    abscissa=run.frequency,
+                    values=values if channel.sign > 0 else -values,
+                    function_type=ORDER_SPECTRUM,
+                    response_node=channel.node,
+                    response_direction=channel.direction,
+                    reference_node=0,
+                    reference_direction="scalar",
+                    ordinate=ordinate,
+                    ordinate_unit=unit,
+                    denominator="none",
+                    denominator_unit="",
+                    id_lines=tuple(line[:ID_LINE] for line in lines),
+                    response_name=channel.channel.replace(" ", "")[:ENTITY_NAME],
+                )
+            )
+    return functions

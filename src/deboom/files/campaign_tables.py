@@ -12,10 +12,11 @@ import pandas as pd
 
 from deboom.arrays import RealArray
 from deboom.errors import InputError
-from deboom.files.atomic import replace_bytes, replace_text
-from deboom.files.table_cells import Row, read_rows
-from deboom.files.uff_function import DIRECTIONS
-from deboom.files.units import Unit, parse_unit
+from deboom.files.folders import replace_bytes, replace_text
+from deboom.files.tables import Row, Unit, parse_unit, read_rows
+from deboom.files.uff import DIRECTIONS
+from deboom.measurement.sensors import Sensor, SensorKind
+from deboom.physics.rigid_body import rotation_matrix
 
 SENSOR_KINDS = ("accelerometer", "force cell")
 
@@ -287,3 +288,22 @@ def _channel(row: Row) -> CampaignChannel:
             "multiple"
         )
     return CampaignChannel(name, quantity, int(node), direction, unit)
+
+
+def sensor_of(row: SensorRow) -> Sensor:
+    """Return the sensor, its angles made an orientation.
+
+    Raises
+    ------
+    InputError
+        As `Sensor`.
+    """
+    return Sensor(
+        name=row.sensor,
+        kind=SensorKind(row.kind),
+        model=row.model,
+        mount=row.mount,
+        piece=row.piece,
+        position=np.array(row.position),
+        orientation=rotation_matrix(row.angles),
+    )

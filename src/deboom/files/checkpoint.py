@@ -19,7 +19,7 @@ import numpy as np
 import numpy.typing as npt
 
 from deboom.errors import InputError
-from deboom.files.atomic import replace_bytes, replace_text
+from deboom.files.folders import replace_bytes, replace_text
 
 AnyArray = npt.NDArray[Any]
 FACTS = "facts.json"

@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 
 from deboom.compressor.gain import GAIN_PARAMETERS, GainFactor
-from deboom.compressor.identified import IdentifiedCompressor
+from deboom.compressor.identify import IdentifiedCompressor
 from deboom.compressor.model import CompressorModel
 from deboom.errors import InputError
-from deboom.files.atomic import replace_text
+from deboom.files.folders import replace_text
 
 FORMAT = "deboom identified compressor"
 VERSION = 1

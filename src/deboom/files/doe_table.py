@@ -14,10 +14,9 @@ import pandas as pd
 
 from deboom.arrays import RealArray
 from deboom.errors import InputError
-from deboom.explore.design_space import DesignSpace
 from deboom.explore.doe import SAME, Doe, Failure
-from deboom.files.table_cells import Row, read_rows
-from deboom.files.units import parse_unit
+from deboom.explore.space import DesignSpace
+from deboom.files.tables import Row, parse_unit, read_rows
 
 _RESERVED = ("doe", "design", "plan", "failure")
 

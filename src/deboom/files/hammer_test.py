@@ -1,38 +1,267 @@
-"""Read a folder of an impact test: facts, tables, and one UFF file of time blocks per impact.
-
-A block is a data set 58 of function type 1 whose first ID line names its hit, ``hit 3``. The force
-stands at the node of the impact, each response at its own node.
-"""
+"""A folder of an impact test: facts, tables, and one UFF file of time blocks per impact."""
 
 from __future__ import annotations
 
 import math
 import re
 from collections import defaultdict
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
+import numpy.typing as npt
+import pandas as pd
 
 from deboom.arrays import RealArray
 from deboom.errors import InputError
-from deboom.files.campaign_tables import read_sensor_table
-from deboom.files.hammer_test_tables import (
-    HAMMER_QUANTITIES,
-    HAMMER_TEST_FILE,
-    HammerChannel,
-    HammerPoint,
-    HammerTestFile,
-    check_force_direction,
-    read_hammer_channels,
-    read_hammer_points,
-)
-from deboom.files.sensor_rows import sensor_of
-from deboom.files.strict_toml import load_toml
-from deboom.files.uff import UffFunction, read_uff
-from deboom.files.units import parse_unit
-from deboom.measurement.hammer_measurement import HammerMeasurement, HammerTest
-from deboom.measurement.impacts import Impact
-from deboom.measurement.sensors import Sensor
+from deboom.files.campaign_tables import SensorRow, read_sensor_table, sensor_of, write_sensor_table
+from deboom.files.folders import replace_text
+from deboom.files.platform import NotNegative, Positive, RelativePath
+from deboom.files.schema import StrictModel, dump_toml, load_toml
+from deboom.files.tables import Row, Unit, parse_unit, read_rows, refuse_second
+from deboom.files.uff import DIRECTIONS, UffFunction, read_uff, write_uff
+from deboom.measurement.impact_test import HammerMeasurement, HammerTest
+from deboom.measurement.sensors import Impact, Sensor
+
+HAMMER_TEST_FILE = "hammer_test.toml"
+HAMMER_QUANTITIES = {
+    "acceleration": "m/s^2",
+    "velocity": "m/s",
+    "displacement": "m",
+    "pressure": "Pa",
+    "force": "N",
+}
+"""What a response may be, as the UFF ordinate says it, and its SI unit."""
+
+_AXES = ("x", "y", "z")
+_DIRECTION = ("dx", "dy", "dz")
+
+
+class HammerTestFile(StrictModel):
+    """The whole file ``hammer_test.toml``."""
+
+    format: Literal[1]
+    """Version of this format."""
+    title: str
+    """What a reader calls the test."""
+    sample_rate_hz: Positive
+    """Of every block; UFF itself keeps six digits of its inverse."""
+    pretrigger_s: NotNegative
+    """From the first sample to the trigger."""
+    force_range_n: Positive | None = None
+    """Largest force that the hammer's channel can hold; left out where it is not known."""
+    impact_table: RelativePath
+    """CSV: where the hammer struck, and the UFF file of its hits."""
+    channel_table: RelativePath
+    """CSV: which UFF node and direction is which response."""
+    sensor_table: RelativePath | None = None
+    """CSV: position sheet of triaxial sensors; left out where there is none."""
+
+
+@dataclass(frozen=True)
+class HammerPoint:
+    """One point that was struck.
+
+    Parameters
+    ----------
+    impact : str
+        Name, such as ``I07`` or ``EnM x``.
+    node : int
+        UFF node of the force.
+    file : str
+        UFF file of its hits, relative to the folder.
+    position : (x, y, z)
+        [m].
+    direction : (dx, dy, dz)
+        Unit vector along which a positive force pushes [1].
+    """
+
+    impact: str
+    node: int
+    file: str
+    position: tuple[float, float, float]
+    direction: tuple[float, float, float]
+
+    @property
+    def uff_direction(self) -> str:
+        """``+x`` … ``-z`` along an axis of the vehicle, else ``scalar``."""
+        for axis, component in zip(_AXES, self.direction, strict=True):
+            if abs(component) > 1.0 - 1e-6:
+                return f"{'+' if component > 0 else '-'}{axis}"
+        return "scalar"
+
+
+@dataclass(frozen=True)
+class HammerChannel:
+    """One response and the UFF DoF that holds it.
+
+    Parameters
+    ----------
+    channel : str
+        Name, such as ``A1 x`` or ``driver ear``.
+    quantity : str
+        One of `HAMMER_QUANTITIES`.
+    node : int
+        Response node.
+    direction : str
+        ``+x`` … ``-z`` or ``scalar``; one against the axis in the name turns the sign.
+    unit : Unit
+        As the table states it.
+    range : float
+        Largest value that the channel can hold, in SI; infinite where it is not known.
+    """
+
+    channel: str
+    quantity: str
+    node: int
+    direction: str
+    unit: Unit
+    range: float = math.inf
+
+    @property
+    def sign(self) -> float:
+        """−1 for a channel recorded against its axis, else +1."""
+        return -1.0 if self.direction.startswith("-") else 1.0
+
+
+def read_hammer_points(path: Path) -> tuple[HammerPoint, ...]:
+    """Read the table ``impact, node, file, x [mm], y [mm], z [mm], dx, dy, dz``.
+
+    Raises
+    ------
+    InputError
+        No such table; a column or a unit is missing; a name, file or DoF comes twice; no number.
+    """
+    seen: dict[str, int] = {}
+    points = []
+    columns = ("impact", "node", "file", *_DIRECTION)
+    for row in read_rows(path, columns, dict.fromkeys(_AXES, "m")):
+        x, y, z = (row.number(axis) for axis in _AXES)
+        dx, dy, dz = (row.number(axis) for axis in _DIRECTION)
+        point = HammerPoint(
+            row.filled("impact"), row.node(), row.filled("file"), (x, y, z), (dx, dy, dz)
+        )
+        parts = Path(point.file)
+        if parts.is_absolute() or ".." in parts.parts:
+            raise row.error(f"file '{point.file}' is not inside the folder: copy it there")
+        pushed = f"node {point.node} along {point.direction}"
+        for key in (f"impact '{point.impact}'", pushed, f"file '{point.file}'"):
+            refuse_second(seen, key, row)
+        points.append(point)
+    return tuple(points)
+
+
+def write_hammer_points(path: Path, points: Sequence[HammerPoint]) -> None:
+    """Write the table that `read_hammer_points` reads, in metres.
+
+    Raises
+    ------
+    InputError
+        The file cannot be written.
+    """
+    table = pd.DataFrame(
+        [(p.impact, p.node, p.file, *p.position, *p.direction) for p in points],
+        columns=["impact", "node", "file", *(f"{axis} [m]" for axis in _AXES), *_DIRECTION],
+    )
+    replace_text(path, table.to_csv(index=False, lineterminator="\n"))
+
+
+def read_hammer_channels(path: Path) -> tuple[HammerChannel, ...]:
+    """Read the table ``channel, quantity, node, direction, unit, range``.
+
+    The range is in the unit of its row; empty, it is not known.
+
+    Raises
+    ------
+    InputError
+        No such table; a channel or a DoF comes twice; a quantity, direction, unit or range that
+        makes no sense.
+    """
+    seen: dict[str, int] = {}
+    channels = []
+    columns = ("channel", "quantity", "node", "direction", "unit", "range")
+    for row in read_rows(path, columns, {}):
+        channel = _channel(row)
+        refuse_second(seen, f"channel '{channel.channel}'", row)
+        axis = channel.direction.lstrip("+-")
+        refuse_second(seen, f"{channel.quantity} at node {channel.node} along {axis}", row)
+        channels.append(channel)
+    return tuple(channels)
+
+
+def write_hammer_channels(path: Path, channels: Sequence[HammerChannel]) -> None:
+    """Write the table that `read_hammer_channels` reads.
+
+    Raises
+    ------
+    InputError
+        The file cannot be written.
+    """
+    table = pd.DataFrame(
+        [
+            (
+                *(c.channel, c.quantity, c.node, c.direction, c.unit.label),
+                "" if math.isinf(c.range) else repr(c.range / c.unit.factor),
+            )
+            for c in channels
+        ],
+        columns=["channel", "quantity", "node", "direction", "unit", "range"],
+    )
+    replace_text(path, table.to_csv(index=False, lineterminator="\n"))
+
+
+def check_force_direction(point: HammerPoint, direction: str) -> None:
+    """Compare the UFF direction of a recorded force with the table.
+
+    Raises
+    ------
+    InputError
+        They are more than 25° apart: two axes, or a sign, are mixed up.
+    """
+    if direction == "scalar":
+        return
+    axis = np.zeros(3)
+    axis[_AXES.index(direction[-1])] = -1.0 if direction.startswith("-") else 1.0
+    if not axis @ np.array(point.direction) > np.cos(np.deg2rad(25.0)):
+        raise InputError(
+            f"the force is recorded along {direction}, the table says {point.direction}: correct "
+            "the wrong one"
+        )
+
+
+def _channel(row: Row) -> HammerChannel:
+    name, quantity = row.filled("channel"), row.filled("quantity")
+    if quantity not in HAMMER_QUANTITIES:
+        raise row.error(f"unknown quantity '{quantity}', use {', '.join(HAMMER_QUANTITIES)}")
+    direction, axis = row.cells["direction"], name.rpartition(" ")[2]
+    if direction not in DIRECTIONS.values():
+        raise row.error(
+            f"channel '{name}' has direction '{direction}', which is none: use "
+            f"{', '.join(DIRECTIONS.values())}"
+        )
+    if axis in _AXES and quantity != "pressure" and direction not in (f"+{axis}", f"-{axis}"):
+        raise row.error(
+            f"{quantity} '{name}' has direction '{direction}', which is not along '{axis}': two "
+            "axes may be swapped; correct the name or the direction"
+        )
+    try:
+        unit = parse_unit(row.cells["unit"])
+    except InputError as error:
+        raise row.error(f"{quantity} '{name}': {error}") from None
+    if unit.si != HAMMER_QUANTITIES[quantity]:
+        raise row.error(
+            f"{quantity} '{name}' is in '{unit.label}', which is no unit of it: use "
+            f"{HAMMER_QUANTITIES[quantity]} or a multiple"
+        )
+    limit = math.inf
+    if row.cells["range"]:
+        limit = row.number("range") * unit.factor
+        if not limit > 0:
+            raise row.error(f"channel '{name}': a range is positive; leave it empty if unknown")
+    return HammerChannel(name, quantity, row.node(), direction, unit, limit)
+
 
 TIME_SIGNAL = 1
 STEP_DIGITS = 1e-5
@@ -174,3 +403,141 @@ def _check_unit(function: UffFunction, channel: HammerChannel) -> None:
             f"it is in '{function.file_unit}', the channel table says '{channel.unit.label}': "
             "correct the wrong one"
         )
+
+
+@dataclass(frozen=True)
+class HammerSheet:
+    """All of an impact test but its blocks.
+
+    Parameters
+    ----------
+    title : str
+        Of the test.
+    rate : float
+        Samples per second [Hz].
+    pretrigger : float
+        From the first sample of a block to the trigger [s].
+    points : sequence of HammerPoint
+        Where the hammer strikes; each names its file.
+    channels : sequence of HammerChannel
+        Responses, in SI units.
+    sensors : sequence of SensorRow
+        Position sheet; none where responses have no position.
+    force_range : float
+        Largest force that the hammer's channel can hold [N]; infinite is not known.
+    """
+
+    title: str
+    rate: float
+    pretrigger: float
+    points: tuple[HammerPoint, ...]
+    channels: tuple[HammerChannel, ...]
+    sensors: tuple[SensorRow, ...] = ()
+    force_range: float = math.inf
+
+
+def write_hammer_test(
+    folder: Path | str,
+    sheet: HammerSheet,
+    hits: Mapping[str, tuple[npt.ArrayLike, npt.ArrayLike]],
+    *,
+    binary: bool = True,
+) -> None:
+    """Write facts, tables and one UFF file per impact.
+
+    Parameters
+    ----------
+    folder : path
+        Made if it is not there; the facts are written last.
+    sheet : HammerSheet
+        What the blocks are.
+    hits : mapping of str to (array, array)
+        Name of the impact to force, shape (n_hit, n_sample) [N], and response, shape (n_hit,
+        n_sample, n_channel), along positive axes [SI units].
+    binary : bool
+        Data sets 58b; ASCII is three times as large.
+
+    Raises
+    ------
+    InputError
+        Impacts other than the sheet's, shapes that disagree, a unit that is not SI, or a file that
+        cannot be written.
+    """
+    folder = Path(folder)
+    names = [point.impact for point in sheet.points]
+    if sorted(names) != sorted(hits):
+        raise InputError(f"{folder}: hits of {sorted(hits)}, the sheet has {sorted(names)}")
+    foreign = [c.channel for c in sheet.channels if c.unit.factor != 1.0]
+    if foreign:
+        raise InputError(f"{folder}: channels {foreign} are not in SI: convert them first")
+    for point in sheet.points:
+        path = folder / point.file
+        try:
+            path.parent.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise InputError(f"{path.parent} cannot be made ({error.strerror})") from None
+        force, response = (np.asarray(part, dtype=np.float64) for part in hits[point.impact])
+        if force.ndim != 2 or response.shape != (*force.shape, len(sheet.channels)):
+            raise InputError(
+                f"{path}: force of shape {force.shape} and response of shape {response.shape} are "
+                f"no hits of {len(sheet.channels)} channels"
+            )
+        write_uff(path, _functions(sheet, point, force, response), binary=binary)
+    write_hammer_points(folder / "impacts.csv", sheet.points)
+    write_hammer_channels(folder / "channels.csv", sheet.channels)
+    if sheet.sensors:
+        write_sensor_table(folder / "sensors.csv", sheet.sensors)
+    facts = HammerTestFile(
+        format=1,
+        title=sheet.title,
+        sample_rate_hz=sheet.rate,
+        pretrigger_s=sheet.pretrigger,
+        force_range_n=None if math.isinf(sheet.force_range) else sheet.force_range,
+        impact_table="impacts.csv",
+        channel_table="channels.csv",
+        sensor_table="sensors.csv" if sheet.sensors else None,
+    )
+    dump_toml(folder / HAMMER_TEST_FILE, facts)
+
+
+def _functions(
+    sheet: HammerSheet, point: HammerPoint, force: RealArray, response: RealArray
+) -> list[UffFunction]:
+    time = _stored_axis(sheet, force.shape[1])
+    functions = []
+    for hit, (push, answer) in enumerate(zip(force, response, strict=True), 1):
+        recorded = [("force", point.impact, point.node, point.uff_direction, push)]
+        for channel, values in zip(sheet.channels, answer.T, strict=True):
+            recorded.append(
+                (
+                    channel.quantity,
+                    channel.channel,
+                    channel.node,
+                    channel.direction,
+                    channel.sign * values,
+                )
+            )
+        functions += [
+            UffFunction(
+                abscissa=time,
+                values=values,
+                function_type=1,
+                response_node=node,
+                response_direction=direction,
+                reference_node=0,
+                reference_direction="scalar",
+                ordinate=quantity,
+                ordinate_unit=HAMMER_QUANTITIES[quantity],
+                denominator="none",
+                denominator_unit="",
+                id_lines=(f"hit {hit}", f"impact {point.impact}", name),
+            )
+            for quantity, name, node, direction, values in recorded
+        ]
+    return functions
+
+
+def _stored_axis(sheet: HammerSheet, n_sample: int) -> RealArray:
+    """Time with the six digits that UFF keeps; the exact rate stands in the facts."""
+    start, step = (float(f"{number:.5e}") for number in (-sheet.pretrigger, 1.0 / sheet.rate))
+    return np.asarray(start + step * np.arange(n_sample), dtype=np.float64)

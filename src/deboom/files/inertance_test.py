@@ -1,36 +1,559 @@
-"""Read the folder of a roving-hammer test on a mounted body, as a laboratory delivers it."""
+"""The folder of a roving-hammer test on a mounted body, as a laboratory delivers it."""
 
 from __future__ import annotations
 
+import io
 import math
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Annotated, Literal
+from zipfile import ZIP_DEFLATED, ZipFile, ZipInfo
 
 import numpy as np
+import pandas as pd
+from pydantic import Field
 
-from deboom.arrays import RealArray
+from deboom.arrays import ComplexArray, RealArray
 from deboom.errors import InputError
+from deboom.files.folders import replace_bytes, replace_text
 from deboom.files.hammer_test import read_hammer_test
-from deboom.files.inertance_functions import Places, read_coherences, read_inertances
-from deboom.files.inertance_test_file import (
-    INERTANCE_TEST_FILE,
-    InertanceTestFile,
-    load_inertance_test_file,
-)
-from deboom.files.inertance_test_tables import read_placed_impacts, read_placed_sensors
+from deboom.files.platform import Matrix3, Positive, RelativePath, Row3
+from deboom.files.schema import StrictModel, dump_toml, load_toml
+from deboom.files.tables import Row, read_rows, refuse_second
+from deboom.files.uff import UffFunction, read_uff
 from deboom.measurement.channels import Frf
-from deboom.measurement.hammer_frf import HammerOptions, hammer_frfs
-from deboom.measurement.hammer_measurement import HammerTest
-from deboom.measurement.impacts import Impact
-from deboom.measurement.inertance_test import (
+from deboom.measurement.compressor_test import (
     ACCELERATION_PER_FORCE,
     CompressorMount,
     Drawing,
     InertanceTest,
     check_enough,
 )
-from deboom.measurement.placement_tolerances import PlacementTolerances
-from deboom.measurement.sensors import Sensor, SensorKind
+from deboom.measurement.impact_test import HammerOptions, HammerTest, hammer_frfs
+from deboom.measurement.sensors import Impact, PlacementTolerances, Sensor, SensorKind
 from deboom.physics.rigid_body import rotation_matrix
+
+SENSOR_SHEET, IMPACT_SHEET = "sensors", "impacts"
+SMALLEST_SPAN, LARGEST_SPAN = 0.01, 10.0
+"""Of the points of one sheet [m]: beyond, its unit is wrong."""
+
+_AXES = ("x", "y", "z")
+_ANGLES = ("rx", "ry", "rz")
+_DIRECTION = ("dx", "dy", "dz")
+_ANY_TIME = re.compile(rb"(<dcterms:(?:created|modified)[^>]*>)[^<]*")
+
+Three = tuple[float, float, float]
+
+
+@dataclass(frozen=True)
+class PlacedSensor:
+    """One triaxial accelerometer of the position sheet.
+
+    Parameters
+    ----------
+    sensor : str
+        Name, such as ``A1``; its channels are ``A1 x``, ``A1 y``, ``A1 z``.
+    node : int
+        In the UFF files, where directions are those of the sensor's own axes.
+    position : (x, y, z)
+        [m].
+    angles : (rx, ry, rz)
+        That turn the axes of the sheet into the sensor's, about the fixed axes x, then y, then z
+        [rad].
+    """
+
+    sensor: str
+    node: int
+    position: Three
+    angles: Three
+
+
+@dataclass(frozen=True)
+class PlacedImpact:
+    """One place where the hammer strikes, and along which way.
+
+    Parameters
+    ----------
+    impact : str
+        Name, such as ``I07``.
+    node : int
+        In the UFF files; impacts of different directions may share one.
+    position : (x, y, z)
+        [m].
+    direction : (dx, dy, dz)
+        Unit vector along which a positive force pushes [1].
+    """
+
+    impact: str
+    node: int
+    position: Three
+    direction: Three
+
+    @property
+    def uff_direction(self) -> str:
+        """``+x`` … ``-z`` along an axis, else ``scalar``."""
+        for axis, component in zip(_AXES, self.direction, strict=True):
+            if abs(component) > 1.0 - 1e-6:
+                return f"{'+' if component > 0 else '-'}{axis}"
+        return "scalar"
+
+
+def read_placed_sensors(path: Path) -> tuple[PlacedSensor, ...]:
+    """Read the table ``sensor, node, x [mm], y [mm], z [mm], rx [deg], ry [deg], rz [deg]``.
+
+    Raises
+    ------
+    InputError
+        No such table; a column or a unit is missing; a name or node comes twice; no number;
+        positions that no machine on mounts has.
+    """
+    units = dict.fromkeys(_AXES, "m") | dict.fromkeys(_ANGLES, "rad")
+    seen: dict[str, int] = {}
+    sensors = []
+    for row in read_rows(path, ("sensor", "node"), units, SENSOR_SHEET):
+        sensor = PlacedSensor(
+            row.filled("sensor"), row.node(), _three(row, _AXES), _three(row, _ANGLES)
+        )
+        for key in (f"sensor '{sensor.sensor}'", f"node {sensor.node}"):
+            refuse_second(seen, key, row)
+        sensors.append(sensor)
+    _check_span(path, "sensors", [sensor.position for sensor in sensors])
+    return tuple(sensors)
+
+
+def read_placed_impacts(path: Path) -> tuple[PlacedImpact, ...]:
+    """Read the table ``impact, node, x [mm], y [mm], z [mm], dx, dy, dz``.
+
+    Raises
+    ------
+    InputError
+        No such table; a column or a unit is missing; a name, or a node with its direction, comes
+        twice; no number; positions that no machine on mounts has.
+    """
+    seen: dict[str, int] = {}
+    impacts = []
+    columns = ("impact", "node", *_DIRECTION)
+    for row in read_rows(path, columns, dict.fromkeys(_AXES, "m"), IMPACT_SHEET):
+        impact = PlacedImpact(
+            row.filled("impact"), row.node(), _three(row, _AXES), _three(row, _DIRECTION)
+        )
+        pushed = f"node {impact.node} along {impact.uff_direction.lstrip('+-')}"
+        for key in (f"impact '{impact.impact}'", pushed):
+            refuse_second(seen, key, row)
+        impacts.append(impact)
+    _check_span(path, "impacts", [impact.position for impact in impacts])
+    return tuple(impacts)
+
+
+def write_positions(
+    path: Path, sensors: Sequence[PlacedSensor], impacts: Sequence[PlacedImpact]
+) -> None:
+    """Write both tables as the sheets of one Excel file, in mm and degrees.
+
+    The same rows give the same bytes: the file carries no time.
+
+    Raises
+    ------
+    InputError
+        The file cannot be written.
+    """
+    book = io.BytesIO()
+    with pd.ExcelWriter(book) as writer:
+        _sensor_frame(sensors).to_excel(writer, sheet_name=SENSOR_SHEET, index=False)
+        _impact_frame(impacts).to_excel(writer, sheet_name=IMPACT_SHEET, index=False)
+    replace_bytes(path, _without_times(book.getvalue()))
+
+
+def write_placed_sensors(path: Path, sensors: Sequence[PlacedSensor]) -> None:
+    """Write the table that `read_placed_sensors` reads as CSV, in mm and degrees.
+
+    Raises
+    ------
+    InputError
+        The file cannot be written.
+    """
+    replace_text(path, _sensor_frame(sensors).to_csv(index=False, lineterminator="\n"))
+
+
+def write_placed_impacts(path: Path, impacts: Sequence[PlacedImpact]) -> None:
+    """Write the table that `read_placed_impacts` reads as CSV, in mm.
+
+    Raises
+    ------
+    InputError
+        The file cannot be written.
+    """
+    replace_text(path, _impact_frame(impacts).to_csv(index=False, lineterminator="\n"))
+
+
+def _sensor_frame(sensors: Sequence[PlacedSensor]) -> pd.DataFrame:
+    return pd.DataFrame(
+        [
+            (s.sensor, s.node, *_rounded(s.position, 1e3), *_rounded(s.angles, 180 / math.pi))
+            for s in sensors
+        ],
+        columns=[
+            *("sensor", "node"),
+            *(f"{axis} [mm]" for axis in _AXES),
+            *(f"{angle} [deg]" for angle in _ANGLES),
+        ],
+    )
+
+
+def _impact_frame(impacts: Sequence[PlacedImpact]) -> pd.DataFrame:
+    return pd.DataFrame(
+        [(i.impact, i.node, *_rounded(i.position, 1e3), *i.direction) for i in impacts],
+        columns=["impact", "node", *(f"{axis} [mm]" for axis in _AXES), *_DIRECTION],
+    )
+
+
+def _rounded(values: Three, factor: float) -> list[float]:
+    """Scaled, and without the digits that the scaling made."""
+    rounded: list[float] = np.round(factor * np.array(values), 10).tolist()
+    return rounded
+
+
+def _without_times(data: bytes) -> bytes:
+    """Return an Excel file whose entries and properties state no time of writing."""
+    fixed = io.BytesIO()
+    with ZipFile(io.BytesIO(data)) as book, ZipFile(fixed, "w", ZIP_DEFLATED) as out:
+        for name in book.namelist():
+            content = _ANY_TIME.sub(rb"\g<1>2000-01-01T00:00:00Z", book.read(name))
+            out.writestr(ZipInfo(name), content, ZIP_DEFLATED)
+    return fixed.getvalue()
+
+
+def _three(row: Row, columns: Sequence[str]) -> Three:
+    first, second, third = (row.number(column) for column in columns)
+    return first, second, third
+
+
+def _check_span(path: Path, what: str, positions: Sequence[Three]) -> None:
+    """Refuse a unit that is wrong by a factor of a thousand."""
+    points = np.array(positions)
+    span = float(np.linalg.norm(points.max(axis=0) - points.min(axis=0)))
+    if len(points) > 1 and not SMALLEST_SPAN <= span <= LARGEST_SPAN:
+        raise InputError(
+            f"{path}: the {what} lie within {span:.3g} m: is the unit in the header of x, y and z "
+            "the one of the numbers? mm and m are mixed up easily"
+        )
+
+
+FRF, COHERENCE = 4, 6
+"""UFF function types."""
+
+FARTHEST_DIRECTION = 25.0
+"""Between the direction in a UFF file and the one of the position sheet [deg]."""
+_NAMES = {FRF: "FRF", COHERENCE: "coherence"}
+
+
+@dataclass(frozen=True)
+class Places:
+    """The position sheets that give the nodes of a UFF file a meaning.
+
+    Parameters
+    ----------
+    sensors : tuple of PlacedSensor
+        Rows: three channels each.
+    impacts : tuple of PlacedImpact
+        Columns.
+    """
+
+    sensors: tuple[PlacedSensor, ...]
+    impacts: tuple[PlacedImpact, ...]
+
+    @property
+    def channels(self) -> tuple[str, ...]:
+        """Such as ``A1 x``."""
+        return tuple(f"{sensor.sensor} {axis}" for sensor in self.sensors for axis in _AXES)
+
+
+def read_inertances(path: Path, places: Places) -> tuple[RealArray, ComplexArray]:
+    """Read the FRFs from all impacts to all channels.
+
+    Parameters
+    ----------
+    path : Path
+        UFF file; functions of other types in it are left alone.
+    places : Places
+        Which node is what.
+
+    Returns
+    -------
+    frequency : array, shape (f,)
+        [Hz].
+    values : array, shape (f, n_channel, n_impact)
+        Along positive axes of the sensors [m/s² per N].
+
+    Raises
+    ------
+    InputError
+        An FRF that is missing, doubled, at an unknown node, of other lines, real, or of another
+        unit than acceleration over force.
+    """
+    frequency, found = _matrix(path, places, FRF)
+    for function, _ in found.values():
+        if function.ordinate != "acceleration" or function.unit != "m/s^2/N":
+            raise InputError(
+                f"{path}: {function.dof}: it is {function.ordinate} in '{function.unit}': export "
+                "acceleration per force with its units"
+            )
+        if not np.iscomplexobj(function.values):
+            raise InputError(f"{path}: {function.dof}: it is real: phase is needed, export both")
+    return frequency, np.asarray(_stacked(found, places, with_sign=True), dtype=np.complex128)
+
+
+def read_coherences(path: Path, places: Places) -> tuple[RealArray, RealArray]:
+    """Read the ordinary coherences of all channels and impacts.
+
+    Parameters
+    ----------
+    path : Path
+        UFF file; functions of other types in it are left alone.
+    places : Places
+        Which node is what.
+
+    Returns
+    -------
+    frequency : array, shape (f,)
+        [Hz].
+    values : array, shape (f, n_channel, n_impact)
+        [1].
+
+    Raises
+    ------
+    InputError
+        A coherence that is missing, doubled, at an unknown node, of other lines, complex, or
+        outside 0 to 1.
+    """
+    frequency, found = _matrix(path, places, COHERENCE)
+    for function, _ in found.values():
+        values = function.values
+        if np.iscomplexobj(values) or np.any((values < 0) | (values > 1 + 1e-6)):
+            raise InputError(
+                f"{path}: {function.dof}: a coherence is real and lies between 0 and 1; export it "
+                "again"
+            )
+    values = np.minimum(_stacked(found, places, with_sign=False).real, 1.0)
+    return frequency, np.asarray(values, dtype=np.float64)
+
+
+_Found = dict[tuple[str, str], tuple[UffFunction, float]]
+
+
+def _matrix(path: Path, places: Places, kind: int) -> tuple[RealArray, _Found]:
+    """Find every function of one type; by channel and impact, with the sign of its direction."""
+    functions = [function for function in read_uff(path) if function.function_type == kind]
+    if not functions:
+        raise InputError(f"{path} holds no {_NAMES[kind]} (UFF function type {kind}): export it")
+    frequency = functions[0].abscissa
+    found: _Found = {}
+    for function in functions:
+        if not np.array_equal(function.abscissa, frequency):
+            raise InputError(f"{path}: {function.dof} has other lines than {functions[0].dof}")
+        try:
+            channel, sign = _channel(function, places)
+            key = (channel, _impact(function, places))
+            if key in found:
+                raise InputError(
+                    f"the {_NAMES[kind]} of {key[0]} to {key[1]} comes twice: keep one"
+                )
+        except InputError as error:
+            raise InputError(f"{path}: {function.dof}: {error}") from None
+        found[key] = function, sign
+    for impact in places.impacts:
+        for channel in places.channels:
+            if (channel, impact.impact) not in found:
+                raise InputError(
+                    f"{path}: the {_NAMES[kind]} of {channel} to {impact.impact} (reference node "
+                    f"{impact.node} {impact.uff_direction}) is missing: export it, or take the "
+                    "sensor or the impact out of the position sheet"
+                )
+    return frequency, found
+
+
+def _stacked(found: _Found, places: Places, *, with_sign: bool) -> ComplexArray:
+    rows = []
+    for channel in places.channels:
+        pairs = [found[channel, impact.impact] for impact in places.impacts]
+        rows.append([f.values * (sign if with_sign else 1.0) for f, sign in pairs])
+    return np.moveaxis(np.array(rows, dtype=np.complex128), 2, 0)
+
+
+def _channel(function: UffFunction, places: Places) -> tuple[str, float]:
+    """Name of the response channel, and −1 where it was recorded against its axis."""
+    direction = function.response_direction
+    for sensor in places.sensors:
+        if sensor.node == function.response_node:
+            if direction[1:] not in _AXES:
+                raise InputError(
+                    f"its direction is {direction}: export the sensor's axis, such as +x"
+                )
+            return f"{sensor.sensor} {direction[1:]}", -1.0 if direction[0] == "-" else 1.0
+    raise InputError(
+        f"node {function.response_node} is no sensor of the position sheet: add it there, or "
+        "export without it"
+    )
+
+
+def _impact(function: UffFunction, places: Places) -> str:
+    direction = function.reference_direction
+    there = [one for one in places.impacts if one.node == function.reference_node]
+    if not there:
+        raise InputError(
+            f"reference node {function.reference_node} is no impact of the position sheet: add it "
+            "there, or export without it"
+        )
+    if direction == "scalar" and len(there) == 1:
+        return there[0].impact
+    for impact in there:
+        if _agree(direction, impact.direction):
+            return impact.impact
+    stated = " or ".join(str(one.direction) for one in there)
+    raise InputError(
+        f"the force is recorded along {direction}, the position sheet says {stated}: correct the "
+        "wrong one"
+    )
+
+
+def _agree(direction: str, vector: Sequence[float]) -> bool:
+    if direction[1:] not in _AXES:
+        return False
+    along = (-1.0 if direction[0] == "-" else 1.0) * vector[_AXES.index(direction[1:])]
+    return along > math.cos(math.radians(FARTHEST_DIRECTION))
+
+
+INERTANCE_TEST_FILE = "compressor_test.toml"
+
+
+class ToleranceSection(StrictModel):
+    """Standard deviations of what is stated only approximately."""
+
+    sensor_gain: Positive
+    """Of each channel, relative [1]."""
+    sensor_position_m: Positive
+    """Per axis."""
+    sensor_angle_deg: Positive
+    """Per axis."""
+    hammer_gain: Positive
+    """Common to all impacts, relative [1]."""
+    impact_position_m: Positive
+    """Per axis."""
+    impact_angle_deg: Positive
+    """Per axis."""
+
+
+class DrawingSection(StrictModel):
+    """The body as drawn, without its mounts."""
+
+    mass_kg: Positive
+    """Nominal mass."""
+    centre_of_gravity_m: Row3
+    """From the origin of the position sheet."""
+    inertia_kg_m2: Matrix3
+    """About the centre of gravity, products with their sign as matrix elements."""
+
+
+class DrawnMountSection(StrictModel):
+    """One mount as drawn."""
+
+    name: Annotated[str, Field(min_length=1)]
+    """Such as ``mount 1``."""
+    position_m: Row3
+    """Elastic centre, from the origin of the position sheet."""
+    rotation_deg: Row3
+    """Of the mount's axes about the fixed axes x, then y, then z; local x is axial."""
+    stiffness_n_per_m: Row3
+    """Static: axial, radial, radial."""
+
+
+class InertanceTestFile(StrictModel):
+    """The whole file ``compressor_test.toml``."""
+
+    format: Literal[1]
+    """Version of this format."""
+    title: Annotated[str, Field(min_length=1)]
+    """What a reader calls the test."""
+    sensor_table: RelativePath
+    """Position sheet of the accelerometers, CSV or sheet ``sensors`` of an Excel file."""
+    impact_table: RelativePath
+    """Position sheet of the impacts, CSV or sheet ``impacts`` of an Excel file."""
+    frf: RelativePath | None = None
+    """UFF file of the FRFs; left out where only hits are delivered."""
+    coherence: RelativePath | None = None
+    """UFF file of the ordinary coherence; comes with `frf`, and may be the same file."""
+    hits_per_impact: Annotated[int, Field(ge=1)] | None = None
+    """How many hits the FRFs average; comes with `frf`."""
+    hits: RelativePath | None = None
+    """Folder with the hits over time."""
+    band_hz: Annotated[tuple[Positive, Positive], Field(strict=False)] | None = None
+    """First and last line of FRFs that are made of hits; comes with `hits`."""
+    weighed_mass_kg: Positive | None = None
+    """From a pair of scales, sensors and brackets included; left out if it was not weighed."""
+    weighed_mass_deviation_kg: Positive | None = None
+    """1 σ of it; comes with it."""
+    tolerances: ToleranceSection
+    """How well everything is placed and calibrated."""
+    drawing: DrawingSection | None = None
+    """Nominal values; left out where there is no drawing."""
+    mounts: Annotated[tuple[DrawnMountSection, ...], Field(strict=False)] = ()
+    """Mounts of the drawing."""
+
+
+_NEEDS = (
+    ("frf", "coherence", "without it the noise of the FRFs is not known; export it, type 6"),
+    ("frf", "hits_per_impact", "a coherence says nothing without the number of averages"),
+    ("coherence", "frf", "name the FRFs that it belongs to"),
+    ("hits", "band_hz", "state the first and the last line that the FRFs shall have"),
+    ("weighed_mass_kg", "weighed_mass_deviation_kg", "state how well the scales know it"),
+    ("weighed_mass_deviation_kg", "weighed_mass_kg", "state the mass that it belongs to"),
+    ("drawing", "mounts", "add a section [[mounts]] for each, or leave the drawing out"),
+    ("mounts", "drawing", "add a section [drawing], or leave the mounts out"),
+)
+"""Which key needs which other one, and why."""
+
+
+def load_inertance_test_file(path: Path) -> InertanceTestFile:
+    """Read and check ``compressor_test.toml``.
+
+    Raises
+    ------
+    InputError
+        The file is missing or is not TOML; a key is unknown, missing, mistyped or out of range; a
+        key lacks the one that belongs to it; neither FRFs nor hits.
+    """
+    file = load_toml(path, InertanceTestFile)
+    _check(path, file)
+    return file
+
+
+def dump_inertance_test_file(path: Path, file: InertanceTestFile) -> None:
+    """Write ``compressor_test.toml``; what is written is read back and compared first.
+
+    Raises
+    ------
+    InputError
+        The content would be refused on reading, or the file cannot be written.
+    """
+    _check(path, file)
+    dump_toml(path, file)
+
+
+def _check(path: Path, file: InertanceTestFile) -> None:
+    for key, needed, why in _NEEDS:
+        if getattr(file, key) and not getattr(file, needed):
+            raise InputError(f"{path}: key '{key}' needs the key '{needed}': {why}")
+    if not (file.frf or file.hits):
+        raise InputError(f"{path}: neither key 'frf' nor 'hits': name what was measured")
+    if file.band_hz is not None and not file.band_hz[0] < file.band_hz[1]:
+        raise InputError(f"{path}: key 'band_hz' is {list(file.band_hz)}: first line, then last")
+    names = [mount.name for mount in file.mounts]
+    doubled = next((name for name in names if names.count(name) > 1), None)
+    if doubled is not None:
+        raise InputError(f"{path}: two [[mounts]] are named '{doubled}': keep or rename one")
+
 
 SAME_PLACE = 1e-4
 """Largest difference of an impact between position sheet and hits [m, 1]: rounding."""

@@ -11,19 +11,20 @@ import numpy as np
 import numpy.typing as npt
 
 from deboom.errors import InputError
-from deboom.files.atomic import replace_bytes, replace_text
+from deboom.files.folders import replace_bytes, replace_text
+from deboom.files.tables import workbook_bytes
 from deboom.files.uff import UffFunction, write_uff
-from deboom.files.workbook import workbook_bytes
 from deboom.mounts.characterised_mount import CampaignRecord, CharacterisedMount
-from deboom.mounts.library_document import from_document, to_document
 from deboom.mounts.library_tables import (
     campaign_table,
     direction_table,
+    from_document,
     map_table,
     mount_table,
     quality_table,
     static_curve_table,
     surface_table,
+    to_document,
 )
 
 SHEET_ROWS = 1_048_576

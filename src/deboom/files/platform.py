@@ -1,46 +1,845 @@
-"""A platform folder, read and checked: mounts, vehicles and load cases in SI.
-
-``platform.toml`` names the other files: the mount and channel tables, one file of noise transfer
-functions per vehicle and one of operating spectra per load case. Functions are chosen by node,
-direction and quantity (UFF) or by name (tables), never by their place in a file.
-"""
+"""A platform folder, read and checked: mounts, vehicles and load cases in SI."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import math
+import re
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
+from pathlib import Path, PurePosixPath
+from typing import Annotated, Literal
 
 import numpy as np
+import numpy.typing as npt
+import pandas as pd
+from pydantic import AfterValidator, Field, ValidationInfo, field_validator
 
 from deboom.arrays import RealArray
 from deboom.errors import InputError
-from deboom.files.columns import Columns, common_axis, noise_transfer_columns, operating_columns
-from deboom.files.faults import Note, noting, refuse
-from deboom.files.mount_entries import mounts_of
-from deboom.files.platform_file import (
-    Engine,
-    LoadCaseEntry,
-    PlatformFile,
-    VehicleEntry,
-    load_platform_file,
+from deboom.files.folders import replace_text
+from deboom.files.function_table import TABLE_ENDINGS, is_table, read_function_table
+from deboom.files.schema import (
+    Note,
+    StrictModel,
+    dump_toml,
+    has_name,
+    load_toml,
+    load_what_is_right,
+    noting,
+    refuse,
 )
-from deboom.files.strict_toml import has_name
-from deboom.files.platform_tables import (
-    NOISE_TRANSFER,
-    QUANTITY_UNIT,
-    ChannelRow,
-    MountRow,
-    named_channels,
-    read_channel_table,
-    read_mount_table,
-)
-from deboom.files.torque_table import read_torque_table
-from deboom.measurement.channels import Frf, Spectrum
-from deboom.measurement.load_case import LoadCase
+from deboom.files.tables import SAME_LINE, Row, Unit, parse_unit, read_rows, read_torque_table
+from deboom.files.uff import DIRECTIONS, UffFunction, find, read_uff
+from deboom.measurement.channels import Frf, LoadCase, Spectrum
 from deboom.mounts.mount import AXES, Mount
 from deboom.vehicles.fleet import Fleet, Vehicle
 from deboom.vehicles.powertrain import Powertrain
+
+NOISE_TRANSFER = "noise transfer function"
+QUANTITY_UNIT = {"displacement": "m", "force": "N", NOISE_TRANSFER: "Pa/N"}
+"""Quantities of the channel table and their SI units."""
+
+_AXES = ("x", "y", "z")
+_CHANNEL_COLUMNS = ("channel", "quantity", "mount", "piece", "axis", "node", "direction", "unit")
+
+
+@dataclass(frozen=True)
+class MountRow:
+    """Position of one piece of a mount.
+
+    Parameters
+    ----------
+    mount, piece : str
+        Names; the piece of a single one is ``""``.
+    position : (x, y, z)
+        Virtual point in vehicle axes, from the powertrain's centre of gravity [m].
+    """
+
+    mount: str
+    piece: str
+    position: tuple[float, float, float]
+
+
+@dataclass(frozen=True)
+class ChannelRow:
+    """One measured channel and the UFF DoF that holds it.
+
+    Parameters
+    ----------
+    channel : str
+        ``<mount> [<piece>] <axis>``, such as ``Du left x``.
+    quantity : str
+        One of `QUANTITY_UNIT`.
+    mount, piece, axis : str
+        What the name is made of; noise transfer functions have no piece.
+    node : int
+        Response node; of a noise transfer function, the reference node.
+    direction : str
+        ``+x`` … ``-z``, along the axis; a negative one turns the sign of the channel.
+    unit : Unit
+        As the table states it.
+    """
+
+    channel: str
+    quantity: str
+    mount: str
+    piece: str
+    axis: str
+    node: int
+    direction: str
+    unit: Unit
+
+    @property
+    def sign(self) -> float:
+        """−1 for a channel measured against its axis, else +1."""
+        return -1.0 if self.direction.startswith("-") else 1.0
+
+
+def read_mount_table(path: Path, note: Note = refuse) -> tuple[MountRow, ...]:
+    """Read the table ``mount, piece, x [unit], y [unit], z [unit]``.
+
+    Parameters
+    ----------
+    path : Path
+        CSV or xlsx.
+    note : callable
+        Gets every fault; by default the first one is raised. A number at fault is nan.
+
+    Raises
+    ------
+    InputError
+        The file is missing or no table; a column is missing, unknown, or a length without a unit;
+        an entry is no finite number; a piece comes twice.
+    """
+    rows = read_rows(path, ("mount", "piece"), dict.fromkeys(_AXES, "m"), note=note)
+    positions: dict[tuple[str, str], MountRow] = {}
+    for row in rows:
+        with noting(note):
+            key = (row.filled("mount"), row.cells["piece"])
+            if key in positions:
+                raise row.error(f"'{' '.join(key).strip()}' comes twice: keep one")
+            x, y, z = (_coordinate(row, axis, note) for axis in _AXES)
+            positions[key] = MountRow(*key, (x, y, z))
+    return tuple(positions.values())
+
+
+def _coordinate(row: Row, axis: str, note: Note) -> float:
+    try:
+        return row.number(axis)
+    except InputError as error:
+        note(error)
+        return math.nan
+
+
+def write_mount_table(path: Path, rows: Sequence[MountRow]) -> None:
+    """Write the table that `read_mount_table` reads, in metres.
+
+    Raises
+    ------
+    InputError
+        The file cannot be written.
+    """
+    table = pd.DataFrame(
+        [(row.mount, row.piece, *row.position) for row in rows],
+        columns=["mount", "piece", *(f"{axis} [m]" for axis in _AXES)],
+    )
+    replace_text(path, table.to_csv(index=False, lineterminator="\n"))
+
+
+def read_channel_table(path: Path, note: Note = refuse) -> tuple[ChannelRow, ...]:
+    """Read the table ``channel, quantity, mount, piece, axis, node, direction, unit``.
+
+    Parameters
+    ----------
+    path : Path
+        CSV or xlsx.
+    note : callable
+        Gets every fault; by default the first one is raised. A row at fault is left out.
+
+    Raises
+    ------
+    InputError
+        The file is missing or no table; a column is missing or unknown; a channel or a DoF comes
+        twice for one quantity; a unit is missing, unknown or of another quantity; a name, axis or
+        direction does not fit the others.
+    """
+    seen: dict[tuple[str, ...], int] = {}
+    channels = []
+    for row in read_rows(path, _CHANNEL_COLUMNS, {}, note=note):
+        with noting(note):
+            channel = _channel(row)
+            _refuse_doubled(row, channel, seen)
+            channels.append(channel)
+    return tuple(channels)
+
+
+def named_channels(path: Path) -> frozenset[tuple[str, str]]:
+    """Return quantity and name of every row of a channel table, right or wrong."""
+    rows = read_rows(path, _CHANNEL_COLUMNS, {}, note=lambda _error: None)
+    return frozenset((row.cells["quantity"], row.cells["channel"]) for row in rows)
+
+
+def _refuse_doubled(row: Row, channel: ChannelRow, seen: dict[tuple[str, ...], int]) -> None:
+    for key, what in (
+        ((channel.quantity, channel.channel), f"channel '{channel.channel}'"),
+        (
+            (channel.quantity, str(channel.node), channel.direction),
+            f"node {channel.node} {channel.direction}",
+        ),
+    ):
+        if key in seen:
+            raise row.error(
+                f"{channel.quantity} {what} is duplicated, it stands in line {seen[key]} "
+                "already: keep one"
+            )
+        seen[key] = row.line
+
+
+def write_channel_table(path: Path, rows: Sequence[ChannelRow]) -> None:
+    """Write the table that `read_channel_table` reads.
+
+    Raises
+    ------
+    InputError
+        The file cannot be written.
+    """
+    table = pd.DataFrame(
+        [
+            (r.channel, r.quantity, r.mount, r.piece, r.axis, r.node, r.direction, r.unit.label)
+            for r in rows
+        ],
+        columns=list(_CHANNEL_COLUMNS),
+    )
+    replace_text(path, table.to_csv(index=False, lineterminator="\n"))
+
+
+def _channel(row: Row) -> ChannelRow:
+    quantity = row.cells["quantity"]
+    if quantity not in QUANTITY_UNIT:
+        raise row.error(f"unknown quantity '{quantity}', use {', '.join(QUANTITY_UNIT)}")
+    mount, piece, axis = row.filled("mount"), row.cells["piece"], row.cells["axis"]
+    if axis not in _AXES:
+        raise row.error(f"unknown axis '{axis}', use {', '.join(_AXES)}")
+    if quantity == NOISE_TRANSFER and piece:
+        raise row.error(
+            "a noise transfer function is of all pieces together: leave piece empty instead of "
+            f"'{piece}'"
+        )
+    name = " ".join(filter(None, (mount, piece, axis)))
+    if row.cells["channel"] != name:
+        raise row.error(
+            f"channel '{row.cells['channel']}' of mount '{mount}', piece '{piece}', axis '{axis}' "
+            f"must be named '{name}'"
+        )
+    direction = row.cells["direction"]
+    if direction not in (f"+{axis}", f"-{axis}"):
+        wrong = "" if direction in DIRECTIONS.values() else ", which is no direction"
+        raise row.error(
+            f"channel '{name}' has direction '{direction}'{wrong}: use +{axis} or -{axis}"
+        )
+    node = row.number("node")
+    if node != int(node) or node < 1:
+        raise row.error(f"node '{row.cells['node']}' is no whole number from 1")
+    try:
+        unit = parse_unit(row.cells["unit"])
+    except InputError as error:
+        raise InputError(
+            f"{row.path} line {row.line}, {quantity} channel '{name}': {error}"
+        ) from None
+    if unit.si != QUANTITY_UNIT[quantity]:
+        raise row.error(
+            f"{quantity} channel '{name}' is in '{unit.label}', which is no unit of it: use "
+            f"{QUANTITY_UNIT[quantity]} or a multiple"
+        )
+    return ChannelRow(name, quantity, mount, piece, axis, int(node), direction, unit)
+
+
+_FRF = (4,)
+_SPECTRA = (0, 12, 27)
+"""UFF function types that hold complex spectra: general, spectrum, order function."""
+
+
+_Choice = Callable[[ChannelRow], UffFunction]
+
+
+@dataclass(frozen=True, eq=False)
+class Columns:
+    """Channels of one quantity from one file.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    rows : tuple of ChannelRow
+        One per column.
+    functions : tuple of UffFunction
+        The same columns as they were read.
+    """
+
+    path: Path
+    rows: tuple[ChannelRow, ...]
+    functions: tuple[UffFunction, ...]
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Channel names."""
+        return tuple(row.channel for row in self.rows)
+
+    @property
+    def values(self) -> npt.NDArray[np.complex128]:
+        """Values along the positive axes, shape (n_frequency, n_channel), in SI."""
+        signed = [row.sign * f.values for row, f in zip(self.rows, self.functions, strict=True)]
+        return np.stack(signed, axis=-1).astype(np.complex128)
+
+
+def noise_transfer_columns(
+    path: Path,
+    item: str,
+    ear_node: int | None,
+    rows: Sequence[ChannelRow],
+    note: Note = refuse,
+) -> Columns:
+    """Choose the noise transfer functions of a vehicle.
+
+    Parameters
+    ----------
+    path : Path
+        UFF file, or a table (`deboom.files.function_table`).
+    item : str
+        Whose it is, for messages.
+    ear_node : int or None
+        Response node; not asked for in a table.
+    rows : sequence of ChannelRow
+        The paths, in the order wanted.
+    note : callable
+        Gets every path at fault, which is left out; by default the first one is raised.
+
+    Raises
+    ------
+    InputError
+        A path without its function, or with one of another type, unit or quantity; functions of
+        different microphones (response names).
+    """
+    choose = _by_name(path) if is_table(path) else _by_path(path, ear_node)
+    columns = _columns(path, item, rows, choose, _FRF, note)
+    microphones = sorted({function.response_name for function in columns.functions})
+    if len(microphones) > 1:
+        note(
+            InputError(
+                f"{path}: {item}: noise transfer functions of different microphones "
+                f"({', '.join(map(repr, microphones))}) are mixed at node {ear_node}: measure all "
+                "paths with one, or correct the response names"
+            )
+        )
+    return columns
+
+
+def _by_path(path: Path, ear_node: int | None) -> _Choice:
+    functions = read_uff(path)
+
+    def choose(row: ChannelRow) -> UffFunction:
+        return find(
+            functions,
+            response_node=ear_node,
+            response_direction="scalar",
+            reference_node=row.node,
+            reference_direction=row.direction,
+            ordinate="pressure",
+        )
+
+    return choose
+
+
+def operating_columns(
+    path: Path,
+    item: str,
+    order: float | None,
+    rows: Sequence[ChannelRow],
+    note: Note = refuse,
+) -> tuple[Columns, ...]:
+    """Choose the operating spectra of a load case: displacement, then force.
+
+    Parameters
+    ----------
+    path : Path
+        UFF file, or a table (`deboom.files.function_table`).
+    item : str
+        Whose it is, for messages.
+    order : float or None
+        Engine order of the spectra [1]; a UFF file's first ID line ``order <number> …`` must
+        agree, unless None.
+    rows : sequence of ChannelRow
+        The channels of both quantities, each in the order wanted.
+    note : callable
+        Gets every channel at fault, which is left out; by default the first one is raised.
+
+    Raises
+    ------
+    InputError
+        A channel without its function, or with one of another type, unit, quantity or order.
+    """
+    choose = _by_name(path) if is_table(path) else _by_node(path, order)
+    return tuple(
+        _columns(
+            path, item, [row for row in rows if row.quantity == quantity], choose, _SPECTRA, note
+        )
+        for quantity in ("displacement", "force")
+    )
+
+
+def _by_node(path: Path, order: float | None) -> _Choice:
+    functions = read_uff(path)
+
+    def choose(row: ChannelRow) -> UffFunction:
+        function = find(
+            functions,
+            response_node=row.node,
+            response_direction=row.direction,
+            ordinate=row.quantity,
+        )
+        match = re.match(r"order\s+(\d+(?:\.\d+)?)", function.id_lines[0])
+        if match and order is not None and float(match[1]) != order:
+            raise InputError(
+                f"it is of order {match[1]}, but the dominant_order of the engine is {order:g}: "
+                "correct the wrong one"
+            )
+        return function
+
+    return choose
+
+
+def _by_name(path: Path) -> _Choice:
+    """Make functions of the table's columns, at the degrees of freedom of the channel table."""
+    table = read_function_table(path)
+
+    def choose(row: ChannelRow) -> UffFunction:
+        transfer = row.quantity == NOISE_TRANSFER
+        name = row.channel if transfer else f"{row.channel} {row.quantity}"
+        unit, values = table.spectrum(name)
+        ordinate, _, denominator = unit.si.partition("/")
+        return UffFunction(
+            abscissa=table.frequency,
+            values=values,
+            function_type=_FRF[0] if transfer else _SPECTRA[0],
+            response_node=0 if transfer else row.node,
+            response_direction="scalar" if transfer else row.direction,
+            reference_node=row.node if transfer else 0,
+            reference_direction=row.direction if transfer else "scalar",
+            ordinate="pressure" if transfer else row.quantity,
+            ordinate_unit=ordinate,
+            denominator="force" if denominator else "none",
+            denominator_unit=denominator,
+            response_name="ear" if transfer else "",
+            file_unit=unit.label,
+        )
+
+    return choose
+
+
+def common_axis(files: Sequence[Columns], note: Note = refuse) -> npt.NDArray[np.float64]:
+    """Return the frequency lines that all functions share [Hz]; the first function sets them.
+
+    Parameters
+    ----------
+    files : sequence of Columns
+    note : callable
+        Gets the fault of every file; by default the first one is raised.
+
+    Raises
+    ------
+    InputError
+        Axes that differ (both files and the first differing value are named), or no frequency.
+    """
+    there = [columns for columns in files if columns.functions]
+    if not there:
+        return np.zeros(0)
+    first = there[0].functions[0]
+    lines = first.abscissa
+    told: set[Path] = set()
+    for columns in there:
+        try:
+            _check_axis(columns, there[0].path, first)
+        except InputError as error:
+            if columns.path not in told:
+                note(error)
+            told.add(columns.path)
+    return lines
+
+
+def _check_axis(columns: Columns, path: Path, first: UffFunction) -> None:
+    lines = first.abscissa
+    for function in columns.functions:
+        if function.abscissa_quantity != "frequency":
+            raise InputError(
+                f"{columns.path} ({function.dof}): the abscissa is "
+                f"{function.abscissa_quantity}: export it over frequency in Hz"
+            )
+        if not _same(lines, function.abscissa):
+            raise InputError(
+                f"the frequency axes of {path} ({first.dof}) and {columns.path} "
+                f"({function.dof}) differ: {_first_difference(lines, function.abscissa)}; "
+                "measure or export both on the same lines"
+            )
+
+
+def _same(a: npt.NDArray[np.float64], b: npt.NDArray[np.float64]) -> bool:
+    """Tell whether lines are the same, but for the digits that a file keeps."""
+    return a.size == b.size and not _differing(a, b).size
+
+
+def _differing(a: npt.NDArray[np.float64], b: npt.NDArray[np.float64]) -> npt.NDArray[np.intp]:
+    return np.flatnonzero(np.abs(a - b) > SAME_LINE * np.diff(a).min())
+
+
+def _first_difference(a: npt.NDArray[np.float64], b: npt.NDArray[np.float64]) -> str:
+    n = min(a.size, b.size)
+    different = _differing(a[:n], b[:n])
+    if not different.size:
+        return f"{a.size} and {b.size} lines"
+    i = int(different[0])
+    return f"line {i + 1} is {a[i]:.9g} Hz and {b[i]:.9g} Hz"
+
+
+def _columns(
+    path: Path,
+    item: str,
+    rows: Sequence[ChannelRow],
+    choose: _Choice,
+    types: tuple[int, ...],
+    note: Note,
+) -> Columns:
+    found: dict[ChannelRow, UffFunction] = {}
+    for row in rows:
+        try:
+            function = choose(row)
+            _check(function, row, types)
+        except InputError as error:
+            what = f"{item}, {row.quantity} of '{row.channel}'"
+            note(InputError(f"{path}: {what}: {error}"))
+        else:
+            found[row] = function
+    return Columns(path, tuple(found), tuple(found.values()))
+
+
+def _check(function: UffFunction, row: ChannelRow, types: tuple[int, ...]) -> None:
+    if function.function_type not in types:
+        known = " or ".join(map(str, types))
+        raise InputError(f"UFF function type {function.function_type}: export it as type {known}")
+    if not np.iscomplexobj(function.values):
+        raise InputError("its values are real: export real and imaginary part, phase is needed")
+    if not function.ordinate_unit:
+        raise InputError(
+            "it has no unit: write a unit label or a data set 164 into the file (the channel table "
+            f"says '{row.unit.label}')"
+        )
+    if function.unit != QUANTITY_UNIT[row.quantity]:
+        raise InputError(f"it is in '{function.unit}': export it in {QUANTITY_UNIT[row.quantity]}")
+    if not np.isclose(parse_unit(function.file_unit).factor, row.unit.factor, rtol=1e-9, atol=0):
+        raise InputError(
+            f"it is in '{function.file_unit}', but the channel table says '{row.unit.label}': "
+            "correct the wrong one"
+        )
+
+
+def _plain_name(name: str) -> str:
+    if not name or any(character.isspace() for character in name):
+        raise ValueError("a name needs at least one character and no blanks")
+    return name
+
+
+def _inside(name: str) -> str:
+    path = PurePosixPath(name)
+    if not name or path.is_absolute() or ".." in path.parts or "\\" in name or ":" in name:
+        raise ValueError("a file is named relative to the platform folder, with / and without ..")
+    return name
+
+
+def _symmetric_positive(rows: Matrix3) -> Matrix3:
+    matrix = np.array(rows)
+    if not np.array_equal(matrix, matrix.T) or np.any(np.linalg.eigvalsh(matrix) <= 0):
+        raise ValueError("an inertia tensor is symmetric and positive definite")
+    return rows
+
+
+Name = Annotated[str, AfterValidator(_plain_name)]
+RelativePath = Annotated[str, AfterValidator(_inside)]
+Positive = Annotated[float, Field(gt=0)]
+NotNegative = Annotated[float, Field(ge=0)]
+# TOML has arrays only, no tuples: the container is converted, its items stay strict
+Row3 = Annotated[tuple[float, float, float], Field(strict=False)]
+Matrix3 = Annotated[tuple[Row3, Row3, Row3], Field(strict=False)]
+
+
+class Engine(StrictModel):
+    """The engine and its gearbox."""
+
+    cylinders: Annotated[int, Field(ge=1)]
+    """Number of cylinders."""
+    dominant_order: Positive
+    """Engine order of the operating spectra [cycles per revolution]."""
+    total_ratios: Annotated[tuple[Positive, ...], Field(strict=False, min_length=1)]
+    """Engine speed over wheel speed, gear 1 first [1]."""
+
+
+class PowertrainEntry(StrictModel):
+    """Nominal rigid-body data from the data sheet, with tolerances."""
+
+    mass_kg: Positive
+    """Mass [kg]."""
+    mass_tolerance_kg: NotNegative
+    """Half width [kg]."""
+    inertia_kg_m2: Annotated[Matrix3, AfterValidator(_symmetric_positive)]
+    """Matrix entries about the centre of gravity, vehicle axes [kg m²]."""
+    inertia_tolerance: NotNegative
+    """Half width relative to the diagonal [1]."""
+    centre_of_gravity_tolerance_m: NotNegative
+    """Half width per axis [m]."""
+
+
+class MountEntry(StrictModel):
+    """One mount."""
+
+    name: Name
+    """Short, such as ``TSM``."""
+    description: str
+    """In words, for the report."""
+    pieces: Annotated[tuple[Name, ...], Field(strict=False, min_length=2)] | None = None
+    """Pieces that share the part number; left out for a single piece."""
+    transfer_axes: Annotated[tuple[Literal["x", "y", "z"], ...], Field(strict=False)]
+    """Axes whose force reaches the cabin."""
+    body_mass_kg: Positive | None = None
+    """Mass of the body on each piece where that is not the powertrain, from the data sheet [kg]."""
+    body_mass_tolerance_kg: NotNegative | None = Field(default=None, validate_default=True)
+    """Half width [kg]; stated with the mass."""
+
+    @field_validator("body_mass_tolerance_kg")
+    @classmethod
+    def _mass_and_tolerance(cls, tolerance: float | None, others: ValidationInfo) -> float | None:
+        mass = others.data.get("body_mass_kg")
+        if mass is None and tolerance is not None:
+            raise ValueError("a tolerance needs the key 'body_mass_kg' beside it")
+        if mass is not None and (tolerance is None or tolerance >= mass):
+            raise ValueError("a body mass needs a tolerance below it; state 0.0 for a weighed one")
+        return tolerance
+
+    @property
+    def piece_names(self) -> tuple[str, ...]:
+        """Names of the pieces; ``("",)`` for a single one."""
+        return self.pieces or ("",)
+
+
+class VehicleEntry(StrictModel):
+    """One vehicle and the file of its noise transfer functions."""
+
+    name: Name
+    """Such as ``U06-1``."""
+    group: Name
+    """Vehicles of one body, such as ``U06``."""
+    noise_transfer: RelativePath
+    """UFF file, or a table: CSV, xlsx or MATLAB's mat."""
+    ear_node: Annotated[int, Field(ge=1)] | None = Field(default=None, validate_default=True)
+    """Response node of the driver's ear in a UFF file; a table has none."""
+
+    @field_validator("ear_node")
+    @classmethod
+    def _node_of_a_uff_file(cls, node: int | None, others: ValidationInfo) -> int | None:
+        name = others.data.get("noise_transfer", "")
+        if node is None and PurePosixPath(name).suffix.lower() not in ("", *TABLE_ENDINGS):
+            raise ValueError("a UFF file needs the response node of the driver's ear: add it")
+        return node
+
+
+class LoadCaseEntry(StrictModel):
+    """One run and the file of its operating spectra."""
+
+    name: Name
+    """Short key, such as ``g5_wot220``."""
+    title: str
+    """In words, for the report."""
+    gear: Annotated[int, Field(ge=1)]
+    """Gear of the run."""
+    torque_limit_nm: Positive
+    """Engine torque limit [N m]."""
+    operating: RelativePath
+    """UFF file, or a table: CSV, xlsx or MATLAB's mat."""
+    torque_table: RelativePath | None = None
+    """CSV or xlsx with the engine torque at every line; left out where it was not recorded."""
+
+
+class PlatformFile(StrictModel):
+    """The whole file ``platform.toml``."""
+
+    format: Literal[1]
+    """Version of this format."""
+    name: Name
+    """Short key of the platform."""
+    title: str
+    """What a reader calls it."""
+    description: str
+    """A paragraph for the report."""
+    mount_table: RelativePath
+    """CSV or xlsx with the positions of the mounts."""
+    channel_table: RelativePath
+    """CSV or xlsx that says which UFF node and direction is which channel."""
+    default_load_case: Name
+    """Name of the load case that is meant when none is asked for."""
+    engine: Engine
+    """Engine and gearbox."""
+    powertrain: PowertrainEntry
+    """Nominal rigid-body data."""
+    mounts: Annotated[tuple[MountEntry, ...], Field(strict=False, min_length=1)]
+    """In the order of the design variables."""
+    vehicles: Annotated[tuple[VehicleEntry, ...], Field(strict=False, min_length=1)]
+    """In the order of the report."""
+    load_cases: Annotated[tuple[LoadCaseEntry, ...], Field(strict=False, min_length=1)]
+    """In the order of the report."""
+
+
+def load_platform_file(path: Path) -> PlatformFile:
+    """Read and check ``platform.toml``.
+
+    Parameters
+    ----------
+    path : Path
+        The TOML file.
+
+    Returns
+    -------
+    PlatformFile
+        Every key checked for its name, type and range.
+
+    Raises
+    ------
+    InputError
+        The file is missing or is not TOML; a key is unknown, missing, mistyped or out of range; two
+        items share a name; a gear has no ratio; the default load case does not exist.
+    """
+    platform = load_toml(path, PlatformFile)
+    _check_names(path, platform)
+    return platform
+
+
+def load_right_platform_file(path: Path, note: Note) -> PlatformFile:
+    """Read ``platform.toml``, tell all its faults, and return what is right of it.
+
+    Raises
+    ------
+    InputError
+        The file is missing or is not TOML; see also
+        `deboom.files.schema.load_what_is_right`.
+    """
+    platform = load_what_is_right(path, PlatformFile, note)
+    _check_names(path, platform, note)
+    return platform
+
+
+def dump_platform_file(path: Path, platform: PlatformFile) -> None:
+    """Write ``platform.toml``; what is written is read back and compared first.
+
+    Raises
+    ------
+    InputError
+        The content would be refused on reading, or the file cannot be written.
+    """
+    _check_names(path, platform)
+    dump_toml(path, platform)
+
+
+def _check_names(path: Path, platform: PlatformFile, note: Note = refuse) -> None:
+    """Compare the entries with each other; keys at fault, which may be missing, are passed over."""
+    named: list[tuple[str, list[str]]] = [
+        ("[[mounts]]", [mount.name for mount in platform.mounts]),
+        ("[[vehicles]]", [vehicle.name for vehicle in platform.vehicles]),
+        ("[[load_cases]]", [case.name for case in platform.load_cases]),
+    ]
+    for mount in platform.mounts:
+        named.append((f"pieces of mount {mount.name}", list(mount.piece_names)))
+        axes = list(getattr(mount, "transfer_axes", ()))
+        named.append((f"transfer_axes of mount {mount.name}", axes))
+    for section, names in named:
+        doubled = next((name for name in names if names.count(name) > 1), None)
+        if doubled is not None:
+            note(InputError(f"{path}: two {section} are named '{doubled}': keep or rename one"))
+    ratios = getattr(getattr(platform, "engine", None), "total_ratios", None)
+    for case in platform.load_cases:
+        if ratios is not None and getattr(case, "gear", 0) > len(ratios):
+            note(
+                InputError(
+                    f"{path}: load case '{case.name}' is in gear {case.gear}, but total_ratios in "
+                    f"[engine] has {len(ratios)} gears: add the ratio"
+                )
+            )
+    known = [case.name for case in platform.load_cases]
+    default = getattr(platform, "default_load_case", None)
+    if default is not None and default not in known:
+        note(
+            InputError(
+                f"{path}: default_load_case '{default}' is not among the load cases "
+                f"{', '.join(known)}: name one of them"
+            )
+        )
+
+
+def mounts_of(
+    path: Path,
+    entries: Sequence[MountEntry],
+    table: Path,
+    rows: Sequence[MountRow],
+    note: Note = refuse,
+) -> tuple[Mount, ...]:
+    """Put mounts and positions together.
+
+    Parameters
+    ----------
+    path : Path
+        File of the entries, for messages.
+    entries : sequence of MountEntry
+        In the order of the result.
+    table : Path
+        File of the rows, for messages.
+    rows : sequence of MountRow
+        One per mount and piece, in any order.
+    note : callable
+        Gets every fault; by default the first one is raised. A position at fault is nan.
+
+    Raises
+    ------
+    InputError
+        A row without its mount, a mount or piece without its row.
+    """
+    known = {(entry.name, piece) for entry in entries for piece in entry.piece_names}
+    positions = {(row.mount, row.piece): row.position for row in rows}
+    for key in positions:
+        if key not in known:
+            note(
+                InputError(
+                    f"{table}: mount '{key[0]}', piece '{key[1]}' is not in {path}: "
+                    "correct its name or add it there"
+                )
+            )
+
+    def position(entry: MountEntry, piece: str) -> tuple[float, float, float]:
+        if (entry.name, piece) not in positions:
+            note(
+                InputError(
+                    f"{table}: no row for mount '{entry.name}', piece '{piece}': add its position"
+                )
+            )
+        return positions.get((entry.name, piece), (math.nan,) * 3)
+
+    return tuple(
+        Mount(
+            name=entry.name,
+            description=entry.description,
+            pieces=entry.piece_names,
+            positions=tuple(position(entry, piece) for piece in entry.piece_names),
+            transfer_axes=entry.transfer_axes,
+            body_mass=entry.body_mass_kg,
+            body_mass_tolerance=entry.body_mass_tolerance_kg or 0.0,
+        )
+        for entry in entries
+    )
+
 
 PLATFORM_FILE = "platform.toml"
 _OF_A_MOUNT = ("name", "description", "transfer_axes", "body_mass_kg", "body_mass_tolerance_kg")
@@ -159,7 +958,7 @@ def read_contents(folder: Path, file: PlatformFile, note: Note = refuse) -> Cont
     folder : Path
         Holds them.
     file : PlatformFile
-        Keys at fault are absent, see `deboom.files.platform_file.load_right_platform_file`.
+        Keys at fault are absent, see `deboom.files.platform.load_right_platform_file`.
     note : callable
         Gets every fault; by default the first one is raised.
     """

@@ -1,9 +1,4 @@
-"""Run folders: the only place that studies write to.
-
-``<out>/<study>/<run>.unfinished/`` exists from the start of a run and is renamed to
-``<out>/<study>/<run>/`` at its end, so a folder without the suffix is always complete. Both hold
-``run.json`` from their first moment: what was asked for, and in a finished run what was used.
-"""
+"""Run folders: the only place that studies write to; their list, and who works in them."""
 
 from __future__ import annotations
 
@@ -15,18 +10,20 @@ import re
 import secrets
 import shutil
 import subprocess
-from collections.abc import Iterable, Mapping, Sequence
+import sys
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from importlib import metadata
 from pathlib import Path, PurePosixPath
-from typing import Any
+from typing import Any, BinaryIO
 
 import numpy as np
 import pandas as pd
 
 from deboom.errors import InputError
-from deboom.files.atomic import replace_bytes
+from deboom.files.folders import replace_bytes
 
 UNFINISHED = ".unfinished"
 RECORD = "run.json"
@@ -279,3 +276,221 @@ def _git_state(file: Path) -> dict[str, Any] | None:
         return {"revision": git("rev-parse", "HEAD"), "dirty": bool(git("status", "--porcelain"))}
     except (OSError, subprocess.SubprocessError):
         return None
+
+
+LOCK = ".lock"
+
+if sys.platform == "win32":
+    import msvcrt
+
+    def _take(file: BinaryIO) -> None:
+        msvcrt.locking(file.fileno(), msvcrt.LK_NBLCK, 1)
+else:
+    import fcntl
+
+    def _take(file: BinaryIO) -> None:
+        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+
+
+@contextmanager
+def held(folder: Path) -> Iterator[None]:
+    """Hold a run folder; when the work is done the lock's file goes as well.
+
+    Raises
+    ------
+    InputError
+        Another process holds it.
+    """
+    path = folder / LOCK
+    with path.open("ab") as file:
+        try:
+            _take(file)
+        except OSError:
+            raise InputError(
+                f"{folder} is being worked on by another process: wait for it or end it"
+            ) from None
+        yield
+    path.unlink(missing_ok=True)
+
+
+def is_held(folder: Path) -> bool:
+    """Return whether a process works in a run folder now."""
+    try:
+        file = (folder / LOCK).open("rb+")
+    except FileNotFoundError:
+        return False
+    with file:
+        try:
+            _take(file)
+        except OSError:
+            return True
+    return False
+
+
+@dataclass(frozen=True, eq=False)
+class RunEntry:
+    """A run as it stands on disk.
+
+    Parameters
+    ----------
+    folder : Path
+        ``<out>/<study>/<run>`` or ``<out>/<study>/<run>.unfinished``.
+    record : dict
+        Its ``run.json``.
+    """
+
+    folder: Path
+    record: dict[str, Any]
+
+    @property
+    def study(self) -> str:
+        """Name of the study."""
+        return self.folder.parent.name
+
+    @property
+    def name(self) -> str:
+        """Name of the run, without the mark of an unfinished one."""
+        return self.folder.name.removesuffix(UNFINISHED)
+
+    @property
+    def finished(self) -> bool:
+        """Whether the folder is complete."""
+        return not self.folder.name.endswith(UNFINISHED)
+
+    @property
+    def state(self) -> str:
+        """Return ``finished``, ``running`` (a process works on it) or ``unfinished``."""
+        if self.finished:
+            return "finished"
+        return "running" if is_held(self.folder) else "unfinished"
+
+    def run(self) -> Run:
+        """Return the run, to be gone on with.
+
+        Folders that a killed process left half written are taken away.
+        """
+        for scratch in self.folder.rglob(".write-*"):
+            for file in scratch.iterdir():
+                file.unlink()
+            scratch.rmdir()
+        return Run(self.folder, self.record["seed"], created=())
+
+
+def list_runs(results: Path) -> tuple[RunEntry, ...]:
+    """Return all runs of a results folder, by study and time.
+
+    Raises
+    ------
+    InputError
+        There is no such folder, or a run's record is damaged.
+    """
+    entries, damaged = readable_runs(results)
+    if damaged:
+        raise damaged[0]
+    return entries
+
+
+def readable_runs(results: Path) -> tuple[tuple[RunEntry, ...], tuple[InputError, ...]]:
+    """Return all runs whose record can be read, and what is wrong with the others.
+
+    Raises
+    ------
+    InputError
+        There is no such folder.
+    """
+    if not results.is_dir():
+        raise InputError(f"{results}: there is no such folder; `deboom run` makes it")
+    entries, damaged = [], []
+    for path in filter(_shown, sorted(results.glob(f"*/*/{RECORD}"))):
+        try:
+            entries.append(RunEntry(path.parent, _read(path)))
+        except InputError as error:
+            damaged.append(error)
+    return tuple(entries), tuple(damaged)
+
+
+def read_run(folder: Path) -> RunEntry:
+    """Return the run of a folder, or of a page or file in it.
+
+    Raises
+    ------
+    InputError
+        The folder holds no run, or its record is damaged.
+    """
+    for place in (folder, folder.parent):
+        if (place / RECORD).is_file():
+            return RunEntry(place, _read(place / RECORD))
+    raise InputError(f"{folder} is no run folder: it has no {RECORD}; `deboom list` shows all runs")
+
+
+def check_files(entry: RunEntry) -> None:
+    """Refuse a run whose files are not those that it wrote.
+
+    Raises
+    ------
+    InputError
+        A run that is not finished, one without hashes of its files, a file that is missing or
+        that has been edited: names it.
+    """
+    if not entry.finished:
+        raise InputError(f"run {entry.folder} is not finished: go on with it by --resume")
+    hashes = entry.record.get("files_sha256")
+    if not hashes:
+        raise InputError(
+            f"run {entry.folder} has no hashes of its files, an older deboom wrote it: run the "
+            "study again"
+        )
+    for name, wanted in hashes.items():
+        path = entry.folder / name
+        if not path.is_file():
+            raise InputError(f"{path} is missing from its run: bring it back or run again")
+        if hash_files([path], relative_to=entry.folder)[name] != wanted:
+            raise InputError(
+                f"{path} has been edited since its run wrote it: bring it back or run again"
+            )
+
+
+def find_run(out: Path, study: str, wanted: str) -> RunEntry:
+    """Return a run of a study by its name or folder.
+
+    Parameters
+    ----------
+    out : Path
+        Folder of all results.
+    study : str
+        Name of the study.
+    wanted : str
+        Name of the run or path of its folder, with or without the mark of an unfinished one. A
+        run that has finished in the meantime is found as well.
+
+    Raises
+    ------
+    InputError
+        No such run, a run of another study, or a damaged record.
+    """
+    plain = wanted.rstrip("/\\").removesuffix(UNFINISHED)
+    candidates = [
+        Path(f"{place}{suffix}")
+        for place in (plain, out / study / plain)
+        for suffix in ("", UNFINISHED)
+    ]
+    for folder in candidates:
+        if (folder / RECORD).is_file():
+            entry = RunEntry(folder, _read(folder / RECORD))
+            if entry.record.get("study") != study:
+                raise InputError(
+                    f"run {wanted} belongs to the study {entry.record.get('study')}, not to {study}"
+                )
+            return entry
+    raise InputError(f"run {wanted}: there is none in {out / study}; `deboom list {out}` shows all")
+
+
+def _shown(record: Path) -> bool:
+    return not record.parent.name.startswith(".")
+
+
+def _read(path: Path) -> dict[str, Any]:
+    try:
+        return dict(json.loads(path.read_text(encoding="utf-8")))
+    except (OSError, ValueError) as error:
+        raise InputError(f"{path} cannot be read ({error}): it is damaged") from None

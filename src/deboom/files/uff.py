@@ -1,18 +1,4 @@
-"""The door to Universal File Format (UFF): the only module that imports pyuff, behind a guard.
-
-What pyuff 2.5.8 does and what the guard does about it:
-
-- mode ``overwrite`` doubles the ``-1`` between sets and destroys the first binary set: only ``add``
-  to a fresh file is used, and the finished file replaces the old one in one step;
-- every ``add`` reads the whole file again, so time grows with the square of the number of sets:
-  each set is written to its own scratch file and appended, so time grows linearly;
-- a name over 10 characters shifts its record, and node and direction read back as 0: refused;
-- NaN and inf become 0 and 1.8e308: a ``UffFunction`` cannot hold them;
-- unit fields and set 164 are optional: always written, and SI is insisted on;
-- start and step of the abscissa (or each uneven abscissa) keep 6 digits: see `AxisDriftWarning`;
-- binary complex sets announce half of their bytes: corrected in the set's header;
-- a set without its end, or with fewer values than announced, is read without complaint: refused.
-"""
+"""The door to Universal File Format (UFF): the only module that imports pyuff, behind a guard."""
 
 from __future__ import annotations
 
@@ -22,15 +8,457 @@ import re
 import tempfile
 import warnings
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pyuff
 
+from deboom.arrays import ComplexArray, RealArray
 from deboom.errors import InputError
-from deboom.files.uff_function import UffFunction, find
-from deboom.files.uff_set58 import DIRECTION_CODE, AxisDriftWarning, function_of, set_58
+from deboom.files.tables import Unit, parse_unit
+
+DIRECTIONS: dict[int, str] = {0: "scalar"} | {
+    sign * (axis + 1): f"{'+' if sign > 0 else '-'}{name}"
+    for axis, name in enumerate(("x", "y", "z", "rx", "ry", "rz"))
+    for sign in (1, -1)
+}
+"""UFF direction codes and their words, ``+x`` … ``-rz``; 0 is ``scalar``."""
+
+
+@dataclass(frozen=True, eq=False)
+class UffFunction:
+    """One function at a nodal DoF: UFF data set 58, in SI.
+
+    Parameters
+    ----------
+    abscissa : array, shape (n,)
+        Increasing, n ≥ 2 [Hz] or [s].
+    values : array, shape (n,)
+        Real or complex, finite [ordinate_unit, over denominator_unit where there is one].
+    function_type : int
+        UFF code: 0 general, 1 time, 2 auto spectrum, 3 cross spectrum, 4 frequency response,
+        6 coherence, 9 power spectral density.
+    response_node, reference_node : int
+        Node numbers; 0 is none.
+    response_direction, reference_direction : str
+        ``+x -x +y … +rz -rz``, or ``scalar`` for none.
+    ordinate, denominator : str
+        Quantity in a word: ``displacement``, ``velocity``, ``acceleration``, ``force``,
+        ``pressure``, ``general``, ``unknown``, …; the denominator may be ``none``.
+    ordinate_unit, denominator_unit : str
+        SI label, such as ``m``, ``N``, ``Pa``. A function that was read keeps the file's own label
+        where deboom does not know it, and has ``""`` where the file states no unit.
+    id_lines : sequence of str
+        Up to five lines of text; filled up to five.
+    response_name, reference_name : str
+        Entity names, at most 10 characters.
+    abscissa_quantity : str
+        ``frequency``, ``time``, …; left out, it is ``time`` for function type 1 and ``frequency``
+        for the others.
+    file_unit : str
+        The unit label as it stood in the file, such as ``mm`` or ``Pa/N``; ``""`` for a function
+        that was not read, or whose file states none.
+
+    Raises
+    ------
+    InputError
+        Arrays of different lengths, an abscissa that does not increase, a value that is not finite
+        (node, direction and line are named), an unknown direction, more than five ID lines.
+    """
+
+    abscissa: RealArray = field(repr=False)
+    values: RealArray | ComplexArray = field(repr=False)
+    function_type: int
+    response_node: int
+    response_direction: str
+    reference_node: int
+    reference_direction: str
+    ordinate: str
+    ordinate_unit: str
+    denominator: str
+    denominator_unit: str
+    id_lines: tuple[str, ...] = ()
+    response_name: str = ""
+    reference_name: str = ""
+    abscissa_quantity: str = ""
+    file_unit: str = ""
+
+    def __post_init__(self) -> None:
+        for direction in (self.response_direction, self.reference_direction):
+            if direction not in DIRECTIONS.values():
+                raise InputError(
+                    f"unknown direction {direction!r}: use one of {', '.join(DIRECTIONS.values())}"
+                )
+        if len(self.id_lines) > 5:
+            raise InputError(f"{self.dof}: {len(self.id_lines)} ID lines, a function has five")
+        abscissa = np.array(self.abscissa, dtype=np.float64)
+        is_complex = np.iscomplexobj(self.values)
+        values = np.array(self.values, dtype=np.complex128 if is_complex else np.float64)
+        if abscissa.ndim != 1 or abscissa.shape != values.shape or abscissa.size < 2:
+            raise InputError(
+                f"{self.dof}: abscissa and values need one equal length of at least 2, they have "
+                f"shapes {abscissa.shape} and {values.shape}"
+            )
+        for array, what in ((abscissa, "abscissa"), (values, "value")):
+            bad = np.flatnonzero(~np.isfinite(array))
+            if bad.size:
+                raise InputError(
+                    f"{self.dof}: the {what} of line {bad[0] + 1} is {array[bad[0]]}; measure or "
+                    "export it again, deboom does not fill gaps"
+                )
+        falling = np.flatnonzero(np.diff(abscissa) <= 0)
+        if falling.size:
+            raise InputError(
+                f"{self.dof}: the abscissa does not increase after line {falling[0] + 1} "
+                f"({abscissa[falling[0]]:g}, then {abscissa[falling[0] + 1]:g})"
+            )
+        for array in (abscissa, values):
+            array.setflags(write=False)
+        object.__setattr__(self, "abscissa", abscissa)
+        object.__setattr__(self, "values", values)
+        object.__setattr__(self, "id_lines", (*self.id_lines, *[""] * (5 - len(self.id_lines))))
+        if not self.abscissa_quantity:
+            quantity = "time" if self.function_type == 1 else "frequency"
+            object.__setattr__(self, "abscissa_quantity", quantity)
+
+    @property
+    def dof(self) -> str:
+        """Response and reference in words, for messages."""
+        text = f"node {self.response_node} {self.response_direction} {self.ordinate}"
+        if self.reference_node or self.reference_direction != "scalar":
+            text += f", reference node {self.reference_node} {self.reference_direction}"
+        return text
+
+    @property
+    def unit(self) -> str:
+        """SI unit of the values, such as ``m`` or ``Pa/N``."""
+        return "/".join(filter(None, (self.ordinate_unit, self.denominator_unit)))
+
+
+def find(
+    functions: Sequence[UffFunction],
+    *,
+    response_node: int | None = None,
+    response_direction: str | None = None,
+    reference_node: int | None = None,
+    reference_direction: str | None = None,
+    ordinate: str | None = None,
+) -> UffFunction:
+    """Return the one function of a DoF; what is left out is not asked for.
+
+    Parameters
+    ----------
+    functions : sequence of UffFunction
+        Such as ``read_uff`` returns.
+    response_node, reference_node : int, optional
+        Node numbers.
+    response_direction, reference_direction : str, optional
+        ``+x`` … ``-rz`` or ``scalar``.
+    ordinate : str, optional
+        Quantity in a word, such as ``force``.
+
+    Raises
+    ------
+    InputError
+        No function of this DoF, or more than one: the order in the file never decides.
+    """
+    asked = {
+        "response_node": response_node,
+        "response_direction": response_direction,
+        "reference_node": reference_node,
+        "reference_direction": reference_direction,
+        "ordinate": ordinate,
+    }
+    asked = {name: value for name, value in asked.items() if value is not None}
+    found = [f for f in functions if all(getattr(f, name) == v for name, v in asked.items())]
+    if len(found) == 1:
+        return found[0]
+    wish = ", ".join(f"{name.replace('_', ' ')} {value}" for name, value in asked.items())
+    if found:
+        raise InputError(f"{len(found)} functions have {wish or 'no condition'}: keep one of them")
+    there = sorted({f.dof for f in functions})
+    more = f" and {len(there) - 3} more" if len(there) > 3 else ""
+    raise InputError(
+        f"no function has {wish}: export it or correct the DoF; there are "
+        f"{'; '.join(there[:3])}{more}"
+    )
+
+
+LARGEST_LINE_ERROR = 0.05
+"""Largest error of a stored abscissa, in line spacings, of anything but time [1]."""
+LARGEST_PHASE_ERROR = 1.0
+"""Largest phase error at 140 Hz, the top of booming noise, of a stored time axis [deg]."""
+
+_QUANTITY = {
+    0: "unknown",
+    1: "general",
+    2: "stress",
+    3: "strain",
+    5: "temperature",
+    6: "heat flux",
+    8: "displacement",
+    9: "force",
+    11: "velocity",
+    12: "acceleration",
+    13: "force",
+    15: "pressure",
+    16: "mass",
+    17: "time",
+    18: "frequency",
+    19: "rpm",
+    20: "order",
+}
+_QUANTITY_CODE = {word: code for code, word in _QUANTITY.items()} | {"none": 0}
+DIRECTION_CODE = {word: code for code, word in DIRECTIONS.items()}
+# SI unit along a translation (or scalar) and about a rotation, and the exponents of length and
+# force in both cases, from the table "Unit Exponents" of data set 58
+_SI = {
+    "displacement": (("m", 1, 0), ("rad", 0, 0)),
+    "velocity": (("m/s", 1, 0), ("rad/s", 0, 0)),
+    "acceleration": (("m/s^2", 1, 0), ("rad/s^2", 0, 0)),
+    "force": (("N", 0, 1), ("N m", 1, 1)),
+    "pressure": (("Pa", -2, 1), ("Pa", -2, 1)),
+    "mass": (("kg", -1, 1), ("kg", -1, 1)),
+}
+_AXIS_UNIT = {"frequency": "Hz", "time": "s", "rpm": "rpm", "order": "1"}
+_WRITABLE_TYPES = (0, 1, 2, 3, 4, 6, 9)
+
+
+class AxisDriftWarning(UserWarning):
+    """The abscissa of a UFF file differs from the one given, within the allowed bound."""
+
+
+def set_58(function: UffFunction, binary: bool) -> dict[str, Any]:
+    """Return the dictionary that pyuff writes for a function.
+
+    Raises
+    ------
+    InputError
+        Anything that would not read back as it was given; see `deboom.files.uff.write_uff`.
+    """
+    if function.function_type not in _WRITABLE_TYPES:
+        raise InputError(
+            f"{function.dof}: function type {function.function_type} cannot be written, only "
+            f"{', '.join(map(str, _WRITABLE_TYPES))}"
+        )
+    for node in (function.response_node, function.reference_node):
+        if not 0 <= node < 2**31:
+            raise InputError(f"{function.dof}: node {node} is not between 0 and {2**31 - 1}")
+    even = _is_even(function.abscissa)
+    if binary and not even:
+        raise InputError(
+            f"{function.dof}: an uneven abscissa cannot be written in binary; write ASCII"
+        )
+    _check_drift(function, even)
+    has_denominator = function.denominator != "none"
+    return {
+        "type": 58,
+        "binary": int(binary),
+        **{f"id{i}": _text(function, line, 80) for i, line in enumerate(function.id_lines, 1)},
+        "func_type": function.function_type,
+        "rsp_ent_name": _text(function, function.response_name, 10),
+        "rsp_node": function.response_node,
+        "rsp_dir": DIRECTION_CODE[function.response_direction],
+        "ref_ent_name": _text(function, function.reference_name, 10),
+        "ref_node": function.reference_node,
+        "ref_dir": DIRECTION_CODE[function.reference_direction],
+        "abscissa_spacing": int(even),
+        "abscissa_spec_data_type": _quantity_code(function, function.abscissa_quantity),
+        "abscissa_axis_lab": function.abscissa_quantity,
+        "abscissa_axis_units_lab": _AXIS_UNIT.get(function.abscissa_quantity, "1"),
+        "ordinate_spec_data_type": _quantity_code(function, function.ordinate),
+        "ordinate_axis_lab": function.ordinate,
+        "ordinate_axis_units_lab": _si_label(
+            function, function.ordinate, function.ordinate_unit, function.response_direction
+        ),
+        "orddenom_spec_data_type": _quantity_code(function, function.denominator),
+        "orddenom_axis_lab": function.denominator if has_denominator else "NONE",
+        "orddenom_axis_units_lab": _si_label(
+            function, function.denominator, function.denominator_unit, function.reference_direction
+        ),
+        "data": function.values,
+        "x": _even_axis(function.abscissa) if even else function.abscissa,
+    }
+
+
+def _text(function: UffFunction, text: str, width: int) -> str:
+    if len(text) > width or not text.isascii() or (text and not text.isprintable()):
+        raise InputError(
+            f"{function.dof}: {text!r} does not fit its field of {width} plain ASCII characters; "
+            "shorten it"
+        )
+    if text != text.strip() or text == "NONE":
+        raise InputError(
+            f"{function.dof}: {text!r} would not read back: no blanks at its ends, and not 'NONE'"
+        )
+    return text or "NONE"
+
+
+def _quantity_code(function: UffFunction, quantity: str) -> int:
+    if quantity not in _QUANTITY_CODE:
+        raise InputError(
+            f"{function.dof}: unknown quantity {quantity!r}, use one of "
+            f"{', '.join(sorted(_QUANTITY_CODE))}"
+        )
+    return _QUANTITY_CODE[quantity]
+
+
+def _si_label(function: UffFunction, quantity: str, unit: str, direction: str) -> str:
+    if quantity == "none":
+        if unit:
+            raise InputError(f"{function.dof}: unit {unit!r} of a denominator that is 'none'")
+        return "NONE"
+    if quantity in _SI:
+        expected = _SI[quantity]["r" in direction.removeprefix("scalar")][0]
+        if unit != expected:
+            raise InputError(
+                f"{function.dof}: {quantity} is in {unit or 'no unit'}; convert it to {expected}"
+            )
+    elif not unit:
+        raise InputError(f"{function.dof}: {quantity} has no unit; write '1' for a plain number")
+    return _text(function, unit, 20)
+
+
+def _even_axis(abscissa: RealArray) -> RealArray:
+    step = (abscissa[-1] - abscissa[0]) / (abscissa.size - 1)
+    return np.asarray(abscissa[0] + step * np.arange(abscissa.size), dtype=np.float64)
+
+
+def _is_even(abscissa: RealArray) -> bool:
+    step = (abscissa[-1] - abscissa[0]) / (abscissa.size - 1)
+    return bool(np.max(np.abs(abscissa - _even_axis(abscissa))) <= 1e-6 * step)
+
+
+def _check_drift(function: UffFunction, even: bool) -> None:
+    given = function.abscissa
+    if even:
+        start, step = (_six_digits(x) for x in (given[0], _even_axis(given)[1] - given[0]))
+        stored = start + step * np.arange(given.size)
+    else:
+        stored = np.array([_six_digits(x) for x in given])
+    drift = float(np.max(np.abs(stored - given)))
+    spacing = float(np.min(np.diff(given)))
+    if drift <= 1e-6 * spacing:
+        return
+    if function.abscissa_quantity == "time":
+        error, bound = 360.0 * 140.0 * drift, LARGEST_PHASE_ERROR
+        words = f"{drift:.3g} s, {error:.3g} deg at 140 Hz (bound {bound:g} deg)"
+    else:
+        error, bound = drift / spacing, LARGEST_LINE_ERROR
+        words = f"{drift:.3g}, {error:.3g} of a line spacing (bound {bound:g})"
+    message = f"{function.dof}: UFF keeps 6 digits of the abscissa, which then errs by {words}"
+    if error > bound:
+        raise InputError(f"{message}; choose a step of 6 digits or write shorter records")
+    warnings.warn(message, AxisDriftWarning, stacklevel=5)
+
+
+def _six_digits(number: float) -> float:
+    return float(f"{number:.5e}")
+
+
+def function_of(content: Mapping[str, Any], scale: tuple[float, float] | None) -> UffFunction:
+    """Return the function, in SI, of a dictionary that pyuff read.
+
+    Parameters
+    ----------
+    content : mapping
+        pyuff's dictionary of one data set 58.
+    scale : (length, force), optional
+        File units per metre and per newton, from the file's data set 164.
+
+    Raises
+    ------
+    InputError
+        Fewer or more values than announced, an unknown direction, a label that contradicts the
+        quantity or data set 164, a value that is not finite.
+    """
+    response, reference = (_direction(content[key]) for key in ("rsp_dir", "ref_dir"))
+    where = f"node {content['rsp_node']} {response}"
+    n_found = len(content["data"])
+    if n_found != content["num_pts"]:
+        raise InputError(
+            f"{where}: {content['num_pts']} values are announced and {n_found} are there; the file "
+            "is truncated or damaged, export it again"
+        )
+    quantity = _QUANTITY.get(content["abscissa_spec_data_type"], "unknown")
+    axis = _unit(where, quantity, content["abscissa_axis_units_lab"], "scalar", None)
+    ordinate = _QUANTITY.get(content["ordinate_spec_data_type"], "unknown")
+    above = _unit(where, ordinate, content["ordinate_axis_units_lab"], response, scale)
+    denominator = _QUANTITY.get(content["orddenom_spec_data_type"], "unknown")
+    below = _unit(where, denominator, content["orddenom_axis_units_lab"], reference, scale)
+    if denominator == "unknown" and not below.label:
+        denominator = "none"
+    with np.errstate(invalid="ignore", over="ignore"):  # refused with its line number below
+        values = content["data"] * (above.factor / below.factor)
+    return UffFunction(
+        abscissa=content["x"] * axis.factor,
+        values=values,
+        function_type=content["func_type"],
+        response_node=content["rsp_node"],
+        response_direction=response,
+        reference_node=content["ref_node"],
+        reference_direction=reference,
+        ordinate=ordinate,
+        ordinate_unit=above.si,
+        denominator=denominator,
+        denominator_unit=below.si,
+        id_lines=tuple(_unless_none(content[f"id{i}"]) for i in range(1, 6)),
+        response_name=_unless_none(content["rsp_ent_name"]),
+        reference_name=_unless_none(content["ref_ent_name"]),
+        abscissa_quantity=_axis_quantity(quantity, axis),
+        file_unit="/".join(filter(None, (above.label, below.label))),
+    )
+
+
+def _axis_quantity(quantity: str, axis: Unit) -> str:
+    if quantity != "unknown":
+        return quantity
+    return {"Hz": "frequency", "s": "time", "rpm": "rpm"}.get(axis.si, "unknown")
+
+
+def _direction(code: int) -> str:
+    if code not in DIRECTIONS:
+        raise InputError(f"direction {code} is not a UFF direction (-6 … 6); export it again")
+    return DIRECTIONS[code]
+
+
+def _unless_none(text: str) -> str:
+    return "" if text == "NONE" else text
+
+
+def _unit(
+    where: str, quantity: str, label: str, direction: str, scale: tuple[float, float] | None
+) -> Unit:
+    """Take the unit of one axis from its label and data set 164, which must say the same."""
+    label = _unless_none(label)
+    known = _SI.get(quantity)
+    si, length, force = known["r" in direction.removeprefix("scalar")] if known else ("", 0, 0)
+    from_set = None
+    if known and scale is not None:
+        from_set = Unit(si, si, 1.0 / (scale[0] ** length * scale[1] ** force))
+    if not label:
+        if from_set is None:
+            return Unit("", "", 1.0)
+        if abs(from_set.factor - 1.0) > 1e-6:
+            raise InputError(
+                f"{where}: {quantity} has no unit label and data set 164 is not SI; export it in SI"
+            )
+        return from_set
+    try:
+        unit = parse_unit(label)
+    except InputError:
+        return Unit(label, label, 1.0)
+    if known and unit.si != si:
+        raise InputError(f"{where}: {quantity} is labelled {label!r}, which is no unit of it")
+    if from_set is not None and abs(unit.factor / from_set.factor - 1.0) > 1e-6:
+        raise InputError(
+            f"{where}: the label says {label!r}, but data set 164 states another unit (factor "
+            f"{from_set.factor:g} to {si}); export it in SI"
+        )
+    return unit
+
 
 __all__ = [
     "AxisDriftWarning",

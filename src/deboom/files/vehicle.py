@@ -3,9 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Annotated, Literal
 
 import numpy as np
+import pandas as pd
+from pydantic import Field
 
 from deboom.errors import InputError
 from deboom.files.campaign_tables import (
@@ -13,28 +17,332 @@ from deboom.files.campaign_tables import (
     SensorRow,
     read_campaign_channels,
     read_sensor_table,
+    sensor_of,
 )
-from deboom.files.function_matrix import Dof, FunctionMatrix
-from deboom.files.mount_entries import mounts_of
-from deboom.files.sensor_rows import sensor_of
-from deboom.files.platform_tables import read_mount_table
-from deboom.files.vehicle_file import (
-    VEHICLE_FILE,
-    VehicleFile,
-    VehicleRunEntry,
-    load_vehicle_file,
+from deboom.files.folders import replace_text
+from deboom.files.function_table import Dof, FunctionMatrix
+from deboom.files.platform import (
+    Engine,
+    MountEntry,
+    Name,
+    Positive,
+    RelativePath,
+    mounts_of,
+    read_mount_table,
 )
-from deboom.files.vehicle_panels import read_panels
-from deboom.files.vehicle_tables import ImpactRow, read_impact_table
+from deboom.files.schema import StrictModel, dump_toml, load_toml
+from deboom.files.tables import read_rows
 from deboom.measurement.channels import Frf, Spectrum
-from deboom.measurement.impacts import Impact
 from deboom.measurement.measured_vehicle import MeasuredVehicle, VehicleRun
+from deboom.measurement.modal import PRESSURE_PER_VOLUME_ACCELERATION, PanelMeasurement
 from deboom.measurement.noise_transfer import (
     ACCELERATION_PER_VOLUME_ACCELERATION,
     PRESSURE_PER_FORCE,
 )
+from deboom.measurement.sensors import Impact
 
+_NORMAL = ("nx", "ny", "nz")
+_PLACE = {"x": "m", "y": "m", "z": "m", "area": "m^2"}
 _FRF = (4,)
+
+
+class PanelEntry(StrictModel):
+    """``[panels]`` in ``vehicle.toml``: what was measured at the panels of the cabin."""
+
+    table: RelativePath
+    """Position sheet, CSV."""
+    motion: RelativePath
+    """UFF: acceleration of the panels inwards per volume acceleration at the ears."""
+    pressure: RelativePath
+    """UFF: pressure at the panels per volume acceleration at the ears."""
+
+
+@dataclass(frozen=True)
+class PanelRow:
+    """One panel.
+
+    Parameters
+    ----------
+    panel : str
+        Such as ``trunk floor``.
+    node : int
+        In the UFF files, of its accelerometer and of its microphone.
+    position : (x, y, z)
+        From the powertrain's centre of gravity [m].
+    normal : (x, y, z)
+        Unit vector into the cabin [1].
+    area : float
+        With which its motion changes the volume of the cabin [m²].
+    """
+
+    panel: str
+    node: int
+    position: tuple[float, float, float]
+    normal: tuple[float, float, float]
+    area: float
+
+
+def read_panel_table(path: Path) -> tuple[PanelRow, ...]:
+    """Read ``panel, node, nx, ny, nz, x [unit], y [unit], z [unit], area [unit]``.
+
+    Raises
+    ------
+    InputError
+        No such table; a column or unit is missing; a panel or node comes twice; a normal that is no
+        unit vector; an area that is not positive.
+    """
+    panels: list[PanelRow] = []
+    for row in read_rows(path, ("panel", "node", *_NORMAL), _PLACE):
+        name, node = row.filled("panel"), row.filled("node")
+        if not node.isdecimal() or int(node) < 1:
+            raise row.error(f"node '{node}' is no whole number from 1: correct it")
+        if any(name == other.panel or int(node) == other.node for other in panels):
+            raise row.error(f"panel '{name}' or its node {node} comes twice: keep one")
+        x, y, z = (row.number(axis) for axis in "xyz")
+        nx, ny, nz = (row.number(axis) for axis in _NORMAL)
+        if abs(np.hypot(np.hypot(nx, ny), nz) - 1) > 1e-3:
+            raise row.error(f"the normal of '{name}' is no unit vector into the cabin")
+        if row.number("area") <= 0:
+            raise row.error(f"the area of '{name}' is not positive: turn its normal instead")
+        panels.append(PanelRow(name, int(node), (x, y, z), (nx, ny, nz), row.number("area")))
+    return tuple(panels)
+
+
+def write_panel_table(path: Path, rows: Sequence[PanelRow]) -> None:
+    """Write the table that `read_panel_table` reads, in metres."""
+    table = pd.DataFrame(
+        [(r.panel, r.node, *r.normal, *r.position, r.area) for r in rows],
+        columns=["panel", "node", *_NORMAL, *(f"{name} [{unit}]" for name, unit in _PLACE.items())],
+    )
+    replace_text(path, table.to_csv(index=False, lineterminator="\n"))
+
+
+def read_panels(folder: Path, entry: PanelEntry, ears: Sequence[Dof]) -> PanelMeasurement:
+    """Read what was measured at the panels.
+
+    Parameters
+    ----------
+    folder : Path
+        Of the vehicle.
+    entry : PanelEntry
+        Names the files.
+    ears : sequence of Dof
+        Where the loudspeaker stood.
+
+    Raises
+    ------
+    InputError
+        A file or function that is missing, doubled, or of another type or unit; other lines.
+    """
+    rows = read_panel_table(folder / entry.table)
+    names = tuple(row.panel for row in rows)
+    dofs = [Dof(row.panel, row.node, "scalar") for row in rows]
+    ear_names = tuple(ear.name for ear in ears)
+    motion = FunctionMatrix(folder / entry.motion, "panels", _FRF)
+    pressure = FunctionMatrix(folder / entry.pressure, "panels", _FRF)
+    if not np.array_equal(motion.frequency, pressure.frequency):
+        raise InputError(f"{pressure.path} and {motion.path} have different lines: export alike")
+    return PanelMeasurement(
+        names=names,
+        positions=np.array([row.position for row in rows]),
+        normals=np.array([row.normal for row in rows]),
+        areas=np.array([row.area for row in rows]),
+        motion=Frf(
+            motion.frequency,
+            motion.values(dofs, ears, ordinate="acceleration", unit="m/s^2/m^3/s^2"),
+            names,
+            ear_names,
+            ACCELERATION_PER_VOLUME_ACCELERATION,
+        ),
+        pressure=Frf(
+            pressure.frequency,
+            pressure.values(dofs, ears, ordinate="pressure", unit="Pa/m^3/s^2"),
+            names,
+            ear_names,
+            PRESSURE_PER_VOLUME_ACCELERATION,
+        ),
+    )
+
+
+VEHICLE_FILE = "vehicle.toml"
+
+
+class EarEntry(StrictModel):
+    """One ear and the one microphone that stands for it."""
+
+    name: Annotated[str, Field(min_length=1)]
+    """Such as ``driver ear``."""
+    node: Annotated[int, Field(ge=1)]
+    """In the UFF files: of the microphone, and of the loudspeaker in its place."""
+    microphone: Annotated[str, Field(min_length=1, max_length=10)]
+    """Serial number, the response name of all of its functions."""
+
+
+class VehicleRunEntry(StrictModel):
+    """One run of the assembled vehicle."""
+
+    name: Name
+    """Such as ``g5_wot220``."""
+    gear: Annotated[int, Field(ge=1)]
+    """Gear of the run."""
+    torque_limit_nm: Positive
+    """Engine torque limit [N m]."""
+    file: RelativePath
+    """UFF file: pressure at the ears and acceleration, over the dominant order."""
+
+
+class VehicleFile(StrictModel):
+    """Keys of ``vehicle.toml``."""
+
+    format: Literal[1]
+    """Of this file."""
+    name: Name
+    """Such as ``U06-1``."""
+    group: Name
+    """Vehicles of one body, such as ``U06``."""
+    title: str
+    """In words, for the report."""
+    mount_table: RelativePath
+    """Virtual points, CSV."""
+    sensor_table: RelativePath
+    """Position sheet of all accelerometers, CSV or Excel."""
+    channel_table: RelativePath
+    """Nodes of their channels, CSV."""
+    impact_table: RelativePath
+    """Position sheet of the blows, CSV."""
+    source_sensors: Annotated[tuple[Name, ...], Field(strict=False)]
+    """Accelerometers on the powertrain and on wheel ends; all others are on the body."""
+    direct: RelativePath
+    """UFF: pressure at the ears per force of the hammer."""
+    reciprocal: RelativePath
+    """UFF: acceleration on the body per volume acceleration at the ears."""
+    accelerance: RelativePath | None = None
+    """UFF: acceleration on the body per force of the hammer; left out where not recorded."""
+    panels: PanelEntry | None = None
+    """Panels of the cabin under the loudspeaker; left out where not measured."""
+    engine: Engine
+    """For the order of the runs."""
+    ears: Annotated[tuple[EarEntry, ...], Field(strict=False, min_length=1)]
+    """In the order of the results."""
+    mounts: Annotated[tuple[MountEntry, ...], Field(strict=False, min_length=1)]
+    """As in ``platform.toml``; one without body mass carries the powertrain."""
+    runs: Annotated[tuple[VehicleRunEntry, ...], Field(strict=False)] = ()
+    """May be empty."""
+
+
+def load_vehicle_file(path: Path) -> VehicleFile:
+    """Read and check ``vehicle.toml``.
+
+    Raises
+    ------
+    InputError
+        Missing or no TOML; a key unknown, missing or out of range; a name or node that comes twice;
+        a gear that the gearbox does not have.
+    """
+    vehicle = load_toml(path, VehicleFile)
+    _refuse_doubled(path, "ear", [ear.name for ear in vehicle.ears])
+    _refuse_doubled(path, "ear node", [str(ear.node) for ear in vehicle.ears])
+    _refuse_doubled(path, "mount", [mount.name for mount in vehicle.mounts])
+    _refuse_doubled(path, "run", [run.name for run in vehicle.runs])
+    for run in vehicle.runs:
+        if run.gear > len(vehicle.engine.total_ratios):
+            raise InputError(
+                f"{path}: run '{run.name}' is in gear {run.gear}, but engine.total_ratios names "
+                f"{len(vehicle.engine.total_ratios)} gears: correct one of them"
+            )
+    return vehicle
+
+
+def dump_vehicle_file(path: Path, vehicle: VehicleFile) -> None:
+    """Write ``vehicle.toml``; what is written is read back and compared first."""
+    dump_toml(path, vehicle)
+
+
+def _refuse_doubled(path: Path, what: str, names: Sequence[str]) -> None:
+    doubled = sorted({name for name in names if names.count(name) > 1})
+    if doubled:
+        raise InputError(f"{path}: {what} {', '.join(doubled)} comes twice: keep one")
+
+
+_AXES = ("x", "y", "z")
+_DIRECTIONS = tuple(f"{sign}{axis}" for axis in _AXES for sign in "+-")
+_COLUMNS = ("impact", "mount", "piece", "node", "direction")
+
+
+@dataclass(frozen=True)
+class ImpactRow:
+    """One blow.
+
+    Parameters
+    ----------
+    impact : str
+        Name, such as ``I3 y``.
+    mount, piece : str
+        Around which it lies; the piece of a single one is ``""``.
+    node : int
+        Reference node in the UFF files.
+    direction : str
+        Of a positive force, such as ``-y``: into the body.
+    position : (x, y, z)
+        From the powertrain's centre of gravity [m].
+    """
+
+    impact: str
+    mount: str
+    piece: str
+    node: int
+    direction: str
+    position: tuple[float, float, float]
+
+    @property
+    def vector(self) -> tuple[float, ...]:
+        """Unit vector along `direction`."""
+        sign = -1.0 if self.direction.startswith("-") else 1.0
+        return tuple(sign * (axis == self.direction[1:]) for axis in _AXES)
+
+
+def read_impact_table(path: Path) -> tuple[ImpactRow, ...]:
+    """Read the table ``impact, mount, piece, node, direction, x [unit], y [unit], z [unit]``.
+
+    Raises
+    ------
+    InputError
+        No such table; a column or a unit is missing; a blow or its DoF comes twice; an unknown
+        direction; a node that is no number.
+    """
+    seen: dict[str, int] = {}
+    impacts = []
+    for row in read_rows(path, _COLUMNS, dict.fromkeys(_AXES, "m")):
+        name, direction, node = (row.filled(c) for c in ("impact", "direction", "node"))
+        if direction not in _DIRECTIONS:
+            raise row.error(f"direction '{direction}': use one of {', '.join(_DIRECTIONS)}")
+        if not node.isdecimal() or int(node) < 1:
+            raise row.error(f"node '{node}' is no whole number from 1: correct it")
+        for key, what in (
+            (name, f"impact '{name}'"),
+            (node + direction, f"DoF {node} {direction}"),
+        ):
+            if key in seen:
+                raise row.error(f"{what} stands in line {seen[key]} already: keep one")
+            seen[key] = row.line
+        x, y, z = (row.number(axis) for axis in _AXES)
+        impacts.append(
+            ImpactRow(
+                name, row.filled("mount"), row.cells["piece"], int(node), direction, (x, y, z)
+            )
+        )
+    return tuple(impacts)
+
+
+def write_impact_table(path: Path, rows: Sequence[ImpactRow]) -> None:
+    """Write the table that `read_impact_table` reads, in metres."""
+    table = pd.DataFrame(
+        [(r.impact, r.mount, r.piece, r.node, r.direction, *r.position) for r in rows],
+        columns=[*_COLUMNS, *(f"{axis} [m]" for axis in _AXES)],
+    )
+    replace_text(path, table.to_csv(index=False, lineterminator="\n"))
+
+
 _SPECTRA = (0, 12, 27)
 _VOLUME_ACCELERATION_UNIT = "m/s^2/m^3/s^2"
 _ACCELERANCE = "(m/s^2)/N"

@@ -1,9 +1,10 @@
-"""A measurement campaign on the test bench: raw channels of many runs, and what calibrates them."""
+"""A measurement campaign on the test bench: raw channels of many runs,."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from enum import Enum
 from pathlib import Path
 from types import MappingProxyType
 from typing import Protocol
@@ -14,10 +15,7 @@ import numpy.typing as npt
 from deboom.arrays import RealArray
 from deboom.errors import InputError
 from deboom.measurement.channels import Frf, Spectrum
-from deboom.measurement.impacts import Impact
-from deboom.measurement.sensor_catalogue import SensorModel
-from deboom.measurement.sensors import Sensor, SensorKind
-from deboom.measurement.tolerances import Tolerances
+from deboom.measurement.sensors import Impact, Sensor, SensorKind, SensorModel, Tolerances
 
 AXES = ("x", "y", "z")
 
@@ -367,3 +365,230 @@ class Campaign:
             and sensor.mount in mounts
             and (piece is None or sensor.piece == piece)
         )
+
+
+@dataclass(frozen=True, eq=False)
+class TimeRun:
+    """Raw channels of one run over time.
+
+    Parameters
+    ----------
+    name, mount_set : str
+        Of the run, and the parts on the bench.
+    gear : int
+        From 1.
+    total_ratio : float
+        Engine speed over wheel speed [1].
+    full_load : bool
+        True for a ramp with wide open throttle; False for a slice at constant engine torque.
+    torque_limit : float
+        Limit of a full-load ramp, torque of a slice [N m].
+    rising : bool
+        Whether the engine speed rose.
+    order : float
+        Dominant engine order [1].
+    sample_rate : float
+        [Hz].
+    tacho : array, shape (n_sample,)
+        Pulse train [1]; revolutions count from its first rising edge.
+    pulses_per_revolution : int
+        Of the tacho.
+    engine_torque : array, shape (n_sample,)
+        [N m].
+    acceleration : array, shape (n_sample, n_channel)
+        In sensor axes [m/s²].
+    acceleration_channels : tuple of str
+        ``<sensor> <axis>``.
+    cell_force : array, shape (n_sample, n_channel)
+        In sensor axes [N].
+    cell_force_channels : tuple of str
+        ``<sensor> <axis>``.
+    static_force : array, shape (n_sample, n)
+        Quasi-static force of each mount direction, all cells of a mount together [N].
+    static_force_names : tuple of str
+        ``<mount> [<piece>] <axis>``.
+
+    Raises
+    ------
+    InputError
+        Shapes that disagree, or a value that is not finite.
+    """
+
+    name: str
+    mount_set: str
+    gear: int
+    total_ratio: float
+    full_load: bool
+    torque_limit: float
+    rising: bool
+    order: float
+    sample_rate: float
+    tacho: RealArray
+    pulses_per_revolution: int
+    engine_torque: RealArray
+    acceleration: RealArray
+    acceleration_channels: tuple[str, ...]
+    cell_force: RealArray
+    cell_force_channels: tuple[str, ...]
+    static_force: RealArray
+    static_force_names: tuple[str, ...]
+
+    def __post_init__(self) -> None:
+        for field, width in (
+            ("tacho", None),
+            ("engine_torque", None),
+            ("acceleration", len(self.acceleration_channels)),
+            ("cell_force", len(self.cell_force_channels)),
+            ("static_force", len(self.static_force_names)),
+        ):
+            array = np.array(getattr(self, field), dtype=float)
+            expected = (len(self.tacho),) if width is None else (len(self.tacho), width)
+            if array.shape != expected:
+                raise InputError(
+                    f"time run {self.name}: {field} has shape {array.shape}, expected {expected}"
+                )
+            if not np.all(np.isfinite(array)):
+                raise InputError(f"time run {self.name}: {field} holds a value that is not finite")
+            array.setflags(write=False)
+            object.__setattr__(self, field, array)
+
+
+SIGNIFICANT = 3.0
+"""Standard errors by which a slope must be negative to count as falling."""
+
+
+class RunDirection(Enum):
+    """How the torque went over a run, as the test log states it."""
+
+    RISING = "rising"
+    FALLING = "falling"
+
+
+def rising_runs(run: Sequence[str], direction: Mapping[str, RunDirection]) -> npt.NDArray[np.bool_]:
+    """Lines of the runs with rising torque.
+
+    Parameters
+    ----------
+    run : sequence of str, length n
+        Name of the run that each line belongs to.
+    direction : mapping of str to RunDirection
+        Of every run that occurs.
+
+    Returns
+    -------
+    array of bool, shape (n,)
+
+    Raises
+    ------
+    InputError
+        A run without direction, or no rising run at all.
+
+    Notes
+    -----
+    To be preferred to `rising_lines`: at constant torque the slope says nothing, yet the mount
+    still remembers from which side it came there.
+    """
+    unknown = sorted(set(run) - set(direction))
+    if unknown:
+        raise InputError(f"no direction stated for the runs {unknown}: add rising or falling")
+    rising = np.array([direction[name] is RunDirection.RISING for name in run], dtype=bool)
+    if not rising.any():
+        raise InputError(
+            f"the runs {sorted(set(run))} all have falling torque: measure a run with rising torque"
+        )
+    return rising
+
+
+def torque_slope(
+    time: npt.ArrayLike, torque: npt.ArrayLike, window: float
+) -> tuple[RealArray, RealArray]:
+    """Slope of the torque over a moving window, and how noise in the torque enters it.
+
+    Parameters
+    ----------
+    time : array, shape (n,)
+        Increasing; the steps may differ [s].
+    torque : array, shape (n,)
+        [N m].
+    window : float
+        Width of the window about each line [s]; cut at the ends of the record.
+
+    Returns
+    -------
+    slope : array, shape (n,)
+        Of the straight line of least squares through the window [N m/s].
+    noise_gain : array, shape (n,)
+        Standard deviation of the slope per standard deviation of independent torque noise [1/s].
+
+    Raises
+    ------
+    InputError
+        Shapes that differ, values that are not finite, time that does not increase, or a window
+        with fewer than five lines.
+    """
+    t, torques = np.asarray(time, dtype=float), np.asarray(torque, dtype=float)
+    if t.ndim != 1 or t.shape != torques.shape or t.size == 0:
+        raise InputError(f"time of shape {t.shape} and torque of shape {torques.shape} differ")
+    if not (np.all(np.isfinite(t)) and np.all(np.isfinite(torques))):
+        raise InputError("time or torque of a run is not finite: remove those lines first")
+    if np.any(np.diff(t) <= 0):
+        raise InputError("the time of a run must increase from line to line")
+    begin = np.searchsorted(t, t - window / 2, side="left")
+    end = np.searchsorted(t, t + window / 2, side="right")
+    count = end - begin
+    if count.min() < 5:
+        raise InputError(
+            f"a window of {window:g} s holds only {count.min()} lines: five are needed for a slope"
+        )
+
+    def window_sum(values: RealArray) -> RealArray:
+        before = np.concatenate([[0.0], np.cumsum(values)])
+        return np.asarray(before[end] - before[begin])
+
+    # about the record's middle, so that the running sums do not cancel
+    t = t - t.mean()
+    torques = torques - torques.mean()
+    mean_time = window_sum(t) / count
+    spread = window_sum(t**2) - count * mean_time**2
+    slope = (window_sum(t * torques) - mean_time * window_sum(torques)) / spread
+    return slope, 1 / np.sqrt(spread)
+
+
+def rising_lines(
+    time: npt.ArrayLike, torque: npt.ArrayLike, window: float, torque_noise: float
+) -> npt.NDArray[np.bool_]:
+    """Lines of one run at which the torque does not fall.
+
+    Parameters
+    ----------
+    time : array, shape (n,)
+        Increasing [s].
+    torque : array, shape (n,)
+        As read [N m].
+    window : float
+        Over which the slope is taken; some seconds of a run-up [s].
+    torque_noise : float
+        Standard deviation of one torque reading [N m].
+
+    Returns
+    -------
+    array of bool, shape (n,)
+
+    Raises
+    ------
+    InputError
+        As `torque_slope`; a noise that is not positive; or a run in which the torque only falls.
+
+    Notes
+    -----
+    A line is left out if its slope is negative by more than three standard errors of the slope, so
+    a plateau at the torque limit stays. The sign of the difference between neighbouring readings
+    discards almost every second line of a good run instead.
+    """
+    if not torque_noise > 0:
+        raise InputError(f"the torque noise is above 0 N m, not {torque_noise}")
+    slope, noise_gain = torque_slope(time, torque, window)
+    rising = slope > -SIGNIFICANT * noise_gain * torque_noise
+    if not rising.any():
+        raise InputError("the torque of this run only falls: measure a run with rising torque")
+    return np.asarray(rising)

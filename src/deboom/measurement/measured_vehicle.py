@@ -1,4 +1,4 @@
-"""A vehicle as it was measured: noise transfer functions both ways, and runs on the road."""
+"""A vehicle as it was measured: noise transfer functions both ways, runs on the road, paths."""
 
 from __future__ import annotations
 
@@ -9,22 +9,24 @@ from types import MappingProxyType
 
 import numpy as np
 
+from deboom.arrays import ComplexArray
 from deboom.errors import InputError
 from deboom.measurement.campaign import MeasuredMount
-from deboom.measurement.channel_geometry import ChannelGeometry, impact_geometry, sensor_geometry
 from deboom.measurement.channels import Frf, Spectrum
-from deboom.measurement.impacts import Impact
+from deboom.measurement.modal import PanelMeasurement
 from deboom.measurement.noise_transfer import (
     POINT_LOADS,
     noise_transfer_at_points,
     noise_transfer_of_paths,
     reciprocal_noise_transfer,
 )
-from deboom.measurement.panels import PanelMeasurement
-from deboom.measurement.sensors import SENSOR_AXES, Sensor
+from deboom.measurement.sensors import SENSOR_AXES, Impact, Sensor
 from deboom.measurement.virtual_point import (
+    ChannelGeometry,
+    impact_geometry,
     motion_at_mounts,
     motion_at_point,
+    sensor_geometry,
     virtual_point,
     virtual_point_frf,
 )
@@ -314,3 +316,89 @@ def mount_deflection(vehicle: MeasuredVehicle, run: VehicleRun) -> Spectrum:
 def _beside(parts: Sequence[Spectrum], names: Sequence[str]) -> Spectrum:
     values = np.hstack([part.values for part in parts])
     return Spectrum(parts[0].frequency, values, tuple(names), parts[0].unit)
+
+
+def piece_paths(mounts: Sequence[MeasuredMount]) -> dict[str, tuple[str, ...]]:
+    """Return the paths into a body with what they consist of.
+
+    Returns
+    -------
+    dict of str to tuple of str
+        Path ``<mount> <axis>`` to its pieces ``<mount> [<piece>] <axis>``, for all transfer axes.
+    """
+    return {
+        f"{mount.name} {axis}": mount.channels(axis)
+        for mount in mounts
+        for axis in mount.transfer_axes
+    }
+
+
+def path_accelerance(vehicle: MeasuredVehicle) -> Frf:
+    """Return what the body's sensors show of a force at every path, source removed.
+
+    Parameters
+    ----------
+    vehicle : MeasuredVehicle
+        With accelerances from its hammer test.
+
+    Returns
+    -------
+    Frf
+        Outputs are the channels of all body sensors, inputs the pieces of `piece_paths`
+        [(m/s²)/N]: the matrix of `path_forces.forces_by_inversion`.
+
+    Raises
+    ------
+    InputError
+        Accelerometers that were not recorded, or a path without blows around it.
+
+    Notes
+    -----
+    Blows around a mount are referred to its virtual point by least squares, ``Y_VP = Y (U⁺)ᵀ``.
+    Its moments are found and left out: mounts pass forces on.
+    """
+    measured = vehicle.accelerance
+    if measured is None:
+        raise InputError(
+            f"vehicle {vehicle.name}: the accelerometers were not recorded in its hammer test, so "
+            "no force can be found by inversion: use the stiffness of the mounts"
+        )
+    columns = []
+    wanted = [piece for pieces in piece_paths(vehicle.mounts).values() for piece in pieces]
+    at_points: dict[str, ComplexArray] = {}
+    for piece in wanted:
+        name, _, axis = piece.rpartition(" ")
+        if name not in at_points:
+            point = virtual_point(vehicle.geometry(name, Method.DIRECT))
+            at_points[name] = measured.select(inputs=point.channels).values @ point.inverse.T
+        columns.append(at_points[name][:, :, SENSOR_AXES.index(axis)])
+    values = np.stack(columns, axis=2)
+    return Frf(measured.frequency, values, measured.outputs, tuple(wanted), measured.unit)
+
+
+def summed_over_pieces(force: Spectrum, paths: Mapping[str, Sequence[str]]) -> Spectrum:
+    """Add the forces of the pieces that share a path.
+
+    Parameters
+    ----------
+    force : Spectrum
+        One channel per piece; further ones are not looked at [N].
+    paths : mapping of str to sequence of str
+        Path to its pieces, from `piece_paths`.
+
+    Returns
+    -------
+    Spectrum
+        One channel per path [N], for noise transfer functions per newton of the summed force.
+
+    Raises
+    ------
+    InputError
+        A piece without force.
+    """
+    for path, pieces in paths.items():
+        missing = [piece for piece in pieces if piece not in force.channels]
+        if missing:
+            raise InputError(f"path {path} has no force of {missing}, there are {force.channels}")
+    columns = [force.select(pieces).values.sum(axis=1) for pieces in paths.values()]
+    return Spectrum(force.frequency, np.column_stack(columns), tuple(paths), force.unit)

@@ -12,9 +12,8 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from deboom.errors import InputError
-from deboom.measurement.channel_geometry import ChannelGeometry
 from deboom.measurement.channels import Frf
-from deboom.measurement.virtual_point import virtual_point
+from deboom.measurement.virtual_point import ChannelGeometry, virtual_point
 
 PRESSURE_PER_FORCE = "Pa/N"
 ACCELERATION_PER_VOLUME_ACCELERATION = "(m/s^2)/(m^3/s^2)"

@@ -1,43 +1,543 @@
-"""Quality report of a virtual point, in the order in which a laboratory repairs things.
-
-Conditioning, before anything is measured; coherence of repeats; geometric consistency; specific
-and overall consistency; reciprocity; passivity; and leave-one-out, which names the culprit.
-"""
+"""Quality report of a virtual point, in the order in which a laboratory repairs things."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
 
-from deboom.measurement.channel_geometry import ChannelGeometry
+from deboom.arrays import ComplexArray, RealArray
+from deboom.errors import InputError
 from deboom.measurement.channels import Frf, Spectrum
-from deboom.measurement.coherence import repeat_coherence
-from deboom.measurement.conditioning import conditioning
-from deboom.measurement.consistency import (
-    RigidConsistency,
-    excitation_consistency,
-    geometric_consistency,
-    response_consistency,
-)
 from deboom.measurement.culprit import (
     SIGNIFICANT,
     Diagnosis,
     culprit_of_excitation,
     culprit_of_responses,
 )
-from deboom.measurement.passivity import passivity
-from deboom.measurement.quality_check import (
-    QualityCheck,
-    QualityLimits,
-    at_least,
-    at_most,
-    not_checked,
+from deboom.measurement.sensors import Tolerances
+from deboom.measurement.virtual_point import (
+    RIGID_LOADS,
+    RIGID_MOTIONS,
+    ChannelGeometry,
+    VirtualPoint,
+    channel_values,
+    conditioning,
+    virtual_point_frf,
 )
-from deboom.measurement.reciprocity import reciprocity
-from deboom.measurement.tolerances import Tolerances
-from deboom.measurement.virtual_point import VirtualPoint, channel_values, virtual_point_frf
-from deboom.physics.frf import FrfForm
+from deboom.physics.frf import FrfForm, convert
+
+CHANCE = 0.5
+"""Mean of `likeness` for two numbers that have nothing to do with each other."""
+
+
+def likeness(first: npt.ArrayLike, second: npt.ArrayLike, axis: int | None = None) -> RealArray:
+    """Coherence criterion of two complex quantities that should be equal.
+
+    Parameters
+    ----------
+    first, second : array
+        Of one shape.
+    axis : int, optional
+        Axis over which energies are summed; by default each number stands for itself.
+
+    Returns
+    -------
+    array
+        1 if equal, 0 if opposite, 0.5 if one of them is zero and on average 0.5 if they are
+        unrelated [1]; 1 where both are zero.
+
+    Raises
+    ------
+    InputError
+        Shapes that differ.
+
+    Notes
+    -----
+    ``|a + b|² / 2 (|a|² + |b|²)``: van der Seijs's coherence of two responses, the number that
+    pyFBS averages over lines for reciprocity and specific consistency. Equal amplitudes 60° apart
+    give 0.75, so does a factor of 3.7 in phase.
+    """
+    a, b = np.asarray(first, dtype=complex), np.asarray(second, dtype=complex)
+    if a.shape != b.shape:
+        raise InputError(f"shapes {a.shape} and {b.shape} differ")
+    together, apart = np.abs(a + b) ** 2, np.abs(a) ** 2 + np.abs(b) ** 2
+    if axis is not None:
+        together, apart = together.sum(axis=axis), apart.sum(axis=axis)
+    silent = apart == 0
+    return np.asarray(np.where(silent, 1.0, together / np.where(silent, 1.0, 2.0 * apart)))
+
+
+def repeat_coherence(repeats: Sequence[npt.ArrayLike]) -> RealArray:
+    """How well repeats of one measurement agree.
+
+    Parameters
+    ----------
+    repeats : sequence of array, shape (...)
+        At least two; complex, of one shape.
+
+    Returns
+    -------
+    array, shape (...)
+        1 if all are equal; on average 1/n for n repeats of nothing but noise [1].
+
+    Raises
+    ------
+    InputError
+        Fewer than two repeats, or shapes that differ.
+
+    Notes
+    -----
+    ``|Σ x|² / n Σ |x|²``: the coherence between a constant excitation and the response.
+    """
+    arrays = [np.asarray(repeat, dtype=complex) for repeat in repeats]
+    if len(arrays) < 2:
+        raise InputError("repeatability needs at least two repeats of the measurement")
+    shapes = sorted({array.shape for array in arrays})
+    if len(shapes) > 1:
+        raise InputError(f"repeats of one measurement have one shape, not {shapes}")
+    stacked = np.stack(arrays)
+    energy = len(arrays) * np.sum(np.abs(stacked) ** 2, axis=0)
+    common = np.abs(stacked.sum(axis=0)) ** 2
+    silent = energy == 0
+    return np.asarray(np.where(silent, 1.0, common / np.where(silent, 1.0, energy)))
+
+
+@dataclass(frozen=True, eq=False)
+class RigidConsistency:
+    """What is left of the channels after projection on the motions of the virtual point.
+
+    Parameters
+    ----------
+    frequency : array, shape (n_frequency,)
+        [Hz].
+    channels : tuple of str
+        Sensor channels or impacts.
+    overall : array, shape (n_frequency,)
+        Norm of the projected over norm of the measured channels, 0 … 1 [1].
+    specific : array, shape (n_frequency, n_channel)
+        Coherence of projected and measured channel, 0 … 1 [1]; 0.5 if nothing is left of it.
+    """
+
+    frequency: RealArray
+    channels: tuple[str, ...]
+    overall: RealArray
+    specific: RealArray
+
+    def __post_init__(self) -> None:
+        for name in ("frequency", "overall", "specific"):
+            array = np.array(getattr(self, name), dtype=float)
+            array.setflags(write=False)
+            object.__setattr__(self, name, array)
+
+
+def geometric_consistency(point: VirtualPoint, measured: Spectrum | Frf) -> dict[str, float]:
+    """Geometric consistency of the thesis: the mean error of each channel.
+
+    Parameters
+    ----------
+    point : VirtualPoint
+        Of the motion sensors.
+    measured : Spectrum or Frf
+        Of their channels, or with them as outputs; then every line of every input is a line.
+
+    Returns
+    -------
+    mapping of channel name to float
+        0 is perfect; above 0.02 a channel deserves a look [1].
+
+    Raises
+    ------
+    InputError
+        A missing channel, or no signal.
+
+    Notes
+    -----
+    ``Corr = Σ_f (|Re e| + |Im e|) / (2 M max(|Re a|, |Im a|))`` over M lines, with the error
+    ``e = a − V V⁺ a`` and the maximum over all channels and lines. Thesis, 3.2.3; its formula sums
+    the differences without absolute values, which its text and its meaning ask for: errors of
+    opposite sign would cancel.
+    """
+    values = channel_values(point, measured).reshape(-1, len(point.channels))
+    error = values - point.reproject(values)
+    largest = max(np.abs(values.real).max(), np.abs(values.imag).max())
+    _refuse_silence(largest)
+    mean = np.mean(np.abs(error.real) + np.abs(error.imag), axis=0) / (2 * largest)
+    return {name: float(value) for name, value in zip(point.channels, mean, strict=True)}
+
+
+def response_consistency(point: VirtualPoint, measured: Spectrum | Frf) -> RigidConsistency:
+    """Consistency of the motion sensors (van der Seijs).
+
+    Parameters
+    ----------
+    point : VirtualPoint
+        Of the motion sensors.
+    measured : Spectrum or Frf
+        Of their channels, or with them as outputs; energies are summed over the inputs.
+
+    Raises
+    ------
+    InputError
+        A missing channel, or a line without any signal.
+
+    Notes
+    -----
+    ``u_f = V V⁺ u``. The overall value is taken in the norm in which the projection is orthogonal,
+    ``√(uᴴ W u)``, so that it never exceeds 1, whatever the weights.
+    """
+    return _consistency(point, measured.frequency, channel_values(point, measured))
+
+
+def excitation_consistency(point: VirtualPoint, measured: Frf) -> RigidConsistency:
+    """Consistency of the points of excitation (van der Seijs).
+
+    Parameters
+    ----------
+    point : VirtualPoint
+        Of the points of excitation, which are inputs of `measured`.
+    measured : Frf
+        Energies are summed over its outputs.
+
+    Raises
+    ------
+    InputError
+        A missing impact, or a line without any signal.
+
+    Notes
+    -----
+    ``y_f = y (U U⁺)ᵀ``: the same projection as for responses, because each row of a rigid body's
+    matrix is ``y = c Uᵀ``. With weights the transposed order, found elsewhere, is wrong: a rigid
+    body would not come back as itself.
+    """
+    return _consistency(point, measured.frequency, measured.select(inputs=point.channels).values)
+
+
+def _consistency(
+    point: VirtualPoint, frequency: RealArray, values: ComplexArray
+) -> RigidConsistency:
+    """Of values of shape (n_frequency, n_other, n_channel)."""
+    weights = point.geometry.weights
+
+    def energy(channels: ComplexArray) -> npt.NDArray[np.float64]:
+        return np.asarray(np.einsum("foc,c->f", np.abs(channels) ** 2, weights))
+
+    projected = point.reproject(values)
+    measured = energy(values)
+    for line, value in zip(frequency, measured, strict=True):
+        _refuse_silence(float(value), f" at {line:g} Hz")
+    return RigidConsistency(
+        frequency=frequency,
+        channels=point.channels,
+        overall=np.sqrt(energy(projected) / measured),
+        specific=likeness(projected, values, axis=1),
+    )
+
+
+def _refuse_silence(largest: float, where: str = "") -> None:
+    if largest == 0:
+        raise InputError(f"no channel shows any signal{where}: there is nothing to be consistent")
+
+
+SLACK = 0.05
+"""Power given, relative to the largest mobility, that noise on a weakly damped body explains."""
+
+ROTATIONS = (*RIGID_MOTIONS[3:], *RIGID_LOADS[3:])
+
+
+@dataclass(frozen=True, eq=False)
+class Passivity:
+    """Power that a driving point takes.
+
+    Parameters
+    ----------
+    frequency : array, shape (n_frequency,)
+        [Hz].
+    names : tuple of str
+        Degrees of freedom, by their output.
+    margin : array, shape (n_frequency,)
+        Least power over all forces of one size, −1 … 1; negative where power comes out [1].
+    driving_point : array, shape (n_frequency, n)
+        Share of its apparent power that each degree of freedom takes when pushed alone, −1 … 1
+        (cosine of the phase between force and velocity) [1].
+    """
+
+    frequency: RealArray
+    names: tuple[str, ...]
+    margin: RealArray
+    driving_point: RealArray
+
+    def __post_init__(self) -> None:
+        for name in ("frequency", "margin", "driving_point"):
+            array = np.array(getattr(self, name), dtype=float)
+            array.setflags(write=False)
+            object.__setattr__(self, name, array)
+
+    @property
+    def active_share(self) -> float:
+        """Share of the lines at which more power comes out than noise explains [1]."""
+        return float(np.mean(self.margin < -SLACK))
+
+    @property
+    def worst(self) -> str:
+        """The degree of freedom that takes the least power when pushed alone."""
+        return self.names[int(np.argmin(self.driving_point.mean(axis=0)))]
+
+
+def passivity(frf: Frf, form: FrfForm, length: float) -> Passivity:
+    """Check the sign of the power at a driving point.
+
+    Parameters
+    ----------
+    frf : Frf
+        Output i and input i are one degree of freedom; outputs named rx ry rz (mx my mz of an
+        inverse form) are rotations.
+    form : FrfForm
+        Motion per force, or force per motion.
+    length : float
+        Characteristic length by which rotations are made comparable with translations [m].
+
+    Raises
+    ------
+    InputError
+        A matrix that is not square, a line at 0 Hz where it is divided by, a length that is not
+        positive, or a driving point function that is 0.
+
+    Notes
+    -----
+    The power ``½ Re Fᴴ v = ½ Fᴴ Y F`` is positive for every F if and only if the Hermitian part of
+    the mobility Y (or of the impedance) has no negative eigenvalue; the margin is the smallest one
+    over the norm of Y. For one degree of freedom: the phase of an inertance lies within 0 … 180°.
+    """
+    n_output, n_input = frf.values.shape[1:]
+    if n_output != n_input:
+        raise InputError(f"passivity needs as many inputs as outputs, not {n_output} by {n_input}")
+    if not length > 0:
+        raise InputError(f"a characteristic length is positive, not {length} m")
+    target = FrfForm.IMPEDANCE if form.is_inverse else FrfForm.MOBILITY
+    values = convert(frf.values, frf.frequency, form, target)
+    turning = np.isin(frf.outputs, ROTATIONS)
+    scale = np.where(turning, 1 / length if form.is_inverse else length, 1.0)
+    values = values * np.outer(scale, scale)
+    diagonal = np.einsum("fii->fi", values)
+    if np.any(diagonal == 0):
+        where = frf.outputs[int(np.argwhere(diagonal == 0)[0, 1])]
+        raise InputError(f"the driving point function of {where} is 0: passivity needs it")
+    hermitian = (values + np.swapaxes(values, 1, 2).conj()) / 2
+    return Passivity(
+        frequency=frf.frequency,
+        names=frf.outputs,
+        margin=np.linalg.eigvalsh(hermitian)[:, 0] / np.linalg.norm(values, ord=2, axis=(1, 2)),
+        driving_point=diagonal.real / np.abs(diagonal),
+    )
+
+
+HALFWAY = (1.0 + CHANCE) / 2.0
+"""Between two functions that are equal and two that have nothing to do with each other."""
+
+
+@dataclass(frozen=True)
+class QualityLimits:
+    """Limits from which a quality report asks for a look; measured data are never near perfect.
+
+    Parameters
+    ----------
+    condition_number : float
+        Largest scaled condition number: the worst-seen motion has this much more noise than the
+        best-seen one [1].
+    redundancy : float
+        Smallest share of a channel's error that shows [1].
+    repeat_coherence : float
+        Smallest coherence of repeats, mean over the lines [1].
+    geometric_consistency : float
+        Largest mean error of a channel [1]; the thesis's metric flags inverted channels (0.09) and
+        swapped axes (0.27) safely from 0.02.
+    specific_consistency, reciprocity : float
+        Smallest coherence criterion, mean over the lines [1]. Chance gives 0.5: the default lies
+        halfway to 1 and means 60° or a factor of 3.7.
+    active_share : float
+        Largest share of the lines at which power comes out of a driving point [1].
+    """
+
+    condition_number: float = 10.0
+    redundancy: float = 0.05
+    repeat_coherence: float = 0.8
+    geometric_consistency: float = 0.02
+    specific_consistency: float = HALFWAY
+    reciprocity: float = HALFWAY
+    active_share: float = 0.05
+
+
+@dataclass(frozen=True)
+class QualityCheck:
+    """One check.
+
+    Parameters
+    ----------
+    name : str
+        What was checked.
+    number : float or None
+        Its figure [1]; None where the data do not allow the check.
+    limit : float or None
+        Its limit.
+    at_most : bool
+        Whether the limit is an upper one.
+    passed : bool or None
+        Whether the limit is kept; None where nothing was checked.
+    culprit : str
+        Channel, sensor, pair or motion with the worst figure; without a number, what is missing.
+    """
+
+    name: str
+    number: float | None
+    limit: float | None
+    at_most: bool
+    passed: bool | None
+    culprit: str
+
+
+def at_most(name: str, figures: Mapping[str, float], limit: float) -> QualityCheck:
+    """Check the largest of several figures, by channel or pair, against an upper limit."""
+    culprit = max(figures, key=lambda key: figures[key])
+    number = float(figures[culprit])
+    return QualityCheck(name, number, limit, True, number <= limit, culprit)
+
+
+def at_least(name: str, figures: Mapping[str, float], limit: float) -> QualityCheck:
+    """Check the smallest of several figures, by channel or pair, against a lower limit."""
+    culprit = min(figures, key=lambda key: figures[key])
+    number = float(figures[culprit])
+    return QualityCheck(name, number, limit, False, number >= limit, culprit)
+
+
+def not_checked(name: str, missing: str) -> QualityCheck:
+    """List a check that the data do not allow."""
+    return QualityCheck(name, None, None, True, None, missing)
+
+
+def quality_table(checks: Sequence[QualityCheck]) -> list[dict[str, object]]:
+    """Return the checks as rows of a table for a report.
+
+    Parameters
+    ----------
+    checks : sequence of QualityCheck
+
+    Returns
+    -------
+    list of dict
+        Columns ``check``, ``number [1]``, ``limit``, ``verdict`` and ``worst``.
+    """
+    verdicts = {True: "kept", False: "look here", None: "not checked"}
+    return [
+        {
+            "check": check.name,
+            "number [1]": check.number,
+            "limit": _limit(check),
+            "verdict": verdicts[check.passed],
+            "worst": check.culprit,
+        }
+        for check in checks
+    ]
+
+
+def _limit(check: QualityCheck) -> str:
+    if check.limit is None:
+        return ""
+    return f"{'≤' if check.at_most else '≥'} {check.limit:.3g}"
+
+
+@dataclass(frozen=True, eq=False)
+class Reciprocity:
+    """How symmetric a matrix of frequency response functions is.
+
+    Parameters
+    ----------
+    names : tuple of str
+        Degrees of freedom, by their output.
+    likeness : array, shape (n, n)
+        Coherence criterion of each entry and its mirror image, mean over the lines: 1 is
+        perfect, 0.5 what two unrelated functions have, 0 opposite sign [1].
+    likeness_by_energy : array, shape (n, n)
+        The same with each line weighted by ``|Y_ij|² / |Y_ii Y_jj|``, so that lines at which the
+        entry is nothing but noise do not count [1].
+    size : array, shape (n, n)
+        Root of the mean of that weight: how much the entry matters; free of units [1].
+    """
+
+    names: tuple[str, ...]
+    likeness: RealArray
+    likeness_by_energy: RealArray
+    size: RealArray
+
+    def __post_init__(self) -> None:
+        for name in ("likeness", "likeness_by_energy", "size"):
+            array = np.array(getattr(self, name), dtype=float)
+            array.setflags(write=False)
+            object.__setattr__(self, name, array)
+
+    def worst(self, smallest: float = 0.1) -> tuple[str, float]:
+        """Return the least reciprocal pair among those that matter.
+
+        Parameters
+        ----------
+        smallest : float
+            Size from which a pair counts: symmetric bodies have entries that are nothing but noise.
+
+        Returns
+        -------
+        str, float
+            ``x–ry`` and its likeness by energy; an empty name and 1 where all pairs are small.
+        """
+        rows, columns = np.triu_indices(len(self.names), k=1)
+        pairs = [
+            (float(self.likeness_by_energy[i, j]), f"{self.names[i]}–{self.names[j]}")
+            for i, j in zip(rows, columns, strict=True)
+            if self.size[i, j] >= smallest
+        ]
+        value, name = min(pairs, default=(1.0, ""))
+        return name, value
+
+
+def reciprocity(frf: Frf) -> Reciprocity:
+    """Compare each entry of a square matrix with its mirror image.
+
+    Parameters
+    ----------
+    frf : Frf
+        Output i and input i are one degree of freedom, such as a virtual point's x and fx.
+
+    Raises
+    ------
+    InputError
+        A matrix that is not square, or an entry on the diagonal that is 0.
+
+    Notes
+    -----
+    Mind the scale: real virtual points are far from 1. Of the 15 pairs of a published rubber mount
+    only three lie above 0.95, and four within 0.1 of the 0.5 of unrelated functions.
+    """
+    n_output, n_input = frf.values.shape[1:]
+    if n_output != n_input:
+        raise InputError(
+            f"reciprocity needs as many inputs as outputs, not {n_output} by {n_input}"
+        )
+    mirrored = np.swapaxes(frf.values, 1, 2)
+    driving = np.abs(np.einsum("fii->fi", frf.values))
+    if np.any(driving == 0):
+        where = frf.outputs[int(np.argwhere(driving == 0)[0, 1])]
+        raise InputError(f"the driving point function of {where} is 0: reciprocity needs it")
+    reference = np.sqrt(driving[:, :, np.newaxis] * driving[:, np.newaxis, :])
+    comparable, mirror = frf.values / reference, mirrored / reference
+    energy = (np.abs(comparable) ** 2 + np.abs(mirror) ** 2) / 2
+    return Reciprocity(
+        names=frf.outputs,
+        likeness=likeness(frf.values, mirrored).mean(axis=0),
+        likeness_by_energy=likeness(comparable, mirror, axis=0),
+        size=np.sqrt(energy.mean(axis=0)),
+    )
+
 
 DEFAULT_LIMITS = QualityLimits()
 DEFAULT_TOLERANCES = Tolerances()
@@ -117,7 +617,7 @@ def quality_in_operation(
     return (
         *quality_of_sheet(point.geometry, "sensors", limits),
         _coherence(point, (measured, *repeats), limits),
-        *_consistency(point, measured, limits),
+        *_consistency_6(point, measured, limits),
         not_checked("reciprocity", missing),
         not_checked("passivity", missing),
         _leave_one_out("sensors", culprit_of_responses(point, measured, tolerances)),
@@ -167,7 +667,7 @@ def quality_of_frf(
         *quality_of_sheet(response.geometry, "sensors", limits),
         *quality_of_sheet(excitation.geometry, "impacts", limits),
         _coherence(response, (used, *again), limits),
-        *_consistency(response, used, limits),
+        *_consistency_6(response, used, limits),
         *_rigid("impacts", excitation_consistency(excitation, used), excitation, limits),
         *_driving_point(response, excitation, used, form, limits),
         _leave_one_out("sensors", culprit_of_responses(response, used, tolerances)),
@@ -186,7 +686,7 @@ def _coherence(
     return at_least(name, dict(zip(point.channels, means, strict=True)), limits.repeat_coherence)
 
 
-def _consistency(
+def _consistency_6(
     point: VirtualPoint, measured: Spectrum | Frf, limits: QualityLimits
 ) -> tuple[QualityCheck, ...]:
     figures = geometric_consistency(point, measured)

@@ -1,15 +1,18 @@
-"""Where each sensor sits and how it is turned: the table that makes channels mean something."""
+"""Sensors and impacts: where each one sits, how it is turned, and how well that is known."""
 
 from __future__ import annotations
 
+import math
 from collections import Counter
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, fields
 from enum import Enum
+from types import MappingProxyType
 
 import numpy as np
 import numpy.typing as npt
 
+from deboom.arrays import RealArray
 from deboom.errors import InputError
 from deboom.physics.rigid_body import forward_matrices
 
@@ -100,3 +103,303 @@ def forward_matrix_of(sensors: Sequence[Sensor]) -> npt.NDArray[np.float64]:
     positions = np.array([sensor.position for sensor in sensors])
     orientations = np.array([sensor.orientation for sensor in sensors])
     return np.asarray(forward_matrices(positions, orientations))
+
+
+@dataclass(frozen=True)
+class SensorModel:
+    """What the maker states of every sensor of one model.
+
+    Parameters
+    ----------
+    name : str
+        Such as ``Kistler 9077C``.
+    quantity_unit : str
+        SI unit of what it measures: ``m/s^2`` or ``N``.
+    signal_unit : str
+        SI unit of what it delivers: ``C`` (charge) or ``V``.
+    sensitivity : tuple of float
+        Nominal, per axis; one for a single-axis sensor [signal_unit/quantity_unit].
+    gain_tolerance : float
+        Half width about the nominal sensitivity, before the single sensor is calibrated [1].
+    cross_axis : tuple of float
+        Largest sensitivity of an axis to the other two, per axis [1].
+    noise_floor : float
+        Threshold [quantity_unit].
+    frequency_range : (float, float)
+        [Hz]; ``(0, inf)`` where the maker states none.
+    source : str
+        Where the figures stand.
+
+    Raises
+    ------
+    InputError
+        Sensitivity and cross-axis sensitivity of different axes, or a tolerance below 0.
+    """
+
+    name: str
+    quantity_unit: str
+    signal_unit: str
+    sensitivity: tuple[float, ...]
+    gain_tolerance: float
+    cross_axis: tuple[float, ...]
+    noise_floor: float
+    frequency_range: tuple[float, float]
+    source: str
+
+    def __post_init__(self) -> None:
+        if len(self.sensitivity) != len(self.cross_axis):
+            raise InputError(
+                f"sensor model {self.name}: {len(self.sensitivity)} sensitivities, but "
+                f"{len(self.cross_axis)} cross-axis limits: state both for every axis"
+            )
+        for what, value in (
+            ("gain_tolerance", self.gain_tolerance),
+            ("noise_floor", self.noise_floor),
+            *(("cross_axis", limit) for limit in self.cross_axis),
+        ):
+            if not (math.isfinite(value) and value >= 0):
+                raise InputError(
+                    f"sensor model {self.name}: {what} is {value}: use a number from 0"
+                )
+
+    @property
+    def cross_axis_deviation(self) -> tuple[float, ...]:
+        """Standard deviation of the cross-axis sensitivity, any value within ± the limit alike."""
+        return tuple(limit / math.sqrt(3) for limit in self.cross_axis)
+
+
+_G = 9.80665
+_PICO = 1e-12
+
+SENSOR_CATALOGUE: Mapping[str, SensorModel] = MappingProxyType(
+    {
+        model.name: model
+        for model in (
+            SensorModel(
+                name="B&K 4321",
+                quantity_unit="m/s^2",
+                signal_unit="C",
+                sensitivity=(9.81 * _PICO / _G,) * 3,
+                gain_tolerance=0.02,
+                cross_axis=(0.010, 0.012, 0.004),
+                noise_floor=0.005,
+                frequency_range=(0.1, 12000.0),
+                source="Thesis, table 4; noise floor: bench",
+            ),
+            SensorModel(
+                name="B&K 4326",
+                quantity_unit="m/s^2",
+                signal_unit="C",
+                sensitivity=(3.0 * _PICO / _G,) * 3,
+                gain_tolerance=0.15,
+                cross_axis=(0.05, 0.05, 0.05),
+                noise_floor=0.005,
+                frequency_range=(0.1, 12000.0),
+                source="Thesis, table 4; noise floor: bench",
+            ),
+            SensorModel(
+                # a piezoelectric cell delivers charge: the table's mV/N belongs to its amplifier
+                name="Kistler 9077C",
+                quantity_unit="N",
+                signal_unit="C",
+                sensitivity=(-4.2 * _PICO, -4.2 * _PICO, -2.0 * _PICO),
+                gain_tolerance=0.02,
+                cross_axis=(0.03, 0.03, 0.03),
+                noise_floor=0.01,
+                frequency_range=(0.0, math.inf),
+                source="Thesis, table 5; gain and cross-talk: usual for three-axis piezo cells",
+            ),
+            SensorModel(
+                name="PCB 356A",
+                quantity_unit="m/s^2",
+                signal_unit="V",
+                sensitivity=(10.2e-3,) * 3,
+                gain_tolerance=0.10,
+                cross_axis=(0.05, 0.05, 0.05),
+                noise_floor=0.002,
+                frequency_range=(2.0, 5000.0),
+                source="Thesis, section 4.4; gain, cross-axis and floor: usual for the series",
+            ),
+            SensorModel(
+                name="PCB 086D05",
+                quantity_unit="N",
+                signal_unit="V",
+                sensitivity=(0.23e-3,),
+                gain_tolerance=0.15,
+                cross_axis=(0.0,),
+                noise_floor=0.1,
+                frequency_range=(0.0, math.inf),
+                source="Thesis, section 4.4; gain and floor: usual for the series",
+            ),
+        )
+    }
+)
+"""Sensors of the thesis, by the name of their model.
+
+Figures that the thesis does not state are marked as usual ones in `SensorModel.source`: replace
+them by the calibration sheets of the sensors in use.
+"""
+
+
+def sensor_model(name: str) -> SensorModel:
+    """Return a model of the catalogue.
+
+    Raises
+    ------
+    InputError
+        No such model.
+    """
+    try:
+        return SENSOR_CATALOGUE[name]
+    except KeyError:
+        raise InputError(
+            f"sensor model '{name}' is not in the catalogue, use {', '.join(SENSOR_CATALOGUE)}"
+        ) from None
+
+
+UNIT_LENGTH_TOLERANCE = 1e-3
+"""How far the length of a direction may be from 1: what the rounding in a table does."""
+
+
+@dataclass(frozen=True, eq=False)
+class Impact:
+    """One point of excitation; its channel has the same name.
+
+    Parameters
+    ----------
+    name : str
+        Such as ``I07``.
+    position : array, shape (3,)
+        In vehicle axes, from the origin of the position sheet [m].
+    direction : array, shape (3,)
+        Unit vector along which a positive force pushes [1].
+
+    Raises
+    ------
+    InputError
+        Not three finite numbers, or a direction that is not of length 1.
+    """
+
+    name: str
+    position: RealArray
+    direction: RealArray
+
+    def __post_init__(self) -> None:
+        for name in ("position", "direction"):
+            array = np.array(getattr(self, name), dtype=float)
+            if array.shape != (3,) or not np.all(np.isfinite(array)):
+                raise InputError(f"impact {self.name}: {name} needs three finite numbers")
+            object.__setattr__(self, name, array)
+        length = float(np.linalg.norm(self.direction))
+        if abs(length - 1.0) > UNIT_LENGTH_TOLERANCE:
+            raise InputError(
+                f"impact {self.name}: its direction has length {length:.4g}, state a unit vector"
+            )
+        object.__setattr__(self, "direction", self.direction / length)
+        for name in ("position", "direction"):
+            getattr(self, name).setflags(write=False)
+
+
+@dataclass(frozen=True)
+class Tolerances:
+    """Standard deviations (1 σ) of everything that a bench states only approximately.
+
+    Parameters
+    ----------
+    sensor_position : float
+        Of an accelerometer against the position sheet, per axis [m].
+    sensor_angle : float
+        Of an accelerometer against the position sheet, per axis [rad].
+    sensor_gain : float
+        Of an accelerometer channel [1].
+    sensor_cross_axis : float
+        Sensitivity of an accelerometer channel to each of the other two axes [1]. A limit ± c of a
+        data sheet has the standard deviation c/√3 where any value within is as likely.
+    acceleration_own, acceleration_norm : float
+        Order-tracking noise per amplitude of the channel itself and per norm of its triaxial
+        sensor, complex amplitude [1].
+    acceleration_floor : float
+        Noise of an accelerometer channel at rest, complex amplitude [m/s²].
+    cell_gain : float
+        Of a force cell that no shaker calibrates in place [1].
+    force_own, force_norm : float
+        Order-tracking noise of a cell channel, as for the acceleration [1].
+    force_floor : float
+        Noise of a cell channel at rest, complex amplitude [N].
+    shaker_angle : float
+        Of the shaker against its nominal axis, per axis [rad].
+    shaker_gain : float
+        Of the force that the shaker states [1].
+    torque : float
+        Of the engine torque, per line [N m].
+    static_force : float
+        Of the quasi-static cell force, per line [N].
+
+    Raises
+    ------
+    InputError
+        A tolerance that is negative or not finite.
+
+    Notes
+    -----
+    Position to cross-axis and shaker are drawn once per bench and stay the same in all its runs;
+    noise, torque and static force differ from line to line.
+    """
+
+    sensor_position: float = 0.002
+    sensor_angle: float = math.radians(0.5)
+    sensor_gain: float = 0.01
+    sensor_cross_axis: float = 0.01
+    acceleration_own: float = 0.002
+    acceleration_norm: float = 0.00015
+    acceleration_floor: float = 0.005
+    cell_gain: float = 0.005
+    force_own: float = 0.002
+    force_norm: float = 0.00015
+    force_floor: float = 0.01
+    shaker_angle: float = math.radians(0.5)
+    shaker_gain: float = 0.005
+    torque: float = 1.0
+    static_force: float = 5.0
+
+    def __post_init__(self) -> None:
+        for field in fields(self):
+            value = getattr(self, field.name)
+            if not (math.isfinite(value) and value >= 0):
+                raise InputError(f"tolerance {field.name} is {value}: use a number from 0")
+
+
+@dataclass(frozen=True)
+class PlacementTolerances:
+    """Standard deviations (1 σ) of what a hammer test states only approximately.
+
+    Parameters
+    ----------
+    sensor_gain : float
+        Of each accelerometer channel [1].
+    sensor_position, impact_position : float
+        Against the position sheet, per axis [m].
+    sensor_angle, impact_angle : float
+        Against the position sheet, per axis [rad].
+    hammer_gain : float
+        Of the hammer, common to all impacts [1].
+
+    Raises
+    ------
+    InputError
+        A tolerance that is not positive and finite: a perfect placement is no statement about a
+        real one.
+    """
+
+    sensor_gain: float = 0.02
+    sensor_position: float = 0.0015
+    sensor_angle: float = math.radians(1.5)
+    hammer_gain: float = 0.01
+    impact_position: float = 0.0015
+    impact_angle: float = math.radians(1.5)
+
+    def __post_init__(self) -> None:
+        for field in fields(self):
+            value = getattr(self, field.name)
+            if not (math.isfinite(value) and value > 0):
+                raise InputError(f"tolerance {field.name} is {value}: use a number above 0")

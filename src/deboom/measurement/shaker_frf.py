@@ -13,9 +13,15 @@ from scipy.signal.windows import hann
 
 from deboom.arrays import RealArray
 from deboom.errors import InputError
-from deboom.measurement.block_records import BlockRecord, chosen_blocks, summary
-from deboom.measurement.frf_estimate import Estimator, FrfEstimate, estimated
-from deboom.physics.cross_spectra import (
+from deboom.measurement.frf_estimate import (
+    BlockRecord,
+    Estimator,
+    FrfEstimate,
+    chosen_blocks,
+    estimated,
+    summary,
+)
+from deboom.physics.frf import (
     SpectrumScaling,
     cross_spectra,
     effective_averages,

@@ -12,13 +12,15 @@ import numpy as np
 from deboom.arrays import ComplexArray, RealArray
 from deboom.errors import InputError
 from deboom.measurement.campaign import AXES
-from deboom.mounts.alignment import Alignment, ErrorSource
-from deboom.mounts.alignment_estimate import AlignmentEstimate, stated_alignment
-from deboom.mounts.body_record import BodyRecord
-from deboom.mounts.cubic_least_squares import fit_pieces
-from deboom.mounts.cubic_pieces import PiecewiseCubic
-from deboom.mounts.named_arrays import freeze
+from deboom.mounts.measuring_chain import (
+    Alignment,
+    AlignmentEstimate,
+    BodyRecord,
+    ErrorSource,
+    stated_alignment,
+)
 from deboom.mounts.operating_map import OperatingMap, Preload, operating_maps
+from deboom.mounts.piecewise_cubic import PiecewiseCubic, fit_pieces, freeze
 from deboom.mounts.response_surface import DynamicStiffnessSurface
 
 IDENTIFIED = 0.15

@@ -1,11 +1,16 @@
-"""What a mount is: where it sits, of how many pieces, and through which axes it transmits."""
+"""Mounts: positions, pieces and transfer axes,."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
 
+import numpy as np
+import numpy.typing as npt
+
 from deboom.errors import InputError
+from deboom.measurement.channels import LoadCase
+from deboom.physics.dynamic_stiffness import dynamic_stiffness
 
 AXES = ("x", "y", "z")
 
@@ -77,3 +82,100 @@ class Mount:
     def channels(self, axis: str) -> tuple[str, ...]:
         """Names of the channels measured along one axis, one per piece."""
         return tuple(" ".join(filter(None, (self.name, piece, axis))) for piece in self.pieces)
+
+
+LEAST_LOSS_FACTOR = -0.05
+"""Below this a mount would drive the powertrain. A direction that hardly moves reads slightly
+negative when sensors are half a degree askew, so zero itself is no sign of a fault [1]."""
+
+
+def refuse_active_mounts(load_case: LoadCase) -> None:
+    """Refuse a run in which a mount has a negative stiffness or a negative loss.
+
+    Real mounts only store and lose energy. A negative stiffness means force and displacement of
+    opposite signs; a negative loss means conjugated spectra (factor e^{-jωt}) or a phase error.
+
+    Parameters
+    ----------
+    load_case : LoadCase
+        Measured run.
+
+    Raises
+    ------
+    InputError
+        Names load case, channel and what to check.
+
+    Notes
+    -----
+    Judged by the stiffness that fits all lines best, ``K = Σ f s* / Σ |s|²``, so that the noise of
+    single lines does not count.
+    """
+    for name, force, displacement in zip(
+        load_case.force.channels,
+        load_case.force.values.T,
+        load_case.displacement.values.T,
+        strict=True,
+    ):
+        stiffness = np.vdot(displacement, force) / np.vdot(displacement, displacement).real
+        if not stiffness.real > 0.0:
+            raise InputError(
+                f"load case {load_case.name}: channel '{name}' has a negative stiffness of "
+                f"{stiffness.real * 1e-3:.3g} N/mm over all lines: check the sign of its force and "
+                "its displacement"
+            )
+        loss = stiffness.imag / stiffness.real
+        if loss < LEAST_LOSS_FACTOR:
+            raise InputError(
+                f"load case {load_case.name}: channel '{name}' has a negative loss factor of "
+                f"{loss:.3g} over all lines: check its phase, and that the spectra have the factor "
+                "e^(+jωt)"
+            )
+
+
+def mean_operating_stiffness(
+    mount: Mount, load_case: LoadCase, band: tuple[float, float]
+) -> npt.NDArray[np.float64]:
+    """Mean magnitude of a mount's dynamic stiffness over the lines of a run, per axis.
+
+    One number to read beside a stiffness factor. Over a full-load run the stiffness itself grows
+    with the preload.
+
+    Parameters
+    ----------
+    mount : Mount
+        Its pieces are averaged.
+    load_case : LoadCase
+        Measured run.
+    band : (float, float)
+        First and last frequency, both included [Hz].
+
+    Returns
+    -------
+    array, shape (3,)
+        ``mean |f / s|`` for x, y, z [N/m]; nan for an axis without channels.
+
+    Raises
+    ------
+    InputError
+        A band without lines.
+
+    Notes
+    -----
+    Thesis, eq. 30: K = f / s at the virtual point, line by line.
+    """
+    frequency = load_case.displacement.frequency
+    lines = (frequency >= band[0]) & (frequency <= band[1])
+    if not lines.any():
+        raise InputError(
+            f"load case {load_case.name}: no line between {band[0]:g} and {band[1]:g} Hz; "
+            f"the run covers {frequency[0]:g} to {frequency[-1]:g} Hz"
+        )
+    stiffness = np.full(len(AXES), np.nan)
+    for place, axis in enumerate(AXES):
+        names = mount.channels(axis)
+        if not set(names) <= set(load_case.force.channels):
+            continue
+        force = load_case.force.select(names).values[lines]
+        displacement = load_case.displacement.select(names).values[lines]
+        stiffness[place] = np.mean(np.abs(dynamic_stiffness(force, displacement)))
+    return stiffness

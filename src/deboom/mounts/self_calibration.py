@@ -15,11 +15,9 @@ from scipy.linalg import block_diag
 
 from deboom.arrays import ComplexArray, RealArray
 from deboom.errors import InputError
-from deboom.measurement.channel_geometry import RIGID_LOADS
-from deboom.mounts.alignment import Alignment
-from deboom.mounts.alignment_estimate import AlignmentEstimate, stated_alignment
-from deboom.mounts.body_record import BodyRecord
-from deboom.mounts.named_arrays import freeze
+from deboom.measurement.virtual_point import RIGID_LOADS
+from deboom.mounts.measuring_chain import Alignment, AlignmentEstimate, BodyRecord, stated_alignment
+from deboom.mounts.piecewise_cubic import freeze
 from deboom.physics.rigid_body import skew
 
 LINES = 1200

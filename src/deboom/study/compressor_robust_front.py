@@ -1,27 +1,627 @@
-"""The numbers behind the robust front of a compressor's mounts."""
+"""The robust front of a compressor's mounts."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import tempfile
+import time
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import AbstractContextManager
 from dataclasses import dataclass, replace
+from enum import Enum
 from functools import cached_property
+from pathlib import Path
 
 import numpy as np
+import pandas as pd
+from threadpoolctl import threadpool_limits
 
+from deboom import plot as figures
 from deboom.arrays import RealArray
-from deboom.explore.design_space import DesignSpace
-from deboom.explore.fronts import Verification, verification_response
+from deboom.bench.compressor_operation import PRESSURES, Operation, gas_factor, operation
+from deboom.bench.compressor_rig import draw, placement_errors
+from deboom.bench.compressor_truth import CalibrationLevel
+from deboom.bench.electric_car import (
+    POINTS,
+    ElectricCarBody,
+    design_pressure,
+    draw_fleet,
+    frozen_fleet,
+)
+from deboom.bench.electric_car_writer import CAR_PLAN, write_electric_car
+from deboom.bench.electric_recording import (
+    CABIN_NOISE,
+    body_plan,
+    draw_car_sensors,
+    draw_setup,
+    point_sheets,
+    strike_body,
+)
+from deboom.compressor.cabin_index import (
+    DATUM,
+    CabinIndex,
+    MountStatics,
+    MountVariables,
+    car_seam,
+    free_compressor,
+    measured_body,
+    mount_variables,
+)
+from deboom.compressor.cabin_noise import RunningInCar, running_in_car
+from deboom.compressor.hose_beams import hose_matrices
+from deboom.compressor.identify import Identification, IdentifyOptions, identify
+from deboom.compressor.sources import case_name, source_loads
+from deboom.errors import InputError
+from deboom.explore.front import Verification, verification_response, verify
+from deboom.explore.limits import Limit, LimitedResponse, Limits
 from deboom.explore.problems import SearchResult
-from deboom.explore.robust import RobustResponse, RobustValues
+from deboom.explore.robust import Robust, RobustResponse, RobustValues, SigmaShares, sigma_shares
+from deboom.explore.scatter import sobol_sample
 from deboom.explore.selection import indifference_intervals, pick
-from deboom.explore.sensitivity import sobol_designs
-from deboom.explore.sensitivity_inputs import SensitivityInputs
-from deboom.explore.sigma_shares import SigmaShares, sigma_shares
-from deboom.explore.sobol_indices import SobolIndices, sobol_indices
-from deboom.study.compressor_agreement import Agreement, exact_change
-from deboom.study.compressor_mounts import MountedFleet, Parts
+from deboom.explore.sensitivity import SensitivityInputs, SobolIndices, sobol_designs, sobol_indices
+from deboom.explore.space import DesignSpace, generator
+from deboom.files.electric_car import read_electric_car
+from deboom.files.tables import workbook_bytes
+from deboom.measurement.channels import Frf
+from deboom.measurement.electric_car import ElectricCar
+from deboom.physics.sound_level import spl
+from deboom.plot import CurvePanel, IndexBars
+from deboom.plot.style import mount_colours, mount_of, signed, vehicle_colours
+from deboom.report.page import Headline, Page, Picture, Section, Table, render_page
+from deboom.study.progress import Progress
+from deboom.study.result import RunContext, Scalar, StudyResult
+from deboom.study.search import Budget, robust_search
+from deboom.vehicles.booming_model import mean_energy_level
 from deboom.vehicles.booming_peaks import PeakChange, compare_peaks
-from deboom.vehicles.synthesis import mean_energy_level
+
+OTHER_CARS = 200
+"""Purposes of random numbers from here on belong to the cars that are not written."""
+
+
+@dataclass(frozen=True, eq=False)
+class FleetTruth:
+    """What is exactly so in a virtual fleet.
+
+    Parameters
+    ----------
+    there : Operation
+        Compressor, hoses and source.
+    bodies : tuple of ElectricCarBody
+    """
+
+    there: Operation
+    bodies: tuple[ElectricCarBody, ...]
+
+    def levels(
+        self, factors: RealArray, frequency: RealArray, pressure: float, *, with_hoses: bool
+    ) -> RealArray:
+        """Return the sound pressure level for other mounts, coupled and exact.
+
+        Parameters
+        ----------
+        factors : array, shape (n, 3 m)
+            On the true stiffness of every mount [1].
+        frequency : array, shape (f,)
+            [Hz]
+        pressure : float
+            Of the gas, one of the bench's [bar].
+        with_hoses : bool
+
+        Returns
+        -------
+        array, shape (n, v, f)
+            [dB(A)]
+        """
+        compressor = self.there.laboratory.compressor
+        stiffness = factors.reshape(-1, *compressor.stiffness.shape) * compressor.stiffness
+        hoses = compressor.hoses if with_hoses else ()
+        heard = [
+            design_pressure(
+                body,
+                compressor,
+                self.there.source,
+                frequency,
+                stiffness,
+                hoses,
+                gas_factor(pressure),
+            )
+            for body in self.bodies
+        ]
+        return spl(np.stack(heard, axis=1), frequency, axis=-1)
+
+
+@dataclass(frozen=True, eq=False)
+class CompressorFleet:
+    """Cars whose bodies were struck; in the first one the compressor was struck and run.
+
+    Parameters
+    ----------
+    cars : tuple of ElectricCar
+    inputs : tuple of Path
+        Every file that was read.
+    truth : FleetTruth or None
+        None where cars were measured.
+    """
+
+    cars: tuple[ElectricCar, ...]
+    inputs: tuple[Path, ...]
+    truth: FleetTruth | None = None
+
+
+def measured_fleet(folders: Sequence[Path]) -> CompressorFleet:
+    """Read the folders of cars.
+
+    Parameters
+    ----------
+    folders : sequence of Path
+        Each with ``car.toml``; the compressor is that of the first.
+
+    Raises
+    ------
+    InputError
+        A folder that holds no car, two cars of one name, cars with other mounts than the first.
+    """
+    cars = tuple(read_electric_car(folder) for folder in folders)
+    first = cars[0]
+    mounts = {point.name for point in first.mounts}
+    for car in cars[1:]:
+        if {point.name for point in car.mounts} != mounts:
+            raise InputError(
+                f"car {car.name} has the mounts {[point.name for point in car.mounts]}, car "
+                f"{first.name} {sorted(mounts)}: one compressor stands on mounts of the same names"
+            )
+    names = [car.name for car in cars]
+    if len(set(names)) < len(names):
+        raise InputError(f"two cars have one name: {names}")
+    files = dict.fromkeys(path for car in cars for path in car.input_files)
+    return CompressorFleet(cars, tuple(files))
+
+
+def virtual_fleet(seed: int, level: CalibrationLevel, fleet: int | None = None) -> CompressorFleet:
+    """Measure a fleet of the virtual bench.
+
+    Parameters
+    ----------
+    seed : int
+        Of the laboratory, from 1.
+    level : CalibrationLevel
+    fleet : int, optional
+        Seed of a drawn fleet; the frozen one if left out.
+
+    Returns
+    -------
+    CompressorFleet
+        The first car goes through its files, the others are struck in memory.
+    """
+    bodies = (frozen_fleet() if fleet is None else draw_fleet(fleet)).cars
+    names = list(bodies)
+    with tempfile.TemporaryDirectory() as folder:
+        first = read_electric_car(
+            write_electric_car(Path(folder) / "car", seed, names[0], fleet, level)
+        )
+    there = operation(seed, level, CAR_PLAN)
+    others = [
+        _struck(first, bodies[name], there, seed, level, number)
+        for number, name in enumerate(names[1:])
+    ]
+    truth = FleetTruth(there, tuple(bodies.values()))
+    return CompressorFleet((replace(first, input_files=()), *others), (), truth)
+
+
+def bar_of(case: str) -> float:
+    """Return the bench's pressure of a case [bar].
+
+    Raises
+    ------
+    InputError
+        A pressure that the bench does not have.
+    """
+    known = {f"{pressure:g} bar": pressure for pressure in PRESSURES}
+    if case not in known:
+        raise InputError(f"the bench has no sweep at {case}, only at {', '.join(known)}")
+    return known[case]
+
+
+def _struck(
+    first: ElectricCar,
+    body: ElectricCarBody,
+    there: Operation,
+    seed: int,
+    level: CalibrationLevel,
+    number: int,
+) -> ElectricCar:
+    """Strike another body where the first was struck, with new errors of placement and noise."""
+    compressor = there.laboratory.compressor
+    places = [*compressor.positions, *(hose.end for hose in compressor.hoses)]
+    sheets = point_sheets(dict(zip(POINTS, places, strict=True)))
+    purpose, errors = OTHER_CARS + 3 * number, placement_errors(level)
+    setup = draw_setup(sheets, errors, draw(seed, purpose))
+    microphone = draw_car_sensors(errors, draw(seed, purpose + 1)).microphone
+    found = strike_body(body, setup, body_plan(), CABIN_NOISE, microphone, draw(seed, purpose + 2))
+    pressure, accelerance = first.pressure, first.accelerance
+    return replace(
+        first,
+        name=body.name,
+        pressure=Frf(
+            found.frequency,
+            found.pressure[:, np.newaxis],
+            pressure.outputs,
+            pressure.inputs,
+            pressure.unit,
+        ),
+        coherence=found.coherence[:, np.newaxis],
+        accelerance=Frf(
+            found.frequency,
+            found.acceleration,
+            accelerance.outputs,
+            accelerance.inputs,
+            accelerance.unit,
+        ),
+        input_files=(),
+    )
+
+
+def weighted_pressures(requests: Sequence[str] | None) -> dict[str, float]:
+    """Read ``7.5`` or ``7.5=2``: pressures in bar with their weights.
+
+    Raises
+    ------
+    InputError
+        No number, a weight that is not above 0, a pressure twice.
+    """
+    chosen: dict[str, float] = {}
+    for request in requests or ():
+        text, _, weight = request.partition("=")
+        try:
+            name, share = f"{float(text):g} bar", float(weight or 1)
+        except ValueError:
+            name, share = "", 0.0
+        if not 0 < share < float("inf") or name in chosen:
+            raise InputError(
+                f"--pressure {request}: write each pressure once, as BAR or BAR=WEIGHT with a "
+                "weight above 0, such as 7.5=2"
+            )
+        chosen[name] = share
+    return chosen
+
+
+def weights_of(asked: dict[str, float], measured: Sequence[str]) -> dict[str, float]:
+    """Return the weights of pressures that were measured; of all alike where none is asked for.
+
+    Raises
+    ------
+    InputError
+        A pressure that was not measured.
+    """
+    unknown = [name for name in asked if name not in measured]
+    if unknown:
+        raise InputError(f"no sweep at {unknown[0]} was measured, only at {', '.join(measured)}")
+    return asked or dict.fromkeys(measured, 1.0)
+
+
+STEPS = 8
+"""Of `mounted_fleet`, for progress."""
+REFERENCE = 40.0
+"""Line at which dynamic stiffness is stated, where the band has it [Hz]."""
+
+
+class Parts(Enum):
+    """What may be chosen."""
+
+    identical = "identical"
+    """One part number: one axial and one radial stiffness for all mounts."""
+    own = "own"
+    """An axial and a radial stiffness for every mount."""
+
+
+class Hoses(Enum):
+    """What joins compressor and body besides the mounts."""
+
+    none = "none"
+    """Nothing."""
+    identified = "identified"
+    """The standard hoses, as beams identified from the first car's sweeps."""
+
+
+@dataclass(frozen=True)
+class MountQuestion:
+    """What is asked of the mounts.
+
+    Parameters
+    ----------
+    parts : Parts
+    hoses : Hoses
+    band : (float, float)
+        Lines that count [Hz].
+    line_step : float
+        Between them; all must be measured [Hz].
+    pressures : dict of str to float
+        Weight of each pressure, such as ``7.5 bar`` → 1; empty for all of them alike [1].
+    reach : float
+        Stiffness factors run within ``1 ± reach`` [1].
+    tolerance : float
+        Half width of the scatter of each stiffness of each piece, three standard deviations [1].
+    batch : float
+        Share of the batch in its variance; with identical parts only, others have no batch in
+        common [1].
+    place_tolerance : float
+        Half width of the scatter of each coordinate, three standard deviations [mm].
+
+    Raises
+    ------
+    InputError
+        Numbers outside of what they can be.
+    """
+
+    parts: Parts
+    hoses: Hoses
+    band: tuple[float, float]
+    line_step: float
+    pressures: dict[str, float]
+    reach: float
+    tolerance: float
+    batch: float
+    place_tolerance: float
+
+    def __post_init__(self) -> None:
+        if not 0 < self.reach < 1:
+            raise InputError(f"--reach {self.reach:g}: factors run within 1 ± reach, below 1")
+        if not 0 < self.tolerance < 1 or not 0 <= self.batch <= 1:
+            raise InputError("tolerance and share of the batch lie between 0 and 1")
+        if not 0 <= self.place_tolerance < DATUM:
+            raise InputError(
+                f"--place-tolerance {self.place_tolerance:g}: mounts are placed to some millimetres"
+            )
+        if not self.line_step > 0:
+            raise InputError(f"--line-step {self.line_step:g}: give a step above 0 Hz")
+
+    @property
+    def lines(self) -> RealArray:
+        """Of the band [Hz]."""
+        low, high = self.band
+        return np.arange(low, high + 1e-6 * high, self.line_step)
+
+    def space(self, variables: MountVariables) -> DesignSpace:
+        """Return the design space: what is no stiffness of a part number is fixed and scatters."""
+        identical = self.parts is Parts.identical
+        lower, upper, nominal, tolerance = [], [], [], []
+        for number, name in enumerate(variables.names):
+            if variables.moved[number].any():
+                low = high = middle = DATUM
+                width = self.place_tolerance / DATUM
+            elif name.endswith(" piece"):
+                low = high = middle = 1.0
+                width = self.tolerance * np.sqrt(1 - self.batch)
+            else:
+                low, middle, high = 1 - self.reach, 1.0, 1 + self.reach
+                width = self.tolerance * (np.sqrt(self.batch) if identical else 1.0)
+            lower.append(low)
+            upper.append(high)
+            nominal.append(middle)
+            tolerance.append(width)
+        return DesignSpace(
+            variables.names,
+            variables.units,
+            np.array(nominal),
+            np.array(lower),
+            np.array(upper),
+            np.array(tolerance),
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class MountedFleet:
+    """The model of a fleet, ready to be explored.
+
+    Parameters
+    ----------
+    fleet : CompressorFleet
+    question : MountQuestion
+    found : Identification
+        Of the compressor's hammer test.
+    running : RunningInCar
+        Its source, mounts and hoses.
+    index : CabinIndex
+    rigid : CabinIndex
+        The same with holders that do not move.
+    statics : MountStatics
+        With the stiffness of the lowest line.
+    seconds : float
+        From measured cars to here [s].
+    """
+
+    fleet: CompressorFleet
+    question: MountQuestion
+    found: Identification
+    running: RunningInCar
+    index: CabinIndex
+    rigid: CabinIndex
+    statics: MountStatics
+    seconds: float
+
+    @property
+    def reference_line(self) -> float:
+        """Where dynamic stiffness is stated [Hz]."""
+        lines = self.index.frequency
+        return float(lines[np.argmin(np.abs(lines - REFERENCE))])
+
+    @property
+    def stiffness_at_reference(self) -> RealArray:
+        """|K| of every mount there at factor 1, axial and two radial, shape (m, 3) [N/m]."""
+        row = int(np.argmin(np.abs(self.index.frequency - self.reference_line)))
+        return np.array(
+            [abs(self.index.gain[row]) * mount.stiffness for mount in self.index.mounts]
+        )
+
+    @property
+    def alarms(self) -> tuple[str, ...]:
+        """What a reader must know of the data."""
+        rotor = (
+            ("The rotor's inertia is not stated: its gyroscopic moment is left out.",)
+            if self.fleet.cars[0].operation.rotor_inertia is None
+            else ()
+        )
+        return (*self.found.alarms, *self.running.alarms, *rotor)
+
+
+def mounted_fleet(
+    fleet: CompressorFleet, question: MountQuestion, step: Callable[[str], None]
+) -> MountedFleet:
+    """Identify the compressor, its source and its mounts, and join it to every car.
+
+    Parameters
+    ----------
+    fleet : CompressorFleet
+    question : MountQuestion
+    step : callable of str
+        Told what is being done.
+
+    Returns
+    -------
+    MountedFleet
+
+    Raises
+    ------
+    InputError
+        A pressure that was not measured, lines that were not, no drawing of the mounts; see also
+        `identify` and `running_in_car`.
+    """
+    begin = time.perf_counter()
+    first, with_hoses = fleet.cars[0], question.hoses is Hoses.identified
+    measured = dict.fromkeys(case_name(sweep.pressure) for sweep in first.operation.sweeps)
+    weights_of(question.pressures, list(measured))  # before the work begins
+    with threadpool_limits(1):  # its matrices are too small to share
+        step("identification of the compressor")
+        found = identify(first.operation.hammer, IdentifyOptions(held_out=0))
+        running = running_in_car(first, found, with_hoses=with_hoses, step=step)
+        step("seams")
+        lines = question.lines
+        loads = source_loads(running.source.chosen.sources, lines)
+        weights = weights_of(question.pressures, list(loads))
+        model, mounts = found.calibrated.model, running.shares.mounts
+        inertia = first.operation.rotor_inertia or 0.0
+        sense = running.source.sense.sense
+        used = {name: loads[name] for name in weights}
+        free = free_compressor(model.mass_matrix, inertia, sense, lines, used)
+        drawn = () if running.hoses is None else running.hoses.hoses
+        beams = hose_matrices(drawn, lines) if drawn else None
+        names = [hose.name for hose in drawn]
+        bodies = [measured_body(car, mounts, lines, names) for car in fleet.cars]
+        places = np.array([mount.position for mount in mounts])
+        variables = mount_variables(
+            mounts,
+            identical=question.parts is Parts.identical,
+            pieces=question.parts is Parts.identical,
+            places=question.place_tolerance > 0,
+        )
+        gain = model.gain.at(lines) * (1 + running.change(lines))
+        index, rigid = (
+            CabinIndex(
+                variables,
+                mounts,
+                gain,
+                tuple(car_seam(free, places, body, beams) for body in held),
+                tuple(weights.values()),
+            )
+            for held in (bodies, [body.rigid() for body in bodies])
+        )
+    statics = MountStatics(
+        variables, mounts, float(gain[0].real), model.mass, model.centre, model.mass_matrix
+    )
+    seconds = time.perf_counter() - begin
+    return MountedFleet(fleet, question, found, running, index, rigid, statics, seconds)
+
+
+@dataclass(frozen=True, eq=False)
+class Agreement:
+    """Predicted and exact levels of designs within the bounds, in the first case.
+
+    Parameters
+    ----------
+    designs : array, shape (n, k)
+        The first one is today's.
+    predicted, exact : array, shape (n, v, f)
+        [dB(A)]
+    """
+
+    designs: RealArray
+    predicted: RealArray
+    exact: RealArray
+
+    @property
+    def peak_errors(self) -> RealArray:
+        """Predicted minus exact level at the local maxima of the exact curves [dB]."""
+        middle = self.exact[..., 1:-1]
+        peaks = (middle > self.exact[..., :-2]) & (middle >= self.exact[..., 2:])
+        return np.asarray((self.predicted - self.exact)[..., 1:-1][peaks])
+
+    @property
+    def changes(self) -> tuple[RealArray, RealArray]:
+        """Change of the mean level against today, predicted and exact, each (n - 1, v) [dB]."""
+        predicted, exact = (
+            np.asarray((levels[1:] - levels[:1]).mean(axis=-1))
+            for levels in (self.predicted, self.exact)
+        )
+        return predicted, exact
+
+
+def agreement(model: MountedFleet, space: DesignSpace, n: int, *, seed: int) -> Agreement | None:
+    """Compare with the bench's exact coupled solution.
+
+    Parameters
+    ----------
+    model : MountedFleet
+    space : DesignSpace
+        Designs are drawn uniformly within its bounds; mounts stand where they are drawn.
+    n : int
+        Designs beside today's.
+    seed : int
+        From 1.
+
+    Returns
+    -------
+    Agreement or None
+        None for cars that were measured: their truth is not known.
+    """
+    if model.fleet.truth is None:
+        return None
+    drawn = generator(seed, "agreement").uniform(space.lower, space.upper, (n, space.n_variables))
+    designs = np.vstack([space.nominal, drawn])
+    exact = _exact(model, model.fleet.truth, designs, model.index.case_names[0])
+    return Agreement(designs, model.index.levels(designs), exact)
+
+
+def exact_change(model: MountedFleet, today: RealArray, design: RealArray) -> RealArray | None:
+    """Return what a design truly changes: mean level of the lines, all cases.
+
+    Parameters
+    ----------
+    model : MountedFleet
+    today, design : array, shape (k,)
+        Mounts stand where they are drawn.
+
+    Returns
+    -------
+    array, shape (v,), or None
+        [dB]; None for cars that were measured.
+    """
+    if model.fleet.truth is None:
+        return None
+    total = np.zeros(len(model.index.response_names))
+    for case, weight in zip(model.index.case_names, model.index.weights, strict=True):
+        before, after = _exact(model, model.fleet.truth, np.stack([today, design]), case)
+        total += weight * (after - before).mean(axis=-1)
+    return total
+
+
+def _exact(model: MountedFleet, truth: FleetTruth, designs: RealArray, case: str) -> RealArray:
+    """Levels of the bench's coupled cars, shape (n, v, f) [dB(A)]."""
+    return truth.levels(
+        model.index.variables.factors(designs),
+        model.index.frequency,
+        bar_of(case),
+        with_hoses=model.question.hoses is Hoses.identified,
+    )
+
 
 FIRST_ORDER = 1.0
 """One cycle per turn: the lines are the rotational frequency."""
@@ -310,4 +910,771 @@ def stiffness_sobol(model: MountedFleet, space: DesignSpace, n: int, *, seed: in
         model.index.response_names,
         seed=seed,
         second_order=False,
+    )
+
+
+N_PER_MM = 1e-3
+"""From N/m to N/mm."""
+PERCENT = 100.0
+
+
+def front_table(study: CompressorFront) -> pd.DataFrame:
+    """One row per design of the front: verified objectives, chosen factors, travel."""
+    check, scale = study.verification.values, study.per_line
+    names = {row: name for name, row in reversed(study.picks.items())}
+    columns = {
+        "point": np.arange(1, len(check) + 1),
+        "pick": [names.get(row, "") for row in range(len(check))],
+        "mean level [dB(A)]": check.mean_sum * scale,
+        "sigma of the level [dB]": check.sigma_sum * scale,
+        "standard error of the mean [dB]": check.standard_error_mean_sum * scale,
+        "standard error of sigma [dB]": check.standard_error_sigma_sum * scale,
+        "non-dominated when verified": study.verification.nondominated,
+        "travel under 1 g [mm]": [study.travel(design) for design in check.designs],
+    }
+    for column, name in zip(study.chosen, study.chosen_names, strict=True):
+        columns[f"{name} factor [1]"] = check.designs[:, column]
+    return pd.DataFrame(columns)
+
+
+def convergence_table(study: CompressorFront) -> pd.DataFrame:
+    """One row per generation: hypervolume of the front so far, as the search saw it."""
+    volume = study.search.hypervolume
+    return pd.DataFrame({"generation": np.arange(1, len(volume) + 1), "hypervolume [dB²]": volume})
+
+
+def pick_table(study: CompressorFront) -> pd.DataFrame:
+    """One row per named design: objectives, travel, rigid-body modes."""
+    rows = []
+    base = study.baseline
+    for name, design in study.designs.items():
+        values, row = study.row(name)
+        modes = study.model.statics.modes(design[np.newaxis])[0]
+        rows.append(
+            {
+                "design": name,
+                "mean level [dB(A)]": values.mean_sum[row] * study.per_line,
+                "change [dB]": (values.mean_sum[row] - base.mean_sum[0]) * study.per_line,
+                "sigma of the level [dB]": values.sigma_sum[row] * study.per_line,
+                "change of sigma [%]": PERCENT * (values.sigma_sum[row] / base.sigma_sum[0] - 1),
+                "travel under 1 g [mm]": study.travel(design),
+                "lowest mode [Hz]": modes[0],
+                "highest mode [Hz]": modes[-1],
+            }
+        )
+    return pd.DataFrame(rows)
+
+
+def stiffness_table(study: CompressorFront) -> pd.DataFrame:
+    """One row per chosen stiffness: today's and that of each pick, and what is free."""
+    today = study.chosen_stiffness(study.space.nominal) * N_PER_MM
+    table: dict[str, object] = {"stiffness": list(study.chosen_names), "today [N/mm]": today}
+    for name, design in study.designs.items():
+        if name != TODAY:
+            table[f"{name} [N/mm]"] = study.chosen_stiffness(design) * N_PER_MM
+    low, high = study.indifference.T
+    table["best mean from [N/mm]"] = today * low
+    table["best mean to [N/mm]"] = today * high
+    return pd.DataFrame(table)
+
+
+def car_table(study: CompressorFront) -> pd.DataFrame:
+    """One row per car: what best mean changes, and how far the tolerance scatters it."""
+    values, row = study.row("best mean")
+    base, n = study.baseline, study.n_lines
+    return pd.DataFrame(
+        {
+            "car": list(study.cars),
+            "level today [dB(A)]": base.mean[0] / n,
+            "level then [dB(A)]": values.mean[row] / n,
+            "change [dB]": study.level_change(study.best),
+            "sigma today [dB]": base.sigma[0] / n,
+            "sigma then [dB]": values.sigma[row] / n,
+            "energy change [dB]": study.energy_change(study.best),
+            "sigma of energy [dB]": study.energy_sigma(study.best),
+        }
+    )
+
+
+def peak_table(study: CompressorFront) -> pd.DataFrame:
+    """Peaks of the first case today, and what became of them in best mean."""
+    rows = []
+    for car, changes in study.peak_changes.items():
+        for change in changes:
+            rows.append(
+                {
+                    "car": car,
+                    "frequency [Hz]": change.frequency,
+                    "speed [rpm]": 60.0 * change.frequency,
+                    "SPL today [dB(A)]": change.level_before,
+                    "SPL then [dB(A)]": change.level_after,
+                    "change [dB]": change.level_after - change.level_before,
+                }
+            )
+    names = ("car", "frequency [Hz]", "speed [rpm]", "SPL today [dB(A)]", "SPL then [dB(A)]")
+    return pd.DataFrame(rows, columns=[*names, "change [dB]"])
+
+
+def sobol_table(study: CompressorFront) -> pd.DataFrame:
+    """One row per chosen stiffness and car: Sobol indices with the half widths of intervals."""
+    found = study.sobol
+    return pd.DataFrame(
+        [
+            {
+                "stiffness": factor,
+                "car": car,
+                "total [1]": found.total[row, place],
+                "total ± 95 % [1]": found.total_interval[row, place],
+                "alone [1]": found.first[row, place],
+                "alone ± 95 % [1]": found.first_interval[row, place],
+            }
+            for row, factor in enumerate(found.factors)
+            for place, car in enumerate(found.outputs)
+        ]
+    )
+
+
+def requirement_table(study: CompressorFront) -> pd.DataFrame:
+    """One row per chosen stiffness, and the places: what is wanted, and what its tolerance costs.
+
+    Importance is the mean total index over the cars. The share of sigma is that of the tolerance of
+    all that belongs to the row, at best mean.
+    """
+    tolerance = study.model.question.tolerance
+    today = study.chosen_stiffness(study.space.nominal) * N_PER_MM
+    wanted = study.chosen_stiffness(study.best) * N_PER_MM
+    total = study.sobol.total.mean(axis=1)
+    rows = []
+    for name, columns in study.groups.items():
+        share = PERCENT * float(study.shares.of_sum[columns].sum())
+        gain = study.worth[name]
+        if name == PLACES:
+            row = dict.fromkeys(("today", "wanted", "at least", "at most"), np.nan)
+            row |= {"factor": np.nan, "tolerance": np.nan, "importance": np.nan}
+        else:
+            place = study.chosen_names.index(name)
+            row = {
+                "today": today[place],
+                "wanted": wanted[place],
+                "factor": wanted[place] / today[place],
+                "tolerance": PERCENT * tolerance,
+                "at least": wanted[place] * (1 - tolerance),
+                "at most": wanted[place] * (1 + tolerance),
+                "importance": total[place],
+            }
+        rows.append(
+            {
+                "requirement": name,
+                "today [N/mm]": row["today"],
+                "wanted [N/mm]": row["wanted"],
+                "wanted / today [1]": row["factor"],
+                "tolerance ± [%]": row["tolerance"],
+                "at least [N/mm]": row["at least"],
+                "at most [N/mm]": row["at most"],
+                "importance [1]": row["importance"],
+                "share of sigma [%]": share,
+                "sigma with half the tolerance [%]": gain,
+            }
+        )
+    return pd.DataFrame(rows)
+
+
+def agreement_table(study: CompressorFront) -> pd.DataFrame:
+    """One row per design and car: predicted and exact change of the level; empty without truth."""
+    columns = ["design", "car", "predicted change [dB]", "exact change [dB]"]
+    if study.agreement is None:
+        return pd.DataFrame(columns=columns)
+    predicted, exact = study.agreement.changes
+    return pd.DataFrame(
+        [
+            [number + 1, car, predicted[number, place], exact[number, place]]
+            for number in range(len(exact))
+            for place, car in enumerate(study.cars)
+        ],
+        columns=columns,
+    )
+
+
+def front_summary(study: CompressorFront) -> dict[str, Scalar]:
+    """Headline numbers; the study's docstring explains the keys."""
+    check, base = study.verification.values, study.baseline
+    summary: dict[str, Scalar] = {"n_front": len(check)}
+    for car, change in zip(study.cars, study.level_change(study.best), strict=True):
+        summary[f"level_change_db_{car}"] = float(change)
+    summary["mean_change_db"] = study.mean_change
+    for name in ("best mean", "best sigma"):
+        sigma = check.sigma_sum[study.picks[name]] / base.sigma_sum[0]
+        summary[f"sigma_change_percent_{name.replace(' ', '_')}"] = float(PERCENT * (sigma - 1))
+    summary["leading_stiffness"] = study.leading
+    summary["leading_total_index"] = float(study.sobol.total.mean(axis=1).max())
+    summary["travel_ratio"] = study.travel(study.best) / study.travel(study.space.nominal)
+    summary["travel_limit_reached"] = str(study.limit_reached).lower()
+    summary["at_bound"] = ", ".join(study.at_bound)
+    rigid = np.abs(study.rigid_difference)
+    summary["rigid_holders_median_db"] = float(np.median(rigid))
+    summary["rigid_holders_p90_db"] = float(np.quantile(rigid, 0.9))
+    if study.agreement is not None and study.exact_change is not None:
+        errors = np.abs(study.agreement.peak_errors)
+        predicted, exact = study.agreement.changes
+        summary["peak_error_median_db"] = float(np.median(errors))
+        summary["peak_error_p90_db"] = float(np.quantile(errors, 0.9))
+        summary["exact_mean_change_db"] = float(np.mean(study.exact_change))
+        summary["change_error_rms_db"] = float(np.sqrt(np.mean((predicted - exact) ** 2)))
+    summary["sigma_bias_percent"] = study.verification.sigma_bias_percent
+    summary["mean_bias_db"] = study.verification.mean_bias * study.per_line
+    summary["n_evaluated"] = study.search.n_evaluated
+    summary["n_failed"] = study.search.n_failed
+    summary["seconds_search"] = round(study.search.seconds, 3)
+    return summary
+
+
+TERMS = (
+    "SPL",
+    "stiffness factor",
+    "dynamic stiffness",
+    "tolerance",
+    "σ",
+    "Pareto front",
+    "knee",
+    "sensitivity index",
+    "noise transfer function",
+)
+
+
+def front_figures(study: CompressorFront) -> dict[str, bytes]:
+    """Draw all pictures of the page; file stem → PNG."""
+    values, scale, base = study.verification.values, study.per_line, study.baseline
+    colours, n = vehicle_colours(study.cars), study.n_lines
+    peaks = study.peak_changes
+    owners = mount_colours(list(dict.fromkeys(mount_of(name) for name in study.chosen_names)))
+    chosen = list(study.chosen)
+    row = study.picks["best mean"]
+    low, high = study.frequency[0], study.frequency[-1]
+    found = study.sobol
+    columns = (found.first.T, found.total.T, found.total_interval.T, found.zero.T)
+    pictures = {
+        "pareto_front": figures.pareto_front(
+            values.mean_sum * scale,
+            values.sigma_sum * scale,
+            values.standard_error_mean_sum * scale,
+            values.standard_error_sigma_sum * scale,
+            (float(base.mean_sum[0]) * scale, float(base.sigma_sum[0]) * scale),
+            {
+                name: (float(values.mean_sum[at]) * scale, float(values.sigma_sum[at]) * scale)
+                for name, at in study.picks.items()
+            },
+            mean_label="mean level over cars and lines [dB(A)]",
+            sigma_label="its σ over the tolerance [dB]",
+        ),
+        "spl_curves": figures.spl_curves(
+            study.frequency,
+            FIRST_ORDER,
+            study.levels(study.space.nominal),
+            study.levels(study.best),
+            study.cars,
+            [[c.before.frequency for c in peaks[car] if c.before] for car in study.cars],
+            [[c.after.frequency for c in peaks[car] if c.after] for car in study.cars],
+            colours,
+        ),
+        "stiffness_bars": figures.stiffness_bars(
+            study.chosen_names,
+            study.best[chosen],
+            study.space.lower[chosen],
+            study.space.upper[chosen],
+            study.chosen_stiffness(study.space.nominal) * N_PER_MM,
+            [False] * len(chosen),
+            study.indifference,
+            owners,
+            stiffness_label=f"|K| at {study.model.reference_line:g} Hz [N/mm]",
+        ),
+        "per_car_change": figures.per_vehicle_change(
+            study.cars,
+            study.level_change(study.best),
+            values.sigma[row] / n,
+            study.energy_change(study.best),
+            study.energy_sigma(study.best),
+            colours,
+            level_label="change of the mean level [dB]",
+            energy_label=f"change of energy {low:g}–{high:g} Hz [dB]",
+        ),
+        "sobol": figures.index_bars(
+            found.factors,
+            [owners[mount_of(name)] for name in found.factors],
+            [IndexBars(*one) for one in zip(found.outputs, *columns, strict=True)],
+            x_label="share of the variance [1]",
+        ),
+        "convergence": figures.convergence(
+            np.arange(1, len(study.search.hypervolume) + 1),
+            study.search.hypervolume,
+            hypervolume_label="hypervolume [dB²]",
+        ),
+    }
+    if study.agreement is not None:
+        pictures["agreement"] = figures.curve_panels(
+            [
+                CurvePanel(
+                    car,
+                    study.frequency,
+                    {
+                        "predicted": study.agreement.predicted[1, place],
+                        "exact": study.agreement.exact[1, place],
+                    },
+                )
+                for place, car in enumerate(study.cars)
+            ],
+            x_label="rotational frequency [Hz]",
+            y_label="SPL [dB(A)]",
+            dashed=("exact",),
+            share_y=True,
+        )
+    return pictures
+
+
+def front_page(
+    study: CompressorFront, tables: Mapping[str, pd.DataFrame], pictures: Mapping[str, bytes]
+) -> Page:
+    """Compose the page from the study's tables and figures."""
+    base, check = study.baseline, study.verification.values
+    row = study.picks["best mean"]
+    sigma = 100 * (check.sigma_sum[row] / base.sigma_sum[0] - 1)
+    question = study.model.question
+    return Page(
+        title="Mounts of the compressor: quiet cars in spite of scatter",
+        question=(
+            "Which stiffness of its mounts makes a compressor quiet in "
+            f"{len(study.cars)} electric cars, {question.band[0]:g} to {question.band[1]:g} Hz, "
+            "and keeps them quiet as parts scatter?"
+        ),
+        headlines=(
+            Headline(f"{signed(study.mean_change, 1)} dB", "mean level, best mean against today"),
+            Headline(f"{signed(float(sigma), 0)} %", "its σ over the tolerance"),
+            Headline(
+                f"{study.travel(study.best) / study.travel(study.space.nominal):.2f}",
+                f"travel over today's; {study.travel_ratio:g} is allowed",
+            ),
+            Headline(study.leading, "stiffness that matters most"),
+            *_agreement_headline(study),
+        ),
+        terms=TERMS,
+        warnings=study.model.alarms,
+        sections=(
+            _choice(study, tables, pictures),
+            _quiet(study, tables, pictures),
+            _matters(study, tables, pictures),
+            _trust(study, pictures),
+            Section(
+                "How the search went",
+                f"NSGA-II, {study.search.hypervolume.size} generations, "
+                f"{study.search.n_evaluated} designs, {study.search.seconds:.1f} s. Every design "
+                f"was made {study.robust.sample.n_samples} times within its tolerance; the front "
+                f"was verified with {study.verification.n_samples} draws that the search never "
+                "saw.",
+                figures=(
+                    _picture(
+                        pictures,
+                        "convergence",
+                        "Hypervolume of the front over the generations; flat means that more "
+                        "generations would not have helped.",
+                    ),
+                ),
+            ),
+        ),
+    )
+
+
+def _agreement_headline(study: CompressorFront) -> tuple[Headline, ...]:
+    if study.agreement is None:
+        return ()
+    error = float(np.median(np.abs(study.agreement.peak_errors)))
+    return (Headline(f"{error:.2f} dB", "median error of the model at peaks"),)
+
+
+def _choice(
+    study: CompressorFront, tables: Mapping[str, pd.DataFrame], pictures: Mapping[str, bytes]
+) -> Section:
+    question = study.model.question
+    what = (
+        "One part number for all mounts: an axial and a radial stiffness; pieces scatter on their "
+        "own, and batch by batch together."
+        if question.parts is Parts.identical
+        else "Every mount has an axial and a radial stiffness of its own."
+    )
+    place = (
+        f" Mounts stand within ± {question.place_tolerance:g} mm of where they are."
+        if question.place_tolerance
+        else ""
+    )
+    bound = f" Best mean is at the bound of {', '.join(study.at_bound)}." if study.at_bound else ""
+    reached = " It uses all the travel allowed." if study.limit_reached else ""
+    return Section(
+        "What to choose",
+        f"{what}{place}\n\nSofter mounts nearly always isolate better. What holds them back is how "
+        "far the compressor may travel: no mount may move further under 1 g along any axis than "
+        f"{study.travel_ratio:g} times today's. Where the limit and the bounds of the search are "
+        "reached, they and not the noise decide: the answer is as good as that limit."
+        f"{reached}{bound}",
+        figures=(
+            _picture(
+                pictures,
+                "pareto_front",
+                "Mean level against its scatter; every point is a design that no other beats.",
+            ),
+            _picture(
+                pictures,
+                "stiffness_bars",
+                "Best mean: stiffness factors within their bounds. The thin bars are ranges within "
+                f"which the mean level stays within {NOTICEABLE} dB.",
+            ),
+        ),
+        tables=(
+            Table(
+                tables["picks"],
+                "Named designs, verified. Travel and modes are with the stiffness at "
+                f"{study.frequency[0]:g} Hz, which is more than at rest: compare them, do not "
+                "take them for a static drawing.",
+            ),
+            Table(
+                tables["stiffness"],
+                f"Dynamic stiffness |K| at {study.model.reference_line:g} Hz, mean over what a "
+                "variable stands for.",
+                {c: 1 for c in tables["stiffness"].columns if c.endswith("[N/mm]")},
+            ),
+        ),
+    )
+
+
+def _quiet(
+    study: CompressorFront, tables: Mapping[str, pd.DataFrame], pictures: Mapping[str, bytes]
+) -> Section:
+    after = study.levels(study.best)
+    change = after - study.levels(study.space.nominal)
+    car, line = np.unravel_index(int(np.argmax(change)), change.shape)
+    louder = (
+        " Mounts move the resonances of the compressor: where it now swings, levels rise, most of "
+        f"all by {change[car, line]:.1f} dB to {after[car, line]:.0f} dB(A) in {study.cars[car]} "
+        f"at {study.frequency[line]:g} Hz ({60 * study.frequency[line]:.0f} rpm)."
+        if change[car, line] > NOTICEABLE
+        else ""
+    )
+    return Section(
+        "What it does in every car",
+        "First order of the compressor at the driver's ear. Curves and peaks are those of the "
+        f"first pressure; levels and changes are weighted over all.{louder}",
+        figures=(
+            _picture(pictures, "spl_curves", "Today and best mean, without scatter."),
+            _picture(
+                pictures, "per_car_change", "Change against today; whiskers are ± one σ of scatter."
+            ),
+        ),
+        tables=(
+            Table(tables["cars"], "Levels are means over lines and scatter."),
+            Table(tables["peaks"], "Peaks of at least 6 dB."),
+        ),
+    )
+
+
+def _matters(
+    study: CompressorFront, tables: Mapping[str, pd.DataFrame], pictures: Mapping[str, bytes]
+) -> Section:
+    return Section(
+        "What matters to whoever makes the mounts",
+        "Importance is the share of the variance of the level that a stiffness is behind, "
+        "couplings included, when all vary within the bounds of the search; mean over the cars. "
+        f"The share of σ belongs to the tolerance at best mean. {study.leading} matters most. "
+        "supplier_sheet.html is the page for the supplier.",
+        figures=(
+            _picture(
+                pictures,
+                "sobol",
+                "Sobol indices: full bars alone, hatched ones coupled with others.",
+            ),
+        ),
+        tables=(
+            Table(
+                tables["requirements"],
+                "Required stiffness, and what tolerances are worth: change of σ if this one alone "
+                "were halved.",
+                {c: 1 for c in tables["requirements"].columns if c.endswith("[N/mm]")},
+            ),
+        ),
+    )
+
+
+def _trust(study: CompressorFront, pictures: Mapping[str, bytes]) -> Section:
+    running, question = study.model.running, study.model.question
+    rigid = np.abs(study.rigid_difference)
+    hoses = (
+        "Hoses are in as identified beams."
+        if question.hoses is Hoses.identified
+        else "Hoses are left out: theirs is a path of its own, which mounts do not change."
+    )
+    words = [
+        running.shares.statement,
+        running.source.state.statement,
+        "Mounts keep their gain over frequency whatever their stiffness, and do not soften with "
+        "amplitude. "
+        f"{hoses}",
+        "The holders of the mounts give way as the free bodies do, by accelerances measured with "
+        "the compressor out. Rigid holders would move the level of a line by "
+        f"{np.median(rigid):.2f} dB (median), {np.quantile(rigid, 0.9):.2f} dB (90 %).",
+    ]
+    shown: tuple[Picture, ...] = ()
+    if study.agreement is not None and study.exact_change is not None:
+        errors = np.abs(study.agreement.peak_errors)
+        predicted, exact = study.agreement.changes
+        rms = float(np.sqrt(np.mean((predicted - exact) ** 2)))
+        words.append(
+            f"On the virtual bench {len(exact)} designs within the bounds were compared with the "
+            f"exact coupled solution: at peaks {np.median(errors):.2f} dB (median), "
+            f"{np.quantile(errors, 0.9):.2f} dB (90 %); change of the mean level against today "
+            f"{rms:.2f} dB (rms) of {float(np.sqrt(np.mean(exact**2))):.2f} dB. Best mean changes "
+            f"it by {signed(float(study.exact_change.mean()), 2)} dB in the exact cars, and by "
+            f"{signed(float(study.level_change(study.best).mean()), 2)} dB in the model."
+        )
+        shown = (
+            _picture(
+                pictures, "agreement", "One design that nobody measured: predicted and exact level."
+            ),
+        )
+    return Section("How far to trust it", "\n\n".join(words), figures=shown)
+
+
+def _picture(pictures: Mapping[str, bytes], stem: str, caption: str) -> Picture:
+    return Picture(pictures[stem], alt=caption, caption=caption)
+
+
+STEM = "supplier_sheet"
+
+
+def mount_sheet(study: CompressorFront, source: str) -> dict[str, bytes]:
+    """Write the page and the workbook for the supplier.
+
+    Parameters
+    ----------
+    study : CompressorFront
+    source : str
+        Where the sheet comes from.
+
+    Returns
+    -------
+    dict of str to bytes
+        File name → content.
+    """
+    wanted, conditions = requirement_table(study), condition_table(study, source)
+    cars = car_table(study)[["car", "change [dB]", "sigma today [dB]", "sigma then [dB]"]]
+    one_decimal = {name: 1 for name in wanted.columns if name.endswith("[N/mm]")}
+    page = Page(
+        title="Mounts of the refrigerant compressor",
+        question=(
+            f"Dynamic stiffness |K| at {study.model.reference_line:g} Hz that makes "
+            f"{len(study.cars)} electric cars quiet, what its tolerance costs, and which direction "
+            "matters."
+        ),
+        headlines=(
+            Headline(
+                f"{signed(study.mean_change, 1)} dB", "first order in the cabin, mean of cars"
+            ),
+            Headline(study.leading, "matters most"),
+        ),
+        sections=(
+            Section(
+                "Requirement",
+                "",
+                tables=(
+                    Table(
+                        wanted,
+                        "Importance: share of the variance of the level within the range searched. "
+                        "Share of sigma: of the scatter between cars as built; last column: its "
+                        "change if this tolerance alone were halved.",
+                        one_decimal,
+                    ),
+                ),
+            ),
+            Section(
+                "Effect",
+                "",
+                tables=(Table(cars, "Mean level of the lines, and its scatter."),),
+            ),
+            Section("Conditions", "", tables=(Table(conditions, "Under which these hold."),)),
+        ),
+        compact=True,
+    )
+    sheets = {
+        "requirement": wanted,
+        "effect": cars,
+        "designs": pick_table(study),
+        "conditions": conditions,
+    }
+    return {
+        f"{STEM}.html": render_page(page).encode("utf-8"),
+        f"{STEM}.xlsx": workbook_bytes(sheets, page.title),
+    }
+
+
+def condition_table(study: CompressorFront, source: str) -> pd.DataFrame:
+    """List under which conditions the requirement holds, and where it comes from."""
+    question, index = study.model.question, study.model.index
+    places = "; ".join(
+        f"{mount.name} " + ", ".join(f"{1e3 * value:.1f}" for value in mount.position)
+        for mount in index.mounts
+    )
+    parts = "one part number" if question.parts is Parts.identical else "one part per mount"
+    cases = zip(index.case_names, index.weights, strict=True)
+    rows = {
+        "mounts": f"{parts}; places x, y, z from the virtual point [mm]: {places}",
+        "directions": "axial along the axis of the mount, radial across it, both alike",
+        "stiffness": "magnitude of the complex dynamic stiffness; loss factor as today",
+        "band": f"{index.frequency[0]:g}–{index.frequency[-1]:g} Hz, first order",
+        "pressures": ", ".join(f"{name} (weight {weight:.2g})" for name, weight in cases),
+        "tolerance": f"± {100 * question.tolerance:g} % is three standard deviations"
+        + (
+            f", {100 * question.batch:g} % of the variance from batch to batch"
+            if question.parts is Parts.identical
+            else ""
+        ),
+        "places": f"± {question.place_tolerance:g} mm is three standard deviations",
+        "travel": f"under 1 g at most {study.travel_ratio:g} times today's; "
+        f"reached {study.travel(study.best) / study.travel(study.space.nominal):.2f}",
+        "hoses": "as identified" if question.hoses is Hoses.identified else "left out",
+        "source": source,
+    }
+    return pd.DataFrame({"condition": list(rows), "value": list(rows.values())})
+
+
+SOURCE = "study compressor_robust_front; its options are in run.json beside this sheet"
+
+
+def compressor_front_result(study: CompressorFront) -> StudyResult:
+    """Make tables, figures, headline numbers, page and supplier sheet.
+
+    Parameters
+    ----------
+    study : CompressorFront
+        Searched and verified.
+
+    Returns
+    -------
+    StudyResult
+    """
+    tables = {
+        "front": front_table(study),
+        "convergence": convergence_table(study),
+        "picks": pick_table(study),
+        "stiffness": stiffness_table(study),
+        "cars": car_table(study),
+        "peaks": peak_table(study),
+        "sobol": sobol_table(study),
+        "requirements": requirement_table(study),
+        "agreement": agreement_table(study),
+    }
+    figures = front_figures(study)
+    return StudyResult(
+        tables=tables,
+        figures=figures,
+        summary=front_summary(study),
+        page=front_page(study, tables, figures),
+        inputs=study.model.fleet.inputs,
+        facts=study.facts,
+        attachments=mount_sheet(study, SOURCE),
+    )
+
+
+COMPARED = 20
+"""Designs that are compared with the exact solution."""
+
+
+@dataclass(frozen=True)
+class FrontBudget:
+    """How long is searched and verified, and how far mounts may travel.
+
+    Parameters
+    ----------
+    population, generations : int
+        Of NSGA-II.
+    samples, checks : int
+        Draws per design in the search and in its verification, powers of two.
+    base_points : int
+        Of the Sobol indices, a power of two.
+    travel : float
+        Largest travel of a mount under 1 g, over today's [1].
+
+    Raises
+    ------
+    InputError
+        A travel that is not positive.
+    """
+
+    population: int
+    generations: int
+    samples: int
+    checks: int
+    base_points: int
+    travel: float
+
+    def __post_init__(self) -> None:
+        if not self.travel > 0:
+            raise InputError(f"--travel {self.travel:g}: give a ratio above 0, such as 1.2")
+
+
+def compressor_front(
+    model: MountedFleet,
+    budget: FrontBudget,
+    seed: int,
+    progress: Progress,
+    run: RunContext | None,
+    workers: Callable[[Robust], AbstractContextManager[Robust]],
+) -> CompressorFront:
+    """Search, verify, and find out what matters.
+
+    Parameters
+    ----------
+    model : MountedFleet
+    budget : FrontBudget
+    seed : int
+        From 1.
+    progress : callable
+        Of the search.
+    run : RunContext or None
+        Where the search is kept.
+    workers : callable
+        Puts a robust response where it is computed.
+
+    Returns
+    -------
+    CompressorFront
+
+    Raises
+    ------
+    InputError
+        No design keeps the limit on travel; counts that are no powers of two; seed 0.
+    """
+    space = model.question.space(model.index.variables)
+    if budget.checks < space.n_variables + 2:
+        raise InputError(
+            f"--checks {budget.checks}: a verification of {space.n_variables} variables that "
+            f"scatter needs at least {space.n_variables + 2} draws"
+        )
+    sample = sobol_sample(space.n_variables, budget.samples, seed=seed)
+    robust = RobustResponse(model.index, space, sample)
+    allowed = budget.travel * float(model.statics(space.nominal[None])[0, 0])
+    limits = Limits((Limit(model.statics.response_names[0], "mm", at_most=allowed),))
+    with workers(robust) as spread:
+        limited = LimitedResponse(spread, model.statics, limits)
+        search = robust_search(
+            limited,
+            robust,
+            Budget(budget.population, budget.generations),
+            seed,
+            progress,
+            run,
+            model.fleet.inputs,
+        )
+    return CompressorFront(
+        model,
+        robust,
+        budget.travel,
+        search,
+        verify(search.front, robust, n_samples=budget.checks, seed=seed),
+        stiffness_sobol(model, space, budget.base_points, seed=seed),
+        agreement(model, space, COMPARED, seed=seed),
     )

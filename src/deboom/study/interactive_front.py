@@ -10,15 +10,14 @@ import pandas as pd
 from deboom.arrays import RealArray
 from deboom.errors import InputError
 from deboom.explore.selection import at_nominal
-from deboom.files.atomic import replace_bytes
-from deboom.physics.orders import rpm_of_frequency
+from deboom.files.folders import replace_bytes
+from deboom.physics.order_tracking import rpm_of_frequency
+from deboom.plot.style import ACCENT, MUTED, mount_colours, mount_of, vehicle_colours
 from deboom.report.interactive import Axis, InteractiveFront, render_interactive
 from deboom.report.page import Picture
-from deboom.report.style import ACCENT, MUTED, mount_colours, mount_of, vehicle_colours
 from deboom.study.overview import INTERACTIVE
-from deboom.study.robust_front_tables import NO_REQUIREMENT
-from deboom.study.supplier_pick import Pick
-from deboom.study.supplier_study import SupplierStudy, supplier_study
+from deboom.study.robust_front import NO_REQUIREMENT
+from deboom.study.supplier_study import Pick, SupplierStudy, supplier_study
 
 ANY = "any in bounds"
 _MEAN, _SIGMA = "SPLV mean sum [dB(A)]", "SPLV sigma sum [dB]"

@@ -10,20 +10,16 @@ import numpy as np
 import pandas as pd
 
 from deboom.errors import InputError
-from deboom.explore.design_space import SIGMAS_PER_TOLERANCE, DesignSpace
-from deboom.explore.evaluate import Evaluate
-from deboom.explore.part_numbers import PartNumber, part_structure
 from deboom.explore.robust import RobustResponse
-from deboom.explore.tolerance_samples import ToleranceSampler
-from deboom.explore.tolerance_structure import ToleranceStructure
+from deboom.explore.scatter import PartNumber, ToleranceSampler, ToleranceStructure, part_structure
+from deboom.explore.space import SIGMAS_PER_TOLERANCE, DesignSpace, Evaluate
 from deboom.files.library_export import read_library_json
-from deboom.files.part_scatter_file import MeasuredEntry, PartScatterFile, load_parts
+from deboom.files.limits import MeasuredEntry, PartScatterFile, load_parts
 from deboom.mounts.characterised_mount import CharacterisedMount
 from deboom.mounts.library import open_library
-from deboom.mounts.library_scatter import LibraryScatter, library_scatter
-from deboom.mounts.part_scatter import ScatterPrior
+from deboom.mounts.part_scatter import LibraryScatter, ScatterPrior, library_scatter
 from deboom.report.page import Section, Table
-from deboom.study.aims import Aim, robust_response
+from deboom.study.options import Aim, robust_response
 from deboom.study.result import StudyResult
 
 PERCENT = 100.0
@@ -66,7 +62,7 @@ class MadeParts:
         nominal_mean: bool = False,
         control_variate: bool = False,
     ) -> RobustResponse:
-        """Wrap a model with this scatter; see `deboom.study.aims.robust_response`."""
+        """Wrap a model with this scatter; see `deboom.study.options.robust_response`."""
         return robust_response(
             evaluate, self.space, sample, aim, nominal_mean, control_variate, self.structure
         )
@@ -139,7 +135,7 @@ def made_parts(path: Path | None, space: DesignSpace) -> MadeParts:
     Parameters
     ----------
     path : Path or None
-        See `deboom.files.part_scatter_file`; None: variables scatter independently, with the
+        See `deboom.files.limits`; None: variables scatter independently, with the
         tolerances of the space.
     space : DesignSpace
         Variables ``<mount> <axis>``. What is exactly made stays so.

@@ -1,19 +1,25 @@
-"""The model of a run, built again from its study, options and input files."""
+"""Finished runs, opened with their model built again."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from dataclasses import dataclass
-from pathlib import Path
-from typing import TYPE_CHECKING
+import json
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from pathlib import Path, PurePosixPath
+from typing import TYPE_CHECKING, Any
 
+import numpy as np
+import pandas as pd
+
+from deboom.arrays import RealArray
 from deboom.errors import InputError
-from deboom.explore.checkpoint import Checkpoint
+from deboom.explore.archive import Checkpoint
+from deboom.explore.front import verification_response
 from deboom.explore.robust import RobustResponse
-from deboom.files.run_folder import Run, hash_files
-from deboom.files.run_list import RunEntry
-from deboom.study.context import EVERY, RunContext
-from deboom.study.resume import SAME_RESULT, resumed_arguments
+from deboom.files.run_folder import Run, RunEntry, check_files, hash_files, read_run
+from deboom.study.result import EVERY, RunContext
+from deboom.study.runner import SAME_RESULT, load_study, resumed_arguments
 
 if TYPE_CHECKING:
     from deboom.study.runner import Study
@@ -112,3 +118,237 @@ def study_script(entry: RunEntry, folder: Path) -> Path:
             "say with --studies in which folder it is"
         )
     return path
+
+
+FRONT, DESIGNS, CONVERGENCE = "front.csv", "designs.csv", "convergence.csv"
+VERIFIED = ("SPLV mean sum [dB(A)]", "SPLV sigma sum [dB]")
+"""Columns of the front with its verified sums."""
+NOT_THE_CONFIGURATION = {"seed", "platform", *SAME_RESULT}
+"""Options in which runs of one configuration may differ; the platform goes by its files."""
+REPRODUCED = 1e-6
+"""Relative difference up to which a model built again is the run's own [1]."""
+PLATFORM_FILE = "platform.toml"
+
+
+@dataclass(frozen=True, eq=False)
+class ComparedRun:
+    """A finished front study.
+
+    Parameters
+    ----------
+    entry : RunEntry
+        Its folder and record.
+    model : RobustResponse
+        Built again from the run's options, with the draws of its search.
+    designs : array, shape (n, k)
+        Of the front [units of the space].
+    convergence : array, shape (n_generations,)
+        Hypervolume of the search [product of the objectives' units]; empty if not kept.
+    text_changed : bool
+        Whether the study's script is another one today.
+    """
+
+    entry: RunEntry
+    model: RobustResponse
+    designs: RealArray
+    convergence: RealArray
+    text_changed: bool
+
+    @property
+    def seed(self) -> int:
+        """Of the search."""
+        return int(self.entry.record["seed"])
+
+    @cached_property
+    def configuration(self) -> str:
+        """Everything that was asked for but the seed, as text that can be compared."""
+        options = {
+            name: value
+            for name, value in self.entry.record["arguments"].items()
+            if name not in NOT_THE_CONFIGURATION
+        }
+        return json.dumps([self.entry.study, options], sort_keys=True)
+
+    @property
+    def files(self) -> tuple[Path, ...]:
+        """Files that a comparison reads."""
+        names = ("run.json", FRONT, DESIGNS, CONVERGENCE)
+        return tuple(p for name in names if (p := self.entry.folder / name).is_file())
+
+
+def compared_run(folder: Path, studies: Path) -> ComparedRun:
+    """Read a run and build its model again.
+
+    Parameters
+    ----------
+    folder : Path
+        Of the run.
+    studies : Path
+        Folder with the study scripts.
+
+    Raises
+    ------
+    InputError
+        A folder that is no finished run of a front study, a file of it that is missing or edited,
+        an input file that has changed, or a model that does not give the run's own figures again.
+    """
+    entry = read_run(folder)
+    check_files(entry)
+    for name in (FRONT, DESIGNS):
+        if name not in entry.record["files_sha256"]:
+            raise InputError(
+                f"run {entry.folder} has no {name}: its study {entry.study} is no front study, and "
+                "only fronts can be compared"
+            )
+    study = load_study(study_script(entry, studies))
+    model = rebuilt_model(entry, study)
+    table = pd.read_csv(entry.folder / DESIGNS)
+    names = [f"{n} [{u}]" for n, u in zip(model.space.names, model.space.units, strict=True)]
+    missing = [name for name in names if name not in table.columns]
+    if missing:
+        raise InputError(f"{entry.folder / DESIGNS} has no column {missing[0]}")
+    kept = entry.folder / CONVERGENCE
+    volume = pd.read_csv(kept).iloc[:, -1].to_numpy(float) if kept.is_file() else np.empty(0)
+    text = study.path.read_text(encoding="utf-8")
+    run = ComparedRun(
+        entry, model, table[names].to_numpy(float), volume, text != entry.record["study_text"]
+    )
+    _check_reproduced(run)
+    return run
+
+
+def _check_reproduced(run: ComparedRun) -> None:
+    """Refuse a model that does not give the verified figures of a few designs again."""
+    entry, front = run.entry, pd.read_csv(run.entry.folder / FRONT)
+    draws = entry.record.get("facts", {}).get("verification_draws")
+    if draws is None or any(name not in front.columns for name in VERIFIED):
+        raise InputError(
+            f"run {entry.folder} does not hold the verified mean and sigma of a front of "
+            f"stiffnesses ({', '.join(VERIFIED)}): its study {entry.study} cannot be compared"
+        )
+    rows = np.unique([0, len(front) // 2, len(front) - 1])
+    values = verification_response(run.model, draws, seed=run.seed)(run.designs[rows])
+    sums = np.column_stack([values.mean_sum, values.sigma_sum])
+    if not np.allclose(sums, front[list(VERIFIED)].to_numpy(float)[rows], rtol=REPRODUCED):
+        raise InputError(
+            f"the study {entry.study} of today does not give the figures of run {entry.folder} "
+            "again: bring its script and deboom back as they were, or run it again"
+        )
+
+
+def check_same_platform(runs: Sequence[ComparedRun]) -> None:
+    """Refuse runs whose common input files differ, or that have none in common.
+
+    Raises
+    ------
+    InputError
+        Names the first file that differs.
+    """
+    first = _inputs(runs[0].entry)
+    for run in runs[1:]:
+        other = _inputs(run.entry)
+        both = sorted(first.keys() & other.keys())
+        changed = [name for name in both if first[name] != other[name]]
+        if changed or not both:
+            reason = f"{changed[0]} differs" if changed else "they share no input file"
+            raise InputError(
+                f"{runs[0].entry.folder} and {run.entry.folder} are runs of different platforms "
+                f"({reason}): only runs of the same data can be compared"
+            )
+
+
+def check_same_question(runs: Sequence[ComparedRun]) -> None:
+    """Refuse runs of other variables, responses or objectives.
+
+    Raises
+    ------
+    InputError
+        Names what differs.
+    """
+    first = runs[0]
+    for run in runs[1:]:
+        for what, mine, theirs in (
+            ("design variables", first.model.space.names, run.model.space.names),
+            ("vehicles", first.model.evaluate.response_names, run.model.evaluate.response_names),
+            ("objectives", _objectives(first), _objectives(run)),
+        ):
+            if mine != theirs:
+                raise InputError(
+                    f"{first.entry.folder} and {run.entry.folder} have different {what} "
+                    f"({', '.join(mine)} and {', '.join(theirs)}): their fronts cannot be compared"
+                )
+    if len(_objectives(first)) != 2:
+        raise InputError("only fronts of two objectives can be compared")
+
+
+def other_models(runs: Sequence[ComparedRun]) -> list[ComparedRun]:
+    """Return the runs whose model is not the first one's: it gives other figures."""
+    judge = runs[0].model
+    others = []
+    for run in runs[1:]:
+        if run.model.n_draws != judge.n_draws:
+            others.append(run)
+            continue
+        model = replace(run.model, sample=judge.sample)
+        rows = np.unique([0, len(run.designs) - 1])
+        mine, theirs = (one(run.designs[rows]).objectives for one in (judge, model))
+        if not np.allclose(mine, theirs, rtol=REPRODUCED):
+            others.append(run)
+    return others
+
+
+def differences(runs: Sequence[ComparedRun], names: Sequence[str]) -> pd.DataFrame:
+    """Return what the runs do not have in common, one row per item and a column per name.
+
+    Parameters
+    ----------
+    runs : sequence of ComparedRun
+        All of them.
+    names : sequence of str
+        Of the configuration of each run; runs of one name share a column.
+    """
+    facts = [dict(_facts(run)) for run in runs]
+    rows = []
+    for item in dict.fromkeys(name for one in facts for name in one):
+        values = [str(one.get(item, "–")) for one in facts]
+        if len(set(values)) > 1:
+            cells: dict[str, list[str]] = {}
+            for name, value in zip(names, values, strict=True):
+                kept = cells.setdefault(name, [])
+                if value not in kept:
+                    kept.append(value)
+            rows.append({"what differs": item, **{n: ", ".join(v) for n, v in cells.items()}})
+    return pd.DataFrame(rows, columns=["what differs", *dict.fromkeys(names)])
+
+
+def _facts(run: ComparedRun) -> Mapping[str, Any]:
+    record = run.entry.record
+    environment = record["environment"]
+    git = environment.get("git") or {}
+    revision = git.get("revision")
+    return {
+        "study": run.entry.study,
+        **{name.replace("_", "-"): value for name, value in record["arguments"].items()},
+        **{name.replace("_", " "): value for name, value in record.get("facts", {}).items()},
+        "Python": environment["python"],
+        **environment["packages"],
+        "revision": f"{revision[:10]}{', changed' if git['dirty'] else ''}" if revision else None,
+        "script as it is today": "no" if run.text_changed else "yes",
+        "input files": len(record["inputs_sha256"]),
+    }
+
+
+def _objectives(run: ComparedRun) -> tuple[str, ...]:
+    return tuple(objective.name for objective in run.model.objectives)
+
+
+def _inputs(entry: RunEntry) -> dict[str, str]:
+    """Return the hashes of a run's input files, those of its platform by their place in it."""
+    hashes = entry.record["inputs_sha256"]
+    homes = [PurePosixPath(n).parent for n in hashes if PurePosixPath(n).name == PLATFORM_FILE]
+    named = {}
+    for name, digest in hashes.items():
+        path = PurePosixPath(name)
+        inside = [home for home in homes if path.is_relative_to(home)]
+        named[(path.relative_to(inside[0]) if inside else path).as_posix()] = digest
+    return named

@@ -1,4 +1,4 @@
-"""Run a study script: options from the signature of its ``main``, results into a run folder."""
+"""Run a study: options from its signature, results into a run folder, resume."""
 
 from __future__ import annotations
 
@@ -14,23 +14,108 @@ from pathlib import Path
 from typing import Annotated, Any, get_args, get_type_hints
 
 import typer
+from pydantic import TypeAdapter, ValidationError
 
 from deboom.errors import InputError
 from deboom.files.run_folder import (
+    LOCK,
     RECORD,
     Run,
+    RunEntry,
     environment_record,
+    find_run,
     finish_run,
     hash_files,
+    held,
     start_run,
 )
-from deboom.files.run_list import find_run
-from deboom.files.run_lock import LOCK, held
 from deboom.report.page import render_page
-from deboom.study.context import RunContext
 from deboom.study.overview import refresh_overview
-from deboom.study.result import StudyResult
-from deboom.study.resume import check_same_code, resumed_arguments
+from deboom.study.result import RunContext, StudyResult
+
+SAME_RESULT = ("workers", "scheduler")
+"""Options that say who computes, not what: a resumed run may have others."""
+
+
+def resumed_arguments(
+    entry: RunEntry, hints: Mapping[str, Any], given: Mapping[str, Any]
+) -> dict[str, Any]:
+    """Return the arguments of an unfinished run.
+
+    Parameters
+    ----------
+    entry : RunEntry
+        The run.
+    hints : mapping of str to type
+        Of the parameters of the study's ``main``.
+    given : mapping of str to str, int, float, bool, list or None
+        Options that the user gave this time, as a record would hold them.
+
+    Returns
+    -------
+    dict
+        What ``main`` takes.
+
+    Raises
+    ------
+    InputError
+        An option given that differs from the run's, unless it cannot change the result.
+    """
+    recorded = dict(entry.record["arguments"])
+    for name, value in given.items():
+        if name in SAME_RESULT:
+            recorded[name] = value
+        elif recorded.get(name) != value:
+            option = f"--{name.replace('_', '-')}"
+            raise InputError(
+                f"run {entry.name} was started with {option} {recorded.get(name)}, not {value}: "
+                "leave the option out or start a new run"
+            )
+    try:
+        return {
+            name: TypeAdapter(hints[name]).validate_python(value)
+            for name, value in recorded.items()
+        }
+    except (KeyError, ValidationError) as error:
+        raise InputError(
+            f"run {entry.name} has options that this study does not take ({error}): start a new run"
+        ) from None
+
+
+def check_same_code(entry: RunEntry, record: Mapping[str, Any]) -> None:
+    """Refuse to go on with a run that another code began.
+
+    Parameters
+    ----------
+    entry : RunEntry
+        The run.
+    record : mapping
+        What its record would say if it began now.
+
+    Raises
+    ------
+    InputError
+        Names what differs: the study's text, Python, a package, or deboom's own revision.
+    """
+    if entry.record["study_text"] != record["study_text"]:
+        raise InputError(
+            f"run {entry.name} was started with another text of the study {entry.study}: bring the "
+            f"script back as it was (its text is in {entry.folder / 'run.json'}) or start a new run"
+        )
+    now = dict(_versions(record["environment"]))
+    for name, then in _versions(entry.record["environment"]):
+        if now.get(name) != then:
+            raise InputError(
+                f"run {entry.name} was started with {name} {then}, now it is {now.get(name)}: "
+                "go back to the former or start a new run"
+            )
+
+
+def _versions(environment: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
+    yield "Python", environment["python"]
+    yield from environment["packages"].items()
+    yield "deboom revision", (environment["git"] or {}).get("revision")
+
 
 PACKAGES = (
     "deboom",
@@ -369,3 +454,55 @@ def _common_options(
 def run_script(file: str) -> None:
     """Run the study that calls this from its ``__main__`` block: ``run_script(__file__)``."""
     study_command(Path(file))()
+
+
+def run_command(
+    out: Path,
+    record: Mapping[str, Any],
+    work: Callable[[], StudyResult],
+    *,
+    relative_to: Path | None,
+    begin: float,
+) -> Path:
+    """Carry out a command and keep its result in ``<out>/<command>/<run>/``.
+
+    Parameters
+    ----------
+    out : Path
+    record : mapping
+        What is known before it begins; ``study`` is the command's name, ``seed`` its seed.
+    work : callable
+        Gives the result.
+    relative_to : Path or None
+        Folder that the names of the inputs count from; None: each from its own.
+    begin : float
+        `time.perf_counter` when the command was called [s].
+
+    Returns
+    -------
+    Path
+        The finished run folder.
+
+    Raises
+    ------
+    InputError
+        The folder cannot be written, or what `work` raises; nothing is left behind then.
+    """
+    run = start_run(out, record["study"], seed=record["seed"], record=dict(record))
+    try:
+        with held(run.folder):
+            result = work()
+            hashes: dict[str, str] = {}
+            for path in result.inputs:
+                hashes |= hash_files([path], relative_to=relative_to or path.parent)
+            used = {
+                "facts": dict(result.facts),
+                "inputs_sha256": hashes,
+                "wall_time_s": round(time.perf_counter() - begin, 3),
+            }
+            save_result(run, result, {**record, **used})
+    except Exception:
+        if {path.name for path in run.folder.iterdir()} <= {RECORD, LOCK}:
+            run.discard()
+        raise
+    return finish_run(run)

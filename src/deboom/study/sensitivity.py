@@ -1,4 +1,4 @@
-"""Which variables the levels of a fleet depend on: model runs and indices of one study."""
+"""Sensitivity of a fleet's levels: model runs, indices, tables, page."""
 
 from __future__ import annotations
 
@@ -6,37 +6,118 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from enum import Enum
 from functools import cached_property, partial
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
+import numpy.typing as npt
+import pandas as pd
 
+from deboom import plot as figures
 from deboom.arrays import RealArray
-from deboom.explore.design_space import stiffness_factor_space
 from deboom.explore.sensitivity import (
+    DistributionIndices,
+    MorrisEffects,
+    SensitivityInputs,
+    SobolIndices,
+    base_rows,
+    design_inputs,
+    first_and_total,
     morris_analysis,
     morris_designs,
+    n_rows,
     pawn_analysis,
     sobol_analysis,
     sobol_designs,
-)
-from deboom.explore.sensitivity_inputs import (
-    SensitivityInputs,
-    design_inputs,
+    sobol_indices,
     tolerance_inputs,
 )
-from deboom.explore.sensitivity_measures import DistributionIndices, MorrisEffects
-from deboom.explore.sobol_indices import (
-    SobolIndices,
-    base_rows,
-    first_and_total,
-    n_rows,
-    sobol_indices,
-)
+from deboom.explore.space import stiffness_factor_space
 from deboom.files.platform import Platform
 from deboom.mounts.mount import Mount
+from deboom.plot import IndexBars, IndexGrowth, IndexMap
+from deboom.plot.style import mount_colours
+from deboom.report.page import Headline, Page, Picture, Section, Table
+from deboom.study.platform_model import factor_name, motion_name, motion_report
 from deboom.study.progress import Progress
-from deboom.study.sensitivity_outputs import LevelOutputs, Ranked, ranked_output
-from deboom.vehicles.load_case_index import LoadCaseIndex
+from deboom.study.result import Scalar, StudyResult
+from deboom.vehicles.booming_model import LoadCaseIndex, mean_energy_level
+from deboom.vehicles.booming_peaks import booming_peaks
+
+
+class Ranked(Enum):
+    """What of a vehicle's levels is ranked."""
+
+    decibels = "decibels"
+    """SPLV, the sum of the decibels of all lines: a notch counts like a peak."""
+    energy = "energy"
+    """The level of the mean energy of all lines: the loud ones rule it."""
+
+    @property
+    def words(self) -> str:
+        """What a report calls it."""
+        return "sum of decibels (SPLV)" if self.is_sum else "energy level of the band"
+
+    @property
+    def is_sum(self) -> bool:
+        """Whether it grows with the number of lines."""
+        return self is Ranked.decibels
+
+    @property
+    def other(self) -> Ranked:
+        """The one that is not ranked."""
+        return Ranked.energy if self is Ranked.decibels else Ranked.decibels
+
+
+@dataclass(frozen=True, eq=False)
+class LevelOutputs:
+    """Levels of a design: line by line, and the energy level and SPLV of each vehicle.
+
+    All are means over the load cases with their weights.
+
+    Parameters
+    ----------
+    index : LoadCaseIndex
+        v vehicles, f lines.
+    """
+
+    index: LoadCaseIndex[Any, Any]
+
+    @property
+    def line_names(self) -> tuple[str, ...]:
+        """Vehicle and frequency of each line's column."""
+        return tuple(
+            f"{vehicle} at {line:g} Hz"
+            for vehicle in self.index.response_names
+            for line in self.index.frequency
+        )
+
+    def __call__(self, designs: RealArray) -> RealArray:
+        """Return lines, then energy levels, then SPLV, shape (n, v f + 2 v) [dB(A)]."""
+        parts = [self._case(designs, name) for name in self.index.load_case_names]
+        weighted = zip(self.index.weights, parts, strict=True)
+        return np.asarray(sum(weight * part for weight, part in weighted))
+
+    def _case(self, designs: RealArray, load_case: str) -> RealArray:
+        level, lines = self.index.levels(designs, load_case), self.index.frequency
+        energy = mean_energy_level(level, lines, (float(lines[0]), float(lines[-1])))
+        return np.hstack([level.reshape(len(level), -1), energy, level.sum(axis=-1)])
+
+    def split(self, values: RealArray, ranked: Ranked) -> tuple[RealArray, RealArray]:
+        """Return of the values those of the lines, and those that are not `ranked`, (n, v)."""
+        count = len(self.index.response_names)
+        lines, energy, decibels = np.split(values, [-2 * count, -count], axis=1)
+        return lines, energy if ranked is Ranked.decibels else decibels
+
+
+def ranked_output(
+    index: LoadCaseIndex[Any, Any], ranked: Ranked
+) -> Callable[[RealArray], RealArray]:
+    """Return the function from designs to what is ranked, shape (n, n_vehicle) [dB(A)]."""
+    if ranked is Ranked.decibels:
+        return index
+    outputs, count = LevelOutputs(index), len(index.response_names)
+    return lambda designs: outputs(designs)[:, -2 * count : -count]
+
 
 AGREEMENT = 1e-12
 """How far the vectorised estimator may be from SALib [1]."""
@@ -315,3 +396,484 @@ def _checked(
             "changed, trust neither"
         )
     return found, difference
+
+
+_T = TypeVar("_T", bound=np.generic)
+MATTERS = 0.02
+"""Total index from which a variable is shown where there is no room for all [1]."""
+NEGLIGIBLE = 0.005
+"""Total index, with its interval, below which a variable may be left out [1]."""
+
+
+def index_table(found: SobolIndices, factor: str) -> pd.DataFrame:
+    """One row per vehicle and factor: first, total and coupled share with their intervals.
+
+    Parameters
+    ----------
+    found : SobolIndices
+        Of the vehicles.
+    factor : str
+        Heading of the column of factors, such as ``variable``.
+    """
+    rank = 1 + np.argsort(np.argsort(-found.total, axis=0, kind="stable"), axis=0, kind="stable")
+    return pd.DataFrame(
+        {
+            **_keys(found.outputs, **{factor: found.factors}),
+            "first order [1]": _long(found.first),
+            "first order interval ± [1]": _long(found.first_interval),
+            "total [1]": _long(found.total),
+            "total interval ± [1]": _long(found.total_interval),
+            "coupled [1]": _long(found.coupled),
+            "coupled interval ± [1]": _long(found.coupled_interval),
+            "rank": _long(rank),
+            "zero": _zeros(found),
+        }
+    )
+
+
+def _zeros(found: SobolIndices) -> list[str]:
+    """Name the indices of each row that are not above their intervals."""
+    kinds = {
+        "first order": _long(found.first <= found.first_interval),
+        "total": _long(found.zero),
+        "coupled": _long(found.coupled <= found.coupled_interval),
+    }
+    return [
+        ", ".join(name for name, flag in zip(kinds, flags, strict=True) if flag)
+        for flags in zip(*kinds.values(), strict=True)
+    ]
+
+
+def pair_table(found: SobolIndices) -> pd.DataFrame:
+    """One row per vehicle and pair of variables: what both do only together."""
+    names = found.pair_names
+    vehicles = np.repeat(found.outputs, len(names))
+    zero = _long(np.abs(found.second) <= found.second_interval)
+    return pd.DataFrame(
+        {
+            "vehicle": vehicles,
+            "variable": [name for name, _ in names] * len(found.outputs),
+            "and": [name for _, name in names] * len(found.outputs),
+            "second order [1]": _long(found.second),
+            "interval ± [1]": _long(found.second_interval),
+            "zero": np.where(zero, "second order", ""),
+        }
+    )
+
+
+def beside_table(study: Sensitivity) -> pd.DataFrame:
+    """One row per vehicle and variable: the total index in every analysis."""
+    every = {f"{study.label}, {study.plan.ranked.words}": study.indices, **study.beside}
+    columns = {}
+    for label, found in every.items():
+        columns[f"total, {label} [1]"] = _long(found.total)
+        columns[f"interval ±, {label} [1]"] = _long(found.total_interval)
+    return pd.DataFrame({**_keys(study.vehicles, variable=study.variables), **columns})
+
+
+def line_table(study: Sensitivity) -> pd.DataFrame:
+    """One row per vehicle and line: the total index of its level by every variable."""
+    frequency = study.index.frequency
+    columns = {
+        f"{name} [1]": row for name, row in zip(study.variables, study.lines.total, strict=True)
+    }
+    return pd.DataFrame(
+        {
+            "vehicle": np.repeat(study.vehicles, frequency.size),
+            "frequency [Hz]": np.tile(frequency, len(study.vehicles)),
+            **columns,
+            "largest interval ± [1]": study.lines.total_interval.max(axis=0),
+        }
+    )
+
+
+def convergence_table(study: Sensitivity) -> pd.DataFrame:
+    """One row per number of base points, vehicle and variable."""
+    parts = [
+        pd.DataFrame(
+            {
+                "base points": found.n_base,
+                **_keys(study.vehicles, variable=study.variables),
+                "total [1]": _long(found.total),
+                "total interval ± [1]": _long(found.total_interval),
+            }
+        )
+        for found in study.convergence
+    ]
+    return pd.concat(parts, ignore_index=True)
+
+
+def screening_table(study: Sensitivity) -> pd.DataFrame:
+    """One row per vehicle and variable: what other methods say."""
+    lines = study.index.n_lines if study.plan.ranked.is_sum else 1
+    return pd.DataFrame(
+        {
+            **_keys(study.vehicles, variable=study.variables),
+            "total [1]": _long(study.indices.total),
+            "Morris mean effect [dB]": _long(study.morris.mu) / lines,
+            "Morris mean size of effect [dB]": _long(study.morris.mu_star) / lines,
+            "its interval ± [dB]": _long(study.morris.mu_star_interval) / lines,
+            "Morris sigma [dB]": _long(study.morris.sigma) / lines,
+            "PAWN [1]": _long(study.pawn.index),
+        }
+    )
+
+
+def negligible(study: Sensitivity) -> tuple[str, ...]:
+    """Variables whose total index with its interval stays below `NEGLIGIBLE` in every vehicle."""
+    highest = (study.indices.total + study.indices.total_interval).max(axis=1)
+    return tuple(study.variables[place] for place in np.flatnonzero(highest < NEGLIGIBLE))
+
+
+def matters(study: Sensitivity) -> list[int]:
+    """Places of the variables that matter in some vehicle; of many small ones the largest."""
+    highest = study.indices.total.max(axis=1)
+    return np.flatnonzero(highest >= min(MATTERS, highest.max())).tolist()
+
+
+def sensitivity_summary(study: Sensitivity) -> dict[str, Scalar]:
+    """Headline numbers; the study's docstring explains the keys."""
+    summary: dict[str, Scalar] = {
+        f"st_{_key(variable)}_{vehicle}": float(study.indices.total[row, column])
+        for column, vehicle in enumerate(study.vehicles)
+        for row, variable in enumerate(study.variables)
+    }
+    if study.by_mount is not None:
+        summary |= {
+            f"st_mount_{_key(mount)}_{vehicle}": float(study.by_mount.total[row, column])
+            for column, vehicle in enumerate(study.vehicles)
+            for row, mount in enumerate(study.by_mount.factors)
+        }
+    return {
+        **summary,
+        "largest_interval": float(study.indices.total_interval.max()),
+        "largest_coupled": float(study.indices.coupled.max()),
+        "n_zero": int(study.indices.zero.sum()),
+        "salib_difference": study.salib_difference,
+        "n_runs": study.n_runs,
+    }
+
+
+def _key(name: str) -> str:
+    return name.replace(" ", "_")
+
+
+def _keys(vehicles: tuple[str, ...], **factors: tuple[str, ...]) -> dict[str, object]:
+    """Return the columns that name vehicle and factor of each row."""
+    ((heading, names),) = factors.items()
+    return {
+        "vehicle": np.repeat(vehicles, len(names)),
+        heading: list(names) * len(vehicles),
+    }
+
+
+def _long(values: npt.NDArray[_T]) -> npt.NDArray[_T]:
+    """Turn (d, r) into one column, vehicle by vehicle."""
+    return values.T.ravel()
+
+
+TERMS = (
+    "booming noise",
+    "SPL",
+    "SPLV",
+    "booming peak",
+    "sensitivity index",
+    "stiffness factor",
+    "dynamic stiffness",
+    "tolerance",
+    "noise transfer function",
+    "prescribed motion",
+)
+TOTAL = "share of the variance [1]"
+
+
+def sensitivity_figures(study: Sensitivity) -> dict[str, bytes]:
+    """Draw all pictures of the page; file stem → PNG."""
+    mounts = mount_colours([mount.name for mount in study.platform.mounts])
+    owner = {name: mount.name for mount in study.platform.mounts for name in mount.variables}
+    colours = [mounts[owner[name]] for name in study.variables]
+    order = study.platform.load_case(study.index.load_case_names[0]).order
+    shown = matters(study)
+    pictures = {
+        "sobol": figures.index_bars(study.variables, colours, _bars(study.indices), x_label=TOTAL),
+        "sobol_lines": figures.index_map(
+            study.index.frequency,
+            order,
+            study.variables,
+            [
+                IndexMap(vehicle, total, peaks)
+                for vehicle, total, peaks in zip(
+                    study.vehicles, study.total_of_lines, _peaks(study, order), strict=True
+                )
+            ],
+            value_label="total index of the level of a line [1]",
+        ),
+        "convergence": figures.index_growth(
+            [found.n_base for found in study.convergence],
+            [study.variables[row] for row in shown],
+            [colours[row] for row in shown],
+            [
+                IndexGrowth(
+                    vehicle,
+                    np.stack([found.total[shown, at] for found in study.convergence], axis=1),
+                    np.stack(
+                        [found.total_interval[shown, at] for found in study.convergence], axis=1
+                    ),
+                )
+                for at, vehicle in enumerate(study.vehicles)
+            ],
+            x_label="base points N",
+            y_label="total index [1]",
+        ),
+    }
+    if study.by_mount is not None:
+        names = study.by_mount.factors
+        pictures["sobol_mounts"] = figures.index_bars(
+            names, [mounts[name] for name in names], _bars(study.by_mount), x_label=TOTAL
+        )
+    return pictures
+
+
+def _bars(found: SobolIndices) -> list[IndexBars]:
+    columns = (found.first.T, found.total.T, found.total_interval.T, found.zero.T)
+    return [IndexBars(*rows) for rows in zip(found.outputs, *columns, strict=True)]
+
+
+def _peaks(study: Sensitivity, order: float) -> list[list[float]]:
+    """Frequencies of today's booming peaks in the first load case."""
+    level = study.index.levels(np.ones((1, len(study.variables))))[0]
+    lines = study.index.frequency
+    return [[peak.frequency for peak in booming_peaks(row, lines, order)] for row in level]
+
+
+def sensitivity_page(
+    study: Sensitivity, tables: Mapping[str, pd.DataFrame], pictures: Mapping[str, bytes]
+) -> Page:
+    """Compose the page from the study's tables and figures."""
+    found, plan, frequency = study.indices, study.plan, study.index.frequency
+    motion = motion_report(study.index, np.ones((1, len(study.variables))))
+    first, last = frequency[0], frequency[-1]
+    order = study.platform.load_case(study.index.load_case_names[0]).order
+    return Page(
+        title="Which stiffness matters",
+        question=(
+            f"On which mount stiffnesses does the booming noise of {_listed(study.vehicles)} "
+            f"between {first:g} and {last:g} Hz depend?"
+        ),
+        headlines=(
+            *_leaders(study),
+            Headline(f"{found.coupled.max():.3f}", "largest coupled share of any stiffness"),
+            Headline(f"{found.total_interval.max():.3f}", "widest 95 % interval (half width)"),
+        ),
+        terms=tuple(motion.terms.get(term, term) for term in TERMS),
+        warnings=motion.warnings,
+        sections=(
+            Section(
+                "What was asked, and with which data",
+                f"{study.platform.title}: {study.platform.description}\n\n"
+                f"Ranked is the {plan.ranked.words}. A sum of decibels counts a notch like a peak; "
+                "an energy level follows the loud lines: the two may rank stiffnesses differently, "
+                "see below.\n\n"
+                f"Analysis: {plan.analysis.value}. {_meaning(study)} Vehicles: "
+                f"{_listed(study.vehicles)}. Load cases: {', '.join(study.index.load_case_names)}. "
+                f"Lines: {frequency.size}, engine order {order:g}.\n\n"
+                f"{found.n_base} base points of a scrambled Sobol sequence, {study.n_runs} designs "
+                f"evaluated in all; intervals from {found.n_resamples} bootstrap resamples. The "
+                f"tables are SALib's. The vectorised estimator behind lines and convergence gave "
+                f"the same numbers within {study.salib_difference:.0e} (asked {AGREEMENT:.0e}).",
+            ),
+            Section(
+                "Stiffness by stiffness",
+                "The share of the variance that each stiffness is behind: alone (solid) and "
+                "together with others (hatched). "
+                f"{_without(study)}",
+                figures=(
+                    _picture(
+                        pictures,
+                        "sobol",
+                        f"Sensitivity indices of every vehicle, {study.label}; numbers are total "
+                        "indices.",
+                    ),
+                ),
+                tables=(
+                    Table(
+                        _mattering(tables["sobol"], study),
+                        f"Stiffnesses with a total index of {MATTERS:g} and more in some vehicle; "
+                        "sobol.csv has all, sobol_pairs.csv every pair.",
+                    ),
+                ),
+            ),
+            *_mounts(tables, pictures),
+            Section(
+                "Line by line",
+                "The same for the level of every single line. A stiffness that matters at a "
+                "booming peak (▼) is one the passenger hears; in the notches between, paths cancel "
+                "and several stiffnesses share the variance.",
+                figures=(
+                    _picture(
+                        pictures,
+                        "sobol_lines",
+                        f"Total index of the level of each line, {study.lines.n_base} base points, "
+                        f"largest half interval {study.lines.total_interval.max():.2f}; ▼ today's "
+                        "booming peaks in the first load case.",
+                    ),
+                ),
+            ),
+            Section(
+                "Other ranges, the tolerance, another measure",
+                "How far the ranking depends on what was asked. A share says nothing of the size "
+                f"of the variance, which grows with the range.\n\n{_other_leaders(study)}",
+                tables=(
+                    Table(
+                        _mattering(tables["sobol_beside"], study).filter(regex="^(?!interval)"),
+                        "Total indices. sobol_beside.csv has all, with intervals.",
+                    ),
+                ),
+            ),
+            Section(
+                "How sure this is",
+                "Total indices of the first base points, more and more of them. An index that is "
+                "not above its own interval reads zero. The intervals are those of random points; "
+                "Sobol points are spread more evenly, and other seeds differ by much less.",
+                figures=(
+                    _picture(
+                        pictures,
+                        "convergence",
+                        "Total indices over the number of base points, with 95 % intervals.",
+                    ),
+                ),
+                tables=(
+                    Table(
+                        _mattering(tables["screening"], study),
+                        f"Other methods on the same model. Morris: change of the level (of the "
+                        f"mean level of the lines, for SPLV) over the whole range of a stiffness, "
+                        f"from {TRAJECTORIES} paths. PAWN: distance between the distributions of "
+                        f"the level with and without the stiffness held, from "
+                        f"{2 * found.n_base} designs; a stiffness without effect has up to "
+                        f"{_noise(study):.2f}.",
+                    ),
+                ),
+            ),
+        ),
+    )
+
+
+def _meaning(study: Sensitivity) -> str:
+    """Say what varies, and how."""
+    what = f"Each of {len(study.variables)} stiffness factors is {study.inputs.description}, "
+    if study.plan.analysis is Analysis.design:
+        return f"{what}on its own: what a designer may choose."
+    return f"{what}on its own: what manufacturing does to today's parts."
+
+
+def _without(study: Sensitivity) -> str:
+    """Name the variables without effect, and those with next to none."""
+    zero = np.flatnonzero(study.indices.zero.all(axis=1))
+    sentences = (
+        ("Zero in every vehicle", tuple(study.variables[place] for place in zero)),
+        (f"Below {NEGLIGIBLE:g} in every vehicle, interval included", negligible(study)),
+    )
+    found = [f"{words}: {_listed(names)}." for words, names in sentences if names]
+    return " ".join(found) or "Every stiffness has an effect in some vehicle."
+
+
+def _leaders(study: Sensitivity) -> tuple[Headline, ...]:
+    """One headline for each pair of leading variables, with the vehicles that have it."""
+    groups: dict[tuple[str, ...], list[str]] = {}
+    for vehicle, names in study.ranking.items():
+        groups.setdefault(names[:2], []).append(vehicle)
+    return tuple(
+        Headline(", then ".join(names), f"lead in {_listed(tuple(vehicles))}")
+        for names, vehicles in sorted(groups.items(), key=lambda item: -len(item[1]))[:3]
+    )
+
+
+def _other_leaders(study: Sensitivity) -> str:
+    """Name the vehicles in which another question has other leading variables."""
+    lines = []
+    for label, found in study.beside.items():
+        other = {
+            vehicle: names[:2]
+            for vehicle, names in ranking(found).items()
+            if names[:2] != study.ranking[vehicle][:2]
+        }
+        listed = "; ".join(f"{vehicle}: {', then '.join(two)}" for vehicle, two in other.items())
+        lines.append(f"{label}: {listed or 'the same two lead in every vehicle'}.")
+    return "\n\n".join(lines)
+
+
+def _noise(study: Sensitivity) -> float:
+    """Largest PAWN index of a variable that the total index finds to be zero."""
+    zero = study.indices.zero
+    return float(study.pawn.index[zero].max()) if zero.any() else 0.0
+
+
+def _mounts(
+    tables: Mapping[str, pd.DataFrame], pictures: Mapping[str, bytes]
+) -> tuple[Section, ...]:
+    if "sobol_mounts" not in tables:
+        return ()
+    return (
+        Section(
+            "Mount by mount",
+            "All stiffnesses of a mount vary as one: how much hangs on each part.",
+            figures=(_picture(pictures, "sobol_mounts", "Sensitivity indices of whole mounts."),),
+            tables=(Table(tables["sobol_mounts"], "Indices of whole mounts."),),
+        ),
+    )
+
+
+def _mattering(table: pd.DataFrame, study: Sensitivity) -> pd.DataFrame:
+    names = [study.variables[row] for row in matters(study)]
+    return table[table["variable"].isin(names)]
+
+
+def _picture(pictures: Mapping[str, bytes], stem: str, caption: str) -> Picture:
+    return Picture(pictures[stem], alt=caption, caption=caption)
+
+
+def _listed(names: tuple[str, ...]) -> str:
+    if len(names) == 1:
+        return names[0]
+    return f"{', '.join(names[:-1])} and {names[-1]}"
+
+
+def sensitivity_result(study: Sensitivity) -> StudyResult:
+    """Make tables, figures, headline numbers and page of a sensitivity analysis.
+
+    Parameters
+    ----------
+    study : Sensitivity
+        Analysed.
+
+    Returns
+    -------
+    StudyResult
+        Tables ``sobol``, ``sobol_pairs``, ``sobol_beside``, ``sobol_lines``,
+        ``sobol_convergence``, ``screening``; with several mounts also ``sobol_mounts``.
+    """
+    tables = {
+        "sobol": index_table(study.indices, "variable"),
+        "sobol_pairs": pair_table(study.indices),
+        "sobol_beside": beside_table(study),
+        "sobol_lines": line_table(study),
+        "sobol_convergence": convergence_table(study),
+        "screening": screening_table(study),
+    }
+    if study.by_mount is not None:
+        tables["sobol_mounts"] = index_table(study.by_mount, "mount")
+    pictures = sensitivity_figures(study)
+    return StudyResult(
+        tables=tables,
+        figures=pictures,
+        summary=sensitivity_summary(study),
+        page=sensitivity_page(study, tables, pictures),
+        inputs=study.platform.input_files,
+        facts={
+            "motion": motion_name(study.index),
+            "design_factor": factor_name(study.index),
+            "kernel": study.index.kernel.name,
+            "ranked": study.plan.ranked.words,
+            "variables": f"{study.plan.analysis.value}: {study.inputs.description}",
+        },
+    )

@@ -11,19 +11,18 @@ import numpy as np
 
 from deboom.arrays import RealArray
 from deboom.errors import InputError
-from deboom.explore.design_space import DesignSpace
+from deboom.explore.box import BoxQuestion, CutNormalParts, PartLaw, UniformParts
+from deboom.explore.largest_box import kept_offset, tolerance_box
 from deboom.explore.problems import Progress, nsga2
 from deboom.explore.robust import RobustResponse
+from deboom.explore.scatter import sobol_sample
 from deboom.explore.selection import pick
-from deboom.explore.solution_box import BoxQuestion, CutNormalParts, PartLaw, UniformParts
-from deboom.explore.solution_box_peers import kept_offset, tolerance_box
-from deboom.explore.tolerance_samples import sobol_sample
-from deboom.study.supplier_pick import Pick
-from deboom.study.supplier_study import supplier_study
-from deboom.study.tolerance_cost import tolerance_cost
+from deboom.explore.space import DesignSpace
+from deboom.study.cost_of_tolerance import tolerance_cost
+from deboom.study.supplier_study import Pick, supplier_study
+from deboom.vehicles.booming_model import LoadCaseIndex
 from deboom.vehicles.fleet import Band
 from deboom.vehicles.limit_responses import MeanLevel, PeakLevel
-from deboom.vehicles.load_case_index import LoadCaseIndex
 
 POPULATION, GENERATIONS, DRAWS = 80, 60, 64
 """Of the quick search for a Pareto point."""
@@ -139,7 +138,7 @@ class BoxOptions:
     law : Law
         How parts lie in the box.
     cost_table : Path, optional
-        See `deboom.study.tolerance_cost.tolerance_cost`; weights are those of the intervals.
+        See `deboom.study.cost_of_tolerance.tolerance_cost`; weights are those of the intervals.
 
     Raises
     ------

@@ -9,20 +9,22 @@ from typing import Any
 from deboom.errors import InputError
 from deboom.files.library_export import read_library_json
 from deboom.files.platform import Platform
-from deboom.measurement.load_case import LoadCase
-from deboom.measurement.tolerances import Tolerances
+from deboom.measurement.channels import LoadCase
+from deboom.measurement.sensors import Tolerances
 from deboom.mounts.characterised_mount import CharacterisedMount
-from deboom.study.mount_source import LIBRARY_FILE
-from deboom.vehicles.amplitude_index import AmplitudeIndex
-from deboom.vehicles.booming_index import BoomingIndex, booming_index
-from deboom.vehicles.coupled_identification import coupled_motion
-from deboom.vehicles.coupled_index import CoupledIndex, coupled_index
-from deboom.vehicles.fleet import Fleet
-from deboom.vehicles.loss_factor_index import (
+from deboom.study.platform_model import LIBRARY_FILE
+from deboom.vehicles.booming_model import (
+    AmplitudeIndex,
+    BoomingIndex,
+    CoupledIndex,
     LossFactorIndex,
+    booming_index,
     booming_loss_index,
+    coupled_index,
     coupled_loss_index,
 )
+from deboom.vehicles.coupled_motion import coupled_motion
+from deboom.vehicles.fleet import Fleet
 from deboom.vehicles.platform_uncertainty import (
     ForceUncertainty,
     TransferUncertainty,

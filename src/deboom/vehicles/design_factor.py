@@ -1,9 +1,4 @@
-"""What a stiffness factor means: the curve K(F0) scaled, or the rubber itself.
-
-``DYNAMIC`` scales the dynamic stiffness at every static force, stops re-tuned (the thesis). A
-`PartFactor` scales the force at every deflection, stops where they were: the powertrain settles
-elsewhere under the same torque, and the stiffness there is another one.
-"""
+"""The meaning of a stiffness factor: the dynamic stiffness is scaled, or the rubber itself."""
 
 from __future__ import annotations
 
@@ -11,20 +6,193 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import Enum
 from functools import cached_property
-from typing import Protocol
+from typing import Literal, Protocol
 
 import numpy as np
 import numpy.typing as npt
+from numpy.polynomial import chebyshev
 
 from deboom.arrays import ComplexArray, RealArray
 from deboom.errors import InputError
-from deboom.measurement.load_case import LoadCase
+from deboom.measurement.channels import LoadCase
 from deboom.mounts.mount import AXES
 from deboom.mounts.response_surface import DynamicStiffnessSurface
 from deboom.vehicles.coupled_motion import CoupledMotion
-from deboom.vehicles.kinematic_model import KinematicModel
-from deboom.vehicles.static_position import StaticPosition
-from deboom.vehicles.surface_limits import backed_range
+from deboom.vehicles.powertrain import KinematicModel
+
+NODES = 16
+"""Wheel torques at which a design's equilibrium is solved; between them it is interpolated."""
+
+STEPS = 1001
+"""Torques at which nominal deflections are tabulated, for the way back to the torque."""
+
+
+@dataclass(frozen=True, eq=False)
+class StaticPosition:
+    """Static deflections over the lines of a run.
+
+    Parameters
+    ----------
+    model : KinematicModel
+        Powertrain on the quasi-static curves of its mounts.
+    nodes : array, shape (n_node,)
+        Wheel torques that are solved [N m].
+    to_lines : array, shape (n_frequency, n_node)
+        Interpolates from them to the lines [1].
+    torque : array, shape (n_step,)
+        Increasing [N m].
+    nominal : array, shape (n_step, n_direction)
+        Deflections with factor 1 there [m].
+
+    Notes
+    -----
+    Polynomial through Chebyshev's points; with 16 of them the tangent stiffness at the interpolated
+    deflections is within 1e-3 of that at the solved ones.
+    """
+
+    model: KinematicModel
+    nodes: RealArray
+    to_lines: RealArray
+    torque: RealArray
+    nominal: RealArray
+
+    @classmethod
+    def of(cls, model: KinematicModel, torque: RealArray, highest: float) -> StaticPosition:
+        """Prepare the lines of a run.
+
+        Parameters
+        ----------
+        model : KinematicModel
+            Powertrain on its mounts.
+        torque : array, shape (n_frequency,)
+            Wheel torque of each line, above 0 [N m].
+        highest : float
+            Torque up to which deflections are turned back into torques [N m]; larger ones only
+            read as larger.
+
+        Raises
+        ------
+        InputError
+            A torque that needs more deflection than a curve was measured to.
+        """
+        low, high = float(torque.min()), float(torque.max())
+        half = (high - low) / 2
+        n = NODES if half > 0 else 1
+        points = np.cos(np.pi * (np.arange(n) + 0.5) / n)
+        scaled = (torque - (low + high) / 2) / (half or 1.0)
+        from_nodes = np.linalg.inv(chebyshev.chebvander(points, n - 1))
+        to_lines: RealArray = chebyshev.chebvander(scaled, n - 1) @ from_nodes
+        steps = np.linspace(0.0, 1.1 * highest, STEPS)
+        nominal = model.equilibrium(steps).deflection
+        nodes = (low + high) / 2 + half * points
+        return cls(model, nodes, to_lines, steps, nominal)
+
+    @property
+    def rises(self) -> npt.NDArray[np.bool_]:
+        """Directions whose deflection goes one way as the torque grows, shape (n_direction,)."""
+        steps = np.diff(self.nominal, axis=0)
+        return np.asarray((steps > 0).all(axis=0) | (steps < 0).all(axis=0))
+
+    def deflection(self, factors: RealArray) -> RealArray:
+        """Deflections of designs whose directions have `factors` (n, n_direction).
+
+        Returns
+        -------
+        array, shape (n, n_frequency, n_direction)
+            [m].
+
+        Raises
+        ------
+        InputError
+            A design that sinks further than a curve was measured to.
+        """
+        return np.asarray(self.to_lines @ self.model.deflections(self.nodes, factors))
+
+    def nominal_deflection(self, torque: RealArray) -> RealArray:
+        """Nominal deflections at wheel torques (..., n_direction), one per direction [m]."""
+        columns = [
+            np.interp(torque[..., k], self.torque, self.nominal[:, k])
+            for k in range(self.nominal.shape[1])
+        ]
+        return np.stack(columns, axis=-1)
+
+    def nominal_torque(self, deflection: RealArray) -> RealArray:
+        """Wheel torques at which each direction rides at `deflection` (..., n_direction) [N m]."""
+        columns = []
+        for k, column in enumerate(self.nominal.T):
+            side = 1.0 if column[-1] > column[0] else -1.0
+            columns.append(np.interp(side * deflection[..., k], side * column, self.torque))
+        return np.stack(columns, axis=-1)
+
+    def slope(self, deflection: RealArray) -> RealArray:
+        """Slope of the quasi-static curve at `deflection` (..., n_direction) [N/m]."""
+        curves = self.model.springs
+        return np.stack([c.slope(deflection[..., k]) for k, c in enumerate(curves)], axis=-1)
+
+
+STEPS_2 = 41
+"""Values on either side of a line's own one at which a surface is asked how far it goes, in equal
+ratios."""
+
+
+def backed_range(
+    surface: DynamicStiffnessSurface,
+    torque: RealArray,
+    amplitude: RealArray,
+    frequency: RealArray,
+    variable: Literal["preload", "amplitude"],
+    where: str,
+) -> tuple[RealArray, RealArray]:
+    """Find between which values of one variable a surface is backed, the others as in the run.
+
+    Parameters
+    ----------
+    surface : DynamicStiffnessSurface
+        Over wheel torque.
+    torque, amplitude, frequency : array, shape (n_frequency,)
+        Lines of a run [N m], [m], [Hz].
+    variable : str
+        ``preload`` or ``amplitude``.
+    where : str
+        Run and direction, for a complaint.
+
+    Returns
+    -------
+    lowest, highest : array, shape (n_frequency,)
+        About the line's own value; the nearest that are not backed end the range [N m] or [m].
+
+    Raises
+    ------
+    InputError
+        A line that is not backed itself; a wheel torque that is not above 0.
+    """
+    at_own = surface.inside(torque, amplitude, frequency)
+    if not at_own.all():
+        outside = frequency[~at_own]
+        raise InputError(
+            f"{where}: {outside.size} of {frequency.size} lines, from {outside[0]:g} to "
+            f"{outside[-1]:g} Hz, lie outside of the region that the mount was measured in, so "
+            f"nothing says how it follows the {variable}: characterise it with runs of that torque "
+            "and amplitude"
+        )
+    own = torque if variable == "preload" else amplitude
+    low, high = surface.ranges[variable]
+    if np.any(own <= 0.0) or low <= 0.0:
+        raise InputError(
+            f"{where}: a {variable} of 0 or less: take a run whose wheel torque is above 0"
+        )
+    bounds = []
+    for end in (np.minimum(low, own), np.maximum(high, own)):
+        ratio = (end / own)[:, np.newaxis] ** np.linspace(0.0, 1.0, STEPS_2)
+        tried = own[:, np.newaxis] * ratio
+        if variable == "preload":
+            backed = surface.inside(tried, amplitude[:, np.newaxis], frequency[:, np.newaxis])
+        else:
+            backed = surface.inside(torque[:, np.newaxis], tried, frequency[:, np.newaxis])
+        backed[:, 0] = True
+        last = np.logical_and.accumulate(backed, axis=1).sum(axis=1) - 1
+        bounds.append(tried[np.arange(own.size), last])
+    return np.minimum(bounds[0], own), np.maximum(bounds[1], own)
 
 
 class Factor(Enum):
@@ -172,7 +340,7 @@ class PartFactor:
         )
 
 
-NODES = 65
+NODES_3 = 65
 """Wheel torques per line and direction at which surfaces are tabulated."""
 
 
@@ -246,8 +414,8 @@ class PartRatio:
         torque, deflection = self._equivalent(designs)
         bounded = np.clip(torque, self.lowest, self.highest)
         span = np.where(self.highest > self.lowest, self.highest - self.lowest, 1.0)
-        place = (bounded - self.lowest) / span * (NODES - 1)
-        before = np.minimum(place.astype(np.intp), NODES - 2)
+        place = (bounded - self.lowest) / span * (NODES_3 - 1)
+        before = np.minimum(place.astype(np.intp), NODES_3 - 2)
         share = place - before
         line, direction = np.ogrid[: self.torque.size, : torque.shape[2]]
         found = (1.0 - share) * self.tables[line, direction, before]
@@ -269,9 +437,9 @@ def _preload_table(
 ) -> tuple[RealArray, RealArray, ComplexArray]:
     """Bounds (f,) of the wheel torque and relative stiffness (f, NODES) between them."""
     if surface is None:
-        return torque, torque, np.ones((torque.size, NODES), dtype=complex)
+        return torque, torque, np.ones((torque.size, NODES_3), dtype=complex)
     low, high = backed_range(surface, torque, amplitude, frequency, "preload", where)
-    steps = np.linspace(0.0, 1.0, NODES)
+    steps = np.linspace(0.0, 1.0, NODES_3)
     tried = low[:, np.newaxis] + steps * (high - low)[:, np.newaxis]
     line = (amplitude[:, np.newaxis], frequency[:, np.newaxis])
     stiffness, _ = surface.predict_masked(tried, *line)

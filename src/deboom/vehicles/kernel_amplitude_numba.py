@@ -131,7 +131,7 @@ class NumbaAmplitudeSum:
 
 @dataclass(frozen=True)
 class NumbaAmplitudeKernel:
-    """Compiled kernel, a `deboom.vehicles.amplitude_index.AmplitudeKernel`.
+    """Compiled kernel, a `deboom.vehicles.booming_model.AmplitudeKernel`.
 
     Parameters
     ----------

@@ -58,7 +58,7 @@ class AmplitudeSum:
 
 @dataclass(frozen=True)
 class NumpyAmplitudeKernel:
-    """The kernel of this module, a `deboom.vehicles.amplitude_index.AmplitudeKernel`.
+    """The kernel of this module, a `deboom.vehicles.booming_model.AmplitudeKernel`.
 
     Parameters
     ----------

@@ -156,7 +156,7 @@ def solve_symmetric(
 
 @dataclass(frozen=True)
 class NumpyCoupledKernel:
-    """The kernel of this module, a `deboom.vehicles.coupled_index.CoupledKernel`."""
+    """The kernel of this module, a `deboom.vehicles.booming_model.CoupledKernel`."""
 
     name: str = "numpy"
 

@@ -23,11 +23,11 @@ import numpy.typing as npt
 from deboom.arrays import ComplexArray, RealArray
 from deboom.errors import InputError
 from deboom.vehicles import kernel_source
+from deboom.vehicles.booming_model import LevelSum
 from deboom.vehicles.coupled_motion import CoupledMotion
 from deboom.vehicles.kernel_coupled_numpy import NUMPY_COUPLED, NumpyCoupledSum, nonzero_entries
 from deboom.vehicles.kernel_numpy import NUMPY, NumpyLevelSum, line_exponents
 from deboom.vehicles.kernel_source import COUPLED_LANES, PRESCRIBED_LANES, CoupledPattern
-from deboom.vehicles.load_case_index import LevelSum
 from deboom.vehicles.scaled_equations import ScaledEquations, scaled_equations
 
 GROUP = {"float64": 16, "float32": 8}
@@ -127,7 +127,7 @@ class NumbaLevelSum:
 
 @dataclass(frozen=True)
 class NumbaKernel:
-    """Compiled kernel for prescribed motion, a `deboom.vehicles.booming_index.LevelSumKernel`.
+    """Compiled kernel for prescribed motion, a `deboom.vehicles.booming_model.LevelSumKernel`.
 
     Parameters
     ----------
@@ -170,7 +170,7 @@ class NumbaKernel:
 
 @dataclass(frozen=True)
 class NumbaCoupledKernel:
-    """Compiled kernel for coupled motion, a `deboom.vehicles.coupled_index.CoupledKernel`.
+    """Compiled kernel for coupled motion, a `deboom.vehicles.booming_model.CoupledKernel`.
 
     Parameters
     ----------

@@ -105,7 +105,7 @@ class NumpyLevelSum:
 
 @dataclass(frozen=True)
 class NumpyKernel:
-    """The kernel of this module, a `deboom.vehicles.booming_index.LevelSumKernel`."""
+    """The kernel of this module, a `deboom.vehicles.booming_model.LevelSumKernel`."""
 
     name: str = "numpy"
 

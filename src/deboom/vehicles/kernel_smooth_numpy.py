@@ -214,7 +214,7 @@ class SmoothCoupledSum:
 
 @dataclass(frozen=True)
 class SmoothCoupledKernel:
-    """The kernel of this module, a `deboom.vehicles.coupled_index.CoupledKernel`.
+    """The kernel of this module, a `deboom.vehicles.booming_model.CoupledKernel`.
 
     Parameters
     ----------

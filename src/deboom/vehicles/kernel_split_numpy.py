@@ -71,7 +71,7 @@ class NumpySplitSum(NumpyCoupledSum):
 
 @dataclass(frozen=True)
 class NumpySplitKernel:
-    """A `deboom.vehicles.coupled_index.CoupledKernel` of split motions."""
+    """A `deboom.vehicles.booming_model.CoupledKernel` of split motions."""
 
     name: str = "numpy"
 

@@ -1,6 +1,6 @@
 """What a limit is stated for in every vehicle: the mean level of the lines, or a band's peak.
 
-All wrap an index of `deboom.vehicles.load_case_index` and keep its seam: designs in, one number
+All wrap an index of `deboom.vehicles.booming_model` and keep its seam: designs in, one number
 per vehicle out, with exact derivatives.
 """
 
@@ -15,11 +15,11 @@ import numpy.typing as npt
 from deboom.arrays import ComplexArray, RealArray
 from deboom.errors import InputError
 from deboom.physics import sound_level
+from deboom.vehicles.booming_model import LoadCaseIndex, checked_designs
+from deboom.vehicles.booming_model import pressure_1 as pressure
 from deboom.vehicles.coupled_motion import CoupledMotion
 from deboom.vehicles.fleet import Band, PathContributions, lines_inside
 from deboom.vehicles.kernel_numpy import one_blas_thread
-from deboom.vehicles.load_case_index import LoadCaseIndex
-from deboom.vehicles.synthesis import checked_designs, pressure
 
 DIFFERENCE = 1e-4
 """Step of central differences, relative: of a design's pressure by its factors [1]."""

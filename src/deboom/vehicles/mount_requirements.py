@@ -17,12 +17,14 @@ from deboom.arrays import RealArray
 from deboom.errors import InputError
 from deboom.mounts.mount import AXES, Mount
 from deboom.physics import rigid_body
+from deboom.vehicles.booming_model import checked_designs
 from deboom.vehicles.design_factor import Factor
-from deboom.vehicles.kinematic_model import KinematicModel
-from deboom.vehicles.powertrain import Powertrain
-from deboom.vehicles.static_balance import balanced_deflection
-from deboom.vehicles.static_curves import MonotoneCurve
-from deboom.vehicles.synthesis import checked_designs
+from deboom.vehicles.powertrain import (
+    KinematicModel,
+    MonotoneCurve,
+    Powertrain,
+    balanced_deflection,
+)
 
 GRAVITY = 9.80665
 """Standard acceleration of free fall [m/s²]."""

@@ -9,22 +9,24 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from deboom.errors import InputError
-from deboom.measurement.load_case import LoadCase
-from deboom.measurement.method_difference import MethodDifference
-from deboom.measurement.tolerances import Tolerances
-from deboom.mounts.characterised_direction import CharacterisedDirection
-from deboom.mounts.characterised_mount import CharacterisedMount
+from deboom.measurement.channels import LoadCase
+from deboom.measurement.sensors import Tolerances
+from deboom.measurement.uncertainty import MethodDifference
+from deboom.mounts.characterised_mount import CharacterisedDirection, CharacterisedMount
 from deboom.mounts.error_budget import TWO_SIDED
 from deboom.mounts.mount import AXES, Mount
 from deboom.vehicles.fleet import Band, lines_inside
-from deboom.vehicles.force_errors import ForceCells, MotionError, RunNoise, StiffnessError
-from deboom.vehicles.transfer_errors import (
+from deboom.vehicles.uncertain_data import (
+    ForceCells,
+    MotionError,
+    RunNoise,
+    StiffnessError,
     TransferBody,
     TransferCalibration,
     TransferFloor,
     TransferPaths,
+    UncertaintySource,
 )
-from deboom.vehicles.uncertainty_source import UncertaintySource
 
 PRIOR = "stated prior"
 LOSS_FACTOR = 0.2

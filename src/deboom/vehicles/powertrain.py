@@ -1,14 +1,23 @@
-"""The powertrain as a rigid body: what its data sheet states, and how well."""
+"""The powertrain as a rigid body, and its static equilibrium on the curves of its mounts."""
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
+import numpy.typing as npt
+from scipy.interpolate import PchipInterpolator
 
 from deboom.arrays import RealArray
 from deboom.errors import InputError
+from deboom.measurement.campaign import StaticCurve
+from deboom.mounts.characterised_mount import CharacterisedMount
+from deboom.mounts.mount import AXES, Mount
 from deboom.physics import rigid_body
+from deboom.physics.rigid_body import forward_matrices
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,3 +101,534 @@ class Powertrain:
             inertia_tolerance=0.0,
             centre_tolerance=0.0,
         )
+
+
+NEWTON_STEPS = 100
+HALVINGS = 30
+BALANCED = 1e-9
+"""Unbalanced load at which the equilibrium counts as found, relative to the load [1]."""
+
+Curve = Callable[[RealArray], RealArray]
+"""From the deflection of every direction, shape (n, n_direction) [m], to a value of each."""
+
+
+def balanced_deflection(
+    load: RealArray, forward: RealArray, force: Curve, tangent: Curve
+) -> RealArray:
+    """Find the deflections at which springs carry a load.
+
+    Parameters
+    ----------
+    load : array, shape (n, 6)
+        One row per case [N, N m].
+    forward : array, shape (n_direction, 6)
+        Motion of the body → deflection of every direction.
+    force : callable
+        Force of every direction, increasing with its deflection [N].
+    tangent : callable
+        Its derivative, above 0 [N/m].
+
+    Returns
+    -------
+    array, shape (n, n_direction)
+        [m].
+
+    Raises
+    ------
+    ArithmeticError
+        No equilibrium found.
+
+    Notes
+    -----
+    Newton's method on ``Vᵀ F(V q) = load`` for all rows at once, with the step halved until the
+    unbalanced load shrinks. Every tangent is positive, so the equilibrium is unique. A row that has
+    come to rest stays: it depends on its load alone, bit for bit.
+    """
+    # rotations in radians are small numbers: weigh their load by the size of the body
+    length = float(np.sqrt(np.mean(np.sum(forward[:, 3:] ** 2, axis=1))))
+    scale = np.array([1.0] * 3 + [1 / length] * 3)
+
+    # row by row: a product of matrices would round a case by the cases beside it
+    def moved(position: RealArray) -> RealArray:
+        return np.asarray((forward @ position[..., np.newaxis])[..., 0])
+
+    def unbalanced(position: RealArray) -> RealArray:
+        carried = force(moved(position))[..., np.newaxis]
+        return np.asarray(load - (forward.T @ carried)[..., 0])
+
+    def size(residual: RealArray) -> RealArray:
+        return np.asarray(np.linalg.norm(residual * scale, axis=1))
+
+    position = np.zeros_like(load)
+    residual = unbalanced(position)
+    enough = BALANCED * (1.0 + size(load))
+    for _ in range(NEWTON_STEPS):
+        moving = size(residual) > enough
+        if not moving.any():
+            return moved(position)
+        stiffness = forward.T @ (tangent(moved(position))[..., np.newaxis] * forward)
+        step = np.linalg.solve(stiffness, residual[..., np.newaxis])[..., 0]
+        share = np.where(moving, 1.0, 0.0)[:, np.newaxis]
+        for _ in range(HALVINGS):
+            tried = unbalanced(position + share * step)
+            worse = size(tried) > (1 - 0.1 * share[:, 0]) * size(residual)
+            worse &= moving & (size(tried) > enough)
+            if not worse.any():
+                break
+            share[worse] /= 2
+        position = position + share * step
+        residual = unbalanced(position)
+    raise ArithmeticError(f"no static equilibrium within {NEWTON_STEPS} Newton steps")
+
+
+LEAST_SLOPE = 1e-6
+"""Of the mean slope: a monotone interpolant may be flat at its very ends [1]."""
+
+
+class MonotoneCurve:
+    """A curve through measured points that rises everywhere, straight beyond its ends.
+
+    Parameters
+    ----------
+    curve : StaticCurve
+        Measured points.
+
+    Attributes
+    ----------
+    lowest, highest : float
+        First and last measured deflection [m].
+
+    Raises
+    ------
+    InputError
+        A force that does not increase with the deflection.
+
+    Notes
+    -----
+    Piecewise cubic Hermite interpolation without overshoot (Fritsch and Carlson, SIAM J. Numer.
+    Anal. 17, 1980). Beyond the ends it goes on with the last secant, for iterations on their way:
+    compare with `lowest` and `highest` what came out.
+    """
+
+    def __init__(self, curve: StaticCurve) -> None:
+        secants = np.diff(curve.force) / np.diff(curve.deflection)
+        if np.any(secants <= 0):
+            raise InputError(
+                f"the static force of {curve.mount} {curve.axis} of {curve.mount_set} does not "
+                "increase with the deflection: check its curve"
+            )
+        self.lowest, self.highest = float(curve.deflection[0]), float(curve.deflection[-1])
+        self._force = PchipInterpolator(curve.deflection, curve.force)
+        self._slope = self._force.derivative()
+        self._first, self._last = secants[0], secants[-1]
+        self._least = LEAST_SLOPE * float(np.mean(secants))
+
+    def force(self, deflection: RealArray) -> RealArray:
+        """Force [N] at `deflection` [m]."""
+        inside = np.clip(deflection, self.lowest, self.highest)
+        secant = np.where(deflection < self.lowest, self._first, self._last)
+        return np.asarray(self._force(inside) + secant * (deflection - inside))
+
+    def slope(self, deflection: RealArray) -> RealArray:
+        """Tangent stiffness [N/m] at `deflection` [m]; above 0."""
+        inside = np.clip(deflection, self.lowest, self.highest)
+        slope = np.maximum(self._slope(inside), self._least)
+        slope = np.where(deflection < self.lowest, self._first, slope)
+        return np.asarray(np.where(deflection > self.highest, self._last, slope))
+
+
+def static_curve_from_stiffness(
+    mount: str,
+    axis: str,
+    mount_set: str,
+    static_force: npt.ArrayLike,
+    dynamic_stiffness: npt.ArrayLike,
+    dynamic_to_static: float,
+    uncertainty: float,
+) -> StaticCurve:
+    """Integrate a curve from dynamic stiffness over static force where no supplier sent one.
+
+    Parameters
+    ----------
+    mount, axis, mount_set : str
+        Direction and part.
+    static_force : array, shape (n,)
+        Increasing, from below 0 or 0 to above [N].
+    dynamic_stiffness : array, shape (n,)
+        Magnitude or real part there, above 0 [N/m].
+    dynamic_to_static : float
+        Dynamic over quasi-static tangent stiffness, above 0 [1]; state where it comes from.
+    uncertainty : float
+        Standard deviation relative to the force that the curve is believed to have [1].
+
+    Returns
+    -------
+    StaticCurve
+        With no deflection at no force.
+
+    Raises
+    ------
+    InputError
+        Shapes, a force that does not increase or does not include 0, values that are not positive.
+
+    Notes
+    -----
+    ``u(F) = ∫ dF r / K(F)`` from 0, by trapezoids.
+    """
+    owner = f"static curve of {mount} {axis} of {mount_set}"
+    force = np.asarray(static_force, dtype=float)
+    stiffness = np.asarray(dynamic_stiffness, dtype=float)
+    if force.ndim != 1 or force.shape != stiffness.shape or force.size < 2:
+        raise InputError(f"{owner}: one stiffness per static force, at least two of them")
+    if np.any(np.diff(force) <= 0) or not force[0] <= 0 <= force[-1]:
+        raise InputError(f"{owner}: its static force must increase and include 0 N")
+    if np.any(stiffness <= 0) or not dynamic_to_static > 0:
+        raise InputError(f"{owner}: stiffness and dynamic-to-static ratio are above 0")
+    compliance = dynamic_to_static / stiffness
+    steps = np.diff(force) * (compliance[1:] + compliance[:-1]) / 2
+    deflection = np.concatenate([[0.0], np.cumsum(steps)])
+    deflection -= np.interp(0.0, force, deflection)
+    return StaticCurve(mount, axis, mount_set, deflection, force, uncertainty)
+
+
+CRANKSHAFT = (0.0, 1.0, 0.0)
+"""A transverse engine that drives forward is turned about +y by the reaction of its wheels."""
+
+
+@dataclass(frozen=True, eq=False)
+class StaticState:
+    """Static equilibrium of a powertrain over wheel torque.
+
+    Parameters
+    ----------
+    wheel_torque : array, shape (n,)
+        [N m].
+    names : tuple of str
+        Directions ``<mount> [<piece>] <axis>``.
+    deflection : array, shape (n, n_direction)
+        From the unloaded position [m].
+    force : array, shape (n, n_direction)
+        On the receiver [N].
+    """
+
+    wheel_torque: RealArray
+    names: tuple[str, ...]
+    deflection: RealArray
+    force: RealArray
+
+    def of(self, name: str) -> RealArray:
+        """Return the static force of one direction, shape (n,) [N].
+
+        Raises
+        ------
+        InputError
+            No such direction.
+        """
+        if name not in self.names:
+            raise InputError(f"the kinematic model has no direction '{name}', use {self.names}")
+        return self.force[:, self.names.index(name)]
+
+
+@dataclass(frozen=True, eq=False)
+class KinematicModel:
+    """A powertrain on nonlinear mounts under a static torque.
+
+    Parameters
+    ----------
+    mounts : tuple of Mount
+        That carry the powertrain; their positions in one frame, whose origin does not matter.
+    curves : mapping of str to StaticCurve
+        By ``<mount> <axis>``, for every axis of every mount; pieces of a mount share them.
+    torque_axis : tuple of float
+        Unit vector about which a positive wheel torque turns the powertrain [1].
+
+    Raises
+    ------
+    InputError
+        A direction without curve, a force that does not increase with the deflection, or mounts
+        that leave the powertrain free to move.
+    """
+
+    mounts: tuple[Mount, ...]
+    curves: Mapping[str, StaticCurve]
+    torque_axis: tuple[float, float, float] = CRANKSHAFT
+
+    def __post_init__(self) -> None:
+        for mount in self.mounts:
+            for axis in AXES:
+                if f"{mount.name} {axis}" not in self.curves:
+                    raise InputError(
+                        f"the kinematic model needs a force-deflection curve of {mount.name} "
+                        f"{axis}: ask the supplier, or take static_curve_from_stiffness"
+                    )
+        _ = self.springs
+        if np.linalg.matrix_rank(self.forward) < 6:
+            raise InputError(
+                f"the mounts {[mount.name for mount in self.mounts]} leave the powertrain free to "
+                "move: it needs three points that are not on one line"
+            )
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Directions ``<mount> [<piece>] <axis>``."""
+        return tuple(
+            " ".join(filter(None, (mount.name, piece, axis)))
+            for mount in self.mounts
+            for piece in mount.pieces
+            for axis in AXES
+        )
+
+    @property
+    def forward(self) -> RealArray:
+        """Motion of the powertrain → deflection of every direction, shape (n_direction, 6)."""
+        return forward_matrices([r for mount in self.mounts for r in mount.positions])
+
+    def with_mount_at(self, mount: str, position: tuple[float, float, float]) -> KinematicModel:
+        """Move a mount of a single piece, such as the strut from its lateral to a central place.
+
+        Parameters
+        ----------
+        mount : str
+            Which.
+        position : (x, y, z)
+            Of its virtual point [m].
+
+        Raises
+        ------
+        InputError
+            No such mount, or one of several pieces.
+        """
+        if mount not in [one.name for one in self.mounts if len(one.pieces) == 1]:
+            raise InputError(f"the kinematic model has no mount '{mount}' of a single piece")
+        return replace(
+            self,
+            mounts=tuple(
+                replace(one, positions=(position,)) if one.name == mount else one
+                for one in self.mounts
+            ),
+        )
+
+    def with_curve_scales(self, scales: Mapping[str, float]) -> KinematicModel:
+        """Multiply the forces of the named curves ``<mount> <axis>`` by factors [1]."""
+        return replace(
+            self,
+            curves={
+                name: replace(curve, force=scales.get(name, 1.0) * curve.force)
+                for name, curve in self.curves.items()
+            },
+        )
+
+    def equilibrium(self, wheel_torque: npt.ArrayLike) -> StaticState:
+        """Find deflection and force of every direction.
+
+        Parameters
+        ----------
+        wheel_torque : array, shape (n,)
+            Engine torque times total ratio [N m].
+
+        Returns
+        -------
+        StaticState
+
+        Raises
+        ------
+        InputError
+            A torque that needs more deflection than a curve was measured to.
+
+        Notes
+        -----
+        ``Vᵀ F(V q) = (0, T e)``, see `deboom.vehicles.powertrain.balanced_deflection`. Curves
+        are interpolated monotonically (Fritsch and Carlson), so every tangent stiffness is positive
+        and the equilibrium is unique. Weight is left out: deflections count from the position under
+        it, as the supplier's curves do.
+        """
+        torque = np.atleast_1d(np.asarray(wheel_torque, dtype=float))
+        ones = np.ones((torque.size, len(self.names)))
+        deflection = self._solved(torque, ones)
+        forces = [spring.force(deflection[:, k]) for k, spring in enumerate(self.springs)]
+        return StaticState(torque, self.names, deflection, np.stack(forces, axis=1))
+
+    def deflections(self, wheel_torque: npt.ArrayLike, factors: RealArray) -> RealArray:
+        """Find the deflections with other parts: each direction's force times a factor.
+
+        Parameters
+        ----------
+        wheel_torque : array, shape (n_torque,)
+            Engine torque times total ratio [N m].
+        factors : array, shape (n, n_direction)
+            Of the force at a deflection, ``x F(u)``, above 0 [1].
+
+        Returns
+        -------
+        array, shape (n, n_torque, n_direction)
+            From the unloaded position [m]. The rows of a design depend on it alone, bit for bit.
+
+        Raises
+        ------
+        InputError
+            A torque that needs more deflection than a curve was measured to.
+        """
+        torque = np.atleast_1d(np.asarray(wheel_torque, dtype=float))
+        each = np.tile(torque, len(factors))
+        found = self._solved(each, np.repeat(factors, torque.size, axis=0))
+        return found.reshape(len(factors), torque.size, -1)
+
+    def _solved(self, torque: RealArray, factors: RealArray) -> RealArray:
+        """Deflections (n, n_direction) at torques (n,), forces times factors (n, n_direction)."""
+        load = np.zeros((torque.size, 6))
+        load[:, 3:] = torque[:, np.newaxis] * np.array(self.torque_axis)
+        springs = self.springs
+
+        def force(deflection: RealArray) -> RealArray:
+            forces = [spring.force(deflection[:, k]) for k, spring in enumerate(springs)]
+            return np.asarray(factors * np.stack(forces, axis=1))
+
+        def tangent(deflection: RealArray) -> RealArray:
+            slopes = [spring.slope(deflection[:, k]) for k, spring in enumerate(springs)]
+            return np.asarray(factors * np.stack(slopes, axis=1))
+
+        deflection = balanced_deflection(load, self.forward, force, tangent)
+        self._refuse_extrapolation(torque, deflection)
+        return deflection
+
+    def force_deviation(
+        self, wheel_torque: npt.ArrayLike, *, seed: int, n_draws: int = 100
+    ) -> RealArray:
+        """Propagate the stated errors of the curves into the static forces.
+
+        Parameters
+        ----------
+        wheel_torque : array, shape (n,)
+            [N m].
+        seed : int
+            From 1.
+        n_draws : int
+            Of the scale errors, one per curve.
+
+        Returns
+        -------
+        array, shape (n, n_direction)
+            Standard deviation [N].
+
+        Raises
+        ------
+        InputError
+            A seed below 1, or a torque beyond the curves.
+        """
+        if seed < 1:
+            raise InputError(f"seed {seed} is refused: seeds are whole numbers from 1")
+        generator = np.random.default_rng(seed)
+        forces = []
+        for _ in range(n_draws):
+            scales = {
+                name: float(np.exp(curve.force_uncertainty * generator.standard_normal()))
+                for name, curve in self.curves.items()
+            }
+            forces.append(self.with_curve_scales(scales).equilibrium(wheel_torque).force)
+        return np.asarray(np.std(forces, axis=0))
+
+    @cached_property
+    def springs(self) -> tuple[MonotoneCurve, ...]:
+        """Static curve of every direction, in the order of `names`."""
+        of_direction = {name: MonotoneCurve(curve) for name, curve in self.curves.items()}
+        return tuple(
+            of_direction[f"{mount.name} {axis}"]
+            for mount in self.mounts
+            for _ in mount.pieces
+            for axis in AXES
+        )
+
+    def _refuse_extrapolation(self, torque: RealArray, deflection: RealArray) -> None:
+        for k, spring in enumerate(self.springs):
+            outside = (deflection[:, k] < spring.lowest) | (deflection[:, k] > spring.highest)
+            if outside.any():
+                line = int(np.argmax(np.where(outside, np.abs(deflection[:, k]), -1.0)))
+                raise InputError(
+                    f"at a wheel torque of {torque[line]:.0f} N m {self.names[k]} deflects by "
+                    f"{1e3 * deflection[line, k]:.1f} mm, its curve was measured from "
+                    f"{1e3 * spring.lowest:.1f} to {1e3 * spring.highest:.1f} mm: measure further, "
+                    "or ask for less torque"
+                )
+
+
+def library_model(
+    parts: Sequence[CharacterisedMount], torque_axis: tuple[float, float, float] = CRANKSHAFT
+) -> KinematicModel:
+    """Build the kinematic model of a powertrain on mounts from the library.
+
+    Parameters
+    ----------
+    parts : sequence of CharacterisedMount
+        One for each mount that carries the powertrain, with their static curves.
+    torque_axis : tuple of float
+        As in `KinematicModel`.
+
+    Raises
+    ------
+    InputError
+        A mount twice, or a direction without static curve.
+    """
+    names = [part.mount.name for part in parts]
+    if len(set(names)) < len(names):
+        raise InputError(f"the kinematic model needs every mount once, not {names}")
+    curves = {
+        f"{part.mount.name} {direction.axis}": direction.static_curve
+        for part in parts
+        for direction in part.directions
+        if direction.static_curve is not None
+    }
+    return KinematicModel(tuple(part.mount for part in parts), curves, torque_axis)
+
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+
+def static_force_table(
+    models: Mapping[str, KinematicModel],
+    total_ratios: Sequence[float],
+    engine_torque: npt.ArrayLike,
+) -> pd.DataFrame:
+    """List the static force of every direction by configuration, gear and engine torque.
+
+    Parameters
+    ----------
+    models : mapping of str to KinematicModel
+        Configurations: powertrains, mount sets, places of the strut.
+    total_ratios : sequence of float
+        Engine speed over wheel speed, gear 1 first [1].
+    engine_torque : array, shape (n,)
+        [N m].
+
+    Returns
+    -------
+    pandas.DataFrame
+        Columns ``configuration``, ``gear``, ``engine torque [N m]``, ``wheel torque [N m]``,
+        ``direction``, ``static force [N]`` and ``deflection [m]``.
+
+    Raises
+    ------
+    InputError
+        A torque that needs more deflection than a curve was measured to.
+    """
+    import pandas as pd
+
+    torques = np.atleast_1d(np.asarray(engine_torque, dtype=float))
+    rows = []
+    for configuration, model in models.items():
+        for gear, ratio in enumerate(total_ratios, 1):
+            state = model.equilibrium(torques * ratio)
+            for line, torque in enumerate(torques.tolist()):
+                for place, name in enumerate(state.names):
+                    rows.append(
+                        {
+                            "configuration": configuration,
+                            "gear": gear,
+                            "engine torque [N m]": torque,
+                            "wheel torque [N m]": state.wheel_torque[line],
+                            "direction": name,
+                            "static force [N]": state.force[line, place],
+                            "deflection [m]": state.deflection[line, place],
+                        }
+                    )
+    return pd.DataFrame(rows)

@@ -1,25 +1,515 @@
-"""Measured data with everything that may be wrong with them, and how another measurement differs.
-
-A draw does not blur results: it measures again. Noise transfer functions, forces and motions are
-changed, and whatever is computed from data is computed from the changed ones. So vehicles, designs
-and load cases keep their correlation: a change of the level against today's design, which the
-calibration of a microphone does not touch, is known much better than the level.
-"""
+"""Measured data with their sources of error, and draws of another measurement."""
 
 from __future__ import annotations
 
-from collections.abc import Collection
+import zlib
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, lru_cache
+from types import MappingProxyType
+from typing import Protocol
 
 import numpy as np
 
+from deboom.arrays import ComplexArray, RealArray
 from deboom.errors import InputError
-from deboom.measurement.channels import Frf, Spectrum
-from deboom.measurement.load_case import LoadCase
-from deboom.measurement.method_difference import local_magnitude
+from deboom.measurement.channels import Frf, LoadCase, Spectrum
+from deboom.measurement.uncertainty import local_magnitude
+from deboom.mounts.mount import AXES
 from deboom.vehicles.fleet import Band, Fleet, lines_inside, refuse_doubled
-from deboom.vehicles.uncertainty_source import MeasuredArrays, UncertaintySource, own_generator
+
+
+@dataclass(frozen=True, eq=False)
+class MeasuredArrays:
+    """The measured data of a study as plain arrays.
+
+    Parameters
+    ----------
+    frequency : array, shape (n_frequency,)
+        [Hz].
+    transfer : array, shape (n_vehicle, n_frequency, n_path)
+        Noise transfer functions [Pa/N].
+    transfer_around : array, of that shape
+        Magnitude around each line, as measured, see
+        `deboom.measurement.uncertainty.local_magnitude` [Pa/N].
+    displacement, force : array, shape (n_load_case, n_frequency, n_channel)
+        Of the mounts [m], [N].
+    paths, channels : tuple of str
+        ``<mount> <axis>`` and ``<mount> [<piece>] <axis>``.
+    """
+
+    frequency: RealArray
+    transfer: ComplexArray
+    transfer_around: RealArray
+    displacement: ComplexArray
+    force: ComplexArray
+    paths: tuple[str, ...]
+    channels: tuple[str, ...]
+
+
+class UncertaintySource(Protocol):
+    """One independent cause of error."""
+
+    @property
+    def name(self) -> str:
+        """In a few words; unique among the sources of a study."""
+
+    @property
+    def origin(self) -> str:
+        """Where its size comes from."""
+
+    @property
+    def size(self) -> str:
+        """Standard deviation, in words with its unit."""
+
+    def measured_again(
+        self, data: MeasuredArrays, generator: np.random.Generator
+    ) -> MeasuredArrays:
+        """Return the data with one draw of this error."""
+
+
+def own_generator(source: UncertaintySource, seed: int, draw: int) -> np.random.Generator:
+    """Return the generator of one draw of a source; no other source changes it.
+
+    Raises
+    ------
+    InputError
+        A seed below 1, a draw below 0.
+    """
+    if seed < 1:
+        raise InputError(f"seed {seed} is refused: seeds are whole numbers from 1")
+    if draw < 0:
+        raise InputError(f"draw {draw} is refused: draws count from 0")
+    return np.random.default_rng([seed, zlib.crc32(source.name.encode()), draw])
+
+
+def complex_normals(shape: tuple[int, ...], generator: np.random.Generator) -> ComplexArray:
+    """Draw complex values of unit mean square."""
+    parts = generator.standard_normal((2, *shape))
+    return np.asarray((parts[0] + 1j * parts[1]) / np.sqrt(2.0))
+
+
+def refuse_negative(name: str, deviation: float) -> None:
+    """Raise `InputError` where a standard deviation is negative or not finite."""
+    if not (np.isfinite(deviation) and deviation >= 0):
+        raise InputError(f"{name}: a standard deviation of {deviation}: give a number from 0")
+
+
+NEPER_PER_DB = np.log(10.0) / 20.0
+SMALLEST_SHARE = 1e-9
+"""Components of a smooth error with a smaller share of its variance are left out [1]."""
+
+
+@dataclass(frozen=True)
+class TransferCalibration:
+    """Level of a vehicle's noise transfer functions: microphone and source, all paths alike.
+
+    Parameters
+    ----------
+    decibels : float
+        Standard deviation [dB].
+    origin : str
+        Where it comes from.
+    name : str
+        Of the source.
+    degrees_of_freedom : float
+        Behind the standard deviation; infinite where it is stated.
+    """
+
+    decibels: float
+    origin: str
+    name: str = "calibration of the transfer functions"
+    degrees_of_freedom: float = np.inf
+
+    def __post_init__(self) -> None:
+        refuse_negative(self.name, self.decibels)
+
+    @property
+    def size(self) -> str:
+        """Standard deviation in words."""
+        return f"{self.decibels:.2g} dB per vehicle"
+
+    def measured_again(
+        self, data: MeasuredArrays, generator: np.random.Generator
+    ) -> MeasuredArrays:
+        """Return the data with one draw of this error."""
+        normals = generator.standard_normal((len(data.transfer), 1, 1))
+        deviation = self.decibels * _scale(self.degrees_of_freedom, generator)
+        gain = np.exp(NEPER_PER_DB * deviation * normals)
+        return replace(data, transfer=data.transfer * gain)
+
+
+@dataclass(frozen=True)
+class TransferPaths:
+    """Smooth complex error of every noise transfer function: place and direction.
+
+    Parameters
+    ----------
+    relative : float
+        Root mean square of the complex error over the magnitude around the line, in the phase of
+        the function, see `deboom.measurement.uncertainty.local_magnitude` [1].
+    length : float
+        Correlation length over frequency [Hz].
+    origin : str
+        Where they come from.
+    name : str
+        Of the source.
+    degrees_of_freedom : float
+        Behind the root mean square; infinite where it is stated.
+    """
+
+    relative: float
+    length: float
+    origin: str
+    name: str = "transfer functions, path by path"
+    degrees_of_freedom: float = np.inf
+
+    def __post_init__(self) -> None:
+        refuse_negative(self.name, self.relative)
+        smooth_basis(np.zeros(1), self.length)
+
+    @property
+    def size(self) -> str:
+        """Standard deviation in words."""
+        return f"{100 * self.relative:.2g} % rms, correlated over {self.length:.2g} Hz"
+
+    def measured_again(
+        self, data: MeasuredArrays, generator: np.random.Generator
+    ) -> MeasuredArrays:
+        """Return the data with one draw of this error."""
+        basis = _kept_basis(data.frequency.tobytes(), self.length)
+        n_vehicle, _, n_path = data.transfer.shape
+        normals = complex_normals((n_vehicle, basis.shape[1], n_path), generator)
+        error = self.relative * _scale(self.degrees_of_freedom, generator) * (basis @ normals)
+        around, size = data.transfer_around, np.abs(data.transfer)
+        phase = np.divide(data.transfer, size, out=np.ones_like(data.transfer), where=size > 0)
+        return replace(data, transfer=data.transfer + around * phase * error)
+
+
+@dataclass(frozen=True)
+class TransferBody:
+    """Smooth complex factor on all paths of a vehicle: damping and resonances of another day.
+
+    Parameters
+    ----------
+    relative : float
+        Root mean square of the complex error [1].
+    length : float
+        Correlation length over frequency, about the width of a resonance [Hz].
+    origin : str
+        Where they come from.
+    name : str
+        Of the source.
+    """
+
+    relative: float
+    length: float
+    origin: str
+    name: str = "body of the vehicles, day by day"
+
+    def __post_init__(self) -> None:
+        refuse_negative(self.name, self.relative)
+        smooth_basis(np.zeros(1), self.length)
+
+    @property
+    def size(self) -> str:
+        """Standard deviation in words."""
+        return f"{100 * self.relative:.2g} % rms, correlated over {self.length:.2g} Hz"
+
+    def measured_again(
+        self, data: MeasuredArrays, generator: np.random.Generator
+    ) -> MeasuredArrays:
+        """Return the data with one draw of this error."""
+        basis = _kept_basis(data.frequency.tobytes(), self.length)
+        normals = complex_normals((len(data.transfer), basis.shape[1], 1), generator)
+        factor = np.exp(self.relative * (basis @ normals))
+        return replace(data, transfer=data.transfer * factor)
+
+
+@dataclass(frozen=True)
+class TransferFloor:
+    """Noise floor of the noise transfer functions, line by line.
+
+    Parameters
+    ----------
+    floor : float
+        Of the real and of the imaginary part [Pa/N].
+    origin : str
+        Where it comes from.
+    """
+
+    floor: float
+    origin: str
+    name: str = "noise floor of the transfer functions"
+
+    def __post_init__(self) -> None:
+        refuse_negative(self.name, self.floor)
+
+    @property
+    def size(self) -> str:
+        """Standard deviation in words."""
+        return f"{self.floor:.2g} Pa/N per line"
+
+    def measured_again(
+        self, data: MeasuredArrays, generator: np.random.Generator
+    ) -> MeasuredArrays:
+        """Return the data with one draw of this error."""
+        noise = np.sqrt(2.0) * self.floor * complex_normals(data.transfer.shape, generator)
+        return replace(data, transfer=data.transfer + noise)
+
+
+def smooth_basis(frequency: RealArray, length: float) -> RealArray:
+    """Return the functions that a smooth random error of unit variance is made of.
+
+    Parameters
+    ----------
+    frequency : array, shape (n_frequency,)
+        [Hz].
+    length : float
+        Correlation length, above 0 [Hz].
+
+    Returns
+    -------
+    array, shape (n_frequency, n)
+        ``B``: the error ``B z`` of standard normals z has the correlation
+        ``exp(-(Δf/length)²/2)`` between lines.
+
+    Raises
+    ------
+    InputError
+        A length that is not positive and finite.
+
+    Notes
+    -----
+    Karhunen-Loève expansion on the lines: the eigenvectors of the correlation matrix times the
+    roots of their eigenvalues, without those that carry no variance.
+    """
+    if not (np.isfinite(length) and length > 0):
+        raise InputError(f"a correlation length of {length} Hz: give one above 0")
+    distance = (frequency[:, np.newaxis] - frequency) / length
+    values, vectors = np.linalg.eigh(np.exp(-(distance**2) / 2.0))
+    kept = values > SMALLEST_SHARE * frequency.size
+    return np.asarray(vectors[:, kept] * np.sqrt(values[kept]))
+
+
+@lru_cache(maxsize=16)
+def _kept_basis(frequency: bytes, length: float) -> RealArray:
+    return smooth_basis(np.frombuffer(frequency), length)
+
+
+def _scale(degrees_of_freedom: float, generator: np.random.Generator) -> float:
+    """Draw the true standard deviation over one that was estimated: errors follow Student's t."""
+    if np.isinf(degrees_of_freedom):
+        return 1.0
+    return float(np.sqrt(degrees_of_freedom / generator.chisquare(degrees_of_freedom)))
+
+
+@dataclass(frozen=True, eq=False)
+class StiffnessError:
+    """Dynamic stiffness of each direction: a common gain and turn of all its lines.
+
+    Alignment and calibration of the characterisation are the same at all lines and in all load
+    cases, so their error is as well; all pieces of a mount share it.
+
+    Parameters
+    ----------
+    magnitude : mapping of str to float
+        Direction ``<mount> <axis>`` → standard deviation of ln |K| [1].
+    channels : mapping of str to tuple of str
+        Direction → channels of its pieces.
+    loss_factor : float
+        Of the mounts: Re K and Im K err alike by the magnitude, and independently by as much, so
+        the phase of K by ``√2`` loss factor times the magnitude's [1].
+    origin : str
+        Where they come from.
+    name : str
+        Of this share of the budget.
+    """
+
+    magnitude: Mapping[str, float]
+    channels: Mapping[str, tuple[str, ...]]
+    loss_factor: float
+    origin: str
+    name: str = "stiffness of the mounts"
+
+    def __post_init__(self) -> None:
+        for direction, deviation in self.magnitude.items():
+            refuse_negative(f"{self.name}, {direction}", deviation)
+        refuse_negative("loss factor", self.loss_factor)
+        for name in ("magnitude", "channels"):
+            object.__setattr__(self, name, MappingProxyType(dict(getattr(self, name))))
+
+    @property
+    def size(self) -> str:
+        """Standard deviation in words."""
+        return _range_of(self.magnitude)
+
+    def measured_again(
+        self, data: MeasuredArrays, generator: np.random.Generator
+    ) -> MeasuredArrays:
+        """Return the data with one draw of this error."""
+        turn = 1j * np.sqrt(2.0) * self.loss_factor
+        gain = np.ones(len(data.channels), dtype=complex)
+        for direction, deviation in self.magnitude.items():
+            along, across = generator.standard_normal(2)
+            own = np.isin(data.channels, self.channels[direction])
+            gain[own] = np.exp(deviation * (along + turn * across))
+        return replace(data, force=data.force * gain)
+
+
+@dataclass(frozen=True, eq=False)
+class ForceCells:
+    """Measured forces: gain of each axis of a cell, and leakage by the angle of the shaker.
+
+    Parameters
+    ----------
+    gain : mapping of str to float
+        Point ``<mount> [<piece>]`` → standard deviation of each axis' gain [1].
+    angle : mapping of str to float
+        Point → of the shaker that calibrates its cell, per pair of axes [rad].
+    channels : tuple of str
+        That err; the others only leak.
+    origin : str
+        Where they come from.
+    """
+
+    gain: Mapping[str, float]
+    angle: Mapping[str, float]
+    channels: tuple[str, ...]
+    origin: str
+    name: str = "force cells and shaker"
+
+    def __post_init__(self) -> None:
+        _check_points(self, "gain", "angle")
+
+    @property
+    def size(self) -> str:
+        """Standard deviation in words."""
+        angles = {point: np.rad2deg(angle) for point, angle in self.angle.items()}
+        return f"gain {_range_of(self.gain)}, shaker up to {max(angles.values(), default=0):.2g}°"
+
+    def measured_again(
+        self, data: MeasuredArrays, generator: np.random.Generator
+    ) -> MeasuredArrays:
+        """Return the data with one draw of this error."""
+        mixing = _mixing(data.channels, self.channels, self.gain, self.angle, generator)
+        return replace(data, force=data.force + data.force @ mixing.T)
+
+
+@dataclass(frozen=True, eq=False)
+class MotionError:
+    """Measured motion of the mounts, and with it the forces that surfaces make of it.
+
+    Parameters
+    ----------
+    gain, leakage : mapping of str to float
+        Point ``<mount> [<piece>]`` → standard deviation of each axis' gain, and of what each other
+        axis leaks into it [1].
+    surface_channels : tuple of str
+        Whose force is stiffness times motion; measured forces stay.
+    origin : str
+        Where they come from.
+    """
+
+    gain: Mapping[str, float]
+    leakage: Mapping[str, float]
+    surface_channels: tuple[str, ...]
+    origin: str
+    name: str = "motion in the runs"
+
+    def __post_init__(self) -> None:
+        _check_points(self, "gain", "leakage")
+
+    @property
+    def size(self) -> str:
+        """Standard deviation in words."""
+        return f"gain {_range_of(self.gain)}, other axes {_range_of(self.leakage)}"
+
+    def measured_again(
+        self, data: MeasuredArrays, generator: np.random.Generator
+    ) -> MeasuredArrays:
+        """Return the data with one draw of this error."""
+        mixing = _mixing(data.channels, data.channels, self.gain, self.leakage, generator)
+        moved = data.displacement @ mixing.T
+        from_surface = np.isin(data.channels, self.surface_channels)
+        moves = (np.abs(data.displacement) > 0.0) & from_surface
+        relative = np.divide(moved, data.displacement, out=np.zeros_like(moved), where=moves)
+        return replace(
+            data,
+            displacement=data.displacement + moved,
+            force=data.force * (1.0 + relative),
+        )
+
+
+@dataclass(frozen=True)
+class RunNoise:
+    """Order-tracking noise of the forces, line by line, another one in every load case.
+
+    Parameters
+    ----------
+    relative : float
+        Root mean square of the complex error [1].
+    origin : str
+        Where it comes from.
+    """
+
+    relative: float
+    origin: str
+    name: str = "noise of the runs"
+
+    def __post_init__(self) -> None:
+        refuse_negative(self.name, self.relative)
+
+    @property
+    def size(self) -> str:
+        """Standard deviation in words."""
+        return f"{100 * self.relative:.2g} % per line"
+
+    def measured_again(
+        self, data: MeasuredArrays, generator: np.random.Generator
+    ) -> MeasuredArrays:
+        """Return the data with one draw of this error."""
+        noise = self.relative * complex_normals(data.force.shape, generator)
+        return replace(data, force=data.force * (1.0 + noise))
+
+
+def point_of(channel: str) -> str:
+    """Return ``<mount> [<piece>]`` of a channel."""
+    return channel.rpartition(" ")[0]
+
+
+def _mixing(
+    channels: Sequence[str],
+    erring: Sequence[str],
+    gain: Mapping[str, float],
+    leakage: Mapping[str, float],
+    generator: np.random.Generator,
+) -> RealArray:
+    """Draw what each channel gets of itself and of the other axes of its point, beyond itself."""
+    matrix = np.zeros((len(channels), len(channels)))
+    normals = generator.standard_normal((len(channels), len(AXES)))
+    for row, channel in enumerate(channels):
+        point = point_of(channel)
+        for column, other in enumerate(channels):
+            if channel in erring and point_of(other) == point:
+                deviation = (gain if row == column else leakage).get(point, 0.0)
+                matrix[row, column] = deviation * normals[row, AXES.index(other[-1])]
+    return matrix
+
+
+def _check_points(source: ForceCells | MotionError, *names: str) -> None:
+    for name in names:
+        of_points = dict(getattr(source, name))
+        for point, deviation in of_points.items():
+            refuse_negative(f"{source.name}, {name} of {point}", deviation)
+        object.__setattr__(source, name, MappingProxyType(of_points))
+
+
+def _range_of(deviations: Mapping[str, float]) -> str:
+    if not deviations:
+        return "none"
+    low, high = 100 * min(deviations.values()), 100 * max(deviations.values())
+    return f"{low:.2g} %" if low == high else f"{low:.2g} to {high:.2g} %"
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,0 +1,399 @@
+"""Powertrain, wheel ends and driveline of the virtual bench: the frozen truth."""
+
+from __future__ import annotations
+
+import json
+import re
+import zlib
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from importlib import resources
+from types import MappingProxyType
+from typing import Any, Literal
+
+import numpy as np
+
+from deboom.arrays import ComplexArray, RealArray
+from deboom.bench.frozen import freeze_arrays
+from deboom.bench.mount_law import BenchMount, DirectionLaw, FluidBranch, Stage, SuspendedBody
+from deboom.errors import InputError
+from deboom.physics.rigid_body import forward_matrix, mass_matrix
+
+
+@dataclass(frozen=True)
+class OrderTorque:
+    """Torque reaction of the engine block at one engine order.
+
+    Parameters
+    ----------
+    order : float
+        Engine order [1].
+    at_no_load : float
+        Amplitude at zero engine torque [N m].
+    per_torque : float
+        Growth of the amplitude per engine torque [1].
+    phase, low_speed_phase : float
+        Phase against the tacho at high speed, and what is added to it at `low_speed` [rad].
+    low_speed, speed_scale : float
+        Where and over which speed the phase settles [rpm].
+    inertia : float
+        Reciprocating inertia torque per squared angular speed [kg m²]: ``2 m r²`` at order 2 of
+        four cylinders with the reciprocating mass m per cylinder and the crank radius r.
+
+    Notes
+    -----
+    With the gas torque ``a + b T`` and, a quarter turn ahead of the tacho, the inertia J::
+
+        M = (a + b T) e^{jφ(n)} + j J ω²
+
+    A fit to a zero-dimensional cycle with Wiebe heat release of a 1.5 l three-cylinder engine
+    with turbocharger. Order 1.5 of a three-cylinder engine is gas torque alone: its reciprocating
+    inertia gives only the orders 3, 6, … Overrun (negative torque) counts as no load.
+    """
+
+    order: float
+    at_no_load: float
+    per_torque: float
+    phase: float
+    low_speed_phase: float
+    low_speed: float
+    speed_scale: float
+    inertia: float = 0.0
+
+    def torque(self, engine_torque: RealArray, rpm: RealArray) -> ComplexArray:
+        """Return the complex peak amplitude [N m] at engine torque [N m] and speed [rpm]."""
+        amplitude = self.at_no_load + self.per_torque * np.maximum(engine_torque, 0.0)
+        settling = np.exp(-(rpm - self.low_speed) / self.speed_scale)
+        phase = self.phase + self.low_speed_phase * settling
+        reciprocating = 1j * self.inertia * (2 * np.pi * rpm / 60) ** 2
+        return np.asarray(amplitude * np.exp(1j * phase) + reciprocating, dtype=complex)
+
+
+@dataclass(frozen=True)
+class FullLoadRamp:
+    """Engine torque over a run-up with wide open throttle.
+
+    Parameters
+    ----------
+    start, scale : float
+        Speed at which the torque begins to build up, and over which it does [rpm].
+    natural_torque, exponent : float
+        Torque the charge would reach [N m] and exponent of its build-up [1].
+    """
+
+    start: float
+    scale: float
+    natural_torque: float
+    exponent: float
+
+    def torque(self, limit: float, rpm: RealArray) -> RealArray:
+        """Return the engine torque [N m] at `rpm`, limited to `limit` [N m].
+
+        Notes
+        -----
+        ``T = T_lim tanh(T_n s^e / T_lim) / tanh(T_n / T_lim)``,
+        ``s = 1 - exp(-(n - n_0)/n_s)``, zero below the start.
+        """
+        built_up = 1 - np.exp(-np.maximum(rpm - self.start, 0.0) / self.scale)
+        natural = self.natural_torque * built_up**self.exponent
+        reached: RealArray = np.tanh(natural / limit) / np.tanh(self.natural_torque / limit)
+        return limit * reached
+
+
+THREE_CYLINDER_TORQUE = OrderTorque(
+    order=1.5,
+    at_no_load=38.0,
+    per_torque=1.92,
+    phase=np.deg2rad(-80.0),
+    low_speed_phase=np.deg2rad(-5.0),
+    low_speed=800.0,
+    speed_scale=700.0,
+)
+
+FULL_LOAD_RAMP = FullLoadRamp(start=790.0, scale=260.0, natural_torque=235.0, exponent=1.15)
+
+
+@dataclass(frozen=True)
+class Driveline:
+    """From engine torque to the load on one wheel end along x.
+
+    Parameters
+    ----------
+    wheel_radius : float
+        [m].
+    factor : float
+        Share of the order torque that the drive shafts pass at low frequency [1].
+    frequency, damping_ratio : float
+        Isolation mode of flywheel and drive shafts [Hz], [1].
+    traction_share : float
+        Share of a wheel's traction force that preloads the wishbone mount [1].
+    """
+
+    wheel_radius: float
+    factor: float
+    frequency: float
+    damping_ratio: float
+    traction_share: float
+
+    def preload(self, wheel_torque: RealArray) -> RealArray:
+        """Return the static load on one wishbone mount [N] at the torque of both wheels [N m]."""
+        return self.traction_share * wheel_torque / (2 * self.wheel_radius)
+
+    def transmission(self, frequency: RealArray) -> ComplexArray:
+        """Return the order torque at the wheels per engine order torque times the ratio [1]."""
+        r = frequency / self.frequency
+        return np.asarray(self.factor / (1 - r**2 + 2j * self.damping_ratio * r), dtype=complex)
+
+    def load(
+        self, order_torque: ComplexArray, total_ratio: float, frequency: RealArray
+    ) -> ComplexArray:
+        """Return the dynamic load on one wheel end [N] from the engine's order torque [N m]."""
+        at_wheels = order_torque * total_ratio * self.transmission(frequency)
+        return at_wheels / (2 * self.wheel_radius)
+
+
+AXES: tuple[Literal["x", "y", "z"], ...] = ("x", "y", "z")
+
+AMPLITUDE_COUPLING = 0.15
+"""Weight of a mount's other axes in the amplitude that softens one axis; judgement."""
+
+PLAY = 0.25e-3
+"""Half width of the hysteresis play of the powertrain's static deflection [m]; judgement."""
+
+TRACTION_SHARE = 0.5
+"""Half of a wheel's traction force goes through the rear wishbone mount; judgement."""
+
+
+@dataclass(frozen=True, eq=False)
+class VirtualBench:
+    """Powertrain and wheel end on their true mounts, with what excites them.
+
+    Parameters
+    ----------
+    mass : float
+        Of the powertrain [kg].
+    inertia : array, shape (3, 3)
+        About the centre of gravity [kg m²].
+    positions : array, shape (n_mount, 3)
+        Of the powertrain mounts from the centre of gravity [m].
+    powertrain : SuspendedBody
+        Six degrees of freedom.
+    wheel_end : SuspendedBody
+        One side, along x.
+    driveline : Driveline
+        From engine torque to the wheel end.
+    total_ratios : tuple of float
+        Engine speed over wheel speed, gear 1 first [1].
+    order_torque : OrderTorque
+        Dominant order of the engine.
+    ramp : FullLoadRamp
+        Torque over a run-up.
+    """
+
+    mass: float
+    inertia: RealArray
+    positions: RealArray
+    powertrain: SuspendedBody
+    wheel_end: SuspendedBody
+    driveline: Driveline
+    total_ratios: tuple[float, ...]
+    order_torque: OrderTorque
+    ramp: FullLoadRamp
+
+    def __post_init__(self) -> None:
+        freeze_arrays(self)
+
+    @property
+    def mount_names(self) -> tuple[str, ...]:
+        """Names of the powertrain mounts."""
+        return tuple(mount.name for mount in self.powertrain.mounts)
+
+
+def read_data(name: str) -> dict[str, Any]:
+    """Read one of the bench's own JSON files, such as ``powertrain.json``."""
+    text = resources.files("deboom.bench").joinpath("data", name).read_text(encoding="utf-8")
+    data: dict[str, Any] = json.loads(text)
+    return data
+
+
+def _direction_law(data: Mapping[str, Any]) -> DirectionLaw:
+    return DirectionLaw(
+        stiffness=data["k0_N_per_m"],
+        stages=tuple(Stage(*stage) for stage in data["stages_u_m_w_m_dk_N_per_m"]),
+        dynamic_ratio=data["dynamic_factor"],
+        payne_storage=data["payne_storage"],
+        payne_amplitude=data["payne_amplitude_m"],
+        payne_exponent=data["payne_exponent"],
+        payne_loss=data["payne_loss"],
+        fractional_weight=data["fractional_weight"],
+        fractional_order=data["fractional_order"],
+        fractional_frequency=data["fractional_f0_Hz"],
+        cross_stiffening=data["cross_stiffening"],
+        fluid=FluidBranch(*data["hydraulic"]) if data["hydraulic"] else None,
+    )
+
+
+def load_bench() -> VirtualBench:
+    """Build the bench with the frozen truth of ``data/powertrain.json``."""
+    data = read_data("powertrain.json")
+    laws = {name: _direction_law(law) for name, law in data["directions"].items()}
+    positions = {name: np.array(r) for name, r in data["mount_position_m"].items()}
+    powertrain = SuspendedBody(
+        mass_matrix=mass_matrix(data["mass_kg"], data["inertia_kg_m2"]),
+        mounts=tuple(
+            BenchMount(
+                name=name,
+                forward=forward_matrix(position),
+                laws=tuple(laws[f"{name} {axis}"] for axis in AXES),
+                cross_deflection=data["cross_amplitude_m"][name],
+            )
+            for name, position in positions.items()
+        ),
+        amplitude_coupling=AMPLITUDE_COUPLING,
+        play=PLAY,
+    )
+    wishbone = data["wishbone"]
+    wheel_end = SuspendedBody(
+        mass_matrix=np.array([[wishbone["wheel_end_mass_kg"]]]),
+        mounts=(BenchMount("Du", np.eye(1), (laws["Du x"],), cross_deflection=np.inf),),
+        amplitude_coupling=0.0,
+        play=0.0,
+    )
+    driveline = Driveline(
+        wheel_radius=wishbone["wheel_radius_m"],
+        factor=wishbone["driveline_factor"],
+        frequency=wishbone["driveline_mode_Hz"],
+        damping_ratio=wishbone["driveline_damping_ratio"],
+        traction_share=TRACTION_SHARE,
+    )
+    return VirtualBench(
+        mass=data["mass_kg"],
+        inertia=np.array(data["inertia_kg_m2"]),
+        positions=np.array(list(positions.values())),
+        powertrain=powertrain,
+        wheel_end=wheel_end,
+        driveline=driveline,
+        total_ratios=tuple(data["total_gear_ratio"]),
+        order_torque=THREE_CYLINDER_TORQUE,
+        ramp=FULL_LOAD_RAMP,
+    )
+
+
+STIFFNESS_SPREAD = 0.05
+"""Standard deviation of a direction's stiffness from unit to unit, cut at three of it [1]."""
+
+LOSS_SPREAD = 0.08
+LARGEST_LOSS_CHANGE = 0.20
+"""Standard deviation of a direction's losses from unit to unit, and where it is cut [1]."""
+
+DRAWING = "M0"
+"""The set without spread: the parts that the virtual platform was measured with."""
+
+MIX = "EnM1-GeM2-TSM3-Du4"
+"""A virtual design whose parts all stand in the sets ``M1`` to ``M4``."""
+
+_SET = re.compile(r"M(\d+)")
+_UNIT = re.compile(r"([A-Za-z]+)(\d+)")
+
+
+@dataclass(frozen=True)
+class MountSet:
+    """Which unit of every mount is on the bench.
+
+    Parameters
+    ----------
+    name : str
+        Such as ``M1`` or ``EnM1-GeM2-TSM3-Du4``.
+    units : mapping of str to int
+        Mount to the number of its unit; 0 is a part exactly as drawn. Left and right piece of a
+        mount are alike.
+    """
+
+    name: str
+    units: Mapping[str, int]
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "units", MappingProxyType(dict(self.units)))
+
+
+def mount_names(bench: VirtualBench) -> tuple[str, ...]:
+    """Return the names of all mounts, those of the powertrain first."""
+    return tuple(m.name for body in (bench.powertrain, bench.wheel_end) for m in body.mounts)
+
+
+def mount_set(name: str, bench: VirtualBench) -> MountSet:
+    """Return the set that a name means.
+
+    Parameters
+    ----------
+    name : str
+        ``M<unit>`` for the same unit number of all mounts, or ``<mount><unit>-…`` for a mix.
+    bench : VirtualBench
+        Whose mounts they are.
+
+    Raises
+    ------
+    InputError
+        A name of another form, or a mix that does not name every mount once.
+    """
+    names = mount_names(bench)
+    if match := _SET.fullmatch(name):
+        return MountSet(name, dict.fromkeys(names, int(match[1])))
+    parts = [_UNIT.fullmatch(part) for part in name.split("-")]
+    units = {part[1]: int(part[2]) for part in parts if part is not None}
+    if len(parts) != len(names) or sorted(units) != sorted(names):
+        example = "-".join(f"{mount}{unit}" for unit, mount in enumerate(names, 1))
+        raise InputError(f"unknown mount set '{name}': name it M1, M2, … or a mix like {example}")
+    return MountSet(name, units)
+
+
+def with_mount_set(bench: VirtualBench, parts: MountSet) -> VirtualBench:
+    """Put a mount set on the bench.
+
+    Parameters
+    ----------
+    bench : VirtualBench
+        With parts as drawn.
+    parts : MountSet
+        The units to take instead.
+
+    Returns
+    -------
+    VirtualBench
+        The same powertrain and wheel ends on these units.
+
+    Notes
+    -----
+    A unit depends on its mount and number alone, never on a seed of the measurement: unit 1 of a
+    mount is the same part in every campaign and in every mix.
+    """
+    return replace(
+        bench,
+        powertrain=_with_units(bench.powertrain, parts),
+        wheel_end=_with_units(bench.wheel_end, parts),
+    )
+
+
+def _with_units(body: SuspendedBody, parts: MountSet) -> SuspendedBody:
+    mounts = []
+    for mount in body.mounts:
+        unit = parts.units[mount.name]
+        generator = np.random.default_rng([unit, zlib.crc32(mount.name.encode())])
+        laws = tuple(_unit_law(law, generator) for law in mount.laws) if unit else mount.laws
+        mounts.append(replace(mount, laws=laws))
+    return replace(body, mounts=tuple(mounts))
+
+
+def _unit_law(law: DirectionLaw, generator: np.random.Generator) -> DirectionLaw:
+    largest = 3 * STIFFNESS_SPREAD
+    change = np.clip(generator.normal(0, STIFFNESS_SPREAD), -largest, largest)
+    stiffness = 1 + float(change)
+    change = np.clip(generator.normal(0, LOSS_SPREAD), -LARGEST_LOSS_CHANGE, LARGEST_LOSS_CHANGE)
+    loss = 1 + float(change)
+    return replace(
+        law,
+        stiffness=stiffness * law.stiffness,
+        stages=tuple(replace(stage, stiffness=stiffness * stage.stiffness) for stage in law.stages),
+        payne_loss=loss * law.payne_loss,
+        fractional_weight=loss * law.fractional_weight,
+    )

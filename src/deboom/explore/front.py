@@ -1,0 +1,545 @@
+"""Pareto fronts: made, verified with fresh draws, and compared with each other."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, fields, replace
+from enum import Enum
+
+import moocore
+import numpy as np
+import numpy.typing as npt
+from scipy import stats
+
+from deboom.arrays import BoolArray, RealArray, frozen_copy
+from deboom.errors import InputError
+from deboom.explore.robust import RobustResponse, RobustValues, joined
+from deboom.explore.scatter import sobol_sample
+
+
+@dataclass(frozen=True, eq=False)
+class ParetoFront(RobustValues):
+    """Feasible designs of which none beats another in all objectives.
+
+    Sorted by the first objective; of two, the second then falls from row to row. `pareto_front`
+    makes it.
+
+    Raises
+    ------
+    InputError
+        Rows that are not such a front.
+    """
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        steps = np.diff(self.objectives, axis=0)
+        if self.objectives.shape[1] == 2:
+            ordered = np.all(steps[:, 0] > 0.0) and np.all(steps[:, 1] < 0.0)
+        else:
+            ordered = np.all(steps[:, 0] >= 0.0) and nondominated(self.objectives).all()
+        if not (self.feasible.all() and ordered):
+            raise InputError(
+                "these rows are not a sorted Pareto front: make one with pareto_front(values)"
+            )
+
+
+def pareto_front(*values: RobustValues) -> ParetoFront:
+    """Return the Pareto front of all feasible rows of all arguments.
+
+    Of designs with equal objectives the one with the smallest first variable (then second, ...)
+    stays, so that the order of rows and arguments does not matter.
+
+    Parameters
+    ----------
+    *values : RobustValues
+        At least one; fronts of several runs merge in the same way.
+    """
+    merged = joined(values)
+    keys = np.column_stack([merged.objectives, merged.designs])
+    order = np.lexsort(keys.T[::-1])
+    order = order[merged.feasible[order]]
+    order = order[nondominated(merged.objectives[order])]
+    columns = (field.name for field in fields(RobustValues))
+    return ParetoFront(**{name: getattr(merged, name)[order] for name in columns})
+
+
+def nondominated(objectives: RealArray) -> BoolArray:
+    """Return which rows, shape (n, m), no other row dominates; of equal rows the first."""
+    if len(objectives) == 0:
+        return np.zeros(0, dtype=bool)
+    return np.asarray(moocore.is_nondominated(objectives), dtype=bool)
+
+
+def pareto_rank(objectives: RealArray) -> npt.NDArray[np.intp]:
+    """Return how many fronts stand before each row's own, shape (n,), for objectives (n, m)."""
+    if len(objectives) == 0:
+        return np.zeros(0, dtype=np.intp)
+    return np.asarray(moocore.pareto_rank(objectives), dtype=np.intp)
+
+
+def hypervolume(objectives: RealArray, reference_point: npt.ArrayLike) -> float:
+    """Return the volume that points dominate, up to a reference point.
+
+    Parameters
+    ----------
+    objectives : array, shape (n, m)
+        To be minimised, finite; points beyond the reference point add nothing.
+    reference_point : array, shape (m,)
+        State it beside every figure: hypervolumes of different reference points do not compare.
+
+    Returns
+    -------
+    float
+        Product of the objectives' units.
+
+    Raises
+    ------
+    InputError
+        A value that is not finite.
+    """
+    reference = np.asarray(reference_point, dtype=float)
+    if not (np.all(np.isfinite(objectives)) and np.all(np.isfinite(reference))):
+        raise InputError("a hypervolume needs finite objectives: leave failed designs out")
+    if len(objectives) == 0:
+        return 0.0
+    return float(moocore.hypervolume(objectives, ref=reference))
+
+
+@dataclass(frozen=True, eq=False)
+class Verification:
+    """A front evaluated again, with draws that the search never saw.
+
+    Parameters
+    ----------
+    values : RobustValues
+        Row by row the designs of the front.
+    nondominated : array of bool, shape (n,)
+        Rows that no other row beats under the new draws.
+    n_samples, seed : int
+        Of the new draws.
+    mean_bias : float
+        Mean over the front of search minus verified `mean_sum` [response unit]; negative means
+        that the search was optimistic.
+    sigma_bias_percent : float
+        Mean over the front of (search - verified) / verified `sigma_sum` [%]; negative means that
+        the search was optimistic.
+    """
+
+    values: RobustValues
+    nondominated: BoolArray
+    n_samples: int
+    seed: int
+    mean_bias: float
+    sigma_bias_percent: float
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "nondominated", frozen_copy(self.nondominated))
+
+
+def verification_response(
+    robust: RobustResponse, n_samples: int = 1024, *, seed: int
+) -> RobustResponse:
+    """Return a robust response with draws that a search never saw.
+
+    Parameters
+    ----------
+    robust : RobustResponse
+        Of the search: model, space and the meaning of the mean are taken from it, its sample is
+        not.
+    n_samples : int
+        Scrambled Sobol points, a power of two.
+    seed : int
+        From 1 upwards. The same seed as the search's gives independent draws all the same.
+
+    Raises
+    ------
+    InputError
+        See `sobol_sample`.
+    """
+    sample = sobol_sample(robust.n_draws, n_samples, seed=seed, purpose="verification sample")
+    return replace(robust, sample=sample)
+
+
+def verify(
+    front: ParetoFront, robust: RobustResponse, n_samples: int = 1024, *, seed: int
+) -> Verification:
+    """Evaluate a front again with an independent scrambled Sobol sample.
+
+    Parameters
+    ----------
+    front : ParetoFront
+        Of the search.
+    robust : RobustResponse
+        Of the search.
+    n_samples, seed : int
+        See `verification_response`.
+
+    Raises
+    ------
+    InputError
+        See `sobol_sample`; an empty front; a front that fails altogether under the new draws.
+    """
+    values = verification_response(robust, n_samples, seed=seed)(front.designs)
+    ok = np.flatnonzero(~values.failed)
+    if ok.size == 0:
+        raise InputError(
+            f"none of the {len(front)} designs of the front could be computed with the "
+            "verification sample: check the model near the bounds of the design space"
+        )
+    survivors = np.zeros(len(front), dtype=bool)
+    survivors[ok[nondominated(values.objectives[ok])]] = True
+    verified = values.sigma_sum[ok]
+    excess = front.sigma_sum[ok] - verified
+    scattered = verified > 0.0
+    relative = np.divide(excess, verified, out=np.zeros_like(excess), where=scattered)
+    return Verification(
+        values=values,
+        nondominated=survivors,
+        n_samples=n_samples,
+        seed=seed,
+        mean_bias=float(np.mean(front.mean_sum[ok] - values.mean_sum[ok])),
+        sigma_bias_percent=float(100.0 * np.mean(relative)),
+    )
+
+
+MARGIN = 0.1
+"""The reference point lies this share of the box beyond its worst corner [1]."""
+
+
+@dataclass(frozen=True, eq=False)
+class CommonBox:
+    """The box of the best front that several fronts make together.
+
+    Figures of merit are taken in the units of this box, so that objectives of different size
+    count alike.
+
+    Parameters
+    ----------
+    ideal, nadir : array, shape (m,)
+        Best and worst value of each objective on the common front [their units].
+    front : array, shape (n, m)
+        The common front: what no point of any front beats [their units].
+    """
+
+    ideal: RealArray
+    nadir: RealArray
+    front: RealArray
+
+    def __post_init__(self) -> None:
+        for name in ("ideal", "nadir", "front"):
+            object.__setattr__(self, name, frozen_copy(np.asarray(getattr(self, name))))
+
+    @property
+    def span(self) -> RealArray:
+        """Size of the box, shape (m,); 1 where the common front does not extend [their units]."""
+        span = self.nadir - self.ideal
+        return np.asarray(np.where(span > 0.0, span, 1.0))
+
+    @property
+    def reference_point(self) -> RealArray:
+        """Of the hypervolume, shape (m,) [their units]: state it beside every figure."""
+        return np.asarray(self.nadir + MARGIN * self.span)
+
+    def scaled(self, objectives: RealArray) -> RealArray:
+        """Return objectives with the ideal at 0 and the nadir at 1 [1]."""
+        return np.asarray((objectives - self.ideal) / self.span)
+
+    def hypervolume(self, objectives: RealArray) -> float:
+        """Return the share of the box up to the reference point that a front dominates [1]."""
+        m = len(self.ideal)
+        volume = hypervolume(self.scaled(objectives), np.full(m, 1.0 + MARGIN))
+        return volume / (1.0 + MARGIN) ** m
+
+    def share(self, volume: float) -> float:
+        """Return a hypervolume in the objectives' own units as a share of the same box [1]."""
+        whole = np.prod(self.reference_point - self.ideal)
+        return float(volume / whole)
+
+    def igd_plus(self, objectives: RealArray) -> float:
+        """Return the mean distance from the common front to what a front reaches of it [1].
+
+        Notes
+        -----
+        IGD+: only objectives in which the front is worse count (H. Ishibuchi et al., "Modified
+        distance calculation in generational distance and inverted generational distance", EMO
+        2015).
+        """
+        return float(moocore.igd_plus(self.scaled(objectives), ref=self.scaled(self.front)))
+
+    def epsilon(self, objectives: RealArray) -> float:
+        """Return by how much a front must move in all objectives to cover the common front [1].
+
+        Notes
+        -----
+        The additive ε indicator (E. Zitzler et al., "Performance assessment of multiobjective
+        optimizers", IEEE Transactions on Evolutionary Computation 7, 2003).
+        """
+        scaled = self.scaled(objectives)
+        return float(moocore.epsilon_additive(scaled, ref=self.scaled(self.front)))
+
+
+def common_box(fronts: Sequence[RealArray]) -> CommonBox:
+    """Return the box of the union of fronts.
+
+    Raises
+    ------
+    InputError
+        No front, an empty one, one that is not finite, or another number of objectives.
+    """
+    if not fronts:
+        raise InputError("there are no fronts to compare: bring at least one")
+    width = fronts[0].shape[1]
+    for number, front in enumerate(fronts, start=1):
+        if len(front) == 0 or front.shape[1] != width or not np.all(np.isfinite(front)):
+            raise InputError(
+                f"front {number} has shape {front.shape}: fronts to compare have at least one row "
+                "of finite values and the same objectives"
+            )
+    union = np.concatenate(fronts)
+    best = union[nondominated(union)]
+    best = best[np.lexsort(best.T[::-1])]
+    return CommonBox(best.min(axis=0), best.max(axis=0), best)
+
+
+def coverage(front: RealArray, other: RealArray) -> float:
+    """Return the share of another front's points that a front equals or beats [1].
+
+    Notes
+    -----
+    C(front, other) of E. Zitzler and L. Thiele, "Multiobjective evolutionary algorithms: a
+    comparative case study", IEEE Transactions on Evolutionary Computation 3, 1999. Both directions
+    belong together: they need not add up to 1.
+    """
+    beaten = np.all(front[:, None, :] <= other[None, :, :], axis=2).any(axis=0)
+    return float(np.mean(beaten))
+
+
+def attainment(fronts: Sequence[RealArray], shares: Sequence[float]) -> Mapping[float, RealArray]:
+    """Return what a share of all fronts attains.
+
+    Parameters
+    ----------
+    fronts : sequence of array, shape (n_i, m)
+        Such as of several seeds; two or three objectives.
+    shares : sequence of float
+        Above 0, up to 1 [1]; 0.5 is the median.
+
+    Returns
+    -------
+    mapping of float to array, shape (n, m)
+        Share → the points that at least this share of all fronts equals or beats, themselves a
+        front, sorted by the first objective.
+
+    Notes
+    -----
+    Levels of the empirical attainment function (C. M. Fonseca, V. Grunert da Fonseca, L. Paquete,
+    "Exploring the performance of stochastic multiobjective optimisers with the second-order
+    attainment function", EMO 2005).
+    """
+    if any(not 0.0 < share <= 1.0 for share in shares):
+        raise InputError(f"attainment of {list(shares)} of all fronts: take shares up to 1")
+    points = np.concatenate(fronts)
+    sets = np.repeat(np.arange(1, len(fronts) + 1), [len(front) for front in fronts])
+    levels = {}
+    for share in shares:
+        # whole fronts: an attainment of 2.5 of 5 fronts is one of 3
+        needed = 100.0 * np.ceil(share * len(fronts) - 1e-9) / len(fronts)
+        surface = moocore.eaf(points, sets, percentiles=[needed])[:, :-1]
+        levels[share] = np.asarray(surface[np.lexsort(surface.T[::-1])])
+    return levels
+
+
+def level_gap(front: RealArray, other: RealArray, n_points: int = 200) -> float:
+    """Return how much better a front is in the first objective at equal second objective.
+
+    Parameters
+    ----------
+    front, other : array, shape (n, 2)
+        Two objectives.
+    n_points : int
+        Values of the second objective, evenly over the range that both fronts have.
+
+    Returns
+    -------
+    float
+        Mean over that range of ``front - other``, negative if the front is better; NaN if the
+        ranges do not meet [unit of the first objective].
+    """
+    low = max(front[:, 1].min(), other[:, 1].min())
+    high = min(front[:, 1].max(), other[:, 1].max())
+    if not low < high:
+        return float("nan")
+    levels = np.linspace(low, high, n_points)
+    return float(np.mean(_best_first(front, levels) - _best_first(other, levels)))
+
+
+def _best_first(front: RealArray, levels: RealArray) -> RealArray:
+    """Return the smallest first objective that stays below each level of the second."""
+    order = np.argsort(front[:, 1], kind="stable")
+    best = np.minimum.accumulate(front[order, 0])
+    return np.asarray(best[np.searchsorted(front[order, 1], levels, side="right") - 1])
+
+
+def design_distance(
+    designs: RealArray, others: RealArray, lower: npt.ArrayLike, upper: npt.ArrayLike
+) -> float:
+    """Return how far two sets of designs lie apart.
+
+    Parameters
+    ----------
+    designs, others : array, shape (n, k), (p, k)
+        [units of the bounds].
+    lower, upper : array, shape (k,)
+        Bounds of the search; variables that cannot move do not count.
+
+    Returns
+    -------
+    float
+        Root mean square over the variables of the distance to the closest design of the other set,
+        in shares of the bounds, averaged over both sets [1]: 0 for equal sets, 1 from corner to
+        opposite corner.
+    """
+    span = np.asarray(upper, dtype=float) - np.asarray(lower, dtype=float)
+    moves = span > 0.0
+    if not moves.any():
+        return 0.0
+    first, second = (np.asarray(x)[:, moves] / span[moves] for x in (designs, others))
+    square = np.mean((first[:, None, :] - second[None, :, :]) ** 2, axis=2)
+    nearest = np.sqrt(square.min(axis=1)).mean(), np.sqrt(square.min(axis=0)).mean()
+    return float(np.mean(nearest))
+
+
+CONFIDENCE = 0.99
+"""How sure a difference must be to be called real [1]."""
+LAST_PART = 0.2
+"""Of the generations: what they gained says how far a single search can be trusted [1]."""
+ENOUGH_SEEDS = 3
+"""Runs from which on their own spread is taken."""
+
+
+class Verdict(Enum):
+    """What a comparison says."""
+
+    real = "real difference"
+    noise = "within noise"
+    open = "not decided"
+
+
+@dataclass(frozen=True, eq=False)
+class Contestant:
+    """The runs of one configuration, which differ in nothing but their seed.
+
+    Parameters
+    ----------
+    name : str
+        Of the configuration.
+    merit : array, shape (n_runs, n_sets)
+        Figure of merit, such as the hypervolume, of each run under each of several independent
+        sets of draws, which all contestants share.
+    progress : array, shape (n_runs,)
+        What the last part of each search has gained in the same figure; NaN: not known.
+
+    Raises
+    ------
+    InputError
+        Fewer than two sets of draws, or arrays that do not fit.
+    """
+
+    name: str
+    merit: RealArray
+    progress: RealArray
+
+    def __post_init__(self) -> None:
+        for field in ("merit", "progress"):
+            object.__setattr__(self, field, frozen_copy(np.asarray(getattr(self, field), float)))
+        if self.merit.ndim != 2 or self.merit.shape[1] < 2:
+            raise InputError(f"{self.name}: noise of the draws needs at least two sets of them")
+        if self.progress.shape != self.merit.shape[:1]:
+            raise InputError(f"{self.name}: give one progress per run")
+
+    @property
+    def search_noise(self) -> tuple[float, float]:
+        """Standard error of the mean merit from seed to seed, and its degrees of freedom."""
+        n = len(self.merit)
+        if n >= ENOUGH_SEEDS:
+            return float(self.merit.mean(axis=1).std(ddof=1) / np.sqrt(n)), float(n - 1)
+        return float(np.sqrt(np.mean(self.progress**2) / n)), np.inf
+
+
+@dataclass(frozen=True)
+class Difference:
+    """Of two contestants, first minus second.
+
+    Parameters
+    ----------
+    value : float
+        Of the mean merit.
+    draw_error, search_error : float
+        Standard errors from the draws and from the searches.
+    noise : float
+        Largest difference that `CONFIDENCE` still calls chance; NaN: not known.
+    verdict : Verdict
+        What follows.
+    """
+
+    value: float
+    draw_error: float
+    search_error: float
+    noise: float
+    verdict: Verdict
+
+
+def difference(first: Contestant, second: Contestant) -> Difference:
+    """Compare two contestants.
+
+    Raises
+    ------
+    InputError
+        Different numbers of sets of draws.
+
+    Notes
+    -----
+    The difference is real when it exceeds ``t s``. ``s²`` adds up the variance from the draws and
+    that from the searches. The draws: the difference is taken under each of n_sets independent
+    scrambled sets, and its mean has the standard error of their spread (A. B. Owen, "Scrambled net
+    variance for integrals of smooth functions", Annals of Statistics 25, 1997); what all fronts
+    have in common cancels. The searches: from three seeds on the standard error over the seeds;
+    with fewer, what the last fifth of a search's generations has gained stands for its standard
+    deviation, since a search that still moved by so much could as well have ended elsewhere by so
+    much. ``t`` is Student's, two-sided at `CONFIDENCE`, with the degrees of freedom of B. L. Welch
+    (Biometrika 34, 1947).
+    """
+    if first.merit.shape[1] != second.merit.shape[1]:
+        raise InputError(f"{first.name} and {second.name} are not judged by the same draws")
+    by_set = first.merit.mean(axis=0) - second.merit.mean(axis=0)
+    value, n_sets = float(by_set.mean()), by_set.size
+    draw_error = float(by_set.std(ddof=1) / np.sqrt(n_sets))
+    parts = [(draw_error, n_sets - 1.0), first.search_noise, second.search_noise]
+    search_error = float(np.hypot(parts[1][0], parts[2][0]))
+    error = float(np.hypot(draw_error, search_error))
+    if not np.isfinite(error):
+        return Difference(value, draw_error, search_error, float("nan"), Verdict.open)
+    noise = _student(parts, error) * error
+    verdict = Verdict.real if abs(value) > noise else Verdict.noise
+    return Difference(value, draw_error, search_error, noise, verdict)
+
+
+def _student(parts: list[tuple[float, float]], error: float) -> float:
+    """Return the quantile for errors of different degrees of freedom."""
+    spread = sum(part**4 / freedom for part, freedom in parts)
+    freedom = error**4 / spread if spread > 0.0 else np.inf
+    quantile = 0.5 + CONFIDENCE / 2.0
+    t = stats.t.ppf(quantile, freedom) if np.isfinite(freedom) else stats.norm.ppf(quantile)
+    return float(t)
+
+
+def last_gain(hypervolumes: RealArray) -> float:
+    """Return what the last part of a search's generations has gained [unit of the hypervolume].
+
+    NaN for a search of fewer than two generations.
+    """
+    n = len(hypervolumes)
+    if n < 2:
+        return float("nan")
+    before = min(max(round((1.0 - LAST_PART) * n), 1), n - 1)
+    return float(hypervolumes[-1] - hypervolumes[before - 1])

@@ -1,0 +1,489 @@
+"""Tables of text cells from CSV and Excel files: columns, units."""
+
+from __future__ import annotations
+
+import io
+import math
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+from zipfile import BadZipFile
+
+import numpy as np
+import pandas as pd
+from openpyxl import Workbook
+from openpyxl.cell import WriteOnlyCell
+from openpyxl.styles import Alignment, Font
+from openpyxl.utils import get_column_letter
+
+from deboom.arrays import RealArray
+from deboom.errors import InputError
+from deboom.files.folders import replace_text
+from deboom.files.schema import Note, noting, refuse
+
+_TO_SI: dict[str, tuple[str, float]] = {
+    "1": ("1", 1.0),
+    "%": ("1", 1e-2),
+    "m": ("m", 1.0),
+    "mm": ("m", 1e-3),
+    "um": ("m", 1e-6),
+    "m^2": ("m^2", 1.0),
+    "cm^2": ("m^2", 1e-4),
+    "m/s": ("m/s", 1.0),
+    "mm/s": ("m/s", 1e-3),
+    "m/s^2": ("m/s^2", 1.0),
+    "m/s2": ("m/s^2", 1.0),
+    "mm/s^2": ("m/s^2", 1e-3),
+    "g": ("m/s^2", 9.80665),
+    "rad": ("rad", 1.0),
+    "rad/s": ("rad/s", 1.0),
+    "rad/s^2": ("rad/s^2", 1.0),
+    "N": ("N", 1.0),
+    "kN": ("N", 1e3),
+    "N m": ("N m", 1.0),
+    "Nm": ("N m", 1.0),
+    "N/m": ("N/m", 1.0),
+    "N/mm": ("N/m", 1e3),
+    "kg": ("kg", 1.0),
+    "Pa": ("Pa", 1.0),
+    "kPa": ("Pa", 1e3),
+    "Hz": ("Hz", 1.0),
+    "s": ("s", 1.0),
+    "ms": ("s", 1e-3),
+    "rpm": ("rpm", 1.0),
+    "dB(A)": ("dB(A)", 1.0),
+}
+_SPELLING = str.maketrans({"µ": "u", "μ": "u", "²": "^2", "·": " ", "*": " "})
+
+
+@dataclass(frozen=True)
+class Unit:
+    """A unit label and its way into SI.
+
+    Parameters
+    ----------
+    label : str
+        As it stands in the file, such as ``mm``.
+    si : str
+        The SI unit of the same quantity, such as ``m``.
+    factor : float
+        ``value [si] = factor · value [label]``.
+    """
+
+    label: str
+    si: str
+    factor: float
+
+
+def parse_unit(label: str) -> Unit:
+    """Return the unit that a label names.
+
+    Parameters
+    ----------
+    label : str
+        Such as ``mm``, ``N``, ``m/s^2`` or, as a ratio of two known units, ``Pa/N``.
+
+    Returns
+    -------
+    Unit
+        Its SI unit and factor.
+
+    Raises
+    ------
+    InputError
+        An unknown label, or none at all. A unit is never guessed.
+    """
+    text = " ".join(label.translate(_SPELLING).split())
+    if text in _TO_SI:
+        return Unit(label, *_TO_SI[text])
+    numerator, _, denominator = text.partition("/")
+    if numerator in _TO_SI and denominator in _TO_SI:
+        (above, factor_above), (below, factor_below) = _TO_SI[numerator], _TO_SI[denominator]
+        return Unit(label, f"{above}/{below}", factor_above / factor_below)
+    if not text:
+        raise InputError("a unit is missing: write one, such as mm, N or Pa/N")
+    raise InputError(
+        f"unknown unit {label!r}: use one of {', '.join(_TO_SI)} or a ratio of two, such as Pa/N"
+    )
+
+
+_WITH_UNIT = re.compile(r"(?P<name>[^\[\]]+?)\s*\[(?P<unit>[^\[\]]*)\]")
+_EXAMPLES = {"m": "[mm]' or [m]", "rad": "[deg]' or [rad]"}
+_ANGLES = {"rad": 1.0, "deg": math.pi / 180.0, "°": math.pi / 180.0}
+
+
+@dataclass(frozen=True)
+class Row:
+    """One row of a table.
+
+    Parameters
+    ----------
+    path : Path
+        Of the table.
+    line : int
+        In the file; the header is line 1.
+    cells : mapping of str to str
+        Column name, without its unit, to text.
+    units : mapping of str to Unit
+        Of the columns that have one.
+    """
+
+    path: Path
+    line: int
+    cells: Mapping[str, str]
+    units: Mapping[str, Unit]
+
+    def error(self, sentence: str) -> InputError:
+        """Return an error that names file and line."""
+        return InputError(f"{self.path} line {self.line}: {sentence}")
+
+    def filled(self, column: str) -> str:
+        """Return the text of a cell that must not be empty.
+
+        Raises
+        ------
+        InputError
+            It is empty.
+        """
+        if not self.cells[column]:
+            raise self.error(f"column '{column}' is empty: fill it in")
+        return self.cells[column]
+
+    def number(self, column: str) -> float:
+        """Return a finite number, in SI where its column has a unit.
+
+        Raises
+        ------
+        InputError
+            It is no number, or not finite.
+        """
+        text = self.cells[column]
+        try:
+            number = float(text)
+        except ValueError:
+            number = math.nan
+        if not math.isfinite(number):
+            remedy = " (decimal point, no thousands separator)" if text else ": fill it in"
+            raise InputError(
+                f"{self.path} line {self.line}, column '{column}': '{text}' is no finite number"
+                f"{remedy}"
+            )
+        return number * (self.units[column].factor if column in self.units else 1.0)
+
+    def node(self) -> int:
+        """Return the number of the column ``node``.
+
+        Raises
+        ------
+        InputError
+            It is no whole number from 1.
+        """
+        node = self.number("node")
+        if node != int(node) or node < 1:
+            raise self.error(f"node '{self.cells['node']}' is no whole number from 1")
+        return int(node)
+
+
+def refuse_second(seen: dict[str, int], key: str, row: Row) -> None:
+    """Refuse what stands in an earlier line already; otherwise note its line in `seen`.
+
+    Raises
+    ------
+    InputError
+        It does.
+    """
+    if key in seen:
+        raise row.error(f"{key} already stands in line {seen[key]}: correct one of them")
+    seen[key] = row.line
+
+
+def read_rows(
+    path: Path,
+    plain: Sequence[str],
+    with_unit: Mapping[str, str],
+    sheet: str | None = None,
+    note: Note = refuse,
+) -> tuple[Row, ...]:
+    """Read a table from a CSV file or from one sheet of an Excel file.
+
+    Parameters
+    ----------
+    path : Path
+        ``.csv`` or ``.xlsx``.
+    plain : sequence of str
+        Columns without a unit; all must be there, in any order.
+    with_unit : mapping of str to str
+        Columns with a unit in their header, and the SI unit of it.
+    sheet : str, optional
+        Of an Excel file; by default its first one. A CSV file has only one.
+    note : callable
+        Gets every fault of the header; by default the first one is raised.
+
+    Returns
+    -------
+    tuple of Row
+        Rows that are not empty; none if the header is at fault.
+
+    Raises
+    ------
+    InputError
+        The file is missing or no table, or has no such sheet; a column is missing, unknown or
+        doubled, or one that needs a unit has none or another quantity's; no row.
+    """
+    cells = _cells(path, sheet)
+    if sheet is not None and _is_excel(path):
+        path = path.with_name(f"{path.name}, sheet '{sheet}',")
+    header = [text.strip() for text in cells.iloc[0]]
+    names: list[str] = []
+    units: dict[str, Unit] = {}
+    faults: list[InputError] = []
+    for text in header:
+        name, label = name_and_unit(text)
+        names.append(name)
+        if name in with_unit:
+            if label is None:
+                example = _EXAMPLES.get(with_unit[name], f"[{with_unit[name]}]'")
+                sentence = f"{path}: column '{text}' has no unit: write '{text} {example}"
+                faults.append(InputError(sentence))
+                continue
+            with noting(faults.append):
+                units[name] = _column_unit(path, text, label, with_unit[name])
+    wanted = [*plain, *with_unit]
+    separated = "" if _is_excel(path) else ", separated by commas"
+    for name in dict.fromkeys((*wanted, *names)):
+        if names.count(name) != 1 or name not in wanted:
+            state = "is missing" if name not in names else "is unknown or doubled"
+            sentence = f"column '{name}' {state}; the columns are {', '.join(wanted)}{separated}"
+            faults.append(InputError(f"{path}: {sentence}"))
+    for fault in faults:
+        note(fault)
+    if faults:
+        return ()
+    rows = []
+    for line, row in enumerate(cells.iloc[1:].itertuples(index=False), 2):
+        texts = [str(text).strip() for text in row]
+        if any(texts):
+            rows.append(Row(path, line, dict(zip(names, texts, strict=True)), units))
+    if not rows:
+        note(InputError(f"{path} has a header and no rows: add one row per item"))
+    return tuple(rows)
+
+
+def read_columns(path: Path) -> dict[str, tuple[str, ...]]:
+    """Read a table whose columns are not known beforehand, from CSV or the first sheet of Excel.
+
+    Returns
+    -------
+    dict of str to tuple of str
+        Header, as it stands, to the texts below it; empty rows at the end are left out.
+
+    Raises
+    ------
+    InputError
+        The file is missing or no table, a header comes twice, or there is no row.
+    """
+    cells = _cells(path, None).map(lambda text: str(text).strip())
+    filled = cells.index[(cells != "").any(axis=1)]
+    if len(filled) < 2:
+        raise InputError(f"{path} has a header and no rows: add one row per item")
+    header = list(cells.iloc[0])
+    doubled = next((text for text in header if text and header.count(text) > 1), None)
+    if doubled is not None:
+        raise InputError(f"{path}: column '{doubled}' comes twice: keep one")
+    below = cells.iloc[1 : filled[-1] + 1]
+    return {text: tuple(below.iloc[:, i]) for i, text in enumerate(header) if text}
+
+
+def name_and_unit(header: str) -> tuple[str, str | None]:
+    """Split ``x [mm]`` into ``x`` and ``mm``; None where there are no brackets."""
+    match = _WITH_UNIT.fullmatch(header)
+    return (match["name"], match["unit"]) if match else (header, None)
+
+
+def _is_excel(path: Path) -> bool:
+    return path.suffix.lower() == ".xlsx"
+
+
+def _cells(path: Path, sheet: str | None) -> pd.DataFrame:
+    try:
+        if _is_excel(path):
+            sheets = pd.read_excel(
+                path, sheet_name=None, header=None, dtype=str, keep_default_na=False
+            )
+            if sheet is None:
+                sheet = next(iter(sheets))
+            table = sheets.get(sheet)
+        else:
+            # without a header, so that pandas neither renames doubled columns nor makes an index
+            table = pd.read_csv(
+                path,
+                header=None,
+                dtype=str,
+                keep_default_na=False,
+                skip_blank_lines=False,
+                encoding="utf-8-sig",
+            )
+    except OSError as error:
+        raise InputError(f"{path} cannot be read ({error.strerror}): check the path") from None
+    except UnicodeDecodeError:
+        raise InputError(f"{path} is not UTF-8 text: save it as UTF-8") from None
+    except pd.errors.EmptyDataError:
+        raise InputError(f"{path} is empty: export it again") from None
+    except (pd.errors.ParserError, BadZipFile, ValueError) as error:
+        kind = "Excel file" if _is_excel(path) else "comma-separated table"
+        raise InputError(f"{path} is no {kind}: {str(error).strip()}") from None
+    if table is None:
+        known = ", ".join(map(str, sheets))
+        raise InputError(f"{path} has no sheet '{sheet}', only {known}: add or rename it")
+    if table.empty:
+        raise InputError(f"{path} is empty: export it again")
+    return table.fillna("")
+
+
+def _column_unit(path: Path, column: str, label: str, si: str) -> Unit:
+    if si == "rad":
+        if label not in _ANGLES:
+            raise InputError(f"{path}: column '{column}': an angle is in deg or rad")
+        return Unit(label, "rad", _ANGLES[label])
+    try:
+        unit = parse_unit(label)
+    except InputError as error:
+        raise InputError(f"{path}: column '{column}': {error}") from None
+    if unit.si != si:
+        raise InputError(f"{path}: column '{column}' is not in {si} or a multiple of it")
+    return unit
+
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+SHEET_NAME = 31
+"""Characters that a sheet's name may have."""
+_WIDEST = 60
+
+
+def workbook_bytes(sheets: Mapping[str, pd.DataFrame], title: str) -> bytes:
+    """Write tables as an xlsx file for people: headers stay in view, columns are wide enough.
+
+    Parameters
+    ----------
+    sheets : mapping of str to DataFrame
+        Name of the sheet → table with columns ``name [unit]``; the index is not written.
+    title : str
+        In the properties of the file. No user name gets there.
+
+    Returns
+    -------
+    bytes
+        Missing values are empty cells, text that looks like a formula is text.
+
+    Raises
+    ------
+    InputError
+        No sheet, or a name that a sheet cannot have.
+    """
+    if not sheets:
+        raise InputError("a workbook needs at least one sheet")
+    workbook = Workbook(write_only=True)
+    workbook.properties.creator = "deboom"
+    workbook.properties.title = title
+    for name, table in sheets.items():
+        if len(name) > SHEET_NAME or not name.strip() or re.search(r"[\[\]:*?/\\]", name):
+            raise InputError(f"'{name}' cannot be the name of a sheet")
+        sheet = workbook.create_sheet(name)
+        sheet.freeze_panes = "A2"
+        plain = table.astype(object).where(table.notna(), None)
+        rows = list(plain.itertuples(index=False, name=None))
+        for place, label in enumerate(table.columns):
+            texts = [str(label), *(str(row[place]) for row in rows if isinstance(row[place], str))]
+            width = min(max(map(len, texts)) + 2, _WIDEST)
+            sheet.column_dimensions[get_column_letter(place + 1)].width = width
+        sheet.append([_header(sheet, str(label)) for label in table.columns])
+        for row in rows:
+            sheet.append([_cell(sheet, value) for value in row])
+    buffer = io.BytesIO()
+    workbook.save(buffer)
+    return buffer.getvalue()
+
+
+def _header(sheet: Any, label: str) -> Any:
+    cell = _cell(sheet, label)
+    if isinstance(cell, str):
+        cell = WriteOnlyCell(sheet, cell)
+    cell.font = Font(bold=True)
+    cell.alignment = Alignment(wrap_text=True, vertical="top")
+    return cell
+
+
+def _cell(sheet: Any, value: Any) -> Any:
+    if isinstance(value, str) and value.startswith("="):
+        cell = WriteOnlyCell(sheet, value)
+        cell.data_type = "s"
+        return cell
+    return value.item() if isinstance(value, np.generic) else value
+
+
+SAME_LINE = 1e-3
+"""How far two lines may differ and still be the same, as a fraction of the least spacing."""
+
+
+def read_torque_table(path: Path, frequency: RealArray) -> RealArray:
+    """Read the table ``frequency [Hz], engine torque [N m]``.
+
+    Parameters
+    ----------
+    path : Path
+        CSV, one row per line.
+    frequency : array, shape (f,)
+        Lines of the run's spectra [Hz]; nothing is interpolated.
+
+    Returns
+    -------
+    array, shape (f,)
+        Engine torque [N m].
+
+    Raises
+    ------
+    InputError
+        The file is missing or no such table, an entry is no finite number, or its lines are not
+        those of the spectra.
+    """
+    rows = read_rows(path, (), {"frequency": "Hz", "engine torque": "N m"})
+    lines = np.array([row.number("frequency") for row in rows])
+    if lines.size != frequency.size:
+        raise InputError(
+            f"{path} has {lines.size} lines and the spectra have {frequency.size}: export the "
+            "torque on the lines of the spectra"
+        )
+    spacing = np.diff(frequency).min() if frequency.size > 1 else frequency[0]
+    other = np.flatnonzero(np.abs(lines - frequency) > SAME_LINE * spacing)
+    if other.size:
+        row = rows[other[0]]
+        raise row.error(
+            f"{lines[other[0]]:.9g} Hz, where the spectra have {frequency[other[0]]:.9g} Hz: "
+            "export the torque on the lines of the spectra"
+        )
+    return np.array([row.number("engine torque") for row in rows])
+
+
+def write_torque_table(path: Path, frequency: RealArray, engine_torque: RealArray) -> None:
+    """Write the table that `read_torque_table` reads.
+
+    Parameters
+    ----------
+    path : Path
+        CSV; replaced if it is there.
+    frequency : array, shape (f,)
+        [Hz].
+    engine_torque : array, shape (f,)
+        [N m].
+
+    Raises
+    ------
+    InputError
+        The file cannot be written.
+    """
+    table = pd.DataFrame({"frequency [Hz]": frequency, "engine torque [N m]": engine_torque})
+    replace_text(path, table.to_csv(index=False, lineterminator="\n"))

@@ -1,0 +1,397 @@
+"""Tests of a compressor: roving hammer on the mounted body, and operation over speed."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from enum import Enum
+from pathlib import Path
+
+import numpy as np
+
+from deboom.arrays import RealArray
+from deboom.errors import InputError
+from deboom.measurement.channels import Frf, Spectrum
+from deboom.measurement.sensors import Impact, PlacementTolerances, Sensor
+from deboom.physics.rigid_body import rotation_matrix
+
+ACCELERATION_PER_FORCE = "(m/s^2)/N"
+"""Unit of an inertance at points, as the FRF estimators state it; equal to 1/kg."""
+
+SMALLEST_SENSORS, SMALLEST_IMPACTS = 3, 6
+
+
+@dataclass(frozen=True, eq=False)
+class CompressorMount:
+    """One rubber mount: its place, its direction, its three static stiffnesses.
+
+    Parameters
+    ----------
+    name : str
+        Such as ``mount 1``.
+    position : array, shape (3,)
+        Elastic centre, from the virtual point, the origin of the position sheet [m].
+    rotation : array, shape (3,)
+        Of the mount's axes about the fixed axes x, then y, then z [rad]; local x is axial.
+    stiffness : array, shape (3,)
+        Static, along the axial and the two radial axes [N/m].
+
+    Raises
+    ------
+    InputError
+        Not three finite numbers, or a stiffness that is not positive.
+    """
+
+    name: str
+    position: RealArray
+    rotation: RealArray
+    stiffness: RealArray
+
+    def __post_init__(self) -> None:
+        for field in ("position", "rotation", "stiffness"):
+            freeze_field(self, field, (3,), self.name)
+        if np.any(self.stiffness <= 0):
+            raise InputError(f"{self.name}: a static stiffness must be positive")
+
+    @property
+    def orientation(self) -> RealArray:
+        """Rotation matrix, shape (3, 3): columns are the axial and the radial axes [1]."""
+        return rotation_matrix(self.rotation)
+
+
+@dataclass(frozen=True, eq=False)
+class Drawing:
+    """The body as drawn: where an identification may start.
+
+    Parameters
+    ----------
+    mass : float
+        [kg].
+    centre : array, shape (3,)
+        Centre of gravity, from the origin of the position sheet [m].
+    inertia : array, shape (3, 3)
+        About the centre of gravity, products with their sign as matrix elements [kg m²].
+    mounts : tuple of CompressorMount
+
+    Raises
+    ------
+    InputError
+        Shapes, a mass that is not positive, an inertia that is not symmetric or not positive.
+    """
+
+    mass: float
+    centre: RealArray
+    inertia: RealArray
+    mounts: tuple[CompressorMount, ...]
+
+    def __post_init__(self) -> None:
+        freeze_field(self, "centre", (3,), "drawing")
+        freeze_field(self, "inertia", (3, 3), "drawing")
+        if not self.mass > 0:
+            raise InputError(f"drawing: the mass is {self.mass:g} kg, it must be positive")
+        if not np.allclose(self.inertia, self.inertia.T, rtol=1e-6, atol=0):
+            raise InputError("drawing: the inertia is not symmetric")
+        moments = np.linalg.eigvalsh(self.inertia)
+        if moments[0] <= 0:
+            raise InputError(
+                f"drawing: the inertia has a principal moment of {moments[0]:.3g} kg m², all must "
+                "be positive: check signs and units of its entries"
+            )
+
+
+@dataclass(frozen=True, eq=False)
+class InertanceTest:
+    """FRFs from every impact to every accelerometer channel, and what is known besides.
+
+    Parameters
+    ----------
+    name : str
+        Title of the test.
+    sensors : tuple of Sensor
+        Triaxial accelerometers of the position sheet.
+    impacts : tuple of Impact
+        Of the position sheet.
+    frf : Frf
+        Outputs are the channels of the sensors in their order, inputs the impacts
+        [`ACCELERATION_PER_FORCE`].
+    coherence : array, shape (n_frequency, n_channel, n_impact)
+        Ordinary, of the hits of an impact [1].
+    n_averages : int
+        Hits per impact, the fewest where they differ.
+    tolerances : PlacementTolerances
+        What gains, positions and angles are stated with.
+    weighed_mass : float or None
+        Of the body from a pair of scales; None if it was not weighed [kg].
+    weighed_mass_deviation : float
+        1 σ; 0 if it was not weighed [kg].
+    drawing : Drawing or None
+        None where there is none.
+    input_files : tuple of Path
+        Every file that was read.
+
+    Raises
+    ------
+    InputError
+        Too few sensors or impacts for the six motions of a body, names or shapes that do not fit
+        together, a line at 0 Hz, a coherence outside 0 to 1, a mass without its deviation.
+    """
+
+    name: str
+    sensors: tuple[Sensor, ...]
+    impacts: tuple[Impact, ...]
+    frf: Frf
+    coherence: RealArray
+    n_averages: int
+    tolerances: PlacementTolerances
+    weighed_mass: float | None = None
+    weighed_mass_deviation: float = 0.0
+    drawing: Drawing | None = None
+    input_files: tuple[Path, ...] = ()
+
+    def __post_init__(self) -> None:
+        check_enough(self.sensors, self.impacts)
+        channels = tuple(name for sensor in self.sensors for name in sensor.channels)
+        if self.frf.outputs != channels:
+            raise InputError("the FRFs' outputs are not the channels of the position sheet")
+        if self.frf.inputs != tuple(impact.name for impact in self.impacts):
+            raise InputError("the FRFs' inputs are not the impacts of the position sheet")
+        if self.frf.unit != ACCELERATION_PER_FORCE:
+            raise InputError(
+                f"the FRFs are in '{self.frf.unit}', an inertance is in {ACCELERATION_PER_FORCE}"
+            )
+        if not self.frf.frequency[0] > 0:
+            raise InputError(
+                "the FRFs have a line at 0 Hz, where accelerometers measure nothing: leave it out"
+            )
+        freeze_field(self, "coherence", self.frf.values.shape, "coherence")
+        if np.any((self.coherence < 0) | (self.coherence > 1 + 1e-9)):
+            raise InputError("a coherence lies between 0 and 1: this is another function")
+        if self.n_averages < 1:
+            raise InputError(f"{self.n_averages} hits per impact: an FRF needs at least one")
+        if self.weighed_mass is not None and not (
+            self.weighed_mass > 0
+            and self.weighed_mass_deviation > 0
+            and math.isfinite(self.weighed_mass + self.weighed_mass_deviation)
+        ):
+            raise InputError("a weighed mass and its deviation must be positive")
+
+
+def check_enough(sensors: tuple[Sensor, ...], impacts: tuple[Impact, ...]) -> None:
+    """Refuse a test that cannot see or excite all six motions of a body.
+
+    Raises
+    ------
+    InputError
+        Fewer than three triaxial sensors or six impacts.
+    """
+    if len(sensors) < SMALLEST_SENSORS:
+        raise InputError(
+            f"{len(sensors)} triaxial accelerometers do not see all six motions of a body: use at "
+            "least three that are not on a line"
+        )
+    if len(impacts) < SMALLEST_IMPACTS:
+        raise InputError(
+            f"{len(impacts)} impacts do not excite all six motions of a body: use at least six of "
+            "different places and directions"
+        )
+
+
+def freeze_field(owner: object, field: str, shape: tuple[int, ...], who: str) -> None:
+    """Replace an array field by a checked, read-only copy."""
+    array = np.array(getattr(owner, field), dtype=float)
+    if array.shape != shape:
+        raise InputError(f"{who}: {field} has shape {array.shape}, expected {shape}")
+    if not np.all(np.isfinite(array)):
+        raise InputError(f"{who}: {field} holds a value that is not finite")
+    array.setflags(write=False)
+    object.__setattr__(owner, field, array)
+
+
+class HoseState(Enum):
+    """What was joined to the compressor."""
+
+    ABSENT = "absent"
+    """Nothing: possible in a hammer test only."""
+    STANDARD = "standard"
+    """The hoses of the vehicle."""
+    SOFT = "soft"
+    """Long soft hoses with masses on them, which cut the path through the hoses."""
+
+
+@dataclass(frozen=True, eq=False)
+class OperatingSweep:
+    """First order of one run-up at one pressure.
+
+    Parameters
+    ----------
+    name : str
+        Such as ``standard 7.5 bar``.
+    hoses : HoseState
+    pressure : float
+        Of the gas at the outlet [Pa].
+    acceleration : Spectrum
+        One line per rotational frequency, channels of the accelerometers on the compressor;
+        complex peak, the phase from the pulse of the tacho, which stands at the rotor's y axis
+        [m/s^2].
+    deviation : array, shape (n_frequency, n_channel)
+        Standard deviation of the real and of the imaginary part of `acceleration` [m/s^2].
+    holder : Spectrum or None
+        The same of triaxial accelerometers on the body side of the mounts, ``<mount> x`` …
+        [m/s^2]; None where there were none.
+    sound : Spectrum or None
+        The same of microphones [Pa]; None where there were none.
+
+    Raises
+    ------
+    InputError
+        A pressure or a deviation that is not positive, shapes or lines that do not fit together.
+    """
+
+    name: str
+    hoses: HoseState
+    pressure: float
+    acceleration: Spectrum
+    deviation: RealArray
+    holder: Spectrum | None = None
+    sound: Spectrum | None = None
+
+    def __post_init__(self) -> None:
+        if not self.pressure > 0:
+            raise InputError(f"sweep {self.name}: the pressure must be positive")
+        freeze_field(self, "deviation", self.acceleration.values.shape, f"sweep {self.name}")
+        if not np.all(self.deviation > 0):
+            raise InputError(f"sweep {self.name}: no spectrum is exact, state its deviation")
+        for what, spectrum in (("holder", self.holder), ("sound", self.sound)):
+            if spectrum is not None and not np.array_equal(
+                spectrum.frequency, self.acceleration.frequency
+            ):
+                raise InputError(f"sweep {self.name}: {what} has other lines than the compressor")
+
+    @property
+    def frequency(self) -> RealArray:
+        """Of the rotation, shape (n_frequency,) [Hz]."""
+        return self.acceleration.frequency
+
+    @property
+    def speed(self) -> RealArray:
+        """Of the rotation, shape (n_frequency,) [1/min]."""
+        return np.asarray(60.0 * self.frequency)
+
+
+@dataclass(frozen=True, eq=False)
+class HoseDrawing:
+    """A hose as drawn and catalogued: a straight uniform beam from the compressor to the body.
+
+    Parameters
+    ----------
+    name : str
+        Such as ``suction hose``.
+    position : array, shape (3,)
+        Of the port on the compressor, from the virtual point [m].
+    direction : array, shape (3,)
+        From the port to the body, of any length [1].
+    length : float
+        [m]
+    tension, torsion, bending : float
+        EA [N], GJ and EI [N m²], as a supplier may state them: start values.
+    line_mass : float
+        [kg/m]
+    loss_factor : float
+        Of all three stiffnesses [1].
+    torsion_radius : float
+        Radius of gyration of the section about its axis [m].
+
+    Raises
+    ------
+    InputError
+        Numbers that are not positive, or a direction of no length.
+    """
+
+    name: str
+    position: RealArray
+    direction: RealArray
+    length: float
+    tension: float
+    torsion: float
+    bending: float
+    line_mass: float
+    loss_factor: float
+    torsion_radius: float
+
+    def __post_init__(self) -> None:
+        freeze_field(self, "position", (3,), self.name)
+        freeze_field(self, "direction", (3,), self.name)
+        if not np.linalg.norm(self.direction) > 0:
+            raise InputError(f"{self.name}: the direction has no length")
+        for field in (
+            "length",
+            "tension",
+            "torsion",
+            "bending",
+            "line_mass",
+            "loss_factor",
+            "torsion_radius",
+        ):
+            if not getattr(self, field) > 0:
+                raise InputError(f"{self.name}: {field} must be positive")
+
+
+@dataclass(frozen=True, eq=False)
+class OperatingTest:
+    """One compressor: struck without hoses, perhaps with them, and run.
+
+    Parameters
+    ----------
+    name : str
+        Title of the test.
+    hammer : InertanceTest
+        Without hoses, compressor off.
+    hammer_with_hoses : InertanceTest or None
+        With the standard hoses, compressor off; same sensors and impacts.
+    sweeps : tuple of OperatingSweep
+        At least one.
+    rotor_inertia : float or None
+        Polar moment of the rotor, from its data sheet [kg m²]; None where not known.
+    hoses : tuple of HoseDrawing
+        Empty where no drawing exists.
+    input_files : tuple of Path
+
+    Raises
+    ------
+    InputError
+        No sweep, doubled names, or a sweep whose channels are not the hammer test's.
+    """
+
+    name: str
+    hammer: InertanceTest
+    hammer_with_hoses: InertanceTest | None
+    sweeps: tuple[OperatingSweep, ...]
+    rotor_inertia: float | None = None
+    hoses: tuple[HoseDrawing, ...] = ()
+    input_files: tuple[Path, ...] = ()
+
+    def __post_init__(self) -> None:
+        names = [sweep.name for sweep in self.sweeps]
+        if not names:
+            raise InputError(f"{self.name}: there is no sweep: a running compressor needs one")
+        if len(set(names)) < len(names):
+            raise InputError(f"{self.name}: two sweeps have one name: {names}")
+        for sweep in self.sweeps:
+            if sweep.acceleration.channels != self.hammer.frf.outputs:
+                raise InputError(
+                    f"{self.name}: sweep {sweep.name} has other accelerometers than the hammer "
+                    "test: the sensors must stay where they were struck"
+                )
+        other = self.hammer_with_hoses
+        if other is not None and (
+            other.frf.outputs != self.hammer.frf.outputs
+            or other.frf.inputs != self.hammer.frf.inputs
+        ):
+            raise InputError(
+                f"{self.name}: the hammer tests with and without hoses have other channels or "
+                "impacts: keep the sensors, strike the same points"
+            )
+
+    def with_hoses(self, state: HoseState) -> tuple[OperatingSweep, ...]:
+        """Sweeps with these hoses, in their order."""
+        return tuple(sweep for sweep in self.sweeps if sweep.hoses is state)

@@ -1,0 +1,800 @@
+"""Experimental modal analysis (the only door to sdypy-EMA), mode shapes and panels."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+from scipy.linalg import toeplitz
+
+from deboom.arrays import ComplexArray, RealArray
+from deboom.errors import InputError
+from deboom.measurement.channels import Frf
+from deboom.measurement.frf_estimate import FrfEstimate, require_coherence
+from deboom.physics.frf import FrfForm, mac
+
+LARGEST_DAMPING = 0.3
+"""Poles damped more than this belong to the polynomial, not to a structure [1]."""
+
+
+@dataclass(frozen=True)
+class StabilityLimits:
+    """How little a pole may move from one order to the next to be called stable.
+
+    Parameters
+    ----------
+    frequency : float
+        Relative change [1].
+    damping : float
+        Relative change [1]. Damping scatters ten times as much as frequency; twice that keeps the
+        weak modes of a body at 3 % noise.
+    """
+
+    frequency: float = 0.01
+    damping: float = 0.2
+
+
+@dataclass(frozen=True, eq=False)
+class StabilisationChart:
+    """Every pole of every order inside a band.
+
+    Parameters
+    ----------
+    order : int array, shape (n_pole,)
+        Of the polynomial [1].
+    pole : array, shape (n_pole,)
+        Complex, ``−ζω₀ + jω₀√(1−ζ²)`` [rad/s].
+    stable : bool array, shape (n_pole,)
+        Whether the order below has a pole of nearly equal frequency and damping.
+    orders : tuple of int
+        All orders computed, increasing.
+    band : tuple of float
+        From, to [Hz].
+    """
+
+    order: npt.NDArray[np.int64]
+    pole: ComplexArray
+    stable: npt.NDArray[np.bool_]
+    orders: tuple[int, ...]
+    band: tuple[float, float]
+
+    @property
+    def frequency(self) -> RealArray:
+        """Natural frequency of each pole [Hz]."""
+        return np.asarray(np.abs(self.pole) / (2 * np.pi))
+
+    @property
+    def damping(self) -> RealArray:
+        """Damping ratio of each pole [1]."""
+        return np.asarray(-self.pole.real / np.abs(self.pole))
+
+
+@dataclass(frozen=True)
+class PoleCluster:
+    """One mode as the orders agree on it.
+
+    Parameters
+    ----------
+    frequency, frequency_spread : float
+        Median natural frequency over the orders and its standard deviation [Hz].
+    damping, damping_spread : float
+        Median damping ratio over the orders and its standard deviation [1].
+    share : float
+        Part of the orders that have a stable pole here [1].
+    """
+
+    frequency: float
+    frequency_spread: float
+    damping: float
+    damping_spread: float
+    share: float
+
+    @property
+    def pole(self) -> complex:
+        """Complex pole [rad/s]."""
+        omega = 2 * np.pi * self.frequency
+        return complex(-self.damping * omega, omega * np.sqrt(1 - self.damping**2))
+
+
+def stabilisation_chart(
+    poles_by_order: dict[int, ComplexArray],
+    band: tuple[float, float],
+    limits: StabilityLimits | None = None,
+) -> StabilisationChart:
+    """Keep the poles that a structure may have and mark the stable ones.
+
+    Parameters
+    ----------
+    poles_by_order : dict of int to array, shape (n,)
+        Poles of each polynomial order [rad/s].
+    band : tuple of float
+        From, to [Hz].
+    limits : StabilityLimits, optional
+
+    Returns
+    -------
+    StabilisationChart
+
+    Notes
+    -----
+    Dropped by rule: poles at 0 Hz or outside the band, with negative or excessive damping, the
+    conjugates, and duplicates of one order.
+    """
+    limits = limits or StabilityLimits()
+    numbers: list[int] = []
+    kept: list[complex] = []
+    stable: list[bool] = []
+    below = np.empty(0, dtype=complex)
+    for order in sorted(poles_by_order):
+        possible = _physical(poles_by_order[order], band)
+        for pole in possible:
+            numbers.append(order)
+            kept.append(complex(pole))
+            stable.append(_has_twin(pole, below, limits))
+        below = possible
+    return StabilisationChart(
+        np.array(numbers, dtype=np.int64),
+        np.array(kept, dtype=complex),
+        np.array(stable, dtype=bool),
+        tuple(sorted(poles_by_order)),
+        band,
+    )
+
+
+def pole_clusters(
+    chart: StabilisationChart, width: float = 0.01, smallest_share: float = 0.25
+) -> tuple[PoleCluster, ...]:
+    """Gather the stable poles into modes.
+
+    Parameters
+    ----------
+    chart : StabilisationChart
+    width : float
+        Largest relative gap in frequency between neighbours of one cluster [1]. Where modes lie
+        closer, so that one order has two poles in a cluster, it is divided at its widest gap.
+    smallest_share : float
+        Part of the orders that must agree [1].
+
+    Returns
+    -------
+    tuple of PoleCluster
+        Increasing in frequency.
+
+    Raises
+    ------
+    InputError
+        No cluster: a band without modes, too low an order, or too much noise.
+    """
+    frequency, damping = chart.frequency[chart.stable], chart.damping[chart.stable]
+    order = chart.order[chart.stable]
+    sequence = np.argsort(frequency)
+    frequency, damping, order = frequency[sequence], damping[sequence], order[sequence]
+    cuts = np.flatnonzero(np.diff(frequency) > width * frequency[1:]) + 1
+    groups = [
+        part
+        for members in np.split(np.arange(frequency.size), cuts)
+        for part in _one_pole_per_order(members, frequency, order)
+    ]
+    clusters = []
+    for members in groups:
+        share = len(set(order[members].tolist())) / len(chart.orders)
+        if members.size == 0 or share < smallest_share:
+            continue
+        clusters.append(
+            PoleCluster(
+                float(np.median(frequency[members])),
+                float(np.std(frequency[members])),
+                float(np.median(damping[members])),
+                float(np.std(damping[members])),
+                share,
+            )
+        )
+    if not clusters:
+        low, high = chart.band
+        raise InputError(
+            f"no pole between {low:g} and {high:g} Hz is stable over {smallest_share:.0%} of the "
+            "orders: widen the band, raise the order, or measure with less noise"
+        )
+    return tuple(clusters)
+
+
+def _one_pole_per_order(
+    members: npt.NDArray[np.intp], frequency: RealArray, order: npt.NDArray[np.int64]
+) -> list[npt.NDArray[np.intp]]:
+    """Divide a cluster at its widest gap until no order has two poles in a part."""
+    if len(set(order[members].tolist())) == members.size:
+        return [members]
+    widest = int(np.argmax(np.diff(frequency[members]))) + 1
+    return [
+        part
+        for half in (members[:widest], members[widest:])
+        for part in _one_pole_per_order(half, frequency, order)
+    ]
+
+
+def _physical(poles: ComplexArray, band: tuple[float, float]) -> ComplexArray:
+    """Poles above 0 Hz inside the band with positive, moderate damping, each once."""
+    frequency = np.abs(poles) / (2 * np.pi)
+    inside = (frequency >= band[0]) & (frequency <= band[1]) & (frequency > 0)
+    damping = -poles.real / np.where(inside, np.abs(poles), 1.0)
+    inside &= (poles.imag > 0) & (damping > 0) & (damping < LARGEST_DAMPING)
+    found = poles[inside]
+    found = found[np.argsort(np.abs(found))]
+    apart = np.ones(found.size, dtype=bool)
+    apart[1:] = np.abs(np.diff(found)) > 1e-6 * np.abs(found[1:])
+    return np.asarray(found[apart])
+
+
+def _has_twin(pole: complex, others: ComplexArray, limits: StabilityLimits) -> bool:
+    near = np.abs(np.abs(others) - abs(pole)) <= limits.frequency * abs(pole)
+    damping, theirs = -pole.real / abs(pole), -others.real / np.abs(others)
+    return bool(np.any(near & (np.abs(theirs - damping) <= limits.damping * damping)))
+
+
+def mac_matrix(first: npt.ArrayLike, second: npt.ArrayLike) -> RealArray:
+    """Compare every shape of one set with every shape of another.
+
+    Parameters
+    ----------
+    first : array, shape (n_first, n_output)
+        Real or complex, of any scale.
+    second : array, shape (n_second, n_output)
+        The same outputs in the same order; outputs of one unit, since the largest ones count.
+
+    Returns
+    -------
+    array, shape (n_first, n_second)
+        Modal assurance criterion [1].
+
+    Raises
+    ------
+    InputError
+        Other numbers of outputs, or a shape that is zero.
+    """
+    rows, columns = np.atleast_2d(first), np.atleast_2d(second)
+    if rows.shape[1] != columns.shape[1]:
+        raise InputError(
+            f"shapes of {rows.shape[1]} and of {columns.shape[1]} outputs cannot be compared: give "
+            "the same outputs in the same order"
+        )
+    return mac(rows.T[:, :, np.newaxis], columns.T[:, np.newaxis, :])
+
+
+def phase_collinearity(shapes: npt.ArrayLike) -> RealArray:
+    """Find how nearly the entries of each shape share one phase, or its opposite (MPC).
+
+    Parameters
+    ----------
+    shapes : array, shape (..., n_output)
+        Complex.
+
+    Returns
+    -------
+    array, shape (...)
+        1 for a real shape times any factor, 0 for a wave that only travels [1].
+
+    Notes
+    -----
+    Without the mean removed, after Pappa, Elliott and Schenk (1993)::
+
+        MPC = ((Sxx − Syy)² + 4 Sxy²) / (Sxx + Syy)²,  S of real and imaginary parts
+
+    which equals ``|φᵀφ|² / (φᴴφ)²``. A body whose damping is spread like its mass and stiffness has
+    real shapes; noise and modes that overlap lower it.
+    """
+    values = np.asarray(shapes, dtype=complex)
+    alike = np.abs(np.sum(values**2, axis=-1)) ** 2
+    return np.asarray(alike / np.sum(np.abs(values) ** 2, axis=-1) ** 2)
+
+
+def in_common_phase(shapes: npt.ArrayLike) -> ComplexArray:
+    """Turn each shape to the phase in which it is as real as it can be, largest entry positive.
+
+    Parameters
+    ----------
+    shapes : array, shape (..., n_output)
+        Complex.
+
+    Returns
+    -------
+    array, shape (..., n_output)
+        Largest entry of size 1; what stays imaginary is what travels.
+    """
+    values = np.asarray(shapes, dtype=complex)
+    turned = values * np.exp(-0.5j * np.angle(np.sum(values**2, axis=-1, keepdims=True)))
+    place = np.abs(turned).argmax(axis=-1)[..., np.newaxis]
+    largest = np.take_along_axis(turned, place, axis=-1)
+    sign = np.where(largest.real < 0, -1.0, 1.0)
+    return np.asarray(sign * turned / np.abs(largest))
+
+
+SMALLEST_ORDER = 4
+LARGEST_ORDER = 20
+"""Beyond, more poles belong to the noise than to a body below 140 Hz; judgement."""
+
+LARGEST_CONDITION = 1e14
+"""Of the normal equations of the numerators, close to what double precision carries [1]."""
+
+LARGE_ERROR = 0.05
+"""From here on a rebuilt FRF has missed something: a mode, the form, a band too narrow [1]."""
+_FORM_NAMES = {
+    FrfForm.RECEPTANCE: "receptance",
+    FrfForm.MOBILITY: "mobility",
+    FrfForm.INERTANCE: "accelerance",
+}
+
+
+@dataclass(frozen=True, eq=False)
+class ModalModel:
+    """Modes of a structure and how well they rebuild what was measured.
+
+    Parameters
+    ----------
+    clusters : tuple of PoleCluster
+        One per mode.
+    form : FrfForm
+        Of the FRF.
+    outputs, inputs : tuple of str
+        As in the FRF.
+    residues : array, shape (n_mode, n_output, n_input)
+        Complex modal constants of the receptance-like form.
+    shapes : array, shape (n_mode, n_output)
+        Complex, largest entry 1: the residues' part that all inputs share.
+    lower_residual, upper_residual : array, shape (n_output, n_input)
+        Modes below the band, L in ``−L/ω²``, and above it, U, of the receptance-like form.
+    rank_one : array, shape (n_mode,)
+        Share of the residues' energy that is one shape times one participation; far below 1 two
+        modes share a pole [1].
+    rebuilt : Frf
+        From modes and residuals, on the lines of the fit.
+    error : array, shape (n_output, n_input)
+        Rms deviation of the rebuilt FRF from the measured one over the rms of the latter; near 1
+        where a channel shows noise only [1].
+    total_error : float
+        The same of all FRFs together [1].
+    """
+
+    clusters: tuple[PoleCluster, ...]
+    form: FrfForm
+    outputs: tuple[str, ...]
+    inputs: tuple[str, ...]
+    residues: ComplexArray
+    shapes: ComplexArray
+    lower_residual: ComplexArray
+    upper_residual: ComplexArray
+    rank_one: RealArray
+    rebuilt: Frf
+    error: RealArray
+    total_error: float
+
+    @property
+    def frequency(self) -> RealArray:
+        """Natural frequencies, shape (n_mode,) [Hz]."""
+        return np.array([cluster.frequency for cluster in self.clusters])
+
+    @property
+    def damping(self) -> RealArray:
+        """Damping ratios, shape (n_mode,) [1]."""
+        return np.array([cluster.damping for cluster in self.clusters])
+
+    @property
+    def complexity(self) -> RealArray:
+        """How far each shape is from one phase, 1 − MPC, shape (n_mode,) [1]."""
+        return 1 - phase_collinearity(self.shapes)
+
+    @property
+    def verdict(self) -> str:
+        """One sentence on whether modes and residuals stand for what was measured."""
+        share = f"modes and residuals leave {100 * self.total_error:.1f} % of the FRFs unexplained"
+        if self.total_error <= LARGE_ERROR:
+            return f"{share}."
+        return (
+            f"{share}, more than {100 * LARGE_ERROR:g} %: a mode is missing, the FRF is of another "
+            "form than stated, or noise prevails; compare the rebuilt FRFs before using the shapes."
+        )
+
+
+def poles_over_orders(
+    frf: Frf | FrfEstimate,
+    form: FrfForm,
+    band: tuple[float, float],
+    largest_order: int | None = None,
+    limits: StabilityLimits | None = None,
+) -> StabilisationChart:
+    """Estimate poles by least squares on a common denominator (LSCF) for growing orders.
+
+    Parameters
+    ----------
+    frf : Frf or FrfEstimate
+        Equidistant lines on whole multiples of their step; every pair of output and input takes
+        part. An estimate must be coherent.
+    form : FrfForm
+        What the FRF is, a ratio of displacement, velocity or acceleration.
+    band : tuple of float
+        From, to; lines outside are not used [Hz].
+    largest_order : int, optional
+        Of the polynomial; twice as many poles. Left out, as high as the band carries, 20 at most.
+    limits : StabilityLimits, optional
+
+    Returns
+    -------
+    StabilisationChart
+
+    Raises
+    ------
+    InputError
+        sdypy-EMA is not installed; FRFs without coherence; lines that are not equidistant; a band
+        outside the lines or with fewer lines than unknowns; an order that the band does not carry;
+        apparent mass or another inverse form.
+
+    Notes
+    -----
+    Which form? Modes come as ``Σ R_n/(jω − s_n)`` where motion stands over load. A displacement per
+    force, a pressure per force (`Pa/N`: the air follows displacements) and an acceleration per
+    volume acceleration (two derivatives above and below) are all receptance-like; an acceleration
+    per force is an inertance.
+
+    The lines below the band are unknown to the polynomial in ``z``, whose numerators are fixed by
+    the band alone: the closer the band begins to its end, the lower the order that it carries.
+    """
+    measured = _coherent(frf, band)
+    if largest_order is None:
+        largest_order = _order_carried(measured, band)
+    model = _ema_model(measured, form, band, largest_order)
+    model.get_poles("lscf", show_progress=False)
+    by_order = {
+        len(poles) // 2: np.asarray(poles, dtype=complex)
+        for poles in model.all_poles
+        if len(poles) // 2 >= SMALLEST_ORDER
+    }
+    return stabilisation_chart(by_order, band, limits)
+
+
+def modal_model(
+    frf: Frf | FrfEstimate,
+    form: FrfForm,
+    band: tuple[float, float],
+    clusters: Sequence[PoleCluster],
+) -> ModalModel:
+    """Estimate modal constants and residuals for known poles, and rebuild the FRF from them.
+
+    Parameters
+    ----------
+    frf : Frf or FrfEstimate
+        As for the poles.
+    form : FrfForm
+        What the FRF is.
+    band : tuple of float
+        From, to; lines of the fit [Hz].
+    clusters : sequence of PoleCluster
+        The modes to keep.
+
+    Returns
+    -------
+    ModalModel
+
+    Raises
+    ------
+    InputError
+        As `poles_over_orders`; no mode; two modes with one pole.
+
+    Notes
+    -----
+    Least squares in the frequency domain (LSFD), with a lower and an upper residual for the modes
+    outside the band. Shapes are the leading left singular vectors of the residues.
+    """
+    kept = tuple(clusters)
+    if not kept:
+        raise InputError("a modal model needs at least one mode")
+    for first, second in pairwise(kept):
+        if abs(second.pole - first.pole) < 1e-3 * abs(first.pole):
+            raise InputError(
+                f"two modes share the pole at {first.frequency:.2f} Hz: keep one of them"
+            )
+    frf = _coherent(frf, band)
+    model = _ema_model(frf, form, band, SMALLEST_ORDER)
+    chosen = SimpleNamespace(
+        pole_ind=[[0, number] for number in range(len(kept))],
+        all_poles=[[cluster.pole for cluster in kept]],
+    )
+    rebuilt, constants = model.get_constants(
+        whose_poles=chosen,
+        f_lower=band[0],
+        f_upper=float(model.freq[-1]),
+        upper_r=True,
+        lower_r=True,
+    )
+    pairs = len(frf.outputs), len(frf.inputs)
+    lines = (frf.frequency >= band[0]) & (frf.frequency <= band[1])
+    # the library holds one row per pair of output and input, on lines of its own
+    inside = np.isin(model.freq, frf.frequency[lines])
+    values = np.moveaxis(np.asarray(rebuilt).reshape(*pairs, -1), -1, 0)[inside]
+    residues = np.moveaxis(np.asarray(constants).reshape(*pairs, -1), -1, 0)
+    left, singular, _ = np.linalg.svd(residues, full_matrices=False)
+    leading = left[:, :, 0]
+    largest = np.take_along_axis(leading, np.abs(leading).argmax(axis=1)[:, np.newaxis], axis=1)
+    measured = frf.values[lines]
+    deviation = np.sum(np.abs(values - measured) ** 2, axis=0)
+    energy = np.sum(np.abs(measured) ** 2, axis=0)
+    return ModalModel(
+        kept,
+        form,
+        frf.outputs,
+        frf.inputs,
+        residues,
+        leading / largest,
+        np.asarray(model.LR).reshape(pairs),
+        np.asarray(model.UR).reshape(pairs),
+        singular[:, 0] ** 2 / np.sum(singular**2, axis=1),
+        Frf(frf.frequency[lines], values, frf.outputs, frf.inputs, frf.unit),
+        np.sqrt(deviation / np.where(energy > 0, energy, 1.0)),
+        float(np.sqrt(deviation.sum() / energy.sum())),
+    )
+
+
+def _coherent(frf: Frf | FrfEstimate, band: tuple[float, float]) -> Frf:
+    if isinstance(frf, Frf):
+        return frf
+    require_coherence(frf, band)
+    return frf.frf
+
+
+def _lines_of(frf: Frf, band: tuple[float, float]) -> tuple[int, int, float]:
+    """Lines from 0 Hz to the band's begin, and to its end, and their step [Hz]; checked."""
+    steps = np.diff(frf.frequency)
+    if not steps.size or not np.allclose(steps, steps[0], rtol=1e-6, atol=0):
+        raise InputError("modal analysis needs equidistant lines: interpolating would bend modes")
+    step = float(steps.mean())
+    number = frf.frequency / step
+    if np.abs(number - np.round(number)).max() > 0.01:
+        raise InputError(
+            f"modal analysis needs lines on whole multiples of their step, {step:g} Hz, but the "
+            f"first one is at {frf.frequency[0]:g} Hz"
+        )
+    low, high = band
+    if not 0 < low < high:
+        raise InputError(f"a band from {low:g} to {high:g} Hz: it begins above 0 Hz and ends later")
+    if not frf.frequency[0] <= low < high <= frf.frequency[-1]:
+        raise InputError(
+            f"the band {low:g}-{high:g} Hz does not lie within the lines, "
+            f"{frf.frequency[0]:g}-{frf.frequency[-1]:g} Hz"
+        )
+    end = int(np.searchsorted(frf.frequency, high, side="right"))
+    return round(low / step), round(frf.frequency[end - 1] / step), step
+
+
+def _condition(unknown: int, total: int, order: int) -> float:
+    """Condition number of the numerators' normal equations when the first lines are unknown."""
+    lines = np.zeros(total + 1)
+    lines[:unknown] = 1.0
+    first = -np.fft.irfft(lines, n=2 * total)[: 2 * order + 1]
+    first[0] += 1.0
+    return float(np.linalg.cond(toeplitz(first)))
+
+
+def _order_carried(frf: Frf, band: tuple[float, float]) -> int:
+    unknown, total, _ = _lines_of(frf, band)
+    largest = min(LARGEST_ORDER, (total - unknown) // 4)
+    for order in range(largest, SMALLEST_ORDER, -1):
+        if _condition(unknown, total, order) <= LARGEST_CONDITION:
+            return order
+    raise InputError(
+        f"the band {band[0]:g}-{band[1]:g} Hz carries no polynomial above order {SMALLEST_ORDER}: "
+        "begin lower, or take more lines"
+    )
+
+
+def _ema_model(frf: Frf, form: FrfForm, band: tuple[float, float], order: int) -> Any:
+    """Model of sdypy-EMA behind checks of what it takes for granted."""
+    try:
+        from sdypy import EMA
+    except ImportError:
+        raise InputError(
+            'modal analysis needs sdypy-EMA: install deboom with the extra "modal"'
+        ) from None
+    if form not in _FORM_NAMES:
+        name = form.name.lower().replace("_", " ")
+        raise InputError(
+            f"modal analysis reads motion per load, not {name}: convert() the whole matrix first"
+        )
+    unknown, total, step = _lines_of(frf, band)
+    low, high = band
+    n_lines = int(np.sum((frf.frequency >= low) & (frf.frequency <= high)))
+    if n_lines < 2 * order:
+        raise InputError(
+            f"{n_lines} lines between {low:g} and {high:g} Hz do not fix a polynomial of order "
+            f"{order}: use a wider band, more lines or a lower order"
+        )
+    if order > SMALLEST_ORDER and _condition(unknown, total, order) > LARGEST_CONDITION:
+        raise InputError(
+            f"the band {low:g}-{high:g} Hz does not carry a polynomial of order {order} in double "
+            "precision: begin lower, or use a lower order"
+        )
+    # the library drops the line at its upper limit: it gets one more, which it never reads
+    end = int(np.searchsorted(frf.frequency, high, side="right"))
+    frequency = np.append(frf.frequency[:end], frf.frequency[end - 1] + step)
+    rows = np.moveaxis(frf.values[:end], 0, -1).reshape(-1, end)
+    rows = np.column_stack([rows, np.zeros(len(rows))])
+    return EMA.Model(
+        frf=rows,
+        freq=frequency,
+        lower=low,
+        upper=float(frequency[-1]),
+        pol_order_high=order,
+        frf_form=_FORM_NAMES[form],
+    )
+
+
+PRESSURE_PER_VOLUME_ACCELERATION = "Pa/(m^3/s^2)"
+
+
+@dataclass(frozen=True, eq=False)
+class PanelMeasurement:
+    """Panels of the trimmed body, with the loudspeaker at each ear in turn.
+
+    Parameters
+    ----------
+    names : tuple of str
+        Such as ``trunk floor``.
+    positions : array, shape (n_panel, 3)
+        Of the accelerometers [m].
+    normals : array, shape (n_panel, 3)
+        Unit vectors into the cabin [1].
+    areas : array, shape (n_panel,)
+        With which the motion of each accelerometer changes the volume of the cabin [m²].
+    motion : Frf
+        Outputs are the panels, inputs the ears: acceleration inwards [(m/s²)/(m³/s²)].
+    pressure : Frf
+        Outputs are the panels, inputs the ears [Pa/(m³/s²)].
+    """
+
+    names: tuple[str, ...]
+    positions: RealArray
+    normals: RealArray
+    areas: RealArray
+    motion: Frf
+    pressure: Frf
+
+    def __post_init__(self) -> None:
+        for name in ("positions", "normals", "areas"):
+            array = np.array(getattr(self, name), dtype=float)
+            array.setflags(write=False)
+            object.__setattr__(self, name, array)
+
+
+@dataclass(frozen=True, eq=False)
+class PanelContributions:
+    """Pressure at one ear from each panel, mode by mode.
+
+    Parameters
+    ----------
+    ear : str
+    panels : tuple of str
+    frequency : array, shape (n_mode,)
+        Natural frequencies [Hz].
+    values : array, shape (n_mode, n_panel)
+        Complex pressure at the ear, with the modes moving as the loudspeaker at this ear moves
+        them: modal constants [Pa/(m³/s²) · 1/s].
+    """
+
+    ear: str
+    panels: tuple[str, ...]
+    frequency: RealArray
+    values: ComplexArray
+
+    @property
+    def pressure(self) -> ComplexArray:
+        """What all panels of a mode bring to the ear, shape (n_mode,)."""
+        return np.asarray(self.values.sum(axis=1))
+
+    @property
+    def shares(self) -> RealArray:
+        """Part of each panel in phase with the sum, shape (n_mode, n_panel); a row adds up to 1.
+
+        Negative for a panel that works against the others.
+        """
+        return np.asarray((self.values / self.pressure[:, np.newaxis]).real)
+
+
+def panel_contributions(
+    model: ModalModel, panels: PanelMeasurement, ear: str
+) -> PanelContributions:
+    """Multiply the modes at the panels by what each panel transfers to the ear.
+
+    Parameters
+    ----------
+    model : ModalModel
+        Outputs hold the panels, inputs the ear; of accelerations per volume acceleration.
+    panels : PanelMeasurement
+    ear : str
+
+    Returns
+    -------
+    PanelContributions
+
+    Raises
+    ------
+    InputError
+        A panel or ear without modal constants, a mode outside the lines of the panels' pressure, a
+        model that is not receptance-like.
+
+    Notes
+    -----
+    A still panel that a loudspeaker at the ear meets with ``p_k/Q̇`` raises, when it moves inwards
+    with ``a_k``, at the ear ``p = (p_k/Q̇) A_k a_k`` by reciprocity. Of mode n that is
+    ``c_nk = (jω_n)² (p_k/Q̇)(ω_n) A_k R_nk``, with the residue ``R_nk`` of the displacement-like
+    ``a_k/Q̇``. Valid for light damping, where ``p_k/Q̇`` changes little over a resonance, and for
+    panels that radiate into a cabin of long waves.
+    """
+    if model.form is not FrfForm.RECEPTANCE:
+        raise InputError(
+            "panel contributions need a modal model of accelerations per volume acceleration, "
+            "which are receptance-like"
+        )
+    missing = [name for name in (*panels.names, ear) if name not in (*model.outputs, *model.inputs)]
+    if missing:
+        raise InputError(f"the modal model knows nothing of {missing}: measure them with the rest")
+    transfer = panels.pressure.select(inputs=(ear,)).values[:, :, 0]
+    lines, at = panels.pressure.frequency, model.frequency
+    if at.min() < lines[0] or at.max() > lines[-1]:
+        raise InputError(
+            f"modes from {at.min():.2f} to {at.max():.2f} Hz, but pressure at the panels from "
+            f"{lines[0]:g} to {lines[-1]:g} Hz only"
+        )
+    at_modes = np.stack([np.interp(at, lines, column) for column in transfer.T], axis=1)
+    rows = [model.outputs.index(name) for name in panels.names]
+    constants = model.residues[:, rows, model.inputs.index(ear)]
+    squared = -((2 * np.pi * at) ** 2)[:, np.newaxis]
+    return PanelContributions(ear, panels.names, at, squared * at_modes * panels.areas * constants)
+
+
+def pressure_of_modes(
+    reciprocal: ModalModel, direct: ModalModel, accelerance: ModalModel, ear: str
+) -> ComplexArray:
+    """Find what the modes bring to the ear without asking any panel.
+
+    Compared with `PanelContributions.pressure` it tells whether a panel has been forgotten.
+
+    Parameters
+    ----------
+    reciprocal : ModalModel
+        Inputs hold the ear: accelerations on the body per volume acceleration.
+    direct : ModalModel
+        Outputs hold the ear: pressure per force.
+    accelerance : ModalModel
+        Outputs as in `reciprocal`, inputs as in `direct`: accelerations per force, whatever was
+        measured of both.
+    ear : str
+
+    Returns
+    -------
+    array, shape (n_mode,)
+        As `PanelContributions.pressure` [Pa/(m³/s²) · 1/s].
+
+    Raises
+    ------
+    InputError
+        Models of different numbers of modes.
+
+    Notes
+    -----
+    With ``φ`` of the body, the ear's share G in a mode and ``m = 2jω_d``: ``a/Q̇ ∝ −φ_c G/m``,
+    ``p/F ∝ G φ_i/m``, ``a/F ∝ φ_c φ_i/m``. The first two over the third, by least squares over all
+    channels and forces, are ``−G²/m``, which is what the panels add up to.
+    """
+    if not len(reciprocal.clusters) == len(direct.clusters) == len(accelerance.clusters):
+        raise InputError("the three modal models have different modes: fit them to the same poles")
+    channels = [reciprocal.outputs.index(name) for name in accelerance.outputs]
+    blows = [direct.inputs.index(name) for name in accelerance.inputs]
+    moved = reciprocal.residues[:, channels, reciprocal.inputs.index(ear)]
+    heard = direct.residues[:, direct.outputs.index(ear)][:, blows]
+    product = moved[:, :, np.newaxis] * heard[:, np.newaxis, :]
+    both = accelerance.residues
+    return np.asarray(
+        np.sum(both.conj() * product, axis=(1, 2)) / np.sum(np.abs(both) ** 2, axis=(1, 2))
+    )

@@ -1,0 +1,645 @@
+"""Time records and a shaft angle to order spectra over speed, for runs and sweeps."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import Enum
+
+import numpy as np
+import numpy.typing as npt
+from scipy.interpolate import CubicSpline
+
+from deboom.arrays import ComplexArray, RealArray
+from deboom.errors import InputError
+from deboom.measurement.campaign import OperatingRun, TimeRun
+from deboom.measurement.channels import Spectrum, TimeRecord
+from deboom.measurement.tacho import ShaftAngle, pulse_times, repair_pulses, shaft_angle
+from deboom.physics.order_tracking import (
+    SAMPLES_PER_PERIOD,
+    angular_resample,
+    frequency_of_order,
+    hann_bandwidth,
+    hann_noise_bandwidth,
+    lower_rate,
+    noise_bandwidth,
+    order_amplitudes,
+    samples_needed,
+    smear,
+    vold_kalman,
+)
+
+STATIC_SHARE = 8.0
+"""Lowest frequency of an order over the bandwidth of what counts as quasi-static beside it."""
+
+
+@dataclass(frozen=True, eq=False)
+class OrderSpectrum:
+    """One order over engine speed, with what it can resolve.
+
+    Parameters
+    ----------
+    order : float
+        Cycles per revolution [1].
+    rpm : array, shape (n_line,)
+        Speed of each line [1/min].
+    time : array, shape (n_line,)
+        When the run passed it [s].
+    spectrum : Spectrum
+        Complex peak amplitudes, phase to the tacho's zero mark, over ``order · rpm / 60``.
+    bandwidth : array, shape (n_line,)
+        Full half-power width about the order: what lies nearer is not separated [Hz].
+    noise_bandwidth : array, shape (n_line,)
+        For `order_tracking_resolution.noise_amplitude` [Hz].
+    sweep_rate : array, shape (n_line,)
+        Rate of change of the order's frequency [Hz/s].
+    settled : array of bool, shape (n_line,)
+        False where the filter reached the end of the record and looked to one side only.
+    """
+
+    order: float
+    rpm: RealArray
+    time: RealArray
+    spectrum: Spectrum
+    bandwidth: RealArray
+    noise_bandwidth: RealArray
+    sweep_rate: RealArray
+    settled: npt.NDArray[np.bool_]
+
+    def __post_init__(self) -> None:
+        for field in ("rpm", "time", "bandwidth", "noise_bandwidth", "sweep_rate", "settled"):
+            array = np.array(getattr(self, field))
+            array.setflags(write=False)
+            object.__setattr__(self, field, array)
+
+    @property
+    def smear(self) -> RealArray:
+        """Finest ripple over frequency that is kept, at 1/√2 of its size, shape (n_line,) [Hz]."""
+        return smear(self.sweep_rate, self.bandwidth)
+
+
+def computed_order_spectrum(
+    record: TimeRecord,
+    shaft: ShaftAngle,
+    order: float,
+    rpm: npt.ArrayLike,
+    *,
+    revolutions: float = 8.0,
+) -> OrderSpectrum:
+    """Order spectrum by computed order tracking: angular resampling and a Hann window.
+
+    Parameters
+    ----------
+    record : TimeRecord
+    shaft : ShaftAngle
+        On the same clock.
+    order : float
+        Cycles per revolution [1].
+    rpm : array, shape (n_line,)
+        Speeds of the lines, increasing [1/min]; the run itself may rise or fall.
+    revolutions : float
+        Length of the window [rev]; a multiple of 4 separates half orders.
+
+    Returns
+    -------
+    OrderSpectrum
+
+    Raises
+    ------
+    InputError
+        A speed that the run does not pass, a window that leaves the record, or a sampling rate too
+        low for the order.
+
+    Notes
+    -----
+    A force that rises with the torque would leak into the windows, so the quasi-static part is
+    taken out first; 4e-5 of the order goes with it.
+    """
+    speeds, time = _lines(shaft, rpm)
+    samples, values, rate = _prepared(record, shaft, order, 0.0)
+    angle = shaft.angle(samples) / (2 * np.pi)
+    reach = revolutions / 2
+    possible = (angle >= angle[0] + reach) & (angle <= angle[-1] - reach)
+    _refuse_lines_outside(shaft, speeds, time, samples[possible], f"{revolutions:g} revolutions")
+    centre = shaft.angle(time) / (2 * np.pi)
+    # one revolution more than the windows need keeps the ends of the spline away from them
+    used = (angle > centre.min() - reach - 1) & (angle < centre.max() + reach + 1)
+    slowest = float(shaft.rpm(samples[used]).min())
+    needed = samples_needed(rate, slowest, order)
+    static_width = float(frequency_of_order(slowest, order)) / STATIC_SHARE
+    slow = vold_kalman(values, np.zeros((samples.size, 1)), rate, static_width)[:, 0].real
+    revolution, resampled = angular_resample((values - slow)[used], 2 * np.pi * angle[used], needed)
+    amplitudes = order_amplitudes(revolution, resampled, [order], centre, revolutions)[:, 0]
+    return OrderSpectrum(
+        order=order,
+        rpm=speeds,
+        time=time,
+        spectrum=_spectrum(record, order, speeds, amplitudes),
+        bandwidth=hann_bandwidth(speeds, revolutions),
+        noise_bandwidth=hann_noise_bandwidth(speeds, revolutions),
+        sweep_rate=frequency_of_order(shaft.rpm_rate(time), order),
+        settled=np.ones(speeds.size, dtype=bool),
+    )
+
+
+def vold_kalman_spectra(
+    record: TimeRecord,
+    shaft: ShaftAngle,
+    orders: Sequence[float],
+    rpm: npt.ArrayLike,
+    *,
+    bandwidth: npt.ArrayLike,
+    poles: int = 2,
+) -> tuple[OrderSpectrum, ...]:
+    """Order spectra by a Vold-Kalman filter that solves all orders together.
+
+    Parameters
+    ----------
+    record : TimeRecord
+    shaft : ShaftAngle
+        On the same clock.
+    orders : sequence of float
+        Cycles per revolution, each positive [1]; name every strong order, not only the wanted one.
+    rpm : array, shape (n_line,)
+        Speeds of the lines, increasing [1/min]; the run itself may rise or fall.
+    bandwidth : float or array, shape (n_order,)
+        Full half-power width about each order [Hz].
+    poles : int
+        1, 2 or 3.
+
+    Returns
+    -------
+    tuple of OrderSpectrum
+        One per order.
+
+    Raises
+    ------
+    InputError
+        A speed that the run does not pass, a bandwidth wider than the lowest frequency of an order,
+        or a sampling rate too low for the highest.
+
+    Notes
+    -----
+    The quasi-static part of the record, such as the static force on a cell, is solved together with
+    the orders, so that it does not leak into them.
+    """
+    widths = _widths(orders, bandwidth)
+    speeds, time = _lines(shaft, rpm)
+    samples, values, rate = _prepared(record, shaft, max(orders), widths.max())
+    _refuse_lines_outside(shaft, speeds, time, samples, "its line")
+    phase = shaft.angle(samples)[:, np.newaxis] * np.concatenate([[0.0], orders])
+    all_widths = np.concatenate([[widths.min()], widths])
+    envelopes = vold_kalman(values, phase, rate, all_widths, poles)[:, 1:]
+    amplitudes = CubicSpline(samples, envelopes)(time)
+    from_end = np.minimum(time - samples[0], samples[-1] - time)
+    return tuple(
+        OrderSpectrum(
+            order=order,
+            rpm=speeds,
+            time=time,
+            spectrum=_spectrum(record, order, speeds, amplitudes[:, column]),
+            bandwidth=np.full(speeds.size, width),
+            noise_bandwidth=np.full(speeds.size, float(noise_bandwidth(width, poles))),
+            sweep_rate=frequency_of_order(shaft.rpm_rate(time), order),
+            settled=from_end >= 1 / width,
+        )
+        for column, (order, width) in enumerate(zip(orders, widths, strict=True))
+    )
+
+
+def quasi_static(
+    record: TimeRecord, shaft: ShaftAngle, rpm: npt.ArrayLike, *, bandwidth: float
+) -> RealArray:
+    """Slow part of a record at the lines of an order spectrum: static force, torque.
+
+    Parameters
+    ----------
+    record : TimeRecord
+    shaft : ShaftAngle
+        On the same clock.
+    rpm : array, shape (n_line,)
+        Speeds of the lines, increasing [1/min].
+    bandwidth : float
+        Half of it is the highest frequency that counts as slow; far below the lowest order [Hz].
+
+    Returns
+    -------
+    array, shape (n_line, n_channel)
+        [unit of the record].
+
+    Raises
+    ------
+    InputError
+        A speed that the run does not pass or the record does not hold.
+
+    Notes
+    -----
+    The Vold-Kalman filter at order 0, two poles: what oscillates at f passes by
+    ``1/(1 + 0.41 (2f/bandwidth)⁴)``.
+    """
+    speeds, time = _lines(shaft, rpm)
+    samples, values, rate = _cut(record, shaft, SAMPLES_PER_PERIOD * bandwidth)
+    _refuse_lines_outside(shaft, speeds, time, samples, "its line")
+    slow = vold_kalman(values, np.zeros((samples.size, 1)), rate, bandwidth)[:, 0].real
+    return np.asarray(CubicSpline(samples, slow)(time))
+
+
+def _widths(orders: Sequence[float], bandwidth: npt.ArrayLike) -> RealArray:
+    if len(orders) == 0 or min(orders) <= 0:
+        raise InputError(f"orders {list(orders)} are not positive: give cycles per revolution")
+    widths = np.asarray(bandwidth, dtype=float)
+    if widths.shape not in {(), (len(orders),)} or not np.all(widths > 0):
+        raise InputError(
+            f"bandwidths {widths.tolist()} Hz for {len(orders)} orders: give one above 0 Hz, or "
+            "one for each order"
+        )
+    return np.broadcast_to(widths, len(orders))
+
+
+def _lines(shaft: ShaftAngle, rpm: npt.ArrayLike) -> tuple[RealArray, RealArray]:
+    speeds = np.asarray(rpm, dtype=float)
+    if speeds.ndim != 1 or speeds.size == 0 or np.any(np.diff(speeds) <= 0):
+        raise InputError("the speeds of an order spectrum must be a list that increases")
+    return speeds, shaft.time_at(speeds)
+
+
+def _prepared(
+    record: TimeRecord, shaft: ShaftAngle, highest_order: float, bandwidth: float
+) -> tuple[RealArray, RealArray, float]:
+    """Cut the record for the orders up to the highest one, at the highest speed."""
+    highest = float(frequency_of_order(shaft.rpm_range()[1], highest_order))
+    return _cut(record, shaft, highest + bandwidth)
+
+
+def _cut(
+    record: TimeRecord, shaft: ShaftAngle, highest: float
+) -> tuple[RealArray, RealArray, float]:
+    """Lower the rate and cut to where the shaft is known; times, values and rate."""
+    values, rate = lower_rate(record.values, record.rate, highest)
+    times = record.start + np.arange(len(values)) / rate
+    known = (times >= shaft.begin) & (times <= shaft.end)
+    if np.count_nonzero(known) < 2:
+        raise InputError(
+            f"the record, {times[0]:.3f} to {times[-1]:.3f} s, and the tacho, {shaft.begin:.3f} to "
+            f"{shaft.end:.3f} s, do not overlap"
+        )
+    return times[known], values[known], rate
+
+
+def _refuse_lines_outside(
+    shaft: ShaftAngle, rpm: RealArray, time: RealArray, possible: RealArray, needed: str
+) -> None:
+    if possible.size == 0:
+        raise InputError(f"the record is shorter than {needed}")
+    outside = (time < possible[0]) | (time > possible[-1])
+    if outside.any():
+        low, high = np.sort(shaft.rpm(possible[[0, -1]]))
+        raise InputError(
+            f"the record does not hold {needed} about {rpm[outside][0]:g} 1/min: lines from "
+            f"{low:.1f} to {high:.1f} 1/min are possible"
+        )
+
+
+def _spectrum(
+    record: TimeRecord, order: float, rpm: RealArray, amplitudes: ComplexArray
+) -> Spectrum:
+    return Spectrum(frequency_of_order(rpm, order), amplitudes, record.channels, record.unit)
+
+
+STATIC_BANDWIDTH = 1.0
+"""Of what counts as quasi-static: an order above 4 Hz passes by less than 1 % [Hz]."""
+
+BESIDE = 0.25
+"""A four-stroke engine has half orders alone: a quarter order beside one there is none."""
+
+
+class OrderTracking(Enum):
+    """How an order is taken out of a time record."""
+
+    VOLD_KALMAN = "vold-kalman"
+    RESAMPLING = "resampling"
+
+
+@dataclass(frozen=True)
+class TrackingOptions:
+    """How a run over time is tracked.
+
+    Parameters
+    ----------
+    method : OrderTracking
+        Vold-Kalman filter, or angular resampling with a Hann window.
+    bandwidth : float
+        Of the Vold-Kalman filter, full half-power width [Hz].
+    revolutions : float
+        Length of the Hann window [rev]; a multiple of 4 separates half orders.
+    other_orders : tuple of float or None
+        Strong orders that the filter solves together with the dominant one [1]; by default 0.5,
+        twice and four times the dominant order.
+    lowest_rpm, highest_rpm : float or None
+        Range of the lines [1/min]; by default all that the record holds with a settled filter.
+    rpm_step : float
+        Between the lines [1/min].
+
+    Raises
+    ------
+    InputError
+        A width, window, step or order that is not positive, or an empty range.
+    """
+
+    method: OrderTracking = OrderTracking.VOLD_KALMAN
+    bandwidth: float = 3.0
+    revolutions: float = 12.0
+    other_orders: tuple[float, ...] | None = None
+    lowest_rpm: float | None = None
+    highest_rpm: float | None = None
+    rpm_step: float = 10.0
+
+    def __post_init__(self) -> None:
+        for name in ("bandwidth", "revolutions", "rpm_step"):
+            if not getattr(self, name) > 0:
+                raise InputError(
+                    f"order tracking: {name.replace('_', ' ')} {getattr(self, name):g} is not "
+                    "positive"
+                )
+        if self.other_orders is not None and min(self.other_orders, default=1.0) <= 0:
+            raise InputError(f"order tracking: orders {list(self.other_orders)} are not positive")
+        low, high = self.lowest_rpm, self.highest_rpm
+        if low is not None and high is not None and not low < high:
+            raise InputError(f"order tracking: no engine speed lies between {low:g} and {high:g}")
+
+
+DEFAULT_TRACKING = TrackingOptions()
+
+
+@dataclass(frozen=True, eq=False)
+class TrackedRun:
+    """An operating run that was a run over time, and how far its spectra may be believed.
+
+    Parameters
+    ----------
+    run : OperatingRun
+        Spectra of the dominant order, engine torque and static force over its lines.
+    order : OrderSpectrum
+        Of the accelerations: lines, bandwidth, smear.
+    shaft : ShaftAngle
+        From the repaired tacho.
+    acceleration_beside, force_beside : float
+        Amplitude that shows a quarter order beside the dominant one, where a four-stroke engine has
+        none, relative to the dominant one (rms over lines, median over channels) [1]: what noise
+        and neighbours pretend.
+    """
+
+    run: OperatingRun
+    order: OrderSpectrum
+    shaft: ShaftAngle
+    acceleration_beside: float
+    force_beside: float
+
+    def report(self) -> tuple[str, ...]:
+        """Lines, resolution and uncertainty in words."""
+        spectrum, frequency = self.order, self.run.frequency
+        sweep = np.abs(spectrum.sweep_rate)
+        lines = [
+            f"{frequency.size} lines of order {spectrum.order:g}, {spectrum.rpm[0]:g} to "
+            f"{spectrum.rpm[-1]:g} 1/min ({frequency[0]:g} to {frequency[-1]:g} Hz)",
+            f"{self.shaft.pulses.report()}; jitter {np.rad2deg(self.shaft.jitter):.2g}°",
+            f"bandwidth {spectrum.bandwidth.max():.3g} Hz; at up to {sweep.max():.2g} Hz/s it "
+            f"smears what is finer than {spectrum.smear.max():.2g} Hz",
+            f"noise and neighbouring orders: {100 * self.acceleration_beside:.2g} % of the "
+            f"acceleration, {100 * self.force_beside:.2g} % of the force (rms, median channel)",
+        ]
+        unsettled = int(np.count_nonzero(~spectrum.settled))
+        if unsettled:
+            lines.append(
+                f"{unsettled} lines lie so near the ends of the record that the filter saw one "
+                "side only: narrow the range to leave them out"
+            )
+        return tuple(lines)
+
+
+def tracked_run(
+    time_run: TimeRun, options: TrackingOptions = DEFAULT_TRACKING, name: str | None = None
+) -> TrackedRun:
+    """Make an operating run of a run over time.
+
+    Parameters
+    ----------
+    time_run : TimeRun
+        Channels, tacho, torque and static forces over time.
+    options : TrackingOptions
+        How.
+    name : str, optional
+        Of the operating run; that of the time run if left out.
+
+    Returns
+    -------
+    TrackedRun
+
+    Raises
+    ------
+    InputError
+        A tacho that cannot be repaired, a speed outside of the run, a record too short or sampled
+        too slowly.
+
+    Notes
+    -----
+    Phases refer to the first pulse of the tacho, as those of all channels of the run do. A dynamic
+    stiffness does not depend on which pulse that is.
+    """
+    try:
+        return _tracked(time_run, options, time_run.name if name is None else name)
+    except InputError as error:
+        raise InputError(f"time run {time_run.name}: {error}") from None
+
+
+def _tracked(time_run: TimeRun, options: TrackingOptions, name: str) -> TrackedRun:
+    rate = time_run.sample_rate
+    shaft = shaft_angle(
+        repair_pulses(pulse_times(time_run.tacho, rate), time_run.pulses_per_revolution)
+    )
+    rpm = _lines_2(shaft, options)
+    acceleration = TimeRecord(time_run.acceleration, rate, time_run.acceleration_channels, "m/s^2")
+    force = TimeRecord(time_run.cell_force, rate, time_run.cell_force_channels, "N")
+    of_motion, beside_motion = _spectra(acceleration, shaft, time_run.order, rpm, options)
+    of_force, beside_force = _spectra(force, shaft, time_run.order, rpm, options)
+    slow = TimeRecord(
+        np.column_stack([time_run.engine_torque, time_run.static_force]),
+        rate,
+        ("engine torque", *time_run.static_force_names),
+        "1",
+    )
+    torque, *static = quasi_static(slow, shaft, rpm, bandwidth=STATIC_BANDWIDTH).T
+    run = OperatingRun(
+        name=name,
+        mount_set=time_run.mount_set,
+        gear=time_run.gear,
+        total_ratio=time_run.total_ratio,
+        full_load=time_run.full_load,
+        torque_limit=time_run.torque_limit,
+        rising=time_run.rising,
+        order=time_run.order,
+        engine_torque=torque,
+        acceleration=of_motion.spectrum,
+        cell_force=of_force.spectrum,
+        static_force=np.reshape(static, (len(static), rpm.size)).T,
+        static_force_names=time_run.static_force_names,
+    )
+    return TrackedRun(
+        run,
+        of_motion,
+        shaft,
+        _share(beside_motion, of_motion),
+        _share(beside_force, of_force),
+    )
+
+
+def _lines_2(shaft: ShaftAngle, options: TrackingOptions) -> RealArray:
+    """Speeds at multiples of the step, within the range asked for or that the filter settles in."""
+    step = options.rpm_step
+    if options.method is OrderTracking.VOLD_KALMAN:
+        ends = np.array([shaft.begin + 1 / options.bandwidth, shaft.end - 1 / options.bandwidth])
+    else:
+        turned = shaft.angle([shaft.begin, shaft.end]) / (2 * np.pi)
+        # half a window, and one revolution for the ends of the resampling
+        reach = options.revolutions / 2 + 1
+        times = np.linspace(shaft.begin, shaft.end, 1000)
+        ends = np.interp(
+            [turned[0] + reach, turned[1] - reach], shaft.angle(times) / (2 * np.pi), times
+        )
+    if not ends[0] < ends[1]:
+        raise InputError(
+            f"its {shaft.end - shaft.begin:.2f} s are too short for the filter: take a larger "
+            "bandwidth, fewer revolutions, or measure for longer"
+        )
+    # an uneven speed may lie beyond that of the first or the last pulse for a while
+    low, high = np.clip(np.sort(shaft.rpm(ends)), *np.sort(shaft.rpm([shaft.begin, shaft.end])))
+    low = low if options.lowest_rpm is None else options.lowest_rpm
+    high = high if options.highest_rpm is None else options.highest_rpm
+    first, last = np.ceil(low / step - 1e-9), np.floor(high / step + 1e-9)
+    if last <= first:
+        raise InputError(
+            f"fewer than two lines lie between {low:.1f} and {high:.1f} 1/min in steps of "
+            f"{step:g}: take a smaller step, or a wider range"
+        )
+    return np.asarray(step * np.arange(first, last + 1))
+
+
+def _spectra(
+    record: TimeRecord,
+    shaft: ShaftAngle,
+    order: float,
+    rpm: RealArray,
+    options: TrackingOptions,
+) -> tuple[OrderSpectrum, OrderSpectrum]:
+    """Spectrum of the order, and of what shows beside it."""
+    beside = order + BESIDE
+    if options.method is OrderTracking.RESAMPLING:
+        found, empty = (
+            computed_order_spectrum(record, shaft, q, rpm, revolutions=options.revolutions)
+            for q in (order, beside)
+        )
+        return found, empty
+    others = options.other_orders
+    if others is None:
+        others = (0.5, 2 * order, 4 * order)
+    rest: Sequence[float] = [q for q in dict.fromkeys(others) if q not in (order, beside)]
+    found, *_, empty = vold_kalman_spectra(
+        record, shaft, (order, *rest, beside), rpm, bandwidth=options.bandwidth
+    )
+    return found, empty
+
+
+def _share(beside: OrderSpectrum, order: OrderSpectrum) -> float:
+    """Rms of one order over that of another, median over the channels that show anything."""
+    rms = [np.sqrt(np.mean(np.abs(s.spectrum.values) ** 2, axis=0)) for s in (beside, order)]
+    alive = rms[1] > 0
+    return float(np.median(rms[0][alive] / rms[1][alive])) if alive.any() else 0.0
+
+
+LINE_STEP = 1.0
+"""Between the lines [Hz]."""
+BANDWIDTH = 3.0
+"""Of the Vold-Kalman filter, full half-power width [Hz]."""
+OTHER_ORDERS = (2.0, 3.0)
+"""Solved together with the first: pulsation of the gas."""
+BESIDE_3 = 1.5
+"""A rotor and what it pumps have whole orders: what shows here is noise."""
+
+
+@dataclass(frozen=True, eq=False)
+class TrackedSweep:
+    """First order of several records of one run-up.
+
+    Parameters
+    ----------
+    spectra : tuple of Spectrum
+        One per record, on common lines of the rotational frequency; phase from the pulse.
+    noise : tuple of array, each of shape (n_channel,)
+        Standard deviation of the real and of the imaginary part: what the filter lets through at
+        order 1.5, where there is nothing [unit of the record].
+    """
+
+    spectra: tuple[Spectrum, ...]
+    noise: tuple[RealArray, ...]
+
+
+def tracked_sweep(tacho: RealArray, records: Sequence[TimeRecord]) -> TrackedSweep:
+    """Track the first order of a run-up or run-down with one tacho pulse per revolution.
+
+    Parameters
+    ----------
+    tacho : array, shape (n_sample,)
+        On the samples of the records; the rising edge marks the angle.
+    records : sequence of TimeRecord
+        Of one rate.
+
+    Returns
+    -------
+    TrackedSweep
+        Lines at whole multiples of `LINE_STEP` where the filter has settled.
+
+    Raises
+    ------
+    InputError
+        A tacho without pulses or that cannot be repaired, a record too short or sampled too slowly.
+
+    Notes
+    -----
+    Vold-Kalman filter of two poles. With one pulse per revolution it does not matter for the phase
+    of a whole order which pulse is the first; with several it would.
+
+    Valid for slow runs: within the filter's third of a second the speed must change by less than a
+    resonance is wide, and lines that are passed within it share their noise. 1 Hz/s is slow.
+    """
+    rate = records[0].rate
+    shaft = shaft_angle(repair_pulses(pulse_times(tacho, rate), 1))
+    rpm = 60.0 * _lines_3(shaft)
+    found = [
+        vold_kalman_spectra(record, shaft, (1.0, *OTHER_ORDERS, BESIDE_3), rpm, bandwidth=BANDWIDTH)
+        for record in records
+    ]
+    return TrackedSweep(
+        tuple(first.spectrum for first, *_ in found),
+        tuple(
+            np.sqrt(np.mean(np.abs(beside.spectrum.values) ** 2, axis=0) / 2)
+            for *_, beside in found
+        ),
+    )
+
+
+def _lines_3(shaft: ShaftAngle) -> RealArray:
+    """Within what the filter has settled in, and that the run passes."""
+    ends = np.array([shaft.begin + 1 / BANDWIDTH, shaft.end - 1 / BANDWIDTH])
+    if not ends[0] < ends[1]:
+        raise InputError(
+            f"its {shaft.end - shaft.begin:.2f} s are too short for a filter of {BANDWIDTH:g} Hz: "
+            "measure for longer"
+        )
+    low, high = np.sort(shaft.rpm(ends)) / 60.0
+    first, last = np.ceil(low / LINE_STEP - 1e-9), np.floor(high / LINE_STEP + 1e-9)
+    if last <= first:
+        raise InputError(
+            f"it runs from {60 * low:.0f} to {60 * high:.0f} 1/min, which holds fewer than two "
+            f"lines of {LINE_STEP:g} Hz: run up further"
+        )
+    return np.asarray(LINE_STEP * np.arange(first, last + 1))

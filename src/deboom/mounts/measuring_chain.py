@@ -1,0 +1,706 @@
+"""Measuring chains: sensors and cells of one body, their tolerances, and what they recorded."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, fields, replace
+from enum import Enum
+
+import numpy as np
+import numpy.typing as npt
+from scipy.linalg import block_diag
+
+from deboom.arrays import ComplexArray, RealArray
+from deboom.errors import InputError
+from deboom.measurement.campaign import AXES, Campaign, OperatingRun
+from deboom.measurement.channels import Spectrum
+from deboom.measurement.force_transfer import ForceTransferMatrix, force_transfer_matrix
+from deboom.measurement.sensors import SENSOR_AXES, Sensor, SensorKind, Tolerances
+from deboom.measurement.virtual_point import sensor_geometry, virtual_point
+from deboom.mounts.piecewise_cubic import freeze
+from deboom.physics.rigid_body import forward_matrices, skew
+
+POWERTRAIN = "powertrain"
+
+
+@dataclass(frozen=True, eq=False)
+class MountPoint:
+    """Where one mount, or one piece of it, holds a body.
+
+    Parameters
+    ----------
+    mount, piece : str
+        Which; the piece of a single one is ``""``.
+    position : array, shape (3,)
+        Virtual point, from the powertrain's centre of gravity [m].
+    axes : tuple of str
+        Directions that are characterised here.
+    cells : tuple of Sensor
+        That carry its force together.
+    force_matrix : array, shape (3, 3 n_cell)
+        Cell channels → force at the virtual point [1].
+    calibrated : bool
+        Whether a shaker at the virtual point calibrated the cells.
+    transfer_scatter : array, shape (3, 3)
+        Standard deviation of the calibration over frequency and repeats, relative to it [1].
+    """
+
+    mount: str
+    piece: str
+    position: RealArray
+    axes: tuple[str, ...]
+    cells: tuple[Sensor, ...]
+    force_matrix: RealArray
+    calibrated: bool
+    transfer_scatter: RealArray
+
+    def __post_init__(self) -> None:
+        freeze(self, "position", "force_matrix", "transfer_scatter")
+
+    @property
+    def name(self) -> str:
+        """``<mount> [<piece>]``."""
+        return " ".join(filter(None, (self.mount, self.piece)))
+
+    @property
+    def cell_channels(self) -> tuple[str, ...]:
+        """Three per cell."""
+        return tuple(channel for cell in self.cells for channel in cell.channels)
+
+
+@dataclass(frozen=True, eq=False)
+class InstrumentedBody:
+    """A body, the accelerometers on it, and the points at which mounts hold it.
+
+    Parameters
+    ----------
+    name : str
+        ``powertrain``, or the piece of a mount that carries a body of its own, as ``Du left``.
+    accelerometers : tuple of Sensor
+        On the body.
+    channels : tuple of str
+        Their channels in use.
+    forward : array, shape (n_channel, n_motion)
+        Motion of the body → channels. Six motions; the three translations of a body with a single
+        sensor, which is taken to move as its mount does [1, m].
+    points : tuple of MountPoint
+        Its mounts.
+    """
+
+    name: str
+    accelerometers: tuple[Sensor, ...]
+    channels: tuple[str, ...]
+    forward: RealArray
+    points: tuple[MountPoint, ...]
+
+    def __post_init__(self) -> None:
+        freeze(self, "forward")
+
+    @property
+    def is_rigid_body(self) -> bool:
+        """Whether all six motions are measured."""
+        return len(self.forward.T) == 6
+
+    @property
+    def channel_rows(self) -> tuple[int, ...]:
+        """Place of each channel in use among the three of every accelerometer."""
+        all_channels = [name for sensor in self.accelerometers for name in sensor.channels]
+        return tuple(all_channels.index(name) for name in self.channels)
+
+    @property
+    def at_points(self) -> RealArray:
+        """Motion of the body → motion of its points, x y z each, shape (3 n_point, n_motion)."""
+        if not self.is_rigid_body:
+            return np.eye(3)
+        return forward_matrices([point.position for point in self.points])
+
+    @property
+    def cell_channels(self) -> tuple[str, ...]:
+        """Of all points."""
+        return tuple(channel for point in self.points for channel in point.cell_channels)
+
+    @property
+    def force_matrix(self) -> RealArray:
+        """Cell channels → force at the points, x y z each, shape (3 n_point, n_cell_channel)."""
+        return np.asarray(block_diag(*[point.force_matrix for point in self.points]))
+
+    @property
+    def directions(self) -> tuple[str, ...]:
+        """``<mount> [<piece>] <axis>`` of all rows of `at_points`."""
+        return tuple(f"{point.name} {axis}" for point in self.points for axis in AXES)
+
+
+def instrumented_bodies(campaign: Campaign) -> tuple[InstrumentedBody, ...]:
+    """Sort a campaign's sensors and mounts by the bodies that they belong to.
+
+    Parameters
+    ----------
+    campaign : Campaign
+        Its position sheet, mounts and shaker runs.
+
+    Returns
+    -------
+    tuple of InstrumentedBody
+        The powertrain, then each piece of every mount that carries a body of its own.
+
+    Raises
+    ------
+    InputError
+        Accelerometers that do not determine the motion of their body, a mount without cells, cell
+        channels that are switched off, or shaker runs that do not determine the force.
+    """
+    powertrain = [m for m in campaign.mounts if m.name in campaign.powertrain_mounts]
+    bodies = []
+    if powertrain:
+        points = tuple(
+            _mount_point(campaign, mount.name, piece, np.array(position), AXES)
+            for mount in powertrain
+            for piece, position in zip(mount.pieces, mount.positions, strict=True)
+        )
+        bodies.append(_rigid_body(campaign, points))
+    for mount in campaign.mounts:
+        if mount.name in campaign.powertrain_mounts:
+            continue
+        for piece, position in zip(mount.pieces, mount.positions, strict=True):
+            point = _mount_point(
+                campaign, mount.name, piece, np.array(position), mount.transfer_axes
+            )
+            bodies.append(_single_sensor_body(campaign, point))
+    return tuple(bodies)
+
+
+def _rigid_body(campaign: Campaign, points: tuple[MountPoint, ...]) -> InstrumentedBody:
+    sensors = campaign.sensors_of(SensorKind.ACCELEROMETER, campaign.powertrain_mounts)
+    geometry = sensor_geometry(sensors, switched_off=_of(campaign.switched_off, sensors))
+    point = virtual_point(geometry)
+    return InstrumentedBody(POWERTRAIN, sensors, point.channels, point.forward, points)
+
+
+def _single_sensor_body(campaign: Campaign, point: MountPoint) -> InstrumentedBody:
+    sensors = campaign.sensors_of(SensorKind.ACCELEROMETER, (point.mount,), point.piece)
+    off = _of(campaign.switched_off, sensors)
+    if len(sensors) != 1 or off:
+        raise InputError(
+            f"campaign {campaign.name}: {point.name} carries a body of its own and needs one "
+            f"accelerometer with three channels; it has {[sensor.name for sensor in sensors]}, "
+            f"switched off are {off}"
+        )
+    sensor = sensors[0]
+    return InstrumentedBody(point.name, sensors, sensor.channels, sensor.orientation.T, (point,))
+
+
+def _mount_point(
+    campaign: Campaign, mount: str, piece: str, position: RealArray, axes: tuple[str, ...]
+) -> MountPoint:
+    cells = campaign.sensors_of(SensorKind.FORCE_CELL, (mount,), piece)
+    owner = " ".join(filter(None, (f"campaign {campaign.name}: mount {mount}", piece)))
+    if not cells:
+        raise InputError(f"{owner} has no force cell: its stiffness cannot be measured")
+    off = _of(campaign.switched_off, cells)
+    if off:
+        raise InputError(
+            f"{owner}: the cell channels {off} are switched off, but the cells carry the force "
+            "together: repair them, or leave the mount out of the campaign"
+        )
+    summed = np.hstack([cell.orientation for cell in cells])
+    if not any((run.mount, run.piece) == (mount, piece) for run in campaign.shaker_runs):
+        return MountPoint(mount, piece, position, axes, cells, summed, False, np.zeros((3, 3)))
+    transfer = force_transfer_matrix(campaign.shaker_runs, cells, mount, piece)
+    force_matrix = np.asarray(np.linalg.solve(transfer.matrix.real, summed), dtype=float)
+    scatter = _transfer_scatter(transfer)
+    return MountPoint(mount, piece, position, axes, cells, force_matrix, True, scatter)
+
+
+def _of(switched_off: tuple[str, ...], sensors: tuple[Sensor, ...]) -> list[str]:
+    own = {f"{sensor.name} {axis}" for sensor in sensors for axis in SENSOR_AXES}
+    return [name for name in switched_off if name in own]
+
+
+def _transfer_scatter(transfer: ForceTransferMatrix) -> RealArray:
+    """Systematic part of what a force transfer matrix does over frequency and repeats.
+
+    Notes
+    -----
+    A parabola over frequency keeps the smooth part (the bench gives way) and leaves the noise of
+    single lines, which is no error of the mean.
+    """
+    matrix = transfer.matrix.real
+    relative = np.linalg.solve(matrix, transfer.response).reshape(transfer.frequency.size, -1)
+    lines = transfer.frequency / transfer.frequency[-1]
+    terms = np.vander(lines, min(3, lines.size))
+    smooth = terms @ np.linalg.lstsq(terms, relative, rcond=None)[0]
+    deviation = smooth.reshape(-1, 3, 3) - np.eye(3)
+    variance = np.mean(np.abs(deviation) ** 2, axis=0) + transfer.drift**2
+    return np.asarray(np.sqrt(variance), dtype=float)
+
+
+class ErrorSource(Enum):
+    """What may be wrong with a measuring chain."""
+
+    SENSOR_POSITION = "sensor position"
+    SENSOR_ANGLE = "sensor angle"
+    SENSOR_GAIN = "sensor gain"
+    SENSOR_CROSS_AXIS = "sensor cross-axis sensitivity"
+    SHAKER_ANGLE = "shaker angle"
+    SHAKER_GAIN = "shaker gain"
+    CELL_GAIN = "cell gain"
+
+
+@dataclass(frozen=True, eq=False)
+class Alignment:
+    """Parameters that say how the measuring chain of a body differs from its position sheet.
+
+    Parameters
+    ----------
+    body : InstrumentedBody
+        As the position sheet has it.
+    names : tuple of str
+        One per parameter, for messages.
+    sources : tuple of ErrorSource
+        One per parameter.
+    tolerance : array, shape (n,)
+        Standard deviation of each parameter about 0 [1, m or rad].
+    forward_change : array, shape (n, n_channel, n_motion)
+        Change of the forward matrix of the accelerometers per parameter.
+    force_change : array, shape (n, 3 n_point, n_cell_channel)
+        Change of the force matrix per parameter.
+
+    Notes
+    -----
+    Linear in the parameters, which are small: half a degree leaves a rest of 4e-5.
+    """
+
+    body: InstrumentedBody
+    names: tuple[str, ...]
+    sources: tuple[ErrorSource, ...]
+    tolerance: RealArray
+    forward_change: RealArray
+    force_change: RealArray
+
+    def __post_init__(self) -> None:
+        freeze(self, "tolerance", "forward_change", "force_change")
+
+    def forward(self, parameters: npt.ArrayLike) -> RealArray:
+        """Motion of the body → channels, for parameters (..., n): (..., n_channel, n_motion)."""
+        return self.body.forward + np.tensordot(np.asarray(parameters), self.forward_change, 1)
+
+    def motion_matrix(self, parameters: npt.ArrayLike) -> RealArray:
+        """Channels → motion of the points by least squares, (..., 3 n_point, n_channel)."""
+        orthonormal, triangle = np.linalg.qr(self.forward(parameters))
+        inverse = np.linalg.solve(triangle, np.swapaxes(orthonormal, -1, -2))
+        return np.asarray(self.body.at_points @ inverse)
+
+    def force_matrix(self, parameters: npt.ArrayLike) -> RealArray:
+        """Cell channels → force at the points, (..., 3 n_point, n_cell_channel)."""
+        change = np.tensordot(np.asarray(parameters), self.force_change, 1)
+        return np.asarray(self.body.force_matrix + change)
+
+
+def alignment(body: InstrumentedBody, tolerances: Tolerances) -> Alignment:
+    """List what may be wrong with a body's accelerometers, cells and their calibration.
+
+    Parameters
+    ----------
+    body : InstrumentedBody
+        With its sensors.
+    tolerances : Tolerances
+        How large each error usually is.
+
+    Notes
+    -----
+    Channel c of a sensor with the rows ``B = Rᵀ [I, r̃ᵀ]`` truly reads ``B_c``, changed by its gain
+    ``γ B_c``, by cross-axis sensitivity ``κ B_c'``, by a turn ``-(θ̃ B)_c`` about the sensor's own
+    axes and by an offset ``(Rᵀ [0, δ̃ᵀ])_c``. A shaker that pushes along ``e_a + θ × e_a`` with
+    ``1/(1+γ)`` of the force it states makes the force at the virtual point ``P FTM⁻¹ F`` with these
+    vectors as the columns of P.
+    """
+    n_motion = body.forward.shape[1]
+    rows = list(body.channel_rows)
+    n_full, n_force = 3 * len(body.accelerometers), body.force_matrix.shape
+    names: list[str] = []
+    sources: list[ErrorSource] = []
+    tolerance: list[float] = []
+    forward_change: list[RealArray] = []
+    force_change: list[RealArray] = []
+
+    def add(
+        name: str,
+        source: ErrorSource,
+        deviation: float,
+        forward: RealArray | None = None,
+        force: RealArray | None = None,
+    ) -> None:
+        names.append(name)
+        sources.append(source)
+        tolerance.append(deviation)
+        forward_change.append(np.zeros((n_full, n_motion)) if forward is None else forward)
+        force_change.append(np.zeros(n_force) if force is None else force)
+
+    for place, sensor in enumerate(body.accelerometers):
+        lever = -skew(sensor.position) if body.is_rigid_body else np.zeros((3, 0))
+        sees = sensor.orientation.T @ np.hstack([np.eye(3), lever])
+        block = slice(3 * place, 3 * place + 3)
+
+        def at_sensor(change: RealArray, block: slice = block) -> RealArray:
+            matrix = np.zeros((n_full, n_motion))
+            matrix[block] = change
+            return matrix
+
+        for channel, name in enumerate(sensor.channels):
+            for axis in range(3):
+                change = np.zeros((3, n_motion))
+                change[channel] = sees[axis]
+                if axis == channel:
+                    source, deviation = ErrorSource.SENSOR_GAIN, tolerances.sensor_gain
+                    what = f"{source.value} of channel {name}"
+                else:
+                    source = ErrorSource.SENSOR_CROSS_AXIS
+                    deviation = tolerances.sensor_cross_axis
+                    what = f"{source.value} of channel {name} to {'xyz'[axis]}"
+                add(what, source, deviation, forward=at_sensor(change))
+        for axis, unit in enumerate(np.eye(3)):
+            add(
+                f"angle of sensor {sensor.name} about its {'xyz'[axis]}",
+                ErrorSource.SENSOR_ANGLE,
+                tolerances.sensor_angle,
+                forward=at_sensor(-skew(unit) @ sees),
+            )
+            if body.is_rigid_body:
+                shifted = sensor.orientation.T @ np.hstack([np.zeros((3, 3)), -skew(unit)])
+                add(
+                    f"position of sensor {sensor.name} along {'xyz'[axis]}",
+                    ErrorSource.SENSOR_POSITION,
+                    tolerances.sensor_position,
+                    forward=at_sensor(shifted),
+                )
+    first_cell = 0
+    for place, point in enumerate(body.points):
+        columns = slice(first_cell, first_cell + 3 * len(point.cells))
+        first_cell = columns.stop
+        for name, source, deviation, change in _force_errors(point, tolerances):
+            matrix = np.zeros(n_force)
+            matrix[3 * place : 3 * place + 3, columns] = change
+            add(name, source, deviation, force=matrix)
+    return Alignment(
+        body=body,
+        names=tuple(names),
+        sources=tuple(sources),
+        tolerance=np.array(tolerance),
+        forward_change=np.array(forward_change)[:, rows],
+        force_change=np.array(force_change),
+    )
+
+
+def _force_errors(
+    point: MountPoint, tolerances: Tolerances
+) -> list[tuple[str, ErrorSource, float, RealArray]]:
+    errors: list[tuple[str, ErrorSource, float, RealArray]] = []
+    if not point.calibrated:
+        for column, name in enumerate(point.cell_channels):
+            change = np.zeros_like(point.force_matrix)
+            change[:, column] = -point.force_matrix[:, column]
+            what = f"gain of cell channel {name}"
+            errors.append((what, ErrorSource.CELL_GAIN, tolerances.cell_gain, change))
+        return errors
+    for pushed in range(3):
+        for felt in range(3):
+            change = np.zeros_like(point.force_matrix)
+            change[felt] = point.force_matrix[pushed]
+            # the mean of a matrix that is not quite constant stands for every line
+            scatter = point.transfer_scatter[felt, pushed]
+            if felt == pushed:
+                what = f"force of the shaker at {point.name} along {'xyz'[pushed]}"
+                deviation = np.hypot(tolerances.shaker_gain, scatter)
+                errors.append((what, ErrorSource.SHAKER_GAIN, deviation, change))
+            else:
+                what = (
+                    f"angle of the shaker at {point.name} along {'xyz'[pushed]} towards "
+                    f"{'xyz'[felt]}"
+                )
+                deviation = np.hypot(tolerances.shaker_angle, scatter)
+                errors.append((what, ErrorSource.SHAKER_ANGLE, deviation, change))
+    return errors
+
+
+@dataclass(frozen=True, eq=False)
+class AlignmentEstimate:
+    """A normal distribution of the parameters of a measuring chain.
+
+    Parameters
+    ----------
+    alignment : Alignment
+        Whose n parameters.
+    mean : array, shape (n,)
+        Best values.
+    covariance : array, shape (n, n)
+        About them.
+    misfit : tuple of (str, float)
+        Reduced χ² of each group of equations that they follow from; empty for stated tolerances.
+    """
+
+    alignment: Alignment
+    mean: RealArray
+    covariance: RealArray
+    misfit: tuple[tuple[str, float], ...] = ()
+
+    def __post_init__(self) -> None:
+        freeze(self, "mean", "covariance")
+
+    @property
+    def motion_matrix(self) -> RealArray:
+        """Channels → motion of the points, with the best values, (3 n_point, n_channel)."""
+        return self.alignment.motion_matrix(self.mean)
+
+    @property
+    def force_matrix(self) -> RealArray:
+        """Cell channels → force at the points, with the best values."""
+        return self.alignment.force_matrix(self.mean)
+
+    def draw(self, n_draws: int, generator: np.random.Generator) -> RealArray:
+        """Draw parameters, shape (n_draws, n)."""
+        values, vectors = np.linalg.eigh(self.covariance)
+        factor = vectors * np.sqrt(np.maximum(values, 0.0))
+        normals = generator.standard_normal((n_draws, self.mean.size))
+        return np.asarray(self.mean + normals @ factor.T)
+
+
+def stated_alignment(alignment: Alignment) -> AlignmentEstimate:
+    """Take a chain as its position sheet states it, within the tolerances."""
+    return AlignmentEstimate(
+        alignment=alignment,
+        mean=np.zeros_like(alignment.tolerance),
+        covariance=np.diag(alignment.tolerance**2),
+    )
+
+
+DEAD = 1e-3
+"""A channel below this share of the median of its neighbours, over all lines, is dead [1]."""
+
+
+@dataclass(frozen=True, eq=False)
+class BodyRecord:
+    """Lines of several operating runs of one body, one below the other.
+
+    Parameters
+    ----------
+    run : array of str, shape (n,)
+        Name of the run of each line.
+    load_case : array of int, shape (n,)
+        Lines of repeated runs (same gear, torque limit, kind and direction) share a number.
+    frequency : array, shape (n,)
+        [Hz].
+    wheel_torque : array, shape (n,)
+        [N m].
+    wheel_torque_noise : array, shape (n,)
+        Standard deviation of the reading [N m].
+    static_force : array, shape (n, 3 n_point)
+        Per direction of the body; nan where it was not measured [N].
+    acceleration, acceleration_noise : array, shape (n, n_channel)
+        Complex peak, and standard deviation of its noise by the stated tolerances [m/s²].
+    cell_force, cell_noise : array, shape (n, n_cell_channel)
+        The same of the cells [N].
+    """
+
+    run: npt.NDArray[np.str_]
+    load_case: npt.NDArray[np.int64]
+    frequency: RealArray
+    wheel_torque: RealArray
+    wheel_torque_noise: RealArray
+    static_force: RealArray
+    acceleration: ComplexArray
+    acceleration_noise: RealArray
+    cell_force: ComplexArray
+    cell_noise: RealArray
+
+    def __len__(self) -> int:
+        return self.frequency.size
+
+    @property
+    def squared_omega(self) -> RealArray:
+        """``ω²`` of each line, shape (n,) [1/s²]."""
+        return (2 * np.pi * self.frequency) ** 2
+
+    def part(self, rows: slice | npt.NDArray[np.intp] | npt.NDArray[np.bool_]) -> BodyRecord:
+        """Return some of the lines."""
+        names = [field.name for field in fields(self)]
+        return replace(self, **{name: getattr(self, name)[rows] for name in names})
+
+    def repeated_lines(self) -> list[npt.NDArray[np.intp]]:
+        """Lines of equal load case and frequency: one array (n, n_repeat) per number of repeats."""
+        cases = np.column_stack([self.load_case, self.frequency])
+        _, group, count = np.unique(cases, axis=0, return_inverse=True, return_counts=True)
+        rows = np.argsort(group, kind="stable")
+        repeats = count[group[rows]]
+        return [rows[repeats == n].reshape(-1, n) for n in np.unique(count)]
+
+    def mean_over_repeats(self) -> BodyRecord:
+        """Average repeated lines; one line per load case and frequency, in their order."""
+        lines = self.repeated_lines()
+        mean = self.part(np.concatenate([repeats[:, 0] for repeats in lines]))
+        averaged = {}
+        for name in ("wheel_torque", "static_force", "acceleration", "cell_force"):
+            averaged[name] = np.concatenate([getattr(self, name)[r].mean(axis=1) for r in lines])
+        for name in ("wheel_torque_noise", "acceleration_noise", "cell_noise"):
+            noise = [getattr(self, name)[r[:, 0]] / np.sqrt(r.shape[1]) for r in lines]
+            averaged[name] = np.concatenate(noise)
+        mean = replace(mean, **averaged)
+        return mean.part(np.lexsort((mean.frequency, mean.load_case)))
+
+
+def body_record(
+    body: InstrumentedBody, runs: Sequence[OperatingRun], tolerances: Tolerances
+) -> BodyRecord:
+    """Collect what one body's channels recorded.
+
+    Parameters
+    ----------
+    body : InstrumentedBody
+        Whose channels.
+    runs : sequence of OperatingRun
+        At least one.
+    tolerances : Tolerances
+        How noisy the channels are.
+
+    Raises
+    ------
+    InputError
+        A run without one of the channels, no run at all, or a channel that is dead.
+    """
+    if not runs:
+        raise InputError(f"there is no operating run for the {body.name}: measure one")
+    kinds = [(r.gear, r.torque_limit, r.full_load, r.rising) for r in runs]
+    cases = list(dict.fromkeys(kinds))
+    acceleration = [_channels(run, run.acceleration, body.channels) for run in runs]
+    cell_force = [_channels(run, run.cell_force, body.cell_channels) for run in runs]
+    accelerations, forces = np.vstack(acceleration), np.vstack(cell_force)
+    sensors = np.array(body.channel_rows) // 3
+    acceleration_noise = _noise(
+        accelerations,
+        sensors,
+        tolerances.acceleration_own,
+        tolerances.acceleration_norm,
+        tolerances.acceleration_floor,
+    )
+    cells = np.arange(forces.shape[1]) // 3
+    cell_noise = _noise(
+        forces, cells, tolerances.force_own, tolerances.force_norm, tolerances.force_floor
+    )
+    points = np.repeat(np.arange(len(body.points)), [3 * len(p.cells) for p in body.points])
+    motion_share, force_share = _least_shares(body, tolerances)
+    _refuse_dead_channels(
+        accelerations,
+        body.channels,
+        np.zeros_like(sensors),
+        motion_share,
+        acceleration_noise,
+        "acceleration",
+    )
+    _refuse_dead_channels(forces, body.cell_channels, points, force_share, cell_noise, "cell force")
+    lines = [run.frequency.size for run in runs]
+    record = BodyRecord(
+        run=np.repeat([run.name for run in runs], lines),
+        load_case=np.repeat([cases.index(kind) for kind in kinds], lines),
+        frequency=np.concatenate([run.frequency for run in runs]),
+        wheel_torque=np.concatenate([run.wheel_torque for run in runs]),
+        wheel_torque_noise=np.repeat([tolerances.torque * r.total_ratio for r in runs], lines),
+        static_force=np.vstack([_static_force(run, body.directions) for run in runs]),
+        acceleration=accelerations,
+        acceleration_noise=acceleration_noise,
+        cell_force=forces,
+        cell_noise=cell_noise,
+    )
+    return _in_one_phase(record)
+
+
+def _in_one_phase(record: BodyRecord) -> BodyRecord:
+    """Turn repeated lines into the phase of the first, so that their mean is none of chance.
+
+    Which pulse of the tacho is the zero mark differs from run to run; a half order has two phases
+    half a turn apart. All channels of a line turn together: no stiffness depends on it.
+    """
+    turn = np.ones(len(record), dtype=complex)
+    for repeats in record.repeated_lines():
+        moved = record.acceleration[repeats]
+        common = np.sum(moved[:, :1] * moved.conj(), axis=2)
+        turn[repeats[:, 1:]] = np.exp(1j * np.angle(common[:, 1:]))
+    return replace(
+        record,
+        acceleration=record.acceleration * turn[:, np.newaxis],
+        cell_force=record.cell_force * turn[:, np.newaxis],
+    )
+
+
+def _channels(run: OperatingRun, spectrum: Spectrum, names: tuple[str, ...]) -> ComplexArray:
+    missing = [name for name in names if name not in spectrum.channels]
+    if missing:
+        raise InputError(
+            f"run {run.name} lacks the channels {missing}: record them, or name them in "
+            "switched_off for all runs"
+        )
+    return spectrum.select(names).values
+
+
+def _static_force(run: OperatingRun, directions: tuple[str, ...]) -> RealArray:
+    columns = np.full((run.frequency.size, len(directions)), np.nan)
+    for place, name in enumerate(directions):
+        if name in run.static_force_names:
+            columns[:, place] = run.static_force[:, run.static_force_names.index(name)]
+    return columns
+
+
+def _noise(
+    values: ComplexArray, sensor: npt.NDArray[np.int64], own: float, norm: float, floor: float
+) -> RealArray:
+    squared = np.abs(values) ** 2
+    same_sensor = (sensor[:, np.newaxis] == sensor).astype(float)
+    return np.asarray(np.sqrt(own**2 * squared + norm**2 * squared @ same_sensor + floor**2))
+
+
+def _least_shares(body: InstrumentedBody, tolerances: Tolerances) -> tuple[RealArray, RealArray]:
+    """Share of the largest motion, and of the force, that each channel must show at least [1].
+
+    All of it on a rigid body, whose mounts load every axis. A body with one sensor may move along
+    the axes of its mount alone; a channel across them shows what tilt and cross-talk leave it.
+    """
+    if body.is_rigid_body:
+        return np.ones(len(body.channels)), np.ones(len(body.cell_channels))
+    (point,) = body.points
+    used = [AXES.index(axis) for axis in point.axes]
+    shares = []
+    for sensors, askew in (
+        (body.accelerometers, (tolerances.sensor_angle, tolerances.sensor_cross_axis)),
+        (point.cells, (tolerances.cell_gain,)),
+    ):
+        along = np.concatenate([np.linalg.norm(one.orientation[used], axis=0) for one in sensors])
+        shares.append(np.sqrt(along**2 + np.sum(np.square(askew))))
+    of_motion, of_force = shares
+    return of_motion[list(body.channel_rows)], of_force
+
+
+def _refuse_dead_channels(
+    values: ComplexArray,
+    names: tuple[str, ...],
+    group: npt.NDArray[np.int64],
+    least_share: RealArray,
+    noise: RealArray,
+    what: str,
+) -> None:
+    """Refuse a channel far below its neighbours, unless there is nothing that it could show.
+
+    It is below what physics allows if it shows less than half of the least share of its group's
+    largest channel and of its own stated noise.
+    """
+    level = np.sqrt(np.mean(np.abs(values) ** 2, axis=0))
+    own_noise = np.sqrt(np.mean(noise**2, axis=0))
+    for place, name in enumerate(names):
+        neighbours = level[group == group[place]]
+        others = np.median(neighbours)
+        least = np.hypot(least_share[place] * neighbours.max(), own_noise[place])
+        low = level[place] <= DEAD * others or level[place] == 0
+        nothing_moves = neighbours.max() == 0
+        if low and (level[place] < 0.5 * least or nothing_moves):
+            raise InputError(
+                f"{what} channel '{name}' is dead: over {len(values)} lines it shows "
+                f"{level[place]:.2g}, the others {others:.2g}; repair it, or name it in "
+                "switched_off if enough others are left"
+            )

@@ -1,0 +1,136 @@
+"""The only door to matplotlib: functions of plain arrays that return the bytes of a PNG.
+
+matplotlib is imported inside the functions, so that importing a study stays fast; pyplot is never
+used and no global setting survives a call. The same arguments give the same bytes.
+"""
+
+from deboom.plot.bars import (
+    MarkedPanel,
+    marked_bars,
+    per_vehicle_change,
+    ratio_bars,
+    stiffness_bars,
+)
+from deboom.plot.boxes import Intervals, box_intervals, box_trade_off, levels_in_box
+from deboom.plot.correlations import (
+    CorrelationPanel,
+    PopulationPanel,
+    correlation_matrices,
+    family_tree,
+    populations,
+    scatter_matrix,
+)
+from deboom.plot.fronts import (
+    AttainedFront,
+    attained_fronts,
+    convergence,
+    design_ranges,
+    fronts,
+    noise_bars,
+    pareto_front,
+    part_choices,
+)
+from deboom.plot.intervals import (
+    DotPanel,
+    IntervalPanel,
+    dot_panels,
+    front_intervals,
+    interval_panels,
+)
+from deboom.plot.levels import MaskedPanel, SpeedPanel, masked_panels, speed_panels, spl_curves
+from deboom.plot.matrices import HeatMap, curve_matrix, heat_maps
+from deboom.plot.modal import (
+    BodyMotion,
+    matrix_map,
+    mode_shapes,
+    moving_mode_shapes,
+    stabilisation_chart,
+)
+from deboom.plot.parts import (
+    PartsRow,
+    StiffnessPanel,
+    part_effects,
+    parts_in_intervals,
+    shared_parts,
+    stiffness_over_preload,
+    tolerance_worth,
+)
+from deboom.plot.sensitivity import (
+    IndexBars,
+    IndexGrowth,
+    IndexMap,
+    index_bars,
+    index_growth,
+    index_map,
+)
+from deboom.plot.spectra import (
+    CurvePanel,
+    MapPanel,
+    SpectrumPanel,
+    curve_panels,
+    map_panels,
+    spectra_panels,
+)
+
+__all__ = [
+    "AttainedFront",
+    "BodyMotion",
+    "CorrelationPanel",
+    "CurvePanel",
+    "DotPanel",
+    "HeatMap",
+    "IndexBars",
+    "IndexGrowth",
+    "IndexMap",
+    "IntervalPanel",
+    "Intervals",
+    "MapPanel",
+    "MarkedPanel",
+    "MaskedPanel",
+    "PartsRow",
+    "PopulationPanel",
+    "SpectrumPanel",
+    "SpeedPanel",
+    "StiffnessPanel",
+    "attained_fronts",
+    "box_intervals",
+    "box_trade_off",
+    "convergence",
+    "correlation_matrices",
+    "curve_matrix",
+    "curve_panels",
+    "design_ranges",
+    "dot_panels",
+    "family_tree",
+    "front_intervals",
+    "fronts",
+    "heat_maps",
+    "index_bars",
+    "index_growth",
+    "index_map",
+    "interval_panels",
+    "levels_in_box",
+    "map_panels",
+    "marked_bars",
+    "masked_panels",
+    "matrix_map",
+    "mode_shapes",
+    "moving_mode_shapes",
+    "noise_bars",
+    "pareto_front",
+    "part_choices",
+    "part_effects",
+    "parts_in_intervals",
+    "per_vehicle_change",
+    "populations",
+    "ratio_bars",
+    "scatter_matrix",
+    "shared_parts",
+    "spectra_panels",
+    "speed_panels",
+    "spl_curves",
+    "stabilisation_chart",
+    "stiffness_bars",
+    "stiffness_over_preload",
+    "tolerance_worth",
+]

@@ -1,0 +1,321 @@
+"""Acceptance boxes: intervals of every direction, boxes over the limit, levels inside."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import TYPE_CHECKING
+
+import numpy as np
+import numpy.typing as npt
+
+from deboom.errors import InputError
+from deboom.plot.style import (
+    ACCENT,
+    FULL_WIDTH,
+    INK,
+    MUTED,
+    TRACK,
+    finite,
+    mount_of,
+    png,
+    styled_figure,
+)
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.lines import Line2D
+    from matplotlib.patches import Patch
+
+_GAP = 0.45
+_COLUMNS = (0.30, 0.66, 1.0)
+_BINS = 60
+
+
+@dataclass(frozen=True, eq=False)
+class Intervals:
+    """One interval per direction.
+
+    Parameters
+    ----------
+    label : str
+        What they are.
+    lower, upper : array, shape (n,)
+        [1].
+    """
+
+    label: str
+    lower: npt.ArrayLike
+    upper: npt.ArrayLike
+
+
+def box_intervals(
+    variables: Sequence[str],
+    box: Intervals,
+    others: Sequence[Intervals],
+    bounds: Intervals,
+    point: npt.ArrayLike,
+    stiffness: npt.ArrayLike,
+    no_requirement: Sequence[bool],
+    colours: Mapping[str, str],
+) -> bytes:
+    """Draw the interval of every direction against others, stiffnesses beside them.
+
+    Parameters
+    ----------
+    variables : sequence of str
+        Names ``<mount> <axis>``, n of them.
+    box : Intervals
+        The acceptance box.
+    others : sequence of Intervals
+        Thin lines below each bar, at most two.
+    bounds : Intervals
+        Where parts may lie at all.
+    point : array, shape (n,)
+        A design that is marked [1].
+    stiffness : array, shape (n,)
+        Today's dynamic stiffness [N/mm]; nan where none was measured.
+    no_requirement : sequence of bool
+        True where no vehicle depends on the direction.
+    colours : mapping of str to str
+        Colour of each mount, from `deboom.plot.style.mount_colours`.
+
+    Returns
+    -------
+    bytes
+        PNG.
+
+    Raises
+    ------
+    InputError
+        Arrays of different lengths or values that are not finite; more than two others.
+    """
+    if len(others) > 2:
+        raise InputError("figure box_intervals: at most two boxes to compare with have room")
+    columns = {"variables": np.zeros(len(variables)), "point": point}
+    for one in (box, *others, bounds):
+        columns |= {f"{one.label} lower": one.lower, f"{one.label} upper": one.upper}
+    data = finite("box_intervals", columns)
+    today = np.asarray(stiffness, dtype=float)
+    rows = [0.0]
+    for before, name in pairwise(variables):
+        rows.append(rows[-1] + (1.0 if mount_of(name) == mount_of(before) else 1.0 + _GAP))
+    with styled_figure(FULL_WIDTH, 1.45 + 0.31 * (rows[-1] + 1.0)) as figure:
+        bars, table = figure.subplots(1, 2, sharey=True, width_ratios=(2.5, 1.0))
+        for k, name in enumerate(variables):
+            low, high = (data[f"{bounds.label} {end}"][k] for end in ("lower", "upper"))
+            bars.barh(rows[k], high - low, left=low, height=0.8, color=TRACK)
+            free = bool(no_requirement[k])
+            ends = tuple(float(data[f"{box.label} {end}"][k]) for end in ("lower", "upper"))
+            if free:
+                middle = 0.5 * (low + high)
+                style = {"ha": "center", "va": "center", "color": MUTED, "fontstyle": "italic"}
+                bars.text(middle, rows[k], "no requirement", **style)
+            else:
+                colour = colours[mount_of(name)]
+                bars.barh(rows[k] - 0.1, ends[1] - ends[0], left=ends[0], height=0.4, color=colour)
+                for place, (one, line) in enumerate(zip(others, ("-", ":"), strict=False)):
+                    span = [data[f"{one.label} {end}"][k] for end in ("lower", "upper")]
+                    height = rows[k] + 0.2 + 0.15 * place
+                    bars.plot(span, [height] * 2, color=INK, linewidth=1.3, linestyle=line)
+                mark = {"color": "white", "markeredgecolor": INK, "markersize": 4.5, "zorder": 4}
+                bars.plot(data["point"][k], rows[k] - 0.1, "D", **mark)
+            _numbers(table, rows[k], float(today[k]), ends, free)
+        bars.axvline(1.0, color=INK, linewidth=0.9, zorder=2)
+        bars.set_yticks(rows, variables)
+        bars.set_ylim(rows[-1] + 0.6, -0.6)
+        widest = data[f"{bounds.label} lower"].min(), data[f"{bounds.label} upper"].max()
+        margin = 0.03 * (widest[1] - widest[0])
+        bars.set_xlim(min(widest[0], 1.0) - margin, max(widest[1], 1.0) + margin)
+        bars.grid(False, axis="y")
+        bars.tick_params(axis="y", length=0)
+        bars.set_xlabel("stiffness factor, 1 = today [1]")
+        table.set_axis_off()
+        table.set_title("dynamic stiffness [N/mm]\n", loc="right", fontsize=8.0, color=MUTED, pad=8)
+        for column, heading in zip(_COLUMNS, ("today", "from", "to"), strict=True):
+            where = {"transform": table.transAxes, "ha": "right", "va": "bottom"}
+            table.text(column, 1.015, heading, fontweight="bold", **where)
+        figure.legend(handles=_handles(box, others, bounds), loc="outside lower left", ncols=3)
+        return png(figure)
+
+
+def _numbers(axes: Axes, row: float, today: float, ends: tuple[float, ...], free: bool) -> None:
+    measured = np.isfinite(today)
+    texts = [f"{today:.0f}" if measured else "not measured"]
+    texts += [f"{today * end:.0f}" if measured and not free else "–" for end in ends]
+    for column, text in zip(_COLUMNS, texts, strict=True):
+        axes.text(
+            column,
+            row,
+            text,
+            transform=axes.get_yaxis_transform(),
+            ha="right",
+            va="center",
+            color=MUTED if text in ("–", "not measured") else INK,
+        )
+
+
+def _handles(
+    box: Intervals, others: Sequence[Intervals], bounds: Intervals
+) -> list[Line2D | Patch]:
+    from matplotlib.lines import Line2D
+    from matplotlib.patches import Patch
+
+    lines = [Line2D([], [], color=INK, linewidth=1.3, label=one.label) for one in others]
+    if len(lines) > 1:
+        lines[1].set_linestyle(":")
+    diamond = Line2D(
+        [], [], ls="none", marker="D", color="white", mec=INK, ms=4.5, label="Pareto point"
+    )
+    return [
+        Patch(facecolor=MUTED, label=box.label),
+        Patch(facecolor=TRACK, label=bounds.label),
+        *lines,
+        diamond,
+    ]
+
+
+def box_trade_off(
+    limit: npt.ArrayLike,
+    width: npt.ArrayLike,
+    plain_share: npt.ArrayLike,
+    missed: Mapping[str, npt.ArrayLike],
+    colours: Mapping[str, str],
+    *,
+    stated: tuple[float, float],
+    unreachable: float | None,
+    limit_label: str,
+    width_label: str,
+    plain_label: str,
+) -> bytes:
+    """Draw how boxes grow with the limit, and which vehicle binds.
+
+    Parameters
+    ----------
+    limit : array, shape (n,)
+        Of each box [dB(A) or dB].
+    width : array, shape (n,)
+        Of each box [%].
+    plain_share : array, shape (n,)
+        What the box of one tolerance keeps there [%].
+    missed : mapping of str to array, shape (n,)
+        Vehicle → parts of each box that miss its limit [%].
+    colours : mapping of str to str
+        Of the vehicles.
+    stated : (float, float)
+        Limit and width of the box that was asked for.
+    unreachable : float or None
+        Limit that no design keeps.
+    limit_label, width_label, plain_label : str
+        Axes, with units.
+
+    Returns
+    -------
+    bytes
+        PNG.
+
+    Raises
+    ------
+    InputError
+        Arrays of different lengths or values that are not finite.
+    """
+    data = finite("box_trade_off", {"limit": limit, "width": width, "plain": plain_share, **missed})
+    order = np.argsort(data["limit"])
+    x = data["limit"][order]
+    with styled_figure(FULL_WIDTH, 2.9) as figure:
+        left, middle, right = figure.subplots(1, 3, sharex=True)
+        left.plot(x, data["width"][order], "o-", color=ACCENT, markersize=4)
+        left.plot(*stated, "o", markersize=8, mfc="none", mec=INK, label="as asked")
+        left.set_ylabel(width_label)
+        left.set_ylim(bottom=0.0)
+        left.legend(loc="lower right")
+        middle.plot(x, data["plain"][order], "s-", color=INK, markersize=3.5)
+        middle.set_ylabel(plain_label)
+        middle.set_ylim(-3.0, 103.0)
+        for name in missed:
+            right.plot(x, data[name][order], "o-", color=colours[name], markersize=3.5, label=name)
+        right.set_ylabel("parts of the box that miss it [%]")
+        right.set_ylim(bottom=0.0)
+        figure.legend(*right.get_legend_handles_labels(), loc="outside lower right", ncols=6)
+        for axes in (left, middle, right):
+            axes.set_xlabel(limit_label)
+            if unreachable is not None:
+                axes.axvline(unreachable, color=MUTED, linewidth=1.0, linestyle=(0, (4, 2)))
+        if unreachable is not None:
+            where = {"rotation": 90, "va": "bottom", "color": MUTED, "fontsize": 7.5}
+            left.text(unreachable, 0.5, " lowest of all designs", **where)
+        return png(figure)
+
+
+def levels_in_box(
+    vehicles: Sequence[str],
+    levels: npt.ArrayLike,
+    limit: npt.ArrayLike,
+    today: npt.ArrayLike,
+    missed: npt.ArrayLike,
+    colours: Mapping[str, str],
+    *,
+    level_label: str,
+) -> bytes:
+    """Draw how the levels of the parts of a box lie about the limit, vehicle by vehicle.
+
+    Parameters
+    ----------
+    vehicles : sequence of str
+        n of them.
+    levels : array, shape (m, n)
+        Of parts in the box [dB(A)].
+    limit, today : array, shape (n,)
+        [dB(A)].
+    missed : array, shape (n,)
+        Share of the parts above the limit [%].
+    colours : mapping of str to str
+        Of the vehicles.
+    level_label : str
+        What the levels are, with the unit.
+
+    Returns
+    -------
+    bytes
+        PNG.
+
+    Raises
+    ------
+    InputError
+        Arrays of different lengths or values that are not finite.
+    """
+    from matplotlib.lines import Line2D
+
+    columns = {"vehicles": np.zeros(len(vehicles)), "limit": limit, "today": today}
+    data = finite("levels_in_box", {**columns, "missed": missed, "levels": np.transpose(levels)})
+    drawn = data["levels"]
+    edges = np.linspace(drawn.min(), drawn.max(), _BINS + 1)
+    middles = 0.5 * (edges[1:] + edges[:-1])
+    with styled_figure(FULL_WIDTH, 1.2 + 0.5 * len(vehicles)) as figure:
+        axes = figure.subplots()
+        for row, name in enumerate(vehicles):
+            count = np.histogram(drawn[row], edges)[0]
+            top = row - 0.85 * count / count.max()
+            axes.fill_between(middles, row, top, step="mid", color=colours[name], alpha=0.35, lw=0)
+            over = middles >= data["limit"][row]
+            axes.fill_between(middles, row, top, where=over, step="mid", color=colours[name], lw=0)
+            axes.plot([data["limit"][row]] * 2, [row, row - 0.9], color=INK, linewidth=1.5)
+            axes.plot(data["today"][row], row - 0.12, "v", color=MUTED, markersize=5)
+            share = f"{data['missed'][row]:.1f} % miss it"
+            place = axes.get_yaxis_transform()
+            axes.text(1.0, row - 0.5, share, color=INK, transform=place, ha="right", va="bottom")
+        axes.set_yticks(range(len(vehicles)), vehicles)
+        axes.set_ylim(len(vehicles) - 0.7, -1.05)
+        low = min(float(drawn.min()), float(data["today"].min()))
+        high = max(float(drawn.max()), float(data["today"].max()), float(data["limit"].max()))
+        axes.set_xlim(low - 0.02 * (high - low), high + 0.16 * (high - low))
+        axes.grid(False, axis="y")
+        axes.tick_params(axis="y", length=0)
+        axes.set_xlabel(level_label)
+        handles = [
+            Line2D([], [], color=INK, linewidth=1.5, label="limit"),
+            Line2D([], [], ls="none", marker="v", color=MUTED, markersize=5, label="today"),
+        ]
+        figure.legend(handles=handles, loc="outside lower left", ncols=2)
+        return png(figure)

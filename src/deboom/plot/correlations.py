@@ -1,0 +1,415 @@
+"""Correlation matrices, families of responses and scatter matrices."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+import numpy.typing as npt
+
+from deboom.errors import InputError
+from deboom.plot.matrices import cell_number, matrix_cells, on_cell
+from deboom.plot.style import (
+    ACCENT,
+    FULL_WIDTH,
+    INK,
+    MUTED,
+    VEHICLE_PALETTE,
+    RealArray,
+    finite,
+    png,
+    styled_figure,
+)
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+_INTERVALS_UP_TO = 6
+"""Rows; of larger matrices the intervals would not be legible and stand in the table alone."""
+_LABELS_FLAT_UP_TO = 6
+_TICKS = (-0.8, -0.5, 0.0, 0.5, 0.8, 0.9, 0.95, 0.99, 0.999, 1.0)
+_POPULATION = "#B3BCC8"
+
+
+@dataclass(frozen=True, eq=False)
+class CorrelationPanel:
+    """One correlation matrix.
+
+    Parameters
+    ----------
+    title : str
+        What was correlated.
+    values, low, high : array, shape (n, n)
+        Coefficients and the ends of their intervals [1].
+    """
+
+    title: str
+    values: npt.ArrayLike
+    low: npt.ArrayLike
+    high: npt.ArrayLike
+
+
+@dataclass(frozen=True, eq=False)
+class PopulationPanel:
+    """One value, and those of others that were not chosen.
+
+    Parameters
+    ----------
+    x_label : str
+        With its unit.
+    values : array, shape (n,)
+        Of the population.
+    own : float
+        The value that is held against it.
+    asked : tuple of float
+        Bounds that are drawn as lines.
+    note : str
+        Title of the panel.
+    """
+
+    x_label: str
+    values: npt.ArrayLike
+    own: float
+    asked: tuple[float, ...] = ()
+    note: str = ""
+
+
+def correlation_matrices(
+    names: Sequence[str], panels: Sequence[CorrelationPanel], groups: Sequence[str] = ()
+) -> bytes:
+    """Draw correlation matrices side by side, each coefficient written into its cell.
+
+    Parameters
+    ----------
+    names : sequence of str
+        Of rows and columns.
+    panels : sequence of CorrelationPanel
+        At least one.
+    groups : sequence of str, optional
+        Group of each row; lines separate neighbours of different groups.
+
+    Returns
+    -------
+    bytes
+        PNG. Small matrices show the interval below the coefficient.
+
+    Raises
+    ------
+    InputError
+        No panel, shapes that do not fit the names, values that are not finite.
+    """
+    if not panels:
+        raise InputError("figure correlation_matrices: there is no matrix to draw")
+    n, count = len(names), len(panels)
+    checked = [_checked_panel(panel, n) for panel in panels]
+    lowest = min(float(part["values"].min()) for part in checked)
+    limits = (-1.0 if lowest < 0.0 else 0.0, 1.0)
+    side = FULL_WIDTH / count
+    edges = [place for place in range(1, len(groups)) if groups[place] != groups[place - 1]]
+    with styled_figure(FULL_WIDTH, side + 0.15 + (0.35 if n > _LABELS_FLAT_UP_TO else 0.0)) as page:
+        grid = page.subplots(1, count, squeeze=False).ravel()
+        size = 72.0 * (side - 0.7) / n  # of a cell [pt]
+        for axes, panel, part in zip(grid, panels, checked, strict=True):
+            label_size = min(7.5, 0.36 * size + 1.0)
+            matrix_cells(axes, part["values"], names, names, limits=limits, fontsize=label_size)
+            axes.spines[:].set_visible(False)
+            if n > _LABELS_FLAT_UP_TO or max(map(len, names)) * 4.2 > size:
+                axes.tick_params(axis="x", rotation=90)
+            axes.set_title(panel.title, loc="left", fontweight="bold", fontsize=8.5)
+            for edge in edges:
+                axes.axhline(edge - 0.5, color="white", linewidth=2.5)
+                axes.axvline(edge - 0.5, color="white", linewidth=2.5)
+            _cells(axes, part, size)
+        return png(page)
+
+
+def family_tree(
+    merges: npt.ArrayLike, names: Sequence[str], family: Sequence[int], cut: float
+) -> bytes:
+    """Draw which responses go together, as a tree over the correlation of its branches.
+
+    Parameters
+    ----------
+    merges : array, shape (n - 1, 4)
+        In the layout of `scipy.cluster.hierarchy.linkage`; heights are 1 - r.
+    names : sequence of str
+        Of the leaves.
+    family : sequence of int
+        Number of each leaf's family, from 1: its colour.
+    cut : float
+        Correlation at which the tree was cut [1].
+
+    Returns
+    -------
+    bytes
+        PNG.
+
+    Raises
+    ------
+    InputError
+        Lengths that do not fit, values that are not finite.
+    """
+    from scipy.cluster.hierarchy import dendrogram
+
+    tree = finite("family_tree", {"merges": merges})["merges"]
+    if len(names) != len(tree) + 1 or len(family) != len(names):
+        raise InputError(
+            f"figure family_tree: {len(names)} names and {len(family)} families for a tree of "
+            f"{len(tree) + 1} leaves"
+        )
+    drawn = dendrogram(tree, no_plot=True)
+    colour = [VEHICLE_PALETTE[(number - 1) % len(VEHICLE_PALETTE)] for number in family]
+    leaves = drawn["leaves"] or []
+    with styled_figure(FULL_WIDTH, 0.9 + 0.22 * len(names)) as figure:
+        axes = figure.subplots()
+        for places, heights in zip(drawn["icoord"], drawn["dcoord"], strict=True):
+            inside = heights[1] <= 1.0 - cut
+            below = leaves[round((min(places) - 5.0) / 10.0)]
+            axes.plot(heights, places, color=colour[below] if inside else MUTED, linewidth=1.6)
+        axes.axvline(1.0 - cut, color=INK, linewidth=1.0, linestyle=(0, (4, 2)))
+        axes.set_yticks([10.0 * place + 5.0 for place in range(len(names))])
+        axes.set_yticklabels([names[leaf] for leaf in leaves])
+        for label, leaf in zip(axes.get_yticklabels(), leaves, strict=True):
+            label.set_color(colour[leaf])
+            label.set_fontweight("bold")
+        axes.set_ylim(10.0 * len(names), 0.0)
+        axes.grid(visible=False, axis="y")
+        furthest = 1.06 * max(float(tree[:, 2].max()), 1.0 - cut)
+        axes.set_xscale("function", functions=(np.sqrt, np.square))  # most branches are close to 1
+        axes.set_xlim(0.0, furthest)
+        ticks = [r for r in _TICKS if 1.0 - r <= furthest]
+        axes.set_xticks([1.0 - r for r in ticks], [_tick(r) for r in ticks])
+        axes.set_xlabel("correlation r of the worst pair below a branch [1]")
+        axes.set_title(f"cut at r = {cut:g}", loc="right", fontsize=8.0)
+        return png(figure)
+
+
+def populations(panels: Sequence[PopulationPanel]) -> bytes:
+    """Draw histograms of correlations in a population with one value marked in each.
+
+    The scale is Fisher's artanh r, which spreads what is close to 1.
+
+    Parameters
+    ----------
+    panels : sequence of PopulationPanel
+        At least one.
+
+    Returns
+    -------
+    bytes
+        PNG.
+
+    Raises
+    ------
+    InputError
+        No panel, values that are not finite.
+    """
+    if not panels:
+        raise InputError("figure populations: there is no panel to draw")
+    with styled_figure(FULL_WIDTH, 2.5) as figure:
+        grid = figure.subplots(1, len(panels), squeeze=False).ravel()
+        for axes, panel in zip(grid, panels, strict=True):
+            values = finite("populations", {"values": panel.values})["values"]
+            stretched = _stretched(values)
+            edges = np.linspace(stretched.min(), stretched.max(), 31)
+            axes.hist(stretched, bins=list(edges), color=_POPULATION)
+            axes.axvline(float(_stretched(panel.own)), color=VEHICLE_PALETTE[1], linewidth=1.8)
+            for bound in panel.asked:
+                place = float(_stretched(bound))
+                axes.axvline(place, color=ACCENT, linewidth=1.0, linestyle=(0, (4, 2)))
+            low, high = axes.get_xlim()
+            ticks = [r for r in _TICKS if low <= _stretched(r) <= high and r < 1.0]
+            axes.set_xticks([float(_stretched(r)) for r in ticks], [_tick(r) for r in ticks])
+            axes.set_xlabel(panel.x_label)
+            axes.set_title(panel.note, loc="left", fontsize=8.0)
+            axes.grid(visible=False, axis="x")
+        grid[0].set_ylabel("fleets")
+        return png(figure)
+
+
+def _checked_panel(panel: CorrelationPanel, n: int) -> dict[str, RealArray]:
+    part = finite(
+        "correlation_matrices", {"values": panel.values, "low": panel.low, "high": panel.high}
+    )
+    for name, values in part.items():
+        if values.shape != (n, n):
+            raise InputError(
+                f"figure correlation_matrices: {name} of '{panel.title}' has shape {values.shape} "
+                f"for {n} names"
+            )
+    return part
+
+
+def _cells(axes: Axes, part: dict[str, RealArray], size: float) -> None:
+    n = len(part["values"])
+    with_interval = n <= _INTERVALS_UP_TO
+    for (row, column), value in np.ndenumerate(part["values"]):
+        shade = on_cell(float(value))
+        text = "1" if row == column else coefficient(float(value))
+        below = with_interval and row != column
+        axes.text(
+            column,
+            row - (0.12 if below else 0.0),
+            text,
+            ha="center",
+            va="center",
+            fontsize=min(9.0, 0.3 * size),
+            color=shade,
+        )
+        if below:
+            ends = (coefficient(float(part[end][row, column])) for end in ("low", "high"))
+            axes.text(
+                column,
+                row + 0.24,
+                "–".join(ends),
+                ha="center",
+                va="center",
+                fontsize=min(6.5, 0.165 * size),
+                color=shade,
+            )
+
+
+def _stretched(r: npt.ArrayLike) -> RealArray:
+    return np.asarray(np.arctanh(np.clip(np.asarray(r, dtype=float), -0.9999, 0.9999)))
+
+
+def _tick(r: float) -> str:
+    return f"{r:g}".replace("-", "−")
+
+
+def coefficient(value: float, decimals: int | None = None) -> str:
+    """Write a coefficient, by default with two decimals and close to 1 with three.
+
+    1 is written for nothing less.
+    """
+    if decimals is None:
+        decimals = 2 if abs(value) < 0.95 else 3
+    return cell_number(value, decimals)
+
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+MOST = 8
+"""Responses that one figure holds legibly."""
+_MARGINS = {
+    "left": 0.075,
+    "right": 0.995,
+    "bottom": 0.065,
+    "top": 0.97,
+    "wspace": 0.1,
+    "hspace": 0.1,
+}
+_DOTS = 1500  # a cloud of more is thinned
+
+
+def scatter_matrix(
+    names: Sequence[str],
+    values: npt.ArrayLike,
+    coefficients: tuple[npt.ArrayLike, npt.ArrayLike, npt.ArrayLike],
+    colours: Mapping[str, str],
+    *,
+    value_label: str,
+) -> bytes:
+    """Draw histograms on the diagonal, clouds below it, correlations with intervals above it.
+
+    Parameters
+    ----------
+    names : sequence of str
+        Two to `MOST` responses.
+    values : array, shape (n, r)
+        One row per design [unit in the label].
+    coefficients : (r, low, high), each of shape (r, r)
+        Pearson's correlation and the ends of its interval [1].
+    colours : mapping of str to str
+        Of the histograms.
+    value_label : str
+        Of all axes, with unit.
+
+    Returns
+    -------
+    bytes
+        PNG.
+
+    Raises
+    ------
+    InputError
+        Too few or too many responses, shapes that do not fit, values that are not finite.
+    """
+    from matplotlib.ticker import MaxNLocator
+
+    n = len(names)
+    if not 2 <= n <= MOST:
+        raise InputError(f"figure scatter_matrix: {n} responses, it shows 2 to {MOST}")
+    data = finite("scatter_matrix", {"values": values})["values"]
+    r, low, high = (
+        finite("scatter_matrix", {"coefficients": part})["coefficients"] for part in coefficients
+    )
+    if data.ndim != 2 or data.shape[1] != n or any(part.shape != (n, n) for part in (r, low, high)):
+        raise InputError(
+            f"figure scatter_matrix: values {data.shape} and coefficients {r.shape} for {n} names"
+        )
+    # in a fixed random order: every n-th row may be the same tolerance draw of every design
+    dots = data[np.random.default_rng(1).permutation(len(data))[:_DOTS]]
+    margin = 0.04 * np.ptp(data, axis=0)
+    limits = np.stack([data.min(axis=0) - margin, data.max(axis=0) + margin], axis=1)
+    with styled_figure(FULL_WIDTH, FULL_WIDTH) as figure:
+        figure.set_layout_engine("none")  # the automatic one takes seconds for so many panels
+        grid = figure.subplots(n, n, gridspec_kw=_MARGINS)
+        for row in range(n):
+            for column in range(n):
+                axes = grid[row, column]
+                if row < column:
+                    axes.set_axis_off()
+                    _coefficient(axes, r[row, column], low[row, column], high[row, column])
+                    if row == 0:
+                        axes.set_title(names[column], fontweight="bold")
+                    continue
+                axes.set_xlim(*limits[column])
+                axes.xaxis.set_major_locator(MaxNLocator(3))
+                axes.tick_params(labelsize=6.5, length=2, pad=1.5)
+                axes.tick_params(labelbottom=row == n - 1, labelleft=column == 0)
+                if row == column:
+                    axes.hist(
+                        data[:, row],
+                        bins=20,
+                        color=colours.get(names[row], MUTED),
+                        histtype="stepfilled",
+                    )
+                    axes.set_yticks([])
+                else:
+                    _cloud(axes, dots[:, column], dots[:, row])
+                    axes.set_ylim(*limits[row])
+                    axes.yaxis.set_major_locator(MaxNLocator(3))
+                if row == 0:
+                    axes.set_title(names[column], fontweight="bold")
+                if column == 0:
+                    axes.set_ylabel(names[row], fontweight="bold", fontsize=9)
+                    axes.yaxis.set_label_coords(-0.058 * n, 0.5)
+        figure.supxlabel(value_label, fontsize=8.5)
+        return png(figure)
+
+
+def _cloud(axes: Axes, x: RealArray, y: RealArray) -> None:
+    axes.plot(x, y, "o", markersize=1.8, alpha=0.45, color=VEHICLE_PALETTE[0], markeredgewidth=0)
+    slope, offset = np.polyfit(x - x.mean(), y, 1)
+    ends = np.array([x.min(), x.max()])
+    axes.plot(ends, offset + slope * (ends - x.mean()), color=VEHICLE_PALETTE[1], linewidth=1.0)
+
+
+def _coefficient(axes: Axes, value: float, low: float, high: float) -> None:
+    text = coefficient(value, 3)
+    axes.text(
+        0.5, 0.56, text, transform=axes.transAxes, ha="center", va="center", fontsize=11, color=INK
+    )
+    ends = f"{coefficient(low, 3)} – {coefficient(high, 3)}"
+    axes.text(
+        *(0.5, 0.34, ends),
+        transform=axes.transAxes,
+        ha="center",
+        va="center",
+        fontsize=6.5,
+        color=MUTED,
+    )

@@ -1,0 +1,342 @@
+"""Matrices as pictures: a colour or a curve in every entry."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+import numpy.typing as npt
+
+from deboom.errors import InputError
+from deboom.plot.spectra import frequency_axis
+from deboom.plot.style import (
+    FULL_WIDTH,
+    INK,
+    TRACK,
+    VEHICLE_PALETTE,
+    RealArray,
+    finite,
+    png,
+    styled_figure,
+)
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.image import AxesImage
+
+_DARK_FROM = 0.55
+"""Share of the scale from which a cell is so dark that its number is white."""
+
+
+def matrix_cells(
+    axes: Axes,
+    values: RealArray,
+    rows: Sequence[str],
+    columns: Sequence[str],
+    *,
+    limits: tuple[float, float] = (0.0, 1.0),
+    fontsize: float = 7.0,
+) -> AxesImage:
+    """Draw the cells and their labels; where the first limit is negative, signs have colours.
+
+    Parameters
+    ----------
+    axes : Axes
+    values : array, shape (n_row, n_column)
+        In one unit.
+    rows, columns : sequence of str
+        Labels.
+    limits : (float, float)
+        Ends of the colour scale [unit of the values].
+    fontsize : float
+        Of the labels [pt].
+
+    Returns
+    -------
+    AxesImage
+        For a colour bar.
+    """
+    shown = axes.imshow(
+        values, cmap="PuOr_r" if limits[0] < 0 else "Blues", vmin=limits[0], vmax=limits[1]
+    )
+    axes.grid(visible=False)
+    axes.set_xticks(range(len(columns)), columns, fontsize=fontsize)
+    axes.set_yticks(range(len(rows)), rows, fontsize=fontsize)
+    axes.tick_params(length=0)
+    return shown
+
+
+def write_cells(
+    axes: Axes,
+    values: RealArray,
+    *,
+    decimals: int,
+    fontsize: float,
+    largest: float = 1.0,
+) -> None:
+    """Write its number into every cell, white where the cell is dark.
+
+    Parameters
+    ----------
+    axes : Axes
+    values : array, shape (n_row, n_column)
+        What the cells are coloured by.
+    decimals : int
+        As `cell_number` writes them.
+    fontsize : float
+        [pt].
+    largest : float
+        Upper end of the colour scale [unit of the values].
+    """
+    for (row, column), value in np.ndenumerate(values):
+        axes.text(
+            column,
+            row,
+            cell_number(float(value), decimals, largest),
+            ha="center",
+            va="center",
+            fontsize=fontsize,
+            color=on_cell(float(value), largest),
+        )
+
+
+def on_cell(value: float, largest: float = 1.0) -> str:
+    """Colour in which a text on the cell of a value can be read."""
+    return "white" if abs(value) > _DARK_FROM * largest else INK
+
+
+def cell_number(value: float, decimals: int, largest: float = 1.0) -> str:
+    """Round a number; the largest one, such as a full agreement, is written for nothing less."""
+    rounded = round(value, decimals)
+    if abs(value) < largest - 1e-9:  # beyond what arithmetic leaves of a full agreement
+        most = largest - 10.0**-decimals
+        rounded = min(max(rounded, -most), most)
+    return f"{rounded + 0.0:.{decimals}f}".replace("-", "−")
+
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+_CELL = 1.13
+_SMALL = 5.5
+
+
+@dataclass(frozen=True, eq=False)
+class HeatMap:
+    """One matrix of numbers from 0 to 1.
+
+    Parameters
+    ----------
+    title : str
+        What it shows.
+    rows, columns : tuple of str
+        Labels.
+    values : array, shape (n_rows, n_columns)
+        [1].
+    row_title, column_title : str
+        What rows and columns are.
+    """
+
+    title: str
+    rows: tuple[str, ...]
+    columns: tuple[str, ...]
+    values: npt.ArrayLike
+    row_title: str = ""
+    column_title: str = ""
+
+
+def curve_matrix(
+    names: Sequence[str],
+    frequency: npt.ArrayLike,
+    curves: Mapping[str, npt.ArrayLike],
+    *,
+    units: Sequence[str],
+    what: str,
+    dashed: Sequence[str] = (),
+    fitted: Sequence[tuple[float, float]] = (),
+    logarithmic: bool = False,
+) -> bytes:
+    """Draw one small panel per entry of a matrix.
+
+    Parameters
+    ----------
+    names : sequence of str
+        Of rows and columns, translations before rotations.
+    frequency : array, shape (n_frequency,)
+        Increasing, above 0 [Hz].
+    curves : mapping of str to array, shape (n_frequency, n, n)
+        Label → real values.
+    units : sequence of str
+        Of the translational, the coupling and the rotational entries.
+    what : str
+        Quantity, for the title.
+    dashed : sequence of str
+        Labels whose curves are dashed and dark.
+    fitted : sequence of (float, float)
+        Frequency bands that are shaded [Hz].
+    logarithmic : bool
+        Scale of the values; entries of one unit then share it.
+
+    Returns
+    -------
+    bytes
+        PNG.
+
+    Raises
+    ------
+    InputError
+        A shape that does not fit, values that are not finite.
+    """
+    n = len(names)
+    lines = finite("curve_matrix", {"frequency": frequency})["frequency"]
+    values = finite("curve_matrix", {"frequency": frequency, **curves})
+    for name in curves:
+        if values[name].shape != (lines.size, n, n):
+            raise InputError(f"figure curve_matrix: {name} has shape {values[name].shape}")
+    plain = [name for name in curves if name not in dashed]
+    colour = {name: VEHICLE_PALETTE[i % len(VEHICLE_PALETTE)] for i, name in enumerate(plain)}
+    height = 0.95 + n * _CELL
+    with styled_figure(FULL_WIDTH, height) as figure:
+        # places by hand: the layout engine takes seconds over 36 panels
+        figure.set_layout_engine("none")
+        places = {
+            "left": 0.075,
+            "right": 0.99,
+            "bottom": 0.62 / height,
+            "top": 1 - 0.5 / height,
+            "wspace": 0.26 if logarithmic else 0.33,
+            "hspace": 0.12 if logarithmic else 0.24,
+        }
+        grid = figure.subplots(n, n, sharex=True, gridspec_kw=places)
+        for row in range(n):
+            for column in range(n):
+                axes = grid[row, column]
+                for low, high in fitted:
+                    axes.axvspan(low, high, color=TRACK, alpha=0.6, linewidth=0, zorder=0)
+                for name in curves:
+                    model = name in dashed
+                    axes.plot(
+                        lines,
+                        values[name][:, row, column],
+                        color=colour.get(name, INK),
+                        ls=(0, (3, 1.5)) if model else "-",
+                        linewidth=0.7 if model else 1.1,
+                        zorder=3 if model else 2,
+                    )
+                _small_axes(axes, lines, logarithmic=logarithmic)
+                if row == 0:
+                    axes.set_title(names[column], fontweight="bold")
+                if column == 0:
+                    axes.annotate(
+                        names[row],
+                        (0.008, 0.5),
+                        xycoords=("figure fraction", "axes fraction"),
+                        rotation=90,
+                        va="center",
+                        fontweight="bold",
+                    )
+                if row == n - 1:
+                    axes.set_xlabel("f [Hz]", fontsize=7, labelpad=1)
+        if logarithmic:
+            _share_blocks(grid, n)
+        figure.suptitle(
+            f"{what}: response in rows, excitation in columns; translations [{units[0]}], "
+            f"couplings [{units[1]}], rotations [{units[2]}]",
+            fontsize=8,
+            y=1 - 0.1 / height,
+            va="top",
+        )
+        _matrix_legend(figure, list(curves), colour, dashed)
+        return png(figure)
+
+
+def heat_maps(maps: Sequence[HeatMap], *, columns: int = 3) -> bytes:
+    """Draw matrices of numbers from 0 to 1, each number written into its cell.
+
+    Parameters
+    ----------
+    maps : sequence of HeatMap
+        At least one.
+    columns : int
+        Per row of the figure.
+
+    Returns
+    -------
+    bytes
+        PNG.
+
+    Raises
+    ------
+    InputError
+        No map, a shape that does not fit its labels, values that are not finite.
+    """
+    if not maps:
+        raise InputError("figure heat_maps: there is no matrix to draw")
+    rows = -(-len(maps) // columns)
+    with styled_figure(FULL_WIDTH, rows * (0.25 + FULL_WIDTH / columns)) as figure:
+        grid = figure.subplots(rows, columns, squeeze=False)
+        for axes, one in zip(grid.ravel(), maps, strict=False):
+            values = finite("heat_maps", {one.title: one.values})[one.title]
+            if values.shape != (len(one.rows), len(one.columns)):
+                raise InputError(f"figure heat_maps: {one.title} has shape {values.shape}")
+            matrix_cells(axes, values, one.rows, one.columns)
+            axes.set_xlabel(one.column_title)
+            axes.set_ylabel(one.row_title)
+            axes.set_title(one.title, loc="left", fontweight="bold", fontsize=8.5)
+            write_cells(axes, values, decimals=2, fontsize=6.3)
+        for axes in grid.ravel()[len(maps) :]:
+            axes.set_axis_off()
+        return png(figure)
+
+
+def _small_axes(axes: Axes, lines: npt.NDArray[np.float64], *, logarithmic: bool) -> None:
+    from matplotlib.ticker import MaxNLocator, NullLocator
+
+    frequency_axis(axes, lines[0], lines[-1])
+    axes.set_xticks([tick for tick in (10, 30, 100) if lines[0] <= tick <= lines[-1]])
+    if logarithmic:
+        axes.set_yscale("log")
+        axes.yaxis.set_minor_locator(NullLocator())
+    else:
+        axes.yaxis.set_major_locator(MaxNLocator(3))
+        axes.ticklabel_format(axis="y", style="sci", scilimits=(-2, 3))
+        axes.yaxis.get_offset_text().set_fontsize(_SMALL)
+    axes.tick_params(labelsize=_SMALL, length=2, pad=1.5)
+
+
+def _share_blocks(grid: npt.NDArray[np.object_], n: int) -> None:
+    """One scale for all entries of a unit; numbers only at the left end of a block."""
+    half = n // 2
+    first, last = slice(None, half), slice(half, None)
+    couplings = [*grid[first, last].ravel(), *grid[last, first].ravel()]
+    for block in (list(grid[first, first].ravel()), couplings, list(grid[last, last].ravel())):
+        limits = np.array([axes.get_ylim() for axes in block])
+        for axes in block:
+            axes.set_ylim(limits[:, 0].min(), limits[:, 1].max())
+    for column in range(n):
+        if column not in (0, half):
+            for axes in grid[:, column]:
+                axes.tick_params(labelleft=False)
+
+
+def _matrix_legend(
+    figure: Figure, labels: Sequence[str], colour: Mapping[str, str], dashed: Sequence[str]
+) -> None:
+    from matplotlib.lines import Line2D
+
+    if len(labels) < 2:
+        return
+    handles = [
+        Line2D(
+            [],
+            [],
+            color=colour.get(name, INK),
+            ls=(0, (4, 1.6)) if name in dashed else "-",
+            label=name,
+        )
+        for name in labels
+    ]
+    figure.legend(handles=handles, loc="lower center", ncols=min(len(handles), 4))

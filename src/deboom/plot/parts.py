@@ -1,0 +1,429 @@
+"""Pictures for suppliers: stiffness over preload, effects of a part, deliveries, shared parts."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+import numpy.typing as npt
+
+from deboom.errors import InputError
+from deboom.plot.style import (
+    ACCENT,
+    FULL_WIDTH,
+    INK,
+    MUTED,
+    TRACK,
+    VEHICLE_PALETTE,
+    finite,
+    halo,
+    png,
+    signed,
+    styled_figure,
+)
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+_COLUMNS = 3
+_PANEL_HEIGHT = 2.05
+_BAR = 0.2  # in, of one vehicle
+_FACTOR_BAR = 0.19  # in, of one direction
+_DASHED = (0, (4, 1.6))
+
+Pair = tuple[npt.ArrayLike, npt.ArrayLike]
+
+
+@dataclass(frozen=True, eq=False)
+class StiffnessPanel:
+    """Dynamic stiffness of one direction over its preload.
+
+    Parameters
+    ----------
+    title : str
+        Mount and axis.
+    x_label : str
+        Preload with its unit.
+    points : (array, array)
+        Preload and stiffness of every line in operation [unit of the label, N/mm].
+    today, wanted : (array, array) or None
+        Curves at one test condition; nan where nothing backs them.
+    wanted_points : (array, array) or None
+        The wanted stiffness of single lines, where there is no curve.
+    tolerance : float
+        Half width of the band around the wanted curve [1].
+    note : str
+        In the panel, such as ``no requirement``.
+    """
+
+    title: str
+    x_label: str
+    points: Pair
+    today: Pair | None = None
+    wanted: Pair | None = None
+    wanted_points: Pair | None = None
+    tolerance: float = 0.0
+    note: str = ""
+
+
+def stiffness_over_preload(panels: Sequence[StiffnessPanel], colour: str) -> bytes:
+    """Draw the static force – dynamic stiffness diagrams of one mount, after thesis, Figure 26.
+
+    Parameters
+    ----------
+    panels : sequence of StiffnessPanel
+        At least one.
+    colour : str
+        Of the mount.
+
+    Returns
+    -------
+    bytes
+        PNG.
+
+    Raises
+    ------
+    InputError
+        No panel, points that are not finite.
+    """
+    from matplotlib.lines import Line2D
+    from matplotlib.patches import Patch
+    from matplotlib.ticker import MaxNLocator
+
+    if not panels:
+        raise InputError("figure stiffness_over_preload: there is no panel to draw")
+    columns = min(_COLUMNS, len(panels))
+    rows = -(-len(panels) // columns)
+    with styled_figure(FULL_WIDTH, 0.45 + rows * _PANEL_HEIGHT) as figure:
+        grid = figure.subplots(rows, columns, squeeze=False).ravel()
+        for place, (axes, panel) in enumerate(zip(grid, panels, strict=False)):
+            _stiffness(axes, panel, colour)
+            axes.set_title(panel.title, loc="left", fontweight="bold")
+            axes.set_xlabel(panel.x_label)
+            axes.xaxis.set_major_locator(MaxNLocator(5))
+            if place % columns == 0:
+                axes.set_ylabel("dynamic stiffness |K| [N/mm]")
+        for axes in grid[len(panels) :]:
+            axes.set_axis_off()
+        handles: list[Line2D | Patch] = [
+            Line2D([], [], color=MUTED, label="today, in operation", ls="none", marker=".")
+        ]
+        if any(panel.today is not None for panel in panels):
+            handles.append(Line2D([], [], color=INK, ls=_DASHED, label="today"))
+        if any(panel.wanted is not None for panel in panels):
+            handles.append(Line2D([], [], color=colour, label="wanted"))
+            handles.append(Patch(color=colour, alpha=0.22, label="its tolerance"))
+        if any(panel.wanted_points is not None for panel in panels):
+            handles.append(
+                Line2D([], [], color=colour, label="wanted, in operation", ls="none", marker=".")
+            )
+        figure.legend(handles=handles, loc="outside lower center", ncols=len(handles))
+        return png(figure)
+
+
+def _stiffness(axes: Axes, panel: StiffnessPanel, colour: str) -> None:
+    points = finite("stiffness_over_preload", {"x": panel.points[0], "y": panel.points[1]})
+    axes.plot(points["x"], points["y"], ".", color=MUTED, markersize=2.2, alpha=0.45)
+    tops = [float(np.max(points["y"]))]
+    if panel.today is not None:
+        axes.plot(*(np.asarray(a) for a in panel.today), color=INK, ls=_DASHED, linewidth=1.2)
+        tops.append(float(np.nanmax(np.asarray(panel.today[1]))))
+    if panel.wanted_points is not None:
+        wanted = finite(
+            "stiffness_over_preload", {"x": panel.wanted_points[0], "y": panel.wanted_points[1]}
+        )
+        axes.plot(wanted["x"], wanted["y"], ".", color=colour, markersize=2.2, alpha=0.6)
+        tops.append(float(np.max(wanted["y"])))
+    if panel.wanted is not None:
+        x, k = (np.asarray(a, dtype=float) for a in panel.wanted)
+        low, high = ((1.0 + side * panel.tolerance) * k for side in (-1.0, 1.0))
+        axes.fill_between(x, low, high, color=colour, alpha=0.22, linewidth=0)
+        axes.plot(x, k, color=colour, linewidth=1.7)
+        tops.append(float(np.nanmax(high)))
+    axes.set_ylim(0.0, 1.12 * max(tops))
+    if panel.note:
+        axes.text(
+            0.97,
+            0.05,
+            panel.note,
+            transform=axes.transAxes,
+            ha="right",
+            fontsize=8.0,
+            fontweight="bold",
+            color=INK,
+            path_effects=halo(2.5),
+        )
+
+
+def part_effects(
+    vehicles: Sequence[str],
+    changes: Mapping[str, npt.ArrayLike],
+    half_widths: Mapping[str, npt.ArrayLike],
+    together: npt.ArrayLike,
+    colours: Mapping[str, str],
+    *,
+    x_label: str,
+    together_label: str,
+) -> bytes:
+    """Draw what each part does alone in every vehicle, beside what all do together.
+
+    Parameters
+    ----------
+    vehicles : sequence of str
+        From top to bottom.
+    changes, half_widths : mapping of str to array, shape (n_vehicle,)
+        Part → change and half width of its interval [unit of the label].
+    together : array, shape (n_vehicle,)
+        Change by all parts [unit of the label].
+    colours : mapping of str to str
+        Of every part.
+    x_label : str
+        With its unit.
+    together_label : str
+        What `together` is.
+
+    Returns
+    -------
+    bytes
+        PNG.
+
+    Raises
+    ------
+    InputError
+        No part, arrays of different lengths, values that are not finite.
+    """
+    from matplotlib.lines import Line2D
+
+    if not changes:
+        raise InputError("figure part_effects: there is no part to draw")
+    rows = np.arange(len(vehicles))
+    columns = min(4, len(changes))
+    lines = -(-len(changes) // columns)
+    with styled_figure(FULL_WIDTH, 0.75 + lines * (0.5 + _BAR * len(vehicles))) as figure:
+        grid = figure.subplots(lines, columns, squeeze=False, sharex=True, sharey=True).ravel()
+        for place, (axes, name) in enumerate(zip(grid, changes, strict=False)):
+            data = finite(
+                "part_effects",
+                {
+                    "rows": rows,
+                    "change": changes[name],
+                    "half width": half_widths[name],
+                    "together": together,
+                },
+            )
+            axes.barh(rows, data["change"], height=0.62, color=colours[name])
+            for row in rows:
+                middle, half = data["change"][row], data["half width"][row]
+                axes.plot([middle - half, middle + half], [row, row], "|-", color=INK, lw=0.9, ms=4)
+            axes.plot(data["together"], rows, "D", color="white", mec=INK, ms=4.0, mew=0.9)
+            axes.axvline(0.0, color=MUTED, linewidth=0.8)
+            axes.set_title(name, loc="left", fontweight="bold")
+            axes.grid(False, axis="y")
+            axes.tick_params(axis="y", length=0)
+            if place + columns >= len(changes):
+                axes.tick_params(labelbottom=True)
+        for axes in grid[len(changes) :]:
+            axes.set_axis_off()
+        grid[0].set_yticks(rows, vehicles)
+        grid[0].set_ylim(len(vehicles) - 0.4, -0.6)
+        figure.supxlabel(x_label, fontsize=8.5)
+        figure.legend(
+            handles=[
+                Line2D([], [], color=INK, marker="|", ms=4, lw=0.9, label="90 % interval"),
+                Line2D(
+                    [],
+                    [],
+                    ls="none",
+                    marker="D",
+                    color="white",
+                    mec=INK,
+                    ms=4,
+                    label=together_label,
+                ),
+            ],
+            loc="outside upper right",
+            ncols=2,
+        )
+        return png(figure)
+
+
+def tolerance_worth(
+    names: Sequence[str],
+    shares: npt.ArrayLike,
+    gains: npt.ArrayLike,
+    colours: Sequence[str],
+) -> bytes:
+    """Draw the share of each direction in the scatter, and what a tighter tolerance is worth.
+
+    Parameters
+    ----------
+    names : sequence of str
+        Of the directions.
+    shares : array, shape (n,)
+        In the scatter [%].
+    gains : array, shape (n,)
+        Fall of σ per percentage point of tolerance [mdB].
+    colours : sequence of str
+        Of the directions.
+
+    Returns
+    -------
+    bytes
+        PNG.
+
+    Raises
+    ------
+    InputError
+        No direction, arrays of different lengths, values that are not finite.
+    """
+    data = finite("tolerance_worth", {"names": range(len(names)), "share": shares, "gain": gains})
+    rows = np.arange(len(names))
+    labels = {"share": "share of the scatter [%]", "gain": "σ saved per % tighter [0.001 dB]"}
+    with styled_figure(FULL_WIDTH, 0.75 + _FACTOR_BAR * len(names)) as figure:
+        for axes, key in zip(figure.subplots(1, 2, sharey=True), labels, strict=True):
+            axes.barh(rows, np.full(len(names), data[key].max()), color=TRACK, height=0.66)
+            axes.barh(rows, data[key], color=list(colours), height=0.66)
+            for row, value in enumerate(data[key]):
+                axes.annotate(
+                    signed(value, 1).removeprefix("+"),
+                    (max(value, 0.0), row),
+                    xytext=(3, 0),
+                    textcoords="offset points",
+                    va="center_baseline",
+                    fontsize=7.0,
+                    path_effects=halo(2.0),
+                )
+            axes.set_xlabel(labels[key])
+            axes.grid(False, axis="y")
+            axes.tick_params(axis="y", length=0)
+            axes.set_xlim(min(0.0, 1.05 * float(data[key].min())), 1.1 * float(data[key].max()))
+            axes.set_yticks(rows, names)
+            axes.set_ylim(len(names) - 0.4, -0.6)
+        return png(figure)
+
+
+_MARKS = {"pass": ("o", ACCENT), "undecided": ("D", INK), "fail": ("X", VEHICLE_PALETTE[1])}
+_SPREAD = 0.26
+
+
+@dataclass(frozen=True, eq=False)
+class PartsRow:
+    """One axis of one batch.
+
+    Parameters
+    ----------
+    label : str
+    interval : (float, float)
+        Ends [1].
+    values : mapping of str to array
+        ``pass``, ``undecided``, ``fail`` → stiffness over today's [1].
+    """
+
+    label: str
+    interval: tuple[float, float]
+    values: Mapping[str, npt.ArrayLike]
+
+
+def parts_in_intervals(rows: Sequence[PartsRow]) -> bytes:
+    """Draw every measured part on the interval of its axis.
+
+    Parameters
+    ----------
+    rows : sequence of PartsRow
+        At least one.
+
+    Returns
+    -------
+    bytes
+        PNG.
+
+    Raises
+    ------
+    InputError
+        No row, an unknown verdict, values that are not finite.
+    """
+    if not rows:
+        raise InputError("figure parts_in_intervals: there is no part to draw")
+    from matplotlib.lines import Line2D
+
+    with styled_figure(FULL_WIDTH, 0.9 + 0.34 * len(rows)) as figure:
+        axes = figure.add_subplot()
+        axes.grid(visible=False, axis="y")
+        used = []
+        for place, row in enumerate(rows):
+            lower, upper = row.interval
+            axes.barh(place, upper - lower, left=lower, height=0.72, color=TRACK)
+            for name, values in row.values.items():
+                if name not in _MARKS:
+                    raise InputError(f"figure parts_in_intervals: unknown verdict '{name}'")
+                if not np.size(values):
+                    continue
+                x = finite("parts_in_intervals", {name: values})[name]
+                used.append(name)
+                mark, colour = _MARKS[name]
+                # parts of one value stand above each other
+                height = place + _SPREAD * np.linspace(-1, 1, x.size) if x.size > 1 else [place]
+                axes.plot(x, height, mark, color=colour, markersize=4.2, linestyle="none")
+        axes.set_yticks(range(len(rows)), [row.label for row in rows])
+        axes.set_ylim(len(rows) - 0.4, -0.6)
+        axes.set_xlabel("dynamic stiffness over today's [1]")
+        handles = [
+            Line2D([], [], marker=mark, color=colour, linestyle="none", label=name)
+            for name, (mark, colour) in _MARKS.items()
+            if name in used
+        ]
+        figure.legend(handles=handles, loc="outside upper right", ncols=3)
+        return png(figure)
+
+
+def shared_parts(
+    parts: Sequence[str], vehicles: Sequence[str], labels: npt.NDArray[np.str_]
+) -> bytes:
+    """Draw the part number of each part in each vehicle; one colour per number of a row.
+
+    Parameters
+    ----------
+    parts, vehicles : sequence of str
+        Of rows and columns.
+    labels : array of str, shape (n_parts, n_vehicles)
+        Part numbers.
+
+    Returns
+    -------
+    bytes
+        PNG.
+
+    Raises
+    ------
+    InputError
+        Labels of another shape.
+    """
+    if labels.shape != (len(parts), len(vehicles)):
+        raise InputError(
+            f"figure shared_parts: {labels.shape} labels for {len(parts)} parts in "
+            f"{len(vehicles)} vehicles"
+        )
+    from matplotlib.patches import Rectangle
+
+    turned = max(len(name) for name in vehicles) * len(vehicles) > 70
+    with styled_figure(FULL_WIDTH, 0.75 + 0.36 * len(parts) + 0.35 * turned) as figure:
+        axes = figure.add_subplot()
+        axes.grid(visible=False)
+        for row, names in enumerate(labels):
+            numbers = list(dict.fromkeys(names.tolist()))
+            for column, name in enumerate(names.tolist()):
+                colour = VEHICLE_PALETTE[numbers.index(name) % len(VEHICLE_PALETTE)]
+                axes.add_patch(
+                    Rectangle((column - 0.47, row - 0.42), 0.94, 0.84, facecolor=colour, alpha=0.32)
+                )
+                axes.text(column, row, name, ha="center", va="center", fontweight="bold")
+        axes.set_xlim(-0.6, len(vehicles) - 0.4)
+        axes.set_ylim(len(parts) - 0.5, -0.5)
+        axes.set_xticks(range(len(vehicles)), vehicles, rotation=45 if turned else 0)
+        axes.set_yticks(range(len(parts)), parts)
+        axes.tick_params(length=0)
+        for side in ("left", "bottom"):
+            axes.spines[side].set_visible(False)
+        return png(figure)

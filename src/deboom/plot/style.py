@@ -1,0 +1,282 @@
+"""Colours, fonts and sizes of every figure, and the way from a figure to PNG bytes."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Literal
+
+import numpy as np
+import numpy.typing as npt
+
+from deboom.errors import InputError
+
+VEHICLE_PALETTE = ("#0072B2", "#D55E00", "#009E73", "#882255", "#E69F00", "#56B4E9")
+MOUNT_PALETTE = ("#332288", "#CC6677", "#999933", "#44AA99", "#882255", "#88CCEE")
+
+INK = "#1F2933"
+MUTED = "#5F6B7A"
+TRACK = "#E3E7EC"
+GRID = "#DFE3E8"
+ACCENT = "#0B4F7D"
+
+FULL_WIDTH = 7.2
+"""Width of a figure over the whole column [in]."""
+HALF_WIDTH = 3.5
+"""Width of a figure that shares its row with another [in]."""
+DPI = 200
+
+FIGURE_STYLE: Mapping[str, str | float | bool] = {
+    "font.family": "DejaVu Sans",
+    "font.size": 8.5,
+    "text.color": INK,
+    "axes.edgecolor": MUTED,
+    "axes.labelcolor": INK,
+    "axes.linewidth": 0.7,
+    "axes.titlesize": 9.0,
+    "axes.labelsize": 8.5,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.axisbelow": True,
+    "axes.grid": True,
+    "grid.color": GRID,
+    "grid.linewidth": 0.7,
+    "xtick.color": MUTED,
+    "ytick.color": MUTED,
+    "xtick.labelcolor": INK,
+    "ytick.labelcolor": INK,
+    "xtick.labelsize": 8.0,
+    "ytick.labelsize": 8.0,
+    "legend.frameon": False,
+    "legend.fontsize": 8.0,
+    "lines.solid_capstyle": "round",
+    "hatch.linewidth": 0.5,
+    "figure.facecolor": "white",
+    "savefig.facecolor": "white",
+}
+"""Settings over the plotting library's own defaults; a reader's settings never leak in."""
+
+_SHADES = (0.0, -0.40, 0.35)
+
+
+def vehicle_colours(names: Sequence[str]) -> dict[str, str]:
+    """Give each vehicle its colour by its place in the platform's list.
+
+    Parameters
+    ----------
+    names : sequence of str
+        All vehicles of the platform in the platform's order; a study of a few of them passes the
+        whole list too, so that a vehicle keeps its colour in every figure.
+
+    Returns
+    -------
+    dict of str to str
+        ``#RRGGBB`` by vehicle. After the palette's six come darker, then lighter ones; from the
+        nineteenth on they repeat.
+
+    Raises
+    ------
+    InputError
+        Duplicated names.
+    """
+    return _colours(names, VEHICLE_PALETTE, "vehicle")
+
+
+def mount_colours(names: Sequence[str]) -> dict[str, str]:
+    """Give each mount its colour by its place in the platform's list; see `vehicle_colours`."""
+    return _colours(names, MOUNT_PALETTE, "mount")
+
+
+def mount_of(variable: str) -> str:
+    """Name of the mount that a design variable ``<mount> <axis>`` belongs to."""
+    return variable.rpartition(" ")[0] or variable
+
+
+def signed(value: float, decimals: int) -> str:
+    """Write a change with its sign, such as ``−3.1`` or ``+0.2``; a rounded zero has none."""
+    text = f"{value:+.{decimals}f}"
+    return f"{0:.{decimals}f}" if float(text) == 0.0 else text.replace("-", "−")
+
+
+def _colours(names: Sequence[str], palette: tuple[str, ...], what: str) -> dict[str, str]:
+    doubled = sorted({name for name in names if list(names).count(name) > 1})
+    if doubled:
+        raise InputError(f"duplicated {what} {doubled}: every {what} needs a name of its own")
+    return {
+        name: _shade(palette[place % len(palette)], _SHADES[place // len(palette) % len(_SHADES)])
+        for place, name in enumerate(names)
+    }
+
+
+def _shade(colour: str, amount: float) -> str:
+    """Mix with white (amount > 0) or black (amount < 0)."""
+    target = 255 if amount > 0 else 0
+    channels = (int(colour[place : place + 2], 16) for place in (1, 3, 5))
+    mixed = (round(channel + abs(amount) * (target - channel)) for channel in channels)
+    return "#" + "".join(f"{channel:02X}" for channel in mixed)
+
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+    from matplotlib.patheffects import AbstractPathEffect
+
+RealArray = npt.NDArray[np.float64]
+
+PALETTE = 256
+"""Colours of a picture: as many as one byte tells apart."""
+
+
+@contextmanager
+def styled_figure(width: float, height: float) -> Iterator[Figure]:
+    """Open an empty figure of ``width`` by ``height`` [in]; finish it with `png` inside."""
+    from matplotlib import style
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    with style.context(dict(FIGURE_STYLE), after_reset=True):
+        figure = Figure(figsize=(width, height), layout="constrained")
+        FigureCanvasAgg(figure)
+        yield figure
+
+
+def png(figure: Figure) -> bytes:
+    """Bytes of the figure as PNG with a palette: a third of the size, colours as before to the eye.
+
+    Without the writer's name and version; no dithering, which would make flat colours grainy.
+    """
+    from PIL import Image
+
+    drawn, flat = io.BytesIO(), io.BytesIO()
+    figure.savefig(drawn, format="png", dpi=DPI, metadata={"Software": None})
+    with Image.open(drawn) as picture:
+        picture.convert("RGB").quantize(
+            PALETTE, Image.Quantize.MAXCOVERAGE, kmeans=3, dither=Image.Dither.NONE
+        ).save(flat, format="PNG", optimize=True, dpi=(DPI, DPI))
+    return flat.getvalue()
+
+
+def halo(width: float) -> list[AbstractPathEffect]:
+    """White outline of ``width`` [pt] that keeps text and thin lines readable over other marks."""
+    from matplotlib.patheffects import withStroke
+
+    return [withStroke(linewidth=width, foreground="white")]
+
+
+def finite(figure_name: str, arrays: Mapping[str, npt.ArrayLike]) -> dict[str, RealArray]:
+    """Return the arrays as floats.
+
+    Raises
+    ------
+    InputError
+        Arrays of different lengths, an empty one, or a value that is not finite: a plot would drop
+        it silently.
+    """
+    checked = {name: np.asarray(values, dtype=float) for name, values in arrays.items()}
+    lengths = {name: len(values) for name, values in checked.items()}
+    if len(set(lengths.values())) > 1:
+        raise InputError(f"figure {figure_name}: arrays of different lengths {lengths}")
+    for name, values in checked.items():
+        if values.size == 0:
+            raise InputError(f"figure {figure_name}: {name} is empty, there is nothing to draw")
+        if not np.isfinite(values).all():
+            where = [int(place) for place in np.argwhere(~np.isfinite(values))[0]]
+            raise InputError(f"figure {figure_name}: {name} is not finite at index {where}")
+    return checked
+
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+    from matplotlib.transforms import Bbox
+
+_DIRECTIONS = ((0, 1), (1, 1), (-1, 1), (1, 0), (-1, 0), (1, -1), (-1, -1), (0, -1))
+_DISTANCES = (5.0, 11.0, 18.0, 27.0, 38.0, 52.0)  # pt
+_PLACES = tuple((distance, direction) for distance in _DISTANCES for direction in _DIRECTIONS)
+_LEADER_FROM = 12.0  # pt
+_CLEARANCE = 6.0  # pixels
+_HORIZONTAL: tuple[Literal["center", "left", "right"], ...] = ("center", "left", "right")
+_VERTICAL: tuple[Literal["center", "bottom", "top"], ...] = ("center", "bottom", "top")
+
+
+def freeze_layout(figure: Figure) -> None:
+    """Lay the figure out for good: labels are placed in pixels and must not move afterwards."""
+    figure.draw_without_rendering()
+    figure.set_layout_engine("none")
+
+
+def place_labels(
+    axes: Axes,
+    points: RealArray,
+    texts: Sequence[str],
+    colours: Sequence[str],
+    obstacles: RealArray,
+    size: float,
+) -> None:
+    """Write each text near its point, at the nearest of a ring of places that is free.
+
+    Parameters
+    ----------
+    axes : Axes
+        With frozen layout.
+    points : array, shape (n, 2)
+        Where each text belongs, data coordinates.
+    texts, colours : sequence of str
+        One for each point.
+    obstacles : array, shape (m, 2)
+        Points that no text should cover, data coordinates.
+    size : float
+        Font size [pt].
+    """
+    anchors = axes.transData.transform(points)
+    pixels = np.vstack([axes.transData.transform(obstacles), anchors])
+    taken: list[RealArray] = []
+    for point, anchor, text, colour in zip(points, anchors, texts, colours, strict=True):
+        label = axes.annotate(
+            text,
+            (float(point[0]), float(point[1])),
+            xytext=(0.0, 0.0),
+            textcoords="offset points",
+            color=colour,
+            fontsize=size,
+            path_effects=halo(2.0),
+        )
+        extent = np.array(label.get_window_extent().size)
+        pixels_per_point = axes.figure.dpi / 72.0
+        boxes = [
+            _box(anchor, distance * pixels_per_point, direction, extent)
+            for distance, direction in _PLACES
+        ]
+        costs = [_cost(box, axes.bbox, pixels, taken) for box in boxes]
+        best = int(np.argmin(costs))
+        taken.append(boxes[best])
+        distance, (right, up) = _PLACES[best]
+        label.set_position((distance * right, distance * up))
+        label.set_horizontalalignment(_HORIZONTAL[right])
+        label.set_verticalalignment(_VERTICAL[up])
+        if distance > _LEADER_FROM:
+            axes.annotate(
+                "",
+                (float(point[0]), float(point[1])),
+                xytext=(distance * right, distance * up),
+                textcoords="offset points",
+                arrowprops={"arrowstyle": "-", "color": MUTED, "linewidth": 0.6, "shrinkB": 4.0},
+            )
+
+
+def _box(
+    anchor: RealArray, distance: float, direction: tuple[int, int], extent: RealArray
+) -> RealArray:
+    """Lower left and upper right corner [pixel] of a text at a place, shape (2, 2)."""
+    towards = np.array(direction, dtype=float)
+    centre = anchor + towards * (distance + extent / 2.0)
+    return np.array([centre - extent / 2.0, centre + extent / 2.0])
+
+
+def _cost(box: RealArray, frame: Bbox, pixels: RealArray, taken: Sequence[RealArray]) -> float:
+    """Leaving the frame is worse than covering a label, which is worse than covering data."""
+    low, high = box[0] - _CLEARANCE, box[1] + _CLEARANCE
+    covered = np.all((pixels > low) & (pixels < high), axis=1).sum()
+    overlaps = sum(bool(np.all((low < other[1]) & (high > other[0]))) for other in taken)
+    outside = np.any(box[0] < frame.min) or np.any(box[1] > frame.max)
+    return float(covered + 1e3 * overlaps + 1e6 * outside)

@@ -1,0 +1,225 @@
+"""Options as they are typed: bands, load cases, aims, tolerance draws."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from enum import Enum
+
+import numpy as np
+
+from deboom.errors import InputError
+from deboom.explore.robust import (
+    MEAN_SUM,
+    SAMPLE_MOMENTS,
+    SIGMA_SUM,
+    ControlVariate,
+    Mean,
+    Objective,
+    Quantile,
+    RobustResponse,
+    Sigma,
+    TailMean,
+    Total,
+    Worst,
+)
+from deboom.explore.scatter import (
+    FreshGaussianSampler,
+    ToleranceSampler,
+    ToleranceStructure,
+    gaussian_sample,
+    sobol_sample,
+)
+from deboom.explore.space import DesignSpace, Evaluate, stiffness_factor_space
+from deboom.files.platform import Platform
+from deboom.measurement.channels import LoadCase
+from deboom.mounts.mount import refuse_active_mounts
+from deboom.vehicles.kernel_split_numpy import SUFFIX
+
+
+def band_of(text: str) -> tuple[float, float]:
+    """Read ``10-30`` [Hz].
+
+    Raises
+    ------
+    InputError
+        Not two numbers with a dash between, or a band that does not rise from above 0 Hz.
+    """
+    try:
+        low, high = (float(part) for part in text.split("-"))
+    except ValueError:
+        raise InputError(f"--band {text}: write it as LOW-HIGH in Hz, such as 10-30") from None
+    if not (0 < low < high and math.isfinite(high)):
+        raise InputError(f"--band {text}: the band must rise from above 0 Hz")
+    return low, high
+
+
+def weighted_load_cases(
+    platform: Platform, requests: Sequence[str] | None
+) -> list[tuple[LoadCase, float]]:
+    """Look up load cases with their weights.
+
+    Parameters
+    ----------
+    platform : Platform
+        Where the load cases are.
+    requests : sequence of str or None
+        ``name`` (weight 1) or ``name=weight``; None or empty takes the platform's default.
+
+    Returns
+    -------
+    list of (LoadCase, float)
+        In the order asked for; weights not yet normalised [1].
+
+    Raises
+    ------
+    InputError
+        An unknown or repeated name, a weight that is no number above 0, or a load case in which
+        a mount has a negative stiffness or a negative loss.
+    """
+    chosen: dict[str, float] = {}
+    for request in requests or [platform.default_load_case]:
+        name, has_weight, text = request.partition("=")
+        try:
+            weight = float(text) if has_weight else 1.0
+        except ValueError:
+            weight = -1.0
+        if not 0.0 < weight < float("inf"):
+            raise InputError(f"load case '{request}': write name=weight with a weight above 0")
+        if name in chosen:
+            raise InputError(f"load case '{name}' is asked for twice: give it one weight")
+        chosen[name] = weight
+    cases = [(platform.load_case(name), weight) for name, weight in chosen.items()]
+    for case, _ in cases:
+        refuse_active_mounts(case)
+    return cases
+
+
+TAIL = 0.95
+"""Share of all parts below the quantile, and above which the worst parts are [1]."""
+
+
+class Aim(Enum):
+    """First and second objective of a search."""
+
+    mean = "mean"
+    """Sums over the vehicles of mean and sigma: the thesis."""
+    quantile = "quantile"
+    """Sum of the levels that 95 % of all parts stay below, and of sigma."""
+    tail = "tail"
+    """Sum of the means of the worst 5 % of all parts, and of sigma."""
+    worst = "worst"
+    """Mean of the loudest vehicle, and largest sigma of a vehicle."""
+
+
+_OBJECTIVES: dict[Aim, tuple[Objective, Objective]] = {
+    Aim.mean: (MEAN_SUM, SIGMA_SUM),
+    Aim.quantile: (Total(Quantile(TAIL)), SIGMA_SUM),
+    Aim.tail: (Total(TailMean(TAIL)), SIGMA_SUM),
+    Aim.worst: (Worst(Mean()), Worst(Sigma())),
+}
+
+
+def robust_response(
+    evaluate: Evaluate,
+    space: DesignSpace,
+    sample: ToleranceSampler,
+    aim: Aim = Aim.mean,
+    nominal_mean: bool = False,
+    control_variate: bool = False,
+    structure: ToleranceStructure | None = None,
+) -> RobustResponse:
+    """Wrap a model with scatter as a study's options ask for.
+
+    Parameters
+    ----------
+    evaluate, space, sample, nominal_mean
+        See `deboom.explore.robust.RobustResponse`.
+    aim : Aim
+        What the search minimises.
+    control_variate : bool
+        Read mean and sigma with a parabola of the draws as control variate.
+    structure : ToleranceStructure, optional
+        What the scatter of the variables has in common.
+
+    Raises
+    ------
+    InputError
+        As `deboom.explore.robust.RobustResponse`.
+    """
+    estimator = ControlVariate(2) if control_variate else SAMPLE_MOMENTS
+    return RobustResponse(
+        evaluate, space, sample, nominal_mean, estimator, _OBJECTIVES[aim], structure
+    )
+
+
+def aim_note(robust: RobustResponse) -> str:
+    """Say what a report must say about objectives that are not the two sums; empty otherwise."""
+    if robust.objectives == (MEAN_SUM, SIGMA_SUM):
+        return ""
+    first, second = (objective.name for objective in robust.objectives)
+    return (
+        f"The search minimised {first}, and {second}; picks are those of these objectives. Tables "
+        "and figures show mean and sigma, in which the front is not a front."
+    )
+
+
+class Sampler(Enum):
+    """How manufacturing scatter is drawn."""
+
+    sobol = "sobol"
+    """Scrambled Sobol points, shared by all designs."""
+    gaussian = "gaussian"
+    """Gaussian draws, shared by all designs."""
+    fresh = "fresh"
+    """Gaussian draws of its own for every design: the literal thesis."""
+
+
+_MAKERS: dict[Sampler, Callable[..., ToleranceSampler]] = {
+    Sampler.sobol: sobol_sample,
+    Sampler.gaussian: gaussian_sample,
+    Sampler.fresh: FreshGaussianSampler,
+}
+
+
+def factor_space(names: Sequence[str], half_width: float, tolerance: float) -> DesignSpace:
+    """Return the space of a study's factors: stiffnesses that scatter, loss factors that do not.
+
+    Parameters
+    ----------
+    names : sequence of str
+        Variables of the booming index; those of loss factors end in ``loss``.
+    half_width, tolerance : float
+        As for `deboom.explore.space.stiffness_factor_space` [1].
+
+    Raises
+    ------
+    InputError
+        See there.
+    """
+    space = stiffness_factor_space(names, half_width, tolerance)
+    made = [0.0 if name.endswith(SUFFIX) else tolerance for name in names]
+    return replace(space, tolerance=np.array(made))
+
+
+def tolerance_sample(
+    sampler: Sampler, n_variables: int, n_samples: int, *, seed: int
+) -> ToleranceSampler:
+    """Draw the manufacturing scatter of a study.
+
+    Parameters
+    ----------
+    sampler : Sampler
+        How.
+    n_variables, n_samples : int
+        Columns, and draws per design.
+    seed : int
+        From 1 upwards.
+
+    Raises
+    ------
+    InputError
+        Seed 0, or a number of draws that the sampler refuses.
+    """
+    return _MAKERS[sampler](n_variables, n_samples, seed=seed)

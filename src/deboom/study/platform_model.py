@@ -1,0 +1,717 @@
+"""From the options of a study to the booming model of a platform."""
+
+from __future__ import annotations
+
+import hashlib
+import sys
+import warnings
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from enum import Enum
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from deboom.arrays import RealArray
+from deboom.errors import InputError
+from deboom.files.library_export import read_library_json
+from deboom.files.platform import (
+    PLATFORM_FILE,
+    Platform,
+    assembled,
+    load_right_platform_file,
+    read_contents,
+)
+from deboom.files.run_folder import hash_files
+from deboom.files.schema import noting
+from deboom.measurement.channels import LoadCase
+from deboom.mounts.characterised_mount import CharacterisedMount
+from deboom.mounts.mount import Mount, refuse_active_mounts
+from deboom.mounts.surface_forces import Outside, SurfaceForces, surface_forces
+from deboom.physics.frf import corr_f
+from deboom.physics.order_tracking import rpm_of_frequency
+from deboom.report.page import Section, Table
+from deboom.study.options import weighted_load_cases
+from deboom.study.result import StudyResult
+from deboom.vehicles.amplitude_motion import SeveralSolutionsWarning, compare_starts
+from deboom.vehicles.booming_model import (
+    AmplitudeIndex,
+    BoomingIndex,
+    LoadCaseIndex,
+    LossFactorIndex,
+    amplitude_index,
+    booming_index,
+    booming_loss_index,
+    coupled_index,
+    coupled_loss_index,
+    levels,
+)
+from deboom.vehicles.booming_model import pressure_1 as pressure
+from deboom.vehicles.booming_peaks import compare_peaks
+from deboom.vehicles.design_factor import DYNAMIC, DesignFactor, PartFactor
+from deboom.vehicles.design_factor import Factor as Factor
+from deboom.vehicles.fleet import Band, Fleet, path_contributions
+from deboom.vehicles.kernel_amplitude_numba import NUMBA_AMPLITUDE
+from deboom.vehicles.kernel_amplitude_numpy import NUMPY_AMPLITUDE
+from deboom.vehicles.kernel_coupled_numpy import NUMPY_COUPLED
+from deboom.vehicles.kernel_numba import NUMBA, NUMBA_COUPLED
+from deboom.vehicles.kernel_numpy import NUMPY
+from deboom.vehicles.kernel_smooth_numpy import SMOOTH_COUPLED
+from deboom.vehicles.powertrain import library_model
+
+PEAK_AGREEMENT = 0.3
+"""Surfaces and spectra agree if no booming peak differs by more [dB]."""
+
+PEAKS = "largest difference at peaks [dB]"
+RMS = "rms difference [dB]"
+
+
+@dataclass(frozen=True, eq=False)
+class SurfaceCheck:
+    """Levels with forces from response surfaces against those with measured forces.
+
+    Parameters
+    ----------
+    table : DataFrame
+        One row per load case and vehicle, see `level_differences`.
+    kept : tuple of str
+        Channels that keep a measured force, each with its reason.
+    """
+
+    table: pd.DataFrame
+    kept: tuple[str, ...]
+
+    @property
+    def at_peaks(self) -> float:
+        """Largest difference at a booming peak; nan where no curve has one [dB]."""
+        return float(self.table[PEAKS].max())
+
+    @property
+    def agrees(self) -> bool:
+        """Whether there are booming peaks, and all agree within `PEAK_AGREEMENT`."""
+        return self.at_peaks <= PEAK_AGREEMENT
+
+    @property
+    def text(self) -> str:
+        """The outcome in a few sentences."""
+        peaks = f"booming peaks differ by up to {self.at_peaks:.2f} dB"
+        if np.isnan(self.at_peaks):
+            peaks = "there is no booming peak to compare"
+        sentence = (
+            "Forces come from the mounts' response surfaces. With the measured spectra instead, "
+            f"{peaks}, all lines by {self.table[RMS].max():.2f} dB rms, corr_f "
+            f"is up to {self.table['corr_f [1]'].max():.1g}."
+        )
+        kept = f" The measured force stays in {'; '.join(self.kept)}." if self.kept else ""
+        return sentence + kept
+
+
+def surface_check(
+    fleet: Fleet,
+    mounts: Sequence[Mount],
+    pairs: Sequence[tuple[LoadCase, SurfaceForces]],
+    band: Band,
+) -> SurfaceCheck:
+    """Compare runs with their measured forces and with those from response surfaces.
+
+    Parameters
+    ----------
+    fleet : Fleet
+        Vehicles to listen in.
+    mounts : sequence of Mount
+        Of the platform, at their nominal stiffness.
+    pairs : sequence of (LoadCase, SurfaceForces)
+        Each run as measured, and with its forces exchanged.
+    band : (lower, upper)
+        Both edges belong to the band [Hz].
+
+    Raises
+    ------
+    InputError
+        See `deboom.vehicles.fleet.path_contributions`.
+    """
+    tables = []
+    kept: dict[str, None] = {}
+    for measured, modelled in pairs:
+        table = level_differences(fleet, mounts, measured, modelled.load_case, band)
+        table.insert(0, "load case", measured.name)
+        tables.append(table)
+        kept |= {f"{name} ({why})": None for name, why in modelled.measured.items()}
+    return SurfaceCheck(pd.concat(tables, ignore_index=True), tuple(kept))
+
+
+def level_differences(
+    fleet: Fleet, mounts: Sequence[Mount], measured: LoadCase, modelled: LoadCase, band: Band
+) -> pd.DataFrame:
+    """Compare the pressure at each ear between two versions of a run.
+
+    Parameters
+    ----------
+    fleet : Fleet
+        Vehicles to listen in.
+    mounts : sequence of Mount
+        Of the platform, at their nominal stiffness.
+    measured, modelled : LoadCase
+        The same run with its measured forces and with modelled ones.
+    band : (lower, upper)
+        Both edges belong to the band [Hz].
+
+    Returns
+    -------
+    DataFrame
+        One row per vehicle: ``corr_f`` of the complex pressure, rms of the difference of SPL over
+        all lines, number of booming peaks, how many of them only one curve has, and the largest
+        difference at a peak with its frequency (nan where there is none). Peaks are paired by
+        frequency; where one curve has none, its highest level nearby counts.
+
+    Raises
+    ------
+    InputError
+        See `deboom.vehicles.fleet.path_contributions`.
+    """
+    both = [path_contributions(fleet, mounts, case, band) for case in (measured, modelled)]
+    nominal = np.ones((1, len(both[0].variable_names)))
+    before, after = (levels(case, nominal)[0] for case in both)
+    first, second = (pressure(case, nominal)[0].T for case in both)
+    shape = corr_f(second, first)
+    rows = []
+    for vehicle, name in enumerate(fleet.names):
+        changes = compare_peaks(before[vehicle], after[vehicle], both[0].frequency, measured.order)
+        worst = max(changes, key=lambda c: abs(c.level_after - c.level_before), default=None)
+        rows.append(
+            {
+                "vehicle": name,
+                "corr_f [1]": float(shape[vehicle]),
+                RMS: float(np.sqrt(np.mean((after - before)[vehicle] ** 2))),
+                "peaks": len(changes),
+                "peaks of one curve only": sum(not (c.before and c.after) for c in changes),
+                PEAKS: abs(worst.level_after - worst.level_before) if worst else np.nan,
+                "frequency of that peak [Hz]": worst.frequency if worst else np.nan,
+            }
+        )
+    return pd.DataFrame(rows)
+
+
+LIBRARY_FILE = "mounts.library.json"
+"""Exported mount library in a platform folder."""
+
+
+class MountSource(Enum):
+    """Where the forces of the mounts come from.
+
+    ``library`` refuses lines outside of the region that a mount was measured in; at those lines
+    ``library_inside`` takes the measured force.
+    """
+
+    library = "library"
+    library_inside = "library-inside"
+    spectra = "spectra"
+
+
+@dataclass(frozen=True, eq=False)
+class Operation:
+    """The runs that a study is about, and who listens.
+
+    Parameters
+    ----------
+    platform : Platform
+        With these runs, and every file that was read.
+    fleet : Fleet
+        Vehicles of the group.
+    cases : list of (LoadCase, float)
+        Runs with their weights.
+    band : (lower, upper)
+        Both edges belong to the band [Hz].
+    check : SurfaceCheck or None
+        Surfaces against spectra; None if the forces are the measured ones.
+    parts : tuple of CharacterisedMount
+        The library's mounts that the forces come from; empty if they are the measured ones.
+    """
+
+    platform: Platform
+    fleet: Fleet
+    cases: list[tuple[LoadCase, float]]
+    band: Band
+    check: SurfaceCheck | None
+    parts: tuple[CharacterisedMount, ...] = ()
+
+    def checked(self, result: StudyResult) -> StudyResult:
+        """Add to a study's result how far surfaces and spectra agree, and print it.
+
+        Parameters
+        ----------
+        result : StudyResult
+            Of a study of these runs.
+
+        Returns
+        -------
+        StudyResult
+            With a table ``surface_check``, the key ``surface_difference_at_peaks_db`` and a section
+            on the page, which warns where they do not agree; unchanged without a check.
+
+        Notes
+        -----
+        Printed on standard error, at the end: bad input is to give one sentence and no more.
+        """
+        check = self.check
+        if check is None:
+            return result
+        print(check.text, file=sys.stderr)
+        section = Section(
+            "Response surfaces against measured spectra",
+            f"{check.text}\n\nPeaks are compared with peaks. Beside them, in a notch where paths "
+            "cancel, a small change of one force is a large one of the level.",
+            tables=(Table(check.table, "With today's mounts.", {"corr_f [1]": 5}),),
+        )
+        page = replace(result.page, sections=(*result.page.sections, section))
+        if not check.agrees:
+            warning = (
+                "Response surfaces and measured spectra are not shown to agree within "
+                f"{PEAK_AGREEMENT:g} dB at booming peaks: look for the reason before you trust "
+                "either."
+            )
+            page = replace(page, warnings=(*page.warnings, warning))
+        return replace(
+            result,
+            tables={**result.tables, "surface_check": check.table},
+            summary={**result.summary, "surface_difference_at_peaks_db": check.at_peaks},
+            page=page,
+        )
+
+
+def operation(
+    platform: Platform,
+    requests: Sequence[str] | None,
+    source: MountSource,
+    group: str | None,
+    band: Band,
+) -> Operation:
+    """Look up load cases and give them the forces of the mounts' response surfaces.
+
+    Parameters
+    ----------
+    platform : Platform
+        As measured. Its mount library lies beside its files, see `LIBRARY_FILE`.
+    requests : sequence of str or None
+        As for `deboom.study.options.weighted_load_cases`.
+    source : MountSource
+        Whether forces come from the library, and are compared with the measured ones, or stay as
+        measured.
+    group : str or None
+        Vehicles to listen in; None: all of them.
+    band : (lower, upper)
+        Both edges belong to the band [Hz].
+
+    Raises
+    ------
+    InputError
+        An unknown load case or group; a platform without a mount library; a run without engine
+        torque, or with lines outside of the region that a mount was measured in.
+    """
+    fleet = platform.fleet if group is None else platform.fleet.group(group)
+    cases = weighted_load_cases(platform, requests)
+    if source is MountSource.spectra:
+        return Operation(platform, fleet, cases, band, None)
+    path = platform.folder / LIBRARY_FILE
+    mounts = _library(path)
+    outside = Outside.REFUSE if source is MountSource.library else Outside.KEEP_MEASURED
+    try:
+        pairs = [(case, surface_forces(case, mounts, outside)) for case, _ in cases]
+    except InputError as error:
+        raise InputError(
+            f"{path}: {error} (--mounts library-inside keeps the measured force at lines outside, "
+            "--mounts spectra everywhere)"
+        ) from None
+    check = surface_check(fleet, platform.mounts, pairs, band)
+    modelled = {case.name: forces.load_case for case, forces in pairs}
+    changed = replace(
+        platform,
+        load_cases=tuple(modelled.get(case.name, case) for case in platform.load_cases),
+        input_files=(*platform.input_files, path),
+    )
+    from_library = [(modelled[case.name], weight) for case, weight in cases]
+    return Operation(changed, fleet, from_library, band, check, mounts)
+
+
+def _library(path: Path) -> tuple[CharacterisedMount, ...]:
+    if not path.is_file():
+        raise InputError(
+            f"{path}: the platform has no mount library: export one there as JSON (deboom "
+            "characterise, then deboom library export; a virtual platform: deboom bench write "
+            "--library), or take the mounts from the measured spectra (--mounts spectra)"
+        )
+    return read_library_json(path)[1]
+
+
+PART_WARNING = (
+    "A stiffness factor means the rubber itself, with its stops where they were: a softer part "
+    "rides deeper into its stop and most of the benefit is lost (on the virtual test bench about "
+    "1 dB is left of 3.5 dB)."
+)
+
+
+class Motion(Enum):
+    """What the powertrain does when a stiffness changes."""
+
+    prescribed = "prescribed"
+    """It moves as measured: the thesis."""
+    coupled = "coupled"
+    """Its six degrees of freedom and those of the wheel ends are solved again."""
+    amplitude = "amplitude"
+    """So are they, and the stiffnesses follow the amplitudes that come out."""
+
+
+class Kernel(Enum):
+    """What sums the levels."""
+
+    numpy = "numpy"
+    numba = "numba"
+    smooth = "smooth"
+    """Coupled motion interpolated over frequency: for smooth data, which measured ones are not."""
+
+
+_AMPLITUDE = {Kernel.numpy: NUMPY_AMPLITUDE, Kernel.numba: NUMBA_AMPLITUDE}
+_KERNELS: dict[Motion, dict[Kernel, Any]] = {
+    Motion.prescribed: {Kernel.numpy: NUMPY, Kernel.numba: NUMBA},
+    Motion.coupled: {
+        Kernel.numpy: NUMPY_COUPLED,
+        Kernel.numba: NUMBA_COUPLED,
+        Kernel.smooth: SMOOTH_COUPLED,
+    },
+    Motion.amplitude: _AMPLITUDE,
+}
+_DEFAULT = {
+    Motion.prescribed: Kernel.numpy,
+    Motion.coupled: Kernel.numba,
+    Motion.amplitude: Kernel.numba,
+}
+
+
+def motion_index(
+    runs: Operation,
+    motion: Motion,
+    kernel: Kernel | None,
+    factor: Factor = Factor.dynamic,
+    *,
+    loss_factors: bool = False,
+) -> Any:
+    """Build the booming index of a study's runs under one model of the motion.
+
+    Parameters
+    ----------
+    runs : Operation
+        Vehicles, mounts, load cases and band.
+    motion : Motion
+        Which model.
+    kernel : Kernel or None
+        None takes numpy for prescribed and numba for any other motion.
+    factor : Factor
+        What a stiffness factor means; the warning that ``part`` needs is printed.
+    loss_factors : bool
+        Whether the loss factors are variables, too.
+
+    Returns
+    -------
+    LoadCaseIndex or LossFactorIndex
+
+    Raises
+    ------
+    InputError
+        Data that do not fit together, a kernel that is not made for the motion or the data, or
+        numba asked for and not installed.
+    """
+    if loss_factors:
+        return _loss_factor_index(runs, motion, kernel, factor)
+    if motion is Motion.amplitude or factor is Factor.part:
+        return _amplitude_index(runs, motion, kernel, factor)
+    chosen = _kernel(_KERNELS[motion], motion, kernel)
+    data = runs.platform
+    if motion is Motion.coupled:
+        return coupled_index(
+            runs.fleet, data.mounts, data.powertrain, runs.cases, runs.band, chosen
+        )
+    return booming_index(runs.fleet, data.mounts, runs.cases, runs.band, chosen)
+
+
+def _loss_factor_index(
+    runs: Operation, motion: Motion, kernel: Kernel | None, factor: Factor
+) -> LossFactorIndex:
+    data = runs.platform
+    if motion is Motion.amplitude or factor is Factor.part:
+        raise InputError(
+            "loss factors are variables with --motion prescribed or coupled and --factor dynamic: "
+            "there the mounts stay where they are"
+        )
+    if motion is Motion.prescribed:
+        chosen = _kernel(_KERNELS[motion], motion, kernel)
+        return booming_loss_index(runs.fleet, data.mounts, runs.cases, runs.band, chosen)
+    if kernel not in (None, Kernel.numpy):
+        raise InputError("coupled motion with loss factors has a numpy kernel only")
+    return coupled_loss_index(runs.fleet, data.mounts, data.powertrain, runs.cases, runs.band)
+
+
+def _kernel(kernels: dict[Kernel, Any], motion: Motion, kernel: Kernel | None) -> Any:
+    wanted = kernel or _DEFAULT[motion]
+    if wanted not in kernels:
+        raise InputError(
+            f"there is no {wanted.value} kernel for {motion.value} motion: use one of "
+            f"{[kernel.value for kernel in kernels]}"
+        )
+    return kernels[wanted]
+
+
+def _amplitude_index(
+    runs: Operation, motion: Motion, kernel: Kernel | None, factor: Factor
+) -> AmplitudeIndex:
+    if motion is Motion.prescribed:
+        raise InputError(
+            "a part that settles elsewhere moves otherwise too: --factor part goes with --motion "
+            "coupled or amplitude"
+        )
+    if not runs.parts:
+        raise InputError(
+            "amplitude-dependent motion and --factor part need the surfaces and static curves of "
+            "the mount library: take --mounts library"
+        )
+    carriers = {mount.name for mount in runs.platform.mounts if mount.body_mass is None}
+    meaning: DesignFactor = DYNAMIC
+    if factor is Factor.part:
+        meaning = PartFactor(library_model([p for p in runs.parts if p.mount.name in carriers]))
+        print(PART_WARNING, file=sys.stderr)
+    data = runs.platform
+    return amplitude_index(
+        *(runs.fleet, data.mounts, runs.parts, data.powertrain, runs.cases, runs.band),
+        kernel=_kernel(_AMPLITUDE, motion, kernel),
+        factor=meaning,
+        follow=motion is Motion.amplitude,
+    )
+
+
+MOTION_WARNING = (
+    "The powertrain's motion is prescribed: it stays as measured while stiffnesses change. This "
+    "understates the benefit by 20 to 25 % in high gears and is not good below 30 Hz in low gears."
+)
+FACTOR_WARNING = (
+    "A stiffness factor scales the whole curve of dynamic stiffness over static force, with the "
+    "stops re-tuned. A merely softer rubber in the same shape rides deeper into its stops and "
+    "loses most of the benefit (on the virtual test bench about 1 dB is left of 3.5 dB)."
+)
+
+
+@dataclass(frozen=True)
+class MotionReport:
+    """Models behind a study's levels, in words and numbers.
+
+    Parameters
+    ----------
+    warnings : tuple of str
+        For the top of the page.
+    text : str
+        What was checked, for the page; empty if there is nothing to check.
+    terms : dict of str to str
+        Glossary entries that take the place of others.
+    summary : dict of str to str or float
+        Keys ``design_factor``, ``held_amplitude_share`` and ``held_preload_share``.
+    """
+
+    warnings: tuple[str, ...]
+    text: str
+    terms: dict[str, str]
+    summary: dict[str, str | float]
+
+
+def motion_name(index: LoadCaseIndex[Any, Any]) -> str:
+    """In a word, how the powertrain answers a design."""
+    if isinstance(index, BoomingIndex):
+        return "prescribed"
+    follows = isinstance(index, AmplitudeIndex) and index.follows_amplitude
+    return "amplitude-dependent" if follows else "coupled"
+
+
+def factor_name(index: LoadCaseIndex[Any, Any]) -> str:
+    """In a word, what a stiffness factor means."""
+    return index.factor.name if isinstance(index, AmplitudeIndex) else Factor.dynamic.value
+
+
+def motion_report(index: LoadCaseIndex[Any, Any], designs: RealArray) -> MotionReport:
+    """Check the models of a study at a few designs.
+
+    Parameters
+    ----------
+    index : LoadCaseIndex
+        What was evaluated.
+    designs : array, shape (n, n_variable)
+        Such as nominal and the picks of a front [1].
+    """
+    factor = factor_name(index)
+    prescribed = (MOTION_WARNING,) if isinstance(index, BoomingIndex) else ()
+    meaning = PART_WARNING if factor == Factor.part.value else FACTOR_WARNING
+    summary: dict[str, str | float] = {"design_factor": factor}
+    terms = {"prescribed motion": f"{motion_name(index)} motion"}
+    if factor == Factor.part.value:
+        terms["stiffness factor"] = "stiffness factor of a part"
+    if not isinstance(index, AmplitudeIndex):
+        return MotionReport((*prescribed, meaning), "", terms, summary)
+    held = index.held(designs)
+    summary["held_amplitude_share"] = held.amplitude
+    summary["held_preload_share"] = held.preload
+    texts, alarms = [], []
+    if index.follows_amplitude:
+        texts.append(
+            f"Of the lines and directions of today's mounts and the named designs, "
+            f"{100 * held.amplitude:.1f} % have an amplitude beyond what the response surfaces are "
+            "backed for; there the stiffness keeps its value at the bound."
+        )
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", SeveralSolutionsWarning)
+            comparisons = [compare_starts(case, designs) for case in index.contributions]
+        texts += [f"Uniqueness: {one.text}." for one in comparisons if one.unique]
+        alarms += [f"{one.text}." for one in comparisons if not one.unique]
+    if factor == Factor.part.value:
+        texts.append(
+            f"{100 * held.preload:.1f} % have a static force beyond what the surfaces are backed "
+            "for; there the stiffness of a powertrain mount follows the slope of its quasi-static "
+            "curve, and that of a wishbone mount keeps its value at the bound. The stiffnesses "
+            "named for the supplier are those at today's static deflection; under load the part "
+            "rides elsewhere."
+        )
+    if held.worst:
+        texts.append(f"Most often beyond: {held.worst} of the lines.")
+    return MotionReport((meaning, *alarms), "\n\n".join(texts), terms, summary)
+
+
+def platform_sha256(platform: Platform) -> str:
+    """Return a hash over names and contents of every file that was read, in hexadecimal."""
+    hashes = hash_files(platform.input_files, relative_to=platform.folder)
+    joined = "\n".join(f"{name} {value}" for name, value in sorted(hashes.items()))
+    return hashlib.sha256(joined.encode()).hexdigest()
+
+
+BAND = (20.0, 60.0)
+"""What the studies sum over; both edges belong to it [Hz]."""
+
+
+@dataclass(frozen=True, eq=False)
+class PlatformCheck:
+    """What a check found.
+
+    Parameters
+    ----------
+    faults : tuple of str
+        A sentence each.
+    waiting : tuple of str
+        What could not be looked at because of them.
+    platform : Platform or None
+        What studies would read; None with a fault in its files.
+    """
+
+    faults: tuple[str, ...]
+    waiting: tuple[str, ...]
+    platform: Platform | None
+
+    @property
+    def summary(self) -> str:
+        """What a platform without a fault holds, one item a line; empty with one."""
+        if self.faults or self.platform is None:
+            return ""
+        return "\n".join(f"{name:<13}{text}" for name, text in _summary(self.platform))
+
+
+def check_platform(folder: Path) -> PlatformCheck:
+    """Read a platform folder to its end and list what is wrong.
+
+    Parameters
+    ----------
+    folder : Path
+        With ``platform.toml``.
+
+    Returns
+    -------
+    PlatformCheck
+        Beyond what `deboom.files.platform.read_platform` refuses: mounts that would be active,
+        no line in the band of the studies, a mount library that does not fit.
+    """
+    faults: list[InputError] = []
+    waiting: list[str] = []
+    platform = None
+    if not folder.is_dir():
+        sentence = f"{folder}: there is no such folder: `deboom new platform {folder}` writes one"
+        return PlatformCheck((sentence,), (), None)
+    with noting(faults.append):
+        file = load_right_platform_file(folder / PLATFORM_FILE, faults.append)
+        contents = read_contents(folder, file, faults.append)
+        if contents.mounts is None:
+            waiting.append("whether the tables fit the mounts")
+        if not contents.channels:
+            waiting.append("whether the files hold the channels")
+        if faults:
+            waiting.append("signs, frequency band and mount library")
+        else:
+            platform = assembled(folder, file, contents)
+    if platform is not None:
+        for case in platform.load_cases:
+            with noting(faults.append):
+                refuse_active_mounts(case)
+        with noting(faults.append):
+            _refuse_empty_band(platform)
+        if not faults and (folder / LIBRARY_FILE).exists():
+            with noting(faults.append):
+                every = [case.name for case in platform.load_cases]
+                operation(platform, every, MountSource.library_inside, None, BAND)
+    sentences = dict.fromkeys(str(fault) for fault in faults)
+    return PlatformCheck(tuple(sentences), tuple(waiting), platform)
+
+
+def _refuse_empty_band(platform: Platform) -> None:
+    lines = platform.load_cases[0].force.frequency
+    if not np.any((lines >= BAND[0]) & (lines <= BAND[1])):
+        raise InputError(
+            f"{platform.folder}: lines from {lines[0]:g} to {lines[-1]:g} Hz, and none in the "
+            f"{BAND[0]:g} to {BAND[1]:g} Hz that studies sum over: export spectra and transfer "
+            "functions over this band"
+        )
+
+
+def _summary(platform: Platform) -> Iterator[tuple[str, str]]:
+    case = platform.load_cases[0]
+    lines = case.force.frequency
+    inside = lines[(lines >= BAND[0]) & (lines <= BAND[1])]
+    rpm = rpm_of_frequency(inside[[0, -1]], case.order)
+    variables = sum(len(mount.variables) for mount in platform.mounts)
+    groups = dict.fromkeys(vehicle.group for vehicle in platform.fleet.vehicles)
+    steps = np.diff(lines)
+    even = np.ptp(steps) <= 1e-3 * steps.mean()
+    yield "platform", f"{platform.name}: {platform.title}"
+    yield (
+        "mounts",
+        f"{len(platform.mounts)}, {variables} variables: "
+        + ", ".join(
+            mount.name
+            + (f" ({', '.join(mount.pieces)})" if len(mount.pieces) > 1 else "")
+            + f" {''.join(mount.transfer_axes) or 'no path'}"
+            for mount in platform.mounts
+        ),
+    )
+    for group in groups:
+        names = [one.name for one in platform.fleet.vehicles if one.group == group]
+        yield "vehicles", f"{len(names)} in group {group}: {', '.join(names)}"
+    yield (
+        "lines",
+        f"{lines.size}, {lines[0]:g} to {lines[-1]:g} Hz, "
+        + (f"every {steps.mean():.4g} Hz" if even else "unevenly spaced"),
+    )
+    for one in platform.load_cases:
+        default = " (default)" if one.name == platform.default_load_case else ""
+        torque = "with engine torque" if one.engine_torque is not None else "no engine torque"
+        yield "load case", f"{one.name}{default}: {one.title}; gear {one.gear}, {torque}"
+    yield (
+        "band",
+        f"{inside.size} lines in {BAND[0]:g} to {BAND[1]:g} Hz: {rpm[0]:.0f} to {rpm[1]:.0f} rpm "
+        f"of order {case.order:g}",
+    )
+    if (platform.folder / LIBRARY_FILE).exists():
+        yield "library", f"{LIBRARY_FILE} fits all mounts"
+    else:
+        yield "library", f"no {LIBRARY_FILE}: studies need --mounts spectra"

@@ -1,0 +1,374 @@
+"""Robust searches within limits, merged into one front."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from deboom.arrays import RealArray
+from deboom.errors import InputError
+from deboom.explore.archive import merge
+from deboom.explore.front import pareto_front
+from deboom.explore.limits import Limit, LimitedResponse, Limits
+from deboom.explore.problems import Progress, SearchResult, nsga2
+from deboom.explore.robust import Robust, RobustResponse
+from deboom.explore.selection import pick, polish
+from deboom.files.library_export import read_library_json
+from deboom.files.limits import LimitsFile, load_limits
+from deboom.measurement.channels import LoadCase
+from deboom.mounts.mount import AXES, Mount, mean_operating_stiffness
+from deboom.physics.dynamic_stiffness import dynamic_stiffness
+from deboom.report.page import Section, Table
+from deboom.study.platform_model import LIBRARY_FILE, Factor, Operation
+from deboom.study.result import RunContext, StudyResult
+from deboom.vehicles.fleet import lines_inside
+from deboom.vehicles.mount_requirements import (
+    MountRequirements,
+    NaturalFrequencies,
+    OperatingStiffness,
+    Quantity,
+    TorqueTravel,
+    WeightSag,
+)
+from deboom.vehicles.powertrain import KinematicModel, library_model
+
+
+@dataclass(frozen=True)
+class Budget:
+    """How long a study searches.
+
+    Parameters
+    ----------
+    population, generations : int
+        Of each search.
+    searches : int
+        NSGA-II runs with as many seeds, counted up from the study's, under the same draws.
+    polished : bool
+        Whether best mean, knee and best sigma of the front go on by gradient.
+    """
+
+    population: int
+    generations: int
+    searches: int = 1
+    polished: bool = False
+
+    @property
+    def note(self) -> str:
+        """What a report must say beside the numbers of the first search; empty if nothing."""
+        more = (
+            f"The front is that of {self.searches} searches with different seeds; the convergence "
+            "shown is that of the first one. "
+            if self.searches > 1
+            else ""
+        )
+        steps = (
+            "Best mean, knee and best sigma then went on by gradient, to less mean at no more "
+            "sigma."
+        )
+        return (more + (steps if self.polished else "")).strip()
+
+
+def robust_search(
+    robust: Robust,
+    model: RobustResponse,
+    budget: Budget,
+    seed: int,
+    progress: Progress,
+    run: RunContext | None,
+    inputs: Sequence[Path],
+    name: str = "search",
+    first_population: RealArray | None = None,
+) -> SearchResult:
+    """Search with every seed, merge the fronts, and polish the picks.
+
+    Parameters
+    ----------
+    robust : Robust
+        What evaluates a generation, perhaps in many processes.
+    model : RobustResponse
+        The same in this process; it offers the gradient.
+    budget : Budget
+        How long.
+    seed : int
+        Of the first search.
+    progress : callable
+        See `deboom.explore.problems.Progress`.
+    run : RunContext or None
+        Where the searches are kept, each by itself.
+    inputs : sequence of Path
+        Every file that the searches depend on.
+    name : str
+        Folder of the first search within the run.
+    first_population : array, shape (population, n_variables), optional
+        Designs that every search begins with [units of the space].
+
+    Returns
+    -------
+    SearchResult
+        Of several searches, with the convergence of the first one. A single search that is not
+        polished is `nsga2`'s, bit for bit.
+
+    Raises
+    ------
+    InputError
+        Fewer searches than one, designs that are to be polished within limits; see also `nsga2` and
+        `deboom.explore.selection.polish`.
+    """
+    if budget.searches < 1:
+        raise InputError(f"{budget.searches} searches find nothing: ask for at least one")
+    if budget.polished and getattr(robust, "limits", None) is not None:
+        raise InputError(
+            "a polish knows no limits: search for more generations, or leave the limits out"
+        )
+    if run is not None:
+        run.search_begins(model)
+    found = []
+    for number in range(seed, seed + budget.searches):
+        folder = name if number == seed else f"{name}_seed{number}"
+        kept = run.checkpoint(inputs, folder) if run else None
+        found.append(
+            nsga2(
+                robust,
+                budget.population,
+                budget.generations,
+                seed=number,
+                progress=progress,
+                checkpoint=kept,
+                first_population=first_population,
+            )
+        )
+    first = found[0]
+    whole = first
+    if len(found) > 1:
+        whole = replace(
+            merge(found), hypervolume=first.hypervolume, reference_point=first.reference_point
+        )
+    if budget.polished:
+        picks = pick(whole.front)
+        rows = sorted({picks.best_mean, picks.knee, picks.best_sigma})
+        better = polish(model, whole.front, rows)
+        whole = replace(whole, front=pareto_front(whole.front, better))
+    return whole
+
+
+@dataclass(frozen=True, eq=False)
+class MountLimits:
+    """What the designs of a study must keep; nothing at all without a file.
+
+    Parameters
+    ----------
+    requirements : MountRequirements or None
+        The limited numbers of a design.
+    limits : Limits or None
+        One limit per number.
+    every_part : RobustResponse or None
+        Whose draws must keep the limits; None: the design itself.
+    inputs : tuple of Path
+        Files that they come from.
+    """
+
+    requirements: MountRequirements | None = None
+    limits: Limits | None = None
+    every_part: RobustResponse | None = None
+    inputs: tuple[Path, ...] = ()
+
+    def around(self, robust: Robust) -> Robust:
+        """Return a response whose designs must keep the limits."""
+        if self.requirements is None or self.limits is None:
+            return robust
+        made = self.every_part.made if self.every_part else None
+        return LimitedResponse(robust, self.requirements, self.limits, made)
+
+    def reported(
+        self, result: StudyResult, search: SearchResult, designs: Mapping[str, RealArray]
+    ) -> StudyResult:
+        """Add to a study's result what the limits did.
+
+        Parameters
+        ----------
+        result : StudyResult
+            Of the study.
+        search : SearchResult
+            Within the limits.
+        designs : mapping of str to array, shape (k,)
+            Designs to list beside the limits.
+
+        Returns
+        -------
+        StudyResult
+            With the tables ``limits`` and ``beyond_limits``, the key ``n_beyond_limits`` and a
+            section on the page, which warns of a named design that misses a limit because variables
+            without effect on the noise went back to nominal; unchanged without limits.
+        """
+        if self.requirements is None or self.limits is None:
+            return result
+        page = result.page
+        for name, design in list(designs.items())[1:]:
+            excess = self.limits.excess(self.requirements(design[np.newaxis, :]))
+            if np.any(excess > 0.0):
+                warning = f"The design '{name}' misses a limit: {self.limits.closest(excess)}."
+                page = replace(page, warnings=(*page.warnings, warning))
+        table = self._table(self.requirements, self.limits, designs)
+        beyond = _beyond(search, self.requirements.variable_names, self.limits)
+        whose = "every drawn part" if self.every_part else "the design itself"
+        section = Section(
+            "Limits",
+            f"{len(self.limits.names)} limits had to be kept by {whose}: {search.n_infeasible} of "
+            f"{search.n_evaluated} designs miss one. The front holds only designs that keep all.",
+            tables=(Table(table, "Limited numbers of the named designs, without scatter."),),
+        )
+        return replace(
+            result,
+            tables={**result.tables, "limits": table, "beyond_limits": beyond},
+            summary={**result.summary, "n_beyond_limits": search.n_infeasible},
+            page=replace(page, sections=(*page.sections, section)),
+            inputs=(*result.inputs, *self.inputs),
+        )
+
+    def _table(
+        self, requirements: MountRequirements, limits: Limits, designs: Mapping[str, RealArray]
+    ) -> pd.DataFrame:
+        numbers = requirements(np.stack(list(designs.values())))
+        bounds = limits.limits
+        labels = [f"{one.response} [{one.unit}]" for one in bounds]
+        table: dict[str, Sequence[object]] = {"number": labels}
+        for name, row in zip(designs, numbers, strict=True):
+            table[name] = row.tolist()
+        for side in ("at_least", "at_most"):
+            values = np.array([getattr(one, side) for one in bounds])
+            table[side.replace("_", " ")] = np.where(np.isfinite(values), values, np.nan).tolist()
+        return pd.DataFrame(table)
+
+
+def mount_limits(
+    path: Path | None, runs: Operation, robust: RobustResponse, factor: Factor = Factor.dynamic
+) -> MountLimits:
+    """Read the limits of a study.
+
+    Parameters
+    ----------
+    path : Path or None
+        See `deboom.files.limits`; None is no limit.
+    runs : Operation
+        Platform, and the first run, whose operating stiffness counts.
+    robust : RobustResponse
+        Of the study; its draws count where every part has to keep the limits.
+    factor : Factor
+        What a stiffness factor means, for travels.
+
+    Raises
+    ------
+    InputError
+        A file that cannot be read; a mount, direction or variable that there is not; a limit that
+        today's design cannot be held to because a curve was not measured that far.
+    """
+    if path is None:
+        return MountLimits()
+    content = load_limits(path)
+    try:
+        pairs = _quantities(content, runs, factor)
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from None
+    requirements = MountRequirements(robust.space.names, tuple(one for one, _ in pairs))
+    limits = Limits(tuple(limit for _, bounds in pairs for limit in bounds))
+    nominal = requirements(robust.space.nominal[np.newaxis, :])[0]
+    for name, number in zip(requirements.response_names, nominal, strict=True):
+        if not np.isfinite(number):
+            raise InputError(f"{path}: {name} of today's design lies beyond its measured curve")
+    library = (runs.platform.folder / LIBRARY_FILE,) if content.sag or content.travel else ()
+    every_part = robust if content.kept_by == "every part" else None
+    return MountLimits(requirements, limits, every_part, (path, *library))
+
+
+def _quantities(
+    content: LimitsFile, runs: Operation, factor: Factor
+) -> list[tuple[Quantity, tuple[Limit, ...]]]:
+    """Return what is limited with its limits, one per column."""
+    powertrain = runs.platform.powertrain
+    carriers = [mount for mount in runs.platform.mounts if mount.body_mass is None]
+    found: list[tuple[Quantity, tuple[Limit, ...]]] = []
+    if content.sag or content.travel:
+        model = _kinematic_model(runs, carriers)
+        for sag in content.sag:
+            quantity = WeightSag(model, powertrain, (sag.mount,))
+            found.append((quantity, _limits(quantity, at_most=sag.at_most_mm)))
+        for travel in content.travel:
+            moved = TorqueTravel(model, travel.wheel_torque_nm, (travel.direction,), factor)
+            found.append((moved, _limits(moved, travel.at_least_mm, travel.at_most_mm)))
+    case = runs.cases[0][0]
+    if content.natural_frequency:
+        real = _real_stiffness(carriers, case, runs.band)
+        for window in content.natural_frequency:
+            modes = NaturalFrequencies(tuple(carriers), powertrain, real, (window.mode,))
+            found.append((modes, _limits(modes, window.at_least_hz, window.at_most_hz)))
+    if content.stiffness:
+        magnitude = _magnitude(runs.platform.mounts, case, runs.band)
+        for entry in content.stiffness:
+            variables = [entry.variable]
+            if entry.variable in AXES:
+                variables = [f"{one.name} {entry.variable}" for one in carriers for _ in one.pieces]
+            stiff = OperatingStiffness(magnitude, {entry.variable: variables})
+            found.append((stiff, _limits(stiff, entry.at_least_n_per_mm, entry.at_most_n_per_mm)))
+    return found
+
+
+def _limits(
+    quantity: Quantity, at_least: float | None = None, at_most: float | None = None
+) -> tuple[Limit, ...]:
+    low = -np.inf if at_least is None else at_least
+    high = np.inf if at_most is None else at_most
+    return tuple(Limit(name, quantity.unit, low, high) for name in quantity.names)
+
+
+def _kinematic_model(runs: Operation, carriers: Sequence[Mount]) -> KinematicModel:
+    path = runs.platform.folder / LIBRARY_FILE
+    if not path.is_file():
+        raise InputError(
+            f"sag and travel need static curves, and there is no mount library {path}: export one "
+            "there, or leave out [[sag]] and [[travel]]"
+        )
+    names = [mount.name for mount in carriers]
+    return library_model([one for one in read_library_json(path)[1] if one.mount.name in names])
+
+
+def _real_stiffness(
+    mounts: Sequence[Mount], case: LoadCase, band: tuple[float, float]
+) -> dict[str, float]:
+    """Mean real part over the lines of a run, per piece, by variable [N/m]."""
+    inside = lines_inside(case.force.frequency, band, f"load case {case.name}")
+    found = {}
+    for mount in mounts:
+        for axis, name in zip(AXES, mount.variables, strict=True):
+            channels = mount.channels(axis)
+            if set(channels) <= set(case.force.channels):
+                force = case.force.select(channels).values[inside]
+                displacement = case.displacement.select(channels).values[inside]
+                found[name] = float(np.mean(dynamic_stiffness(force, displacement).real))
+    return found
+
+
+def _magnitude(
+    mounts: Sequence[Mount], case: LoadCase, band: tuple[float, float]
+) -> dict[str, float]:
+    """Mean magnitude over the lines of a run, per piece, by variable [N/m]."""
+    return {
+        name: float(value)
+        for mount in mounts
+        for name, value in zip(
+            mount.variables, mean_operating_stiffness(mount, case, band), strict=True
+        )
+    }
+
+
+def _beyond(search: SearchResult, variables: Sequence[str], limits: Limits) -> pd.DataFrame:
+    """One row per design that misses a limit: factors, and by how much it misses each."""
+    factors = {f"{name} [1]": search.infeasible_designs[:, k] for k, name in enumerate(variables)}
+    excess = {
+        f"beyond {name} [{name.rpartition(' ')[2]}]": search.infeasible_excess[:, k]
+        for k, name in enumerate(limits.names)
+    }
+    return pd.DataFrame({**factors, **excess})

@@ -1,0 +1,310 @@
+"""Written platforms and campaigns: complete or not there, repeatable, refused with a sentence."""
+
+import json
+import tomllib
+
+import numpy as np
+import pytest
+
+from deboom.bench.campaign_plan import (
+    FULL_PLAN,
+    TRAINING_RUNS,
+    CampaignPlan,
+    PlannedRun,
+    TimeRunPlan,
+    training_plan,
+)
+from deboom.bench.campaign_recording import cell_distribution, true_run
+from deboom.bench.campaign_writer import write_campaign
+from deboom.bench.layout import CELL_OFFSETS
+from deboom.bench.platform_writer import write_platform
+from deboom.bench.powertrain import DRAWING, MIX, load_bench, mount_set, with_mount_set
+from deboom.bench.sensors import WHEEL_END_TOLERANCE
+from deboom.errors import InputError
+from deboom.files.campaign import read_campaign
+from deboom.files.platform import read_platform
+
+
+@pytest.fixture(scope="module")
+def written(tmp_path_factory):
+    return write_platform(tmp_path_factory.mktemp("bench") / "platform", seed=3)
+
+
+def files_of(folder):
+    return sorted(p.relative_to(folder).as_posix() for p in folder.rglob("*") if p.is_file())
+
+
+def test_the_same_seed_gives_the_same_bytes(written, tmp_path):
+    again = write_platform(tmp_path / "again", seed=3)
+    assert files_of(again) == files_of(written)
+    for name in files_of(written):
+        assert (again / name).read_bytes() == (written / name).read_bytes(), name
+
+
+def test_another_seed_gives_other_measurements(written, tmp_path):
+    other = write_platform(tmp_path / "other", seed=4)
+    for name in files_of(written):
+        differs = (other / name).read_bytes() != (written / name).read_bytes()
+        # the plan of the channels and the true mounts under the true engine are one platform's
+        assert differs == (name not in ("channels.csv", "truth/operating.npz")), name
+
+
+def test_small_plain_text_and_explained(written):
+    names = files_of(written)
+    assert sum((written / name).stat().st_size for name in names) <= 20e6
+    readme = (written / "README.txt").read_text(encoding="utf-8")
+    for name in names:
+        if name.startswith("truth/"):
+            assert "truth/" in readme
+            continue
+        (written / name).read_bytes().decode("ascii")
+        assert name in readme or name == "README.txt"
+
+
+def test_the_readers_take_it_and_the_truth_is_not_asked_for(written):
+    before = read_platform(written)
+    assert not any("truth" in path.parts for path in before.input_files)
+    assert len(before.fleet.vehicles) == 15
+    assert [case.name for case in before.load_cases] == [
+        "g5_wot120",
+        "g5_wot220",
+        "g6_wot120",
+        "g6_wot160",
+        "g6_wot220",
+        "g7_wot220",
+    ]
+    assert before.load_case("g5_wot220").order == 1.5
+    frequency = before.load_case("g5_wot220").force.frequency
+    assert frequency == pytest.approx(np.linspace(20, 80, 241))
+
+
+def test_the_tables_name_every_axis_that_transmits(written):
+    platform = tomllib.loads((written / "platform.toml").read_text(encoding="utf-8"))
+    axes = {mount["name"]: mount["transfer_axes"] for mount in platform["mounts"]}
+    assert axes == {"EnM": [*"xyz"], "GeM": [*"xyz"], "TSM": [*"xyz"], "Du": ["x"]}
+    assert platform["mounts"][3]["pieces"] == ["left", "right"]
+
+
+def test_the_data_sheet_states_the_wheel_end_within_its_tolerance(written, tmp_path):
+    other = write_platform(tmp_path / "other", seed=4)
+    stated = []
+    for folder in (written, other):
+        toml = tomllib.loads((folder / "platform.toml").read_text(encoding="utf-8"))
+        assert ["body_mass_kg" in mount for mount in toml["mounts"]] == [False, False, False, True]
+        assert toml["mounts"][3]["body_mass_tolerance_kg"] == WHEEL_END_TOLERANCE
+        stated.append(toml["mounts"][3]["body_mass_kg"])
+    truth = json.loads((written / "truth" / "powertrain.json").read_text(encoding="utf-8"))
+    assert max(abs(mass - truth["wheel_end_mass_kg"]) for mass in stated) <= WHEEL_END_TOLERANCE
+    assert stated[0] != stated[1]
+
+
+def test_every_load_case_carries_its_engine_torque(written):
+    platform = read_platform(written)
+    with np.load(written / "truth" / "operating.npz", allow_pickle=False) as truth:
+        for case, torque in zip(platform.load_cases, truth["engine_torque"], strict=True):
+            error = case.engine_torque - torque
+            # 1 N m of noise over 241 lines: mean and spread within four standard errors
+            assert abs(error.mean()) < 0.26
+            assert 0.81 < error.std() < 1.19
+
+
+def test_the_truth_needs_no_pickle(written):
+    with np.load(written / "truth" / "operating.npz", allow_pickle=False) as truth:
+        assert truth["stiffness"].shape == (6, 241, 11)
+        assert truth["channels"][-1] == "Du right x"
+
+
+@pytest.mark.parametrize("seed", [0, -3])
+def test_a_seed_below_one_is_refused(tmp_path, seed):
+    with pytest.raises(InputError, match=f"seed {seed} is refused: seeds are whole numbers from 1"):
+        write_platform(tmp_path / "platform", seed=seed)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_an_empty_folder_is_filled(tmp_path):
+    folder = tmp_path / "deep" / "platform"
+    folder.mkdir(parents=True)
+    assert write_platform(folder, seed=1) == folder
+    assert (folder / "platform.toml").is_file()
+    assert list(folder.parent.iterdir()) == [folder]
+
+
+def test_a_folder_with_something_in_it_is_refused_and_left_alone(tmp_path):
+    (tmp_path / "notes.txt").write_text("mine", encoding="utf-8")
+    with pytest.raises(InputError, match="is not empty: name a new or an empty folder"):
+        write_platform(tmp_path, seed=1)
+    assert files_of(tmp_path) == ["notes.txt"]
+
+
+def test_a_file_in_place_of_the_folder_is_refused(tmp_path):
+    file = tmp_path / "platform"
+    file.write_text("mine", encoding="utf-8")
+    with pytest.raises(InputError, match="is a file"):
+        write_platform(file, seed=1)
+    with pytest.raises(InputError, match="cannot be written"):
+        write_platform(file / "below", seed=1)
+    assert file.read_text(encoding="utf-8") == "mine"
+
+
+def test_the_remains_of_a_killed_run_are_named(tmp_path):
+    (tmp_path / "platform.unfinished").mkdir()
+    with pytest.raises(InputError, match=r"platform\.unfinished is left from a run .* delete it"):
+        write_platform(tmp_path / "platform", seed=1)
+
+
+@pytest.mark.parametrize(
+    ("failure", "seen"),
+    [(KeyboardInterrupt(), KeyboardInterrupt), (OSError(28, "No space left"), InputError)],
+)
+def test_a_run_that_fails_half_way_leaves_nothing(tmp_path, failure, seen):
+    def stop(done, total, text):
+        if done == 10:
+            raise failure
+
+    with pytest.raises(seen):
+        write_platform(tmp_path / "platform", seed=1, progress=stop)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_progress_counts_the_files(tmp_path):
+    told = []
+    write_platform(tmp_path / "platform", seed=1, progress=lambda *state: told.append(state))
+    assert [done for done, _, _ in told] == list(range(1, 23))
+    assert {total for _, total, _ in told} == {22}
+    assert told[-1][2] == "platform.toml"
+
+
+BENCH = load_bench()
+FREQUENCY = np.linspace(20.0, 80.0, 25)
+RAMP = PlannedRun(5, 220.0, full_load=True)
+SLICE = PlannedRun(6, 60.0, full_load=False)
+SMALL = CampaignPlan(("M1",), (RAMP, SLICE), shaker_repeats=1, frequency=FREQUENCY)
+
+
+@pytest.fixture(scope="module")
+def written_2(tmp_path_factory):
+    return write_campaign(tmp_path_factory.mktemp("campaign") / "small", 3, SMALL)
+
+
+def test_the_same_seed_gives_the_same_bytes_2(written_2, tmp_path):
+    seen = []
+    again = write_campaign(tmp_path / "again", 3, SMALL, progress=lambda *now: seen.append(now))
+    assert files_of(again) == files_of(written_2)
+    for name in files_of(written_2):
+        assert (again / name).read_bytes() == (written_2 / name).read_bytes(), name
+    assert [done for done, _, _ in seen] == list(range(1, len(seen) + 1))
+    assert {total for _, total, _ in seen} == {len(seen)}
+    assert seen[-1][2] == "campaign.toml"
+
+
+def test_a_run_does_not_depend_on_the_plan(written_2, tmp_path):
+    runs = (PlannedRun(7, 120.0, full_load=True), RAMP)
+    plan = CampaignPlan(("M2", "M1"), runs, shaker_repeats=2, frequency=FREQUENCY)
+    other = write_campaign(tmp_path / "other", 3, plan)
+    for name in ("runs/M1/g5_wot220.uff", "shaker/TSM_y_1.uff", "static_curves/M1/EnM_z.csv"):
+        assert (other / name).read_bytes() == (written_2 / name).read_bytes(), name
+
+
+def test_another_seed_is_another_bench_on_the_same_mounts(written_2, tmp_path):
+    other = write_campaign(tmp_path / "other", 4, SMALL)
+    for name in files_of(written_2):
+        differs = (other / name).read_bytes() != (written_2 / name).read_bytes()
+        assert differs == (name not in ("channels.csv", "truth/M1.npz")), name
+
+
+def test_the_truth_is_not_asked_for(written_2, tmp_path):
+    campaign = read_campaign(written_2)
+    assert not any("truth" in path.parts for path in campaign.input_files)
+    readme = (written_2 / "README.txt").read_text(encoding="utf-8")
+    for sensor in campaign.sensors:
+        assert f" {sensor.name} " in readme
+
+
+def test_a_failed_campaign_leaves_nothing(tmp_path):
+    plan = CampaignPlan(("M1",), (PlannedRun(9, 100.0, True),), frequency=FREQUENCY)
+    with pytest.raises(InputError, match="gear 9: the gearbox has the gears 1 to 7"):
+        write_campaign(tmp_path / "failed", 1, plan)
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("seed", [0, -1])
+def test_seeds_below_one_are_refused(tmp_path, seed):
+    with pytest.raises(InputError, match="seeds are whole numbers from 1"):
+        write_campaign(tmp_path / "refused", seed, SMALL)
+
+
+def test_the_plans_hold_what_is_characterised():
+    assert len(TRAINING_RUNS) == 27
+    assert {run.gear for run in TRAINING_RUNS} == {5, 6, 7}
+    assert all(run.rising for run in TRAINING_RUNS)
+    assert training_plan("M1", "M3").mount_sets == ("M1", "M3")
+    assert len(FULL_PLAN.mount_sets) == 6
+    assert {run.gear for run in FULL_PLAN.runs} == {3, 4, 5, 6, 7}
+    assert 0 < sum(not run.rising for run in FULL_PLAN.runs) < 10
+    assert FULL_PLAN.time_run is not None
+    assert PlannedRun(5, 60.0, False, rising=False).name == "g5_slice060_falling"
+
+
+@pytest.mark.parametrize(
+    ("make", "says"),
+    [
+        (lambda: CampaignPlan(mount_sets=()), "without a mount set"),
+        (lambda: CampaignPlan(runs=()), "without a run"),
+        (lambda: CampaignPlan(runs=(RAMP, RAMP)), "run 'g5_wot220' comes twice"),
+        (lambda: CampaignPlan(mount_sets=("M1", "M1")), "mount set 'M1' comes twice"),
+        (lambda: CampaignPlan(shaker_repeats=0), "at least one is needed"),
+        (lambda: PlannedRun(5, 0.0, full_load=True), "above 0 N m"),
+        (lambda: TimeRunPlan(first_speed=2000.0, last_speed=1500.0), "not a rising run"),
+        (lambda: TimeRunPlan(duration=0.0), "must be positive"),
+    ],
+)
+def test_plans_that_make_no_sense_are_refused(make, says):
+    with pytest.raises(InputError, match=says):
+        make()
+
+
+def test_units_scatter_and_stay_the_same_part():
+    first = with_mount_set(BENCH, mount_set("M1", BENCH))
+    mix = with_mount_set(BENCH, mount_set(MIX, BENCH))
+    fourth = with_mount_set(BENCH, mount_set("M4", BENCH))
+    drawn = with_mount_set(BENCH, mount_set(DRAWING, BENCH))
+    assert drawn.powertrain.laws == BENCH.powertrain.laws
+    assert mix.powertrain.laws[:3] == first.powertrain.laws[:3]
+    assert mix.powertrain.laws[3:] != first.powertrain.laws[3:]
+    assert mix.wheel_end.laws == fourth.wheel_end.laws
+    units = [with_mount_set(BENCH, mount_set(f"M{k}", BENCH)) for k in range(1, 200)]
+    drawn_stiffness = np.array([law.stiffness for law in BENCH.powertrain.laws])
+    stiffness = [[law.stiffness for law in unit.powertrain.laws] for unit in units]
+    ratios = np.array(stiffness) / drawn_stiffness
+    assert np.std(ratios) == pytest.approx(0.05, rel=0.1)
+    assert np.abs(ratios - 1).max() <= 0.15 + 1e-12
+
+
+@pytest.mark.parametrize("name", ["A1", "M", "EnM1-GeM2", "EnM1-GeM2-TSM3-TSM4", "EnM1-x"])
+def test_unknown_mount_sets_are_refused(name):
+    with pytest.raises(InputError, match=f"unknown mount set '{name}'"):
+        mount_set(name, BENCH)
+
+
+def test_cells_carry_the_whole_force_and_its_moment():
+    for offsets in map(np.array, CELL_OFFSETS.values()):
+        shares = cell_distribution(offsets)
+        assert shares.sum(axis=0) == pytest.approx(np.eye(3), abs=1e-14)
+        force = np.array([3.0, -2.0, 5.0])
+        centre = np.array([0.55, 0.45]) @ offsets
+        moment = np.cross(offsets - centre, shares @ force).sum(axis=0)
+        wanted = np.cross(-centre, force)
+        # what turns about the line through the cells (y) is carried inside them
+        assert moment == pytest.approx(wanted * [1, 0, 1], abs=1e-14)
+
+
+def test_falling_runs_remember_the_higher_torque():
+    rising = true_run(BENCH, SLICE, FREQUENCY)
+    falling = true_run(BENCH, PlannedRun(6, 60.0, False, rising=False), FREQUENCY)
+    assert falling.frequency == pytest.approx(FREQUENCY)
+    assert falling.powertrain.static_deflection == pytest.approx(
+        rising.powertrain.static_deflection, abs=1e-12
+    )
+    strut = rising.channels.index("TSM x")
+    difference = np.abs(falling.stiffness[:, strut]) / np.abs(rising.stiffness[:, strut]) - 1
+    assert np.all(difference > 0.002)

@@ -1,0 +1,307 @@
+"""Campaigns, sensors, load cases, rising torque."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from deboom.errors import InputError
+from deboom.measurement.campaign import (
+    OperatingRun,
+    RunDirection,
+    ShakerRun,
+    StaticCurve,
+    TimeRun,
+    rising_lines,
+    rising_runs,
+    torque_slope,
+)
+from deboom.measurement.channels import Frf, LoadCase, Spectrum
+from deboom.measurement.sensors import SENSOR_CATALOGUE, Tolerances, sensor_model
+
+LINES = np.array([20.0, 21.0, 22.0])
+
+
+def spectrum(unit, channels=("A1 x",), lines=LINES):
+    return Spectrum(lines, np.ones((lines.size, len(channels)), complex), channels, unit)
+
+
+def run(**new):
+    fields = {
+        "name": "g5_wot220",
+        "mount_set": "M1",
+        "gear": 5,
+        "total_ratio": 3.4,
+        "full_load": True,
+        "torque_limit": 220.0,
+        "rising": True,
+        "order": 1.5,
+        "engine_torque": np.array([0.0, 1.0, 2.0]),
+        "acceleration": spectrum("m/s^2"),
+        "cell_force": spectrum("N", ("C1 x",)),
+        "static_force": np.zeros((3, 2)),
+        "static_force_names": ("EnM x", "EnM y"),
+    }
+    return OperatingRun(**fields | new)
+
+
+def test_the_catalogue_holds_the_sensors_of_the_thesis():
+    # thesis, tables 4 and 5 and section 4.4
+    charge = sensor_model("B&K 4321")
+    assert np.array(charge.sensitivity) * 9.80665 == pytest.approx(9.81e-12)
+    assert charge.gain_tolerance == 0.02
+    assert charge.cross_axis == (0.010, 0.012, 0.004)
+    assert charge.frequency_range == (0.1, 12000.0)
+    assert np.array(sensor_model("B&K 4326").sensitivity) * 9.80665 == pytest.approx(3e-12)
+    assert sensor_model("B&K 4326").gain_tolerance == 0.15
+    assert sensor_model("Kistler 9077C").sensitivity == (-4.2e-12, -4.2e-12, -2e-12)
+    assert sensor_model("Kistler 9077C").noise_floor == 0.01
+    assert sensor_model("PCB 356A").sensitivity == (10.2e-3,) * 3
+    assert sensor_model("PCB 086D05").sensitivity == (0.23e-3,)
+    for name, model in SENSOR_CATALOGUE.items():
+        assert model.name == name
+        assert model.source.startswith("Thesis")
+        assert model.quantity_unit in ("m/s^2", "N")
+    assert charge.cross_axis_deviation[0] == pytest.approx(0.01 / np.sqrt(3))
+
+
+def test_an_unknown_model_is_refused_with_those_there_are():
+    with pytest.raises(InputError, match=r"'B&K 4322' is not in the catalogue, use B&K 4321, "):
+        sensor_model("B&K 4322")
+
+
+@pytest.mark.parametrize(
+    ("new", "says"),
+    [
+        ({"cross_axis": (0.01,)}, "3 sensitivities, but 1 cross-axis limits"),
+        ({"gain_tolerance": -0.1}, "gain_tolerance is -0.1"),
+        ({"noise_floor": float("nan")}, "noise_floor is nan"),
+    ],
+)
+def test_models_that_make_no_sense_are_refused(new, says):
+    with pytest.raises(InputError, match=says):
+        dataclasses.replace(sensor_model("PCB 356A"), **new)
+
+
+def test_default_tolerances_are_those_of_a_good_bench():
+    stated = Tolerances()
+    assert stated.sensor_position == 0.002
+    assert np.rad2deg([stated.sensor_angle, stated.shaker_angle]) == pytest.approx(0.5)
+    assert (stated.sensor_gain, stated.sensor_cross_axis, stated.shaker_gain) == (0.01, 0.01, 0.005)
+    assert (stated.torque, stated.static_force) == (1.0, 5.0)
+
+
+@pytest.mark.parametrize("value", [-0.1, float("inf"), float("nan")])
+def test_tolerances_that_are_none_are_refused(value):
+    with pytest.raises(InputError, match="tolerance shaker_gain is"):
+        Tolerances(shaker_gain=value)
+
+
+def test_a_run_owns_its_arrays():
+    torque = np.array([0.0, 1.0, 2.0])
+    made = run(engine_torque=torque)
+    torque[0] = 99.0
+    assert made.wheel_torque == pytest.approx([0.0, 3.4, 6.8])
+    assert not made.engine_torque.flags.writeable
+    assert made.frequency is made.acceleration.frequency
+
+
+@pytest.mark.parametrize(
+    ("new", "says"),
+    [
+        ({"engine_torque": np.zeros(2)}, r"engine_torque has shape \(2,\), expected \(3,\)"),
+        (
+            {"engine_torque": np.array([0.0, np.nan, 1.0])},
+            "engine_torque holds a value",
+        ),
+        ({"static_force_names": ("EnM x",)}, r"static_force has shape \(3, 2\), expected \(3, 1\)"),
+        ({"acceleration": spectrum("g")}, r"acceleration is in g, expected m/s\^2"),
+        ({"cell_force": spectrum("kN")}, "cell force is in kN, expected N"),
+        ({"cell_force": spectrum("N", lines=LINES + 1)}, "the frequency axes .* differ"),
+    ],
+)
+def test_runs_that_do_not_fit_together_are_refused(new, says):
+    with pytest.raises(InputError, match=f"run g5_wot220: {says}"):
+        run(**new)
+
+
+def response(source="EnM x", unit="N/N"):
+    return Frf(LINES, np.ones((3, 1, 1), complex), ("C1 x",), (source,), unit)
+
+
+def test_shaker_runs_name_where_they_push():
+    assert ShakerRun("EnM", "", "x", 1, response()).response.outputs == ("C1 x",)
+    assert ShakerRun("Du", "left", "x", 1, response("Du left x")).piece == "left"
+    with pytest.raises(InputError, match="unknown axis 'r'"):
+        ShakerRun("EnM", "", "r", 1, response())
+    with pytest.raises(InputError, match=r"expected \['EnM y'\]"):
+        ShakerRun("EnM", "", "y", 1, response())
+    with pytest.raises(InputError, match="N/N"):
+        ShakerRun("EnM", "", "x", 1, response(unit="N"))
+
+
+def test_static_curves_must_go_one_way():
+    curve = StaticCurve("TSM", "x", "M1", np.array([-1e-3, 1e-3]), np.array([-75.0, 75.0]), 0.03)
+    assert not curve.force.flags.writeable
+    with pytest.raises(InputError, match="static curve TSM x of M1: its deflection must increase"):
+        StaticCurve("TSM", "x", "M1", np.array([1e-3, 1e-3]), np.array([-75.0, 75.0]), 0.03)
+    with pytest.raises(InputError, match="force has shape"):
+        StaticCurve("TSM", "x", "M1", np.array([0.0, 1e-3]), np.zeros(3), 0.03)
+
+
+def time_run(**new):
+    fields = {
+        "name": "t",
+        "mount_set": "M1",
+        "gear": 5,
+        "total_ratio": 3.4,
+        "full_load": True,
+        "torque_limit": 220.0,
+        "rising": True,
+        "order": 1.5,
+        "sample_rate": 100.0,
+        "tacho": np.zeros(4),
+        "pulses_per_revolution": 2,
+        "engine_torque": np.zeros(4),
+        "acceleration": np.zeros((4, 1)),
+        "acceleration_channels": ("A1 x",),
+        "cell_force": np.zeros((4, 2)),
+        "cell_force_channels": ("C1 x", "C1 y"),
+        "static_force": np.zeros((4, 0)),
+        "static_force_names": (),
+    }
+    return TimeRun(**fields | new)
+
+
+def test_time_runs_hold_one_sample_per_channel_and_instant():
+    assert not time_run().cell_force.flags.writeable
+    with pytest.raises(InputError, match=r"engine_torque has shape \(3,\), expected \(4,\)"):
+        time_run(engine_torque=np.zeros(3))
+    with pytest.raises(InputError, match=r"cell_force has shape \(4, 1\), expected \(4, 2\)"):
+        time_run(cell_force=np.zeros((4, 1)))
+    with pytest.raises(InputError, match="tacho holds a value that is not finite"):
+        time_run(tacho=np.full(4, np.inf))
+
+
+TIME = np.linspace(0, 90, 241)
+
+
+def test_the_slope_of_a_straight_line_is_exact_up_to_the_ends():
+    uneven = np.sort(np.random.default_rng(1).uniform(0, 90, 241))
+    slope, gain = torque_slope(uneven, 50 - 3.5 * uneven, 9.0)
+    np.testing.assert_allclose(slope, -3.5, rtol=1e-9)
+    assert np.all(gain > 0)
+
+
+def test_the_noise_gain_is_the_scatter_of_the_slope():
+    generator = np.random.default_rng(2)
+    slopes = np.array([torque_slope(TIME, generator.normal(size=241), 9.0)[0] for _ in range(2000)])
+    np.testing.assert_allclose(slopes.std(axis=0), torque_slope(TIME, TIME, 9.0)[1], rtol=0.1)
+
+
+def test_runs_are_chosen_by_their_stated_direction():
+    run = ["up"] * 3 + ["down"] * 2 + ["up again"]
+    directions = {
+        "up": RunDirection.RISING,
+        "down": RunDirection.FALLING,
+        "up again": RunDirection("rising"),
+        "not measured": RunDirection.FALLING,
+    }
+    assert rising_runs(run, directions).tolist() == [True] * 3 + [False] * 2 + [True]
+
+
+def test_runs_without_direction_or_with_falling_torque_only_are_refused():
+    with pytest.raises(InputError, match=r"no direction stated for the runs \['b'\]"):
+        rising_runs(["a", "b"], {"a": RunDirection.RISING})
+    with pytest.raises(InputError, match="all have falling torque: measure a run with rising"):
+        rising_runs(["a", "a"], {"a": RunDirection.FALLING})
+
+
+def test_a_run_of_falling_torque_only_is_refused():
+    with pytest.raises(InputError, match="only falls: measure a run with rising torque"):
+        rising_lines(TIME, 220 - 2 * TIME, 9.0, 1.0)
+
+
+@pytest.mark.parametrize(
+    ("time", "torque", "window", "noise", "words"),
+    [
+        (TIME, TIME[:-1], 9.0, 1.0, "differ"),
+        (TIME[::-1], TIME, 9.0, 1.0, "must increase"),
+        (TIME, np.where(TIME == 0, np.nan, TIME), 9.0, 1.0, "not finite"),
+        (TIME, TIME, 1.0, 1.0, "five are needed"),
+        (TIME, TIME, 9.0, 0.0, "noise is above 0"),
+        ([], [], 9.0, 1.0, "differ"),
+    ],
+)
+def test_records_without_sense_are_refused(time, torque, window, noise, words):
+    with pytest.raises(InputError, match=words):
+        rising_lines(time, torque, window, noise)
+
+
+FREQUENCY = np.array([20.0, 20.5, 21.0])
+
+
+def load_case(**changes):
+    values = np.ones((3, 1), dtype=complex)
+    content = {
+        "name": "g5",
+        "title": "5th gear",
+        "gear": 5,
+        "total_ratio": 3.4,
+        "torque_limit": 220.0,
+        "order": 1.5,
+        "displacement": Spectrum(FREQUENCY, values, ("TSM x",), "m"),
+        "force": Spectrum(FREQUENCY, values, ("TSM x",), "N"),
+    }
+    return LoadCase(**(content | changes))
+
+
+def test_wheel_torque_is_engine_torque_times_total_ratio():
+    torque = np.array([10.0, 20.0, 40.0])
+    case = load_case(engine_torque=torque)
+    torque[0] = -1.0  # the caller's array stays the caller's
+    np.testing.assert_allclose(case.wheel_torque, [34.0, 68.0, 136.0])
+    with pytest.raises(ValueError, match="read-only"):
+        case.engine_torque[0] = 0.0
+
+
+def test_a_run_without_torque_is_fine_until_the_torque_is_needed():
+    case = load_case()
+    assert case.engine_torque is None
+    with pytest.raises(InputError, match="g5: its engine torque was not recorded: add its table"):
+        _ = case.wheel_torque
+
+
+@pytest.mark.parametrize(
+    ("torque", "words"),
+    [
+        (np.ones(2), r"shape \(2,\), expected one value for each of 3 lines"),
+        (np.ones((3, 1)), r"shape \(3, 1\)"),
+        (np.array([1.0, np.nan, 1.0]), "at 20.5 Hz is not finite"),
+    ],
+)
+def test_a_torque_that_does_not_fit_is_refused(torque, words):
+    with pytest.raises(InputError, match=words):
+        load_case(engine_torque=torque)
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        (
+            {"force": Spectrum(FREQUENCY, np.ones((3, 1)), ("TSM z",), "N")},
+            "displacement channels .* and force channels .* differ",
+        ),
+        (
+            {"force": Spectrum(FREQUENCY + 1, np.ones((3, 1)), ("TSM x",), "N")},
+            "frequency axes of displacement and force differ",
+        ),
+        (
+            {"force": Spectrum(FREQUENCY, np.ones((3, 1)), ("TSM x",), "kN")},
+            "force is in kN, expected N",
+        ),
+    ],
+)
+def test_spectra_that_do_not_belong_together_are_refused(changes, words):
+    with pytest.raises(InputError, match=words):
+        load_case(**changes)

@@ -1,0 +1,264 @@
+"""Impact tests: hits chosen, windows, refusals."""
+
+import math
+
+import numpy as np
+import pytest
+
+from deboom.errors import InputError
+from deboom.measurement.frf_estimate import join_estimates
+from deboom.measurement.impact_test import (
+    ForceWindow,
+    HammerMeasurement,
+    HammerOptions,
+    HammerTest,
+    HitChecks,
+    check_hits,
+    hammer_frf,
+    hammer_frfs,
+)
+from deboom.measurement.sensors import Impact
+
+RATE, N_SAMPLE, PRETRIGGER = 2048.0, 2048, 0.0625
+TIME = np.arange(N_SAMPLE) / RATE - PRETRIGGER
+
+
+def push(at=0.0, peak=100.0, duration=4 / 2048):
+    inside = (at < TIME) & (at + duration > TIME)
+    return np.where(inside, peak * np.sin(np.pi * (TIME - at) / duration) ** 2, 0.0)
+
+
+def hits(forces, **changes):
+    """Two responses that ring after each push."""
+    forces = np.array(forces)
+    ringing = np.exp(-8 * TIME) * np.sin(2 * np.pi * 40 * TIME) * (TIME > 0)
+    response = np.stack(
+        [
+            [np.convolve(force, gain * ringing)[:N_SAMPLE] / RATE for gain in (30.0, 0.5)]
+            for force in forces
+        ]
+    ).transpose(0, 2, 1)
+    values = {
+        "impact": "I1",
+        "force": forces,
+        "response": response,
+        "channels": ("A1 x", "ear"),
+        "units": ("m/s^2", "Pa"),
+        "rate": RATE,
+        "pretrigger": PRETRIGGER,
+    }
+    return HammerMeasurement(**values | changes)
+
+
+def faults(force, **changes):
+    """Reasons against a hit, beside a good one."""
+    good, judged = check_hits(hits([push(), force], **changes))
+    assert good.used
+    assert good.reasons == ()
+    assert judged.used == (not judged.reasons)
+    return " ".join(judged.reasons)
+
+
+@pytest.mark.parametrize("apart", [12 / 2048, 40 / 2048, 0.25, 0.9375 - 3 / 2048])
+def test_a_double_hit_is_found(apart):
+    assert "double hit: 20 % again" in faults(push() + push(apart, 20.0))
+
+
+def test_a_merged_double_hit_is_found():
+    assert "double hit" in faults(push() + push(3 / 2048, 40.0))
+
+
+def test_what_is_no_double_hit():
+    assert faults(push() + push(0.02, 4.0)) == ""
+    # swinging through zero: filters and amplifiers do that, hammers only push
+    assert faults(push() - push(12 / 2048, 20.0)) == ""
+    noise = 0.3 * np.random.default_rng(1).normal(size=N_SAMPLE)
+    assert faults(push() + noise) == ""
+    assert faults(push() + 5.0) == ""
+
+
+def test_noise_that_hides_a_double_hit():
+    noise = 3.0 * np.random.default_rng(1).normal(size=N_SAMPLE)
+    assert "too weak for its noise" in faults(push() + noise)
+
+
+def test_a_block_without_a_hit():
+    assert "no force: peak of 0 N" in faults(0 * TIME)
+    noise = 0.1 * np.random.default_rng(1).normal(size=N_SAMPLE)
+    assert "no force" in faults(noise)
+    weak = check_hits(hits([push(), push(peak=8.0)]), HitChecks(smallest_force=10.0))
+    assert "no force: peak of 8" in weak[1].reasons[0]
+
+
+def test_overload_names_channel_and_range():
+    stronger = push(peak=200.0)
+    assert "overload of 'force': 200 N in a range of 200 N" in faults(stronger, force_range=200.0)
+    judged = faults(stronger, ranges=(math.inf, 0.08))
+    assert "overload of 'ear'" in judged
+    assert "Pa in a range of 0.08 Pa" in judged
+    assert faults(stronger, force_range=250.0) == ""
+
+
+def test_a_late_push():
+    assert "late: its peak comes 0.751 s into a block of 1 s" in faults(push(0.6875))
+
+
+def test_limits_that_make_no_sense():
+    for wrong in ({"double_hit": 0.0}, {"overload": 1.1}, {"smallest_force": -1.0}):
+        with pytest.raises(InputError, match="limits of hits"):
+            HitChecks(**wrong)
+
+
+FORCES = [push(), push(peak=80.0), push() + push(0.02, 30.0), push(peak=90.0), push(peak=120.0)]
+
+
+def used(estimate):
+    return [record.number for record in estimate.records[0] if record.used]
+
+
+def test_rejected_hits_stay_in_the_record():
+    estimate = hammer_frf(hits(FORCES))
+    assert used(estimate) == [1, 2, 4, 5]
+    assert estimate.n_averages == (4,)
+    assert "double hit" in estimate.records[0][2].reasons[0]
+    np.testing.assert_allclose([r.peak for r in estimate.records[0]], [100, 80, 100, 90, 120])
+
+
+def test_hits_are_chosen_by_number_and_by_count():
+    assert used(hammer_frf(hits(FORCES), hits=[1, 3, 5])) == [1, 5]
+    chosen = hammer_frf(hits(FORCES), count=3)
+    assert used(chosen) == [1, 2, 4]
+    assert chosen.records[0][4].reasons == ("after the first 3 good hits",)
+    for wrong, words in (
+        ({"hits": [1, 6]}, "choose among"),
+        ({"hits": [1, 1]}, "each once"),
+        ({"count": 0}, "at least 1"),
+        ({"count": 5}, "5 good hits were asked for, there are 4: hit 3: double hit"),
+    ):
+        with pytest.raises(InputError, match=words):
+            hammer_frf(hits(FORCES), **wrong)
+
+
+def test_one_hit_has_no_coherence():
+    with pytest.raises(InputError, match="coherence of one hit is 1 whatever was measured"):
+        hammer_frf(hits(FORCES), hits=[1])
+    alone = hammer_frf(hits(FORCES), HammerOptions(minimum_hits=1), hits=[1])
+    for worth in (alone.coherence, alone.multiple_coherence, alone.random_error):
+        assert np.isnan(worth).all()
+    np.testing.assert_allclose(alone.values, hammer_frf(hits(FORCES)).values, atol=1e-12)
+    with pytest.raises(InputError, match="at least one hit"):
+        HammerOptions(minimum_hits=0)
+
+
+def test_a_null_of_the_push_is_no_line():
+    """A push of 8 samples has nothing at 512 Hz; rounding over rounding is no FRF."""
+    longer = hits([push(duration=8 / 2048), push(duration=8 / 2048, peak=70.0)])
+    with pytest.raises(InputError, match="no input at 512 Hz in channel 1: choose a band"):
+        hammer_frf(longer)
+    assert hammer_frf(longer, HammerOptions(band=(5.0, 400.0))).frequency[-1] == 400
+
+
+def test_too_few_good_hits_say_why():
+    with pytest.raises(InputError, match=r"I1: 0 of 1 hits .*needed \(hit 1: double hit"):
+        hammer_frf(hits([push() + push(0.1, 50.0)]))
+
+
+def test_lines_and_units():
+    estimate = hammer_frf(hits(FORCES), HammerOptions(band=(0.0, 100.0)))
+    # a block of 1 s; the line at 0 Hz is left out
+    np.testing.assert_allclose(estimate.frequency, np.arange(1.0, 101.0))
+    with pytest.raises(InputError, match="of one unit first"):
+        _ = estimate.frf
+    ear = estimate.select(outputs=["ear"])
+    assert ear.frf.unit == "Pa/N"
+    assert ear.frf.inputs == ("I1",)
+    assert list(ear.on_lines([20.0, 40.0]).frequency) == [20, 40]
+    with pytest.raises(InputError, match=r"20\.5 Hz is no line"):
+        ear.on_lines([20.5])
+    with pytest.raises(InputError, match=r"no line from 100\.2"):
+        hammer_frf(hits(FORCES), HammerOptions(band=(100.2, 100.8)))
+    with pytest.raises(InputError, match="no line at 0 Hz"):
+        type(ear)(
+            **{f: getattr(ear, f) for f in ear.__dataclass_fields__}
+            | {"frequency": ear.frequency - 1}
+        )
+
+
+def test_a_push_outside_the_force_window():
+    options = HammerOptions(force_window=ForceWindow(0.001, 0.01, 0.002))
+    assert used(hammer_frf(hits(FORCES), options)) == [1, 2, 4, 5]
+    late = hits([*FORCES, push(0.125)])
+    with pytest.raises(InputError, match=r"hit 6: the push peaks 0\.126 s after the trigger"):
+        hammer_frf(late, options)
+
+
+def test_offsets_are_taken_out_before_windows():
+    options = HammerOptions(force_window=ForceWindow(0.001, 0.01), time_constant=0.1)
+    shifted = hits([force + 3.0 for force in FORCES], response=hits(FORCES).response + 2.0)
+    clean = hammer_frf(hits(FORCES), options)
+    np.testing.assert_allclose(hammer_frf(shifted, options).values, clean.values, atol=1e-12)
+
+
+def test_impacts_become_columns():
+    first, second = hits(FORCES), hits(FORCES, impact="I2")
+    impacts = tuple(Impact(n, np.zeros(3), np.array([0, 0, 1.0])) for n in ("I1", "I2"))
+    test = HammerTest("both", impacts, (), (first, second))
+    both = hammer_frfs(test)
+    assert both.inputs == ("I1", "I2")
+    assert both.values.shape == (800, 2, 2)
+    assert both.select(inputs=["I2"]).inputs == ("I2",)
+    np.testing.assert_array_equal(both.values[:, :, 1], hammer_frf(second).values[:, :, 0])
+    assert test.measurement("I2") is second
+    with pytest.raises(InputError, match="no impact named 'I3'"):
+        test.measurement("I3")
+    with pytest.raises(InputError, match="not the same"):
+        HammerTest("wrong", impacts[:1], (), (second,))
+    estimate = hammer_frf(first)
+    for other, words in (
+        (hammer_frf(second.select(["ear"])), "other outputs"),
+        (hammer_frf(second, HammerOptions(band=(5.0, 50.0))), "other frequency lines"),
+        (hammer_frf(second, HammerOptions(time_constant=0.2)), "other exponential windows"),
+    ):
+        with pytest.raises(InputError, match=words):
+            join_estimates([estimate, other])
+    with pytest.raises(InputError, match="no estimate to join"):
+        join_estimates([])
+
+
+def broken(**changes):
+    good = hits(FORCES[:2])
+    names = ("impact", "force", "response", "channels", "units", "rate", "pretrigger")
+    return HammerMeasurement(**{n: getattr(good, n) for n in names} | changes)
+
+
+def with_nan(array):
+    array = array.copy()
+    array.reshape(-1)[-1] = np.nan
+    return array
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"force": [push(), push()[:-5]]}, r"hit 2 has a force block of shape \(2043,\)"),
+        ({"force": np.zeros((2, N_SAMPLE))}, "I1: no force in any hit"),
+        ({"force": with_nan(np.array(FORCES[:2]))}, "hit 2: channel 'force' is not finite"),
+        ({"response": with_nan(hits(FORCES[:2]).response)}, "channel 'ear' is not finite"),
+        ({"response": np.zeros((2, 7, 2))}, "are no hits of 2 channels"),
+        ({"channels": ("A", "A")}, "duplicated channel"),
+        ({"units": ("Pa",)}, "state one of each"),
+        ({"rate": 0.0}, "do not fit"),
+        ({"pretrigger": 1.5}, "do not fit"),
+        ({"force_range": 0.0}, "a range is positive"),
+        ({"force": push()}, "0 dimensions, not 1"),
+    ],
+)
+def test_bad_blocks_are_named(changes, words):
+    with pytest.raises(InputError, match=words):
+        broken(**changes)
+
+
+def test_an_unknown_channel():
+    with pytest.raises(InputError, match="no channel named"):
+        hits(FORCES).select(["A2 x"])
+    assert hits(FORCES).select(["ear"]).units == ("Pa",)

@@ -1,0 +1,402 @@
+"""Figures: PNG bytes that repeat, for any platform, with the words and scales they promise."""
+
+import io
+import subprocess
+import sys
+from itertools import combinations
+
+import matplotlib
+import numpy as np
+import pytest
+from matplotlib.text import Annotation
+from PIL import Image
+
+from deboom import plot as figures
+from deboom.errors import InputError
+from deboom.plot import style
+from deboom.plot.style import (
+    MOUNT_PALETTE,
+    VEHICLE_PALETTE,
+    mount_colours,
+    mount_of,
+    signed,
+    vehicle_colours,
+)
+
+VARIABLES = [f"{mount} {axis}" for mount in ("EnM", "GeM", "TSM", "Du") for axis in "xyz"]
+
+
+def front_arguments(n=40):
+    mean = np.linspace(50.0, 54.0, n)
+    sigma = 0.3 + 0.1 * (54.0 - mean) ** 2 / 16.0
+    picks = {"best mean": (mean[0], sigma[0]), "best σ": (mean[-1], sigma[-1]), "knee": (51, 0.356)}
+    errors = (np.full(n, 0.05), np.full(n, 0.01))
+    labels = {"mean_label": "mean SPL [dB(A)]", "sigma_label": "σ [dB]"}
+    return (mean, sigma, *errors, (53.0, 0.42), picks), labels
+
+
+def levels(n_vehicle, n_frequency=161):
+    frequency = np.linspace(20.0, 60.0, n_frequency)
+    centres = 24.0 + np.arange(n_vehicle)[:, None] % 4
+    before = 45.0 + 28.0 / (1.0 + ((frequency - centres) / 2.0) ** 2)
+    return frequency, before, before - 3.0 * np.sin(frequency / 9.0), centres
+
+
+def spl_arguments(n_vehicle, order=1.5):
+    frequency, before, after, centres = levels(n_vehicle)
+    names = [f"car {place}" for place in range(n_vehicle)]
+    peaks = [row for row in centres]
+    colours = style.vehicle_colours(names)
+    return (frequency, order, before, after, names, peaks, peaks, colours), {}
+
+
+def stiffness_arguments(variables=VARIABLES):
+    n = len(variables)
+    factor = np.linspace(0.8, 1.2, n)
+    nominal = np.linspace(90.0, 650.0, n)
+    nominal[-1] = np.nan
+    free = [False] * (n - 1) + [True]
+    interval = np.column_stack([factor - 0.02, factor + 0.03])
+    interval[-1] = np.nan
+    mounts = dict.fromkeys(style.mount_of(name) for name in variables)
+    colours = style.mount_colours(list(mounts))
+    bounds = (np.full(n, 0.8), np.full(n, 1.2))
+    return (
+        (variables, factor, *bounds, nominal, free, interval, colours),
+        {"stiffness_label": "|K| at 36 Hz [N/mm]"},
+    )
+
+
+def change_arguments(n_vehicle=5):
+    names = [f"car {place}" for place in range(n_vehicle)]
+    change = np.linspace(-3.2, 0.3, n_vehicle)
+    sigma = np.full(n_vehicle, 0.4)
+    return (
+        (names, change, sigma, 0.7 * change, sigma, style.vehicle_colours(names)),
+        {"level_label": "SPLV change per line [dB]", "energy_label": "25–40 Hz energy [dB]"},
+    )
+
+
+def progress_arguments():
+    generation = np.arange(1, 101)
+    return (generation, 1.0 - np.exp(-generation / 20.0)), {"hypervolume_label": "hypervolume [1]"}
+
+
+FIGURES = {
+    "pareto_front": (figures.pareto_front, front_arguments),
+    "spl_curves": (figures.spl_curves, lambda: spl_arguments(5)),
+    "stiffness_bars": (figures.stiffness_bars, stiffness_arguments),
+    "per_vehicle_change": (figures.per_vehicle_change, change_arguments),
+    "convergence": (figures.convergence, progress_arguments),
+}
+
+
+@pytest.fixture
+def drawn(monkeypatch):
+    """Draw a figure and return it, laid out, in place of its bytes."""
+    opened = []
+
+    def keep(figure):
+        figure.canvas.draw()
+        opened.append(figure)
+        return b""
+
+    for module in ("front", "levels", "stiffness", "changes", "progress"):
+        monkeypatch.setattr(f"deboom.plot.{module}.png", keep)
+
+    def draw(function, arguments):
+        function(*arguments[0], **arguments[1])
+        return opened[-1]
+
+    return draw
+
+
+def texts_of(figure):
+    found = [text for text in figure.findobj(matplotlib.text.Text) if text.get_visible()]
+    return [text for text in found if text.get_text().strip()]
+
+
+@pytest.mark.parametrize("name", FIGURES)
+def test_figure_is_a_png_of_column_width_that_is_not_blank(name):
+    function, arguments = FIGURES[name]
+    positional, named = arguments()
+    with Image.open(io.BytesIO(function(*positional, **named))) as image:
+        assert image.format == "PNG"
+        width = style.HALF_WIDTH if name == "convergence" else style.FULL_WIDTH
+        assert image.width == round(width * style.DPI)
+        assert "Software" not in image.info
+        pixels = np.asarray(image.convert("RGB"))
+    drawn_share = np.mean(np.any(pixels < 230, axis=2))
+    assert 0.01 < drawn_share < 0.5
+    assert len(np.unique(pixels @ [1, 256, 65536])) > 50
+
+
+@pytest.mark.parametrize("name", FIGURES)
+def test_same_arguments_give_the_same_bytes(name):
+    function, arguments = FIGURES[name]
+    first, second = arguments(), arguments()
+    assert function(*first[0], **first[1]) == function(*second[0], **second[1])
+
+
+def test_global_settings_neither_change_nor_matter():
+    positional, named = front_arguments()
+    expected = figures.pareto_front(*positional, **named)
+    with matplotlib.rc_context({"font.size": 30.0, "axes.facecolor": "red"}):
+        before = dict(matplotlib.rcParams)
+        assert figures.pareto_front(*positional, **named) == expected
+        assert dict(matplotlib.rcParams) == before
+
+
+def test_importing_the_figures_does_not_import_matplotlib_and_drawing_needs_no_pyplot():
+    script = (
+        "import sys, deboom.plot as figures, deboom.report.page\n"
+        "assert 'matplotlib' not in sys.modules\n"
+        "figures.convergence([1, 2], [0.1, 0.2], hypervolume_label='hypervolume [1]')\n"
+        "assert 'matplotlib.pyplot' not in sys.modules\n"
+    )
+    subprocess.run([sys.executable, "-c", script], check=True)
+
+
+@pytest.mark.parametrize("name", FIGURES)
+def test_every_axis_has_a_unit_and_text_is_legible(name, drawn):
+    function, arguments = FIGURES[name]
+    figure = drawn(function, arguments())
+    labels = [axes.get_xlabel() for axes in figure.axes] + [a.get_ylabel() for a in figure.axes]
+    assert any(labels)
+    assert all("[" in label for label in labels if label)
+    assert min(text.get_fontsize() for text in texts_of(figure)) >= 7.0
+
+
+@pytest.mark.parametrize("name", FIGURES)
+def test_nothing_leaves_the_figure(name, drawn):
+    function, arguments = FIGURES[name]
+    figure = drawn(function, arguments())
+    drawn_box, (width, height) = figure.get_tightbbox(), figure.get_size_inches()
+    assert min(drawn_box.x0, drawn_box.y0) >= 0.0
+    assert drawn_box.x1 <= width
+    assert drawn_box.y1 <= height
+
+
+@pytest.mark.parametrize("n_vehicle", [1, 6, 8])
+def test_spl_has_one_panel_per_vehicle_with_rpm_above_and_a_grid_of_five_decibel(n_vehicle, drawn):
+    figure = drawn(figures.spl_curves, spl_arguments(n_vehicle, order=2.0))
+    panels = [axes for axes in figure.axes if axes.lines]
+    assert [axes.get_title(loc="left") for axes in panels] == [
+        f"car {place}" for place in range(n_vehicle)
+    ]
+    top = panels[0].child_axes[0]
+    assert np.allclose(top.get_xlim(), [600.0, 1800.0])
+    for axes in panels:
+        assert axes.get_ylim() == panels[0].get_ylim()
+        assert np.all(np.asarray(axes.get_yticks()) % 10.0 == 0.0)
+        assert np.all(np.asarray(axes.get_yticks(minor=True)) % 5.0 == 0.0)
+
+
+def test_spl_shows_baseline_dashed_and_optimised_solid_in_the_vehicles_colour(drawn):
+    arguments = spl_arguments(2)
+    figure = drawn(figures.spl_curves, arguments)
+    (frequency, _, before, after, names, _, _, colours), _ = arguments
+    for place, axes in enumerate(figure.axes[:2]):
+        baseline, optimised = axes.lines[:2]
+        assert np.array_equal(baseline.get_xydata(), np.column_stack([frequency, before[place]]))
+        assert np.array_equal(optimised.get_xydata(), np.column_stack([frequency, after[place]]))
+        assert baseline.is_dashed()
+        assert not optimised.is_dashed()
+        assert optimised.get_color() == colours[names[place]]
+        change = style.signed(after[place].mean() - before[place].mean(), 1)
+        assert axes.get_title(loc="right") == f"mean change {change} dB"
+
+
+def test_spl_writes_the_frequency_of_each_peak_once(drawn):
+    (frequency, order, before, after, names, *_, colours), _ = spl_arguments(2)
+    peaks_before, peaks_after = [[24.0, 31.0], []], [[24.25, 40.0], []]
+    arguments = ((frequency, order, before, after, names, peaks_before, peaks_after, colours), {})
+    figure = drawn(figures.spl_curves, arguments)
+    written = [[a.get_text() for a in axes.texts if a.get_text()] for axes in figure.axes[:2]]
+    assert written == [["24.0", "31.0", "40.0"], []]
+
+
+def test_labels_cover_neither_each_other_nor_leave_the_panel(drawn):
+    (frequency, order, before, after, names, *_, colours), _ = spl_arguments(5)
+    crowd = [np.array([20.5, 23.0, 24.6, 26.2, 28.0, 59.5])] * 5
+    arguments = ((frequency, order, before, after, names, crowd, crowd, colours), {})
+    figure = drawn(figures.spl_curves, arguments)
+    for axes in figure.axes[:5]:
+        labels = [text for text in axes.texts if isinstance(text, Annotation) and text.get_text()]
+        boxes = [label.get_window_extent() for label in labels]
+        assert len(boxes) == 6
+        assert not any(a.overlaps(b) for a, b in combinations(boxes, 2))
+        assert all(axes.bbox.x0 <= box.x0 and box.x1 <= axes.bbox.x1 for box in boxes)
+        assert all(axes.bbox.y0 <= box.y0 and box.y1 <= axes.bbox.y1 for box in boxes)
+
+
+def test_front_names_baseline_and_picks_beside_their_points(drawn):
+    arguments = front_arguments()
+    figure = drawn(figures.pareto_front, arguments)
+    labels = {text.get_text(): text for text in figure.axes[0].texts if text.get_text()}
+    assert set(labels) == {"baseline", "best mean", "best σ", "knee"}
+    boxes = [label.get_window_extent() for label in labels.values()]
+    assert not any(a.overlaps(b) for a, b in combinations(boxes, 2))
+    transform = figure.axes[0].transData
+    for name, place in {"baseline": arguments[0][4], **arguments[0][5]}.items():
+        box = labels[name].get_window_extent()
+        nearest = np.clip(transform.transform(place), box.min, box.max)
+        assert np.linalg.norm(nearest - transform.transform(place)) < 0.3 * figure.dpi
+
+
+def test_picks_that_are_one_design_share_their_label(drawn):
+    (*arrays, _), labels = front_arguments()
+    picks = {"best mean": (50.0, 0.4), "knee": (50.0, 0.4)}
+    figure = drawn(figures.pareto_front, ((*arrays, picks), labels))
+    written = {text.get_text() for text in figure.axes[0].texts if text.get_text()}
+    assert written == {"baseline", "best mean, knee"}
+
+
+def test_stiffness_writes_newton_per_millimetre_and_no_requirement(drawn):
+    figure = drawn(figures.stiffness_bars, stiffness_arguments())
+    written = [text.get_text() for text in texts_of(figure)]
+    assert written.count("no requirement") == 1
+    assert written.count("not measured") == 1
+    # EnM x: 90 N/mm at the lower bound 0.8
+    assert written[written.index("90.0") : written.index("90.0") + 3] == ["90.0", "72.0", "−20 %"]
+
+
+def test_stiffness_takes_other_mounts_and_bounds_that_leave_nominal_out(drawn):
+    names = [f"{mount} {axis}" for mount in ("front left", "b", "c", "d", "e") for axis in "xyz"]
+    (variables, factor, _, upper, *rest), label = stiffness_arguments(names)
+    lower = np.full(15, 0.8)
+    lower[-1], upper[-1] = 1.1, 1.6
+    figure = drawn(figures.stiffness_bars, ((variables, factor, lower, upper, *rest), label))
+    low, high = figure.axes[0].get_xlim()
+    assert low < 0.8
+    assert high > 1.6
+
+
+@pytest.mark.parametrize("n_vehicle", [1, 2, 15])
+def test_changes_write_each_value_and_share_one_scale(n_vehicle, drawn):
+    arguments = change_arguments(n_vehicle)
+    figure = drawn(figures.per_vehicle_change, arguments)
+    left, right = figure.axes
+    assert [text.get_text() for text in left.texts] == [
+        style.signed(value, 1) for value in arguments[0][1]
+    ]
+    assert left.get_xlim() == right.get_xlim()
+
+
+def test_changes_of_exactly_zero_are_drawn():
+    _, labels = change_arguments()
+    colours = style.vehicle_colours(["A"])
+    assert figures.per_vehicle_change(["A"], [0.0], [0.0], [0.0], [0.0], colours, **labels)
+
+
+@pytest.mark.parametrize(
+    ("bad", "message"),
+    [
+        (lambda a: a[0].__setitem__(3, np.nan), "mean is not finite at index \\[3\\]"),
+        (lambda a: a.__setitem__(1, a[1][:-1]), "different lengths"),
+        (lambda a: a.__setitem__(4, (np.inf, 1.0)), "baseline is not finite"),
+        (lambda a: a.__setitem__(5, {"knee": (1.0, np.nan)}), "knee is not finite"),
+        (lambda a: a.__setitem__(slice(0, 4), [[], [], [], []]), "mean is empty"),
+    ],
+)
+def test_front_refuses_what_it_would_drop(bad, message):
+    positional, named = front_arguments()
+    positional = list(positional)
+    bad(positional)
+    with pytest.raises(InputError, match=message):
+        figures.pareto_front(*positional, **named)
+
+
+def test_spl_refuses_other_shapes():
+    (frequency, *rest), _ = spl_arguments(3)
+    with pytest.raises(InputError, match="baseline has shape \\(3, 161\\), expected"):
+        figures.spl_curves(frequency[:-1], *rest)
+    (frequency, order, before, after, names, _, peaks, colours), _ = spl_arguments(3)
+    with pytest.raises(InputError, match="different lengths"):
+        figures.spl_curves(frequency, order, before, after, names, peaks[:1], peaks, colours)
+
+
+def test_stiffness_refuses_a_factor_outside_its_bounds_and_other_shapes():
+    (variables, factor, *rest), label = stiffness_arguments()
+    with pytest.raises(InputError, match=r"EnM x = 0\.7 lies outside its bounds 0\.8\.\.1\.2"):
+        figures.stiffness_bars(variables, np.r_[0.7, factor[1:]], *rest, **label)
+    with pytest.raises(InputError, match="nominal_stiffness has shape \\(1,\\)"):
+        figures.stiffness_bars(variables, factor, *rest[:2], [1.0], *rest[3:], **label)
+
+
+# Machado, Oliveira, Fernandes (2009), severity 1.0, on linear RGB
+COLOUR_VISION = {
+    "normal": np.eye(3),
+    "protanopia": [
+        [0.152286, 1.052583, -0.204868],
+        [0.114503, 0.786281, 0.099216],
+        [-0.003882, -0.048116, 1.051998],
+    ],
+    "deuteranopia": [
+        [0.367322, 0.860646, -0.227968],
+        [0.280085, 0.672501, 0.047413],
+        [-0.011820, 0.042940, 0.968881],
+    ],
+    "tritanopia": [
+        [1.255528, -0.076749, -0.178779],
+        [-0.078411, 0.930809, 0.147602],
+        [0.004733, 0.691367, 0.303900],
+    ],
+}
+XYZ_OF_RGB = np.array(
+    [[0.41246, 0.35758, 0.18044], [0.21267, 0.71515, 0.07218], [0.01933, 0.11919, 0.95030]]
+)
+
+
+def linear_rgb(colour):
+    encoded = np.array([int(colour[place : place + 2], 16) for place in (1, 3, 5)]) / 255.0
+    return np.where(encoded <= 0.04045, encoded / 12.92, ((encoded + 0.055) / 1.055) ** 2.4)
+
+
+def lab(rgb):
+    """CIE 1976 L*a*b* of linear sRGB."""
+    x, y, z = np.cbrt(np.clip(XYZ_OF_RGB @ rgb, 1e-4, None) / [0.95047, 1.0, 1.08883])
+    return np.array([116.0 * y - 16.0, 500.0 * (x - y), 200.0 * (y - z)])
+
+
+@pytest.mark.parametrize("vision", COLOUR_VISION)
+@pytest.mark.parametrize("palette", [VEHICLE_PALETTE, MOUNT_PALETTE])
+def test_colours_are_told_apart_by_every_reader(palette, vision):
+    seen = [lab(np.clip(COLOUR_VISION[vision] @ linear_rgb(c), 0.0, 1.0)) for c in palette]
+    assert min(np.linalg.norm(a - b) for a, b in combinations(seen, 2)) > 15.0
+
+
+def test_a_vehicle_keeps_its_colour_whatever_follows_it():
+    names = [f"V{place}" for place in range(18)]
+    assert vehicle_colours(names[:5]) == dict(list(vehicle_colours(names).items())[:5])
+
+
+def test_eighteen_vehicles_have_eighteen_colours():
+    colours = vehicle_colours([f"V{place}" for place in range(18)])
+    assert len(set(colours.values())) == 18
+    assert tuple(colours.values())[:6] == VEHICLE_PALETTE
+
+
+def test_darker_shades_are_darker_and_lighter_ones_lighter():
+    colours = tuple(mount_colours([f"M{place}" for place in range(18)]).values())
+    for base, dark, light in zip(colours[:6], colours[6:12], colours[12:], strict=True):
+        assert linear_rgb(dark).sum() < linear_rgb(base).sum() < linear_rgb(light).sum()
+
+
+def test_duplicated_names_are_refused():
+    with pytest.raises(InputError, match="duplicated vehicle \\['A'\\]"):
+        vehicle_colours(["A", "B", "A"])
+
+
+def test_mount_of_a_variable():
+    assert mount_of("TSM x") == "TSM"
+    assert mount_of("front left z") == "front left"
+    assert mount_of("strut") == "strut"
+
+
+def test_changes_carry_their_sign():
+    assert signed(-3.14, 1) == "−3.1"
+    assert signed(0.2, 1) == "+0.2"
+    assert signed(-0.04, 1) == "0.0"
+    assert signed(12.4, 0) == "+12"
+    assert signed(0.4, 0) == "0"

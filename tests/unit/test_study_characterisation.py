@@ -1,0 +1,188 @@
+"""`deboom characterise`, and the truth beside a characterisation."""
+
+import numpy as np
+import pandas as pd
+import pytest
+import typer
+from typer.testing import CliRunner
+
+from deboom.bench.campaign_plan import CampaignPlan, PlannedRun
+from deboom.bench.campaign_writer import write_campaign
+from deboom.cli_measurements import characterise
+from deboom.errors import InputError
+from deboom.mounts.library import open_library
+from deboom.mounts.operating_map import OperatingMap
+from deboom.study import campaigns as characterisation_library
+from deboom.study.mount_characterisation import (
+    THESIS_R2,
+    identified,
+    over_benches,
+    r2_table,
+    read_set_truth,
+    truth_table,
+)
+
+RUNS = tuple(
+    PlannedRun(gear, torque, full_load=False)
+    for gear, torque in ((5, 60.0), (5, 200.0), (6, 120.0), (7, 220.0), (7, 80.0))
+)
+LINES = np.arange(20.0, 80.5, 2.0)
+
+
+def call(*arguments):
+    app = typer.Typer()
+    app.command()(characterise)
+    return CliRunner().invoke(app, [str(argument) for argument in arguments])
+
+
+@pytest.fixture(scope="module")
+def campaign(tmp_path_factory):
+    """Five runs of two mount sets."""
+    folder = tmp_path_factory.mktemp("measured") / "campaign"
+    return write_campaign(folder, 1, CampaignPlan(("M1", "M2"), RUNS, 1, frequency=LINES))
+
+
+@pytest.fixture(scope="module")
+def kept(campaign, tmp_path_factory):
+    """Keep the mounts of M2 in a library; its path, and what the command said."""
+    library = tmp_path_factory.mktemp("library") / "mounts.db"
+    done = call(campaign, "--library", library, "--mount-set", "M2")
+    assert done.exit_code == 0, done.output
+    return library, done.output
+
+
+def test_mounts_of_the_set_asked_for_are_in_the_library_with_their_surfaces(kept):
+    library, output = kept
+    with open_library(library) as opened:
+        found = opened.identities()
+        strut = opened.load(opened.find(mount="TSM"))
+    assert [(one.mount, one.variant) for one in found] == [
+        (mount, "M2") for mount in ("Du", "EnM", "GeM", "TSM")
+    ]
+    surface = strut.direction("x").surface.response_surface()
+    middle = np.mean(list(surface.ranges.values()), axis=1)
+    assert surface.units["preload"] == "N m"
+    assert 50e3 < abs(surface.predict_masked(*middle)[0]) < 2e6
+    assert output.splitlines()[-1] == f"4 mounts kept in {library}"
+    assert "TSM x" in output
+
+
+def test_another_set_of_the_campaign_joins_later(campaign, kept, tmp_path):
+    library = tmp_path / "mounts.db"
+    library.write_bytes(kept[0].read_bytes())
+    assert call(campaign, "--library", library, "--mount-set", "M1").exit_code == 0
+    with open_library(library) as opened:
+        assert {one.variant for one in opened.identities()} == {"M1", "M2"}
+
+
+def test_mounts_that_are_there_are_exchanged_if_asked(campaign, kept):
+    again = (campaign, "--library", kept[0], "--mount-set", "M2", "--replace")
+    assert call(*again).exit_code == 0
+
+
+def test_mounts_that_are_there_are_refused_before_any_work(campaign, kept, monkeypatch):
+    monkeypatch.setattr(characterisation_library, "measuring_chains", None)
+    refused = call(campaign, "--library", kept[0], "--mount-set", "M2")
+    assert refused.exit_code == 2
+    assert "--replace" in refused.output
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [(("--mount-set", "M9"), "no mount set 'M9'"), (("--gear", "2"), "no run in the gears")],
+)
+def test_bad_requests_end_in_one_sentence(campaign, tmp_path, arguments, message):
+    done = call(campaign, "--library", tmp_path / "mounts.db", *arguments)
+    assert done.exit_code == 2
+    assert message in done.output
+
+
+FREQUENCY = np.array([20.0, 20.25, 20.5])
+RUNS_2 = ("g5_wot120", "g5_wot220")
+CHANNELS = ("TSM x", "Du left x", "Du right x")
+
+
+def lines(mount, axis, run, frequency):
+    """Make a map with nothing but the names of its lines."""
+    zero = np.zeros(len(run))
+    others = {
+        "wheel_torque": zero,
+        "static_force": zero,
+        "displacement": zero.astype(complex),
+        "force": zero.astype(complex),
+        "displacement_noise": zero,
+        "force_noise": zero,
+        "stiffness": zero.astype(complex),
+        "confidence": zero,
+        "near_floor": zero.astype(bool),
+    }
+    return OperatingMap(
+        mount=mount, axis=axis, run=np.array(run), frequency=np.array(frequency), **others
+    )
+
+
+@pytest.fixture
+def truth(tmp_path):
+    """Stiffness that tells run, line and channel: 100, 10 and 1 each."""
+    (tmp_path / "truth").mkdir()
+    run, line, channel = np.meshgrid(range(2), range(3), range(3), indexing="ij")
+    np.savez(
+        tmp_path / "truth" / "M1.npz",
+        runs=np.array(RUNS_2),
+        channels=np.array(CHANNELS),
+        frequency=FREQUENCY,
+        stiffness=100.0 * run + 10.0 * line + channel + 0j,
+    )
+    return read_set_truth(tmp_path, "M1")
+
+
+def test_every_line_finds_its_run_frequency_and_piece(truth):
+    strut = lines("TSM", "x", ["g5_wot220", "g5_wot120", "g5_wot220"], [20.5, 20.0, 20.0])
+    assert truth.at(strut).tolist() == [120.0, 0.0, 100.0]
+    wishbone = lines("Du", "x", ["g5_wot120 left", "g5_wot120 right"], [20.25, 20.25])
+    assert truth.at(wishbone).tolist() == [11.0, 12.0]
+
+
+@pytest.mark.parametrize(
+    ("mount", "run", "frequency", "message"),
+    [
+        ("TSM", "g6_wot120", 20.0, "no truth of channel TSM x in run g6_wot120"),
+        ("EnM", "g5_wot120", 20.0, "no truth of channel EnM x"),
+        ("TSM", "g5_wot120", 20.1, "frequency lines are not those of the campaign"),
+        ("TSM", "g5_wot120", 30.0, "frequency lines are not those of the campaign"),
+    ],
+)
+def test_a_line_that_the_truth_does_not_know_is_refused(truth, mount, run, frequency, message):
+    with pytest.raises(InputError, match=message):
+        truth.at(lines(mount, "x", [run], [frequency]))
+
+
+def test_a_campaign_without_truth_has_none(tmp_path):
+    assert read_set_truth(tmp_path, "M1") is None
+
+
+def test_medians_and_quantiles_are_over_benches_and_in_percent():
+    numbers = pd.DataFrame(
+        {
+            "bench": ["1", "1", "2", "2", "3", "3"],
+            "direction": ["TSM x", "TSM y"] * 3,
+            "error": [0.01, 0.5, 0.03, 0.4, 0.02, 0.6],
+            "half_width": [0.03, 0.3, 0.02, 0.2, 0.04, 0.1],
+            "r2_real": [0.999, 0.9, 0.998, 0.8, 0.997, 0.7],
+        }
+    )
+    assert over_benches(numbers, "error").to_dict() == pytest.approx({"TSM x": 2.0, "TSM y": 50.0})
+    assert over_benches(numbers, "error", 1.0).to_dict() == pytest.approx(
+        {"TSM x": 3.0, "TSM y": 60.0}
+    )
+    assert identified(numbers).to_dict() == {"TSM x": True, "TSM y": False}
+    assert over_benches(numbers, "coverage").isna().all()
+    table = truth_table(numbers)
+    assert table["direction"].tolist() == ["TSM x", "TSM y"]
+    assert "held-out error of |K|, median [%]" not in table
+    r2 = r2_table(numbers)
+    assert r2["direction"].tolist() == ["TSM x", "TSM x", "TSM y", "TSM y"]
+    assert r2.loc[0, "R² of stiffness [%]"] == pytest.approx(99.8)
+    assert r2["thesis, stiffness [%]"].tolist() == [
+        THESIS_R2[name][part] for name in ("TSM x", "TSM y") for part in (0, 1)
+    ]

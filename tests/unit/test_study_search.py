@@ -1,0 +1,112 @@
+"""Objectives from options, several searches into one front, the last steps by gradient."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+
+from deboom.errors import InputError
+from deboom.explore.front import pareto_front
+from deboom.explore.known_truth import quad2
+from deboom.explore.problems import nsga2
+from deboom.explore.robust import RobustResponse
+from deboom.explore.scatter import sobol_sample
+from deboom.explore.space import stiffness_factor_space
+from deboom.study.options import Aim, aim_note, robust_response
+from deboom.study.search import Budget, robust_search
+
+MODEL = quad2(5, seed=1)
+SPACE = stiffness_factor_space(MODEL.variable_names)
+ROBUST = RobustResponse(MODEL, SPACE, sobol_sample(5, 32, seed=1))
+
+
+def silent(*_):
+    """Show no progress."""
+
+
+def found(budget, seed=3, robust=ROBUST):
+    return robust_search(robust, ROBUST, budget, seed, silent, None, ())
+
+
+def test_one_search_is_that_of_nsga2():
+    whole, alone = found(Budget(12, 5)), nsga2(ROBUST, 12, 5, seed=3)
+    np.testing.assert_array_equal(whole.front.designs, alone.front.designs)
+    np.testing.assert_array_equal(whole.hypervolume, alone.hypervolume)
+    assert Budget(12, 5).note == ""
+
+
+def test_several_searches_give_the_front_of_all():
+    whole = found(Budget(12, 5, searches=3))
+    each = [nsga2(ROBUST, 12, 5, seed=seed) for seed in (3, 4, 5)]
+    expected = pareto_front(*(search.front for search in each))
+    np.testing.assert_array_equal(whole.front.designs, expected.designs)
+    np.testing.assert_array_equal(whole.hypervolume, each[0].hypervolume)
+    assert whole.n_evaluated == 180
+    assert "3 searches" in Budget(12, 5, searches=3).note
+
+
+def test_a_polish_only_improves_and_is_said():
+    budget = Budget(12, 5, polished=True)
+    before, after = found(Budget(12, 5)).front, found(budget).front
+    assert after.mean_sum.min() < before.mean_sum.min()
+    joined = pareto_front(before, after)
+    np.testing.assert_array_equal(joined.designs, after.designs)
+    assert "by gradient" in budget.note
+
+
+def test_bad_budgets_are_refused():
+    with pytest.raises(InputError, match="0 searches find nothing"):
+        found(Budget(12, 5, searches=0))
+
+    class Limited:
+        space, limits = SPACE, object()
+
+    with pytest.raises(InputError, match="a polish knows no limits"):
+        found(Budget(12, 5, polished=True), robust=Limited())
+
+
+@dataclass(frozen=True)
+class TwoVehicles:
+    """One response is linear, the other quadratic in two factors."""
+
+    variable_names: tuple[str, ...] = ("a x", "a y")
+    response_names: tuple[str, ...] = ("one", "two")
+    response_unit: str = "dB"
+
+    def __call__(self, designs):
+        """Return both responses, shape (n, 2)."""
+        return np.column_stack([designs[:, 0], 3 * designs[:, 1] ** 2])
+
+
+MODEL_2 = TwoVehicles()
+SPACE_2 = stiffness_factor_space(MODEL_2.variable_names, 0.2, 0.15)
+SAMPLE = sobol_sample(2, 128, seed=1)
+
+
+def values(aim, **changes):
+    return robust_response(MODEL_2, SPACE_2, SAMPLE, aim, **changes)(np.ones((1, 2)))
+
+
+def test_each_aim_minimises_what_it_says():
+    mean = values(Aim.mean)
+    np.testing.assert_array_equal(mean.objectives, [[mean.mean_sum[0], mean.sigma_sum[0]]])
+    worst = values(Aim.worst)
+    np.testing.assert_array_equal(worst.objectives[0], [mean.mean.max(), mean.sigma.max()])
+    quantile, tail = values(Aim.quantile).objectives[0], values(Aim.tail).objectives[0]
+    assert mean.mean_sum[0] < quantile[0] < tail[0]
+    assert quantile[1] == tail[1] == mean.sigma_sum[0]
+
+
+def test_control_variate_knows_a_parabola_exactly():
+    exact = 1 + 3 * (1 + 0.05**2 * 0.9733369246625415)  # variance of a normal cut at 3 sigma
+    off = abs(values(Aim.mean).mean_sum[0] - exact)
+    assert values(Aim.mean, control_variate=True).mean_sum[0] == pytest.approx(exact, abs=1e-12)
+    assert off > 1e-7
+
+
+def test_only_other_objectives_need_a_note():
+    assert aim_note(robust_response(MODEL_2, SPACE_2, SAMPLE)) == ""
+    text = aim_note(robust_response(MODEL_2, SPACE_2, SAMPLE, Aim.tail))
+    assert "mean of the worst 5 %, sum" in text

@@ -1,0 +1,269 @@
+"""Rising torque and force transfer on a bench of known truth."""
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from deboom.bench.campaign_plan import NO_ERRORS, CampaignPlan, PlannedRun
+from deboom.bench.campaign_recording import true_run
+from deboom.bench.campaign_writer import write_campaign
+from deboom.bench.powertrain import load_bench
+from deboom.files.campaign import read_campaign
+from deboom.measurement.campaign import RunDirection, ShakerRun, rising_lines, rising_runs
+from deboom.measurement.channels import Frf, Spectrum
+from deboom.measurement.force_transfer import (
+    force_transfer_matrix,
+    force_transfer_matrix_with_moments,
+    level_without_moments,
+    operating_force,
+)
+from deboom.measurement.sensors import Impact, Sensor, SensorKind
+from deboom.mounts.response_surface import DynamicStiffnessSurface
+
+BENCH = load_bench()
+FREQUENCY = np.linspace(20, 80, 241)
+DURATION = 90.0
+TORQUE_NOISE = 1.0
+WINDOW = 9.0
+TIME = np.linspace(0, DURATION, FREQUENCY.size)
+
+
+def full_load(limit):
+    return true_run(BENCH, PlannedRun(5, limit, full_load=True), FREQUENCY).engine_torque
+
+
+@pytest.mark.parametrize("limit", [120.0, 160.0, 220.0])
+def test_good_lines_stay_and_falling_ones_go(limit):
+    """On a run-up almost all stay, plateau included; raw differences lose two lines in five."""
+    generator = np.random.default_rng(1)
+    torque = full_load(limit)
+    falling = np.diff(torque[::-1], append=torque[0]) < -0.3
+    kept, raw, left = [], [], []
+    for _ in range(50):
+        noise = generator.normal(0, TORQUE_NOISE, (2, torque.size))
+        kept.append(rising_lines(TIME, torque + noise[0], WINDOW, TORQUE_NOISE).mean())
+        raw.append((np.gradient(torque + noise[0]) > 0).mean())
+        down = rising_lines(TIME, torque[::-1] + noise[1], WINDOW, TORQUE_NOISE)
+        left.append(down[falling].mean())
+    assert np.mean(kept) > 0.995
+    assert 0.5 < np.mean(raw) < 0.75
+    assert np.mean(left) < 0.05
+
+
+def test_the_direction_of_the_run_removes_the_hysteresis():
+    """Lines of rising and falling runs lie on two branches: one surface cannot follow both."""
+    plans = [
+        PlannedRun(gear, torque, full_load, rising)
+        for rising in (True, False)
+        for gear in (5, 6, 7)
+        for torque, full_load in ((120.0, True), (220.0, True), (60.0, False), (140.0, False))
+    ]
+    runs = [true_run(BENCH, plan, FREQUENCY[::2]) for plan in plans]
+    preload = np.concatenate(
+        [
+            run.engine_torque * BENCH.total_ratios[plan.gear - 1]
+            for run, plan in zip(runs, plans, strict=True)
+        ]
+    )
+    column = runs[0].channels.index("TSM x")
+    amplitude = np.abs(np.concatenate([run.displacement[:, column] for run in runs]))
+    stiffness = np.concatenate([run.stiffness[:, column] for run in runs])
+    frequency = np.tile(FREQUENCY[::2], len(runs))
+    name = [plan.name for plan in plans for _ in FREQUENCY[::2]]
+    directions = {
+        plan.name: RunDirection.RISING if plan.rising else RunDirection.FALLING for plan in plans
+    }
+    rising = rising_runs(name, directions)
+    assert rising.sum() == rising.size / 2
+
+    def rms_error(lines):
+        surface = DynamicStiffnessSurface.fit(
+            preload[lines], amplitude[lines], frequency[lines], stiffness[lines], preload_unit="N m"
+        )
+        fitted = surface.predict(preload[rising], amplitude[rising], frequency[rising])
+        return np.sqrt(np.mean(np.abs(fitted / stiffness[rising] - 1) ** 2))
+
+    assert rms_error(rising) < 0.01
+    assert rms_error(np.ones_like(rising)) > 0.05
+
+
+LINES = np.linspace(20.0, 80.0, 61)
+POINT = np.array([0.05, 0.43, 0.2])
+ARMS = np.array([[0.06, 0.0, -0.05], [-0.05, 0.04, -0.06], [0.0, -0.05, -0.05]])
+
+
+def make_cells(n, seed):
+    turns = Rotation.random(n, random_state=np.random.default_rng(seed)).as_matrix()
+    return [
+        Sensor(f"C{k + 1}", SensorKind.FORCE_CELL, "9077C", "EnM", "", POINT + arm, turn)
+        for k, (arm, turn) in enumerate(zip(ARMS[:n], turns, strict=True))
+    ]
+
+
+def shares(n, seed):
+    """Force at each cell, vehicle axes, per load (3 forces, 3 moments) at the virtual point."""
+    generator = np.random.default_rng(seed)
+    of_forces = 0.94 / n * (np.eye(3) + 0.03 * generator.normal(size=(n, 3, 3)))
+    of_moments = 3.0 * generator.normal(size=(n, 3, 3))
+    return np.concatenate([of_forces, of_moments], axis=2)
+
+
+def shown(cells, share, load):
+    """Channels of the cells for loads of shape (…, 6)."""
+    return np.concatenate(
+        [
+            np.einsum("ab,...b->...a", part, load) @ cell.orientation
+            for cell, part in zip(cells, share, strict=True)
+        ],
+        axis=-1,
+    )
+
+
+def channel_names(cells):
+    return tuple(c for cell in cells for c in cell.channels)
+
+
+def shaker_runs(cells, share, *, repeats=2, bend=0.0, drift=0.0, axes="xyz"):
+    runs = []
+    for axis in axes:
+        load = np.eye(6)["xyz".index(axis)]
+        for repeat in range(1, repeats + 1):
+            rise = (1 + bend * (LINES / 80) ** 2) * (1 + drift * (repeat - 1))
+            values = (rise[:, np.newaxis] * shown(cells, share, load))[:, :, np.newaxis]
+            frf = Frf(LINES, values, channel_names(cells), (f"EnM {axis}",), "N/N")
+            runs.append(ShakerRun("EnM", "", axis, repeat, frf))
+    return runs
+
+
+def operating(cells, share, load):
+    return Spectrum(LINES[: len(load)], shown(cells, share, load), channel_names(cells), "N")
+
+
+def random_load(seed, n=10):
+    generator = np.random.default_rng(seed)
+    return generator.normal(size=(n, 6)) + 1j * generator.normal(size=(n, 6))
+
+
+@pytest.mark.parametrize("n_cell", [1, 2, 3])
+def test_operating_force_comes_back(n_cell):
+    cells, share = make_cells(n_cell, 1), shares(n_cell, 2)
+    transfer = force_transfer_matrix(shaker_runs(cells, share), cells, "EnM")
+    assert transfer.matrix == pytest.approx(share[:, :, :3].sum(axis=0), rel=1e-12)
+    load = random_load(3)
+    load[:, 3:] = 0.0
+    found = operating_force(transfer, operating(cells, share, load))
+    assert found.channels == ("EnM x", "EnM y", "EnM z")
+    assert found.values == pytest.approx(load[:, :3], rel=1e-11)
+    # multiplied instead of divided by, forces are 12 % small where cells see 94 %
+    wrong = found.values @ (transfer.matrix @ transfer.matrix).T
+    ratio = np.linalg.norm(wrong, axis=1) / np.linalg.norm(load[:, :3], axis=1)
+    assert ratio == pytest.approx(0.94**2, rel=0.15)
+
+
+def test_constant_matrices_are_judged_constant():
+    cells, share = make_cells(2, 1), shares(2, 2)
+    transfer = force_transfer_matrix(shaker_runs(cells, share, repeats=3), cells, "EnM")
+    assert transfer.repeats == (3, 3, 3)
+    assert transfer.frequency_dependence == pytest.approx(np.zeros((3, 3)), abs=1e-14)
+    assert transfer.drift == pytest.approx(np.zeros((3, 3)), abs=1e-14)
+    assert transfer.residual == pytest.approx(0.0, abs=1e-14)
+    truth = share[:, :, :3].sum(axis=0)
+    assert transfer.condition_number == pytest.approx(np.linalg.cond(truth), rel=1e-12)
+
+
+def test_frequency_dependence_and_drift_have_their_sizes():
+    cells, share = make_cells(2, 1), shares(2, 2)
+    bent = force_transfer_matrix(shaker_runs(cells, share, bend=0.1), cells, "EnM")
+    square = (LINES / 80) ** 2
+    mean = 1 + 0.1 * square.mean()
+    largest = np.abs(1 + 0.1 * square - mean).max() / mean
+    norms = np.linalg.norm(bent.frequency_dependence, axis=0)
+    assert norms == pytest.approx([largest] * 3, rel=1e-10)
+    assert np.max(bent.drift) < 1e-14
+    assert bent.residual == pytest.approx(0.1 * square.std() / mean, rel=1e-10)
+    # five repeats, each 1 % more than the one before: two per cent either side of the middle
+    drifting = force_transfer_matrix(shaker_runs(cells, share, repeats=5, drift=0.01), cells, "EnM")
+    assert np.linalg.norm(drifting.drift, axis=0) == pytest.approx([0.02 / 1.02] * 3, rel=1e-10)
+    assert np.max(drifting.frequency_dependence) < 1e-14
+
+
+def test_a_band_keeps_a_resonance_out():
+    cells, share = make_cells(2, 1), shares(2, 2)
+    runs = shaker_runs(cells, share, bend=0.5)
+    low = force_transfer_matrix(runs, cells, "EnM", band=(20.0, 30.0))
+    assert low.frequency.max() <= 30.0
+    assert low.residual < force_transfer_matrix(runs, cells, "EnM").residual / 3
+
+
+def pushes():
+    directions = np.vstack([np.eye(3)] * 3)
+    places = np.repeat([[0.06, 0.0, 0.0], [0.0, 0.07, 0.0], [0.0, 0.0, 0.05]], 3, axis=0)
+    return [
+        Impact(f"P{k + 1}", POINT + place, direction)
+        for k, (place, direction) in enumerate(zip(places, directions, strict=True))
+    ]
+
+
+def pushed(cells, share):
+    loads = np.array(
+        [np.r_[p.direction, np.cross(p.position - POINT, p.direction)] for p in pushes()]
+    )
+    values = np.broadcast_to(shown(cells, share, loads).T, (LINES.size, 3 * len(cells), 9))
+    return Frf(LINES, values, channel_names(cells), tuple(p.name for p in pushes()), "N/N")
+
+
+def test_with_moments_force_and_level_come_back():
+    cells, share = make_cells(3, 4), shares(3, 5)
+    transfer = force_transfer_matrix_with_moments(
+        pushes(), [pushed(cells, share)] * 2, cells, "EnM", POINT
+    )
+    arms = [cell.position - POINT for cell in cells]
+    moments = sum(np.cross(arm, part.T).T for arm, part in zip(arms, share, strict=True))
+    assert transfer.has_moments
+    assert transfer.matrix == pytest.approx(np.vstack([share.sum(axis=0), moments]), rel=1e-10)
+    load = random_load(6)
+    load[:, 3:] *= 0.02
+    measured = operating(cells, share, load)
+    found = operating_force(transfer, measured)
+    assert found.values == pytest.approx(load[:, :3], rel=1e-10)
+    forces_only = force_transfer_matrix(shaker_runs(cells, share), cells, "EnM")
+    without = operating_force(forces_only, measured).values
+    level = level_without_moments(transfer, measured)
+    assert level == pytest.approx(20 * np.log10(np.abs(without / load[:, :3])), abs=1e-9)
+    assert np.abs(level).max() > 0.5
+    load[:, 3:] = 0.0
+    assert level_without_moments(transfer, operating(cells, share, load)) == pytest.approx(
+        np.zeros((10, 3)), abs=1e-9
+    )
+
+
+@pytest.fixture(scope="module")
+def campaigns(tmp_path_factory):
+    plan = CampaignPlan(("M1",), (PlannedRun(5, 220.0, True),))
+    read = {}
+    for name, extra in (("real", ()), ("perfect", (NO_ERRORS,))):
+        folder = write_campaign(tmp_path_factory.mktemp("campaign") / name, 1, plan, *extra)
+        with np.load(folder / "truth" / "M1.npz", allow_pickle=False) as file:
+            read[name] = read_campaign(folder), dict(file)
+    return read
+
+
+# without errors the bench's own mode remains, 5 % at 248 Hz, averaged over 20-80 Hz; with them half
+# a degree of shaker tilt brings 1 % of the other axis, most where that one is larger
+@pytest.mark.parametrize(
+    ("name", "tolerances"),
+    [("perfect", {"x": 2e-3, "z": 2e-3}), ("real", {"x": 0.02, "z": 0.08})],
+)
+def test_forces_of_the_bench(campaigns, name, tolerances):
+    campaign, truth = campaigns[name]
+    channels = [str(channel) for channel in truth["channels"]]
+    for mount in campaign.powertrain_mounts:
+        cells = campaign.sensors_of(SensorKind.FORCE_CELL, (mount,))
+        transfer = force_transfer_matrix(campaign.shaker_runs, cells, mount)
+        assert transfer.condition_number < 1.1
+        assert transfer.residual < 0.01
+        found = operating_force(transfer, campaign.runs[0].cell_force)
+        for axis, tolerance in tolerances.items():
+            true = truth["force"][0, :, channels.index(f"{mount} {axis}")]
+            error = found.select([f"{mount} {axis}"]).values[:, 0] - true
+            assert np.linalg.norm(error) < tolerance * np.linalg.norm(true)

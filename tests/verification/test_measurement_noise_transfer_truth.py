@@ -1,0 +1,462 @@
+"""Noise transfer functions of vehicles and electric cars of known truth."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from deboom.bench.compressor_operation import operation
+from deboom.bench.compressor_truth import CalibrationLevel
+from deboom.bench.electric_car import MOUNTS, mount_stiffnesses
+from deboom.bench.electric_car_writer import CAR_PLAN, write_electric_car
+from deboom.bench.fleet import load_fleet, noise_transfer
+from deboom.bench.interfaces import ear_transfer, interface_shapes, panel_pressure, source_motion
+from deboom.bench.layout import LOAD_CASES
+from deboom.bench.vehicle_writer import NO_VEHICLE_ERRORS, write_vehicle
+from deboom.errors import InputError
+from deboom.files.electric_car import read_electric_car
+from deboom.files.vehicle import read_vehicle
+from deboom.measurement.channels import Frf, Spectrum
+from deboom.measurement.compressor_test import HoseState
+from deboom.measurement.electric_car import ElectricCar, wrench_accelerance, wrench_noise_transfer
+from deboom.measurement.measured_vehicle import (
+    Method,
+    path_accelerance,
+    piece_paths,
+    point_noise_transfer,
+    summed_over_pieces,
+)
+from deboom.measurement.noise_transfer import (
+    ACCELERATION_PER_VOLUME_ACCELERATION,
+    reciprocal_noise_transfer,
+)
+from deboom.measurement.path_forces import (
+    forces_by_inversion,
+    forces_by_mount_stiffness,
+    validate_on_board,
+)
+from deboom.measurement.uncertainty import level_spread, noise_transfer_levels, variance_split
+from deboom.physics.rigid_body import forward_matrices
+from deboom.vehicles.path_analysis import analyse_paths
+
+FREQUENCY = np.linspace(20.0, 80.0, 61)
+OMEGA = 2 * np.pi * FREQUENCY
+
+
+def as_reciprocal(ratio):
+    """One channel, one ear."""
+    return Frf(
+        FREQUENCY, ratio[:, None, None], ("B1 x",), ("ear",), ACCELERATION_PER_VOLUME_ACCELERATION
+    )
+
+
+def test_sign_on_a_piston_that_the_air_pushes_back():
+    # p = kappa (A u + q)/V;  m u'' + c u' + k u = F - A p: force and displacement inwards positive
+    mass, damping, spring, area, air = 12.0, 40.0, 9e5, 0.4, 1.42e5 / 3.0
+    blocked = spring - OMEGA**2 * mass + 1j * OMEGA * damping
+    pressure_per_force = air * area / (blocked + air * area**2)
+    displacement_per_volume = -area * air / (blocked + air * area**2)
+
+    # accelerations per volume acceleration: both times -omega^2
+    found = reciprocal_noise_transfer(as_reciprocal(displacement_per_volume))
+
+    assert found.unit == "Pa/N"
+    assert found.outputs == ("ear",)
+    assert found.inputs == ("B1 x",)
+    error = np.abs(found.values[:, 0, 0] - pressure_per_force) / np.abs(pressure_per_force)
+    assert error.max() < 1e-12
+    # the sign that is easily forgotten would give twice the size as error
+    assert np.abs(found.values[:, 0, 0] + pressure_per_force).min() > 0
+
+
+def test_sign_in_a_tube_of_standing_waves():
+    # piston of mass m at 0, rigid end at L, ear at x; impedance of air and its own inertia together
+    density, speed, area, mass, length, ear = 1.2, 343.0, 0.3, 2.0, 2.6, 1.1
+    wave = OMEGA / speed * (1 - 0.02j)
+    impedance = density * OMEGA / wave
+    tube = -1j * impedance / np.tan(wave * length)  # p(0) per velocity of the piston
+    at_ear = -1j * impedance * np.cos(wave * (length - ear)) / np.sin(wave * length)
+    velocity_per_force = 1 / (1j * OMEGA * mass + area * tube)
+    pressure_per_force = at_ear * velocity_per_force
+
+    # a source Q at the ear: p = a e^-jkx + b e^jkx before it, c cos k(L-x) behind it, and the free
+    # piston moves with v; velocity of the air u = -p'/(jw rho)
+    ratio = []
+    for k, z, w in zip(wave, impedance, OMEGA, strict=True):
+        forth, back = np.exp(-1j * k * ear), np.exp(1j * k * ear)
+        behind = k * (length - ear)
+        matrix = np.array(
+            [
+                [forth, back, -np.cos(behind), 0],  # one pressure
+                [-forth / z, back / z, 1j * np.sin(behind) / z, 0],  # velocity jumps by Q/S
+                [1 / z, -1 / z, 0, -1],  # the air follows the piston
+                [area, area, 0, 1j * w * mass],  # and pushes it out
+            ]
+        )
+        ratio.append(np.linalg.solve(matrix, np.array([0, 1 / area, 0, 0], dtype=complex))[3])
+    found = reciprocal_noise_transfer(as_reciprocal(np.array(ratio)))
+
+    error = np.abs(found.values[:, 0, 0] - pressure_per_force) / np.abs(pressure_per_force)
+    assert error.max() < 1e-10
+
+
+@pytest.mark.parametrize("vehicle", ["U06-1", "U06-5", "F45-3"])
+def test_the_bench_answers_the_loudspeaker_as_reciprocity_demands(vehicle):
+    fleet = load_fleet(1)
+    body = fleet.bodies[vehicle]
+    direct = ear_transfer(body, fleet.cabin, FREQUENCY)
+    breathing = source_motion(body, fleet.cabin, FREQUENCY).transpose(0, 3, 1, 2)
+    assert np.abs(direct + breathing).max() < 1e-12 * np.abs(direct).max()
+
+
+def test_the_drivers_old_noise_transfer_functions_are_untouched():
+    fleet = load_fleet(1)
+    for body in fleet.bodies.values():
+        frozen = noise_transfer(body, fleet.cabin, FREQUENCY)
+        driver = ear_transfer(body, fleet.cabin, FREQUENCY)[:, 0]
+        mounts = driver[:, :3, :3].reshape(FREQUENCY.size, -1)
+        wishbone = driver[:, 3:, 0].mean(axis=1, keepdims=True)
+        error = np.abs(np.hstack([mounts, wishbone]) - frozen)
+        assert error.max() < 1e-14 * np.abs(frozen).max()
+
+
+def test_the_passenger_hears_another_cabin_than_the_driver_but_not_a_strange_one():
+    fleet = load_fleet(1)
+    ears = panel_pressure(fleet.cabin, FREQUENCY)
+    np.testing.assert_array_equal(ears[:, 0], fleet.cabin.pressure(FREQUENCY))
+    body = fleet.bodies["U06-1"]
+    levels = 20 * np.log10(np.abs(ear_transfer(body, fleet.cabin, FREQUENCY)[:, :, :3, :3]))
+    difference = np.abs(levels[:, 1] - levels[:, 0])
+    assert 0.1 < np.median(difference) < 3.0
+
+
+def test_rotations_follow_the_body_linearly():
+    """Half the shapes, half the rotations: nothing is drawn per vehicle."""
+    body = load_fleet(1).bodies["U06-2"]
+    half = replace(body, shapes_at_paths=0.5 * body.shapes_at_paths)
+    np.testing.assert_allclose(interface_shapes(half), 0.5 * interface_shapes(body), rtol=1e-13)
+
+
+EXACT = 1e-10
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    return write_vehicle(
+        tmp_path_factory.mktemp("bench") / "vehicle",
+        seed=1,
+        errors=NO_VEHICLE_ERRORS,
+        load_cases=LOAD_CASES[:1],
+    )
+
+
+@pytest.fixture(scope="module")
+def vehicle(folder):
+    return read_vehicle(folder)
+
+
+@pytest.fixture(scope="module")
+def truth(folder, vehicle):
+    with np.load(folder / "truth" / f"{vehicle.runs[0].name}.npz", allow_pickle=False) as file:
+        return {name: file[name] for name in file.files}
+
+
+def spectrum(truth, quantity, channels, unit):
+    names = tuple(truth["channels"].tolist())
+    return Spectrum(truth["frequency"], truth[quantity], names, unit).select(channels)
+
+
+def deviation(ours, true):
+    return np.linalg.norm(ours - true) / np.linalg.norm(true)
+
+
+def test_forces_validation_sensors_and_pressure(vehicle, truth):
+    """Third sensor of every point kept out; the ear by the transfer functions of the hammer."""
+    accelerance = path_accelerance(vehicle)
+    kept_out = [name for on in vehicle.body_sensors.values() for name in on[2].channels]
+    indicators = [name for name in accelerance.outputs if name not in kept_out]
+    response = vehicle.runs[0].acceleration
+    forces = forces_by_inversion(accelerance.select(outputs=indicators), response)
+    assert len(forces.force.channels) == 11
+    true = spectrum(truth, "force", forces.force.channels, "N")
+    assert deviation(forces.force.values, true.values) < EXACT
+    onboard = validate_on_board(accelerance.select(outputs=kept_out), forces, response)
+    # channels along which the body does not move at all have only rounding to show
+    moving = np.abs(onboard.measured.values).max(axis=0) > 1e-6
+    assert moving.sum() > 10
+    assert onboard.relative_error[moving].max() < EXACT
+
+    points = point_noise_transfer(vehicle, Method.DIRECT)
+    ear = points.select(outputs=vehicle.ears[:1], inputs=forces.force.channels)
+    result = analyse_paths(ear, forces.force)
+    assert deviation(result.pressure, truth["pressure_of_mounts"][:, 0]) < EXACT
+
+
+def test_stiffness_of_the_mounts_gives_the_same_forces(vehicle, truth):
+    pieces = [piece for path in piece_paths(vehicle.mounts).values() for piece in path]
+    deflection = spectrum(truth, "deflection", pieces, "m")
+    stiffness = spectrum(truth, "stiffness", pieces, "N/m")
+    still = Spectrum(deflection.frequency, 0 * deflection.values, deflection.channels, "m")
+    forces = forces_by_mount_stiffness(stiffness, deflection, still)
+    true = spectrum(truth, "force", pieces, "N")
+    assert deviation(forces.force.values, true.values) < EXACT
+
+
+def test_pieces_of_a_path_are_summed(vehicle, truth):
+    paths = piece_paths(vehicle.mounts)
+    assert paths["Du x"] == ("Du left x", "Du right x")
+    pieces = [piece for path in paths.values() for piece in path]
+    force = spectrum(truth, "force", pieces[::-1], "N")
+    summed = summed_over_pieces(force, paths)
+    assert summed.channels == tuple(paths)
+    left, right = force.select(paths["Du x"]).values.T
+    np.testing.assert_allclose(summed.select(("Du x",)).values[:, 0], left + right)
+    with pytest.raises(InputError, match=r"path Du x has no force of \['Du right x'\]"):
+        summed_over_pieces(force.select(pieces[:-1]), paths)
+
+
+def test_without_accelerances_nothing_can_be_inverted(vehicle):
+    with pytest.raises(InputError, match="not recorded in its hammer test"):
+        path_accelerance(replace(vehicle, accelerance=None))
+
+
+def test_by_hand():
+    """Vehicle means 3 and 7, state means 2 4 | 6 8, repeats +-1 around them."""
+    values = np.array([[[1.0, 3.0], [3.0, 5.0]], [[5.0, 7.0], [7.0, 9.0]]])
+    split = variance_split(values)
+    assert split.levels == ("vehicle", "state", "repeat")
+    assert split.degrees_of_freedom == (1, 2, 4)
+    # MS: 4 ((3-5)² + (7-5)²)/1; 2 (4·1²)/2; (8·1²)/4
+    np.testing.assert_allclose(split.mean_square, [32.0, 4.0, 2.0])
+    np.testing.assert_allclose(split.estimate, [7.0, 1.0, 2.0])
+    np.testing.assert_allclose(split.share, [0.7, 0.1, 0.2])
+    np.testing.assert_allclose(
+        split.standard_error,
+        [
+            np.sqrt(2 * 32**2 / 1 + 2 * 4**2 / 2) / 4,
+            np.sqrt(2 * 4**2 / 2 + 2 * 2**2 / 4) / 2,
+            np.sqrt(2 * 2**2 / 4),
+        ],
+    )
+
+
+def test_sums_of_squares_add_up():
+    values = np.random.default_rng(1).normal(size=(4, 3, 5))
+    split = variance_split(values)
+    total = np.sum((values - values.mean()) ** 2)
+    assert split.mean_square @ split.degrees_of_freedom == pytest.approx(total, rel=1e-12)
+
+
+def test_one_level_is_the_sample_variance():
+    values = np.random.default_rng(2).normal(size=(9, 7))
+    split = variance_split(values, ("vehicle",))
+    np.testing.assert_allclose(split.estimate[0], values.var(axis=0, ddof=1), rtol=1e-12)
+    complex_values = values + 2j * values[::-1]
+    split = variance_split(complex_values, ("vehicle",))
+    expected = complex_values.real.var(axis=0, ddof=1) + complex_values.imag.var(axis=0, ddof=1)
+    np.testing.assert_allclose(split.estimate[0], expected, rtol=1e-12)
+
+
+@pytest.mark.parametrize("is_complex", [False, True])
+def test_known_components_are_recovered_without_bias_and_with_the_stated_error(is_complex):
+    """3000 designs of 5 vehicles, 3 states and 4 repeats with deviations 3, 1 and 0.5."""
+    generator = np.random.default_rng(5)
+    deviations, n = (3.0, 1.0, 0.5), 3000
+
+    def draw(*shape):
+        real = generator.normal(size=shape)
+        return (real + 1j * generator.normal(size=shape)) / np.sqrt(2) if is_complex else real
+
+    values = (
+        deviations[0] * draw(5, 1, 1, n)
+        + deviations[1] * draw(5, 3, 1, n)
+        + deviations[2] * draw(5, 3, 4, n)
+    )
+    split = variance_split(values)
+    true = np.square(deviations)
+    scatter = split.estimate.std(axis=1)
+    assert np.all(np.abs(split.estimate.mean(axis=1) - true) < 4 * scatter / np.sqrt(n))
+    # the stated error squared is unbiased up to the known factor 1 + 2/df of MS²
+    assert np.sqrt(np.mean(split.standard_error**2, axis=1)) == pytest.approx(scatter, rel=0.3)
+
+
+def test_a_component_below_zero_is_reported_as_it_is_and_shares_nothing():
+    values = np.array([[[0.0, 2.0], [2.0, 0.0]], [[0.0, 2.0], [2.0, 0.0]]])
+    split = variance_split(values)
+    assert split.estimate[1] < 0
+    np.testing.assert_allclose(split.share, [0.0, 0.0, 1.0])
+
+
+def test_what_cannot_be_split_is_refused():
+    with pytest.raises(InputError, match=r"at least two of each .* 5 x 1 x 4"):
+        variance_split(np.zeros((5, 1, 4)))
+    with pytest.raises(InputError, match="at least two of each"):
+        variance_split(np.zeros(5))
+    with pytest.raises(InputError, match="finite"):
+        variance_split(np.full((2, 2, 2), np.nan))
+
+
+def test_spread_of_levels():
+    frequency = np.array([20.0, 30.0])
+    vehicles = [
+        Frf(frequency, np.full((2, 1, 1), 2e-5 * gain), ("ear",), ("TSM x",), "Pa/N")
+        for gain in (1.0, 10.0, 100.0)
+    ]
+    spread = level_spread(noise_transfer_levels(vehicles))
+    np.testing.assert_allclose(spread.range, 40.0)
+    np.testing.assert_allclose(spread.mean, 20.0)
+    assert spread.quantile(0.9) == pytest.approx(40.0)
+    with pytest.raises(InputError, match="vehicle 2 has other ears"):
+        noise_transfer_levels(
+            [vehicles[0], Frf(frequency, np.ones((2, 1, 1)), ("ear",), ("EnM x",), "Pa/N")]
+        )
+    with pytest.raises(InputError, match="vehicle 2 has other frequency lines"):
+        noise_transfer_levels(
+            [vehicles[0], Frf(frequency + 1, np.ones((2, 1, 1)), ("ear",), ("TSM x",), "Pa/N")]
+        )
+    with pytest.raises(InputError, match="give at least one"):
+        noise_transfer_levels([])
+    with pytest.raises(InputError, match="at least two vehicles"):
+        level_spread(np.zeros((1, 5)))
+    with pytest.raises(InputError, match="finite levels"):
+        level_spread([[0.0], [-np.inf]])
+
+
+SEED = 3
+
+
+@pytest.fixture(scope="module")
+def exact(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, ElectricCar]:
+    folder = tmp_path_factory.mktemp("car") / "exact"
+    write_electric_car(folder, SEED, "EV-2", noise_free=True)
+    return folder, read_electric_car(folder)
+
+
+@pytest.fixture(scope="module")
+def measured(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, ElectricCar]:
+    folder = tmp_path_factory.mktemp("car") / "measured"
+    write_electric_car(folder, SEED, "EV-2", fleet=4)
+    return folder, read_electric_car(folder)
+
+
+def test_folder_holds_what_a_laboratory_delivers(measured: tuple[Path, ElectricCar]) -> None:
+    folder, car = measured
+    assert car.name == "EV-2"
+    assert [point.name for point in car.mounts] == list(MOUNTS)
+    assert [p.name for p in car.hoses] == [hose.name for hose in car.operation.hoses]
+    assert car.ear == "driver ear"
+    assert car.n_averages == 5
+    states = [sweep.hoses for sweep in car.operation.sweeps]
+    assert states == 2 * [HoseState.STANDARD] + 2 * [HoseState.SOFT]
+    assert {path.name for path in car.input_files} >= {"car.toml", "operation.toml", "pressure.uff"}
+    assert not any("truth" in path.parts for path in car.input_files)
+    assert not folder.with_name("measured.unfinished").exists()
+
+
+def test_exact_files_give_the_noise_transfer_back(exact: tuple[Path, ElectricCar]) -> None:
+    folder, car = exact
+    found = wrench_noise_transfer(car)
+    with np.load(folder / "truth/body.npz") as truth:
+        np.testing.assert_array_equal(found.transfer.frequency, truth["frequency"])
+        true = truth["noise_transfer"]
+    off = np.abs(found.transfer.values[:, 0] - true).max(axis=0)
+    assert np.all(off < 1e-6 * np.abs(true).max(axis=0))
+    for consistency in found.consistency.values():
+        assert consistency.overall.min() > 1 - 1e-9
+
+
+def test_exact_files_give_the_body_back(exact: tuple[Path, ElectricCar]) -> None:
+    folder, car = exact
+    found = wrench_accelerance(car, ("mount 3", car.hoses[0].name))
+    assert found.outputs[3:7] == tuple(
+        f"{name}" for name in ("mount 3 rx", "mount 3 ry", "mount 3 rz", f"{car.hoses[0].name} x")
+    )
+    assert found.inputs[2:4] == ("mount 3 z", "mount 3 mx")
+    with np.load(folder / "truth/body.npz") as truth:
+        squared = ((2 * np.pi * truth["frequency"]) ** 2)[:, None, None]
+        for block, point in ((slice(0, 6), 2), (slice(6, 12), 3)):
+            receptance = -found.values[:, block, block] / squared
+            true = truth["point_receptance"][:, point]
+            # rows and columns of different units: each entry by its own largest value
+            off = np.abs(receptance - true).max(axis=0) / np.abs(true).max(axis=0)
+            assert off.max() < 1e-6
+    whole = found.values
+    np.testing.assert_allclose(
+        whole[:, :6, 6:], whole[:, 6:, :6].swapaxes(1, 2), atol=1e-6 * np.abs(whole).max()
+    )
+
+
+def test_exact_sweeps_are_the_coupled_car(exact: tuple[Path, ElectricCar]) -> None:
+    folder, car = exact
+    transfer = wrench_noise_transfer(car)
+    there = operation(SEED, CalibrationLevel.C2, CAR_PLAN, noise_free=True).laboratory
+    rows = there.placed.response_rows(there.sheet)
+    forward = forward_matrices(there.compressor.positions)
+    for number, sweep in enumerate(car.operation.sweeps):
+        with np.load(folder / f"truth/{number}.npz") as truth:
+            lines, body = truth["frequency"], truth["body_motion"].reshape(-1, 5, 6)
+            squared = (2 * np.pi * lines[:, None]) ** 2
+            load, pressure = truth["body_load"], truth["pressure"]
+            seen = -squared * (truth["displacement"] @ rows.T)
+        assert sweep.holder is not None
+        assert sweep.sound is not None
+        np.testing.assert_allclose(sweep.acceleration.values, seen, rtol=1e-8, atol=1e-14)
+        held = -squared * body[:, :3, :3].reshape(len(lines), 9)
+        np.testing.assert_allclose(sweep.holder.values, held, rtol=1e-8, atol=1e-14)
+        np.testing.assert_allclose(sweep.sound.values[:, 0], pressure, rtol=1e-10)
+        # mounts push with what their two sides differ by
+        squeezed = (sweep.acceleration.values @ np.linalg.pinv(rows).T) @ forward.T - held
+        stiffness = mount_stiffnesses(there.compressor, lines)
+        force = np.einsum(
+            "fmab,fmb->fma", stiffness, -(squeezed / squared).reshape(len(lines), 3, 3)
+        )
+        np.testing.assert_allclose(
+            force, load.reshape(-1, 5, 6)[:, :3, :3], rtol=1e-6, atol=1e-8 * np.abs(force).max()
+        )
+        # what was struck and what ran are one car
+        summed = np.einsum("fp,fp->f", transfer.at(lines).transfer.values[:, 0], load)
+        np.testing.assert_allclose(summed, pressure, rtol=1e-6, atol=1e-9 * np.abs(pressure).max())
+
+
+def test_errors_are_as_large_as_stated(measured: tuple[Path, ElectricCar]) -> None:
+    folder, car = measured
+    found = wrench_noise_transfer(car)
+    with np.load(folder / "truth/body.npz") as truth:
+        error = np.abs(found.transfer.values[:, 0] - truth["noise_transfer"])
+    ratio = np.sqrt(np.mean((error / found.deviation) ** 2, axis=0))
+    # 30 functions of errors that are one draw each: not each of them, but all together
+    assert 0.7 < np.sqrt(np.mean(ratio**2)) < 1.4
+    assert ratio.max() < 2.5
+    for consistency in found.consistency.values():
+        assert 0.98 < consistency.overall.min() < 0.99999
+
+
+def test_sweeps_scatter_as_stated(measured: tuple[Path, ElectricCar]) -> None:
+    folder, car = measured
+    with np.load(folder / "truth/2.npz") as truth:
+        pressure = truth["pressure"]
+    sound = car.operation.sweeps[2].sound
+    assert sound is not None
+    gain = np.vdot(pressure, sound.values[:, 0]) / np.vdot(pressure, pressure)
+    assert abs(gain - 1) < 4 * 0.2 * np.log(10) / 20
+    rest = sound.values[:, 0] - gain * pressure
+    expected = np.hypot(np.sqrt(2) * 3e-5, 3e-3 * np.abs(pressure))
+    assert np.sqrt(np.mean(np.abs(rest / expected) ** 2)) == pytest.approx(1.0, abs=0.2)
+
+
+def test_lines_are_chosen_and_never_made(exact: tuple[Path, ElectricCar]) -> None:
+    found = wrench_noise_transfer(exact[1], ("mount 2",))
+    assert found.transfer.inputs == tuple(
+        f"mount 2 {load}" for load in ("x", "y", "z", "mx", "my", "mz")
+    )
+    some = found.at(np.array([20.0, 90.5]))
+    rows = np.searchsorted(found.transfer.frequency, [20.0, 90.5])
+    np.testing.assert_array_equal(some.transfer.values, found.transfer.values[rows])
+    np.testing.assert_array_equal(some.deviation, found.deviation[rows])
+    with pytest.raises(InputError, match=r"no line at 20.2 Hz.*nothing is interpolated"):
+        found.at(np.array([20.0, 20.2]))
+    with pytest.raises(InputError, match="no point 'mount 4'"):
+        wrench_noise_transfer(exact[1], ("mount 4",))
+    with pytest.raises(InputError, match="name at least one"):
+        wrench_noise_transfer(exact[1], ())

@@ -1,0 +1,430 @@
+"""Order tracking against known orders."""
+
+from math import comb
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy import integrate, linalg, optimize, signal
+
+from deboom.physics.order_tracking import (
+    HANN_HALF_POWER_WIDTH,
+    HANN_NOISE_WIDTH,
+    angular_resample,
+    dominant_order,
+    envelope_response,
+    frequency_of_order,
+    hann_bandwidth,
+    hann_noise_bandwidth,
+    lower_rate,
+    noise_amplitude,
+    noise_bandwidth,
+    order_amplitudes,
+    penalty,
+    rpm_of_frequency,
+    samples_needed,
+    smear,
+    vold_kalman,
+)
+
+RATE = 16384.0
+
+
+def run_up(first_rpm, last_rpm, duration, rate=RATE):
+    """Time, shaft angle [rad] and speed [1/min] of a linear run-up."""
+    time = np.arange(round(duration * rate)) / rate
+    slope = (last_rpm - first_rpm) / duration
+    return time, 2 * np.pi / 60 * (first_rpm * time + slope * time**2 / 2), first_rpm + slope * time
+
+
+def track(values, angle, order, centre, revolutions, rate=RATE, slowest_rpm=600.0):
+    needed = samples_needed(rate, slowest_rpm, np.max(order))
+    revolution, resampled = angular_resample(values, angle, needed)
+    return order_amplitudes(revolution, resampled, order, centre, revolutions)
+
+
+def test_constants_of_the_hann_window():
+    def transform(bins):
+        return np.sinc(bins) / (1 - bins**2)
+
+    half = optimize.brentq(lambda bins: transform(bins) - np.sqrt(0.5), 0.5, 0.9)
+    assert pytest.approx(2 * half, rel=1e-7) == HANN_HALF_POWER_WIDTH
+    window = signal.windows.hann(1000, sym=False)
+    noise = window.size * np.sum(window**2) / window.sum() ** 2
+    assert pytest.approx(noise, rel=1e-9) == HANN_NOISE_WIDTH
+
+
+@pytest.mark.parametrize("per_revolution", [100, 128])
+def test_constant_speed_is_a_windowed_fourier_transform(per_revolution):
+    """1800 1/min at 3 kHz: 100 samples in a revolution, so order lines are lines of the DFT."""
+    rng = np.random.default_rng(1)
+    orders = np.array([0.5, 1.0, 1.5, 3.0, 4.5])
+    amplitudes = rng.normal(size=(5, 2)) + 1j * rng.normal(size=(5, 2))
+    angle = 2 * np.pi * np.arange(3000) / 100
+    record = np.real(np.exp(1j * np.outer(angle, orders)) @ amplitudes)
+    found = order_amplitudes(
+        *angular_resample(record, angle, per_revolution), orders, [12.0], revolutions=8
+    )[0]
+    window = signal.windows.hann(800, sym=False)[:, np.newaxis]
+    spectrum = 2 * np.fft.fft(window * record[800:1600], axis=0) / window.sum()
+    np.testing.assert_allclose(found, spectrum[(orders * 8).astype(int)], atol=1e-6)
+    np.testing.assert_allclose(found, amplitudes, atol=1e-6)
+
+
+@pytest.mark.parametrize("part", [0.1, 0.2, 0.25])
+def test_resampling_loses_what_a_quintic_spline_must_lose(part):
+    """Closed form of the cardinal spline's frequency response; order at a part of the rate."""
+    angle = 2 * np.pi * np.arange(4000) / 100
+    record = np.cos(100 * part * angle)[:, np.newaxis]
+    found = order_amplitudes(*angular_resample(record, angle, 331), [100 * part], [20.0], 20)
+    shifts = np.arange(-50, 51)
+    kept = 1 / np.sum((part / (part + shifts)) ** 6)
+    assert found[0, 0, 0] == pytest.approx(kept, abs=2e-8)
+
+
+@pytest.mark.parametrize("falling", [False, True])
+def test_chirp_of_known_amplitude_and_phase(falling):
+    """800 to 3000 1/min in 5 s, constant complex amplitudes: no smear, whatever the ramp."""
+    time, angle, rpm = run_up(*((3000.0, 800.0) if falling else (800.0, 3000.0)), 5.0)
+    amplitude = 2.5 * np.exp(0.7j)
+    record = np.real(amplitude * np.exp(1.5j * angle))[:, np.newaxis]
+    wanted = np.arange(1000.0, 2801.0, 100.0)
+    instant = np.interp(wanted, rpm[::-1], time[::-1]) if falling else np.interp(wanted, rpm, time)
+    centre = np.interp(instant, time, angle) / (2 * np.pi)
+    found = track(record, angle, [1.5], centre, 8)[:, 0, 0]
+    np.testing.assert_allclose(np.abs(found / amplitude), 1, atol=1e-5)
+    np.testing.assert_allclose(np.rad2deg(np.angle(found / amplitude)), 0, atol=1e-3)
+
+
+def test_fixed_window_of_the_study_smears_and_orders_do_not():
+    """A ramp of 0.67 Hz/s read for 8 s: 5 Hz wide in frequency, a line in order."""
+    rate = 1024.0
+    rpm_per_second = 0.67 * 60 / 1.5
+    time, angle, _ = run_up(1600 - 15 * rpm_per_second, 1600 + 15 * rpm_per_second, 30.0, rate)
+    record = np.cos(1.5 * angle + 0.2)
+    about = np.abs(time - 15) < 4
+    window = np.cos(np.pi * (time[about] - 15) / 8) ** 2
+    spectrum = 2 * np.abs(np.fft.rfft(window * record[about])) / window.sum()
+    assert spectrum.max() < 0.7
+    lines = np.fft.rfftfreq(about.sum(), 1 / rate)
+    wide = lines[spectrum > spectrum.max() / np.sqrt(2)]
+    assert np.ptp(wide) > 1.5
+    middle = np.interp(15, time, angle) / (2 * np.pi)
+    found = track(record[:, np.newaxis], angle, [1.5], [middle], 8 * 1600 / 60, rate)[0, 0, 0]
+    assert abs(found - np.exp(0.2j)) < 1e-5
+
+
+def test_four_revolutions_separate_half_orders_and_three_do_not():
+    _, angle, _ = run_up(900.0, 2400.0, 4.0)
+    orders = np.array([0.5, 1.0, 1.5, 2.0, 3.0])
+    amplitudes = np.array([0.3, 5.0, 1.0, 4.0, 2.0]) * np.exp(1j * np.arange(5.0))
+    record = np.real(np.exp(1j * np.outer(angle, orders)) @ amplitudes)[:, np.newaxis] + 100
+    four = track(record, angle, orders, [20.0, 50.0, 80.0], 4)[:, :, 0]
+    np.testing.assert_allclose(four, np.tile(amplitudes, (3, 1)), atol=1e-4)
+    three = track(record, angle, [1.5], [20.0, 50.0, 80.0], 3)[:, 0, 0]
+    assert np.abs(three - amplitudes[2]).max() > 0.5
+
+
+def test_a_changing_amplitude_is_averaged_over_the_window():
+    """A(θ) quadratic: the window adds half its curvature times the window's variance."""
+    _, angle, _ = run_up(1500.0, 1800.0, 3.0)
+    revolutions, centre = 10, 40.0
+    from_centre = angle / (2 * np.pi) - centre
+    curvature = 0.02 * np.exp(0.4j)
+    amplitude = 1 + (0.03 - 0.01j) * from_centre + curvature / 2 * from_centre**2
+    record = np.real(amplitude * np.exp(3j * angle))[:, np.newaxis]
+    found = track(record, angle, [3.0], [centre], revolutions)[0, 0, 0]
+    variance = revolutions**2 * (1 / 12 - 1 / (2 * np.pi**2))
+    # the mirror image of the changing order leaks by 2e-4
+    assert abs(found - (1 + curvature / 2 * variance)) < 3e-4
+
+
+def test_stated_smear_is_what_a_ripple_loses():
+    """A ripple with the stated period comes out at 1/√2; one four times as long stays."""
+    order, revolutions, middle = 3.0, 12.0, 1500.0
+    time, angle, rpm = run_up(1200.0, 1800.0, 12.0)
+    sweep = order / 60 * np.gradient(rpm, time)[0]
+    stated = float(smear(sweep, hann_bandwidth(middle, revolutions)))
+    lines = middle + 60 / order * stated * np.linspace(-0.5, 0.5, 9)[:-1]
+    centre = np.interp(np.interp(lines, rpm, time), time, angle) / (2 * np.pi)
+    for factor, kept in ((1.0, np.sqrt(0.5)), (4.0, 0.98)):
+        spacing = stated * factor * 60 / order
+        ripple = 1 + 0.2 * np.cos(2 * np.pi * (rpm - middle) / spacing)
+        record = (ripple * np.cos(order * angle))[:, np.newaxis]
+        found = track(record, angle, [order], centre, revolutions)[:, 0, 0]
+        expected = 0.2 * np.cos(2 * np.pi * (lines - middle) / spacing)
+        gain = np.linalg.lstsq(expected[:, np.newaxis], found.real - 1, rcond=None)[0][0]
+        assert gain == pytest.approx(kept, rel=0.01)
+
+
+def test_noise_floor():
+    """White noise in 60 channels at 1500 1/min: the rms amplitude of an order that is not there."""
+    rng = np.random.default_rng(3)
+    rate, revolutions, sigma = 2048.0, 8.0, 0.7
+    _, angle, _ = run_up(1500.0, 1500.0, 4.0, rate)
+    record = rng.normal(0, sigma, (angle.size, 60))
+    centre = np.arange(5.0, 96.0, 4.0)
+    found = track(record, angle, [1.5], centre, revolutions, rate, 1500.0)
+    measured = np.sqrt(np.mean(np.abs(found) ** 2))
+    expected = noise_amplitude(2 * sigma**2 / rate, hann_noise_bandwidth(1500.0, revolutions))
+    assert measured == pytest.approx(float(expected), rel=0.05)
+
+
+def test_lower_rate_keeps_orders_and_removes_what_would_fold():
+    """Up to 160 Hz unchanged to 1e-5; at 1500 Hz, which would fold to 11 Hz, nothing is left."""
+    time = np.arange(16384 * 3) / RATE
+    below = np.cos(2 * np.pi * np.array([0.0, 17.0, 100.0, 160.0]) * time[:, np.newaxis] + 0.3)
+    above = np.cos(2 * np.pi * np.array([1500.0, 4000.0]) * time[:, np.newaxis])
+    values, rate = lower_rate(np.hstack([below, above]), RATE, 160.0)
+    assert rate == RATE / 10
+    inside = slice(10, -10)
+    np.testing.assert_allclose(values[inside, :4], below[::10][inside], atol=2e-5)
+    folded = np.abs(2 * np.fft.rfft(values[inside, 4:], axis=0)) / len(values[inside])
+    lines = np.fft.rfftfreq(len(values[inside]), 1 / rate)
+    assert folded[lines <= 160].max() < 2e-5
+
+
+def test_hann_amplitude_against_an_integral_in_time():
+    """∫ w(θ) y e^{−jqθ} dθ with dθ = θ' dt needs no resampling: another way to the same number."""
+    time, angle, rpm = run_up(1000.0, 2500.0, 3.0)
+    record = np.cos(1.5 * angle + 1) * (1 + 0.3 * np.sin(2 * time)) + np.cos(2.2 * angle)
+    revolutions, centre = 6.0, 40.0
+    turn = angle / (2 * np.pi) - centre
+    weight = np.where(np.abs(turn) < revolutions / 2, np.cos(np.pi * turn / revolutions) ** 2, 0)
+    turned = weight * record * np.exp(-1.5j * angle)
+    expected = 4 / revolutions * integrate.trapezoid(turned * rpm / 60, time)
+    found = track(record[:, np.newaxis], angle, [1.5], [centre], revolutions)[0, 0, 0]
+    assert abs(found - expected) < 1e-6
+
+
+POLES = [1, 2, 3]
+ROTA = Path(__file__).parents[1] / "data" / "rota-order" / "envelopes.csv"
+
+
+def run_up_2(first_rpm, last_rpm, duration, rate):
+    """Time, shaft angle [rad] and speed [1/min] of a linear run-up."""
+    time = np.arange(round(duration * rate)) / rate
+    slope = (last_rpm - first_rpm) / duration
+    return time, 2 * np.pi / 60 * (first_rpm * time + slope * time**2 / 2), first_rpm + slope * time
+
+
+def away_from_ends(time, bandwidth, times=2.0):
+    return (time > times / bandwidth) & (time < time[-1] - times / bandwidth)
+
+
+@pytest.mark.parametrize("poles", POLES)
+def test_against_dense_least_squares(poles):
+    """Two crossing orders in noise, the sum of squares written out as one dense matrix."""
+    samples, rate, bandwidth = 250, 200.0, np.array([5.0, 3.0])
+    time = np.arange(samples) / rate
+    phase = 2 * np.pi * np.column_stack([20 * time, 15 * time + 2.5 * time**2])
+    record = np.random.default_rng(1).normal(size=(samples, 2))
+    weight = np.sqrt(np.sqrt(2) - 1) / (2 * np.sin(np.pi * bandwidth / 2 / rate)) ** poles
+    difference = np.diff(np.eye(samples), n=poles, axis=0)
+    parts = [f(phase[:, k]) for k in range(2) for f in (np.cos, lambda angle: -np.sin(angle))]
+    smooth = np.kron(np.diag(np.repeat(weight, 2) / np.sqrt(2)), difference)
+    matrix = np.vstack([np.hstack([np.diag(part) for part in parts]), smooth])
+    right = np.vstack([record, np.zeros((len(smooth), 2))])
+    dense = np.linalg.lstsq(matrix, right, rcond=None)[0].reshape(4, samples, 2)
+    found = vold_kalman(record, phase, rate, bandwidth, poles)
+    np.testing.assert_allclose(found[:, 0], dense[0] + 1j * dense[1], atol=1e-7)
+    np.testing.assert_allclose(found[:, 1], dense[2] + 1j * dense[3], atol=1e-7)
+
+
+@pytest.mark.parametrize("poles", POLES)
+def test_modulated_order_passes_by_the_transfer_function(poles):
+    """One sideband of an order, 0 to 2.5 times the half bandwidth away."""
+    rate, bandwidth, order = 1024.0, 6.0, 3.0
+    time, angle, _ = run_up_2(1800.0, 2400.0, 6.0, rate)
+    rates = np.array([0.0, 1.0, 3.0, 5.0, 7.5])
+    turning = np.exp(2j * np.pi * np.outer(time, rates))
+    record = np.real(turning * np.exp(1j * order * angle)[:, np.newaxis])
+    found = vold_kalman(record, order * angle[:, np.newaxis], rate, bandwidth, poles)[:, 0]
+    inside = away_from_ends(time, bandwidth)
+    gain = np.mean((found / turning)[inside], axis=0)
+    expected = envelope_response(rates, bandwidth, rate, poles)
+    assert expected[2] == pytest.approx(np.sqrt(0.5), rel=1e-12)
+    # the mirror image at twice the order's frequency averages out
+    np.testing.assert_allclose(gain, expected, atol=1e-3)
+
+
+def test_against_another_code():
+    """Three orders, one through a resonance, and a tone that nobody tracks; ROTA 0.3.0."""
+    table = np.loadtxt(ROTA, delimiter=",", skiprows=1)
+    rate = 2048.0
+    time, angle, rpm = run_up_2(900.0, 2700.0, 8.0, rate)
+    frequency = 1.5 * rpm / 60
+    main = 2j / (1 - (frequency / 42) ** 2 + 0.12j * frequency / 42)
+    record = np.real(main * np.exp(1.5j * angle)) + 0.5 * np.cos(0.5 * angle + 1)
+    record += np.cos(3 * angle - 0.4) + 0.3 * np.cos(2 * np.pi * 50 * time)
+    phase = np.outer(angle, [0.5, 1.5, 3.0])
+    found = vold_kalman(record[:, np.newaxis], phase, rate, 6.0)[::400, :, 0]
+    np.testing.assert_allclose(time[::400], table[:, 0])
+    np.testing.assert_allclose(found, table[:, 1:4] + 1j * table[:, 4:], atol=1e-10)
+
+
+def test_weights_are_those_of_tuma():
+    """The polynomials in cosines that are printed for one, two and three poles.
+
+    They cancel: at a bandwidth of 1/400 of the rate the printed form has lost 0.5 %.
+    """
+    bandwidth, rate = np.array([5.0, 10.0, 60.0]), 400.0
+    cosine = [np.cos(k * np.pi * bandwidth / rate) for k in range(4)]
+    printed = [
+        2 - 2 * cosine[1],
+        6 - 8 * cosine[1] + 2 * cosine[2],
+        20 - 30 * cosine[1] + 12 * cosine[2] - 2 * cosine[3],
+    ]
+    for poles, polynomial in zip(POLES, printed, strict=True):
+        expected = np.sqrt((np.sqrt(2) - 1) / polynomial)
+        np.testing.assert_allclose(penalty(bandwidth, rate, poles), expected, rtol=1e-6)
+
+
+@pytest.mark.parametrize("poles", POLES)
+def test_noise_bandwidth_is_the_integral_of_the_transfer_function(poles):
+    rate, bandwidth = 4096.0, 2.0
+    power = integrate.quad(
+        lambda f: envelope_response(f, bandwidth, rate, poles) ** 2,
+        -rate / 2,
+        rate / 2,
+        points=[-10, -1, 1, 10],
+        limit=500,
+    )[0]
+    assert float(noise_bandwidth(bandwidth, poles)) == pytest.approx(power, rel=1e-4)
+
+
+@pytest.mark.parametrize("poles", POLES)
+def test_noise_floor_2(poles):
+    """White noise in 40 channels: the rms amplitude of an order that is not there."""
+    rng = np.random.default_rng(5)
+    rate, bandwidth, sigma = 512.0, 4.0, 0.7
+    time, angle, _ = run_up_2(1500.0, 2100.0, 8.0, rate)
+    record = rng.normal(0, sigma, (time.size, 40))
+    found = vold_kalman(record, 1.5 * angle[:, np.newaxis], rate, bandwidth, poles)[:, 0]
+    measured = np.sqrt(np.mean(np.abs(found[away_from_ends(time, bandwidth)]) ** 2))
+    expected = noise_amplitude(2 * sigma**2 / rate, noise_bandwidth(bandwidth, poles))
+    assert measured == pytest.approx(float(expected), rel=0.05)
+
+
+def test_noise_at_the_ends_is_at_most_twice_as_large():
+    rng = np.random.default_rng(6)
+    rate, bandwidth = 512.0, 4.0
+    time, angle, _ = run_up_2(1500.0, 2100.0, 4.0, rate)
+    record = rng.normal(size=(time.size, 200))
+    found = vold_kalman(record, 1.5 * angle[:, np.newaxis], rate, bandwidth)[:, 0]
+    level = np.sqrt(np.mean(np.abs(found) ** 2, axis=1))
+    usual = np.median(level)
+    assert 1.5 * usual < level[[0, -1]].max() < 2.2 * usual
+    assert level[away_from_ends(time, bandwidth, 1.0)].max() < 1.2 * usual
+
+
+def test_three_orders_of_a_run_up_are_exact_to_its_ends():
+    """Orders 0.5, 1.5 and 3 from 900 to 2700 1/min in 5 s, a static force beside them."""
+    rate = 4096.0
+    _, angle, _ = run_up_2(900.0, 2700.0, 5.0, rate)
+    orders = np.array([0.0, 0.5, 1.5, 3.0])
+    amplitudes = np.array([150.0, 0.4 * np.exp(1j), 2 * np.exp(-0.5j), np.exp(2.5j)])
+    phase = np.outer(angle, orders)
+    record = np.real(np.exp(1j * phase) @ amplitudes)[:, np.newaxis]
+    found = vold_kalman(record, phase, rate, 2.0)[:, :, 0]
+    np.testing.assert_allclose(found, np.tile(amplitudes, (angle.size, 1)), atol=1e-6)
+
+
+def test_crossing_orders_are_separated_where_order_tracking_cannot():
+    """Order 2, modulated in amplitude, crosses a tone of 60 Hz, modulated in phase."""
+    rate, bandwidth = 1638.4, 3.0
+    time, angle, rpm = run_up_2(1200.0, 2400.0, 6.0, rate)
+    phase = np.column_stack([2 * angle, 2 * np.pi * 60 * time + 0.4])
+    swelling = (1 + 0.3 * np.sin(np.pi * time / 2)) * np.exp(0.3j)
+    turning = 0.8 * np.exp(-1j + 0.4j * np.cos(0.4 * np.pi * time))
+    amplitudes = np.column_stack([swelling, turning])
+    record = np.real(np.sum(amplitudes * np.exp(1j * phase), axis=1))[:, np.newaxis]
+    inside = away_from_ends(time, bandwidth, 1.0)
+
+    together = vold_kalman(record, phase, rate, bandwidth)[:, :, 0]
+    ratio = together[inside] / amplitudes[inside]
+    assert np.abs(np.abs(ratio) - 1).max() < 0.002
+    assert np.rad2deg(np.abs(np.angle(ratio))).max() < 0.1
+
+    alone = vold_kalman(record, phase[:, :1], rate, bandwidth)[:, 0, 0]
+    assert np.abs((alone / swelling)[inside] - 1).max() > 0.3
+
+    needed = samples_needed(rate, 1200.0, 2.0)
+    resampled = angular_resample(record, angle, needed)
+    line = np.searchsorted(rpm, np.arange(1600.0, 2001.0, 5.0))
+    computed = order_amplitudes(*resampled, [2.0], angle[line] / (2 * np.pi), 16)[:, 0, 0]
+    assert np.abs(computed / swelling[line] - 1).max() > 0.3
+
+
+def test_amplitude_that_follows_a_resonance_within_the_stated_smear():
+    """Order 1.5 through a resonance at 30 Hz, 8 % damping: error against smear over its width."""
+    rate = 1638.4
+    time, angle, rpm = run_up_2(700.0, 1900.0, 10.0, rate)
+    frequency = 1.5 * rpm / 60
+    amplitude = 1 / (1 - (frequency / 30) ** 2 + 0.16j * frequency / 30)
+    record = np.real(amplitude * np.exp(1.5j * angle))[:, np.newaxis]
+    sweep = 1.5 / 60 * 120.0
+    errors = []
+    for bandwidth in (3.0, 6.0, 12.0):
+        found = vold_kalman(record, 1.5 * angle[:, np.newaxis], rate, bandwidth)[:, 0, 0]
+        inside = away_from_ends(time, bandwidth, 1.0) & (frequency > 22)
+        errors.append(np.abs(found / amplitude - 1)[inside].max())
+    stated = smear(sweep, np.array([3.0, 6.0, 12.0]))
+    np.testing.assert_allclose(stated, [2.0, 1.0, 0.5])
+    # two poles: the error falls with the fourth power of the smear
+    assert errors[0] > 1e-3
+    assert errors[1] < errors[0] / 10
+    assert errors[2] < errors[1] / 10
+
+
+def test_normal_equations_would_lose_all_digits():
+    """Constant order at 16384 Hz and 1 Hz: condition 5e15; the filter keeps eight digits."""
+    rate, bandwidth = 16384.0, 1.0
+    time, angle, _ = run_up_2(1500.0, 1800.0, 3.0, rate)
+    amplitude = 2 * np.exp(0.7j)
+    record = np.real(amplitude * np.exp(1.5j * angle))[:, np.newaxis]
+    found = vold_kalman(record, 1.5 * angle[:, np.newaxis], rate, bandwidth)[:, 0, 0]
+    assert np.abs(found - amplitude).max() < 1e-7
+
+    weight = float(penalty(bandwidth, rate, 2)) ** 2
+    binomial = [(-1) ** k * comb(2, k) for k in range(3)]
+    band = np.zeros((3, time.size))
+    for one in range(3):
+        for other in range(one, 3):
+            end = time.size - 2 + other
+            band[2 - (other - one), other:end] += weight * binomial[one] * binomial[other]
+    band[2] += 1
+    demodulated = np.exp(-1.5j * angle) * record[:, 0]
+    try:
+        normal = 2 * linalg.solveh_banded(band, demodulated)
+    except linalg.LinAlgError:
+        return
+    assert np.abs(normal - amplitude).max() > 1e-3
+
+
+@pytest.mark.parametrize("cylinders", [2, 3, 4, 6])
+def test_firing_pulses_sound_at_the_dominant_order(cylinders):
+    """Pulses 720°/n apart: the lowest line of the record is the firing frequency."""
+    rpm, rate, duration = 1800.0, 3840, 2.0
+    time = np.arange(int(rate * duration)) / rate
+    crank_angle = 360 * rpm / 60 * time
+    spacing = 720 / cylinders
+    phase = np.mod(crank_angle, spacing) / spacing
+    torque = np.where(phase < 0.2, np.sin(np.pi * phase / 0.2), 0.0)
+    amplitude = np.abs(np.fft.rfft(torque - torque.mean())) / time.size
+    lines = np.fft.rfftfreq(time.size, 1 / rate)
+    strongest = lines[amplitude.argmax()]
+    assert frequency_of_order(rpm, dominant_order(cylinders)) == pytest.approx(strongest, abs=1e-9)
+
+
+def test_frequency_is_the_rate_of_the_order_phase_in_a_run_up():
+    """The instantaneous frequency of cos(order · shaft angle) in a run-up."""
+    order, rate = 1.5, 2000
+    time = np.arange(20 * rate) / rate
+    rpm = 800 + 120 * time
+    revolutions = (800 * time + 60 * time**2) / 60
+    phase = np.unwrap(np.angle(signal.hilbert(np.cos(2 * np.pi * order * revolutions))))
+    measured = np.gradient(phase, time) / (2 * np.pi)
+    inside = slice(2 * rate, -2 * rate)
+    np.testing.assert_allclose(frequency_of_order(rpm, order)[inside], measured[inside], rtol=2e-3)
+    np.testing.assert_allclose(rpm_of_frequency(measured, order)[inside], rpm[inside], rtol=2e-3)

@@ -1,0 +1,653 @@
+"""Transfer paths and force inversion against the thesis and known forces."""
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from deboom.errors import InputError
+from deboom.physics.force_inversion import (
+    CROSS_VALIDATED,
+    LAMBDAS,
+    PLAIN,
+    Choice,
+    Decomposition,
+    Inversion,
+    Regularisation,
+    cross_validation_scores,
+    invert_for_forces,
+    l_curve_curvature,
+    tikhonov_filters,
+)
+from deboom.physics.frf import corr_f, corr_s
+from deboom.physics.transfer_path import (
+    assembled_frf,
+    blocked_force,
+    blocked_force_on_rig,
+    contributions,
+    energy_share,
+    interface_force,
+    mount_force,
+    mounted_source,
+    partial_sums,
+    pressure,
+    pressure_with_airborne,
+    rms_contribution,
+)
+from transfer_path_assembly import (
+    INDICATORS,
+    INTERFACE,
+    N_PATH,
+    VALIDATION,
+    accelerance,
+    receiver,
+    rig,
+    source,
+    with_noise,
+)
+
+FREQUENCY = np.arange(20, 80.1, 1.0)
+OMEGA = 2 * np.pi * FREQUENCY[:, np.newaxis, np.newaxis]
+
+# Source: masses 0, 1 inside, 2, 3 at the interface; free in space. [kg], [N/m]
+SOURCE_MASS = np.diag([40.0, 25.0, 9.0, 11.0])
+SOURCE_STIFFNESS = [(0, 1, 8e6), (0, 2, 2.2e6), (1, 3, 3.1e6), (0, 3, 0.9e6), (2, 3, 0.4e6)]
+# Receiver: masses 0, 1 at the interface, 2, 3, 4 behind; -1 is the ground.
+RECEIVER_MASS = np.diag([6.0, 8.0, 30.0, 22.0, 15.0])
+RECEIVER_STIFFNESS = [
+    (0, 2, 1.9e6),
+    (1, 3, 1.4e6),
+    (2, 3, 0.8e6),
+    (3, 4, 1.1e6),
+    (2, -1, 1.5e6),
+    (4, -1, 0.7e6),
+    (1, -1, 0.3e6),
+]
+# Two ears: pressure per displacement of the receiver's panels [Pa/m].
+EARS = np.array([[0, 0, 900.0, -400.0, 650.0], [0, 0, 300.0, 700.0, -500.0]])
+# Internal force of the source at masses 0 and 1 [N].
+INTERNAL_FORCE = np.column_stack(
+    [80 + 30j * FREQUENCY / 40, 45 * np.exp(1j * FREQUENCY / 25)],
+)
+MOUNTS = np.column_stack(
+    [
+        3.2e5 * (1 + 0.002 * FREQUENCY) * (1 + 0.09j),
+        1.7e5 * (1 + 0.003 * FREQUENCY) * (1 + 0.16j),
+    ]
+)
+RIGID = 1e15
+
+
+def dynamic_stiffness(mass, springs, loss):
+    """Dynamic stiffness of masses and springs, ``K (1 + jη) − ω² M`` [N/m]."""
+    stiffness = np.zeros_like(mass)
+    for first, second, value in springs:
+        for dof in (first, second):
+            if dof >= 0:
+                stiffness[dof, dof] += value
+        if second >= 0:
+            stiffness[first, second] -= value
+            stiffness[second, first] -= value
+    return stiffness * (1 + 1j * loss) - OMEGA**2 * mass
+
+
+SOURCE = dynamic_stiffness(SOURCE_MASS, SOURCE_STIFFNESS, 0.02)
+RECEIVER = dynamic_stiffness(RECEIVER_MASS, RECEIVER_STIFFNESS, 0.05)
+RIG = dynamic_stiffness(np.diag([30.0, 45.0]), [(0, -1, 4e6), (1, -1, 3e6), (0, 1, 1e6)], 0.03)
+
+
+def solve_assembly(source_force, receiver_force, other=RECEIVER, other_interface=(0, 1)):
+    """Motion of all masses when the mounts join them: source first, receiver (or rig) behind."""
+    n_source, n_other = SOURCE.shape[1], other.shape[1]
+    matrix = np.zeros((FREQUENCY.size, n_source + n_other, n_source + n_other), dtype=complex)
+    matrix[:, :n_source, :n_source] = SOURCE
+    matrix[:, n_source:, n_source:] = other
+    for path, (above, below) in enumerate(zip((2, 3), other_interface, strict=True)):
+        below += n_source
+        matrix[:, above, above] += MOUNTS[:, path]
+        matrix[:, below, below] += MOUNTS[:, path]
+        matrix[:, above, below] -= MOUNTS[:, path]
+        matrix[:, below, above] -= MOUNTS[:, path]
+    force = np.concatenate([source_force, receiver_force], axis=1)
+    motion = np.linalg.solve(matrix, force[:, :, np.newaxis])[:, :, 0]
+    return motion[:, :n_source], motion[:, n_source:]
+
+
+def internal_force():
+    force = np.zeros((FREQUENCY.size, 4), dtype=complex)
+    force[:, :2] = INTERNAL_FORCE
+    return force
+
+
+def nothing(n):
+    return np.zeros((FREQUENCY.size, n), dtype=complex)
+
+
+@pytest.fixture(scope="module")
+def truth():
+    """Mount force and ear pressure of the assembly in operation, by the direct solution."""
+    source, receiver = solve_assembly(internal_force(), nothing(5))
+    mount_force = MOUNTS * (source[:, 2:] - receiver[:, :2])
+    return mount_force, receiver @ EARS.T
+
+
+@pytest.fixture(scope="module")
+def bodies():
+    """Receptances of the bodies on their own, as a laboratory would measure them."""
+    source, receiver = np.linalg.inv(SOURCE), np.linalg.inv(RECEIVER)
+    return {
+        "source": mounted_source(source[:, 2:, 2:], MOUNTS),
+        "excitation": source[:, 2:, :2],
+        "receiver": receiver[:, :2, :2],
+        "ntf": EARS @ receiver[:, :, :2],
+        "free": (source[:, 2:, :2] @ INTERNAL_FORCE[:, :, np.newaxis])[:, :, 0],
+    }
+
+
+def agree(ours, truth, tolerance=1e-10):
+    np.testing.assert_allclose(ours, truth, rtol=0, atol=tolerance * np.abs(truth).max())
+
+
+def relative_difference(ours, truth):
+    return np.linalg.norm(ours - truth) / np.linalg.norm(truth)
+
+
+def test_interface_force_is_the_mount_force(truth, bodies):
+    mount_force, _ = truth
+    agree(interface_force(bodies["source"], bodies["receiver"], bodies["free"]), mount_force)
+
+
+def test_eq_8_and_13_interface_forces_go_with_the_uncoupled_body(truth, bodies):
+    _, ears = truth
+    force = interface_force(bodies["source"], bodies["receiver"], bodies["free"])
+    agree(pressure(bodies["ntf"], force), ears)
+    agree(pressure(bodies["ntf"][:, 0], force), ears[:, 0])
+
+
+def test_eq_8_needs_its_sum(truth, bodies):
+    """As printed, each product alone would be the response."""
+    mount_force, ears = truth
+    products = contributions(bodies["ntf"], mount_force)
+    agree(products.sum(axis=-1), ears)
+    for path in range(2):
+        assert relative_difference(products[:, :, path], ears) > 0.1
+
+
+def test_eq_7_and_8_internal_forces_go_with_the_assembled_body(truth, bodies):
+    _, ears = truth
+    assembled = assembled_frf(
+        bodies["ntf"], bodies["receiver"], bodies["source"], bodies["excitation"]
+    )
+    agree(pressure(assembled, INTERNAL_FORCE), ears)
+    # column by column against a unit force in the direct solution
+    for column in range(2):
+        unit = nothing(4)
+        unit[:, column] = 1
+        agree(assembled[:, :, column], solve_assembly(unit, nothing(5))[1] @ EARS.T)
+
+
+def test_eq_6_and_7_rows_are_responses(truth, bodies):
+    """Printed with the index order reversed: Σ_i Y_ij f_i of a matrix with responses as rows."""
+    _, ears = truth
+    assembled = assembled_frf(
+        bodies["ntf"], bodies["receiver"], bodies["source"], bodies["excitation"]
+    )
+    reversed_indices = np.einsum("fij,fi->fj", assembled, INTERNAL_FORCE)
+    assert relative_difference(reversed_indices, ears) > 0.1
+
+
+def test_blocked_force_is_the_reaction_of_a_rigid_receiver(bodies):
+    """Far ends of the mounts held: the direct solution of the source on grounded mounts."""
+    held = SOURCE.copy()
+    held[:, 2, 2] += MOUNTS[:, 0]
+    held[:, 3, 3] += MOUNTS[:, 1]
+    motion = np.linalg.solve(held, internal_force()[:, :, np.newaxis])[:, :, 0]
+    agree(blocked_force(bodies["source"], bodies["free"]), MOUNTS * motion[:, 2:])
+
+
+def test_blocked_forces_go_with_the_assembled_body(truth, bodies):
+    _, ears = truth
+    blocked = blocked_force(bodies["source"], bodies["free"])
+    assembled = assembled_frf(bodies["ntf"], bodies["receiver"], bodies["source"], bodies["source"])
+    agree(pressure(assembled, blocked), ears)
+    # the assembled function is what an impact at the receiver's interface measures
+    for path in range(2):
+        impact = nothing(5)
+        impact[:, path] = 1
+        agree(assembled[:, :, path], solve_assembly(nothing(4), impact)[1] @ EARS.T)
+
+
+def test_blocked_forces_with_the_uncoupled_body_are_an_approximation(truth, bodies):
+    """The thesis multiplies blocked forces with trimmed-body functions; softer mounts forgive."""
+    _, ears = truth
+    blocked = blocked_force(bodies["source"], bodies["free"])
+    error = relative_difference(pressure(bodies["ntf"], blocked), ears)
+    assert error > 0.05
+
+    soft = mounted_source(np.linalg.inv(SOURCE)[:, 2:, 2:], MOUNTS / 100)
+    soft_truth = pressure(bodies["ntf"], interface_force(soft, bodies["receiver"], bodies["free"]))
+    soft_blocked = pressure(bodies["ntf"], blocked_force(soft, bodies["free"]))
+    assert relative_difference(soft_blocked, soft_truth) < error / 10
+
+
+def test_coupling_agrees_with_the_primal_form(bodies):
+    """At the interface itself, dynamic stiffnesses add: ``Y_AB⁻¹ = Y_A⁻¹ + Y_B⁻¹``."""
+    source, receiver = bodies["source"], bodies["receiver"]
+    primal = np.linalg.inv(np.linalg.inv(source) + np.linalg.inv(receiver))
+    agree(assembled_frf(receiver, receiver, source, source), primal)
+    agree(assembled_frf(source, source, receiver, receiver), primal)
+
+
+def test_eq_9_to_11_blocked_force_from_a_rig_that_gives_way(bodies):
+    """Source on the rig by the direct solution; cells read the force between mount and rig."""
+    source_motion, rig_motion = solve_assembly(internal_force(), nothing(2), RIG)
+    cell = MOUNTS * (source_motion[:, 2:] - rig_motion)
+
+    # eq. 9, rows 2 and 3, and eq. 10: g_A = −g_LC and equal motion
+    on_source = bodies["free"] - np.einsum("fij,fj->fi", bodies["source"], cell)
+    on_rig = np.einsum("fij,fj->fi", np.linalg.inv(RIG), cell)
+    agree(on_source, rig_motion)
+    agree(on_rig, rig_motion)
+    # eq. 9, row 1, the motion inside the source
+    source = np.linalg.inv(SOURCE)
+    inside = np.einsum("fij,fj->fi", source[:, :2, :2], INTERNAL_FORCE)
+    inside -= np.einsum("fij,fj->fi", source[:, :2, 2:], cell)
+    agree(inside, source_motion[:, :2])
+
+    # eq. 11
+    blocked = blocked_force(bodies["source"], bodies["free"])
+    agree(blocked_force_on_rig(bodies["source"], cell, rig_motion), blocked)
+    # the cells alone are off by what the rig gives way
+    assert relative_difference(cell, blocked) > 0.02
+
+
+def test_on_a_rigid_rig_the_cells_read_the_blocked_force(bodies):
+    source_motion, rig_motion = solve_assembly(
+        internal_force(), nothing(2), np.broadcast_to(RIGID * np.eye(2), (FREQUENCY.size, 2, 2))
+    )
+    cell = MOUNTS * (source_motion[:, 2:] - rig_motion)
+    agree(cell, blocked_force(bodies["source"], bodies["free"]), 1e-8)
+
+
+def test_eq_12_a_volume_source_in_the_cabin():
+    """One panel on an air spring; the judge solves panel and air together.
+
+    Panel: ``(k (1 + jη) − ω² m) u = f + S p``; air: ``p = (ρc²/V) (q/jω − S u)``.
+    """
+    omega = OMEGA[:, 0, 0]
+    panel = 4e5 * (1 + 0.06j) - omega**2 * 12.0
+    area, air = 0.8, 1.42e5 / 3.0
+    force = 5 * np.exp(1j * FREQUENCY / 10)
+    volume_velocity = 1e-3 * (1 + 0.02j * FREQUENCY)
+
+    matrix = np.empty((FREQUENCY.size, 2, 2), dtype=complex)
+    matrix[:, 0, 0], matrix[:, 0, 1] = panel, -area
+    matrix[:, 1, 0], matrix[:, 1, 1] = air * area, 1
+    loads = np.column_stack([force, air * volume_velocity / (1j * omega)])
+    ear = np.linalg.solve(matrix, loads[:, :, np.newaxis])[:, 1, 0]
+
+    with_air = panel + air * area**2
+    ntf = (-air * area / with_air)[:, np.newaxis]
+    acoustic = (air / (1j * omega) * panel / with_air)[:, np.newaxis]
+    structure, airborne = force[:, np.newaxis], volume_velocity[:, np.newaxis]
+    agree(pressure_with_airborne(ntf, structure, acoustic, airborne), ear)
+    assert relative_difference(pressure(ntf, structure), ear) > 0.1
+
+
+def test_eq_12_and_13_give_a_pressure_not_a_level(truth, bodies):
+    """Printed "SPL_d": levels of contributions do not add up, in decibels or in energy."""
+    mount_force, ears = truth
+    products = contributions(bodies["ntf"][:, 0], mount_force)
+    level = 20 * np.log10(np.abs(products) / np.sqrt(2) / 20e-6)
+    level_of_sum = 20 * np.log10(np.abs(ears[:, 0]) / np.sqrt(2) / 20e-6)
+    assert np.abs(level.sum(axis=1) - level_of_sum).min() > 20
+    in_energy = 10 * np.log10((10 ** (level / 10)).sum(axis=1))
+    assert np.abs(in_energy - level_of_sum).max() > 3
+
+
+def test_partial_sums_add_up_to_the_pressure(bodies):
+    six_paths = np.concatenate([bodies["ntf"]] * 3, axis=2)
+    force = np.column_stack([INTERNAL_FORCE, MOUNTS / 1e4, INTERNAL_FORCE**2 / 1e3])
+    each = contributions(six_paths, force)
+    mounts = partial_sums(each, [(0, 2, 4), (5,), (3, 1)])
+    assert mounts.shape == (FREQUENCY.size, 2, 3)
+    agree(mounts.sum(axis=-1), pressure(six_paths, force))
+    agree(mounts[..., 2], each[..., 1] + each[..., 3])
+
+
+def test_mount_force_in_time():
+    """Sign and phase: integrate two masses on dashpots and springs until the start is forgotten.
+
+    Source 20 kg, free; mount 2·10⁵ N/m with 900 N s/m; receiver 35 kg on 5·10⁵ N/m and 1500 N s/m.
+    A force of 50 N acts on the source at 18 Hz.
+    """
+    frequency, force = 18.0, 50.0
+    omega = 2 * np.pi * frequency
+
+    def mount(state):
+        return 2e5 * (state[0] - state[1]) + 900 * (state[2] - state[3])
+
+    def motion(time, state):
+        on_source = force * np.cos(omega * time) - mount(state)
+        on_receiver = mount(state) - 5e5 * state[1] - 1500 * state[3]
+        return [state[2], state[3], on_source / 20, on_receiver / 35]
+
+    end = 4.0
+    period = np.linspace(end - 1 / frequency, end, 65)[:-1]
+    record = solve_ivp(
+        motion, (0, end), np.zeros(4), method="DOP853", t_eval=period, rtol=1e-10, atol=1e-13
+    )
+    measured = 2 * np.mean(mount(record.y) * np.exp(-1j * omega * period))
+
+    source = np.array([[[-1 / (20 * omega**2)]]])
+    receiver = np.array([[[1 / (5e5 + 1500j * omega - 35 * omega**2)]]])
+    mounted = mounted_source(source, [[2e5 + 900j * omega]])
+    ours = interface_force(mounted, receiver, source[:, :, 0] * force)
+    assert ours[0, 0] == pytest.approx(measured, rel=1e-7)
+
+
+def test_a_singular_interface_is_refused():
+    """A rigid source at two points of one axis: they move only together."""
+    together = np.ones((3, 2, 2))
+    with pytest.raises(InputError, match="leave out paths that move only together"):
+        blocked_force(together, np.ones((3, 2)))
+
+
+EXACT = 1e-10
+EVERY_RULE = [
+    PLAIN,
+    *(
+        Inversion(regularisation, choice)
+        for regularisation in (Regularisation.TRUNCATED, Regularisation.TIKHONOV)
+        for choice in Choice
+    ),
+]
+SOURCE_2 = source(1)
+RECEIVER_2, EARS_2 = receiver(1)
+RIG_2 = rig(1)
+
+
+@pytest.fixture(scope="module")
+def operation():
+    return SOURCE_2.run(RECEIVER_2)
+
+
+@pytest.fixture(scope="module")
+def alone():
+    """Receptance of the receiver on its own."""
+    return np.linalg.inv(RECEIVER_2)
+
+
+@pytest.fixture(scope="module")
+def assembled():
+    """Receptance of the receiver with the source mounted on it."""
+    return SOURCE_2.receptance_below(RECEIVER_2)
+
+
+def deviation(ours, truth):
+    return np.linalg.norm(ours - truth) / np.linalg.norm(truth)
+
+
+@pytest.mark.parametrize("rule", EVERY_RULE)
+def test_classical_inversion_finds_the_forces_in_the_mounts(operation, alone, rule):
+    _, motion, truth = operation
+    matrix = accelerance(alone[:, INDICATORS][:, :, INTERFACE])
+    found = invert_for_forces(matrix, accelerance(motion)[:, INDICATORS], rule)
+    assert deviation(found.force, truth) < EXACT
+    assert np.all(found.residual < EXACT)
+    # kept out of the inversion: other sensors, and the ear
+    validation = accelerance(alone[:, VALIDATION][:, :, INTERFACE])
+    predicted = pressure(validation, found.force)
+    measured = accelerance(motion)[:, VALIDATION]
+    assert deviation(predicted, measured) < EXACT
+    assert np.max(corr_f(predicted, measured)) < EXACT
+    assert np.max(corr_s(predicted, measured)) < EXACT
+    ear = pressure((EARS_2 @ alone)[:, INTERFACE], found.force)
+    assert deviation(ear, motion @ EARS_2) < EXACT
+
+
+def test_forces_from_the_stiffness_of_the_mounts(operation):
+    above, motion, truth = operation
+    below = motion[:, INTERFACE]
+    assert deviation(mount_force(SOURCE_2.mounts, above, below), truth) < EXACT
+    as_matrix = SOURCE_2.mounts[:, :, np.newaxis] * np.eye(N_PATH)
+    assert deviation(mount_force(as_matrix, above, below), truth) < EXACT
+
+
+def test_in_situ_inversion_finds_the_blocked_forces(operation, assembled):
+    _, motion, interface = operation
+    matrix = accelerance(assembled[:, INDICATORS][:, :, INTERFACE])
+    found = invert_for_forces(matrix, accelerance(motion)[:, INDICATORS])
+    assert deviation(found.force, SOURCE_2.blocked_force) < EXACT
+    ear = pressure((EARS_2 @ assembled)[:, INTERFACE], found.force)
+    assert deviation(ear, motion @ EARS_2) < EXACT
+    # blocked forces are another quantity than the interface forces of this vehicle
+    assert deviation(interface, SOURCE_2.blocked_force) > 0.1
+
+
+def test_blocked_forces_agree_from_cells_on_a_rig_and_in_situ_on_it():
+    """Eq. 11 with cells on a rig that gives way, and inversion of the rig's own motion."""
+    _, motion, cells = SOURCE_2.run(RIG_2)
+    found = blocked_force_on_rig(SOURCE_2.mounted_receptance, cells, motion)
+    assert deviation(found, SOURCE_2.blocked_force) < EXACT
+    assert deviation(cells, SOURCE_2.blocked_force) > 0.02
+    on_rig = SOURCE_2.receptance_below(RIG_2)
+    in_situ = invert_for_forces(accelerance(on_rig), accelerance(motion), PLAIN)
+    assert deviation(in_situ.force, SOURCE_2.blocked_force) < EXACT
+
+
+def test_blocked_forces_predict_another_vehicle():
+    other, ears = receiver(2)
+    _, motion, _ = SOURCE_2.run(other)
+    ntf = (ears @ SOURCE_2.receptance_below(other))[:, INTERFACE]
+    assert deviation(pressure(ntf, SOURCE_2.blocked_force), motion @ ears) < EXACT
+
+
+def test_noise_of_the_forces_is_the_stated_gain(operation, alone):
+    """Responses with noise of known size: scatter over 200 draws within 15 % of the gain."""
+    _, motion, truth = operation
+    matrix = accelerance(alone[:, INDICATORS][:, :, INTERFACE])
+    clean = accelerance(motion)[:, INDICATORS]
+    sigma = 0.01 * np.sqrt(np.mean(np.abs(clean) ** 2, axis=0))
+    rng = np.random.default_rng(6)
+    draws = []
+    for _ in range(200):
+        noise = rng.normal(size=(2, *clean.shape)) / np.sqrt(2)
+        found = invert_for_forces(matrix, clean + sigma * (noise[0] + 1j * noise[1]), PLAIN, sigma)
+        draws.append(found.force - truth)
+    scatter = np.sqrt(np.mean(np.abs(draws) ** 2, axis=0))
+    ratio = scatter / found.noise_gain
+    assert np.sqrt(np.mean(ratio**2)) == pytest.approx(1.0, abs=0.02)
+    assert np.all(np.abs(ratio - 1) < 0.3)
+    # scatter of the mean of 200 complex draws: √(1/200), five times
+    assert np.max(np.abs(np.mean(draws, axis=0)) / found.noise_gain) < 5 * np.sqrt(1 / 200)
+
+
+@pytest.mark.parametrize("rule", [PLAIN, CROSS_VALIDATED])
+@pytest.mark.parametrize(
+    ("indicators", "most"), [(INDICATORS, 0.10), (np.arange(INDICATORS.size), 0.03)]
+)
+def test_one_percent_noise_costs_less_than_ten_percent_where_conditioning_is_below_100(
+    rule, indicators, most
+):
+    """Noise in accelerances and responses; sensors away from the mounts, and beside them."""
+    rng = np.random.default_rng(7)
+    errors, forces = [], []
+    for seed in range(1, 7):
+        body, _ = receiver(seed)
+        _, motion, truth = source(seed).run(body)
+        matrix = accelerance(np.linalg.inv(body)[:, indicators][:, :, INTERFACE])
+        response = accelerance(motion)[:, indicators]
+        found = invert_for_forces(with_noise(matrix, rng), with_noise(response, rng), rule)
+        good = found.condition_number < 100
+        assert good.sum() > 25
+        errors.append(found.force[good] - truth[good])
+        forces.append(truth[good])
+    assert np.linalg.norm(np.vstack(errors)) < most * np.linalg.norm(np.vstack(forces))
+
+
+def test_energy_shares_are_the_slope_of_the_energy():
+    """Make one path a little larger: energy grows by twice its share."""
+    rng = np.random.default_rng(8)
+    ntf, force = rng.normal(size=(2, 6, 4)) + 1j * rng.normal(size=(2, 6, 4))
+    weight = rng.uniform(0.2, 3, 6)
+    each = contributions(ntf, force)
+    share = energy_share(each, weight)
+    assert share.sum() == pytest.approx(1.0, rel=EXACT)
+
+    def energy(factor, path):
+        scaled = each * np.where(np.arange(4) == path, factor, 1.0)
+        return weight @ np.abs(scaled.sum(axis=1)) ** 2
+
+    for path in range(4):
+        slope = (energy(1 + 1e-5, path) - energy(1 - 1e-5, path)) / 2e-5 / energy(1, path)
+        assert slope == pytest.approx(2 * share[path], rel=1e-8)
+
+
+def test_two_paths_that_cancel_have_large_magnitude_and_opposite_share():
+    each = np.array([[5.0 + 0j, -4.0, 0.0]] * 3)
+    np.testing.assert_allclose(energy_share(each), [5.0, -4.0, 0.0])
+    np.testing.assert_allclose(rms_contribution(each), [5.0, 4.0, 0.0])
+
+
+N_LINE, N_INDICATOR, N_PATH_3 = 3, 12, 5
+
+
+@pytest.fixture(scope="module")
+def problem():
+    rng = np.random.default_rng(3)
+    matrix = rng.normal(size=(N_LINE, N_INDICATOR, N_PATH_3)) + 1j * rng.normal(
+        size=(N_LINE, N_INDICATOR, N_PATH_3)
+    )
+    matrix[:, :, 4] = matrix[:, :, 3] + 0.02 * matrix[:, :, 4]
+    response = rng.normal(size=(N_LINE, N_INDICATOR)) + 1j * rng.normal(size=(N_LINE, N_INDICATOR))
+    return matrix, response
+
+
+def scaled(line):
+    columns = np.linalg.norm(line, axis=0)
+    return line / columns, columns
+
+
+@pytest.mark.parametrize("amount", [0.0, 0.01, 0.3])
+def test_tikhonov_is_least_squares_with_more_rows(problem, amount):
+    matrix, response = problem
+    found = invert_for_forces(matrix, response, Inversion(Regularisation.TIKHONOV, amount))
+    for line in range(N_LINE):
+        unit, columns = scaled(matrix[line])
+        penalty = amount * np.linalg.norm(unit, 2) * np.eye(N_PATH_3)
+        longer = np.concatenate([response[line], np.zeros(N_PATH_3)])
+        direct = np.linalg.lstsq(np.vstack([unit, penalty]), longer)[0] / columns
+        np.testing.assert_allclose(found.force[line], direct, rtol=1e-10)
+
+
+def test_truncation_is_least_squares_of_lower_rank(problem):
+    matrix, response = problem
+    found = invert_for_forces(matrix, response, Inversion(Regularisation.TRUNCATED, 0.1))
+    np.testing.assert_array_equal(found.freedom, N_PATH_3 - 1)
+    for line in range(N_LINE):
+        unit, columns = scaled(matrix[line])
+        direct = np.linalg.lstsq(unit, response[line], rcond=0.1)[0] / columns
+        np.testing.assert_allclose(found.force[line], direct, rtol=1e-10)
+        assert found.condition_number[line] == pytest.approx(np.linalg.cond(unit), rel=1e-10)
+        assert found.amount[line] > 0.1
+
+
+def decomposition(problem):
+    matrix, response = problem
+    units = np.stack([scaled(line)[0] for line in matrix])
+    left, singular, _ = np.linalg.svd(units, full_matrices=False)
+    return Decomposition(left, singular, response), units
+
+
+def test_leave_one_out_score_is_that_of_all_smaller_inversions(problem):
+    data, units = decomposition(problem)
+    _, response = problem
+    amount = 0.05
+    filters = tikhonov_filters(data.relative, np.array([amount]))
+    scores = cross_validation_scores(data, filters, generalised=False)[:, 0]
+    for line in range(N_LINE):
+        penalty = amount * data.singular[line, 0] * np.eye(N_PATH_3)
+        errors = []
+        for out in range(N_INDICATOR):
+            others = np.arange(N_INDICATOR) != out
+            rows = np.vstack([units[line][others], penalty])
+            right = np.concatenate([response[line, others], np.zeros(N_PATH_3)])
+            force = np.linalg.lstsq(rows, right)[0]
+            errors.append(response[line, out] - units[line, out] @ force)
+        assert scores[line] == pytest.approx(np.sum(np.abs(errors) ** 2), rel=1e-10)
+
+
+def test_generalised_score_does_not_depend_on_the_directions_of_sensors(problem):
+    """By the hat matrix; a rotation of the responses changes the plain score and not this one."""
+    data, units = decomposition(problem)
+    _, response = problem
+    amount = 0.05
+    filters = tikhonov_filters(data.relative, np.array([amount]))
+    ours = cross_validation_scores(data, filters, generalised=True)[:, 0]
+    for line in range(N_LINE):
+        ridge = (amount * data.singular[line, 0]) ** 2 * np.eye(N_PATH_3)
+        matrix = units[line]
+        hat = matrix @ np.linalg.solve(matrix.conj().T @ matrix + ridge, matrix.conj().T)
+        rest = response[line] - hat @ response[line]
+        free = np.trace(np.eye(N_INDICATOR) - hat).real
+        assert ours[line] == pytest.approx(np.linalg.norm(rest) ** 2 / free**2, rel=1e-10)
+
+    turn = np.linalg.qr(np.random.default_rng(9).normal(size=(N_INDICATOR, N_INDICATOR)))[0]
+    turned = Decomposition(turn @ data.left, data.singular, data.responses @ turn.T)
+    np.testing.assert_allclose(
+        cross_validation_scores(turned, filters, generalised=True)[:, 0], ours, rtol=1e-10
+    )
+    plain = cross_validation_scores(data, filters, generalised=False)
+    assert np.max(np.abs(cross_validation_scores(turned, filters, generalised=False) - plain)) > 1
+
+
+def test_l_curve_curvature_is_that_of_the_points_themselves(problem):
+    """Finite differences of log norms from direct solutions, where both norms still change."""
+    data, units = decomposition(problem)
+    _, response = problem
+    curvature = l_curve_curvature(data)
+    step = 1e-3
+    for line in range(N_LINE):
+        for index in np.flatnonzero((LAMBDAS > 1e-3) & (LAMBDAS < 0.9))[::4]:
+            points = []
+            for shift in (-1, 0, 1):
+                amount = LAMBDAS[index] * np.exp(shift * step) * data.singular[line, 0]
+                rows = np.vstack([units[line], amount * np.eye(N_PATH_3)])
+                right = np.concatenate([response[line], np.zeros(N_PATH_3)])
+                force = np.linalg.lstsq(rows, right)[0]
+                rest = units[line] @ force - response[line]
+                points.append(np.log([np.linalg.norm(rest), np.linalg.norm(force)]))
+            before, here, after = points
+            (x_1, y_1), (x_2, y_2) = (after - before) / 2, after - 2 * here + before
+            direct = (x_1 * y_2 - y_1 * x_2) / np.hypot(x_1, y_1) ** 3
+            assert curvature[line, index] == pytest.approx(direct, rel=1e-2, abs=1e-3)
+
+
+def image_restoration(n_out, n_in):
+    """Shaw's one-dimensional image restoration: condition number without bound."""
+    out = (np.arange(n_out) + 0.5) * np.pi / n_out - np.pi / 2
+    into = (np.arange(n_in) + 0.5) * np.pi / n_in - np.pi / 2
+    path = np.pi * (np.sin(out)[:, np.newaxis] + np.sin(into))
+    kernel = (np.cos(out)[:, np.newaxis] + np.cos(into)) ** 2 * np.sinc(path / np.pi) ** 2
+    truth = 2 * np.exp(-6 * (into - 0.8) ** 2) + np.exp(-2 * (into + 0.5) ** 2)
+    return kernel * np.pi / n_in, truth
+
+
+@pytest.mark.parametrize("regularisation", [Regularisation.TRUNCATED, Regularisation.TIKHONOV])
+@pytest.mark.parametrize("choice", list(Choice))
+def test_shaw_problem_is_solved_nearly_as_well_as_with_the_best_amount(regularisation, choice):
+    """Thirty draws of 0.1 % noise on a matrix of condition 10⁸: median error within a factor 3."""
+    kernel, truth = image_restoration(30, 12)
+    rng = np.random.default_rng(5)
+    clean = kernel @ truth
+    noise = 1e-3 * np.linalg.norm(clean) / np.sqrt(clean.size) * rng.normal(size=(30, clean.size))
+    matrix = np.broadcast_to(kernel, (30, *kernel.shape))
+
+    def errors(rule):
+        found = invert_for_forces(matrix, clean + noise, rule).force
+        return np.linalg.norm(found - truth, axis=1) / np.linalg.norm(truth)
+
+    amounts = np.logspace(-6, 0, 61)
+    best = min(np.median(errors(Inversion(regularisation, amount))) for amount in amounts)
+    assert np.median(errors(Inversion(Regularisation.NONE))) > 100 * best
+    assert np.median(errors(Inversion(regularisation, choice))) < 3 * best

@@ -6,7 +6,7 @@ BIN := $(VENV)/bin
 READY := $(VENV)/.ready
 EXTRAS := fast,cluster,modal,postgres,dev
 
-.PHONY: study test coverage lint bench validate pictures constraints clean
+.PHONY: study test coverage lint bench same validate pictures constraints clean
 
 study: $(READY)
 	$(BIN)/deboom run studies/u06_platform.py
@@ -26,6 +26,10 @@ lint: $(READY)
 
 bench: $(READY)
 	$(BIN)/python benchmarks/run.py
+
+BASE := main
+same: $(READY)
+	PYTHONPATH=benchmarks $(BIN)/python -m same $(BASE)
 
 validate: $(READY)
 	$(BIN)/python benchmarks/validate.py

@@ -1,0 +1,378 @@
+"""What differs between two folders that the same steps have written: one line per difference."""
+
+from __future__ import annotations
+
+import difflib
+import html
+import io
+import json
+import re
+import tomllib
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from fnmatch import fnmatch
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+RELATIVE = 1e-9
+"""Difference of two numbers that is allowed, over the scale of their column."""
+
+FLOOR = 1e-14
+"""Numbers below are zero."""
+
+SNIPPETS = 6
+"""Differences that are shown of one text."""
+
+UNSTEADY = re.compile(r"(^|[./ _])seconds|^environment|^study_text|^inputs_sha256|(^|\.)created")
+"""Keys and columns that hold times, versions or texts of the source."""
+
+UNCOMPARED = (".lock", "cpu.txt", "steps.txt", "state.npz", "inputs.json")
+"""Files of the search's and of our own book-keeping: hashes, times, states of generators."""
+
+_RUN = re.compile(r"\d{4}-\d\d-\d\d_\d{6}_seed(\d+)(_\d+)?")
+_PASSING = (
+    (_RUN, r"RUN_seed\1"),
+    (re.compile(r"\d{4}-\d\d-\d\d[ T]\d\d:\d\d(:\d\d)?([.]\d+)?( ?UTC|Z|[+]00:00)?"), "TIME"),
+    (re.compile(r"\b\d{4}-\d\d-\d\d\b"), "DATE"),
+    (re.compile(r"\b[0-9a-f]{12,64}\b"), "HASH"),
+    (re.compile(r"\b\d+([.]\d+)?\s?(s|ms|min|h|seconds?|minutes?)\b(?!/)"), "DURATION"),
+    (re.compile(r"\b\d+ of \d+ designs|\b\d+ designs/s"), "RATE"),
+    (re.compile(r"(\.\./)+[\w./-]*?(?=studies/|work/)"), "TREE/"),
+    (re.compile(r"\bTREE/studies"), "studies"),
+)
+
+
+@dataclass(frozen=True)
+class Difference:
+    """A difference between two trees.
+
+    Parameters
+    ----------
+    scenario, file, item : str
+        Where it is.
+    kind : str
+        ``number``, ``name`` (a column, key, file or option), ``words``, ``picture`` or ``code``.
+    text : str
+        What differs, base first.
+    """
+
+    scenario: str
+    file: str
+    item: str
+    kind: str
+    text: str
+
+    def __str__(self) -> str:
+        return f"{self.scenario}: {self.file}: {self.kind}: {self.item}: {self.text}"
+
+
+class Map:
+    """Deliberate renames and differences, from a TOML file; every entry has its reason.
+
+    ``[[rename]]`` has ``scenario``, ``old``, ``new``, ``reason``: a column, key, option or file.
+    ``[[differs]]`` has ``reason`` and any of ``scenario``, ``file``, ``item``, ``kind``, ``text``:
+    shell patterns of what is allowed to differ.
+    """
+
+    def __init__(self, path: Path) -> None:
+        content = tomllib.loads(path.read_text(encoding="utf-8")) if path.is_file() else {}
+        self.renames = content.get("rename", [])
+        self.differs = content.get("differs", [])
+        self.used: set[int] = set()
+        for entry in (*self.renames, *self.differs):
+            if not entry.get("reason"):
+                raise ValueError(f"{path}: an entry without reason: {entry}")
+
+    def renamed(self, scenario: str, name: str) -> str:
+        """Return what the work tree calls a name of the base."""
+        for entry in self.renames:
+            if fnmatch(scenario, entry.get("scenario", "*")) and entry["old"] in name:
+                whole = re.compile(rf"(?<![\w-]){re.escape(entry['old'])}(?![\w-])")
+                name = whole.sub(entry["new"], name)
+        return name
+
+    def allows(self, difference: Difference) -> bool:
+        """Say whether a difference is deliberate."""
+        for number, entry in enumerate(self.differs):
+            if all(
+                fnmatch(str(getattr(difference, key)), pattern)
+                for key, pattern in entry.items()
+                if key != "reason"
+            ):
+                self.used.add(number)
+                return True
+        return False
+
+
+@dataclass
+class Side:
+    """One tree's results of a scenario, with what stands for its own places in texts."""
+
+    folder: Path
+    places: dict[str, str]
+
+    def settled(self, text: str) -> str:
+        """Return a text without times, run names and places."""
+        for place, name in self.places.items():
+            text = text.replace(place, name)
+        for pattern, name in _PASSING:
+            text = pattern.sub(name, text)
+        return text
+
+    def files(self) -> dict[str, Path]:
+        """Return the files by a name that does not change from run to run."""
+        found: dict[str, Path] = {}
+        for path in sorted(self.folder.rglob("*")):
+            if path.is_symlink() or not path.is_file() or path.name in UNCOMPARED:
+                continue
+            name = path.relative_to(self.folder).as_posix()
+            name = re.sub(r"work/results/[\w-]+/", "", name)
+            name, number = _RUN.sub("run", name), 1
+            while name in found:
+                number += 1
+                name = re.sub(r"^run\d*/", f"run{number}/", name)
+                if number > 9:
+                    raise ValueError(f"{path}: too many files of one name")
+            found[name] = path
+        return found
+
+
+class Comparison:
+    """All differences of one scenario."""
+
+    def __init__(self, scenario: str, absolute: float, base: Side, new: Side, renames: Map) -> None:
+        self.scenario, self.absolute, self.renames = scenario, absolute, renames
+        self.base, self.new = base, new
+
+    def differences(self) -> Iterator[Difference]:
+        """Compare file by file."""
+        before = {self._name(name): path for name, path in self.base.files().items()}
+        after = self.new.files()
+        for name in sorted(before.keys() | after.keys()):
+            if name not in after or name not in before:
+                gone = name not in after
+                yield self._of(name, "-", "name", "file is gone" if gone else "new file")
+            elif before[name].read_bytes() != after[name].read_bytes():
+                try:
+                    yield from self._file(name, before[name], after[name])
+                except Exception as error:
+                    yield self._of(name, "-", "code", f"cannot be compared ({error!r})")
+
+    def _name(self, name: str) -> str:
+        return self.renames.renamed(self.scenario, name)
+
+    def _of(self, file: str, item: str, kind: str, text: str) -> Difference:
+        return Difference(self.scenario, file, item, kind, text)
+
+    def _file(self, name: str, before: Path, after: Path) -> Iterator[Difference]:
+        readers: dict[str, Callable[[Path], Any]] = {
+            ".json": _json,
+            ".toml": lambda path: tomllib.loads(path.read_text(encoding="utf-8")),
+            ".npz": lambda path: dict(np.load(path)),
+            ".uff": _uff,
+            ".xlsx": _workbook,
+        }
+        if name.endswith("pictures.json"):
+            yield from self._pictures(name, _json(before), _json(after))
+        elif before.suffix == ".csv":
+            yield from self._tables(name, _table(before), _table(after))
+        elif before.suffix in readers:
+            read = readers[before.suffix]
+            yield from self._trees(name, read(before), read(after))
+        elif before.suffix in (".html", ".htm"):
+            texts = [path.read_text(encoding="utf-8") for path in (before, after)]
+            yield from self._words(name, *(page_words(text) for text in texts))
+            yield from self._trees(name, *(_page_data(text) for text in texts))
+        elif before.suffix in (".out", ".err", ".txt", ".md", ".code"):
+            yield from self._words(name, *(_lines(path) for path in (before, after)))
+        elif before.suffix not in (".png", ".db", ".pdf"):
+            yield self._of(name, "-", "number", "other bytes")
+
+    def _tables(self, file: str, before: pd.DataFrame, after: pd.DataFrame) -> Iterator[Difference]:
+        before = before.rename(columns=self._name)
+        for column in before.columns.difference(after.columns):
+            yield self._of(file, column, "name", "column is gone")
+        for column in after.columns.difference(before.columns):
+            yield self._of(file, column, "name", "new column")
+        if len(before) != len(after):
+            yield self._of(file, "-", "number", f"{len(before)} rows, now {len(after)}")
+            return
+        for column in before.columns.intersection(after.columns):
+            if not UNSTEADY.search(column):
+                yield from self._column(file, column, before[column], after[column])
+
+    def _column(self, file: str, item: str, before: Any, after: Any) -> Iterator[Difference]:
+        try:
+            numbers = [pd.to_numeric(v).to_numpy(dtype=float) for v in (before, after)]
+        except ValueError:
+            pairs = [
+                (self.base.settled(a), self.new.settled(b))
+                for a, b in zip(before, after, strict=True)
+            ]
+            unequal = [(row, a, b) for row, (a, b) in enumerate(pairs) if self._name(a) != b]
+            if unequal:
+                row, a, b = unequal[0]
+                some = f"row {row}: {a!r}, now {b!r} ({len(unequal)} of {len(pairs)} rows)"
+                yield self._of(file, item, "words", some)
+            return
+        yield from self._arrays(file, item, *numbers)
+
+    def _arrays(self, file: str, item: str, a: Any, b: Any) -> Iterator[Difference]:
+        """Compare arrays of numbers by their scale."""
+        if a.shape != b.shape:
+            yield self._of(file, item, "number", f"shape {a.shape}, now {b.shape}")
+            return
+        if a.dtype.kind not in "fciub" or b.dtype.kind not in "fciub":
+            if a.tolist() != b.tolist():
+                yield self._of(file, item, "words", f"{a.tolist()!r:.80}, now {b.tolist()!r:.80}")
+            return
+        a, b = (v.astype(complex if v.dtype.kind == "c" else float).ravel() for v in (a, b))
+        finite = np.isfinite(a)
+        if (finite != np.isfinite(b)).any():
+            yield self._of(file, item, "number", "other places without a value")
+            return
+        if not finite.any():
+            return
+        scale = np.abs(a[finite]).max()
+        apart = np.abs(a[finite] - b[finite])
+        if apart.max() > max(RELATIVE * scale, self.absolute, FLOOR):
+            worst = int(np.argmax(apart))
+            values = f"{a[finite][worst]:.12g}, now {b[finite][worst]:.12g}"
+            where = f" at {worst} of {a.size}" if a.size > 1 else ""
+            some = f"{values}{where}: {apart.max() / max(scale, FLOOR):.1e} of the scale"
+            yield self._of(file, item, "number", some)
+
+    def _trees(self, file: str, before: Any, after: Any) -> Iterator[Difference]:
+        """Compare nested mappings and lists."""
+        flat = [_leaves("", tree) for tree in (before, after)]
+        olds = {self._name(self.base.settled(key)): value for key, value in flat[0]}
+        news = {self.new.settled(key): value for key, value in flat[1]}
+        for key in sorted(olds.keys() | news.keys()):
+            if UNSTEADY.search(key):
+                continue
+            if key not in news or key not in olds:
+                gone = key not in news
+                yield self._of(file, key, "name", "key is gone" if gone else "new key")
+                continue
+            a, b = olds[key], news[key]
+            if isinstance(a, np.ndarray) and isinstance(b, np.ndarray):
+                yield from self._arrays(file, key, a, b)
+            elif str(self._name(self.base.settled(str(a)))) != self.new.settled(str(b)):
+                yield self._of(file, key, "words", f"{a!r:.100}, now {b!r:.100}")
+
+    def _words(self, file: str, before: list[str], after: list[str]) -> Iterator[Difference]:
+        a = [self._name(self.base.settled(line)) for line in before]
+        b = [self.new.settled(line) for line in after]
+        shown = 0
+        for tag, i, j, k, m in difflib.SequenceMatcher(None, a, b, autojunk=False).get_opcodes():
+            if tag == "equal":
+                continue
+            shown += 1
+            if shown > SNIPPETS:
+                yield self._of(file, "-", "words", "… and more")
+                return
+            old, new = " / ".join(a[i:j]), " / ".join(b[k:m])
+            yield self._of(file, f"line {i + 1}", "words", f"{_clip(old)!r}, now {_clip(new)!r}")
+
+    def _pictures(self, file: str, before: Any, after: Any) -> Iterator[Difference]:
+        if len(before) != len(after):
+            yield self._of(file, "-", "picture", f"{len(before)} pictures, now {len(after)}")
+        for number, (a, b) in enumerate(zip(before, after, strict=False)):
+            if len(a["axes"]) != len(b["axes"]):
+                some = f"{len(a['axes'])} axes, now {len(b['axes'])}"
+                yield self._of(file, f"picture {number}", "picture", some)
+                continue
+            for place, (one, other) in enumerate(zip(a["axes"], b["axes"], strict=True)):
+                item = f"picture {number} axes {place}"
+                for key in ("labels", "legend"):
+                    if self._name(str(one[key])) != str(other[key]):
+                        some = f"{key} {one[key]}, now {other[key]}"
+                        yield self._of(file, item, "picture", some)
+                for d in self._arrays(file, item, *(np.array(v["data"]) for v in (one, other))):
+                    yield self._of(file, item, "picture", f"data {d.text}")
+
+
+def page_words(text: str) -> list[str]:
+    """Return the visible words of a page, a line per block."""
+    text = re.sub(r"(?is)<(script|style|svg)\b.*?</\1>", " ", text)
+    text = re.sub(
+        r"(?i)</?(p|h\d|li|tr|div|section|figcaption|summary|title|br|td|th|dt|dd)\b[^>]*>",
+        "\n",
+        text,
+    )
+    text = html.unescape(re.sub(r"(?s)<[^>]+>", "", text))
+    return [" ".join(line.split()) for line in text.splitlines() if line.strip()]
+
+
+def _page_data(text: str) -> list[Any]:
+    """Return the data that a page's scripts read."""
+    found = re.findall(r"(?is)<script[^>]*application/json[^>]*>(.*?)</script>", text)
+    return [json.loads(html.unescape(part)) for part in found]
+
+
+def _lines(path: Path) -> list[str]:
+    """Return the lines of a text without progress bars."""
+    text = path.read_bytes().decode("utf-8", "replace")
+    lines = re.split(r"[\r\n]+", text)
+    return [
+        line.rstrip() for line in lines if line.strip() and not re.search(r"%\||it/s|\x1b", line)
+    ]
+
+
+def _json(path: Path) -> Any:
+    return json.loads(path.read_text(encoding="utf-8"))
+
+
+def _table(path: Path) -> pd.DataFrame:
+    text = path.read_text(encoding="utf-8")
+    return pd.read_csv(io.StringIO(text), dtype=str, keep_default_na=True, comment=None)
+
+
+def _uff(path: Path) -> Any:
+    import pyuff
+
+    sets = pyuff.UFF(str(path)).read_sets()
+    keep = []
+    for content in sets if isinstance(sets, list) else [sets]:
+        keep.append({k: v for k, v in content.items() if not re.search(r"date|time_db|^id5$", k)})
+    return keep
+
+
+def _workbook(path: Path) -> Any:
+    import openpyxl
+
+    book = openpyxl.load_workbook(path, data_only=False)
+    return {
+        sheet.title: {
+            cell.coordinate: cell.value for row in sheet for cell in row if cell.value is not None
+        }
+        for sheet in book
+    }
+
+
+def _leaves(prefix: str, tree: Any) -> Iterator[tuple[str, Any]]:
+    """Flatten mappings and lists; lists of numbers and numbers become arrays."""
+    if isinstance(tree, dict):
+        for key, value in tree.items():
+            yield from _leaves(f"{prefix}.{key}" if prefix else str(key), value)
+    elif isinstance(tree, list | tuple):
+        try:
+            array = np.array(tree)
+        except ValueError:
+            array = np.array(None)
+        if array.dtype.kind in "fiub" and array.size:
+            yield prefix, array
+        else:
+            for number, value in enumerate(tree):
+                yield from _leaves(f"{prefix}[{number}]", value)
+    elif isinstance(tree, np.ndarray | bool) or not isinstance(tree, int | float | np.number):
+        yield prefix, tree
+    else:
+        yield prefix, np.array(tree)
+
+
+def _clip(text: str, length: int = 160) -> str:
+    return text if len(text) <= length else f"{text[: length // 2]} … {text[-length // 2 :]}"

@@ -13,7 +13,6 @@ from deboom.physics.dynamic_stiffness import (
     stiffness_h1,
     stiffness_h2,
     stiffness_hv,
-    structural,
 )
 
 FREQUENCY = np.array([20.0, 40.0])
@@ -98,8 +97,7 @@ def test_records_that_do_not_belong_together_are_refused():
         stiffness_hv([1.0, 1.0], [1.0, -1.0], 1.0)
 
 
-def test_loss_factor_of_the_two_models():
-    np.testing.assert_allclose(loss_factor(structural([1e5, 2e5], 0.15)), 0.15)
+def test_loss_factor_of_a_spring_with_a_damper():
     omega = 2 * np.pi * FREQUENCY
     np.testing.assert_allclose(loss_factor(kelvin_voigt(FREQUENCY, 1e5, 40.0)), omega * 40 / 1e5)
     with pytest.raises(InputError, match="real part"):

@@ -30,9 +30,7 @@ from deboom.physics.frf import (
     overlapping_blocks,
     phase_error,
     scaled_condition_number,
-    scaled_forward_condition_number,
 )
-from deboom.physics.rigid_body import forward_matrices
 
 FREQUENCY = np.array([15.0, 40.0, 140.0])
 
@@ -108,17 +106,6 @@ def test_scaled_condition_number_is_the_same_in_both_units_and_for_the_inverse()
     )
 
 
-def test_scaled_condition_number_of_sensors():
-    """Six sensors on the axes at one distance see all six motions alike at that distance."""
-    positions = 0.1 * np.vstack([np.eye(3), -np.eye(3)])
-    forward = forward_matrices(positions)
-    # translations: 6 sensors each; rotations: 4 sensors each, at the distance 0.1 m
-    assert scaled_forward_condition_number(forward, 0.1) == pytest.approx(np.sqrt(6 / 4))
-    assert np.linalg.cond(forward) == pytest.approx(10 * np.sqrt(6 / 4))
-    two = forward_matrices([[0, 0, 0], [0.1, 0, 0]])
-    assert scaled_forward_condition_number(two, 0.1) > 1e12
-
-
 @pytest.mark.parametrize("length", [0.0, -1.0, np.nan])
 def test_a_length_that_is_not_positive_is_refused(length):
     with pytest.raises(InputError, match="characteristic length"):
@@ -128,8 +115,6 @@ def test_a_length_that_is_not_positive_is_refused(length):
 def test_condition_numbers_need_six_degrees_of_freedom():
     with pytest.raises(InputError, match="6×6"):
         scaled_condition_number(np.eye(3), FrfForm.INERTANCE, 0.1)
-    with pytest.raises(InputError, match="six columns"):
-        scaled_forward_condition_number(np.eye(3), 0.1)
 
 
 BLOCKS = np.random.default_rng(1).normal(size=(4, 8, 3))
@@ -142,12 +127,17 @@ def spectra(n_input=1, n_block=4):
 @pytest.mark.parametrize(
     ("inputs", "outputs", "rate", "words"),
     [
-        (BLOCKS[0], BLOCKS, 8.0, "input blocks have shape"),
-        (BLOCKS, BLOCKS[:2], 8.0, "differ in number or length"),
-        (BLOCKS, BLOCKS[:, :7], 8.0, "differ in number or length"),
+        (BLOCKS[0], BLOCKS, 8.0, "input blocks: shape"),
+        (BLOCKS, BLOCKS[:2], 8.0, "output blocks: shape"),
+        (BLOCKS, BLOCKS[:, :7], 8.0, "output blocks: shape"),
         (BLOCKS[:, :1], BLOCKS[:, :1], 8.0, "at least two samples"),
         (BLOCKS, BLOCKS, 0.0, "is not positive"),
-        (BLOCKS, np.where(BLOCKS[2, 3, 1] == BLOCKS, np.nan, BLOCKS), 8.0, "output 2 of block 3"),
+        (
+            BLOCKS,
+            np.where(BLOCKS[2, 3, 1] == BLOCKS, np.nan, BLOCKS),
+            8.0,
+            "output blocks: a number is not finite",
+        ),
     ],
 )
 def test_blocks(inputs, outputs, rate, words):
@@ -157,7 +147,7 @@ def test_blocks(inputs, outputs, rate, words):
 
 def test_windows_of_blocks():
     for window in (np.ones(7), np.zeros(8), np.full(8, np.nan)):
-        with pytest.raises(InputError, match="as many finite values, not all 0"):
+        with pytest.raises(InputError, match="window"):
             cross_spectra(BLOCKS, BLOCKS, 8.0, input_window=window)
     with pytest.raises(InputError, match="do not fit a record"):
         overlapping_blocks(BLOCKS[0], 9, 1)
@@ -172,7 +162,7 @@ def test_shapes_of_spectra():
     one = np.ones((2, 1, 1))
     with pytest.raises(InputError, match="at least one average"):
         CrossSpectra(np.arange(2), one, one, one, 0)
-    with pytest.raises(InputError, match="input_auto has shape"):
+    with pytest.raises(InputError, match="output_input: shape"):
         CrossSpectra(np.arange(2), np.ones((2, 2, 2)), one, one, 3)
 
 

@@ -27,8 +27,8 @@ NOT_FINITE = np.where(np.arange(1000) == 7, np.nan, ANGLE)
 @pytest.mark.parametrize(
     ("values", "angle", "samples", "message"),
     [
-        (RECORD[:, 0], ANGLE, 64, r"\(n_sample, n_channel\)"),
-        (RECORD, ANGLE[:-1], 64, r"\(n_sample,\)"),
+        (RECORD[:, 0], ANGLE, 64, "time record: shape"),
+        (RECORD, ANGLE[:-1], 64, "shaft angle: shape"),
         (RECORD[:5], ANGLE[:5], 64, "5 samples are too few"),
         (RECORD, NOT_FINITE, 64, "not finite"),
         (RECORD, TURNS_BACK, 64, "must not turn back"),
@@ -72,12 +72,12 @@ def test_samples_needed_keep_the_rate_above_the_order():
     ("values", "phase", "bandwidth", "poles", "message"),
     [
         (RECORD, ANGLE[:, np.newaxis], 2.0, 4, "1, 2 or 3 poles, not 4"),
-        (RECORD[:, 0], ANGLE[:, np.newaxis], 2.0, 2, "are not"),
-        (RECORD, ANGLE, 2.0, 2, "are not"),
-        (RECORD, np.empty((1000, 0)), 2.0, 2, "are not"),
-        (RECORD[:4], ANGLE[:4, np.newaxis], 2.0, 2, "4 samples are too few"),
+        (RECORD[:, 0], ANGLE[:, np.newaxis], 2.0, 2, "time record: shape"),
+        (RECORD, ANGLE, 2.0, 2, "phase of the orders: shape"),
+        (RECORD, np.empty((1000, 0)), 2.0, 2, "too few"),
+        (RECORD[:4], ANGLE[:4, np.newaxis], 2.0, 2, "too few for a filter of 2 poles"),
         (RECORD, NOT_FINITE[:, np.newaxis], 2.0, 2, "not finite"),
-        (RECORD, ANGLE[:, np.newaxis], [2.0, 3.0], 2, "for 1 orders: give one"),
+        (RECORD, ANGLE[:, np.newaxis], [2.0, 3.0], 2, "bandwidths of the orders: shape"),
         (RECORD, TURNS_BACK[:, np.newaxis], 2.0, 2, "must not turn back"),
         (RECORD, ANGLE[:, np.newaxis], 0.0, 2, "are not between 0 and the rate, 500 Hz"),
         (RECORD, ANGLE[:, np.newaxis], 600.0, 2, "are not between 0 and the rate"),

@@ -1,4 +1,4 @@
-"""Dynamic stiffness of a mount out of force and displacement, and two elementary models of it."""
+"""Dynamic stiffness of a mount out of force and displacement, and the simplest model of it."""
 
 from __future__ import annotations
 
@@ -12,24 +12,14 @@ from deboom.errors import InputError
 def displacement_from_acceleration(
     acceleration: npt.ArrayLike, frequency: npt.ArrayLike
 ) -> ComplexArray:
-    """Displacement of a harmonic motion, ``s = −a/ω²``.
+    """Return the displacement of a harmonic motion, ``s = −a/ω²`` [m].
 
     Parameters
     ----------
     acceleration : array, shape (n_frequency, ...)
         Complex amplitudes [m/s²].
     frequency : array, shape (n_frequency,)
-        Above 0 [Hz].
-
-    Returns
-    -------
-    array, shape (n_frequency, ...)
-        [m].
-
-    Raises
-    ------
-    InputError
-        Another number of lines, or a frequency that is not positive.
+        Lines above 0 Hz, else InputError [Hz].
     """
     values = np.asarray(acceleration, dtype=complex)
     lines = np.asarray(frequency, dtype=float)
@@ -44,29 +34,20 @@ def displacement_from_acceleration(
 
 
 def dynamic_stiffness(force: npt.ArrayLike, displacement: npt.ArrayLike) -> ComplexArray:
-    """Dynamic stiffness per line, ``K = f/s = f s*/|s|²``.
+    """Return the dynamic stiffness per line, ``K = f/s = f s*/|s|²`` [N/m].
 
     Parameters
     ----------
     force : array, shape (...)
-        On the receiver at the virtual point, complex amplitudes [N].
+        Force on the receiver at the virtual point, complex amplitudes [N].
     displacement : array, shape (...)
-        Of the source relative to the receiver at the virtual point, complex amplitudes [m].
-
-    Returns
-    -------
-    array, shape (...)
-        [N/m]; a loss is a positive imaginary part.
-
-    Raises
-    ------
-    InputError
-        A displacement of exactly 0.
+        Displacement of the source relative to the receiver there, nowhere 0, else InputError [m].
 
     Notes
     -----
-    Thesis, eq. 30 (its text has force and displacement the wrong way round). Where the motion is
-    near zero the quotient is noise over noise; several records are better joined by `stiffness_hv`.
+    Thesis, eq. 30 (its text has force and displacement the wrong way round); a loss is a positive
+    imaginary part. Where the motion is near zero the quotient is noise over noise; several records
+    are better joined by `stiffness_hv`.
     """
     motion = np.asarray(displacement, dtype=complex)
     _refuse_zero(motion, "displacement")
@@ -74,29 +55,10 @@ def dynamic_stiffness(force: npt.ArrayLike, displacement: npt.ArrayLike) -> Comp
 
 
 def stiffness_h1(force: npt.ArrayLike, displacement: npt.ArrayLike) -> ComplexArray:
-    """Dynamic stiffness over repeated records when the noise is in the force.
+    """Return the dynamic stiffness over repeats with noise in the force, ``Σ f s* / Σ |s|²``.
 
-    Parameters
-    ----------
-    force : array, shape (..., n_repeat)
-        Complex amplitudes, phase referred to the same event in each record [N].
-    displacement : array, shape (..., n_repeat)
-        [m].
-
-    Returns
-    -------
-    array, shape (...)
-        [N/m].
-
-    Raises
-    ------
-    InputError
-        Shapes that differ, or no displacement in any record.
-
-    Notes
-    -----
-    ``Σ f s* / Σ |s|²``. Noise in the displacement, independent of the motion, makes it too small by
-    the factor signal energy / (signal + noise energy).
+    Noise in the displacement, independent of the motion, makes it too small by the factor signal
+    energy / (signal + noise energy). Arguments and errors as for `stiffness_hv`.
     """
     moved, _, cross = _energies(force, displacement)
     _refuse_zero(moved, "displacement")
@@ -104,28 +66,10 @@ def stiffness_h1(force: npt.ArrayLike, displacement: npt.ArrayLike) -> ComplexAr
 
 
 def stiffness_h2(force: npt.ArrayLike, displacement: npt.ArrayLike) -> ComplexArray:
-    """Dynamic stiffness over repeated records when the noise is in the displacement.
+    """Return the dynamic stiffness over repeats with noise in the displacement.
 
-    Parameters
-    ----------
-    force : array, shape (..., n_repeat)
-        Complex amplitudes, phase referred to the same event in each record [N].
-    displacement : array, shape (..., n_repeat)
-        [m].
-
-    Returns
-    -------
-    array, shape (...)
-        [N/m].
-
-    Raises
-    ------
-    InputError
-        Shapes that differ, or force and displacement that have nothing in common.
-
-    Notes
-    -----
-    ``Σ |f|² / Σ s f*``. Noise in the force makes it too large.
+    ``Σ |f|² / Σ s f*``: noise in the force makes it too large. Arguments and errors as for
+    `stiffness_hv`.
     """
     _, pushed, cross = _energies(force, displacement)
     _refuse_zero(cross, "product of force and displacement")
@@ -135,14 +79,12 @@ def stiffness_h2(force: npt.ArrayLike, displacement: npt.ArrayLike) -> ComplexAr
 def stiffness_hv(
     force: npt.ArrayLike, displacement: npt.ArrayLike, noise_ratio: npt.ArrayLike
 ) -> ComplexArray:
-    """Dynamic stiffness over repeated records with noise in force and displacement: the default.
+    """Return the dynamic stiffness over repeats with noise in both: the default.
 
     Parameters
     ----------
-    force : array, shape (..., n_repeat)
-        Complex amplitudes, phase referred to the same event in each record [N].
-    displacement : array, shape (..., n_repeat)
-        [m].
+    force, displacement : array, shape (..., n_repeat)
+        Complex amplitudes, phase referred to the same event in each record [N, m].
     noise_ratio : float or array, shape (...)
         Standard deviation of the force noise over that of the displacement noise, above 0 [N/m].
         Far above |K| the result is that of `stiffness_h1`, far below that of `stiffness_h2`.
@@ -150,7 +92,7 @@ def stiffness_hv(
     Returns
     -------
     array, shape (...)
-        [N/m].
+        Dynamic stiffness [N/m].
 
     Raises
     ------
@@ -180,23 +122,7 @@ def stiffness_hv(
 
 
 def loss_factor(stiffness: npt.ArrayLike) -> RealArray:
-    """Loss factor ``η = Im K / Re K``.
-
-    Parameters
-    ----------
-    stiffness : array, shape (...)
-        Complex [N/m].
-
-    Returns
-    -------
-    array, shape (...)
-        [1]; positive where energy is lost.
-
-    Raises
-    ------
-    InputError
-        A real part of exactly 0.
-    """
+    """Return the loss factor ``η = Im K / Re K`` [1]; a real part of 0 raises InputError."""
     values = np.asarray(stiffness, dtype=complex)
     _refuse_zero(values.real, "real part of the stiffness")
     return np.asarray(values.imag / values.real, dtype=float)
@@ -205,24 +131,15 @@ def loss_factor(stiffness: npt.ArrayLike) -> RealArray:
 def force_at_virtual_point(
     force_transfer_matrix: npt.ArrayLike, measured_force: npt.ArrayLike
 ) -> ComplexArray:
-    """Operating force at the virtual point out of the summed load cells, ``FTM⁻¹ F``.
+    """Return the force at the virtual point out of the summed load cells, ``FTM⁻¹ F`` [N].
 
     Parameters
     ----------
     force_transfer_matrix : array, shape (3, 3)
-        Cells' force per force at the virtual point, averaged over frequency [1].
+        Cells' force per force at the virtual point, averaged over frequency [1]; without an inverse
+        it raises InputError.
     measured_force : array, shape (..., 3)
         Complex amplitudes [N].
-
-    Returns
-    -------
-    array, shape (..., 3)
-        [N].
-
-    Raises
-    ------
-    InputError
-        Not 3×3, or a matrix without an inverse.
 
     Notes
     -----
@@ -241,52 +158,18 @@ def force_at_virtual_point(
 def kelvin_voigt(
     frequency: npt.ArrayLike, stiffness: npt.ArrayLike, damping: npt.ArrayLike
 ) -> ComplexArray:
-    """Spring and viscous damper side by side, ``K = k + jωc``.
+    """Return the stiffness of a spring and a viscous damper side by side, ``K = k + jωc`` [N/m].
 
     Parameters
     ----------
     frequency : array, shape (...)
-        [Hz].
-    stiffness : array, broadcastable
-        Of the spring [N/m].
-    damping : array, broadcastable
-        Of the damper [N s/m].
-
-    Returns
-    -------
-    array, shape (...)
-        [N/m].
-
-    Notes
-    -----
-    The steady state of ``f = k s + c ds/dt`` with the time factor e^{+jωt}.
+        Lines [Hz].
+    stiffness, damping : array, broadcastable
+        Spring [N/m] and damper [N s/m].
     """
     omega = 2 * np.pi * np.asarray(frequency, dtype=float)
     loss = omega * np.asarray(damping, dtype=float)
     return np.asarray(np.asarray(stiffness, dtype=float) + 1j * loss, dtype=complex)
-
-
-def structural(stiffness: npt.ArrayLike, loss: npt.ArrayLike) -> ComplexArray:
-    """Spring with a loss that does not depend on frequency, ``K = k (1 + jη)``.
-
-    Parameters
-    ----------
-    stiffness : array, shape (...)
-        Real part [N/m].
-    loss : array, broadcastable
-        Loss factor [1].
-
-    Returns
-    -------
-    array, shape (...)
-        [N/m].
-
-    Notes
-    -----
-    Thesis, eq. 58-59, ``K + jD``. For harmonic motion only: in the time domain it is not causal.
-    """
-    factor = 1 + 1j * np.asarray(loss, dtype=float)
-    return np.asarray(np.asarray(stiffness, dtype=float) * factor, dtype=complex)
 
 
 def _energies(

@@ -1,56 +1,53 @@
-"""Elastic centres of mounts and bodies, and the reduction of a mount with two ends."""
+"""Elastic centres, and the reduction of a mount with two ends: 12×12, 6×6, three translations.
+
+An elastic centre is the point at which forces and rotations of a mount or a suspended body couple
+least. Each end of a mount has six motions; the thesis (conclusions) concentrates the mount in one
+virtual point and then leaves its rotations out. What either step neglects is a result here.
+"""
 
 from __future__ import annotations
-
-from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 from scipy.linalg import solve_triangular
 
-from deboom.arrays import ComplexArray, RealArray, RealOrComplexArray
+from deboom.arrays import ComplexArray, RealArray, checked
 from deboom.errors import InputError
 from deboom.physics.rigid_body import shift_matrix, shift_stiffness
 
 
-@dataclass(frozen=True, eq=False)
+@checked(position="... 3", stiffness="... 6 6", coupling="...")
 class ElasticCentre:
-    """A centre of a 6×6 stiffness, and how well it decouples there.
+    """A centre of a stiffness, one for all or one per line, and how well it decouples there.
 
     Parameters
     ----------
-    position : array, shape (3,)
-        From the point at which the stiffness was given [m].
-    stiffness : array, shape (6, 6)
-        At the centre [N/m, N/rad, N m/rad].
-    coupling : float
-        Between translations and rotations at the centre, 0 (a force gives a pure translation, a
-        moment a pure rotation) to 1 [1]; see `residual_coupling`.
+    position : array, shape (3,) or (n_frequency, 3)
+        Centre, from the point at which the stiffness was given [m].
+    stiffness : array, shape (6, 6) or (n_frequency, 6, 6)
+        Stiffness at the centre [N/m, N/rad, N m/rad].
+    coupling : array, shape () or (n_frequency,)
+        Coupling of translations and rotations at the centre [1]; see `residual_coupling` and
+        `dynamic_coupling`.
     """
 
     position: RealArray
-    stiffness: RealArray
-    coupling: float
-
-    def __post_init__(self) -> None:
-        for name in ("position", "stiffness"):
-            copy = np.array(getattr(self, name), dtype=float)
-            copy.setflags(write=False)
-            object.__setattr__(self, name, copy)
+    stiffness: ComplexArray
+    coupling: RealArray
 
 
 def residual_coupling(stiffness: npt.ArrayLike) -> float:
-    """How much translations and rotations are coupled by a 6×6 stiffness.
+    """Return how much translations and rotations are coupled by a 6×6 stiffness.
 
     Parameters
     ----------
     stiffness : array, shape (6, 6)
-        Real, symmetric and positive definite [N/m, N/rad, N m/rad].
+        Real, symmetric and positive definite stiffness [N/m, N/rad, N m/rad].
 
     Returns
     -------
     float
-        0 (none) to 1 [1].
+        0 (a force gives a pure translation, a moment a pure rotation) to 1 [1].
 
     Raises
     ------
@@ -63,7 +60,7 @@ def residual_coupling(stiffness: npt.ArrayLike) -> float:
     ``tᵀ K_xx t = φᵀ K_θθ φ = 1``. It depends on the point, neither on the unit of length nor on the
     directions of the axes.
     """
-    matrix = _checked(stiffness)
+    matrix = _checked_static(stiffness)
     translation = np.linalg.cholesky(matrix[:3, :3])
     rotation = np.linalg.cholesky(matrix[3:, 3:])
     half = solve_triangular(translation, matrix[:3, 3:], lower=True)
@@ -72,16 +69,12 @@ def residual_coupling(stiffness: npt.ArrayLike) -> float:
 
 
 def centre_of_stiffness(stiffness: npt.ArrayLike) -> ElasticCentre:
-    """Point at which the coupling block of the stiffness is symmetric.
+    """Return the point at which the coupling block of the stiffness is symmetric.
 
     Parameters
     ----------
     stiffness : array, shape (6, 6)
-        Real, symmetric and positive definite [N/m, N/rad, N m/rad].
-
-    Returns
-    -------
-    ElasticCentre
+        Real, symmetric and positive definite stiffness [N/m, N/rad, N m/rad].
 
     Raises
     ------
@@ -100,23 +93,16 @@ def centre_of_stiffness(stiffness: npt.ArrayLike) -> ElasticCentre:
     Ciblak and Lipkin, "Centers of stiffness, compliance, and elasticity in the analysis of robotic
     systems", ASME Design Technical Conferences, 1994.
     """
-    matrix = _checked(stiffness)
-    translation, coupling = matrix[:3, :3], matrix[:3, 3:]
-    position = -np.linalg.solve(_lever(translation), _axial(coupling))
-    return _centre_at(matrix, np.asarray(position, dtype=float))
+    return _static(dynamic_centre_of_stiffness(_checked_static(stiffness)[np.newaxis]))
 
 
 def centre_of_compliance(stiffness: npt.ArrayLike) -> ElasticCentre:
-    """Point at which the coupling block of the compliance is symmetric.
+    """Return the point at which the coupling block of the compliance is symmetric.
 
     Parameters
     ----------
     stiffness : array, shape (6, 6)
-        Real, symmetric and positive definite [N/m, N/rad, N m/rad].
-
-    Returns
-    -------
-    ElasticCentre
+        Real, symmetric and positive definite stiffness [N/m, N/rad, N m/rad].
 
     Raises
     ------
@@ -126,52 +112,20 @@ def centre_of_compliance(stiffness: npt.ArrayLike) -> ElasticCentre:
     Notes
     -----
     With ``C = K⁻¹``, ``C_xθ − skew(r) C_θθ`` is symmetric for
-    ``r = (tr(C_θθ) I − C_θθ)⁻¹ axial(C_xθ − C_xθᵀ)``. It is the centre of stiffness where the
-    coupling vanishes, and another point where it does not.
-
-    References
-    ----------
-    Ciblak and Lipkin, see `centre_of_stiffness`.
+    ``r = (tr(C_θθ) I − C_θθ)⁻¹ axial(C_xθ − C_xθᵀ)`` (Ciblak and Lipkin, see
+    `centre_of_stiffness`). It is the centre of stiffness where the coupling vanishes, and another
+    point where it does not.
     """
-    matrix = _checked(stiffness)
-    compliance = np.asarray(np.linalg.inv(matrix), dtype=float)
-    rotation, coupling = compliance[3:, 3:], compliance[:3, 3:]
-    position = np.linalg.solve(_lever(rotation), _axial(coupling))
-    return _centre_at(matrix, np.asarray(position, dtype=float))
-
-
-@dataclass(frozen=True, eq=False)
-class DynamicElasticCentre:
-    """A centre of a dynamic stiffness at every line.
-
-    Parameters
-    ----------
-    position : array, shape (n_frequency, 3)
-        From the point at which the stiffness was given [m].
-    stiffness : array, shape (n_frequency, 6, 6)
-        At the centre of its line, complex [N/m, N/rad, N m/rad].
-    coupling : array, shape (n_frequency,)
-        Between translations and rotations there [1]; see `dynamic_coupling`.
-    """
-
-    position: RealArray
-    stiffness: ComplexArray
-    coupling: RealArray
-
-    def __post_init__(self) -> None:
-        for name in ("position", "stiffness", "coupling"):
-            copy = np.array(getattr(self, name))
-            copy.setflags(write=False)
-            object.__setattr__(self, name, copy)
+    return _static(dynamic_centre_of_compliance(_checked_static(stiffness)[np.newaxis]))
 
 
 def dynamic_coupling(stiffness: npt.ArrayLike) -> RealArray:
-    """How much translations and rotations are coupled by dynamic stiffnesses.
+    """Return how much translations and rotations are coupled by dynamic stiffnesses.
 
     Parameters
     ----------
     stiffness : array, shape (n_frequency, 6, 6)
-        Complex, symmetric; of a mount ``K``, of a mounted body ``K − ω²M``
+        Complex, symmetric: ``K`` of a mount, ``K − ω²M`` of a mounted body
         [N/m, N/rad, N m/rad].
 
     Returns
@@ -193,28 +147,24 @@ def dynamic_coupling(stiffness: npt.ArrayLike) -> RealArray:
     matrix = _checked_lines(stiffness)
     coupling = matrix[:, :3, 3:]
     try:
-        there = np.linalg.solve(matrix[:, :3, :3], coupling)
-        back = np.linalg.solve(matrix[:, 3:, 3:], np.swapaxes(coupling, 1, 2))
+        turning = np.linalg.solve(matrix[:, :3, :3], coupling)
+        shifting = np.linalg.solve(matrix[:, 3:, 3:], np.swapaxes(coupling, 1, 2))
     except np.linalg.LinAlgError:
         raise InputError(
             "a dynamic stiffness has a block without an inverse, so its coupling has no measure"
         ) from None
-    squared = np.abs(np.linalg.eigvals(there @ back)).max(axis=1)
+    squared = np.abs(np.linalg.eigvals(turning @ shifting)).max(axis=1)
     return np.asarray(np.sqrt(squared), dtype=float)
 
 
-def dynamic_centre_of_stiffness(stiffness: npt.ArrayLike) -> DynamicElasticCentre:
-    """Dynamic elastic centre: where the coupling block of a dynamic stiffness is most symmetric.
+def dynamic_centre_of_stiffness(stiffness: npt.ArrayLike) -> ElasticCentre:
+    """Return the dynamic elastic centre: where the coupling block is most symmetric, per line.
 
     Parameters
     ----------
     stiffness : array, shape (n_frequency, 6, 6)
-        Complex, symmetric; of a mount ``K``, of a mounted body ``K − ω²M``
+        Complex, symmetric: ``K`` of a mount, ``K − ω²M`` of a mounted body
         [N/m, N/rad, N m/rad].
-
-    Returns
-    -------
-    DynamicElasticCentre
 
     Raises
     ------
@@ -229,23 +179,17 @@ def dynamic_centre_of_stiffness(stiffness: npt.ArrayLike) -> DynamicElasticCentr
     point.
     """
     matrix = _checked_lines(stiffness)
-    translation = matrix[:, :3, :3]
-    position = _real_point(_lever(translation), -_axial(matrix[:, :3, 3:]))
-    return _dynamic_centre_at(matrix, position)
+    return _centre_at(matrix, _real_point(matrix[:, :3, :3], -_axial(matrix[:, :3, 3:])))
 
 
-def dynamic_centre_of_compliance(stiffness: npt.ArrayLike) -> DynamicElasticCentre:
-    """Where the coupling block of the dynamic compliance is most symmetric.
+def dynamic_centre_of_compliance(stiffness: npt.ArrayLike) -> ElasticCentre:
+    """Return the point where the coupling block of the compliance is most symmetric, per line.
 
     Parameters
     ----------
     stiffness : array, shape (n_frequency, 6, 6)
-        Complex, symmetric; of a mount ``K``, of a mounted body ``K − ω²M``
+        Complex, symmetric: ``K`` of a mount, ``K − ω²M`` of a mounted body
         [N/m, N/rad, N m/rad].
-
-    Returns
-    -------
-    DynamicElasticCentre
 
     Raises
     ------
@@ -262,22 +206,18 @@ def dynamic_centre_of_compliance(stiffness: npt.ArrayLike) -> DynamicElasticCent
         compliance = np.asarray(np.linalg.inv(matrix), dtype=complex)
     except np.linalg.LinAlgError:
         raise InputError("a dynamic stiffness without an inverse has no compliance") from None
-    position = _real_point(_lever(compliance[:, 3:, 3:]), _axial(compliance[:, :3, 3:]))
-    return _dynamic_centre_at(matrix, position)
+    return _centre_at(matrix, _real_point(compliance[:, 3:, 3:], _axial(compliance[:, :3, 3:])))
 
 
-def _lever(block: RealOrComplexArray) -> RealOrComplexArray:
-    trace = np.trace(block, axis1=-2, axis2=-1)[..., np.newaxis, np.newaxis]
-    return np.asarray(trace * np.eye(3) - block)
-
-
-def _axial(block: RealOrComplexArray) -> RealOrComplexArray:
+def _axial(block: ComplexArray) -> ComplexArray:
     """Vector a with ``block − blockᵀ = skew(a)``: the sum of e_i × block e_i."""
     return np.asarray(np.cross(np.eye(3), np.swapaxes(block, -1, -2)).sum(axis=-2))
 
 
-def _real_point(lever: RealOrComplexArray, moment: RealOrComplexArray) -> RealArray:
-    """Real least-squares solution of ``lever r = moment``, line by line."""
+def _real_point(block: ComplexArray, moment: ComplexArray) -> RealArray:
+    """Real least-squares solution of ``(tr(block) I − block) r = moment``, line by line."""
+    trace = np.trace(block, axis1=-2, axis2=-1)[..., np.newaxis, np.newaxis]
+    lever = trace * np.eye(3) - block
     stacked = np.concatenate([lever.real, lever.imag], axis=1)
     right = np.concatenate([moment.real, moment.imag], axis=1)
     if np.any(np.linalg.matrix_rank(stacked) < 3):
@@ -287,13 +227,17 @@ def _real_point(lever: RealOrComplexArray, moment: RealOrComplexArray) -> RealAr
     return np.asarray((np.linalg.pinv(stacked) @ right[:, :, np.newaxis])[:, :, 0])
 
 
-def _dynamic_centre_at(stiffness: ComplexArray, position: RealArray) -> DynamicElasticCentre:
-    at_centre = np.stack(
-        [shift_stiffness(line, point) for line, point in zip(stiffness, position, strict=True)]
-    )
-    return DynamicElasticCentre(
-        position, np.asarray(at_centre, dtype=complex), dynamic_coupling(at_centre)
-    )
+def _centre_at(stiffness: ComplexArray, position: RealArray) -> ElasticCentre:
+    pairs = zip(stiffness, position, strict=True)
+    at_centre = np.stack([shift_stiffness(line, point) for line, point in pairs])
+    return ElasticCentre(position, at_centre, dynamic_coupling(at_centre))
+
+
+def _static(centre: ElasticCentre) -> ElasticCentre:
+    """Centre of the only line of a real stiffness."""
+    stiffness = centre.stiffness[0].real
+    coupling = residual_coupling((stiffness + stiffness.T) / 2)
+    return ElasticCentre(centre.position[0], stiffness, np.asarray(coupling))
 
 
 def _checked_lines(stiffness: npt.ArrayLike) -> ComplexArray:
@@ -309,12 +253,7 @@ def _checked_lines(stiffness: npt.ArrayLike) -> ComplexArray:
     return matrix
 
 
-def _centre_at(stiffness: RealArray, position: RealArray) -> ElasticCentre:
-    at_centre = np.asarray(shift_stiffness(stiffness, position), dtype=float)
-    return ElasticCentre(position, at_centre, residual_coupling(at_centre))
-
-
-def _checked(stiffness: npt.ArrayLike) -> RealArray:
+def _checked_static(stiffness: npt.ArrayLike) -> RealArray:
     matrix = np.asarray(stiffness)
     if np.iscomplexobj(matrix):
         raise InputError("an elastic centre is a real point: pass the real part of the stiffness")
@@ -327,7 +266,13 @@ def _checked(stiffness: npt.ArrayLike) -> RealArray:
     return np.asarray(matrix, dtype=float)
 
 
-@dataclass(frozen=True, eq=False)
+@checked(
+    both_ends="f 12 12",
+    one_point="f 6 6",
+    translations="f 3",
+    condensation_error="f",
+    translation_error="f",
+)
 class ReducedMount:
     """A mount in its three forms, and what each step costs at worst.
 
@@ -339,15 +284,15 @@ class ReducedMount:
     one_point : array, shape (n_frequency, 6, 6)
         Load on the receiver per motion of the source relative to the receiver.
     translations : array, shape (n_frequency, 3)
-        Its first three diagonal entries [N/m].
+        First three diagonal entries of `one_point` [N/m].
     condensation_error : array, shape (n_frequency,)
-        Of the load on the receiver, 12×12 → 6×6, relative to the largest load, over all motions of
-        both ends [1]: mass of the mount, and whatever carries load to ground.
+        Error of the load on the receiver, 12×12 → 6×6, relative to the largest load, over all
+        motions of both ends [1]: mass of the mount, and whatever carries load to ground.
     translation_error : array, shape (n_frequency,)
-        Of the load on the receiver, 6×6 → 3, relative to the largest load, over all relative
+        Error of the load on the receiver, 6×6 → 3, relative to the largest load, over all relative
         motions [1]: rotations, and axes that are coupled.
     length : float
-        At which a rotation counts as much as a translation [m].
+        Length at which a rotation counts as much as a translation [m].
     """
 
     both_ends: ComplexArray
@@ -356,18 +301,6 @@ class ReducedMount:
     condensation_error: RealArray
     translation_error: RealArray
     length: float
-
-    def __post_init__(self) -> None:
-        for name in (
-            "both_ends",
-            "one_point",
-            "translations",
-            "condensation_error",
-            "translation_error",
-        ):
-            array = np.array(getattr(self, name))
-            array.setflags(write=False)
-            object.__setattr__(self, name, array)
 
 
 def reduce_mount(
@@ -384,14 +317,10 @@ def reduce_mount(
         Loads on the mount at its source end, then its receiver end, per motions of these ends
         [N/m, N/rad, N m/rad]. Complex, reciprocal.
     source_end, receiver_end : array, shape (3,)
-        Where the ends are, from the virtual point [m].
+        Positions of the ends, from the virtual point [m].
     length : float
-        At which a rotation counts as much as a translation, such as the size of the mount [m]; to
-        be printed with the errors.
-
-    Returns
-    -------
-    ReducedMount
+        Length at which a rotation counts as much as a translation, such as the size of the mount
+        [m]; to be printed with the errors.
 
     Raises
     ------
@@ -447,9 +376,9 @@ def reduction_error_in_operation(
     Parameters
     ----------
     mount : ReducedMount
-        Of n_frequency lines.
+        Mount of n_frequency lines.
     motion : array, shape (n_frequency, 12)
-        Of the source end, then the receiver end, both at the virtual point, complex peak
+        Motion of the source end, then the receiver end, both at the virtual point, complex peak
         [m, rad].
 
     Returns

@@ -1,4 +1,9 @@
-"""Unknown forces from measured responses, with the choice of the regularisation."""
+"""Unknown forces from measured responses: inversion of a matrix that may be nearly singular.
+
+The columns of the matrix are divided by their norms first. The condition number, and what
+regularisation holds back, then depend on neither the units of forces and moments nor on how lively
+a path is; no other scaling of the columns lowers the number by more than √n (van der Sluis 1969).
+"""
 
 from __future__ import annotations
 
@@ -10,8 +15,11 @@ from functools import cached_property
 import numpy as np
 import numpy.typing as npt
 
-from deboom.arrays import ComplexArray, RealArray
+from deboom.arrays import ComplexArray, RealArray, checked, checked_array
 from deboom.errors import InputError
+
+SINGULAR = 1e10
+"""Scaled condition number from which paths count as moving the indicators in one common way."""
 
 LAMBDAS: RealArray = np.logspace(-12, 0, 145)
 """Tikhonov's λ that are tried, as fractions of the largest singular value; twelve per decade."""
@@ -20,8 +28,16 @@ NO_REDUNDANCY = 1e-9
 """Share of an indicator's own error in its residual below which it cannot be left out."""
 
 
+class Regularisation(Enum):
+    """Treatment of directions of force that the indicators hardly see."""
+
+    NONE = "none"
+    TRUNCATED = "truncated singular values"
+    TIKHONOV = "Tikhonov"
+
+
 class Choice(Enum):
-    """How much regularisation, from the responses of each line alone.
+    """Way to choose the amount of regularisation from the responses of each line alone.
 
     `L_CURVE` takes the corner of the curve of solution norm over residual norm; the other two the
     amount that best predicts indicators left out of the inversion, one by one, or in an average
@@ -34,6 +50,159 @@ class Choice(Enum):
     LEAVE_ONE_OUT = "leave-one-out cross-validation"
 
 
+@dataclass(frozen=True)
+class Inversion:
+    """How to invert.
+
+    Parameters
+    ----------
+    regularisation : Regularisation
+        Nothing, a cut, or a smooth damping of small singular values.
+    amount : Choice or float
+        Choice per line, or the same fraction of the largest singular value on all lines, 0 to 1,
+        else InputError: singular values below it are left out, or it is Tikhonov's λ [1]. Without
+        meaning where nothing is regularised.
+    """
+
+    regularisation: Regularisation = Regularisation.TIKHONOV
+    amount: Choice | float = Choice.GENERALISED_CROSS_VALIDATION
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.amount, Choice) and not 0 <= self.amount <= 1:
+            raise InputError(
+                f"a regularisation of {self.amount}: give a fraction of the largest singular "
+                "value, 0 to 1"
+            )
+
+
+PLAIN = Inversion(Regularisation.NONE)
+"""Least squares, nothing held back."""
+
+CROSS_VALIDATED = Inversion()
+"""Tikhonov, its λ of each line by generalised cross-validation."""
+
+
+@checked(
+    force="f p",
+    condition_number="f",
+    amount="f",
+    freedom="f",
+    residual="f",
+    noise_gain="f p",
+)
+class InvertedForces:
+    """Forces out of an inversion, and how much of them to believe.
+
+    Parameters
+    ----------
+    force : array, shape (n_frequency, n_path)
+        Complex peak [N].
+    condition_number : array, shape (n_frequency,)
+        Condition number of the matrix with columns (and rows, where their noise was given) scaled
+        [1].
+    amount : array, shape (n_frequency,)
+        Regularisation of each line as a fraction of the largest singular value: Tikhonov's λ, or
+        the smallest singular value that was kept; 0 where nothing was regularised [1].
+    freedom : array, shape (n_frequency,)
+        Directions of force that took part, sum of the filter factors: n_path where nothing was
+        held back [1].
+    residual : array, shape (n_frequency,)
+        Part of the responses that the forces do not explain, norm over norm [1].
+    noise_gain : array, shape (n_frequency, n_path)
+        Standard deviation of each force for responses with a noise of 1 [N per unit of the
+        responses], or for the noise that was given [N]. What regularisation takes away from the
+        force itself comes on top.
+    """
+
+    force: ComplexArray
+    condition_number: RealArray
+    amount: RealArray
+    freedom: RealArray
+    residual: RealArray
+    noise_gain: RealArray
+
+
+def invert_for_forces(
+    matrix: npt.ArrayLike,
+    response: npt.ArrayLike,
+    inversion: Inversion = CROSS_VALIDATED,
+    noise: npt.ArrayLike | None = None,
+    path_names: Sequence[str] = (),
+) -> InvertedForces:
+    """Find the forces that explain the responses of the indicators.
+
+    Parameters
+    ----------
+    matrix : array_like, shape (n_frequency, n_indicator, n_path)
+        Response per force [unit per N]. Of the receiver on its own it gives interface forces, of
+        the assembled bodies blocked forces.
+    response : array_like, shape (n_frequency, n_indicator)
+        Responses in operation, complex peak [unit].
+    inversion : Inversion
+        Regularisation.
+    noise : array_like, shape (n_indicator,) or (n_frequency, n_indicator), optional
+        Standard deviation of each response [unit]; by default all alike. Rows are divided by it.
+    path_names : sequence of str, optional
+        Names for messages; by default ``path 0``, …
+
+    Raises
+    ------
+    InputError
+        Shapes that disagree, values that are not finite, more unknown forces than indicators,
+        paths that no indicator sees or tells apart, noise that is not positive, a choice of the
+        amount without an indicator to spare.
+
+    Notes
+    -----
+    ``f = Y⁺ a`` with ``Y = U S Vᴴ`` after scaling, ``f = V Φ S⁻¹ Uᴴ a``: Φ = 1 for none, 1 or 0 for
+    truncated, ``s²/(s² + λ²)`` for Tikhonov. The thesis (section 2.4.2) names the method and its
+    ill-conditioning, and gives no equation. With truncation the L-curve is that of Tikhonov:
+    singular values above the λ of its corner are kept, as both filters cut there.
+
+    References
+    ----------
+    Hansen, "Rank-Deficient and Discrete Ill-Posed Problems", SIAM, 1998.
+    Thite and Thompson, "The quantification of structure-borne transmission paths by inverse
+    methods", Journal of Sound and Vibration 264, 2003.
+    """
+    sizes: dict[str, int] = {}
+    transfer: ComplexArray = checked_array(matrix, "f m p", "matrix to invert", sizes, complex)
+    responses: ComplexArray = checked_array(response, "f m", "responses", sizes, complex)
+    n_indicator, n_path = transfer.shape[1:]
+    if n_path > n_indicator or not transfer.size:
+        raise InputError(
+            f"{n_path} unknown forces from {n_indicator} indicators: measure at least as many "
+            "responses as there are paths, better twice as many"
+        )
+    names = tuple(path_names) or tuple(f"path {path}" for path in range(n_path))
+    if noise is not None:
+        axes = "m" if np.ndim(noise) == 1 else "f m"
+        deviation: RealArray = checked_array(noise, axes, "noise of the indicators", sizes)
+        if not np.all(deviation > 0):
+            raise InputError("the noise of every indicator is above 0")
+        row_scale = 1 / np.broadcast_to(deviation, responses.shape)
+        transfer, responses = transfer * row_scale[:, :, np.newaxis], responses * row_scale
+    columns = np.linalg.norm(transfer, axis=1)
+    _refuse_unseen(columns, names)
+    left, singular, right = np.linalg.svd(transfer / columns[:, np.newaxis, :], full_matrices=False)
+    _refuse_dependent(singular, right, names)
+    data = Decomposition(left, singular, responses)
+    amount, filters = _filters(data, inversion)
+    solution = np.swapaxes(right.conj(), 1, 2) / columns[:, :, np.newaxis]
+    gains = solution * (filters / singular)[:, np.newaxis, :]
+    force = np.einsum("fnk,fk->fn", gains, data.coefficients)
+    unexplained = responses - np.einsum("fmn,fn->fm", transfer, force)
+    size = np.linalg.norm(responses, axis=1)
+    return InvertedForces(
+        force=force,
+        condition_number=singular[:, 0] / singular[:, -1],
+        amount=amount,
+        freedom=filters.sum(axis=1),
+        residual=np.linalg.norm(unexplained, axis=1) / np.where(size > 0, size, 1.0),
+        noise_gain=np.linalg.norm(gains, axis=2),
+    )
+
+
 @dataclass(frozen=True, eq=False)
 class Decomposition:
     """Responses in the singular directions of a matrix, line by line.
@@ -43,9 +212,9 @@ class Decomposition:
     left : array, shape (n_frequency, n_indicator, n_path)
         Left singular vectors [1].
     singular : array, shape (n_frequency, n_path)
-        Falling, above 0.
+        Singular values, falling, above 0.
     responses : array, shape (n_frequency, n_indicator)
-        Scaled as the rows of the matrix.
+        Responses, scaled as the rows of the matrix.
     """
 
     left: ComplexArray
@@ -72,34 +241,21 @@ class Decomposition:
 def tikhonov_filters(relative: RealArray, lambdas: RealArray) -> RealArray:
     """Return ``s²/(s² + λ²)``, shape (n_frequency, n_lambda, n_path).
 
-    Parameters
-    ----------
-    relative : array, shape (n_frequency, n_path)
-        Singular values.
-    lambdas : array, shape (n_lambda,) or (n_frequency, n_lambda)
-        As fractions of the same.
+    Singular values have shape (n_frequency, n_path), λ shape (n_lambda,) or (n_frequency, n_lambda)
+    as fractions of the same.
     """
     squared = relative[:, np.newaxis, :] ** 2
     return np.asarray(squared / (squared + lambdas[..., np.newaxis] ** 2))
 
 
-def truncating_filters(n_path: int) -> RealArray:
-    """Return the filters that keep 1, 2, … n_path singular values, shape (n_path, n_path)."""
-    return np.tri(n_path)
-
-
 def l_curve_curvature(data: Decomposition) -> RealArray:
-    """Return the curvature of the L-curve of Tikhonov's solutions.
-
-    Returns
-    -------
-    array, shape (n_frequency, n_lambda)
-        Of ``lg‖f‖`` over ``lg‖Y f − a‖``, positive at the corner [1].
+    """Return the curvature of the L-curve of Tikhonov's solutions, shape (n_frequency, n_lambda).
 
     Notes
     -----
-    From the closed derivatives over ``ln λ``: with ``dφ/dln λ = −2φ(1 − φ)``, those of
-    ``η = Σ φ²|β|²/s²`` and ``ρ = Σ (1 − φ)²|β|² + ρ₀``.
+    Curvature of ``lg‖f‖`` over ``lg‖Y f − a‖``, positive at the corner [1], from the closed
+    derivatives over ``ln λ``: with ``dφ/dln λ = −2φ(1 − φ)``, those of ``η = Σ φ²|β|²/s²`` and
+    ``ρ = Σ (1 − φ)²|β|² + ρ₀``.
 
     References
     ----------
@@ -138,7 +294,7 @@ def cross_validation_scores(
     Parameters
     ----------
     data : Decomposition
-        Of n_indicator responses, more than there are paths.
+        Responses of n_indicator sensors, more than there are paths.
     filters : array, shape (n_frequency or 1, n_candidate, n_path)
         Filter factors [1].
     generalised : bool
@@ -147,11 +303,7 @@ def cross_validation_scores(
     Returns
     -------
     array, shape (n_frequency, n_candidate)
-
-    Raises
-    ------
-    InputError
-        An indicator that cannot be left out.
+        Scores; an indicator that cannot be left out raises InputError.
 
     Notes
     -----
@@ -183,177 +335,9 @@ def cross_validation_scores(
     for candidate in range(filters.shape[1]):
         factor = filters[:, candidate]
         residual = data.outside + np.einsum("fmn,fn->fm", data.left, lost[:, candidate])
-        own = 1 - np.einsum("fmn,fn->fm", weight, factor)
-        score[:, candidate] = np.sum(np.abs(residual / own) ** 2, axis=1)
+        rest = 1 - np.einsum("fmn,fn->fm", weight, factor)
+        score[:, candidate] = np.sum(np.abs(residual / rest) ** 2, axis=1)
     return score
-
-
-SINGULAR = 1e10
-"""Scaled condition number from which paths count as moving the indicators in one common way."""
-
-
-class Regularisation(Enum):
-    """What is done about directions of force that the indicators hardly see."""
-
-    NONE = "none"
-    TRUNCATED = "truncated singular values"
-    TIKHONOV = "Tikhonov"
-
-
-@dataclass(frozen=True)
-class Inversion:
-    """How to invert.
-
-    Parameters
-    ----------
-    regularisation : Regularisation
-        Nothing, a cut, or a smooth damping of small singular values.
-    amount : Choice or float
-        Chosen per line, or the same on all lines as a fraction of the largest singular value:
-        singular values below it are left out, or it is Tikhonov's λ [1]. Without meaning where
-        nothing is regularised.
-
-    Raises
-    ------
-    InputError
-        A fraction outside 0 … 1.
-    """
-
-    regularisation: Regularisation = Regularisation.TIKHONOV
-    amount: Choice | float = Choice.GENERALISED_CROSS_VALIDATION
-
-    def __post_init__(self) -> None:
-        if not isinstance(self.amount, Choice) and not 0 <= self.amount <= 1:
-            raise InputError(
-                f"a regularisation of {self.amount}: give a fraction of the largest singular "
-                "value, 0 to 1"
-            )
-
-
-PLAIN = Inversion(Regularisation.NONE)
-"""Least squares, nothing held back."""
-
-CROSS_VALIDATED = Inversion()
-"""Tikhonov, its λ of each line by generalised cross-validation."""
-
-
-@dataclass(frozen=True, eq=False)
-class InvertedForces:
-    """Forces out of an inversion, and how much of them to believe.
-
-    Parameters
-    ----------
-    force : array, shape (n_frequency, n_path)
-        Complex peak [N].
-    condition_number : array, shape (n_frequency,)
-        Of the matrix with columns (and rows, where their noise was given) scaled [1].
-    amount : array, shape (n_frequency,)
-        Regularisation of each line as a fraction of the largest singular value: Tikhonov's λ, or
-        the smallest singular value that was kept; 0 where nothing was regularised [1].
-    freedom : array, shape (n_frequency,)
-        Directions of force that took part, sum of the filter factors: n_path where nothing was
-        held back [1].
-    residual : array, shape (n_frequency,)
-        Part of the responses that the forces do not explain, norm over norm [1].
-    noise_gain : array, shape (n_frequency, n_path)
-        Standard deviation of each force for responses with a noise of 1 [N per unit of the
-        responses], or for the noise that was given [N]. What regularisation takes away from the
-        force itself comes on top.
-    """
-
-    force: ComplexArray
-    condition_number: RealArray
-    amount: RealArray
-    freedom: RealArray
-    residual: RealArray
-    noise_gain: RealArray
-
-    def __post_init__(self) -> None:
-        for name in (
-            "force",
-            "condition_number",
-            "amount",
-            "freedom",
-            "residual",
-            "noise_gain",
-        ):
-            array = np.array(getattr(self, name))
-            array.setflags(write=False)
-            object.__setattr__(self, name, array)
-
-
-def invert_for_forces(
-    matrix: npt.ArrayLike,
-    response: npt.ArrayLike,
-    inversion: Inversion = CROSS_VALIDATED,
-    noise: npt.ArrayLike | None = None,
-    path_names: Sequence[str] = (),
-) -> InvertedForces:
-    """Find the forces that explain the responses of the indicators.
-
-    Parameters
-    ----------
-    matrix : array_like, shape (n_frequency, n_indicator, n_path)
-        Response per force [unit per N]. Of the receiver on its own it gives interface forces, of
-        the assembled bodies blocked forces.
-    response : array_like, shape (n_frequency, n_indicator)
-        In operation, complex peak [unit].
-    inversion : Inversion
-        Regularisation.
-    noise : array_like, shape (n_indicator,) or (n_frequency, n_indicator), optional
-        Standard deviation of each response [unit]; by default all alike. Rows are divided by it.
-    path_names : sequence of str, optional
-        For messages; by default ``path 0``, …
-
-    Returns
-    -------
-    InvertedForces
-
-    Raises
-    ------
-    InputError
-        Shapes that disagree, values that are not finite, more unknown forces than indicators,
-        paths that no indicator sees or tells apart, noise that is not positive, a choice of the
-        amount without an indicator to spare.
-
-    Notes
-    -----
-    ``f = Y⁺ a`` with ``Y = U S Vᴴ`` after scaling, ``f = V Φ S⁻¹ Uᴴ a``: Φ = 1 for none, 1 or 0 for
-    truncated, ``s²/(s² + λ²)`` for Tikhonov. The thesis (section 2.4.2) names the method and its
-    ill-conditioning, and gives no equation. With truncation the L-curve is that of Tikhonov:
-    singular values above the λ of its corner are kept, as both filters cut there.
-
-    References
-    ----------
-    Hansen, "Rank-Deficient and Discrete Ill-Posed Problems", SIAM, 1998.
-    Thite and Thompson, "The quantification of structure-borne transmission paths by inverse
-    methods", Journal of Sound and Vibration 264, 2003.
-    """
-    transfer, responses = _checked(matrix, response)
-    n_path = transfer.shape[2]
-    names = tuple(path_names) or tuple(f"path {path}" for path in range(n_path))
-    if noise is not None:
-        row_scale = 1 / _checked_noise(noise, responses.shape)
-        transfer, responses = transfer * row_scale[:, :, np.newaxis], responses * row_scale
-    columns = np.linalg.norm(transfer, axis=1)
-    _refuse_unseen(columns, names)
-    left, singular, right = np.linalg.svd(transfer / columns[:, np.newaxis, :], full_matrices=False)
-    _refuse_dependent(singular, right, names)
-    data = Decomposition(left, singular, responses)
-    amount, filters = _filters(data, inversion)
-    solution = np.swapaxes(right.conj(), 1, 2) / columns[:, :, np.newaxis]
-    gains = solution * (filters / singular)[:, np.newaxis, :]
-    force = np.einsum("fnk,fk->fn", gains, data.coefficients)
-    unexplained = responses - np.einsum("fmn,fn->fm", transfer, force)
-    size = np.linalg.norm(responses, axis=1)
-    return InvertedForces(
-        force=force,
-        condition_number=singular[:, 0] / singular[:, -1],
-        amount=amount,
-        freedom=filters.sum(axis=1),
-        residual=np.linalg.norm(unexplained, axis=1) / np.where(size > 0, size, 1.0),
-        noise_gain=np.linalg.norm(gains, axis=2),
-    )
 
 
 def _filters(data: Decomposition, inversion: Inversion) -> tuple[RealArray, RealArray]:
@@ -375,55 +359,23 @@ def _filters(data: Decomposition, inversion: Inversion) -> tuple[RealArray, Real
 def _chosen_amount(data: Decomposition, choice: Choice, truncate: bool) -> RealArray:
     """Choose a fraction per line; truncation cuts just below one of the singular values."""
     relative = data.relative
-    if data.left.shape[1] == data.left.shape[2]:
+    n_line, n_path = relative.shape
+    if data.left.shape[1] == n_path:
         raise InputError(
-            f"{relative.shape[1]} unknown forces from as many indicators explain every noise, so "
+            f"{n_path} unknown forces from as many indicators explain every noise, so "
             "nothing tells how much to regularise: add sensors, or give the amount"
         )
     if choice is Choice.L_CURVE:
         return np.asarray(LAMBDAS[np.argmax(l_curve_curvature(data), axis=1)])
+    if truncate:
+        # keep 1, 2, … n_path singular values
+        candidates, filters = relative, np.tri(n_path)[np.newaxis]
+    else:
+        candidates = np.broadcast_to(LAMBDAS, (n_line, LAMBDAS.size))
+        filters = tikhonov_filters(relative, LAMBDAS)
     generalised = choice is Choice.GENERALISED_CROSS_VALIDATION
-    candidates = relative if truncate else np.broadcast_to(LAMBDAS, (len(relative), LAMBDAS.size))
-    filters = (
-        truncating_filters(relative.shape[1])[np.newaxis]
-        if truncate
-        else tikhonov_filters(relative, LAMBDAS)
-    )
     best = np.argmin(cross_validation_scores(data, filters, generalised=generalised), axis=1)
     return np.take_along_axis(candidates, best[:, np.newaxis], axis=1)[:, 0]
-
-
-def _checked(matrix: npt.ArrayLike, response: npt.ArrayLike) -> tuple[ComplexArray, ComplexArray]:
-    transfer, responses = np.asarray(matrix, dtype=complex), np.asarray(response, dtype=complex)
-    if transfer.ndim != 3 or responses.shape != transfer.shape[:2] or not transfer.size:
-        raise InputError(
-            f"a matrix of shape {transfer.shape} and responses of shape {responses.shape} do not "
-            "belong together: give (n_frequency, n_indicator, n_path) and (n_frequency, "
-            "n_indicator)"
-        )
-    n_indicator, n_path = transfer.shape[1:]
-    if n_path > n_indicator:
-        raise InputError(
-            f"{n_path} unknown forces from {n_indicator} indicators: measure at least as many "
-            "responses as there are paths, better twice as many"
-        )
-    for array, what in ((transfer, "matrix"), (responses, "responses")):
-        if not np.isfinite(array).all():
-            where = tuple(int(index) for index in np.argwhere(~np.isfinite(array))[0])
-            raise InputError(f"the {what} of the inversion is not finite at index {where}")
-    return transfer, responses
-
-
-def _checked_noise(noise: npt.ArrayLike, shape: tuple[int, ...]) -> RealArray:
-    values = np.asarray(noise, dtype=float)
-    if values.shape not in (shape, shape[1:]):
-        raise InputError(
-            f"noise of shape {values.shape} for responses of shape {shape}: give one standard "
-            "deviation per indicator, or per line and indicator"
-        )
-    if not np.all(values > 0) or not np.isfinite(values).all():
-        raise InputError("the noise of every indicator is above 0 and finite")
-    return np.asarray(np.broadcast_to(values, shape))
 
 
 def _refuse_unseen(columns: RealArray, names: Sequence[str]) -> None:

@@ -3,17 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 
-from deboom.arrays import ComplexArray, RealArray, RealOrComplexArray
+from deboom.arrays import ComplexArray, RealArray, RealOrComplexArray, checked
 from deboom.errors import InputError
 from deboom.physics.rigid_body import rigid_body_modes
 
 SMALLEST_AMPLITUDE = 1e-12
-"""Amplitudes below this one count as this one when a stiffness is asked for [m]."""
+"""Smallest amplitude that a stiffness is asked for [m]."""
 
 
 class ConvergenceError(ArithmeticError):
@@ -23,21 +22,9 @@ class ConvergenceError(ArithmeticError):
 def dynamic_stiffness_matrix(
     mass_matrix: npt.ArrayLike, stiffness: npt.ArrayLike, frequency: npt.ArrayLike
 ) -> RealOrComplexArray:
-    """Force per displacement, ``K − ω²M``.
+    """Return force per displacement, ``K − ω²M``, shape (n_frequency, n, n) [N/m, N/rad, N m/rad].
 
-    Parameters
-    ----------
-    mass_matrix : array, shape (n, n)
-        [kg, kg m, kg m²].
-    stiffness : array, shape (n_frequency, n, n) or (n, n)
-        Complex, at the same point [N/m, N/rad, N m/rad].
-    frequency : array, shape (n_frequency,)
-        [Hz].
-
-    Returns
-    -------
-    array, shape (n_frequency, n, n)
-        [N/m, N/rad, N m/rad]; divided by −ω² it is the apparent mass ``M − K/ω²``.
+    Arguments as for `forced_response`. Divided by −ω² it is the apparent mass ``M − K/ω²``.
     """
     omega = 2 * np.pi * np.asarray(frequency, dtype=float)[:, np.newaxis, np.newaxis]
     matrix: RealOrComplexArray = np.asarray(stiffness) - omega**2 * np.asarray(mass_matrix)
@@ -50,18 +37,18 @@ def forced_response(
     force: npt.ArrayLike,
     frequency: npt.ArrayLike,
 ) -> ComplexArray:
-    """Displacement under harmonic loads, ``(K − ω²M) q = F``, solved line by line.
+    """Return the displacement under harmonic loads, ``(K − ω²M) q = F``, solved line by line.
 
     Parameters
     ----------
     mass_matrix : array, shape (n, n)
-        [kg, kg m, kg m²].
+        Mass matrix [kg, kg m, kg m²].
     stiffness : array, shape (n_frequency, n, n) or (n, n)
-        Complex, at the same point [N/m, N/rad, N m/rad].
+        Complex stiffness at the same point [N/m, N/rad, N m/rad].
     force : array, shape (n_frequency, n)
         Complex amplitudes [N, N m].
     frequency : array, shape (n_frequency,)
-        [Hz].
+        Lines [Hz].
 
     Returns
     -------
@@ -98,30 +85,21 @@ def modal_superposition(
     force: npt.ArrayLike,
     frequency: npt.ArrayLike,
 ) -> ComplexArray:
-    """Displacement under harmonic loads as a sum over modes, for one gain common to all stiffness.
+    """Return the displacement as a sum over modes, for one gain common to all stiffness.
 
     Parameters
     ----------
-    mass_matrix : array, shape (n, n)
-        [kg, kg m, kg m²].
+    mass_matrix, force, frequency
+        As for `forced_response`.
     stiffness : array, shape (n, n)
-        Real and static, at the same point [N/m, N/rad, N m/rad].
+        Real, static stiffness [N/m, N/rad, N m/rad].
     gain : array, shape (n_frequency,)
         Complex dynamic gain v: the stiffness of a line is ``v K`` [1].
-    force : array, shape (n_frequency, n)
-        Complex amplitudes [N, N m].
-    frequency : array, shape (n_frequency,)
-        [Hz].
 
     Returns
     -------
     array, shape (n_frequency, n)
-        Complex amplitudes [m, rad].
-
-    Raises
-    ------
-    InputError
-        As `rigid_body_modes`.
+        Complex amplitudes [m, rad]; errors as of `rigid_body_modes`.
 
     Notes
     -----
@@ -138,29 +116,23 @@ def modal_superposition(
     return np.asarray((per_mode * modal_load) @ shapes.T, dtype=complex)
 
 
-@dataclass(frozen=True, eq=False)
+@checked(displacement="f n", amplitude="f a")
 class SteadyState:
     """Steady motion on stiffnesses that depend on its own amplitude.
 
     Parameters
     ----------
     displacement : array, shape (n_frequency, n)
-        Of the body, complex amplitudes [m, rad].
+        Displacement of the body, complex amplitudes [m, rad].
     amplitude : array, shape (n_frequency, n_amplitude)
-        On which the stiffness depends [m].
+        Amplitudes on which the stiffness depends [m].
     iterations : int
-        Needed by the slowest line.
+        Iterations of the slowest line.
     """
 
     displacement: ComplexArray
     amplitude: RealArray
     iterations: int
-
-    def __post_init__(self) -> None:
-        for name in ("displacement", "amplitude"):
-            copy = getattr(self, name).copy()
-            copy.setflags(write=False)
-            object.__setattr__(self, name, copy)
 
 
 def amplitude_dependent_response(
@@ -175,19 +147,15 @@ def amplitude_dependent_response(
     relaxation: float = 1.0,
     max_iterations: int = 200,
 ) -> SteadyState:
-    """Displacement under harmonic loads when the stiffness depends on the amplitude.
+    """Return the displacement under harmonic loads when the stiffness depends on the amplitude.
 
     Parameters
     ----------
-    mass_matrix : array, shape (n, n)
-        [kg, kg m, kg m²].
+    mass_matrix, force, frequency
+        As for `forced_response`.
     stiffness : callable
         Amplitudes (n_frequency, n_amplitude) [m] → complex stiffness (n_frequency, n, n)
         [N/m, N/rad, N m/rad], each line by itself.
-    force : array, shape (n_frequency, n)
-        Complex amplitudes [N, N m].
-    frequency : array, shape (n_frequency,)
-        [Hz].
     motion : array, shape (n_amplitude, n)
         Displacement of the body → motions whose amplitudes the stiffness depends on, such as the
         forward matrices of the mounts.
@@ -198,11 +166,7 @@ def amplitude_dependent_response(
     relaxation : float
         Share of each step that is taken, 0 to 1; below 1 calms an iteration that swings.
     max_iterations : int
-        After which it is given up.
-
-    Returns
-    -------
-    SteadyState
+        Number of iterations after which it is given up.
 
     Raises
     ------

@@ -1,15 +1,28 @@
-"""Frequency response functions: their forms, their estimates with errors,."""
+"""Frequency response functions: their forms, their estimates with errors, and their likeness.
+
+Which estimate to take is a question of where the noise is: H1 is right with noise in the outputs,
+H2 with noise in the inputs, Hv with both in a stated ratio. None is right where the noise of an
+input is correlated with that of an output, or where the resolution is too coarse for a resonance.
+"""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from enum import Enum
 
 import numpy as np
 import numpy.typing as npt
 
-from deboom.arrays import ComplexArray, RealArray
+from deboom.arrays import BoolArray, ComplexArray, RealArray, checked, checked_array
 from deboom.errors import InputError
+
+LARGEST_CONDITION = 1e10
+"""Condition number of scaled spectra beyond which channels are taken for dependent."""
+SILENT = 1e-24
+"""Share of the power of the loudest line below which there is rounding and no signal (240 dB)."""
+ROUNDING = 1e-6
+"""Amount by which a coherence may come out above 1."""
+LARGEST_VALID_ERROR = 0.2
+"""Relative error of |H| up to which the first-order formulas hold within 10 %."""
 
 
 class FrfForm(Enum):
@@ -39,20 +52,16 @@ class FrfForm(Enum):
 def convert(
     values: npt.ArrayLike, frequency: npt.ArrayLike, source: FrfForm, target: FrfForm
 ) -> ComplexArray:
-    """Matrix of frequency response functions from one form to another.
+    """Convert a matrix of frequency response functions from one form to another.
 
     Parameters
     ----------
     values : array, shape (n_frequency, n_output, n_input)
-        In the form `source`, factor e^{+jωt}, SI units.
+        Functions in the form `source`, factor e^{+jωt}, SI units.
     frequency : array, shape (n_frequency,)
-        [Hz]; above 0 where a power of ω has to be divided by.
+        Lines [Hz]; above 0 where a power of ω has to be divided by.
     source, target : FrfForm
-
-    Returns
-    -------
-    array, shape (n_frequency, n_output, n_input)
-        In the form `target`; outputs and inputs change places when it is an inverse of the source.
+        Present and wanted form; outputs and inputs change places from one to its inverse.
 
     Raises
     ------
@@ -74,31 +83,28 @@ def convert(
     power = target.derivative - source.derivative
     if source.is_inverse:
         power = -power
-    matrix = matrix * _power_of_j_omega(lines, power)[:, np.newaxis, np.newaxis]
+    if power < 0 and np.any(lines == 0):
+        raise InputError(
+            "the conversion divides by the frequency: leave the line at 0 Hz out first"
+        )
+    # j^power as an exact table: complex powers would leave rounding in the other component
+    unit = (1, 1j, -1, -1j)[power % 4]
+    factor = np.asarray(unit * (2 * np.pi * lines) ** float(power), dtype=complex)
+    matrix = matrix * factor[:, np.newaxis, np.newaxis]
     return matrix if source.is_inverse == target.is_inverse else _inverse(matrix, lines)
 
 
 def scaled_condition_number(values: npt.ArrayLike, form: FrfForm, length: float) -> RealArray:
-    """Condition number of 6×6 functions, with rotations made comparable to translations.
+    """Return the condition number of 6×6 functions, with rotations made comparable to translations.
 
     Parameters
     ----------
     values : array, shape (..., 6, 6)
-        In the form `form`, order x y z rx ry rz, SI units.
+        Functions in the order x y z rx ry rz, SI units.
     form : FrfForm
-        Motions are multiplied, and loads divided, by `length` where they rotate.
+        Their form: motions are multiplied, and loads divided, by `length` where they rotate.
     length : float
         Characteristic length, such as the radius of gyration [m]; to be printed with the result.
-
-    Returns
-    -------
-    array, shape (...)
-        [1].
-
-    Raises
-    ------
-    InputError
-        Not 6×6, or a length that is not positive.
 
     Notes
     -----
@@ -108,53 +114,11 @@ def scaled_condition_number(values: npt.ArrayLike, form: FrfForm, length: float)
     matrix = np.asarray(values)
     if matrix.shape[-2:] != (6, 6):
         raise InputError(f"the scaling needs 6×6 functions, not shape {matrix.shape}")
-    scale = _rotation_scale(length)
-    factor = np.outer(scale, scale)
-    scaled = matrix / factor if form.is_inverse else matrix * factor
-    return np.asarray(np.linalg.cond(scaled))
-
-
-def scaled_forward_condition_number(forward: npt.ArrayLike, length: float) -> float:
-    """Condition number of a stack of forward matrices, per metre of motion at a stated distance.
-
-    Parameters
-    ----------
-    forward : array, shape (n, 6)
-        Motion of the body → motion at the sensors [1, m/rad].
-    length : float
-        Characteristic length, such as the mean distance of the sensors [m]; to be printed with the
-        result.
-
-    Returns
-    -------
-    float
-        [1]; infinite or above 1e12 where the sensors do not determine the motion.
-
-    Raises
-    ------
-    InputError
-        Not six columns, or a length that is not positive.
-    """
-    matrix = np.asarray(forward, dtype=float)
-    if matrix.ndim != 2 or matrix.shape[1] != 6:
-        raise InputError(f"forward matrices have six columns, not shape {matrix.shape}")
-    return float(np.linalg.cond(matrix / _rotation_scale(length)))
-
-
-def _rotation_scale(length: float) -> RealArray:
     if not length > 0:
         raise InputError(f"a characteristic length is positive, not {length} m")
-    return np.repeat([1.0, length], 3)
-
-
-def _power_of_j_omega(frequency: RealArray, power: int) -> ComplexArray:
-    if power < 0 and np.any(frequency == 0):
-        raise InputError(
-            "the conversion divides by the frequency: leave the line at 0 Hz out first"
-        )
-    # j^power as an exact table: complex powers would leave rounding in the other component
-    unit = (1, 1j, -1, -1j)[power % 4]
-    return np.asarray(unit * (2 * np.pi * frequency) ** float(power), dtype=complex)
+    scale = np.repeat([1.0, length], 3)
+    factor = np.outer(scale, scale)
+    return np.asarray(np.linalg.cond(matrix / factor if form.is_inverse else matrix * factor))
 
 
 def _inverse(matrix: ComplexArray, frequency: RealArray) -> ComplexArray:
@@ -174,7 +138,7 @@ def _inverse(matrix: ComplexArray, frequency: RealArray) -> ComplexArray:
 
 
 def mac(a: npt.ArrayLike, b: npt.ArrayLike) -> RealArray:
-    """Return the modal assurance criterion of two curves.
+    """Return the modal assurance criterion of two curves, ``|aᴴ b|² / (aᴴ a · bᴴ b)``.
 
     Parameters
     ----------
@@ -194,95 +158,38 @@ def mac(a: npt.ArrayLike, b: npt.ArrayLike) -> RealArray:
 
     Notes
     -----
-    ``MAC = |aᴴ b|² / (aᴴ a · bᴴ b)``. Give complex pressures or their magnitudes, never decibels:
-    two dB curves share a large mean, which makes MAC close to 1 for any pair.
+    Give complex pressures or their magnitudes, never decibels: two dB curves share a large mean,
+    which makes MAC close to 1 for any pair.
     """
     first, second = _checked_pair(a, b)
-    cross = np.abs(_inner(first, second)) ** 2
+    cross = np.abs(np.sum(first.conj() * second, axis=0)) ** 2
     return np.asarray(cross / (_energy(first) * _energy(second)))
 
 
 def msf(a: npt.ArrayLike, reference: npt.ArrayLike) -> ComplexArray:
     """Return the modal scale factor, the complex factor that brings a reference closest to a curve.
 
-    Parameters
-    ----------
-    a, reference : array_like, shape (n_frequency, ...)
-        Complex values to compare along the first axis; the other axes broadcast.
-
-    Returns
-    -------
-    array, shape (...)
-        Complex c of the least-squares fit ``a = c · reference`` [1].
-
-    Raises
-    ------
-    InputError
-        Different numbers of lines, or a curve that is zero on all lines.
-
     Notes
     -----
-    ``MSF = refᴴ a / (refᴴ ref)``. Without the conjugate, or with the real part alone, a difference
-    in phase comes back as a difference in scale. ``msf(a, b) · msf(b, a) = mac(a, b)``.
+    ``MSF = refᴴ a / (refᴴ ref)``, the c of the least-squares fit ``a = c · reference`` [1]; shapes
+    and errors as of `mac`. Without the conjugate, or with the real part alone, a difference in
+    phase comes back as a difference in scale. ``msf(a, b) · msf(b, a) = mac(a, b)``.
     """
     compared, base = _checked_pair(a, reference)
-    return np.asarray(_inner(base, compared) / _energy(base))
+    return np.asarray(np.sum(base.conj() * compared, axis=0) / _energy(base))
 
 
 def corr_f(a: npt.ArrayLike, b: npt.ArrayLike) -> RealArray:
-    """Return the difference in shape of two curves.
-
-    Parameters
-    ----------
-    a, b : array_like, shape (n_frequency, ...)
-        Complex pressures, or their magnitudes; see `mac`.
-
-    Returns
-    -------
-    array, shape (...)
-        0 (same shape) to 1 [1].
-
-    Raises
-    ------
-    InputError
-        As `mac`.
-
-    Notes
-    -----
-    ``corr_f = |1 − MAC|``, thesis, eq. 33.
-    """
+    """Return the difference in shape, ``|1 − MAC|`` (thesis, eq. 33), 0 (same shape) to 1 [1]."""
     return np.abs(1 - mac(a, b))
 
 
 def corr_s(a: npt.ArrayLike, reference: npt.ArrayLike) -> RealArray:
-    """Return the difference in scale of a curve from a reference.
+    """Return the difference in scale from a reference, ``|1 − MSF|`` (thesis, eq. 34) [1].
 
-    Parameters
-    ----------
-    a, reference : array_like, shape (n_frequency, ...)
-        Complex pressures (the difference then includes a common phase), or their magnitudes; see
-        `msf`.
-
-    Returns
-    -------
-    array, shape (...)
-        0 for the same scale [1].
-
-    Raises
-    ------
-    InputError
-        As `msf`.
-
-    Notes
-    -----
-    ``corr_s = |1 − MSF|``, thesis, eq. 34. Not symmetric: it is relative to the reference.
+    Of complex pressures it includes a common phase. Not symmetric.
     """
     return np.abs(1 - msf(a, reference))
-
-
-def _inner(a: ComplexArray, b: ComplexArray) -> ComplexArray:
-    """Return the Hermitian product aᴴ b over the first axis."""
-    return np.asarray(np.sum(a.conj() * b, axis=0))
 
 
 def _energy(a: ComplexArray) -> RealArray:
@@ -296,9 +203,8 @@ def _checked_pair(a: npt.ArrayLike, b: npt.ArrayLike) -> tuple[ComplexArray, Com
             f"curves of shapes {first.shape} and {second.shape} cannot be compared: give the same "
             "lines along the first axis"
         )
-    for curve in (first, second):
-        if np.any(_energy(curve) == 0):
-            raise InputError("a curve that is zero on all lines has neither shape nor scale")
+    if np.any(_energy(first) == 0) or np.any(_energy(second) == 0):
+        raise InputError("a curve that is zero on all lines has neither shape nor scale")
     return first, second
 
 
@@ -314,14 +220,14 @@ class SpectrumScaling(Enum):
     ENERGY_DENSITY = "energy per hertz [unit² s/Hz], for impacts"
 
 
-@dataclass(frozen=True, eq=False)
+@checked(frequency="f", input_auto="f i i", output_input="f o i", output_auto="f o o")
 class CrossSpectra:
     """One-sided spectra of inputs and outputs, averaged over blocks.
 
     Parameters
     ----------
     frequency : array, shape (n_frequency,)
-        From 0 [Hz].
+        Lines from 0 [Hz].
     input_auto : array, shape (n_frequency, n_input, n_input)
         ``E[X_a X_b*]``.
     output_input : array, shape (n_frequency, n_output, n_input)
@@ -329,12 +235,7 @@ class CrossSpectra:
     output_auto : array, shape (n_frequency, n_output, n_output)
         ``E[Y_a Y_b*]``.
     n_averages : int
-        Blocks that were averaged.
-
-    Raises
-    ------
-    InputError
-        Shapes that disagree, or no average.
+        Number of blocks, at least 1.
 
     Notes
     -----
@@ -349,26 +250,8 @@ class CrossSpectra:
     n_averages: int
 
     def __post_init__(self) -> None:
-        cross = np.array(self.output_input, dtype=complex)
-        if cross.ndim != 3 or self.n_averages < 1:
-            raise InputError(
-                "cross spectra have shape (n_frequency, n_output, n_input) and at least one "
-                f"average, not {cross.shape} and {self.n_averages}"
-            )
-        n_line, n_output, n_input = cross.shape
-        expected = {
-            "frequency": (n_line,),
-            "input_auto": (n_line, n_input, n_input),
-            "output_input": cross.shape,
-            "output_auto": (n_line, n_output, n_output),
-        }
-        for name, shape in expected.items():
-            kind = float if name == "frequency" else complex
-            array = np.array(getattr(self, name), dtype=kind)
-            if array.shape != shape:
-                raise InputError(f"cross spectra: {name} has shape {array.shape}, expected {shape}")
-            array.setflags(write=False)
-            object.__setattr__(self, name, array)
+        if self.n_averages < 1:
+            raise InputError(f"cross spectra need at least one average, not {self.n_averages}")
 
     @property
     def input_power(self) -> RealArray:
@@ -380,7 +263,7 @@ class CrossSpectra:
         """Auto spectrum of each output, shape (n_frequency, n_output)."""
         return np.asarray(np.einsum("foo->fo", self.output_auto).real)
 
-    def on_lines(self, lines: npt.NDArray[np.bool_]) -> CrossSpectra:
+    def on_lines(self, lines: BoolArray) -> CrossSpectra:
         """Return the spectra on the lines for which the mask is true."""
         return CrossSpectra(
             self.frequency[lines],
@@ -400,18 +283,18 @@ def cross_spectra(
     output_window: npt.ArrayLike | None = None,
     scaling: SpectrumScaling = SpectrumScaling.POWER_DENSITY,
 ) -> CrossSpectra:
-    """Averaged one-sided spectra of blocks that were sampled together.
+    """Average the one-sided spectra of blocks that were sampled together.
 
     Parameters
     ----------
     inputs : array, shape (n_block, n_sample, n_input)
-        Such as force [N].
+        Excitation, such as force [N].
     outputs : array, shape (n_block, n_sample, n_output)
-        Such as acceleration [m/s²].
+        Response, such as acceleration [m/s²].
     rate : float
         Samples per second [Hz].
     input_window, output_window : array, shape (n_sample,), optional
-        Multiply every block; by default 1.
+        Factors of every block; by default 1.
     scaling : SpectrumScaling
         Powers are divided by the mean of the product of both windows squared; energies are not, a
         window there cuts noise and not signal.
@@ -424,8 +307,8 @@ def cross_spectra(
     Raises
     ------
     InputError
-        Shapes that disagree, fewer than two samples, a value that is not finite, or a rate that is
-        not positive.
+        Shapes that disagree, fewer than two samples, a value that is not finite, a rate that is
+        not positive, or a window of zeros.
 
     Notes
     -----
@@ -433,30 +316,36 @@ def cross_spectra(
     ``1/(N rate)`` for power density, ``1/rate²`` for energy density; the lines at 0 Hz and at
     rate/2 have no mirror image and no 2 (Bendat and Piersol, Random Data, 4th ed., 5.2 and 11.5).
     """
-    pushed, answered = _blocks(inputs, "input"), _blocks(outputs, "output")
-    if pushed.shape[:2] != answered.shape[:2]:
-        raise InputError(
-            f"input blocks of shape {pushed.shape} and output blocks of shape {answered.shape} "
-            "differ in number or length"
-        )
+    sizes: dict[str, int] = {}
+    pushed = checked_array(inputs, "b s i", "input blocks", sizes)
+    answered = checked_array(outputs, "b s o", "output blocks", sizes)
+    n_block, n_sample = pushed.shape[:2]
+    if n_sample < 2 or 0 in (pushed.size, answered.size):
+        raise InputError(f"blocks of shape {pushed.shape}: give at least two samples of each")
     if not rate > 0:
         raise InputError(f"a sampling rate of {rate} Hz is not positive")
-    n_block, n_sample = pushed.shape[:2]
-    window_in = _window(input_window, n_sample)
-    window_out = _window(output_window, n_sample)
-    x = np.fft.rfft(pushed * window_in[:, np.newaxis], axis=1)
-    y = np.fft.rfft(answered * window_out[:, np.newaxis], axis=1)
+    windows = [
+        np.ones(n_sample) if window is None else checked_array(window, "s", "window", sizes)
+        for window in (input_window, output_window)
+    ]
+    if not all(np.any(window) for window in windows):
+        raise InputError("a window of zeros leaves nothing of the blocks")
+    x, y = (
+        np.fft.rfft(blocks * window[:, np.newaxis], axis=1)
+        for blocks, window in zip((pushed, answered), windows, strict=True)
+    )
     sides = np.full(x.shape[1], 2.0)
     sides[0] = 1.0
     if n_sample % 2 == 0:
         sides[-1] = 1.0
 
-    def averaged(a: ComplexArray, b: ComplexArray, *windows: RealArray) -> ComplexArray:
+    def averaged(a: ComplexArray, b: ComplexArray, *pair: RealArray) -> ComplexArray:
         # blocks are the summed axis of one matrix product per line
         product = a.transpose(1, 2, 0) @ b.conj().transpose(1, 0, 2) / n_block
-        scale = sides * _scale(scaling, windows[0], windows[1], rate)
+        scale = sides * _scale(scaling, pair[0], pair[1], rate)
         return np.asarray(product * scale[:, np.newaxis, np.newaxis], dtype=complex)
 
+    window_in, window_out = windows
     return CrossSpectra(
         np.asarray(np.fft.rfftfreq(n_sample, 1.0 / rate), dtype=np.float64),
         averaged(x, x, window_in, window_in),
@@ -466,27 +355,33 @@ def cross_spectra(
     )
 
 
+def _scale(scaling: SpectrumScaling, first: RealArray, second: RealArray, rate: float) -> float:
+    n_sample = first.size
+    if scaling is SpectrumScaling.ENERGY_DENSITY:
+        return 1.0 / rate**2
+    # roots of the mean squares, so that quotients do not depend on the windows' sizes
+    size = float(np.sqrt(np.mean(first**2) * np.mean(second**2)))
+    if scaling is SpectrumScaling.POWER_DENSITY:
+        return 1.0 / (n_sample * rate * size)
+    return 1.0 / (n_sample**2 * size)
+
+
 def overlapping_blocks(record: npt.ArrayLike, length: int, step: int) -> RealArray:
-    """Blocks of a long record for Welch's average; samples after the last whole block are left.
+    """Cut a long record into blocks for Welch's average; samples after the last block are left.
 
     Parameters
     ----------
     record : array, shape (n_sample, n_channel)
-        [unit].
+        Samples [unit].
     length : int
         Samples of a block.
     step : int
-        Samples from one block's begin to the next one's; `length` is no overlap.
+        Samples from one block's begin to the next one's, 1 to `length`.
 
     Returns
     -------
     array, shape (n_block, length, n_channel)
-        [unit].
-
-    Raises
-    ------
-    InputError
-        A record shorter than one block, or a step outside 1 … `length`.
+        Blocks [unit].
     """
     values = np.asarray(record, dtype=float)
     if values.ndim != 2 or not 2 <= length <= values.shape[0]:
@@ -501,26 +396,14 @@ def overlapping_blocks(record: npt.ArrayLike, length: int, step: int) -> RealArr
 
 
 def effective_averages(window: npt.ArrayLike, step: int, n_block: int) -> float:
-    """Independent averages that overlapping blocks of a random signal are worth.
+    """Return the number of independent averages that overlapping random blocks are worth.
 
     Parameters
     ----------
     window : array, shape (n_sample,)
-        Of every block.
-    step : int
-        Samples from one block's begin to the next one's.
-    n_block : int
-        Number of blocks.
-
-    Returns
-    -------
-    float
-        From 1 to `n_block` [1].
-
-    Raises
-    ------
-    InputError
-        No block, or a step below 1.
+        Window of every block.
+    step, n_block : int
+        Samples from one block's begin to the next one's, and number of blocks, from 1.
 
     Notes
     -----
@@ -538,64 +421,18 @@ def effective_averages(window: npt.ArrayLike, step: int, n_block: int) -> float:
     return n_block / total
 
 
-def _blocks(blocks: npt.ArrayLike, what: str) -> RealArray:
-    array = np.asarray(blocks, dtype=float)
-    if array.ndim != 3 or array.shape[1] < 2 or 0 in array.shape:
-        raise InputError(
-            f"{what} blocks have shape (n_block, n_sample, n_{what}) with at least two samples, "
-            f"not {array.shape}"
-        )
-    bad = ~np.isfinite(array)
-    if bad.any():
-        block, sample, channel = (int(i) for i in np.argwhere(bad)[0])
-        raise InputError(
-            f"{what} {channel + 1} of block {block + 1} is not finite at sample {sample}"
-        )
-    return array
-
-
-def _window(window: npt.ArrayLike | None, n_sample: int) -> RealArray:
-    if window is None:
-        return np.ones(n_sample)
-    shape = np.asarray(window, dtype=float)
-    if shape.shape != (n_sample,) or not np.all(np.isfinite(shape)) or not np.any(shape):
-        raise InputError(
-            f"a window of blocks of {n_sample} samples has as many finite values, not all 0"
-        )
-    return shape
-
-
-def _scale(scaling: SpectrumScaling, first: RealArray, second: RealArray, rate: float) -> float:
-    n_sample = first.size
-    if scaling is SpectrumScaling.ENERGY_DENSITY:
-        return 1.0 / rate**2
-    # roots of the mean squares, so that quotients do not depend on the windows' sizes
-    size = float(np.sqrt(np.mean(first**2) * np.mean(second**2)))
-    if scaling is SpectrumScaling.POWER_DENSITY:
-        return 1.0 / (n_sample * rate * size)
-    return 1.0 / (n_sample**2 * size)
-
-
-LARGEST_CONDITION = 1e10
-"""Of spectra scaled to equal size; beyond it, channels are taken for dependent."""
-SILENT = 1e-24
-"""Of the power of the loudest line: 240 dB below it there is rounding and no signal."""
-ROUNDING = 1e-6
-"""By which a coherence may come out above 1."""
-
-
 def h1(spectra: CrossSpectra) -> ComplexArray:
-    """Frequency response functions for noise in the outputs, ``H = G_yx G_xx⁻¹``.
+    """Estimate frequency response functions for noise in the outputs, ``H = G_yx G_xx⁻¹``.
 
     Parameters
     ----------
     spectra : CrossSpectra
-        Of one input or of several that acted together.
+        Spectra of one input or of several that acted together.
 
     Returns
     -------
     array, shape (n_frequency, n_output, n_input)
-        [output unit / input unit].
+        Functions [output unit / input unit].
 
     Raises
     ------
@@ -607,21 +444,26 @@ def h1(spectra: CrossSpectra) -> ComplexArray:
     Least squares over the averages (Bendat and Piersol, Random Data, 4th ed., eq. 6.37 and 7.26).
     Noise in an input, independent of all else, makes it too small: by S/(S + N) with one input.
     """
-    return _solved(spectra.output_input, spectra)
+    _check_inputs(spectra)
+    size = np.sqrt(spectra.input_power)
+    auto = spectra.input_auto / (size[:, :, np.newaxis] * size[:, np.newaxis])
+    # H G = C  ⇔  G† H† = C†, and G is Hermitian
+    solution = np.linalg.solve(auto, _hermitian(spectra.output_input / size[:, np.newaxis]))
+    return np.asarray(_hermitian(solution) / size[:, np.newaxis], dtype=np.complex128)
 
 
 def h2(spectra: CrossSpectra) -> ComplexArray:
-    """Frequency response functions for noise in the inputs, ``H = G_yy G_xy⁻¹``.
+    """Estimate frequency response functions for noise in the inputs, ``H = G_yy G_xy⁻¹``.
 
     Parameters
     ----------
     spectra : CrossSpectra
-        Of one input; or of several, with as many outputs.
+        Spectra of one input; or of several, with as many outputs.
 
     Returns
     -------
     array, shape (n_frequency, n_output, n_input)
-        [output unit / input unit].
+        Functions [output unit / input unit].
 
     Raises
     ------
@@ -651,12 +493,12 @@ def h2(spectra: CrossSpectra) -> ComplexArray:
 
 
 def hv(spectra: CrossSpectra, noise_ratio: npt.ArrayLike | None = None) -> ComplexArray:
-    """Frequency response functions for noise in inputs and outputs.
+    """Estimate frequency response functions for noise in inputs and outputs.
 
     Parameters
     ----------
     spectra : CrossSpectra
-        Of one input or of several that acted together.
+        Spectra of one input or of several that acted together.
     noise_ratio : float or array, broadcastable to (n_frequency, n_output, n_input), optional
         Standard deviation of the noise of the output over that of the input [output unit / input
         unit]. By default noise is taken to be the same fraction of each channel.
@@ -664,7 +506,7 @@ def hv(spectra: CrossSpectra, noise_ratio: npt.ArrayLike | None = None) -> Compl
     Returns
     -------
     array, shape (n_frequency, n_output, n_input)
-        [output unit / input unit].
+        Functions [output unit / input unit].
 
     Raises
     ------
@@ -707,12 +549,7 @@ def hv(spectra: CrossSpectra, noise_ratio: npt.ArrayLike | None = None) -> Compl
 
 
 def coherence(spectra: CrossSpectra) -> RealArray:
-    """Ordinary coherence of each output with each input, ``|G_yx|² / G_xx G_yy``.
-
-    Parameters
-    ----------
-    spectra : CrossSpectra
-        At least two averages.
+    """Return the ordinary coherence of each output with each input, ``|G_yx|² / G_xx G_yy``.
 
     Returns
     -------
@@ -730,17 +567,12 @@ def coherence(spectra: CrossSpectra) -> RealArray:
 
 
 def multiple_coherence(spectra: CrossSpectra) -> RealArray:
-    """Share of each output's power that all inputs together explain.
-
-    Parameters
-    ----------
-    spectra : CrossSpectra
-        More averages than inputs.
+    """Return the share of each output's power that all inputs together explain.
 
     Returns
     -------
     array, shape (n_frequency, n_output)
-        0 … 1 [1]; 0 where the output is silent. With one input, its ordinary coherence.
+        0 … 1 [1]; with one input, its ordinary coherence.
 
     Raises
     ------
@@ -757,17 +589,12 @@ def multiple_coherence(spectra: CrossSpectra) -> RealArray:
 
 
 def partial_coherence(spectra: CrossSpectra) -> RealArray:
-    """Coherence of each output with one input after removing what the other inputs explain.
-
-    Parameters
-    ----------
-    spectra : CrossSpectra
-        More averages than inputs.
+    """Return the coherence of each output with one input, less what the other inputs explain.
 
     Returns
     -------
     array, shape (n_frequency, n_output, n_input)
-        0 … 1 [1]. With one input, its ordinary coherence.
+        0 … 1 [1]; with one input, its ordinary coherence.
 
     Raises
     ------
@@ -804,16 +631,6 @@ def partial_coherence(spectra: CrossSpectra) -> RealArray:
 
 def _hermitian(matrix: npt.ArrayLike) -> ComplexArray:
     return np.asarray(np.conj(np.swapaxes(matrix, 1, 2)), dtype=np.complex128)
-
-
-def _solved(cross: ComplexArray, spectra: CrossSpectra) -> ComplexArray:
-    """``cross G_xx⁻¹``, each input scaled to size 1 first."""
-    _check_inputs(spectra)
-    size = np.sqrt(spectra.input_power)
-    auto = spectra.input_auto / (size[:, :, np.newaxis] * size[:, np.newaxis])
-    # H G = C  ⇔  G† H† = C†, and G is Hermitian
-    solution = np.linalg.solve(auto, _hermitian(cross / size[:, np.newaxis]))
-    return np.asarray(_hermitian(solution) / size[:, np.newaxis], dtype=np.complex128)
 
 
 def _check_inputs(spectra: CrossSpectra) -> None:
@@ -874,27 +691,23 @@ def _coherent(values: RealArray, spectra: CrossSpectra) -> RealArray:
     return np.clip(values, 0.0, 1.0)
 
 
-LARGEST_VALID_ERROR = 0.2
-"""Relative error of |H| up to which the first-order formulas hold within 10 %."""
-
-
 def magnitude_error(coherence: npt.ArrayLike, n_averages: float, n_inputs: int = 1) -> RealArray:
-    """Relative standard deviation of |H|.
+    """Return the relative standard deviation of |H| by chance.
 
     Parameters
     ----------
     coherence : array, shape (...)
-        Ordinary with one input, partial with several, 0 … 1 [1].
+        Ordinary coherence with one input, partial with several, 0 … 1 [1].
     n_averages : float
         Independent averages, above `n_inputs` [1].
     n_inputs : int
-        Inputs that acted together.
+        Number of inputs that acted together.
 
     Returns
     -------
     array, shape (...)
-        [1]; infinite where the coherence is 0. Beyond `LARGEST_VALID_ERROR` it says "large" and no
-        more.
+        Error [1]; infinite where the coherence is 0. Beyond `LARGEST_VALID_ERROR` it says "large"
+        and no more.
 
     Raises
     ------
@@ -907,72 +720,41 @@ def magnitude_error(coherence: npt.ArrayLike, n_averages: float, n_inputs: int =
     Data, 4th ed., eq. 9.90 and section 9.3) have one more in n; what is taken here is the standard
     error of the least squares that H1 is, right from the third hit on, and the same with many.
     First order in the noise; gaussian noise, independent of the input; averages that do not
-    overlap, or are counted by their worth. For H2 and Hv at high coherence.
+    overlap, or are counted by their worth. For H2 and Hv at high coherence. Bias is not in it:
+    noise in the input, a resolution too coarse for a resonance, nonlinearity, a second source.
     """
-    gamma2 = _checked(coherence, n_averages, n_inputs)
+    gamma2 = _checked_coherence(coherence, n_averages, n_inputs)
     free = n_averages - n_inputs
     with np.errstate(divide="ignore"):
         return np.asarray(np.sqrt((1.0 - gamma2) / (2.0 * free * gamma2)))
 
 
 def phase_error(coherence: npt.ArrayLike, n_averages: float, n_inputs: int = 1) -> RealArray:
-    """Return the standard deviation of the phase of H [rad].
-
-    Parameters
-    ----------
-    coherence, n_averages, n_inputs
-        As of `magnitude_error`.
-
-    Returns
-    -------
-    array, shape (...)
-        [rad]; at most π/√3, the value of a phase that can be anything.
-
-    Raises
-    ------
-    InputError
-        As `magnitude_error`.
+    """Return the standard deviation of the phase of H [rad], arguments as of `magnitude_error`.
 
     Notes
     -----
-    ``arcsin`` of the relative error of |H| (Bendat and Piersol, Random Data, 4th ed., eq. 9.91).
+    ``arcsin`` of the relative error of |H| (Bendat and Piersol, Random Data, 4th ed., eq. 9.91),
+    at most π/√3, the value of a phase that can be anything.
     """
     error = magnitude_error(coherence, n_averages, n_inputs)
-    anything = np.pi / np.sqrt(3.0)
     known = np.arcsin(np.minimum(error, 1.0))
-    return np.asarray(np.where(error < 1.0, known, anything))
+    return np.asarray(np.where(error < 1.0, known, np.pi / np.sqrt(3.0)))
 
 
 def coherence_bias(coherence: npt.ArrayLike, n_averages: float) -> RealArray:
-    """Return by how much an estimated ordinary coherence is too large on average [1].
-
-    Parameters
-    ----------
-    coherence : array, shape (...)
-        True, 0 … 1 [1].
-    n_averages : float
-        Independent averages, above 1 [1].
-
-    Returns
-    -------
-    array, shape (...)
-        [1]; 1/n where nothing is common.
-
-    Raises
-    ------
-    InputError
-        A coherence outside 0 … 1, or fewer than two averages.
+    """Return by how much an ordinary coherence is estimated too large on average [1].
 
     Notes
     -----
-    ``(1 − γ²)² / n`` (Bendat and Piersol, Random Data, 4th ed., eq. 9.75), to first order in 1/n
-    and exact at both ends.
+    ``(1 − γ²)² / n`` of the true coherence (Bendat and Piersol, Random Data, 4th ed., eq. 9.75), to
+    first order in 1/n and exact at both ends.
     """
-    gamma2 = _checked(coherence, n_averages, 1)
+    gamma2 = _checked_coherence(coherence, n_averages, 1)
     return np.asarray((1.0 - gamma2) ** 2 / n_averages)
 
 
-def _checked(coherence: npt.ArrayLike, n_averages: float, n_inputs: int) -> RealArray:
+def _checked_coherence(coherence: npt.ArrayLike, n_averages: float, n_inputs: int) -> RealArray:
     gamma2 = np.asarray(coherence, dtype=float)
     if not np.all((gamma2 >= 0) & (gamma2 <= 1)):
         raise InputError("a coherence is from 0 to 1")
@@ -987,7 +769,7 @@ def _checked(coherence: npt.ArrayLike, n_averages: float, n_inputs: int) -> Real
 def force_window(
     n_sample: int, rate: float, begin: float, end: float, taper: float = 0.0
 ) -> RealArray:
-    """1 while the hammer touches, 0 otherwise, with a cosine at both ends.
+    """Return a window of 1 while the hammer touches and 0 otherwise, with a cosine at both ends.
 
     Parameters
     ----------
@@ -996,19 +778,9 @@ def force_window(
     rate : float
         Samples per second [Hz].
     begin, end : float
-        Of the flat part, from the first sample of the block [s].
+        Flat part, from the first sample of the block [s]; without a sample in it, InputError.
     taper : float
         Duration of the rise before `begin` and of the fall after `end` [s].
-
-    Returns
-    -------
-    array, shape (n_sample,)
-        0 … 1 [1].
-
-    Raises
-    ------
-    InputError
-        No sample in the flat part, or a taper that is negative.
 
     Notes
     -----
@@ -1030,7 +802,7 @@ def force_window(
 def exponential_window(
     n_sample: int, rate: float, time_constant: float, begin: float = 0.0
 ) -> RealArray:
-    """``e^{−(t − begin)/τ}`` over the whole block.
+    """Return the window ``e^{−(t − begin)/τ}`` over the whole block.
 
     Parameters
     ----------
@@ -1039,19 +811,9 @@ def exponential_window(
     rate : float
         Samples per second [Hz].
     time_constant : float
-        τ [s].
+        τ, above 0, else InputError [s].
     begin : float
-        Where it is 1, from the first sample of the block: when the hammer strikes [s].
-
-    Returns
-    -------
-    array, shape (n_sample,)
-        Above 1 before `begin` [1].
-
-    Raises
-    ------
-    InputError
-        A time constant that is not positive.
+        Time of the blow, where it is 1, from the first sample of the block [s].
 
     Notes
     -----
@@ -1061,28 +823,20 @@ def exponential_window(
     of such a function the factor is ``jω + 1/τ``: displacement is ``a/(jω + 1/τ)²``, not
     ``−a/ω²``.
     """
-    if not time_constant > 0:
-        raise InputError(
-            f"the time constant of an exponential window is positive, not {time_constant} s"
-        )
+    _check_time_constant(time_constant)
     time = np.arange(n_sample) / rate
     return np.asarray(np.exp(-(time - begin) / time_constant))
 
 
 def corrected_pole(pole: npt.ArrayLike, time_constant: float) -> ComplexArray:
-    """Pole of the body out of the one fitted to windowed data, ``s = s_fitted + 1/τ``.
+    """Return the pole of the body out of the one fitted to windowed data, ``s = s_fitted + 1/τ``.
 
     Parameters
     ----------
     pole : array, shape (...)
-        Fitted, ``−ζω + jω√(1 − ζ²)`` [rad/s].
+        Fitted pole, ``−ζω + jω√(1 − ζ²)`` [rad/s].
     time_constant : float
-        Of the exponential window of force and response, τ [s].
-
-    Returns
-    -------
-    array, shape (...)
-        [rad/s].
+        τ of the exponential window of force and response [s].
 
     Raises
     ------
@@ -1095,13 +849,9 @@ def corrected_pole(pole: npt.ArrayLike, time_constant: float) -> ComplexArray:
     The damped frequency Im s is left as it is; the decay rate −Re s shrinks by 1/τ. An error of the
     fitted decay rate stays as it is, so its share of a small damping grows.
     """
-    if not time_constant > 0:
-        raise InputError(
-            f"the time constant of an exponential window is positive, not {time_constant} s"
-        )
+    _check_time_constant(time_constant)
     corrected = np.asarray(pole, dtype=complex) + 1.0 / time_constant
-    growing = corrected.real >= 0
-    if np.any(growing):
+    if np.any(corrected.real >= 0):
         worst = complex(np.asarray(pole).reshape(-1)[int(np.argmax(corrected.real))])
         raise InputError(
             f"a fitted pole at {worst:.6g} rad/s decays more slowly than the exponential window "
@@ -1113,26 +863,14 @@ def corrected_pole(pole: npt.ArrayLike, time_constant: float) -> ComplexArray:
 def corrected_damping_ratio(
     damping_ratio: npt.ArrayLike, frequency: npt.ArrayLike, time_constant: float
 ) -> RealArray:
-    """Damping ratio of the body out of the one fitted to windowed data.
+    """Return the damping ratio of the body out of the one fitted to windowed data [1].
 
     Parameters
     ----------
-    damping_ratio : array, shape (...)
-        Fitted, ζ [1].
-    frequency : array, broadcastable
-        Fitted undamped natural frequency |s|/2π [Hz].
+    damping_ratio, frequency : array, shape (...)
+        Fitted ζ [1] and undamped natural frequency |s|/2π [Hz].
     time_constant : float
-        Of the exponential window of force and response, τ [s].
-
-    Returns
-    -------
-    array, shape (...)
-        [1].
-
-    Raises
-    ------
-    InputError
-        As `corrected_pole`.
+        τ of the exponential window of force and response [s].
 
     Notes
     -----
@@ -1143,3 +881,10 @@ def corrected_damping_ratio(
     )
     pole = corrected_pole(omega * (-zeta + 1j * np.sqrt(1.0 - zeta**2)), time_constant)
     return np.asarray(-pole.real / np.abs(pole))
+
+
+def _check_time_constant(time_constant: float) -> None:
+    if not time_constant > 0:
+        raise InputError(
+            f"the time constant of an exponential window is positive, not {time_constant} s"
+        )

@@ -10,77 +10,57 @@ from scipy import signal
 from scipy.interpolate import make_interp_spline
 from scipy.linalg import solve_banded
 
-from deboom.arrays import ComplexArray, RealArray
+from deboom.arrays import ComplexArray, RealArray, checked_array
 from deboom.errors import InputError
+
+INTERPOLATION_DEGREE = 5
+"""Degree of the spline through the samples."""
+SAMPLES_PER_PERIOD = 10
+"""Samples per period of the highest frequency of interest; angular resampling then errs by 2e-6."""
+LEAST_SAMPLES_PER_PERIOD = 4
+"""Samples per period below which a record is refused."""
+HANN_HALF_POWER_WIDTH = 1.4405826
+"""Full width of a Hann window's transform between its half-power points, times its length [1]."""
+HANN_NOISE_WIDTH = 1.5
+"""Noise bandwidth of a Hann window, times its length [1]."""
+POLES = (1, 2, 3)
+"""Orders of the difference that a Vold-Kalman filter keeps small; 2 unless there is a reason."""
+_RIPPLE = 110.0
+"""Deviation of the passband from 1 and of the stopband from 0 that the filter is made for [dB]."""
+_STEEPEST = 1e13
+"""Largest ratio of penalty to data at which the solution keeps about six digits."""
 
 
 def frequency_of_order(rpm: npt.ArrayLike, order: float) -> RealArray:
-    """Return the frequency of an order at a speed.
+    """Return the frequency of an order at a speed, ``f = order · rpm / 60``.
 
     Parameters
     ----------
     rpm : array_like, any shape
         Shaft speed [1/min].
     order : float
-        Cycles per revolution [1].
+        Cycles per revolution, positive and finite, else InputError [1].
 
     Returns
     -------
     array, same shape
-        [Hz].
-
-    Raises
-    ------
-    InputError
-        An order that is not positive.
-
-    Notes
-    -----
-    ``f = order · rpm / 60``.
+        Frequency [Hz].
     """
     return np.asarray(_checked_order(order) * np.asarray(rpm, dtype=float) / 60)
 
 
 def rpm_of_frequency(frequency: npt.ArrayLike, order: float) -> RealArray:
-    """Return the speed at which an order has a frequency, the inverse of `frequency_of_order`.
-
-    Parameters
-    ----------
-    frequency : array_like, any shape
-        [Hz].
-    order : float
-        Cycles per revolution [1].
-
-    Returns
-    -------
-    array, same shape
-        Shaft speed [1/min].
-
-    Raises
-    ------
-    InputError
-        An order that is not positive.
-    """
+    """Return the speed [1/min] at which an order has a frequency, the inverse of the above."""
     return np.asarray(60 * np.asarray(frequency, dtype=float) / _checked_order(order))
 
 
 def dominant_order(cylinders: int) -> float:
-    """Return the firing order of a four-stroke engine.
+    """Return the firing order of a four-stroke engine: 1.5 for three cylinders, 2 for four.
 
     Parameters
     ----------
     cylinders : int
-        Number of cylinders, at least 1.
-
-    Returns
-    -------
-    float
-        Firings per revolution [1]: 1.5 for three cylinders, 2 for four.
-
-    Raises
-    ------
-    InputError
-        A number of cylinders that is not a whole number of at least 1.
+        Number of cylinders, a whole number from 1, else InputError.
 
     Notes
     -----
@@ -101,185 +81,24 @@ def _checked_order(order: float) -> float:
     return order
 
 
-INTERPOLATION_DEGREE = 5
-"""Of the spline through the samples."""
-
-
-def angular_resample(
-    values: npt.ArrayLike, angle: npt.ArrayLike, samples_per_revolution: int
-) -> tuple[RealArray, RealArray]:
-    """Time records at equal steps of shaft angle instead of time.
-
-    Parameters
-    ----------
-    values : array, shape (n_sample, n_channel)
-        [unit].
-    angle : array, shape (n_sample,)
-        Shaft angle at each sample, increasing [rad].
-    samples_per_revolution : int
-        `samples_needed` says how many.
-
-    Returns
-    -------
-    revolution : array, shape (n_angle,)
-        Shaft angle of the new samples, in whole steps of one over `samples_per_revolution` from the
-        zero mark [rev].
-    resampled : array, shape (n_angle, n_channel)
-        [unit].
-
-    Raises
-    ------
-    InputError
-        Shapes that disagree, values that are not finite, a shaft that turns back, fewer than one
-        sample per revolution, or a record too short to interpolate.
-
-    Notes
-    -----
-    A quintic spline over the angle. An order at ``x = f/rate`` keeps the share
-    ``1 / Σ_k (x/(x + k))⁶`` of its amplitude: 2e-6 are missing at ten samples per period, 1.5e-3 at
-    four.
-    """
-    record, turned = np.asarray(values, dtype=float), np.asarray(angle, dtype=float)
-    if record.ndim != 2 or turned.shape != record.shape[:1]:
-        raise InputError(
-            f"records of shape {record.shape} and shaft angles of shape {turned.shape} are not "
-            "(n_sample, n_channel) and (n_sample,)"
-        )
-    if turned.size <= INTERPOLATION_DEGREE:
-        raise InputError(f"{turned.size} samples are too few to interpolate")
-    if not (np.all(np.isfinite(record)) and np.all(np.isfinite(turned))):
-        raise InputError("a time record or the shaft angle is not finite")
-    if np.any(np.diff(turned) <= 0):
-        raise InputError("the shaft angle stands still or falls: the shaft must not turn back")
-    if samples_per_revolution < 1:
-        raise InputError(f"{samples_per_revolution} samples per revolution: give at least 1")
-    per_radian = samples_per_revolution / (2 * np.pi)
-    number = np.arange(np.ceil(turned[0] * per_radian), np.floor(turned[-1] * per_radian) + 1)
-    spline = make_interp_spline(turned, record, k=INTERPOLATION_DEGREE)
-    # rounding must not carry the outermost angles beyond the record
-    new_angle = np.clip(number / per_radian, turned[0], turned[-1])
-    return number / samples_per_revolution, np.asarray(spline(new_angle))
-
-
-def samples_needed(rate: float, slowest_rpm: float, highest_order: float) -> int:
-    """Return the samples per revolution at which nothing in a record folds onto the orders wanted.
-
-    Parameters
-    ----------
-    rate : float
-        Samples per second of the record [Hz].
-    slowest_rpm : float
-        Lowest shaft speed in the record [1/min].
-    highest_order : float
-        Cycles per revolution [1].
-
-    Returns
-    -------
-    int
-
-    Notes
-    -----
-    All content up to the rate, the images of the interpolation included, stays above the highest
-    order: ``N ≥ order + 60 rate / rpm``.
-    """
-    return int(np.ceil(highest_order + 60 * rate / slowest_rpm))
-
-
-def order_amplitudes(
-    revolution: npt.ArrayLike,
-    resampled: npt.ArrayLike,
-    order: npt.ArrayLike,
-    centre: npt.ArrayLike,
-    revolutions: float,
-) -> ComplexArray:
-    """Complex amplitudes of orders, each over a Hann window about a shaft angle.
-
-    Parameters
-    ----------
-    revolution : array, shape (n_angle,)
-        Equidistant [rev], as `angular_resample` gives it.
-    resampled : array, shape (n_angle, n_channel)
-        [unit].
-    order : array, shape (n_order,)
-        Cycles per revolution [1].
-    centre : array, shape (n_line,)
-        Middle of the window of each line [rev].
-    revolutions : float
-        Length of the window [rev].
-
-    Returns
-    -------
-    array, shape (n_line, n_order, n_channel)
-        Peak amplitudes A, so that an order is ``Re(A e^{j order · angle})`` [unit].
-
-    Raises
-    ------
-    InputError
-        An order that is not positive, a window that leaves the record or is too short for an order.
-
-    Notes
-    -----
-    ``A = 2/Σw · Σ w(θ) y(θ) e^{−j order θ}``. Constant orders that are whole multiples of
-    ``1/revolutions`` apart, two or more of them, do not disturb each other: four revolutions
-    separate the half orders of a four-stroke engine. The amplitude is averaged over the window with
-    the weight w; see `order_tracking_resolution`.
-    """
-    position, record = np.asarray(revolution, dtype=float), np.asarray(resampled, dtype=float)
-    orders, centres = np.atleast_1d(order).astype(float), np.atleast_1d(centre).astype(float)
-    step = (position[-1] - position[0]) / (position.size - 1)
-    lowest = orders.min()
-    if not lowest > 0:
-        raise InputError(f"order {lowest:g} is not positive: give cycles per revolution")
-    if not revolutions * lowest >= 2:
-        raise InputError(
-            f"a window of {revolutions:g} revolutions is too short for order {lowest:g}: give at "
-            f"least {2 / lowest:g}"
-        )
-    outside = (centres - revolutions / 2 < position[0] - step) | (
-        centres + revolutions / 2 > position[-1] + step
-    )
-    if outside.any():
-        raise InputError(
-            f"the window of {revolutions:g} revolutions about revolution {centres[outside][0]:.2f} "
-            f"leaves the record, which has {position[0]:.2f} to {position[-1]:.2f}"
-        )
-    amplitudes = np.empty((centres.size, orders.size, record.shape[1]), dtype=complex)
-    for line, middle in enumerate(centres):
-        inside = slice(
-            *np.searchsorted(position, [middle - revolutions / 2, middle + revolutions / 2])
-        )
-        weight = np.cos(np.pi * (position[inside] - middle) / revolutions) ** 2
-        kernel = weight * np.exp(-2j * np.pi * orders[:, np.newaxis] * position[inside])
-        amplitudes[line] = 2 / weight.sum() * (kernel @ record[inside])
-    return amplitudes
-
-
-SAMPLES_PER_PERIOD = 10
-"""Of the highest frequency of interest; keeps the angular resampling to 2e-6."""
-LEAST_SAMPLES_PER_PERIOD = 4
-"""Below this a record is refused."""
-_RIPPLE = 110.0
-"""Deviation of the passband from 1 and of the stopband from 0 that the filter is made for [dB]."""
-
-
 def lower_rate(
     values: npt.ArrayLike, rate: float, highest_frequency: float
 ) -> tuple[RealArray, float]:
-    """Every n-th sample of low-pass filtered records, without delay.
+    """Return every n-th sample of low-pass filtered records, without delay.
 
     Parameters
     ----------
     values : array, shape (n_sample, n_channel)
-        [unit].
+        Samples [unit].
     rate : float
         Samples per second [Hz].
     highest_frequency : float
-        Up to which the records must stay as they are [Hz].
+        Frequency up to which the records must stay as they are [Hz].
 
     Returns
     -------
     values : array, shape (n_lower, n_channel)
-        The first sample keeps its time [unit].
+        Samples at the lower rate; the first keeps its time [unit].
     rate : float
         A whole fraction of the old one, at least ten times the highest frequency, or the old one
         [Hz].
@@ -318,14 +137,138 @@ def lower_rate(
     return np.asarray(thinned[first : first + count], dtype=float), lower
 
 
-HANN_HALF_POWER_WIDTH = 1.4405826
-"""Full width of a Hann window's transform between its half-power points, times its length [1]."""
-HANN_NOISE_WIDTH = 1.5
-"""Noise bandwidth of a Hann window, times its length [1]."""
+def samples_needed(rate: float, slowest_rpm: float, highest_order: float) -> int:
+    """Return the samples per revolution at which nothing in a record folds onto the orders wanted.
+
+    Notes
+    -----
+    All content up to the rate [Hz], the images of the interpolation included, stays above the
+    highest order at the lowest speed [1/min]: ``N ≥ order + 60 rate / rpm``.
+    """
+    return int(np.ceil(highest_order + 60 * rate / slowest_rpm))
+
+
+def angular_resample(
+    values: npt.ArrayLike, angle: npt.ArrayLike, samples_per_revolution: int
+) -> tuple[RealArray, RealArray]:
+    """Resample time records at equal steps of shaft angle.
+
+    Parameters
+    ----------
+    values : array, shape (n_sample, n_channel)
+        Samples [unit].
+    angle : array, shape (n_sample,)
+        Shaft angle at each sample, increasing [rad].
+    samples_per_revolution : int
+        Number of new samples, see `samples_needed`.
+
+    Returns
+    -------
+    revolution : array, shape (n_angle,)
+        Shaft angle of the new samples, in whole steps of one over `samples_per_revolution` from the
+        zero mark [rev].
+    resampled : array, shape (n_angle, n_channel)
+        New samples [unit].
+
+    Raises
+    ------
+    InputError
+        Shapes that disagree, values that are not finite, a shaft that turns back, fewer than one
+        sample per revolution, or a record too short to interpolate.
+
+    Notes
+    -----
+    A quintic spline over the angle. An order at ``x = f/rate`` keeps the share
+    ``1 / Σ_k (x/(x + k))⁶`` of its amplitude: 2e-6 are missing at ten samples per period, 1.5e-3 at
+    four.
+    """
+    sizes: dict[str, int] = {}
+    record: RealArray = checked_array(values, "s c", "time record", sizes)
+    turned: RealArray = checked_array(angle, "s", "shaft angle", sizes)
+    if turned.size <= INTERPOLATION_DEGREE:
+        raise InputError(f"{turned.size} samples are too few to interpolate")
+    if np.any(np.diff(turned) <= 0):
+        raise InputError("the shaft angle stands still or falls: the shaft must not turn back")
+    if samples_per_revolution < 1:
+        raise InputError(f"{samples_per_revolution} samples per revolution: give at least 1")
+    per_radian = samples_per_revolution / (2 * np.pi)
+    number = np.arange(np.ceil(turned[0] * per_radian), np.floor(turned[-1] * per_radian) + 1)
+    spline = make_interp_spline(turned, record, k=INTERPOLATION_DEGREE)
+    # rounding must not carry the outermost angles beyond the record
+    new_angle = np.clip(number / per_radian, turned[0], turned[-1])
+    return number / samples_per_revolution, np.asarray(spline(new_angle))
+
+
+def order_amplitudes(
+    revolution: npt.ArrayLike,
+    resampled: npt.ArrayLike,
+    order: npt.ArrayLike,
+    centre: npt.ArrayLike,
+    revolutions: float,
+) -> ComplexArray:
+    """Return complex amplitudes of orders, each over a Hann window about a shaft angle.
+
+    Parameters
+    ----------
+    revolution : array, shape (n_angle,)
+        Equidistant shaft angles from `angular_resample` [rev].
+    resampled : array, shape (n_angle, n_channel)
+        Samples there [unit].
+    order : array, shape (n_order,)
+        Cycles per revolution [1].
+    centre : array, shape (n_line,)
+        Middle of the window of each line [rev].
+    revolutions : float
+        Length of the window [rev].
+
+    Returns
+    -------
+    array, shape (n_line, n_order, n_channel)
+        Peak amplitudes A, so that an order is ``Re(A e^{j order · angle})`` [unit].
+
+    Raises
+    ------
+    InputError
+        An order that is not positive, a window that leaves the record or is too short for an order.
+
+    Notes
+    -----
+    ``A = 2/Σw · Σ w(θ) y(θ) e^{−j order θ}``. Constant orders that are whole multiples of
+    ``1/revolutions`` apart, two or more of them, do not disturb each other: four revolutions
+    separate the half orders of a four-stroke engine. The amplitude is averaged over the window with
+    the weight w; see `smear`.
+    """
+    position, record = np.asarray(revolution, dtype=float), np.asarray(resampled, dtype=float)
+    orders, centres = np.atleast_1d(order).astype(float), np.atleast_1d(centre).astype(float)
+    step = (position[-1] - position[0]) / (position.size - 1)
+    lowest = orders.min()
+    if not lowest > 0:
+        raise InputError(f"order {lowest:g} is not positive: give cycles per revolution")
+    if not revolutions * lowest >= 2:
+        raise InputError(
+            f"a window of {revolutions:g} revolutions is too short for order {lowest:g}: give at "
+            f"least {2 / lowest:g}"
+        )
+    outside = (centres - revolutions / 2 < position[0] - step) | (
+        centres + revolutions / 2 > position[-1] + step
+    )
+    if outside.any():
+        raise InputError(
+            f"the window of {revolutions:g} revolutions about revolution {centres[outside][0]:.2f} "
+            f"leaves the record, which has {position[0]:.2f} to {position[-1]:.2f}"
+        )
+    amplitudes = np.empty((centres.size, orders.size, record.shape[1]), dtype=complex)
+    for line, middle in enumerate(centres):
+        ends = np.searchsorted(position, [middle - revolutions / 2, middle + revolutions / 2])
+        inside = slice(*ends)
+        weight = np.cos(np.pi * (position[inside] - middle) / revolutions) ** 2
+        kernel = weight * np.exp(-2j * np.pi * orders[:, np.newaxis] * position[inside])
+        amplitudes[line] = 2 / weight.sum() * (kernel @ record[inside])
+    return amplitudes
 
 
 def hann_bandwidth(rpm: npt.ArrayLike, revolutions: float) -> RealArray:
-    """Full width between the half-power points of computed order tracking.
+    """Return the full width between the half-power points of computed order tracking [Hz].
 
     Parameters
     ----------
@@ -333,11 +276,6 @@ def hann_bandwidth(rpm: npt.ArrayLike, revolutions: float) -> RealArray:
         Shaft speed in the middle of the window [1/min].
     revolutions : float
         Length of the Hann window [rev].
-
-    Returns
-    -------
-    array, same shape
-        [Hz].
 
     Notes
     -----
@@ -347,23 +285,12 @@ def hann_bandwidth(rpm: npt.ArrayLike, revolutions: float) -> RealArray:
 
 
 def hann_noise_bandwidth(rpm: npt.ArrayLike, revolutions: float) -> RealArray:
-    """Width of the ideal filter that passes as much white noise as the window.
-
-    Parameters
-    ----------
-    rpm, revolutions
-        As for `hann_bandwidth`.
-
-    Returns
-    -------
-    array, same shape as rpm
-        [Hz].
-    """
+    """Return the width of the ideal filter that passes as much white noise as the window [Hz]."""
     return np.asarray(HANN_NOISE_WIDTH * np.asarray(rpm, dtype=float) / (60 * revolutions))
 
 
 def smear(sweep_rate: npt.ArrayLike, bandwidth: npt.ArrayLike) -> RealArray:
-    """Finest detail over frequency that order tracking keeps in a run-up.
+    """Return the finest detail over frequency that order tracking keeps in a run-up [Hz].
 
     Parameters
     ----------
@@ -372,49 +299,30 @@ def smear(sweep_rate: npt.ArrayLike, bandwidth: npt.ArrayLike) -> RealArray:
     bandwidth : array_like, broadcasts with sweep_rate
         Full width of the filter between its half-power points [Hz].
 
-    Returns
-    -------
-    array
-        Period over frequency of a ripple of the amplitude that comes out at 1/√2 of its size;
-        anything finer is smeared [Hz]. 0 at constant speed.
-
     Notes
     -----
     A ripple of period P over frequency passes at ``sweep_rate / P`` ripples per second; the filter
-    keeps half their power at ``bandwidth / 2``, hence ``P = 2 |sweep_rate| / bandwidth``. A narrow
-    filter separates neighbouring orders and smears the run-up, a wide one the other way round; no
-    window escapes that product.
+    keeps half their power at ``bandwidth / 2``, hence ``P = 2 |sweep_rate| / bandwidth``: a ripple
+    of that period comes out at 1/√2 of its size, anything finer is smeared. A narrow filter
+    separates neighbouring orders and smears the run-up, a wide one the other way round.
 
     It speaks of the record only. A lightly damped structure driven through its resonance lags
-    behind the steady state that the same speeds would bring; that is in the record, not in the
-    order tracking.
+    behind the steady state that the same speeds would bring; that is in the record.
     """
     return np.asarray(2 * np.abs(sweep_rate) / np.asarray(bandwidth, dtype=float))
 
 
 def noise_amplitude(density: npt.ArrayLike, noise_bandwidth: npt.ArrayLike) -> RealArray:
-    """Root mean square of the peak amplitude that noise alone pretends.
+    """Return the rms of the peak amplitude that noise alone pretends, ``√(2 G B)`` [unit].
 
     Parameters
     ----------
     density : array_like
-        One-sided power density of the noise about the order [unit²/Hz].
+        One-sided power density G of the noise about the order [unit²/Hz].
     noise_bandwidth : array_like, broadcasts with density
-        [Hz].
-
-    Returns
-    -------
-    array
-        ``√(2 G B)``: the noise passes with power ``G B`` and an amplitude has twice its power
-        [unit].
+        Noise bandwidth B of an order spectrum [Hz].
     """
     return np.asarray(np.sqrt(2 * np.asarray(density, dtype=float) * noise_bandwidth))
-
-
-POLES = (1, 2, 3)
-"""Orders of the difference that the filter keeps small; 2 unless there is a reason."""
-_STEEPEST = 1e13
-"""Largest ratio of penalty to data at which the solution keeps about six digits."""
 
 
 def vold_kalman(
@@ -424,7 +332,7 @@ def vold_kalman(
     bandwidth: npt.ArrayLike,
     poles: int = 2,
 ) -> ComplexArray:
-    """Complex amplitudes of one or several orders in time, all solved together.
+    """Return complex amplitudes of one or several orders in time, all solved together.
 
     Parameters
     ----------
@@ -475,7 +383,7 @@ def vold_kalman(
     bandwidth the noise is up to twice as large. Two orders that run together for longer than one
     over the bandwidth share their energy in a way that no method can tell.
     """
-    record, angle, widths = _checked(values, phase, rate, bandwidth, poles)
+    record, angle, widths = _checked_filter(values, phase, rate, bandwidth, poles)
     static = np.ptp(angle, axis=0) == 0
     weight = penalty(widths, rate, poles)
     cosine, sine = np.cos(angle), -np.sin(angle[:, ~static])
@@ -489,21 +397,7 @@ def vold_kalman(
 
 
 def penalty(bandwidth: npt.ArrayLike, rate: float, poles: int) -> RealArray:
-    """Weight of the differences that gives the filter its half-power bandwidth.
-
-    Parameters
-    ----------
-    bandwidth : array_like, any shape
-        Full width between the half-power points [Hz].
-    rate : float
-        Samples per second [Hz].
-    poles : int
-        Order of the difference.
-
-    Returns
-    -------
-    array, same shape
-        r [1].
+    """Return the weight r of the differences that gives the filter its half-power bandwidth [1].
 
     Notes
     -----
@@ -517,42 +411,19 @@ def penalty(bandwidth: npt.ArrayLike, rate: float, poles: int) -> RealArray:
 def envelope_response(
     modulation: npt.ArrayLike, bandwidth: float, rate: float, poles: int = 2
 ) -> RealArray:
-    """Factor by which the filter of one order passes a modulation of its amplitude.
-
-    Parameters
-    ----------
-    modulation : array_like, any shape
-        Frequency at which the complex amplitude changes [Hz].
-    bandwidth, rate, poles
-        As for `vold_kalman`.
-
-    Returns
-    -------
-    array, same shape
-        Between 0 and 1, without phase; exact away from the ends of a record.
+    """Return the factor, 0 to 1, by which the filter passes a modulation [Hz] of an amplitude.
 
     Notes
     -----
-    ``H(f) = 1 / (1 + r² (2 sin(πf/rate))^{2p})``, so ``H(B/2) = 1/√2``.
+    ``H(f) = 1 / (1 + r² (2 sin(πf/rate))^{2p})``, so ``H(B/2) = 1/√2``; without phase, exact away
+    from the ends of a record.
     """
     step = 2 * np.sin(np.pi * np.asarray(modulation, dtype=float) / rate)
     return np.asarray(1 / (1 + (penalty(bandwidth, rate, poles) * step**poles) ** 2))
 
 
 def noise_bandwidth(bandwidth: npt.ArrayLike, poles: int = 2) -> RealArray:
-    """Width of the ideal filter that passes as much white noise.
-
-    Parameters
-    ----------
-    bandwidth : array_like, any shape
-        Full width between the half-power points [Hz].
-    poles : int
-        As for `vold_kalman`.
-
-    Returns
-    -------
-    array, same shape
-        [Hz].
+    """Return the width of the ideal filter that passes as much white noise [Hz].
 
     Notes
     -----
@@ -576,9 +447,9 @@ def _smoothest(basis: RealArray, weight: RealArray, record: RealArray, poles: in
     width = max(after * block - 1, before * block + 1, block - 2)
     # row width + i − j of the flat storage holds element (i, j) in its column j
     band = np.zeros((2 * width + 1, samples, functions, 2))
-    for one in range(functions):
-        for other in range(functions):
-            band[width + 2 * (one - other), :, other, 0] = basis[:, one] * basis[:, other]
+    for row in range(functions):
+        for column in range(functions):
+            band[width + 2 * (row - column), :, column, 0] = basis[:, row] * basis[:, column]
     band[width, :, :, 1] = -1
     inside = slice(before, samples - after)
     for reach in range(poles + 1):
@@ -600,32 +471,23 @@ def _smoothest(basis: RealArray, weight: RealArray, record: RealArray, poles: in
     return np.asarray(solved.reshape(samples, functions, 2, -1)[:, :, 0])
 
 
-def _checked(
+def _checked_filter(
     values: npt.ArrayLike,
     phase: npt.ArrayLike,
     rate: float,
     bandwidth: npt.ArrayLike,
     poles: int,
 ) -> tuple[RealArray, RealArray, RealArray]:
-    record, angle = np.asarray(values, dtype=float), np.asarray(phase, dtype=float)
     if poles not in POLES:
         raise InputError(f"a Vold-Kalman filter has 1, 2 or 3 poles, not {poles}")
-    if record.ndim != 2 or angle.ndim != 2 or len(record) != len(angle) or angle.shape[1] == 0:
-        raise InputError(
-            f"records of shape {record.shape} and phases of shape {angle.shape} are not "
-            "(n_sample, n_channel) and (n_sample, n_order)"
-        )
-    if len(record) <= 2 * poles:
-        raise InputError(f"{len(record)} samples are too few for a filter of {poles} poles")
-    if not (np.all(np.isfinite(record)) and np.all(np.isfinite(angle))):
-        raise InputError("a time record or the phase of an order is not finite")
-    try:
-        widths = np.broadcast_to(np.asarray(bandwidth, dtype=float), angle.shape[1])
-    except ValueError:
-        raise InputError(
-            f"bandwidths of shape {np.shape(bandwidth)} for {angle.shape[1]} orders: give one, or "
-            "one for each order"
-        ) from None
+    sizes: dict[str, int] = {}
+    record: RealArray = checked_array(values, "s c", "time record", sizes)
+    angle: RealArray = checked_array(phase, "s order", "phase of the orders", sizes)
+    if len(record) <= 2 * poles or angle.shape[1] == 0:
+        raise InputError(f"{angle.shape} phases are too few for a filter of {poles} poles")
+    axes = "order" if np.ndim(bandwidth) else ""
+    given: RealArray = checked_array(bandwidth, axes, "bandwidths of the orders", sizes)
+    widths = np.broadcast_to(given, angle.shape[1])
     turning = np.ptp(angle, axis=0) > 0
     steps = np.diff(angle[:, turning], axis=0)
     if np.any(steps <= 0):

@@ -1,27 +1,31 @@
-"""Kinematics of a rigid body, its mass and stiffness at a point, and its modes on springs."""
+"""Kinematics of a rigid body, its mass and stiffness at a point, and its modes on springs.
+
+Motions are stacked ``(x, y, z, rx, ry, rz)``, loads ``(fx, fy, fz, mx, my, mz)``. Everything that
+is called a forward matrix maps the motion of the body to the motion of a point; its transpose
+maps forces at the point to loads on the body.
+"""
 
 from __future__ import annotations
-
-from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 
-from deboom.arrays import RealArray, RealOrComplexArray
+from deboom.arrays import RealArray, RealOrComplexArray, checked
 from deboom.errors import InputError
 
 
 def skew(vector: npt.ArrayLike) -> RealArray:
-    """Matrix of the cross product: ``skew(r) @ b = r × b``.
+    """Return the matrix of the cross product, ``skew(r) @ b = r × b``.
 
     Parameters
     ----------
     vector : array, shape (..., 3)
+        Vector in any unit.
 
     Returns
     -------
     array, shape (..., 3, 3)
-        Antisymmetric, of the unit of `vector`.
+        Antisymmetric matrix in the same unit.
     """
     x, y, z = np.moveaxis(np.asarray(vector, dtype=float), -1, 0)
     zero = np.zeros_like(x)
@@ -30,17 +34,17 @@ def skew(vector: npt.ArrayLike) -> RealArray:
 
 
 def rotation_matrix(angles: npt.ArrayLike) -> RealArray:
-    """Rotation ``R = Rz Ry Rx`` that turns local into global components.
+    """Return the rotation ``R = Rz Ry Rx`` that turns local into global components.
 
     Parameters
     ----------
     angles : array, shape (..., 3)
-        About the fixed axes x, then y, then z [rad].
+        Angles about the fixed axes x, then y, then z [rad].
 
     Returns
     -------
     array, shape (..., 3, 3)
-        Columns are the local axes seen from the global ones [1].
+        Matrix whose columns are the local axes in global components [1].
 
     Notes
     -----
@@ -62,21 +66,21 @@ def point_acceleration(
     angular_acceleration: npt.ArrayLike,
     angular_velocity: npt.ArrayLike,
 ) -> RealArray:
-    """Acceleration of a point of a rigid body, with the centripetal term.
+    """Return the acceleration of a point of a rigid body, with the centripetal term.
 
     Parameters
     ----------
     position : array, shape (..., 3)
-        Of the point, from the reference point of the body [m].
+        Point, from the reference point of the body [m].
     acceleration : array, shape (..., 3)
-        Of the reference point [m/s²].
+        Acceleration of the reference point [m/s²].
     angular_acceleration, angular_velocity : array, shape (..., 3)
-        Of the body [rad/s², rad/s].
+        Rotation of the body [rad/s², rad/s].
 
     Returns
     -------
     array, shape (..., 3)
-        [m/s²].
+        Acceleration of the point [m/s²].
 
     Notes
     -----
@@ -92,17 +96,12 @@ def point_acceleration(
 
 
 def forward_matrix(position: npt.ArrayLike) -> RealArray:
-    """Motion of a body → motion of one of its points, ``V = [I, skew(r)ᵀ]``.
+    """Return the forward matrix of one point, ``V = [I, skew(r)ᵀ]``, shape (3, 6) [1, m/rad].
 
     Parameters
     ----------
     position : array, shape (3,)
-        Of the point, from the reference point of the body [m].
-
-    Returns
-    -------
-    array, shape (3, 6)
-        [1, m/rad].
+        Point, from the reference point of the body [m].
 
     Notes
     -----
@@ -115,12 +114,12 @@ def forward_matrix(position: npt.ArrayLike) -> RealArray:
 def forward_matrices(
     positions: npt.ArrayLike, orientations: npt.ArrayLike | None = None
 ) -> RealArray:
-    """Forward matrices of several points, one below the other.
+    """Return the forward matrices of several points, one below the other.
 
     Parameters
     ----------
     positions : array, shape (n, 3)
-        From the reference point of the body [m].
+        Points, from the reference point of the body [m].
     orientations : array, shape (n, 3, 3), optional
         Rotation matrix of each sensor or mount, its local axes as columns; by default all are
         parallel to the body's axes.
@@ -159,12 +158,12 @@ def forward_matrices(
 
 
 def shift_matrix(position: npt.ArrayLike) -> RealArray:
-    """Motion of a body at point E → its motion at the origin O, ``δ_O = χ δ_E``.
+    """Return χ, which takes the motion of a body at point E to its origin O, ``δ_O = χ δ_E``.
 
     Parameters
     ----------
     position : array, shape (3,)
-        Of E, from O [m].
+        Point E, from O [m].
 
     Returns
     -------
@@ -182,37 +181,19 @@ def shift_matrix(position: npt.ArrayLike) -> RealArray:
 
 
 def shift_load(load: RealOrComplexArray, position: npt.ArrayLike) -> RealOrComplexArray:
-    """Load on a body, from the origin to another point, ``F_E = χᵀ F_O``.
-
-    Parameters
-    ----------
-    load : array, shape (..., 6)
-        Forces and moments about the origin [N, N m].
-    position : array, shape (3,)
-        Of the new point, from the origin [m].
-
-    Returns
-    -------
-    array, shape (..., 6)
-        [N, N m].
-    """
+    """Refer a load, shape (..., 6) [N, N m], from the origin to a point, ``F_E = χᵀ F_O``."""
     return load @ shift_matrix(position)
 
 
 def shift_stiffness(stiffness: RealOrComplexArray, position: npt.ArrayLike) -> RealOrComplexArray:
-    """6×6 stiffness or mass, from the origin to another point, ``K_E = χᵀ K_O χ``.
+    """Refer a stiffness or mass, shape (..., 6, 6), to a point, ``K_E = χᵀ K_O χ``.
 
     Parameters
     ----------
     stiffness : array, shape (..., 6, 6)
-        At the origin [N/m, N/rad, N m/rad], or a mass matrix.
+        Stiffness at the origin [N/m, N/rad, N m/rad], or a mass matrix.
     position : array, shape (3,)
-        Of the new point, from the origin [m].
-
-    Returns
-    -------
-    array, shape (..., 6, 6)
-        At the new point.
+        New point, from the origin [m].
     """
     chi = shift_matrix(position)
     return chi.T @ stiffness @ chi
@@ -223,22 +204,22 @@ def mount_stiffness_matrix(
     stiffness: npt.ArrayLike,
     orientations: npt.ArrayLike | None = None,
 ) -> RealOrComplexArray:
-    """6×6 stiffness of a body on mounts, ``K = Σ V_iᵀ diag(k_i) V_i``.
+    """Return the 6×6 stiffness of a body on mounts, ``K = Σ V_iᵀ diag(k_i) V_i``.
 
     Parameters
     ----------
     positions : array, shape (n, 3)
-        Of the mounts, from the reference point of the body [m].
+        Mounts, from the reference point of the body [m].
     stiffness : array, shape (..., n, 3) or (..., 3 n)
-        Of each mount along its three axes, real or complex [N/m]. Leading axes, such as frequency
-        lines, are kept. Last axes of (n, 3) are always read as the first form.
+        Stiffness of each mount along its three axes, real or complex [N/m]. Last axes of (n, 3) are
+        always read as the first form.
     orientations : array, shape (n, 3, 3), optional
         Rotation matrix of each mount; by default the mounts' axes are those of the body.
 
     Returns
     -------
     array, shape (..., 6, 6)
-        At the reference point, symmetric [N/m, N/rad, N m/rad].
+        Stiffness at the reference point, symmetric [N/m, N/rad, N m/rad].
 
     Raises
     ------
@@ -267,25 +248,20 @@ def mount_stiffness_matrix(
 def mass_matrix(
     mass: float, inertia: npt.ArrayLike, centre: npt.ArrayLike = (0.0, 0.0, 0.0)
 ) -> RealArray:
-    """6×6 mass matrix of a rigid body at the reference point.
+    """Return the 6×6 mass matrix of a rigid body at its reference point [kg, kg m, kg m²].
 
     Parameters
     ----------
     mass : float
-        [kg].
+        Mass [kg].
     inertia : array, shape (3, 3)
-        About the centre of gravity [kg m²].
+        Inertia about the centre of gravity [kg m²].
     centre : array, shape (3,)
         Centre of gravity, from the reference point [m].
 
-    Returns
-    -------
-    array, shape (6, 6)
-        [kg, kg m, kg m²].
-
     Notes
     -----
-    Thesis, eq. 39-41, with the moment ``r × F``; the inertia is about the centre of gravity.
+    Thesis, eq. 39-41, with the moment ``r × F``.
     """
     at_centre = np.zeros((6, 6))
     at_centre[:3, :3] = mass * np.eye(3)
@@ -294,23 +270,107 @@ def mass_matrix(
     return np.asarray(shift_stiffness(at_centre, -np.asarray(centre, dtype=float)), dtype=float)
 
 
+@checked(centre="3 ?", inertia="3 3 ?")
+class RigidBody:
+    """Mass properties of a rigid body.
+
+    Parameters
+    ----------
+    mass : float
+        Mass [kg].
+    centre : array, shape (3,)
+        Centre of gravity, from the reference point [m].
+    inertia : array, shape (3, 3)
+        Inertia about the centre of gravity, products as the matrix entries [kg m²].
+    """
+
+    mass: float
+    centre: RealArray
+    inertia: RealArray
+
+
+def mass_properties(matrix: npt.ArrayLike, tolerance: float = 1e-6) -> RigidBody:
+    """Read mass, centre of gravity and inertia from a mass matrix, the inverse of `mass_matrix`.
+
+    Parameters
+    ----------
+    matrix : array, shape (6, 6)
+        Mass matrix at any reference point [kg, kg m, kg m²].
+    tolerance : float
+        Largest deviation from the mass matrix of a rigid body, relative to its mass, with lengths
+        divided by the radius of gyration [1]. A measured apparent mass needs a wide one.
+
+    Raises
+    ------
+    InputError
+        Not positive definite, or further from a rigid body than `tolerance`.
+    """
+    matrix = np.asarray(matrix, dtype=float)
+    if matrix.shape != (6, 6):
+        raise InputError(f"a mass matrix has shape (6, 6), not {matrix.shape}")
+    symmetric = (matrix + matrix.T) / 2
+    if not np.all(np.linalg.eigvalsh(symmetric) > 0):
+        raise InputError("the mass matrix is not positive definite, so it is not that of a body")
+    mass = float(np.trace(symmetric[:3, :3])) / 3
+    # the coupling block is mass · skew(centre), and Σ e_i × skew(c) e_i = 2 c
+    centre = np.cross(np.eye(3), symmetric[3:, :3].T).sum(axis=0) / (2 * mass)
+    inertia = symmetric[3:, 3:] - mass * skew(centre) @ skew(centre).T
+    unit = np.repeat([1.0, np.sqrt(np.trace(symmetric[3:, 3:]) / (3 * mass))], 3)
+    deviation = (matrix - mass_matrix(mass, inertia, centre)) / np.outer(unit, unit)
+    worst = float(np.max(np.abs(deviation))) / mass
+    if worst > tolerance:
+        raise InputError(
+            f"the mass matrix deviates by {worst:.2g} of its mass from that of a rigid body, "
+            f"more than the tolerance of {tolerance:.2g}"
+        )
+    return RigidBody(mass, centre, inertia)
+
+
+def characteristic_length(mass: float, inertia: npt.ArrayLike) -> float:
+    """Return the radius of gyration ``√(tr J / 3 m)`` [m], which makes rotations comparable."""
+    return float(np.sqrt(np.trace(np.asarray(inertia, dtype=float)) / (3 * mass)))
+
+
+def torque_roll_axis(inertia: npt.ArrayLike, torque: npt.ArrayLike = (0.0, 1.0, 0.0)) -> RealArray:
+    """Return the direction about which a free body turns under a torque.
+
+    Parameters
+    ----------
+    inertia : array, shape (3, 3)
+        Inertia about the centre of gravity [kg m²].
+    torque : array, shape (3,)
+        Direction of the torque, by default the crankshaft along y.
+
+    Returns
+    -------
+    array, shape (3,)
+        Unit vector ``J⁻¹ t / |J⁻¹ t|``; the axis passes through the centre of gravity.
+
+    Notes
+    -----
+    Holds above the rigid-body modes, where the mounts no longer hold the body.
+    """
+    direction = np.linalg.solve(np.asarray(inertia, dtype=float), np.asarray(torque, dtype=float))
+    return np.asarray(direction / np.linalg.norm(direction))
+
+
 def rigid_body_modes(
     mass_matrix: npt.ArrayLike, stiffness: npt.ArrayLike
 ) -> tuple[RealArray, RealArray]:
-    """Undamped modes of a body on springs.
+    """Return the undamped modes of a body on springs.
 
     Parameters
     ----------
     mass_matrix : array, shape (n, n)
-        Symmetric, positive definite [kg, kg m, kg m²].
+        Symmetric, positive definite mass matrix [kg, kg m, kg m²].
     stiffness : array, shape (..., n, n)
-        Real and symmetric, at the same point [N/m, N/rad, N m/rad]; of a complex stiffness pass
+        Real, symmetric stiffness at the same point [N/m, N/rad, N m/rad]; of a complex stiffness
         the real part.
 
     Returns
     -------
     frequency : array, shape (..., n)
-        Increasing [Hz]; 0 for a free direction.
+        Natural frequencies, increasing [Hz]; 0 for a free direction.
     shapes : array, shape (..., n, n)
         One mode per column, ``Ψᵀ M Ψ = I``; the entry that moves most, weighted by the square
         root of its mass or inertia, is positive.
@@ -342,110 +402,3 @@ def rigid_body_modes(
     weighted = np.sqrt(np.diag(mass))[:, np.newaxis] * np.abs(shapes)
     moves_most = np.take_along_axis(shapes, weighted.argmax(axis=-2, keepdims=True), axis=-2)
     return np.sqrt(np.maximum(squared, 0.0)) / (2 * np.pi), shapes * np.sign(moves_most)
-
-
-@dataclass(frozen=True, eq=False)
-class RigidBody:
-    """Mass properties of a rigid body.
-
-    Parameters
-    ----------
-    mass : float
-        [kg].
-    centre : array, shape (3,)
-        Centre of gravity, from the reference point [m].
-    inertia : array, shape (3, 3)
-        About the centre of gravity; off-diagonal entries are the matrix entries [kg m²].
-    """
-
-    mass: float
-    centre: RealArray
-    inertia: RealArray
-
-    def __post_init__(self) -> None:
-        for name in ("centre", "inertia"):
-            copy = np.array(getattr(self, name), dtype=float)
-            copy.setflags(write=False)
-            object.__setattr__(self, name, copy)
-
-
-def mass_properties(matrix: npt.ArrayLike, tolerance: float = 1e-6) -> RigidBody:
-    """Mass, centre of gravity and inertia from a 6×6 mass matrix; the inverse of `mass_matrix`.
-
-    Parameters
-    ----------
-    matrix : array, shape (6, 6)
-        At any reference point [kg, kg m, kg m²].
-    tolerance : float
-        How far `matrix` may be from the mass matrix of any rigid body, relative to its mass, with
-        lengths divided by the radius of gyration [1]. A measured apparent mass needs a wide one.
-
-    Returns
-    -------
-    RigidBody
-
-    Raises
-    ------
-    InputError
-        Not positive definite, or further from a rigid body than `tolerance`.
-    """
-    matrix = np.asarray(matrix, dtype=float)
-    if matrix.shape != (6, 6):
-        raise InputError(f"a mass matrix has shape (6, 6), not {matrix.shape}")
-    symmetric = (matrix + matrix.T) / 2
-    if not np.all(np.linalg.eigvalsh(symmetric) > 0):
-        raise InputError("the mass matrix is not positive definite, so it is not that of a body")
-    mass = float(np.trace(symmetric[:3, :3])) / 3
-    # the coupling block is mass · skew(centre), and Σ e_i × skew(c) e_i = 2 c
-    centre = np.cross(np.eye(3), symmetric[3:, :3].T).sum(axis=0) / (2 * mass)
-    inertia = symmetric[3:, 3:] - mass * skew(centre) @ skew(centre).T
-    unit = np.repeat([1.0, np.sqrt(np.trace(symmetric[3:, 3:]) / (3 * mass))], 3)
-    deviation = (matrix - mass_matrix(mass, inertia, centre)) / np.outer(unit, unit)
-    worst = float(np.max(np.abs(deviation))) / mass
-    if worst > tolerance:
-        raise InputError(
-            f"the mass matrix deviates by {worst:.2g} of its mass from that of a rigid body, "
-            f"more than the tolerance of {tolerance:.2g}"
-        )
-    return RigidBody(mass, centre, inertia)
-
-
-def characteristic_length(mass: float, inertia: npt.ArrayLike) -> float:
-    """Radius of gyration, the length that makes rotations of a body comparable to translations.
-
-    Parameters
-    ----------
-    mass : float
-        [kg].
-    inertia : array, shape (3, 3)
-        About the centre of gravity [kg m²].
-
-    Returns
-    -------
-    float
-        ``√(tr J / 3 m)`` [m].
-    """
-    return float(np.sqrt(np.trace(np.asarray(inertia, dtype=float)) / (3 * mass)))
-
-
-def torque_roll_axis(inertia: npt.ArrayLike, torque: npt.ArrayLike = (0.0, 1.0, 0.0)) -> RealArray:
-    """Direction about which a free body turns under a torque.
-
-    Parameters
-    ----------
-    inertia : array, shape (3, 3)
-        About the centre of gravity [kg m²].
-    torque : array, shape (3,)
-        Direction of the torque, by default the crankshaft along y.
-
-    Returns
-    -------
-    array, shape (3,)
-        Unit vector ``J⁻¹ t / |J⁻¹ t|``; the axis passes through the centre of gravity.
-
-    Notes
-    -----
-    Holds above the rigid-body modes, where the mounts no longer hold the body.
-    """
-    direction = np.linalg.solve(np.asarray(inertia, dtype=float), np.asarray(torque, dtype=float))
-    return np.asarray(direction / np.linalg.norm(direction))

@@ -1,4 +1,7 @@
-"""Sound pressure levels: A-weighting, the level of a line, and one number per curve."""
+"""Sound pressure levels: A-weighting, the level of a line, and one number per curve.
+
+Levels have shape (n_frequency, ...) and their frequency axis first, unless `axis` names another.
+"""
 
 from __future__ import annotations
 
@@ -27,22 +30,13 @@ def _amplitude_ratio(frequency: RealArray) -> RealArray:
 
 
 def a_weighting(frequency: npt.ArrayLike) -> RealArray:
-    """Return the A-weighting of a pure tone.
+    """Return the A-weighting of pure tones, to be added to the unweighted level [dB].
 
     Parameters
     ----------
     frequency : array_like, any shape
-        The line's own frequency, not the nominal name of its band [Hz].
-
-    Returns
-    -------
-    array, same shape
-        What to add to the unweighted level [dB].
-
-    Raises
-    ------
-    InputError
-        A frequency that is not positive and finite.
+        The line's own frequency, not the nominal name of its band [Hz]; positive and finite, else
+        InputError.
 
     Notes
     -----
@@ -63,21 +57,9 @@ def a_weighting(frequency: npt.ArrayLike) -> RealArray:
 
 
 def unweighted_level(pressure: npt.ArrayLike) -> RealArray:
-    """Return the sound pressure level of complex peak amplitudes, without weighting.
+    """Return the level of complex peak amplitudes [Pa], ``20 lg(|p| / (√2 · 20 µPa))`` [dB].
 
-    Parameters
-    ----------
-    pressure : array_like, any shape
-        Complex peak amplitude [Pa].
-
-    Returns
-    -------
-    array, same shape
-        Level re 20 µPa rms [dB]; silence (exactly 0 Pa) is minus infinity.
-
-    Notes
-    -----
-    ``L = 20 lg(|p| / (√2 · 20 µPa))``.
+    Silence (exactly 0 Pa) is minus infinity.
     """
     with np.errstate(divide="ignore"):
         return np.asarray(20 * np.log10(np.abs(pressure) / (np.sqrt(2) * REFERENCE_PRESSURE)))
@@ -91,14 +73,14 @@ def spl(pressure: npt.ArrayLike, frequency: npt.ArrayLike, axis: int = 0) -> Rea
     pressure : array_like, shape (n_frequency, ...)
         Complex peak amplitudes [Pa].
     frequency : array_like, shape (n_frequency,)
-        Of the lines [Hz].
+        Lines [Hz].
     axis : int
-        Which axis of `pressure` is the frequency axis; the first one by default.
+        Frequency axis of `pressure`.
 
     Returns
     -------
     array, same shape as `pressure`
-        [dB(A)]; silence (exactly 0 Pa) is minus infinity.
+        Levels [dB(A)]; silence (exactly 0 Pa) is minus infinity.
 
     Raises
     ------
@@ -117,65 +99,27 @@ def spl(pressure: npt.ArrayLike, frequency: npt.ArrayLike, axis: int = 0) -> Rea
 
 
 def splv(level: npt.ArrayLike, axis: int = 0) -> RealArray:
-    """Return the sum of the levels over the lines.
-
-    Parameters
-    ----------
-    level : array_like, shape (n_frequency, ...)
-        SPL of the lines of the band, 20 to 60 Hz in the thesis [dB(A)].
-    axis : int
-        The frequency axis.
-
-    Returns
-    -------
-    array, shape of `level` without the frequency axis
-        SPLV [dB(A)]. It grows with the number of lines; see `mean_level`.
+    """Return the sum of the levels over the lines of the band, ``SPLV = Σ_p SPL(f_p)`` [dB(A)].
 
     Notes
     -----
-    ``SPLV = Σ_p SPL(f_p)``, thesis, eq. 35. A sum of decibels: a fall of 1 dB counts the same in a
-    notch and at a peak. `energy_sum` and `peak_level` rank vehicles and designs otherwise.
+    Thesis, eq. 35, over 20 to 60 Hz. It grows with the number of lines; see `mean_level`. A sum of
+    decibels: a fall of 1 dB counts the same in a notch and at a peak. `energy_sum` and `peak_level`
+    rank vehicles and designs otherwise.
     """
     return np.asarray(np.sum(np.asarray(level, dtype=float), axis=axis))
 
 
 def mean_level(level: npt.ArrayLike, axis: int = 0) -> RealArray:
-    """Return the mean of the levels over the lines, SPLV divided by the number of lines.
-
-    Parameters
-    ----------
-    level : array_like, shape (n_frequency, ...)
-        SPL of the lines of the band [dB(A)].
-    axis : int
-        The frequency axis.
-
-    Returns
-    -------
-    array, shape of `level` without the frequency axis
-        [dB(A)].
-    """
+    """Return the mean of the levels over the lines, SPLV over the number of lines [dB(A)]."""
     return np.asarray(np.mean(np.asarray(level, dtype=float), axis=axis))
 
 
 def energy_sum(level: npt.ArrayLike, axis: int = 0) -> RealArray:
-    """Return the level of the summed energy of the lines.
+    """Return the level of the summed energy of the lines, ``10 lg Σ_p 10^(L_p / 10)`` [dB].
 
-    Parameters
-    ----------
-    level : array_like, shape (n_frequency, ...)
-        Levels of the lines, weighted or not [dB].
-    axis : int
-        The frequency axis.
-
-    Returns
-    -------
-    array, shape of `level` without the frequency axis
-        [dB], weighted as the lines are; minus infinity if all lines are silent.
-
-    Notes
-    -----
-    ``10 lg Σ_p 10^(L_p / 10)``. Of the lines of an engine order, which stand for different engine
-    speeds, the sum is no sound that anybody hears at once: use differences between designs.
+    Minus infinity if all lines are silent. Of the lines of an engine order, which stand for
+    different engine speeds, the sum is no sound that anybody hears at once: use differences.
     """
     with np.errstate(divide="ignore"):
         energy = np.sum(10 ** (np.asarray(level, dtype=float) / 10), axis=axis)
@@ -183,20 +127,7 @@ def energy_sum(level: npt.ArrayLike, axis: int = 0) -> RealArray:
 
 
 def peak_level(level: npt.ArrayLike, axis: int = 0) -> RealArray:
-    """Return the highest level of the lines.
-
-    Parameters
-    ----------
-    level : array_like, shape (n_frequency, ...)
-        Levels of the lines [dB].
-    axis : int
-        The frequency axis.
-
-    Returns
-    -------
-    array, shape of `level` without the frequency axis
-        [dB].
-    """
+    """Return the highest level of the lines [dB]."""
     return np.asarray(np.max(np.asarray(level, dtype=float), axis=axis))
 
 
@@ -206,28 +137,12 @@ def band_energy_level(
     band: tuple[float, float],
     axis: int = 0,
 ) -> RealArray:
-    """Return the energy sum of the lines of one band.
-
-    Parameters
-    ----------
-    level : array_like, shape (n_frequency, ...)
-        Levels of the lines [dB].
-    frequency : array_like, shape (n_frequency,)
-        Of the lines [Hz].
-    band : (lower, upper)
-        Both edges belong to the band [Hz].
-    axis : int
-        The frequency axis.
-
-    Returns
-    -------
-    array, shape of `level` without the frequency axis
-        [dB], weighted as the lines are.
+    """Return the energy sum of the lines of one band, both edges included [dB].
 
     Raises
     ------
     InputError
-        A band without a line, or a frequency axis of another length than `level` has.
+        A band [Hz] without a line, or a frequency axis of another length than `level` has.
     """
     levels, lines = np.asarray(level, dtype=float), np.asarray(frequency, dtype=float)
     _check_lines(levels, lines, axis)

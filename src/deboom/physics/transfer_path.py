@@ -1,4 +1,20 @@
-"""Transfer paths: a source joined to a receiver, forces at the paths, pressure at the ear."""
+"""Transfer paths: a source joined to a receiver, forces at the paths, pressure at the ear.
+
+Source A and receiver B meet at their interface, one degree of freedom per path. Receptances are
+those of each body on its own ("uncoupled") or of the two joined ("assembled"):
+
+==========================  ==================================================================
+force                       goes with
+==========================  ==================================================================
+interface force ``g``       uncoupled receiver, ``p = Y_B g`` (thesis, eq. 8)
+blocked force ``f_bl``      assembled bodies, ``p = Y_AB f_bl`` (van der Seijs et al. 2016)
+==========================  ==================================================================
+
+Blocked forces with the uncoupled receiver are an approximation: good where the receiver is much
+stiffer than the source with its mounts. Forces out of responses: `force_inversion`.
+
+Shapes that do not belong together, and interfaces that cannot be solved, raise InputError.
+"""
 
 from __future__ import annotations
 
@@ -7,7 +23,7 @@ from collections.abc import Sequence
 import numpy as np
 import numpy.typing as npt
 
-from deboom.arrays import ComplexArray, RealArray
+from deboom.arrays import ComplexArray, RealArray, checked_array
 from deboom.errors import InputError
 
 
@@ -30,29 +46,16 @@ def mount_force(
     array, shape (n_frequency, n_path)
         Interface force, complex peak [N].
 
-    Raises
-    ------
-    InputError
-        Shapes that do not belong together.
-
     Notes
     -----
     ``g = K (u_A − u_B)``, the mount-stiffness method of the thesis, section 2.4.2; for mounts whose
     mass does not matter in the band. Where both ends move nearly alike the difference is noise.
     """
-    springs = np.asarray(stiffness, dtype=complex)
-    above = np.asarray(source_displacement, dtype=complex)
-    below = np.asarray(receiver_displacement, dtype=complex)
-    if (
-        above.ndim != 2
-        or above.shape != below.shape
-        or springs.shape not in (above.shape, (*above.shape, above.shape[1]))
-    ):
-        raise InputError(
-            f"stiffnesses of shape {springs.shape} and displacements of shapes {above.shape} and "
-            f"{below.shape} do not belong together: give the same lines first and the same paths "
-            "last"
-        )
+    sizes: dict[str, int] = {}
+    above = _complex(source_displacement, "f p", "displacement of the source", sizes)
+    below = _complex(receiver_displacement, "f p", "displacement of the receiver", sizes)
+    axes = "f p p" if np.ndim(stiffness) == 3 else "f p"
+    springs = _complex(stiffness, axes, "stiffness of the mounts", sizes)
     if springs.ndim == 2:
         return np.asarray(springs * (above - below))
     return np.asarray(np.einsum("fij,fj->fi", springs, above - below))
@@ -73,53 +76,34 @@ def contributions(ntf: npt.ArrayLike, force: npt.ArrayLike) -> ComplexArray:
     array, shape of `ntf`
         Complex peak pressure per path [Pa].
 
-    Raises
-    ------
-    InputError
-        Lines or paths that differ.
-
     Notes
     -----
     The terms ``Y_dj f_j`` of the thesis, eq. 13. Their levels do not add up to the level of the
     sum: paths cancel.
     """
-    transfer, forces = np.asarray(ntf, dtype=complex), np.asarray(force, dtype=complex)
-    if (
-        transfer.ndim not in (2, 3)
-        or forces.ndim != 2
-        or (transfer.shape[0], transfer.shape[-1]) != forces.shape
-    ):
-        raise InputError(
-            f"transfer functions of shape {transfer.shape} and forces of shape {forces.shape} do "
-            "not belong together: give the same lines first and the same paths last"
-        )
+    sizes: dict[str, int] = {}
+    forces = _complex(force, "f p", "forces of the paths", sizes)
+    axes = "f ear p" if np.ndim(ntf) == 3 else "f p"
+    transfer = _complex(ntf, axes, "transfer functions of the paths", sizes)
     return np.asarray(transfer * (forces if transfer.ndim == 2 else forces[:, np.newaxis, :]))
 
 
 def pressure(ntf: npt.ArrayLike, force: npt.ArrayLike) -> ComplexArray:
-    """Return the pressure as the sum of all paths.
+    """Return the pressure as the sum of all paths, ``p_d = Σ_j Y_dj f_j``.
 
     Parameters
     ----------
-    ntf : array_like, shape (n_frequency, n_path) or (n_frequency, n_ear, n_path)
-        Noise transfer functions [Pa/N].
-    force : array_like, shape (n_frequency, n_path)
-        Force of each path on the receiver, complex peak [N].
+    ntf, force : array_like
+        As for `contributions`.
 
     Returns
     -------
     array, shape (n_frequency,) or (n_frequency, n_ear)
         Complex peak pressure [Pa].
 
-    Raises
-    ------
-    InputError
-        Lines or paths that differ.
-
     Notes
     -----
-    ``p_d = Σ_j Y_dj f_j``, thesis, eq. 13; eq. 7 and 8 with other responses in place of the
-    pressure.
+    Thesis, eq. 13; eq. 7 and 8 with other responses in place of the pressure.
     """
     return np.asarray(contributions(ntf, force).sum(axis=-1))
 
@@ -134,10 +118,8 @@ def pressure_with_airborne(
 
     Parameters
     ----------
-    ntf : array_like, shape (n_frequency, n_path)
-        Noise transfer functions [Pa/N].
-    force : array_like, shape (n_frequency, n_path)
-        Force of each path, complex peak [N].
+    ntf, force : array_like, shape (n_frequency, n_path)
+        Noise transfer functions [Pa/N] and forces [N].
     acoustic_ntf : array_like, shape (n_frequency, n_source)
         Pressure per volume velocity of each airborne source [Pa s/m³].
     source_strength : array_like, shape (n_frequency, n_source)
@@ -147,11 +129,6 @@ def pressure_with_airborne(
     -------
     array, shape (n_frequency,)
         Complex peak pressure [Pa].
-
-    Raises
-    ------
-    InputError
-        Lines, paths or sources that differ.
 
     Notes
     -----
@@ -172,17 +149,12 @@ def partial_sums(
         Complex contributions [Pa].
     groups : sequence of sequences of int
         Path numbers of each group. Each path belongs to exactly one group, so that the groups add
-        up to the pressure.
+        up to the pressure; else InputError.
 
     Returns
     -------
     array, shape (n_frequency, ..., n_group)
         Complex peak pressure per group [Pa].
-
-    Raises
-    ------
-    InputError
-        A path in no group or in two, or one that does not exist.
     """
     values = np.asarray(path_contributions, dtype=complex)
     n_path = values.shape[-1]
@@ -209,17 +181,12 @@ def energy_share(
     Returns
     -------
     array, shape (n_path,)
-        Adds up to 1; below 0 where a path takes away from the others [1].
-
-    Raises
-    ------
-    InputError
-        Weights that do not fit, or a sum that is zero on all lines.
+        Shares, which add up to 1; below 0 where a path takes away from the others [1].
 
     Notes
     -----
-    ``Σ_f w Re(c_k p*) / Σ_f w |p|²`` with ``p = Σ_k c_k``. It is also the slope of the energy:
-    ``d ln E / d ln |c_k| = 2 share``.
+    ``Σ_f w Re(c_k p*) / Σ_f w |p|²`` with ``p = Σ_k c_k``, which must not be zero on all lines. It
+    is also the slope of the energy: ``d ln E / d ln |c_k| = 2 share``.
     """
     values, weight = _weighted(path_contributions, line_weight)
     total = values.sum(axis=1)
@@ -232,41 +199,13 @@ def energy_share(
 def rms_contribution(
     path_contributions: npt.ArrayLike, line_weight: npt.ArrayLike | None = None
 ) -> RealArray:
-    """Return how large each path is on its own, whatever its phase.
+    """Return how large each path is on its own, whatever its phase, shape (n_path,) [Pa].
 
-    Parameters
-    ----------
-    path_contributions : array_like, shape (n_frequency, n_path)
-        Complex contributions, peak [Pa].
-    line_weight : array_like, shape (n_frequency,), optional
-        Energy weight of each line; by default all alike [1].
-
-    Returns
-    -------
-    array, shape (n_path,)
-        Root of the weighted mean of |c_k|² over the lines, peak amplitude [Pa].
-
-    Raises
-    ------
-    InputError
-        Weights that do not fit.
+    The root of the weighted mean of |c_k|² over the lines, peak amplitude; arguments as for
+    `energy_share`.
     """
     values, weight = _weighted(path_contributions, line_weight)
     return np.asarray(np.sqrt(weight @ np.abs(values) ** 2 / len(values)))
-
-
-def _weighted(
-    path_contributions: npt.ArrayLike, line_weight: npt.ArrayLike | None
-) -> tuple[ComplexArray, RealArray]:
-    values = np.asarray(path_contributions, dtype=complex)
-    n_frequency = values.shape[0] if values.ndim == 2 else 0
-    weight = np.ones(n_frequency) if line_weight is None else np.asarray(line_weight, dtype=float)
-    if n_frequency == 0 or weight.shape != (n_frequency,):
-        raise InputError(
-            f"contributions of shape {values.shape} and line weights of shape {weight.shape}: give "
-            "(n_frequency, n_path) and one weight per line"
-        )
-    return values, weight
 
 
 def mounted_source(source: npt.ArrayLike, stiffness: npt.ArrayLike) -> ComplexArray:
@@ -277,17 +216,12 @@ def mounted_source(source: npt.ArrayLike, stiffness: npt.ArrayLike) -> ComplexAr
     source : array_like, shape (n_frequency, n_path, n_path)
         Receptance of the source at its interface [m/N].
     stiffness : array_like, shape (n_frequency, n_path)
-        Complex dynamic stiffness of the mount in each path [N/m].
+        Complex dynamic stiffness of the mount in each path, not 0 [N/m].
 
     Returns
     -------
     array, shape (n_frequency, n_path, n_path)
-        [m/N].
-
-    Raises
-    ------
-    InputError
-        Shapes that do not belong together, or a mount without stiffness.
+        Receptance [m/N].
 
     Notes
     -----
@@ -295,13 +229,9 @@ def mounted_source(source: npt.ArrayLike, stiffness: npt.ArrayLike) -> ComplexAr
     deflection. The free motion behind the mounts is that of the source itself. With it the mounts
     belong to the source, as on the test bench of the thesis, section 2.4.2.
     """
-    receptance, mounts = np.asarray(source, dtype=complex), np.asarray(stiffness, dtype=complex)
-    _check_square(receptance, "source")
-    if mounts.shape != receptance.shape[:2]:
-        raise InputError(
-            f"mounts of shape {mounts.shape} do not fit a source of shape {receptance.shape}: give "
-            "one stiffness per line and path"
-        )
+    sizes: dict[str, int] = {}
+    receptance = _complex(source, "f p p", "receptance of the source", sizes)
+    mounts = _complex(stiffness, "f p", "stiffness of the mounts", sizes)
     if np.any(mounts == 0):
         raise InputError(
             "a mount of zero stiffness carries no force: leave its path out of source and receiver"
@@ -324,21 +254,17 @@ def interface_force(
     Returns
     -------
     array, shape (n_frequency, n_path)
-        On the receiver, complex peak [N].
-
-    Raises
-    ------
-    InputError
-        Shapes that do not belong together, or an interface that cannot be solved.
+        Force on the receiver, complex peak [N].
 
     Notes
     -----
     ``g = (Y_A + Y_B)⁻¹ u_free``, from equal motion and opposite forces (thesis, eq. 9 and 10).
     """
-    source, receiver = np.asarray(source, dtype=complex), np.asarray(receiver, dtype=complex)
-    _check_square(source, "source")
-    _check_same_shape(receiver, source, "receiver")
-    return _solve_vector(source + receiver, free_displacement, "source plus receiver")
+    sizes: dict[str, int] = {}
+    joined = _complex(source, "f p p", "receptance of the source", sizes)
+    joined = joined + _complex(receiver, "f p p", "receptance of the receiver", sizes)
+    free = _complex(free_displacement, "f p", "displacement of the interface", sizes)
+    return _solve(joined, free[:, :, np.newaxis], "source plus receiver")[:, :, 0]
 
 
 def blocked_force(source: npt.ArrayLike, free_displacement: npt.ArrayLike) -> ComplexArray:
@@ -356,19 +282,15 @@ def blocked_force(source: npt.ArrayLike, free_displacement: npt.ArrayLike) -> Co
     array, shape (n_frequency, n_path)
         Complex peak [N].
 
-    Raises
-    ------
-    InputError
-        Shapes that do not belong together, or a source that cannot be solved.
-
     Notes
     -----
     ``f_bl = Y_A⁻¹ u_free``. It belongs with the assembled receptance, ``p = Y_AB f_bl``
     (`assembled_frf`).
     """
-    source = np.asarray(source, dtype=complex)
-    _check_square(source, "source")
-    return _solve_vector(source, free_displacement, "source")
+    sizes: dict[str, int] = {}
+    receptance = _complex(source, "f p p", "receptance of the source", sizes)
+    free = _complex(free_displacement, "f p", "displacement of the interface", sizes)
+    return _solve(receptance, free[:, :, np.newaxis], "source")[:, :, 0]
 
 
 def blocked_force_on_rig(
@@ -380,29 +302,22 @@ def blocked_force_on_rig(
     ----------
     source : array_like, shape (n_frequency, n_path, n_path)
         Receptance at the interface [m/N].
-    rig_force : array_like, shape (n_frequency, n_path)
-        Measured between source and rig, on the rig, complex peak [N].
-    rig_displacement : array_like, shape (n_frequency, n_path)
-        Motion of the interface, complex peak [m].
+    rig_force, rig_displacement : array_like, shape (n_frequency, n_path)
+        Force between source and rig, on the rig [N], and motion of the interface [m].
 
     Returns
     -------
     array, shape (n_frequency, n_path)
         Complex peak [N].
 
-    Raises
-    ------
-    InputError
-        Shapes that do not belong together, or a source that cannot be solved.
-
     Notes
     -----
     ``f_bl = g + Y_A⁻¹ u``, thesis, eq. 11; on a rigid rig u = 0 and the cells read f_bl.
     """
-    source, force = np.asarray(source, dtype=complex), np.asarray(rig_force, dtype=complex)
-    _check_square(source, "source")
-    _check_same_shape(force, source[:, :, 0], "rig force")
-    return force + _solve_vector(source, rig_displacement, "source")
+    sizes: dict[str, int] = {}
+    _complex(source, "f p p", "receptance of the source", sizes)
+    force = _complex(rig_force, "f p", "force on the rig", sizes)
+    return np.asarray(force + blocked_force(source, rig_displacement))
 
 
 def assembled_frf(
@@ -411,7 +326,7 @@ def assembled_frf(
     source: npt.ArrayLike,
     excitation: npt.ArrayLike,
 ) -> ComplexArray:
-    """Return frequency response functions of source and receiver joined at their interface.
+    """Return functions of the assembled bodies out of those of the uncoupled ones.
 
     Parameters
     ----------
@@ -427,51 +342,23 @@ def assembled_frf(
     Returns
     -------
     array, shape (n_frequency, n_output, n_input)
-        Response on the receiver per force on the source, of the assembled bodies; the unit of
-        `response`.
-
-    Raises
-    ------
-    InputError
-        Shapes that do not belong together, or an interface that cannot be solved.
+        Response on the receiver per force on the source; the unit of `response`.
 
     Notes
     -----
     ``Y_AB = Y_B,oj (Y_A,jj + Y_B,jj)⁻¹ Y_A,ji``, dual coupling; the assembled function of the
     thesis, eq. 7 and 8.
     """
-    response, receiver = np.asarray(response, dtype=complex), np.asarray(receiver, dtype=complex)
-    source, excitation = np.asarray(source, dtype=complex), np.asarray(excitation, dtype=complex)
-    _check_square(source, "source")
-    _check_same_shape(receiver, source, "receiver")
-    n_frequency, n_path = source.shape[:2]
-    if response.ndim != 3 or response.shape[::2] != (n_frequency, n_path):
-        raise InputError(
-            f"responses of shape {response.shape} do not fit a source of shape {source.shape}: "
-            "give (n_frequency, n_output, n_path)"
-        )
-    if excitation.ndim != 3 or excitation.shape[:2] != (n_frequency, n_path):
-        raise InputError(
-            f"excitations of shape {excitation.shape} do not fit a source of shape "
-            f"{source.shape}: give (n_frequency, n_path, n_input)"
-        )
-    return response @ _solve(source + receiver, excitation, "source plus receiver")
+    sizes: dict[str, int] = {}
+    joined = _complex(source, "f p p", "receptance of the source", sizes)
+    joined = joined + _complex(receiver, "f p p", "receptance of the receiver", sizes)
+    heard = _complex(response, "f o p", "responses of the receiver", sizes)
+    excited = _complex(excitation, "f p i", "excitation of the source", sizes)
+    return heard @ _solve(joined, excited, "source plus receiver")
 
 
-def _check_square(matrix: ComplexArray, what: str) -> None:
-    if matrix.ndim != 3 or matrix.shape[1] != matrix.shape[2]:
-        raise InputError(
-            f"the {what} has shape {matrix.shape}: give receptances of shape "
-            "(n_frequency, n_path, n_path)"
-        )
-
-
-def _check_same_shape(array: ComplexArray, like: ComplexArray, what: str) -> None:
-    if array.shape != like.shape:
-        raise InputError(
-            f"the {what} has shape {array.shape}: give {like.shape}, the lines and paths of the "
-            "source"
-        )
+def _complex(values: npt.ArrayLike, axes: str, item: str, sizes: dict[str, int]) -> ComplexArray:
+    return checked_array(values, f"{axes} ?", item, sizes, complex)
 
 
 def _solve(matrix: ComplexArray, right: ComplexArray, what: str) -> ComplexArray:
@@ -483,7 +370,10 @@ def _solve(matrix: ComplexArray, right: ComplexArray, what: str) -> ComplexArray
         ) from None
 
 
-def _solve_vector(matrix: ComplexArray, right: npt.ArrayLike, what: str) -> ComplexArray:
-    vector = np.asarray(right, dtype=complex)
-    _check_same_shape(vector, matrix[:, :, 0], "displacement")
-    return np.asarray(_solve(matrix, vector[:, :, np.newaxis], what)[:, :, 0])
+def _weighted(
+    path_contributions: npt.ArrayLike, line_weight: npt.ArrayLike | None
+) -> tuple[ComplexArray, RealArray]:
+    sizes: dict[str, int] = {}
+    values = _complex(path_contributions, "f p", "contributions of the paths", sizes)
+    weight = np.ones(len(values)) if line_weight is None else line_weight
+    return values, checked_array(weight, "f ?", "weights of the lines", sizes)

@@ -25,25 +25,18 @@ DERIVATIVES = ("tension", "torsion", "bending", "line_mass", "loss_factor")
 
 @dataclass(frozen=True)
 class ViscoelasticBeam:
-    """Straight uniform beam of a round section, one complex modulus.
+    """Straight uniform beam of a round section, one complex modulus; all numbers are positive.
 
     Parameters
     ----------
-    length : float
-        [m]
+    length, line_mass : float
+        Length [m] and mass per length [kg/m].
     tension, torsion, bending : float
         Real parts of EA [N], GJ and EI [N m²].
-    line_mass : float
-        [kg/m]
     loss_factor : float
-        Of all three stiffnesses [1].
+        Loss factor of all three stiffnesses [1].
     torsion_radius : float
         Radius of gyration of the section about the axis [m].
-
-    Raises
-    ------
-    InputError
-        A number that is not positive and finite.
     """
 
     length: float
@@ -62,13 +55,14 @@ class ViscoelasticBeam:
 
 
 def beam_stiffness(beam: ViscoelasticBeam, frequency: npt.ArrayLike) -> ComplexArray:
-    """Dynamic stiffness between the two ends, in the axes of the beam.
+    """Return the dynamic stiffness between the two ends, in the axes of the beam.
 
     Parameters
     ----------
     beam : ViscoelasticBeam
+        Beam or hose.
     frequency : array, shape (n_frequency,)
-        Above 0 [Hz].
+        Lines above 0 Hz [Hz].
 
     Returns
     -------
@@ -100,21 +94,10 @@ def beam_stiffness(beam: ViscoelasticBeam, frequency: npt.ArrayLike) -> ComplexA
 def beam_stiffness_derivatives(beam: ViscoelasticBeam, frequency: npt.ArrayLike) -> ComplexArray:
     """Differentiate `beam_stiffness` by the logarithms of five of the beam's numbers.
 
-    Parameters
-    ----------
-    beam : ViscoelasticBeam
-    frequency : array, shape (n_frequency,)
-        Above 0 [Hz].
-
     Returns
     -------
     array, shape (5, n_frequency, 12, 12)
-        In the order of `DERIVATIVES`.
-
-    Raises
-    ------
-    InputError
-        As `beam_stiffness`.
+        Derivatives in the order of `DERIVATIVES`.
 
     Notes
     -----
@@ -126,23 +109,18 @@ def beam_stiffness_derivatives(beam: ViscoelasticBeam, frequency: npt.ArrayLike)
 
 
 def frame_along(direction: npt.ArrayLike) -> RealArray:
-    """Right-handed axes of a beam, the same ones for the same direction.
+    """Return right-handed axes of a beam, the same ones for the same direction.
 
     Parameters
     ----------
     direction : array, shape (3,)
-        From the first end to the second, of any length.
+        Direction from the first end to the second, of any length but 0.
 
     Returns
     -------
     array, shape (3, 3)
         Columns are the local axes: x along the beam, y level (normal to the global z), or the
         global y for a beam along z [1].
-
-    Raises
-    ------
-    InputError
-        A direction of no length.
     """
     axis = np.asarray(direction, dtype=float)
     norm = np.linalg.norm(axis)
@@ -161,16 +139,14 @@ def beam_congruence(
     first: npt.ArrayLike = (0.0, 0.0, 0.0),
     second: npt.ArrayLike = (0.0, 0.0, 0.0),
 ) -> RealArray:
-    """Motion of two points in global axes → motion of the ends in the beam's axes.
+    """Return the congruence from the motion of two points to that of the ends of a beam.
 
     Parameters
     ----------
     frame : array, shape (3, 3)
-        Of `frame_along`.
-    first : array, shape (3,)
-        First end, from the point of the body that holds it, such as a virtual point [m].
-    second : array, shape (3,)
-        Second end, from the point that holds it [m].
+        Axes of the beam from `frame_along`.
+    first, second : array, shape (3,)
+        Ends, each from the point of the body that holds it, such as a virtual point [m].
 
     Returns
     -------

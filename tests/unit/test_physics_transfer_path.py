@@ -55,9 +55,7 @@ def test_mounts_add_their_compliance_on_the_diagonal():
     [((4, 2), (4, 3)), ((4, 2), (5, 2)), ((4,), (4,)), ((4, 1, 2), (4, 1, 2)), ((4, 2, 3), (4, 2))],
 )
 def test_paths_that_do_not_belong_together_are_refused(ntf, force):
-    with pytest.raises(
-        InputError, match="transfer functions of the paths: shape|forces of the paths: shape"
-    ):
+    with pytest.raises(InputError, match="of the paths: shape"):
         contributions(np.ones(ntf), np.ones(force))
 
 

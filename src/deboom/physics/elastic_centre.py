@@ -229,7 +229,8 @@ def _real_point(block: ComplexArray, moment: ComplexArray) -> RealArray:
 
 def _centre_at(stiffness: ComplexArray, position: RealArray) -> ElasticCentre:
     pairs = zip(stiffness, position, strict=True)
-    at_centre = np.stack([shift_stiffness(line, point) for line, point in pairs])
+    shifted = [shift_stiffness(line, point) for line, point in pairs]
+    at_centre = np.asarray(np.stack(shifted), dtype=np.complex128)
     return ElasticCentre(position, at_centre, dynamic_coupling(at_centre))
 
 

@@ -6,7 +6,7 @@ BIN := $(VENV)/bin
 READY := $(VENV)/.ready
 EXTRAS := fast,cluster,modal,postgres,dev
 
-.PHONY: study test coverage lint bench same validate pictures constraints clean
+.PHONY: study test coverage lint bench size same validate pictures constraints clean
 
 study: $(READY)
 	$(BIN)/deboom run studies/u06_platform.py
@@ -23,6 +23,10 @@ lint: $(READY)
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 	$(BIN)/lint-imports
+	$(BIN)/python benchmarks/house_size.py
+
+size: $(READY)
+	$(BIN)/python benchmarks/house_size.py
 
 bench: $(READY)
 	$(BIN)/python benchmarks/run.py

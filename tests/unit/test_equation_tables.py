@@ -1,0 +1,92 @@
+"""Both pages of equations name functions and tests that exist, and leave no equation out."""
+
+import importlib
+import re
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+PAGES = {
+    name: (ROOT / "docs" / f"{name}.md").read_text(encoding="utf-8")
+    for name in ("physics", "compressor-physics")
+}
+EQUATIONS = {"physics": range(1, 36), "compressor-physics": range(36, 76)}
+AT_LEAST = {"physics": 70, "compressor-physics": 35}
+"""Functions that each page names; fewer means that rows were lost."""
+
+NOT_AN_EQUATION = {"test_amplitude_response_refusals"}
+
+
+def functions(page):
+    """Names such as ``rigid_body.mount_stiffness_matrix`` in a page's tables and text."""
+    names = re.findall(r"`((?:[a-z]\w*\.)+[A-Za-z_]\w*)`", PAGES[page])
+    return sorted({name for name in names if not name.endswith((".py", ".md", ".toml", ".json"))})
+
+
+def exists(name):
+    """Whether a name is found in a module of that name in some room, attribute by attribute."""
+    module, *attributes = name.split(".")
+    for path in (ROOT / "src" / "deboom").glob(f"*/{module}.py"):
+        found = importlib.import_module(f"deboom.{path.parent.name}.{module}")
+        for attribute in attributes:
+            found = getattr(found, attribute, None)
+        if found is not None:
+            return True
+    return False
+
+
+def defined_tests():
+    texts = [path.read_text(encoding="utf-8") for path in (ROOT / "tests").glob("*/test_*.py")]
+    return set(re.findall(r"^def (test_\w+)", "\n".join(texts), re.M))
+
+
+@pytest.mark.parametrize("page", PAGES)
+def test_functions_on_the_page_exist(page):
+    names = functions(page)
+    assert len(names) >= AT_LEAST[page]
+    assert [name for name in names if not exists(name)] == []
+
+
+@pytest.mark.parametrize("page", PAGES)
+def test_proofs_on_the_page_exist(page):
+    proofs = set(re.findall(r"`(test_\w+)`", PAGES[page]))
+    assert len(proofs) > 25
+    assert proofs - defined_tests() == set()
+
+
+@pytest.mark.parametrize("page", PAGES)
+def test_every_equation_has_a_row(page):
+    rows = set()
+    for row in re.findall(r"^\| ([\d–, ]+) \|", PAGES[page], re.M):
+        for part in row.split(", "):
+            first, _, last = part.strip().partition("–")
+            rows |= set(range(int(first), int(last or first) + 1))
+    assert rows == set(EQUATIONS[page])
+
+
+def test_proofs_of_the_compressors_equations_are_on_its_page():
+    path = ROOT / "tests" / "verification" / "test_compressor_equations.py"
+    defined = set(re.findall(r"^def (test_\w+)", path.read_text(encoding="utf-8"), re.M))
+    named = set(re.findall(r"`(test_\w+)`", PAGES["compressor-physics"]))
+    assert defined - named == NOT_AN_EQUATION
+
+
+def test_every_public_function_of_the_physics_room_has_its_place():
+    """Functions without an equation of their own are allowed by name, so that none is forgotten."""
+    without_equation = {
+        "sound_level.unweighted_level",
+        "frf.CrossSpectra",
+        "frf.FrfForm",
+        "frf.SpectrumScaling",
+    }
+    for module in ("sound_level", "transfer_path", "frf"):
+        room = importlib.import_module(f"deboom.physics.{module}")
+        public = {
+            f"{module}.{name}"
+            for name, value in vars(room).items()
+            if callable(value)
+            and getattr(value, "__module__", "") == room.__name__
+            and not name.startswith("_")
+        }
+        assert public - set(functions("physics")) <= without_equation

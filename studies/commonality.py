@@ -21,11 +21,11 @@ from typing import Annotated
 from typer import Option
 
 from deboom.files.platform import read_platform
+from deboom.report import Report
 from deboom.study.commonality import CommonalityAims, commonality_result, commonality_study
 from deboom.study.options import factor_space
 from deboom.study.platform_model import Kernel, Motion, MountSource, motion_index, operation
 from deboom.study.progress import progress_bar
-from deboom.study.result import StudyResult
 from deboom.study.runner import run_script
 
 PLATFORM = Path(__file__).parent / "data" / "u06_f39_f45"
@@ -47,7 +47,7 @@ def main(
     mounts: Annotated[MountSource, Option(help="Source of forces.")] = MountSource.library,
     motion: Annotated[Motion, Option(help="Of the powertrain.")] = Motion.prescribed,
     kernel: Annotated[Kernel | None, Option(help="By default as the motion needs.")] = None,
-) -> StudyResult:
+) -> Report:
     """Search, verify and report."""
     runs = operation(read_platform(platform), load_case, mounts, group, band=(20, 60))
     index = motion_index(runs, motion, kernel)

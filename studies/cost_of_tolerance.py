@@ -25,12 +25,13 @@ from deboom.explore.space import stiffness_factor_space
 from deboom.explore.tolerance_allocation import ToleranceResponse
 from deboom.explore.workers import workers_for
 from deboom.files.platform import read_platform
+from deboom.report import Report
 from deboom.study.cost_of_tolerance import ToleranceStudy, tolerance_cost, tolerance_cost_result
 from deboom.study.made_parts import made_parts
 from deboom.study.options import Sampler, tolerance_sample
 from deboom.study.platform_model import Kernel, Motion, MountSource, motion_index, operation
 from deboom.study.progress import progress_bar
-from deboom.study.result import RunContext, StudyResult
+from deboom.study.result import RunContext
 from deboom.study.runner import run_script
 
 PLATFORM = Path(__file__).parent / "data" / "u06_f39_f45"
@@ -57,7 +58,7 @@ def main(
     kernel: Annotated[Kernel | None, Option(help="By default as the motion needs.")] = None,
     workers: Annotated[int, Option(help="Processes; any number gives the same front.")] = 1,
     run: RunContext | None = None,
-) -> StudyResult:
+) -> Report:
     """Search, verify and report."""
     runs = operation(read_platform(platform), load_case, mounts, group, band=(20, 60))
     index = motion_index(runs, motion, kernel)

@@ -22,6 +22,7 @@ from typing import Annotated
 from typer import Option
 
 from deboom.files.platform import read_platform
+from deboom.report import Report
 from deboom.study.measured_uncertainty import (
     MeasuredUncertainty,
     front_designs,
@@ -31,7 +32,6 @@ from deboom.study.measured_uncertainty import (
 from deboom.study.options import Sampler, factor_space, robust_response, tolerance_sample
 from deboom.study.platform_model import Factor, Kernel, Motion, MountSource, motion_index, operation
 from deboom.study.progress import progress_bar
-from deboom.study.result import StudyResult
 from deboom.study.runner import run_script
 from deboom.study.uncertain_index import uncertain_index
 
@@ -57,7 +57,7 @@ def main(
     motion: Annotated[Motion, Option(help="Of the powertrain.")] = Motion.prescribed,
     factor: Annotated[Factor, Option(help="What a stiffness factor means.")] = Factor.dynamic,
     kernel: Annotated[Kernel | None, Option(help="By default as the motion needs.")] = None,
-) -> StudyResult:
+) -> Report:
     """Choose designs, draw the measurements again and report."""
     data = read_platform(platform)
     runs = operation(data, load_case, mounts, group, BAND)

@@ -26,6 +26,7 @@ from deboom.explore.problems import nsga2
 from deboom.explore.robust import RobustResponse
 from deboom.explore.workers import workers_for
 from deboom.files.platform import read_platform
+from deboom.report import Report
 from deboom.study.mount_selection import (
     MountSelection,
     catalogue_index,
@@ -37,7 +38,7 @@ from deboom.study.mount_selection import (
 from deboom.study.options import Sampler, tolerance_sample
 from deboom.study.platform_model import Kernel, Motion, MountSource, operation
 from deboom.study.progress import progress_bar
-from deboom.study.result import RunContext, StudyResult
+from deboom.study.result import RunContext
 from deboom.study.runner import run_script
 
 PLATFORM = Path(__file__).parent / "data" / "u06_f39_f45"
@@ -61,7 +62,7 @@ def main(
     kernel: Annotated[Kernel | None, Option(help="By default as the motion needs.")] = None,
     workers: Annotated[int, Option(help="Processes; any number gives the same front.")] = 1,
     run: RunContext | None = None,
-) -> StudyResult:
+) -> Report:
     """Search, enumerate, verify and report."""
     outside = outside_of(mounts)
     runs = operation(read_platform(platform), load_case, mounts, group, band=(20, 60))

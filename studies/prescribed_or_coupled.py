@@ -22,6 +22,7 @@ from deboom.explore.robust import RobustResponse
 from deboom.explore.space import stiffness_factor_space
 from deboom.explore.workers import workers_for
 from deboom.files.platform import read_platform
+from deboom.report import Report
 from deboom.study.options import Sampler, tolerance_sample
 from deboom.study.platform_model import Kernel, Motion, MountSource, operation
 from deboom.study.prescribed_or_coupled import (
@@ -32,7 +33,7 @@ from deboom.study.prescribed_or_coupled import (
     same_designs,
 )
 from deboom.study.progress import progress_bar
-from deboom.study.result import RunContext, StudyResult
+from deboom.study.result import RunContext
 from deboom.study.runner import run_script
 from deboom.study.search import Budget, robust_search
 
@@ -55,7 +56,7 @@ def main(
     kernel: Annotated[Kernel | None, Option(help="For it; by default as it needs.")] = None,
     workers: Annotated[int, Option(help="Processes; any number gives the same fronts.")] = 1,
     run: RunContext | None = None,
-) -> StudyResult:
+) -> Report:
     """Compare, search twice, judge and report."""
     data, band = read_platform(platform), (20.0, 60.0)
     runs = operation(data, load_case, mounts, group, band)

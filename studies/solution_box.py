@@ -18,10 +18,10 @@ from typing import Annotated
 from typer import Option
 
 from deboom.files.platform import read_platform
+from deboom.report import Report
 from deboom.study.options import factor_space
 from deboom.study.platform_model import Kernel, Motion, MountSource, motion_index, operation
 from deboom.study.progress import progress_bar
-from deboom.study.result import StudyResult
 from deboom.study.runner import run_script
 from deboom.study.solution_box import box_study, solution_box_result
 from deboom.study.solution_box_question import (
@@ -59,7 +59,7 @@ def main(
     motion: Annotated[Motion, Option(help="Of the powertrain.")] = Motion.prescribed,
     kernel: Annotated[Kernel | None, Option(help="By default as the motion needs.")] = None,
     workers: Annotated[int, Option(help="Processes; any number gives the same box.")] = 1,
-) -> StudyResult:
+) -> Report:
     """Search, verify and report."""
     options = BoxOptions(share, limit, below_today, worst_vehicle, law, cost_table)
     runs = operation(read_platform(platform), load_case, mounts, group, band=(20, 60))

@@ -21,9 +21,9 @@ from typing import Annotated
 from typer import Option
 
 from deboom.files.platform import read_platform
+from deboom.report import Report
 from deboom.study.correlation import DoeRequest, Plan, correlation_study, vehicle_correlation_result
 from deboom.study.platform_model import Kernel, Motion, MountSource, motion_index, operation
-from deboom.study.result import StudyResult
 from deboom.study.runner import run_script
 
 PLATFORM = Path(__file__).parent / "data" / "u06_f39_f45"
@@ -48,7 +48,7 @@ def main(
     mounts: Annotated[MountSource, Option(help="Source of forces.")] = MountSource.library,
     motion: Annotated[Motion, Option(help="Of the powertrain.")] = Motion.prescribed,
     kernel: Annotated[Kernel | None, Option(help="By default as the motion needs.")] = None,
-) -> StudyResult:
+) -> Report:
     """Evaluate, correlate and report."""
     runs = operation(read_platform(platform), load_case, mounts, group, band=(20, 60))
     study = correlation_study(

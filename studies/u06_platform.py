@@ -18,11 +18,12 @@ from typing import Annotated
 from typer import Option
 
 from deboom.files.platform import read_platform
+from deboom.report import Report
 from deboom.study.correlation import DoeRequest, Plan
 from deboom.study.platform_model import Kernel, Motion, MountSource, operation
 from deboom.study.platform_study import DoePlan, FrontPlan, platform_result, platform_study
 from deboom.study.progress import progress_bar
-from deboom.study.result import RunContext, StudyResult
+from deboom.study.result import RunContext
 from deboom.study.runner import run_script
 from deboom.study.search import Budget
 from deboom.study.sensitivity import Analysis, Ranked, SensitivityPlan
@@ -50,7 +51,7 @@ def main(
     kernel: Annotated[Kernel | None, Option(help="By default as the motion needs.")] = None,
     workers: Annotated[int, Option(help="Processes; any number gives the same front.")] = 1,
     run: RunContext | None = None,
-) -> StudyResult:
+) -> Report:
     """Try, correlate, search, verify, analyse and report."""
     runs = operation(read_platform(platform), load_case, mounts, None, band=(20, 60))
     designs = DoeRequest(Plan.sobol, doe, seed)

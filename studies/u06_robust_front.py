@@ -16,11 +16,12 @@ from typer import Option
 from deboom.explore.front import verify
 from deboom.explore.workers import workers_for
 from deboom.files.platform import read_platform
+from deboom.report import Report
 from deboom.study.made_parts import made_parts
 from deboom.study.options import Aim, Sampler, factor_space, tolerance_sample
 from deboom.study.platform_model import Factor, Kernel, Motion, MountSource, motion_index, operation
 from deboom.study.progress import progress_bar
-from deboom.study.result import RunContext, StudyResult
+from deboom.study.result import RunContext
 from deboom.study.robust_front import RobustFront, robust_front_result
 from deboom.study.runner import run_script
 from deboom.study.search import Budget, mount_limits, robust_search
@@ -53,7 +54,7 @@ def main(
     workers: Annotated[int, Option(help="Processes; any number gives the same front.")] = 1,
     scheduler: Annotated[str | None, Option(help="Dask cluster, tcp://host:port.")] = None,
     run: RunContext | None = None,
-) -> StudyResult:
+) -> Report:
     """Search, verify and report."""
     runs = operation(read_platform(platform), load_case, mounts, group, band=(20, 60))
     index = motion_index(runs, motion, kernel, factor, loss_factors=loss_factors)

@@ -22,9 +22,9 @@ from typing import Annotated
 from typer import Option
 
 from deboom.files.platform import read_platform
+from deboom.report import Report
 from deboom.study.platform_model import Factor, Kernel, Motion, MountSource, motion_index, operation
 from deboom.study.progress import progress_bar
-from deboom.study.result import StudyResult
 from deboom.study.runner import run_script
 from deboom.study.sensitivity import (
     Analysis,
@@ -53,7 +53,7 @@ def main(
     motion: Annotated[Motion, Option(help="Of the powertrain.")] = Motion.prescribed,
     factor: Annotated[Factor, Option(help="What a stiffness factor means.")] = Factor.dynamic,
     kernel: Annotated[Kernel | None, Option(help="By default as the motion needs.")] = None,
-) -> StudyResult:
+) -> Report:
     """Evaluate, analyse and report."""
     runs = operation(read_platform(platform), load_case, mounts, group, band=(20, 60))
     index = motion_index(runs, motion, kernel, factor)

@@ -11,6 +11,7 @@ import tempfile
 import time
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -25,22 +26,13 @@ from deboom.explore.tolerance_allocation import (
     ToleranceEffect,
     reciprocal_curves,
 )
-from deboom.files.platform import read_platform
-from deboom.study.made_parts import made_parts
-from deboom.study.options import factor_space
-from deboom.study.platform_model import Motion, MountSource, motion_index, operation
+from deboom.study.made_parts import ScatterOptions
 from deboom.study.runner import load_study, run_study
-from deboom.study.search import Budget
-from deboom.study.tolerance_allocation import (
-    AllocationStudy,
-    WantedDesign,
-    WantedTarget,
-    cost_curves,
-    design_of_search,
-)
+from deboom.study.search import SearchOptions
 
 STUDIES = Path(__file__).parents[2] / "studies"
-PLATFORM = STUDIES / "data" / "u06_f39_f45"
+STUDY = load_study(STUDIES / "tolerance_allocation.py")
+PARTS = STUDIES / "data" / "u06_parts.toml"
 LOWER, UPPER = 0.05, 0.30
 PROBLEMS = 50
 SEEDS = 10
@@ -136,18 +128,25 @@ def _closed_forms() -> list[Claim]:
     ]
 
 
-def _study(parts: Path | None, wanted: WantedTarget, seed: int = 1) -> AllocationStudy:
-    runs = operation(read_platform(PLATFORM), None, MountSource.library, "U06", band=(20, 60))
-    index = motion_index(runs, Motion.prescribed, None)
-    made = made_parts(parts, factor_space(index.variable_names, 0.20, 0.15))
-    chosen = design_of_search(runs, index, made, Budget(40, 20), 1, WantedDesign(), None)
-    curves, _ = cost_curves(None, None, chosen.variables)
-    return AllocationStudy(chosen, curves, wanted, LOWER, UPPER, 256, seed)
+def _model(**asked: object) -> tuple[Any, Any]:
+    """Options, and a model whose design a short search has chosen once and for all."""
+    module = STUDY.module
+    options = module.Options(
+        search=SearchOptions(generations=20, population=40),
+        scatter=ScatterOptions(samples=256, parts=PARTS),
+        **asked,
+    )
+    model = module.prepare(options)
+    designs, design = module._chosen(model, options, None)
+    return options, replace(model, front=designs, picked=design)
 
 
 def _shipped() -> list[Claim]:
-    study = _study(STUDIES / "data" / "u06_parts.toml", WantedTarget())
-    effect, tolerance, step = study.allocator.effect, np.full(12, 0.15), 1e-5
+    options, model = _model()
+    effect = ToleranceEffect(
+        STUDY.module._with_draws(model, options, "allocation sample"), model.picked
+    )
+    tolerance, step = np.full(12, 0.15), 1e-5
     here, errors = effect.at(tolerance), []
     for column in range(12):
         move = step * np.eye(12)[column]
@@ -156,7 +155,7 @@ def _shipped() -> list[Claim]:
     error = max(errors) / np.abs(here.sigma_by_tolerance).max()
     begin = time.perf_counter()
     with tempfile.TemporaryDirectory() as folder:
-        run = run_study(load_study(STUDIES / "tolerance_allocation.py"), Path(folder), {})
+        run = run_study(STUDY, Path(folder), {})
         summary = json.loads((run / "summary.json").read_text())
     seconds = time.perf_counter() - begin
     ratio, fair = (summary[f"cost_ratio_to_uniform{end}"] for end in ("", "_of_effective"))
@@ -192,14 +191,13 @@ def _shipped() -> list[Claim]:
 
 
 def _shares() -> Claim:
-    wanted = WantedTarget(limit=["+0.4"], share=0.95)
-    first = _study(STUDIES / "data" / "u06_parts.toml", wanted)
+    options, model = _model(limit=["+0.4"], share=0.95)
     shares, ratios = [], []
     for seed in range(1, SEEDS + 1):
-        study = replace(first, seed=seed)
-        shares.append(study.verified["cheapest"].share)
-        ratios.append(study.cheapest.total_cost / study.uniform.total_cost)
-    reached = sum(share >= wanted.share for share in shares)
+        summary = STUDY.module.run(model, replace(options, seed=seed)).summary
+        shares.append(summary["share_verified"])
+        ratios.append(summary["cost_ratio_to_uniform"])
+    reached = sum(share >= options.share for share in shares)
     return Claim(
         f"95 % of parts × vehicles within +0.4 dB: {SEEDS} seeds that reach it with new draws",
         f"{SEEDS} of {SEEDS}",

@@ -67,7 +67,7 @@ def _options(
 def run(
     context: typer.Context,
     study: Annotated[
-        str | None, typer.Argument(help="A study script, such as studies/u06_robust_front.py.")
+        str | None, typer.Argument(help="A study's name or file, such as u06_robust_front.")
     ] = None,
 ) -> None:
     """Run a study and print the folder of its results as the last line.
@@ -82,17 +82,19 @@ def run(
     from deboom.study.runner import one_sentence_errors, study_command
 
     with one_sentence_errors():
-        command = study_command(Path(study))
+        command = study_command(study)
     command(args=list(context.args), prog_name=f"deboom run {study}")
 
 
 @app.command()
 def studies(
-    folder: Annotated[Path, typer.Option(help="Folder with the study scripts.")] = Path("studies"),
+    folder: Annotated[
+        Path | None, typer.Option(help="Folder with studies; default: studies here, or deboom's.")
+    ] = None,
 ) -> None:
     """List the studies with their questions."""
-    from deboom.study.runner import one_sentence_errors, question_of
+    from deboom.study.runner import one_sentence_errors, question_of, study_files
 
     with one_sentence_errors():
-        for path in sorted(folder.glob("*.py")):
+        for path in study_files(folder):
             typer.echo(f"{path.as_posix()}\n    {question_of(path)}")

@@ -10,7 +10,9 @@ import typer
 from deboom.files.function_table import FunctionFiles
 from deboom.study.supplier_study import Pick
 
-STUDIES = Path("studies")
+STUDIES = Annotated[
+    Path | None, typer.Option(help="Folder with the studies; default: studies here, or deboom's.")
+]
 
 
 def list_(
@@ -55,7 +57,7 @@ def compare(
     samples: Annotated[
         int, typer.Option(help="Common draws, a power of two from 1024; no search has seen them.")
     ] = 2048,
-    studies: Annotated[Path, typer.Option(help="Folder with the study scripts.")] = STUDIES,
+    studies: STUDIES = None,
     out: Annotated[Path, typer.Option(help="Folder that gets compare/<run>/.")] = Path("results"),
 ) -> None:
     """Compare the fronts of runs: is one really better, or is it noise?
@@ -97,7 +99,7 @@ def report(
     sharing: Annotated[
         Path | None, typer.Option(help="Run of commonality, same platform: likewise.")
     ] = None,
-    studies: Annotated[Path, typer.Option(help="Folder with the study scripts.")] = Path("studies"),
+    studies: STUDIES = None,
     out: Annotated[
         Path | None, typer.Option(help="Folder for the files; by default RUN, and RUN/supplier.")
     ] = None,

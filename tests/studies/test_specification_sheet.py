@@ -26,7 +26,6 @@ from deboom.files.run_folder import hash_files
 from deboom.mounts.mount import mean_operating_stiffness
 from deboom.study import supplier_numbers as supplier_certainty
 from deboom.study import supplier_numbers as supplier_effects
-from deboom.study import tolerance_allocation
 from deboom.study.platform_model import platform_sha256
 from deboom.study.runner import load_study, run_study
 from deboom.study.specification import (
@@ -144,12 +143,12 @@ def box_run(study, results):
 
 @pytest.fixture(scope="module")
 def tolerance_run(front, results):
+    allocation = load_study(STUDIES / "tolerance_allocation.py")
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(tolerance_allocation, "DRAWS", 256)
-        patch.setattr(tolerance_allocation, "ON_CURVE", 2)
-        patch.setattr(tolerance_allocation, "ALONG_FRONT", 1)
-        options = {"from_run": front, "samples": 32}
-        return run_study(load_study(STUDIES / "tolerance_allocation.py"), results, options)
+        patch.setattr(allocation.module, "DRAWS", 256)
+        patch.setattr(allocation.module, "ON_CURVE", 2)
+        patch.setattr(allocation.module, "ALONG_FRONT", 1)
+        return run_study(allocation, results, {"from_run": front, "samples": 32})
 
 
 @pytest.fixture(scope="module")

@@ -8,13 +8,11 @@ import pandas as pd
 import pytest
 
 from deboom.errors import InputError
-from deboom.study import tolerance_allocation
 from deboom.study.runner import load_study, run_study
 from deboom.study.supplier_study import Pick
-from deboom.study.tolerance_allocation import WantedDesign, WantedTarget, cost_curves, design_of_run
 
 STUDIES = Path(__file__).parents[2] / "studies"
-STUDY = STUDIES / "tolerance_allocation.py"
+STUDY = load_study(STUDIES / "tolerance_allocation.py")
 PARTS = STUDIES / "data" / "u06_parts.toml"
 BUDGET = {"generations": 4, "population": 12, "samples": 32}
 NAMES = ("EnM x", "EnM y")
@@ -24,16 +22,16 @@ NAMES = ("EnM x", "EnM y")
 def small_campaign():
     """Fewer draws and targets than a study has."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(tolerance_allocation, "DRAWS", 512)
-        patch.setattr(tolerance_allocation, "ON_CURVE", 3)
-        patch.setattr(tolerance_allocation, "ALONG_FRONT", 2)
+        patch.setattr(STUDY.module, "DRAWS", 512)
+        patch.setattr(STUDY.module, "ON_CURVE", 3)
+        patch.setattr(STUDY.module, "ALONG_FRONT", 2)
         yield
 
 
 @pytest.fixture(scope="module")
 def finished(tmp_path_factory):
     """One run that several tests look at."""
-    return run_study(load_study(STUDY), tmp_path_factory.mktemp("results"), BUDGET)
+    return run_study(STUDY, tmp_path_factory.mktemp("results"), BUDGET)
 
 
 def test_the_same_sigma_costs_less(finished):
@@ -68,7 +66,7 @@ def test_tables_hold_together(finished):
 
 def test_a_share_within_limits_is_reached_with_parts_that_have_something_in_common(tmp_path):
     options = {**BUDGET, "limit": ["+0.5"], "share": 0.85, "parts": PARTS, "pick": Pick.knee}
-    run = run_study(load_study(STUDY), tmp_path, options)
+    run = run_study(STUDY, tmp_path, options)
     summary = json.loads((run / "summary.json").read_text())
     assert summary["design"] == "knee"
     assert summary["target"] == "share"
@@ -84,15 +82,15 @@ def test_a_share_within_limits_is_reached_with_parts_that_have_something_in_comm
 def test_a_design_of_a_finished_run_keeps_the_runs_parts(tmp_path, quick_front):
     budget = {"generations": 3, "population": 12, "samples": 16, "parts": PARTS}
     run = run_study(quick_front, tmp_path, budget)
-    chosen = design_of_run(run, STUDIES, WantedDesign(point=2))
+    model = STUDY.model({"from_run": run, "point": 2})
     table = pd.read_csv(run / "designs.csv")
-    np.testing.assert_array_equal(chosen.design, table.to_numpy()[1, 1:])
-    assert chosen.model.structure is not None
-    assert chosen.reported("result") == "result"
+    np.testing.assert_array_equal(model.picked, table.to_numpy()[1, 1:])
+    assert model.robust.structure is not None
+    assert model.made is model.runs is None
     with pytest.raises(InputError, match="has its own parts"):
-        design_of_run(run, STUDIES, WantedDesign(), PARTS)
+        STUDY.model({"from_run": run, "parts": PARTS})
     with pytest.raises(InputError, match="no point 999 on the front"):
-        design_of_run(run, STUDIES, WantedDesign(point=999))
+        STUDY.model({"from_run": run, "point": 999})
 
 
 @pytest.mark.parametrize(
@@ -106,16 +104,21 @@ def test_a_design_of_a_finished_run_keeps_the_runs_parts(tmp_path, quick_front):
     ],
 )
 def test_bad_targets_are_refused(given, words):
+    def limits():
+        options = STUDY.module.Options(**given)
+        return STUDY.module.target_limits(options.limit, ("a", "b"), np.zeros(2))
+
     with pytest.raises(InputError, match=words):
-        WantedTarget(**given).limits(("a", "b"), np.zeros(2))
+        limits()
 
 
 def test_limits_may_be_relative_to_the_design():
-    wanted = WantedTarget(limit=["a=52", "b=+0.5"])
-    assert wanted.limits(("a", "b"), np.array([50.0, 48.0])).tolist() == [52.0, 48.5]
+    limits = STUDY.module.target_limits(["a=52", "b=+0.5"], ("a", "b"), np.array([50.0, 48.0]))
+    assert limits.tolist() == [52.0, 48.5]
 
 
 def test_prices_are_read_from_points(tmp_path):
+    cost_curves = STUDY.module.cost_curves
     path = tmp_path / "points.csv"
     path.write_text("variable,tolerance,cost\nEnM x,0.2,1\nEnM x,0.1,3\n")
     curves, files = cost_curves(None, path, NAMES)

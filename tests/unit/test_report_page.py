@@ -218,7 +218,7 @@ def test_figures_and_tables_are_numbered_through_the_page():
             {"sections": (Section("A", "B", (Picture(b"GIF89a", "alt", "Front"),)),)},
             "'Front' is not a PNG",
         ),
-        ({"sections": (Section("A", "B", (Picture(PNG, " ", "Front"),)),)}, "needs an alt text"),
+        ({"sections": (Section("A", "B", (Picture(PNG, "alt", " "),)),)}, "needs a caption"),
         (
             {"sections": (Section("A", "B", (), (Table(TABLE, "T", {"x": 1}),)),)},
             "decimals for unknown columns \\['x'\\]",

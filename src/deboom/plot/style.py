@@ -118,8 +118,11 @@ def _shade(colour: str, amount: float) -> str:
 
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
     from matplotlib.patheffects import AbstractPathEffect
+
+    Drawing = Axes | Figure | bytes
 
 RealArray = npt.NDArray[np.float64]
 
@@ -154,6 +157,20 @@ def png(figure: Figure) -> bytes:
             PALETTE, Image.Quantize.MAXCOVERAGE, kmeans=3, dither=Image.Dither.NONE
         ).save(flat, format="PNG", optimize=True, dpi=(DPI, DPI))
     return flat.getvalue()
+
+
+def as_png(drawing: Drawing) -> bytes:
+    """Return the PNG of a picture and close it; bytes are a PNG already."""
+    if isinstance(drawing, bytes):
+        return drawing
+    from matplotlib import pyplot as plt
+    from matplotlib.figure import Figure
+
+    figure = drawing if isinstance(drawing, Figure) else drawing.get_figure(root=True)
+    assert figure is not None
+    picture = png(figure)
+    plt.close(figure)
+    return picture
 
 
 def halo(width: float) -> list[AbstractPathEffect]:

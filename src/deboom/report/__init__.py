@@ -1,1 +1,5 @@
-"""The only door to plotting, and the page. Depends on: plain tables and arrays."""
+"""Reports: what a study found, as a page and files. Depends on: plain tables, arrays, pictures."""
+
+from deboom.report.report import PAGE, Report, Scalar
+
+__all__ = ["PAGE", "Report", "Scalar"]

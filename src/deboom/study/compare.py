@@ -37,7 +37,6 @@ from deboom.explore.robust import MEAN_SUM, SIGMA_SUM, RobustResponse
 from deboom.explore.scatter import sobol_sample
 from deboom.explore.selection import at_nominal, variables_without_effect
 from deboom.explore.space import checked_seed
-from deboom.files.run_folder import environment_record, finish_run, hash_files, start_run
 from deboom.plot import AttainedFront
 from deboom.plot.style import signed
 from deboom.report.page import Headline, Page, Picture, Section, Table
@@ -53,7 +52,7 @@ from deboom.study.rebuilt import (
     other_models,
 )
 from deboom.study.result import Scalar, StudyResult
-from deboom.study.runner import PACKAGES, save_result
+from deboom.study.runner import run_command
 
 SETS = 8
 """Independent scrambled sets that the common sample consists of."""
@@ -208,7 +207,7 @@ class Comparison:
 
 
 def comparison(
-    folders: Sequence[Path], studies: Path, n_samples: int, seed: int, progress: Progress
+    folders: Sequence[Path], studies: Path | None, n_samples: int, seed: int, progress: Progress
 ) -> Comparison:
     """Read runs, check that they can be compared, and judge their fronts.
 
@@ -216,8 +215,8 @@ def comparison(
     ----------
     folders : sequence of Path
         Two run folders or more.
-    studies : Path
-        Folder with the study scripts.
+    studies : Path or None
+        Folder with the studies; None: `studies` here, else deboom's own.
     n_samples : int
         Common draws, a power of two.
     seed : int
@@ -754,7 +753,7 @@ STUDY = "compare"
 
 
 def compare(
-    folders: Sequence[Path], *, out: Path, studies: Path, samples: int, seed: int
+    folders: Sequence[Path], *, out: Path, studies: Path | None, samples: int, seed: int
 ) -> tuple[Path, list[str]]:
     """Compare the fronts of runs and write ``<out>/compare/<run>/``.
 
@@ -764,8 +763,8 @@ def compare(
         Two run folders or more.
     out : Path
         Folder of all results.
-    studies : Path
-        Folder with the study scripts.
+    studies : Path or None
+        Folder with the studies; None: `studies` here, else deboom's own.
     samples : int
         Common draws, a power of two from 1024.
     seed : int
@@ -784,7 +783,6 @@ def compare(
         See `deboom.study.compare.comparison`; nothing is left behind.
     """
     checked_seed(seed)
-    begin = time.perf_counter()
     shown = [folder.as_posix() for folder in folders]
     record = {
         "study": STUDY,
@@ -792,23 +790,20 @@ def compare(
         "seed": seed,
         "runs": shown,
         "command": " ".join(["deboom compare", *shown]),
-        "arguments": {"seed": seed, "samples": samples, "studies": studies.as_posix()},
-        "environment": environment_record(PACKAGES),
+        "arguments": {
+            "seed": seed,
+            "samples": samples,
+            "studies": None if studies is None else studies.as_posix(),
+        },
     }
-    run = start_run(out, STUDY, seed=seed, record=record)
-    try:
+    verdicts: list[str] = []
+
+    def work() -> StudyResult:
         with progress_bar("common draws") as bar:
             study = comparison(folders, studies, samples, seed, bar)
-        result = compare_result(study)
-        used = {
-            "facts": dict(result.facts),
-            "inputs_sha256": hash_files(result.inputs, relative_to=Path.cwd()),
-            "wall_time_s": round(time.perf_counter() - begin, 3),
-        }
-        save_result(run, result, {**record, **used})
-    except InputError:
-        run.discard()
-        raise
-    folder = finish_run(run)
+        verdicts.extend(sentences(study))
+        return compare_result(study)
+
+    folder = run_command(out, record, work, relative_to=Path.cwd())
     refresh_overview(out)
-    return folder, sentences(study)
+    return folder, verdicts

@@ -29,15 +29,15 @@ _PICTURES = {
 """File stem → words for those who cannot see it, caption."""
 
 
-def write_interactive_page(folder: Path, *, studies: Path, out: Path | None = None) -> Path:
+def write_interactive_page(folder: Path, *, studies: Path | None, out: Path | None = None) -> Path:
     """Write the interactive page of a run.
 
     Parameters
     ----------
     folder : Path
         Finished run of a front study.
-    studies : Path
-        Folder with the study scripts.
+    studies : Path or None
+        Folder with the studies; None: `studies` here, else deboom's own.
     out : Path or None
         Folder that gets the page, made when missing; None: the run's.
 

@@ -5,9 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Annotated
 
 import numpy as np
 import pandas as pd
+from typer import Option
 
 from deboom.errors import InputError
 from deboom.explore.robust import RobustResponse
@@ -18,9 +20,9 @@ from deboom.files.limits import MeasuredEntry, PartScatterFile, load_parts
 from deboom.mounts.characterised_mount import CharacterisedMount
 from deboom.mounts.library import open_library
 from deboom.mounts.part_scatter import LibraryScatter, ScatterPrior, library_scatter
-from deboom.report.page import Section, Table
-from deboom.study.options import Aim, robust_response
-from deboom.study.result import StudyResult
+from deboom.report import Report
+from deboom.study.options import Aim, factor_space, robust_response
+from deboom.study.result import StudyResult, as_report
 
 PERCENT = 100.0
 NOTHING_SHARED = (
@@ -110,23 +112,46 @@ class MadeParts:
             )
         return " ".join(words)
 
-    def reported(self, result: StudyResult) -> StudyResult:
-        """Return a study's result with a section and a table ``parts``; as it is without a file."""
+    def append_to(self, report: Report) -> None:
+        """Add a section and a table ``parts`` to a report; nothing without a file."""
         if self.structure is None:
-            return result
-        section = Section(
-            "How parts scatter",
-            self.text,
-            tables=(
-                Table(self.table, "Half widths of the scatter are three standard deviations."),
-            ),
-        )
-        return replace(
-            result,
-            tables={**result.tables, "parts": self.table},
-            page=replace(result.page, sections=(*result.page.sections, section)),
-            inputs=(*result.inputs, *self.inputs),
-        )
+            return
+        report.section("How parts scatter", self.text)
+        caption = "Half widths of the scatter are three standard deviations."
+        report.table("parts", self.table, caption)
+        report.inputs += self.inputs
+
+    def reported(self, result: Report | StudyResult) -> Report:
+        """Return the report of a study of one phase, with `append_to` done."""
+        report = as_report(result)
+        self.append_to(report)
+        return report
+
+
+@dataclass(frozen=True)
+class ScatterOptions:
+    """Options of a study: how parts scatter, and how many are drawn."""
+
+    samples: Annotated[int, Option(help="Draws per design; a power of two.")] = 128
+    tolerance: Annotated[float, Option(help="Half width of the scatter, 3 sigma [1].")] = 0.15
+    parts: Annotated[Path | None, Option(help="TOML: part numbers, batches, scatter.")] = None
+
+    def made(self, variables: Sequence[str], half_width: float = 0.20) -> MadeParts:
+        """Return the space of a study's factors, ``1 ± half_width``, with this scatter.
+
+        Parameters
+        ----------
+        variables : sequence of str
+            Names of the factors; loss factors do not scatter.
+        half_width : float
+            Bounds of the designs about today's [1].
+
+        Raises
+        ------
+        InputError
+            See `made_parts`.
+        """
+        return made_parts(self.parts, factor_space(variables, half_width, self.tolerance))
 
 
 def made_parts(path: Path | None, space: DesignSpace) -> MadeParts:

@@ -1,14 +1,19 @@
-"""Options as they are typed: bands, load cases, aims, tolerance draws."""
+"""Options of studies: from a dataclass to the command line, and what is typed there."""
 
 from __future__ import annotations
 
+import inspect
 import math
-from collections.abc import Callable, Sequence
-from dataclasses import replace
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import fields, is_dataclass, replace
 from enum import Enum
+from pathlib import Path
+from typing import Annotated, Any, TypeVar, get_type_hints
 
 import numpy as np
+from typer import Option
 
+import deboom
 from deboom.errors import InputError
 from deboom.explore.robust import (
     MEAN_SUM,
@@ -36,6 +41,65 @@ from deboom.files.platform import Platform
 from deboom.measurement.channels import LoadCase
 from deboom.mounts.mount import refuse_active_mounts
 from deboom.vehicles.kernel_split_numpy import SUFFIX
+
+Seed = Annotated[int, Option(help="From 1; the same seed gives the same numbers.")]
+"""Option of every study."""
+
+_T = TypeVar("_T")
+
+
+def shipped_studies() -> Path:
+    """Return the folder of deboom's own studies: in the package, in a clone beside ``src``."""
+    package = Path(deboom.__file__).parent
+    inside = package / "studies"
+    return inside if inside.is_dir() else package.parents[1] / "studies"
+
+
+def expanded(options: Any) -> dict[str, inspect.Parameter]:
+    """Return the options of a study by name, those of its groups among them.
+
+    Parameters
+    ----------
+    options : dataclass instance
+        Defaults. A field is an option, ``Annotated[type, Option(help=...)]``, or a group of
+        options, which is a dataclass itself.
+
+    Raises
+    ------
+    TypeError
+        Two options of one name: a mistake in the study.
+    """
+    hints = get_type_hints(type(options), include_extras=True)
+    parameters: dict[str, inspect.Parameter] = {}
+    for item in fields(options):
+        default = getattr(options, item.name)
+        new = {
+            item.name: inspect.Parameter(
+                item.name,
+                inspect.Parameter.KEYWORD_ONLY,
+                default=default,
+                annotation=hints[item.name],
+            )
+        }
+        if is_dataclass(default):
+            new = expanded(default)
+        doubled = parameters.keys() & new.keys()
+        if doubled:
+            raise TypeError(f"{type(options).__name__} has the option {sorted(doubled)} twice")
+        parameters |= new
+    return parameters
+
+
+def filled(options: _T, arguments: Mapping[str, Any]) -> _T:
+    """Return options with other values, by the names that `expanded` gives."""
+    changes: dict[str, Any] = {}
+    for item in fields(options):  # type: ignore[arg-type]
+        value = getattr(options, item.name)
+        if is_dataclass(value):
+            changes[item.name] = filled(value, arguments)
+        elif item.name in arguments:
+            changes[item.name] = arguments[item.name]
+    return replace(options, **changes)  # type: ignore[type-var]
 
 
 def band_of(text: str) -> tuple[float, float]:

@@ -9,10 +9,11 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from enum import Enum
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 import pandas as pd
+from typer import Option
 
 from deboom.arrays import RealArray
 from deboom.errors import InputError
@@ -23,6 +24,7 @@ from deboom.files.platform import (
     assembled,
     load_right_platform_file,
     read_contents,
+    read_platform,
 )
 from deboom.files.run_folder import hash_files
 from deboom.files.schema import noting
@@ -32,9 +34,9 @@ from deboom.mounts.mount import Mount, refuse_active_mounts
 from deboom.mounts.surface_forces import Outside, SurfaceForces, surface_forces
 from deboom.physics.frf import corr_f
 from deboom.physics.order_tracking import rpm_of_frequency
-from deboom.report.page import Section, Table
-from deboom.study.options import weighted_load_cases
-from deboom.study.result import StudyResult
+from deboom.report import Report
+from deboom.study.options import band_of, shipped_studies, weighted_load_cases
+from deboom.study.result import StudyResult, as_report
 from deboom.vehicles.amplitude_motion import SeveralSolutionsWarning, compare_starts
 from deboom.vehicles.booming_model import (
     AmplitudeIndex,
@@ -237,48 +239,35 @@ class Operation:
     check: SurfaceCheck | None
     parts: tuple[CharacterisedMount, ...] = ()
 
-    def checked(self, result: StudyResult) -> StudyResult:
-        """Add to a study's result how far surfaces and spectra agree, and print it.
+    def append_to(self, report: Report) -> None:
+        """Add to a report how far surfaces and spectra agree, and print it on standard error.
 
-        Parameters
-        ----------
-        result : StudyResult
-            Of a study of these runs.
-
-        Returns
-        -------
-        StudyResult
-            With a table ``surface_check``, the key ``surface_difference_at_peaks_db`` and a section
-            on the page, which warns where they do not agree; unchanged without a check.
-
-        Notes
-        -----
-        Printed on standard error, at the end: bad input is to give one sentence and no more.
+        The report gets a table ``surface_check``, the key ``surface_difference_at_peaks_db``, a
+        section, and a warning where they do not agree; nothing if forces are the measured ones.
         """
         check = self.check
         if check is None:
-            return result
+            return
         print(check.text, file=sys.stderr)
-        section = Section(
+        report.section(
             "Response surfaces against measured spectra",
             f"{check.text}\n\nPeaks are compared with peaks. Beside them, in a notch where paths "
             "cancel, a small change of one force is a large one of the level.",
-            tables=(Table(check.table, "With today's mounts.", {"corr_f [1]": 5}),),
         )
-        page = replace(result.page, sections=(*result.page.sections, section))
+        report.table("surface_check", check.table, "With today's mounts.", {"corr_f [1]": 5})
+        report.summary["surface_difference_at_peaks_db"] = check.at_peaks
         if not check.agrees:
-            warning = (
+            report.warn(
                 "Response surfaces and measured spectra are not shown to agree within "
                 f"{PEAK_AGREEMENT:g} dB at booming peaks: look for the reason before you trust "
                 "either."
             )
-            page = replace(page, warnings=(*page.warnings, warning))
-        return replace(
-            result,
-            tables={**result.tables, "surface_check": check.table},
-            summary={**result.summary, "surface_difference_at_peaks_db": check.at_peaks},
-            page=page,
-        )
+
+    def checked(self, result: Report | StudyResult) -> Report:
+        """Return the report of a study of one phase, with `append_to` done."""
+        report = as_report(result)
+        self.append_to(report)
+        return report
 
 
 def operation(
@@ -333,6 +322,26 @@ def operation(
     )
     from_library = [(modelled[case.name], weight) for case, weight in cases]
     return Operation(changed, fleet, from_library, band, check, mounts)
+
+
+DEMONSTRATION = shipped_studies() / "data" / "u06_f39_f45"
+"""The virtual platform that every study runs with if no other is given."""
+
+
+@dataclass(frozen=True)
+class PlatformOptions:
+    """Options of a study: whose noise, in which runs, and where the forces come from."""
+
+    load_case: Annotated[list[str] | None, Option(help="name or name=weight; repeatable.")] = None
+    group: Annotated[str | None, Option(help="Vehicles to serve; default: as said.")] = "U06"
+    platform: Annotated[Path, Option(help="Folder with platform.toml.")] = DEMONSTRATION
+    band: Annotated[str, Option(help="Lines that count, LOW-HIGH [Hz].")] = "20-60"
+    mounts: Annotated[MountSource, Option(help="Source of forces.")] = MountSource.library
+
+    def operation(self) -> Operation:
+        """Read the platform and look up what was asked for; see `operation`."""
+        platform = read_platform(self.platform)
+        return operation(platform, self.load_case, self.mounts, self.group, band_of(self.band))
 
 
 def _library(path: Path) -> tuple[CharacterisedMount, ...]:
@@ -433,6 +442,18 @@ def motion_index(
             runs.fleet, data.mounts, data.powertrain, runs.cases, runs.band, chosen
         )
     return booming_index(runs.fleet, data.mounts, runs.cases, runs.band, chosen)
+
+
+@dataclass(frozen=True)
+class MotionOptions:
+    """Options of a study: how the powertrain answers, and what a stiffness factor means."""
+
+    motion: Annotated[Motion, Option(help="Of the powertrain.")] = Motion.prescribed
+    factor: Annotated[Factor, Option(help="What a stiffness factor means.")] = Factor.dynamic
+
+    def index(self, runs: Operation, *, loss_factors: bool = False) -> Any:
+        """Build the booming index of the runs; see `motion_index`."""
+        return motion_index(runs, self.motion, None, self.factor, loss_factors=loss_factors)
 
 
 def _loss_factor_index(

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path, PurePosixPath
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -19,14 +19,11 @@ from deboom.explore.front import verification_response
 from deboom.explore.robust import RobustResponse
 from deboom.files.run_folder import Run, RunEntry, check_files, hash_files, read_run
 from deboom.study.result import EVERY, RunContext
-from deboom.study.runner import SAME_RESULT, load_study, resumed_arguments
-
-if TYPE_CHECKING:
-    from deboom.study.runner import Study
+from deboom.study.runner import SAME_RESULT, Study, arguments_of, load_study, study_files
 
 
 class _ModelReady(Exception):
-    """Ends a study where its search would begin."""
+    """Ends a study of one phase where its search would begin."""
 
     def __init__(self, model: RobustResponse) -> None:
         super().__init__("the model is ready")
@@ -35,7 +32,7 @@ class _ModelReady(Exception):
 
 @dataclass(frozen=True)
 class _ModelOnly(RunContext):
-    """The context of a run that is over when its model is ready."""
+    """The context of a run of one phase that is over when its model is ready."""
 
     def search_begins(self, model: RobustResponse) -> None:
         """Take the model and leave the study."""
@@ -52,26 +49,19 @@ class _ModelOnly(RunContext):
 
 
 def rebuilt_model(entry: RunEntry, study: Study) -> RobustResponse:
-    """Return the model of a run, with the draws of its search.
-
-    The study's own ``main`` builds it with the run's options and is left before its search; nothing
-    is written.
+    """Build the model of a run again, with the draws of its search.
 
     Parameters
     ----------
     entry : RunEntry
         The run.
     study : Study
-        Its script as it is today.
-
-    Returns
-    -------
-    RobustResponse
+        Its study as it is today.
 
     Raises
     ------
     InputError
-        An input file that has changed or is gone, options that the script does not take, or a
+        An input file that has changed or is gone, options that the study does not take, or a
         study that does not search for a front.
     """
     home = study.path.resolve().parent
@@ -82,15 +72,15 @@ def rebuilt_model(entry: RunEntry, study: Study) -> RobustResponse:
                 f"{home / name} has changed since run {entry.name}, which was computed from it: "
                 "bring the file back as it was or run the study again"
             )
-    hints = {name: parameter.annotation for name, parameter in study.parameters.items()}
-    arguments = {
-        name: value
-        for name, value in resumed_arguments(entry, hints, {}).items()
-        if name not in SAME_RESULT
-    }
+    arguments = {n: v for n, v in arguments_of(entry, study).items() if n not in SAME_RESULT}
+    if study.main is None:
+        robust = getattr(study.model(arguments), "robust", None)
+        if isinstance(robust, RobustResponse):
+            return robust
+        raise InputError(_no_front(entry.folder))
     context = _ModelOnly(Run(entry.folder, entry.record["seed"], created=()), relative_to=home)
     try:
-        study.main(**arguments, **dict.fromkeys(study.context_names, context))
+        study.report(arguments, context)
     except _ModelReady as ready:
         return ready.model
     raise InputError(_no_front(entry.folder))
@@ -103,21 +93,28 @@ def _no_front(folder: Path) -> str:
     )
 
 
-def study_script(entry: RunEntry, folder: Path) -> Path:
-    """Return the script of a run's study.
+def study_of(entry: RunEntry, folder: Path | None) -> Study:
+    """Return the study of a run.
+
+    Parameters
+    ----------
+    entry : RunEntry
+        The run.
+    folder : Path or None
+        Folder with the studies; see `deboom.study.runner.study_files`.
 
     Raises
     ------
     InputError
         There is none of this name in the folder.
     """
-    path = folder / f"{entry.study}.py"
-    if not path.is_file():
-        raise InputError(
-            f"{path}: run {entry.name} is of the study {entry.study}, whose script is not there: "
-            "say with --studies in which folder it is"
-        )
-    return path
+    for path in study_files(folder):
+        if path.stem == entry.study:
+            return load_study(path)
+    raise InputError(
+        f"{(folder or Path('studies')) / entry.study}.py: run {entry.name} is of the study "
+        f"{entry.study}, whose script is not there: say with --studies in which folder it is"
+    )
 
 
 FRONT, DESIGNS, CONVERGENCE = "front.csv", "designs.csv", "convergence.csv"
@@ -176,15 +173,15 @@ class ComparedRun:
         return tuple(p for name in names if (p := self.entry.folder / name).is_file())
 
 
-def compared_run(folder: Path, studies: Path) -> ComparedRun:
+def compared_run(folder: Path, studies: Path | None) -> ComparedRun:
     """Read a run and build its model again.
 
     Parameters
     ----------
     folder : Path
         Of the run.
-    studies : Path
-        Folder with the study scripts.
+    studies : Path or None
+        Folder with the studies; see `study_of`.
 
     Raises
     ------
@@ -200,7 +197,7 @@ def compared_run(folder: Path, studies: Path) -> ComparedRun:
                 f"run {entry.folder} has no {name}: its study {entry.study} is no front study, and "
                 "only fronts can be compared"
             )
-    study = load_study(study_script(entry, studies))
+    study = study_of(entry, studies)
     model = rebuilt_model(entry, study)
     table = pd.read_csv(entry.folder / DESIGNS)
     names = [f"{n} [{u}]" for n, u in zip(model.space.names, model.space.units, strict=True)]

@@ -13,9 +13,9 @@ from deboom.explore.archive import Checkpoint
 from deboom.explore.robust import RobustResponse
 from deboom.files.checkpoint import CheckpointFolder
 from deboom.files.run_folder import Run, hash_files
-from deboom.report.page import Page
-
-Scalar = float | int | str
+from deboom.report import Report
+from deboom.report import Scalar as Scalar
+from deboom.report.page import Page, report_of
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,6 +51,23 @@ class StudyResult:
     documents: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
     attachments: Mapping[str, bytes] = field(default_factory=dict)
 
+    def report(self) -> Report:
+        """Return the report with all of these files."""
+        report = report_of(self.page)
+        report.tables = dict(self.tables)
+        report.figures = dict(self.figures)
+        report.documents = dict(self.documents)
+        report.attachments = dict(self.attachments)
+        report.summary = dict(self.summary)
+        report.facts = dict(self.facts)
+        report.inputs = list(self.inputs)
+        return report
+
+
+def as_report(result: Report | StudyResult) -> Report:
+    """Return the report of a study that is not yet in two phases."""
+    return result.report() if isinstance(result, StudyResult) else result
+
 
 EVERY = 5
 """Generations between two states of a search."""
@@ -60,9 +77,7 @@ EVERY = 5
 class RunContext:
     """The run that a study is part of.
 
-    A study whose ``main`` has a parameter of this type gets it from the runner; it is no option of
-    the command line. Its default is None, so that ``main`` works without a runner:
-    ``main(..., run: RunContext | None = None)``.
+    The runner gives it to ``run(model, options, context)``; without a runner it is None.
 
     Parameters
     ----------

@@ -1,16 +1,26 @@
-"""Run a study: options from its signature, results into a run folder, resume."""
+"""Run a study: options from its dataclass, a report into a run folder, and on after a stop.
+
+A study is a file with a docstring, whose first paragraph is its question, and three names:
+
+- ``Options``: a frozen dataclass with a default for everything and a field ``seed``;
+- ``prepare(options)``: reads files and builds the model, without running anything long;
+- ``run(model, options, context)``: computes, and returns a `deboom.report.Report`.
+"""
 
 from __future__ import annotations
 
 import ast
+import difflib
 import importlib.util
 import inspect
+import sys
 import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from enum import Enum
 from pathlib import Path
+from types import ModuleType
 from typing import Annotated, Any, get_args, get_type_hints
 
 import typer
@@ -29,93 +39,10 @@ from deboom.files.run_folder import (
     held,
     start_run,
 )
-from deboom.report.page import render_page
+from deboom.report import PAGE, Report
+from deboom.study.options import expanded, filled, shipped_studies
 from deboom.study.overview import refresh_overview
-from deboom.study.result import RunContext, StudyResult
-
-SAME_RESULT = ("workers", "scheduler")
-"""Options that say who computes, not what: a resumed run may have others."""
-
-
-def resumed_arguments(
-    entry: RunEntry, hints: Mapping[str, Any], given: Mapping[str, Any]
-) -> dict[str, Any]:
-    """Return the arguments of an unfinished run.
-
-    Parameters
-    ----------
-    entry : RunEntry
-        The run.
-    hints : mapping of str to type
-        Of the parameters of the study's ``main``.
-    given : mapping of str to str, int, float, bool, list or None
-        Options that the user gave this time, as a record would hold them.
-
-    Returns
-    -------
-    dict
-        What ``main`` takes.
-
-    Raises
-    ------
-    InputError
-        An option given that differs from the run's, unless it cannot change the result.
-    """
-    recorded = dict(entry.record["arguments"])
-    for name, value in given.items():
-        if name in SAME_RESULT:
-            recorded[name] = value
-        elif recorded.get(name) != value:
-            option = f"--{name.replace('_', '-')}"
-            raise InputError(
-                f"run {entry.name} was started with {option} {recorded.get(name)}, not {value}: "
-                "leave the option out or start a new run"
-            )
-    try:
-        return {
-            name: TypeAdapter(hints[name]).validate_python(value)
-            for name, value in recorded.items()
-        }
-    except (KeyError, ValidationError) as error:
-        raise InputError(
-            f"run {entry.name} has options that this study does not take ({error}): start a new run"
-        ) from None
-
-
-def check_same_code(entry: RunEntry, record: Mapping[str, Any]) -> None:
-    """Refuse to go on with a run that another code began.
-
-    Parameters
-    ----------
-    entry : RunEntry
-        The run.
-    record : mapping
-        What its record would say if it began now.
-
-    Raises
-    ------
-    InputError
-        Names what differs: the study's text, Python, a package, or deboom's own revision.
-    """
-    if entry.record["study_text"] != record["study_text"]:
-        raise InputError(
-            f"run {entry.name} was started with another text of the study {entry.study}: bring the "
-            f"script back as it was (its text is in {entry.folder / 'run.json'}) or start a new run"
-        )
-    now = dict(_versions(record["environment"]))
-    for name, then in _versions(entry.record["environment"]):
-        if now.get(name) != then:
-            raise InputError(
-                f"run {entry.name} was started with {name} {then}, now it is {now.get(name)}: "
-                "go back to the former or start a new run"
-            )
-
-
-def _versions(environment: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
-    yield "Python", environment["python"]
-    yield from environment["packages"].items()
-    yield "deboom revision", (environment["git"] or {}).get("revision")
-
+from deboom.study.result import RunContext, StudyResult, as_report
 
 PACKAGES = (
     "deboom",
@@ -127,7 +54,10 @@ PACKAGES = (
     "SALib",
     "numba",
     "matplotlib",
+    "seaborn",
 )
+SAME_RESULT = ("workers", "scheduler")
+"""Options that say who computes, not what: a resumed run may have others."""
 
 
 @contextmanager
@@ -140,18 +70,52 @@ def one_sentence_errors() -> Iterator[None]:
         raise typer.Exit(2) from error
 
 
+def study_files(folder: Path | None = None) -> list[Path]:
+    """List the studies of a folder; by default those of ``studies`` here, else deboom's own."""
+    if folder is None:
+        here = Path("studies")
+        folder = here if here.is_dir() else shipped_studies()
+    return sorted(path for path in folder.glob("*.py") if not path.name.startswith("_"))
+
+
+def find_study(wanted: str | Path, folder: Path | None = None) -> Path:
+    """Return the file of a study that is given as a path or by its bare name.
+
+    Parameters
+    ----------
+    wanted : str or Path
+        ``studies/u06_robust_front.py`` or ``u06_robust_front``.
+    folder : Path, optional
+        Folder where a bare name is looked up; see `study_files`.
+
+    Raises
+    ------
+    InputError
+        There is no such study; the nearest name is given.
+    """
+    path = Path(wanted)
+    if path.is_file():
+        return path
+    known = study_files(folder)
+    names = [file.stem for file in known]
+    if str(wanted) in names:
+        return known[names.index(str(wanted))]
+    near = difflib.get_close_matches(path.stem, names, n=1)
+    hint = f"; did you mean {near[0]}?" if near else ""
+    raise InputError(f"{wanted}: there is no such study; `deboom studies` lists them{hint}")
+
+
 def question_of(path: Path) -> str:
     """Return the question a study asks: the first paragraph of its docstring.
 
-    The script is parsed, not run.
+    The file is parsed, not run.
 
     Raises
     ------
     InputError
         The file is missing, is not Python, or has no docstring.
     """
-    if not path.is_file():
-        raise InputError(f"{path}: there is no such study; `deboom studies` lists them")
+    path = find_study(path)
     try:
         docstring = ast.get_docstring(ast.parse(path.read_text(encoding="utf-8")))
     except SyntaxError as error:
@@ -161,64 +125,112 @@ def question_of(path: Path) -> str:
     return " ".join(docstring.split("\n\n")[0].split())
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Study:
-    """A study script, imported.
+    """A study, imported.
 
     Parameters
     ----------
     path : Path
-        The script.
+        Its file.
     question : str
         What it asks.
-    description : str
-        Its whole docstring.
-    main : callable
-        Typed arguments in, `StudyResult` out.
+    module : module
+        With ``Options``, ``prepare`` and ``run``.
     """
 
     path: Path
     question: str
-    description: str
-    main: Callable[..., StudyResult]
+    module: ModuleType
+
+    @property
+    def name(self) -> str:
+        """Name of its file and of its folder of results."""
+        return self.path.stem
+
+    @property
+    def description(self) -> str:
+        """Its whole docstring."""
+        return inspect.getdoc(self.module) or self.question
 
     @property
     def parameters(self) -> dict[str, inspect.Parameter]:
-        """Parameters of ``main`` that are options, by name, with their types as annotations."""
-        hints = get_type_hints(self.main, include_extras=True)
-        return {
-            name: parameter.replace(annotation=hints[name])
-            for name, parameter in inspect.signature(self.main).parameters.items()
-            if name not in self.context_names
-        }
+        """Options of the command line by name, with their types as annotations."""
+        if self.main is not None:
+            return _parameters_of_main(self.main)
+        return expanded(self.module.Options())
+
+    def model(self, arguments: Mapping[str, Any]) -> Any:
+        """Build the model for these options, without a run."""
+        return self.module.prepare(filled(self.module.Options(), arguments))
+
+    def report(self, arguments: Mapping[str, Any], context: RunContext | None = None) -> Report:
+        """Run the study with these options; the others have their defaults."""
+        if self.main is not None:
+            names = _context_names(self.main)
+            return as_report(self.main(**arguments, **dict.fromkeys(names, context)))
+        options = filled(self.module.Options(), arguments)
+        report: Report = self.module.run(self.module.prepare(options), options, context)
+        return report
 
     @property
-    def context_names(self) -> tuple[str, ...]:
-        """Parameters of ``main`` that take the `RunContext`."""
-        return tuple(
-            name
-            for name, hint in get_type_hints(self.main).items()
-            if RunContext in (hint, *get_args(hint))
-        )
+    def main(self) -> Callable[..., Report | StudyResult] | None:
+        """Function of a study that is not yet in two phases."""
+        main: Callable[..., Report | StudyResult] | None = getattr(self.module, "main", None)
+        return main
 
 
-def load_study(path: Path) -> Study:
-    """Import a study script by its path.
+def _parameters_of_main(main: Callable[..., Report | StudyResult]) -> dict[str, inspect.Parameter]:
+    hints = get_type_hints(main, include_extras=True)
+    return {
+        name: parameter.replace(annotation=hints[name], kind=inspect.Parameter.KEYWORD_ONLY)
+        for name, parameter in inspect.signature(main).parameters.items()
+        if name not in _context_names(main)
+    }
+
+
+def _context_names(main: Callable[..., Report | StudyResult]) -> tuple[str, ...]:
+    hints = get_type_hints(main)
+    return tuple(n for n, hint in hints.items() if RunContext in (hint, *get_args(hint)))
+
+
+def load_study(study: str | Path) -> Study:
+    """Import a study by its path or name.
 
     Raises
     ------
     InputError
-        The file is missing, has no docstring or no function ``main``.
+        The file is missing, has no docstring, or lacks ``Options``, ``prepare`` or ``run``.
     """
+    path = find_study(study)
     question = question_of(path)
-    spec = importlib.util.spec_from_file_location(f"deboom_study_{path.stem}", path)
+    module = _module(path)
+    missing = [n for n in ("Options", "prepare", "run") if not hasattr(module, n)]
+    if missing and not hasattr(module, "main"):
+        raise InputError(
+            f"{path}: a study has a class Options, prepare(options) and run(model, options, "
+            f"context); there is no {missing[0]}"
+        )
+    return Study(path, question, module)
+
+
+def _module(path: Path) -> ModuleType:
+    """Import a file; deboom's own studies as modules of the package, which are imported once."""
+    shipped = path.resolve().parent == shipped_studies().resolve()
+    name = f"deboom.studies.{path.stem}" if shipped else f"deboom_study_{path.stem}"
+    if shipped and name in sys.modules:
+        return sys.modules[name]
+    spec = importlib.util.spec_from_file_location(name, path)
     if spec is None or spec.loader is None:
         raise InputError(f"{path}: a study is a Python file (*.py)")
     module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    if not callable(getattr(module, "main", None)):
-        raise InputError(f"{path}: a study has a function main(...) that returns a StudyResult")
-    return Study(path, question, inspect.getdoc(module) or question, module.main)
+    sys.modules[name] = module  # dataclasses look their annotations up there
+    try:
+        spec.loader.exec_module(module)
+    except BaseException:
+        del sys.modules[name]
+        raise
+    return module
 
 
 def _plain(value: Any) -> Any:
@@ -243,7 +255,7 @@ def run_study(study: Study, out: Path, arguments: Mapping[str, Any]) -> Path:
     out : Path
         Folder that gets ``<study>/<run>/``.
     arguments : mapping
-        Keyword arguments of the study's ``main``; its defaults complete them.
+        Options by name; the study's defaults complete them.
 
     Returns
     -------
@@ -259,12 +271,11 @@ def run_study(study: Study, out: Path, arguments: Mapping[str, Any]) -> Path:
     bound = inspect.Signature(list(study.parameters.values())).bind(**arguments)
     bound.apply_defaults()
     record = _record(study, bound.arguments)
-    run = start_run(out, study.path.stem, seed=bound.arguments["seed"], record=record)
+    run = start_run(out, study.name, seed=bound.arguments["seed"], record=record)
     try:
         return _carry_out(study, run, bound.arguments, record)
     except InputError:
-        if {path.name for path in run.folder.iterdir()} <= {RECORD, LOCK}:
-            run.discard()
+        _discard_empty(run)
         raise
 
 
@@ -280,7 +291,7 @@ def resume_study(study: Study, out: Path, wanted: str, given: Mapping[str, Any])
     wanted : str
         Name of the run, or its folder.
     given : mapping
-        Arguments that must be those of the run; the run's own complete them.
+        Options that must be those of the run; the run's own complete them.
 
     Returns
     -------
@@ -293,21 +304,83 @@ def resume_study(study: Study, out: Path, wanted: str, given: Mapping[str, Any])
         No such run, or a run of another option, text, version or input file, each by its name.
         The run stays as it is.
     """
-    entry = find_run(out, study.path.stem, wanted)
+    entry = find_run(out, study.name, wanted)
     if entry.finished:
         return entry.folder
-    hints = {name: parameter.annotation for name, parameter in study.parameters.items()}
-    plain = {name: _plain(value) for name, value in given.items()}
-    arguments = resumed_arguments(entry, hints, plain)
+    arguments = arguments_of(entry, study, given)
     record = _record(study, arguments)
-    check_same_code(entry, record)
+    _check_same_code(entry, record)
     return _carry_out(study, entry.run(), arguments, record)
+
+
+def arguments_of(
+    entry: RunEntry, study: Study, given: Mapping[str, Any] | None = None
+) -> dict[str, Any]:
+    """Return the options of a run of a study.
+
+    Parameters
+    ----------
+    entry : RunEntry
+        The run.
+    study : Study
+        Its study as it is today.
+    given : mapping, optional
+        Options that a user gives with ``--resume``.
+
+    Raises
+    ------
+    InputError
+        An option that is not the run's, or one that the study does not take any more.
+    """
+    recorded = dict(entry.record["arguments"])
+    for name, value in (given or {}).items():
+        plain = _plain(value)
+        if name in SAME_RESULT:
+            recorded[name] = plain
+        elif recorded.get(name) != plain:
+            option = f"--{name.replace('_', '-')}"
+            raise InputError(
+                f"run {entry.name} was started with {option} {recorded.get(name)}, not {plain}: "
+                "leave the option out or start a new run"
+            )
+    hints = {name: parameter.annotation for name, parameter in study.parameters.items()}
+    try:
+        return {
+            name: TypeAdapter(hints[name]).validate_python(value)
+            for name, value in recorded.items()
+        }
+    except (KeyError, ValidationError) as error:
+        raise InputError(
+            f"run {entry.name} has options that this study does not take ({error}): start a new run"
+        ) from None
+
+
+def _check_same_code(entry: RunEntry, record: Mapping[str, Any]) -> None:
+    """Refuse to go on with a run that another code began."""
+    if entry.record["study_text"] != record["study_text"]:
+        raise InputError(
+            f"run {entry.name} was started with another text of the study {entry.study}: bring the "
+            f"script back as it was (its text is in {entry.folder / 'run.json'}) or start a new run"
+        )
+    now = dict(_versions(record["environment"]))
+    for name, then in _versions(entry.record["environment"]):
+        if now.get(name) != then:
+            raise InputError(
+                f"run {entry.name} was started with {name} {then}, now it is {now.get(name)}: "
+                "go back to the former or start a new run"
+            )
+
+
+def _versions(environment: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
+    yield "Python", environment["python"]
+    yield from environment["packages"].items()
+    yield "deboom revision", (environment["git"] or {}).get("revision")
 
 
 def _record(study: Study, arguments: Mapping[str, Any]) -> dict[str, Any]:
     """Gather what is known of a run before it begins."""
     return {
-        "study": study.path.stem,
+        "study": study.name,
         "question": study.question,
         "seed": arguments["seed"],
         "arguments": {name: _plain(value) for name, value in arguments.items()},
@@ -321,53 +394,86 @@ def _carry_out(
 ) -> Path:
     begin = time.perf_counter()
     here = study.path.resolve().parent
-    context = RunContext(run, relative_to=here)
     with held(run.folder):
-        result = study.main(**arguments, **dict.fromkeys(study.context_names, context))
-        used = {
-            "facts": dict(result.facts),
-            "inputs_sha256": hash_files(result.inputs, relative_to=here),
-            "wall_time_s": round(time.perf_counter() - begin, 3),
-        }
-        save_result(run, result, {**record, **used})
+        report = study.report(arguments, RunContext(run, relative_to=here))
+        hashes = hash_files(report.inputs, relative_to=here)
+        _save(run, report, record, hashes, begin)
     folder = finish_run(run)
     refresh_overview(folder.parent.parent)
     return folder
 
 
-def save_result(run: Run, result: StudyResult, record: Mapping[str, Any]) -> None:
-    """Save everything that a result holds, and last the final record, which has all hashes.
+def run_command(
+    out: Path,
+    record: Mapping[str, Any],
+    work: Callable[[], Report | StudyResult],
+    *,
+    relative_to: Path | None = None,
+    begin: float | None = None,
+) -> Path:
+    """Carry out a command that is no study and keep its report in ``<out>/<command>/<run>/``.
 
     Parameters
     ----------
-    run : Run
-        Unfinished.
-    result : StudyResult
+    out : Path
+        Folder of all results.
     record : mapping
-        What was asked for, with ``facts``, ``inputs_sha256`` and ``wall_time_s``; a ``command``
-        where it was none of ``deboom run``.
+        ``study`` (name of the command), ``command`` (as typed), ``question``, ``seed`` and
+        ``arguments`` of the run.
+    work : callable
+        Returns the report.
+    relative_to : Path, optional
+        Folder that names input files; by default each file's own.
+    begin : float, optional
+        Time at which the command began, from `time.perf_counter`.
+
+    Returns
+    -------
+    Path
+        The finished run folder; after a failure nothing is left behind.
     """
-    for stem, table in result.tables.items():
-        run.save_table(f"{stem}.csv", table)
-    for stem, png in result.figures.items():
-        run.save_bytes(f"figures/{stem}.png", png)
-    for stem, document in result.documents.items():
-        run.save_json(f"{stem}.json", document)
-    for name, content in result.attachments.items():
+    begin = time.perf_counter() if begin is None else begin
+    record = {**record, "environment": environment_record(PACKAGES)}
+    run = start_run(out, record["study"], seed=record["seed"], record=record)
+    try:
+        with held(run.folder):
+            report = as_report(work())
+            hashes: dict[str, str] = {}
+            for path in report.inputs:
+                hashes |= hash_files([path], relative_to=relative_to or path.parent)
+            _save(run, report, record, hashes, begin)
+    except Exception:
+        _discard_empty(run)
+        raise
+    return finish_run(run)
+
+
+def _save(
+    run: Run, report: Report, record: Mapping[str, Any], inputs: Mapping[str, str], begin: float
+) -> None:
+    """Save all that a report holds, and last the final record, which has all hashes."""
+    used = {
+        **record,
+        "facts": report.facts,
+        "inputs_sha256": dict(inputs),
+        "wall_time_s": round(time.perf_counter() - begin, 3),
+    }
+    contents = report.contents()
+    for name, content in contents.items():
         run.save_bytes(name, content)
-    run.save_json("summary.json", dict(result.summary))
-    page = replace(result.page, provenance=_provenance(record))
-    run.save_text("report.html", render_page(page))
-    names = [f"{stem}.csv" for stem in result.tables]
-    names += [f"figures/{stem}.png" for stem in result.figures]
-    names += [f"{stem}.json" for stem in result.documents]
-    names += list(result.attachments)
-    saved = [run.folder / name for name in (*names, "summary.json", "report.html")]
+    run.save_text(PAGE, report.html(_provenance(used)))
+    saved = [run.folder / name for name in (*contents, PAGE)]
     shown = {
-        "headlines": {headline.label: headline.value for headline in result.page.headlines},
+        "headlines": {label: value for value, label in report.tiles},
         "files_sha256": hash_files(saved, relative_to=run.folder),
     }
-    run.save_json(RECORD, {**record, **shown})
+    run.save_json(RECORD, {**used, **shown})
+
+
+def _discard_empty(run: Run) -> None:
+    """Remove the folder of a run that holds nothing to keep."""
+    if {path.name for path in run.folder.iterdir()} <= {RECORD, LOCK}:
+        run.discard()
 
 
 def _option(name: str, value: Any) -> str:
@@ -401,15 +507,12 @@ def _provenance(record: Mapping[str, Any]) -> dict[str, Any]:
     }
 
 
-def study_command(path: Path) -> typer.Typer:
-    """Build the command of one study: its ``main``'s typed arguments become options."""
-    study = load_study(path)
-    options = [
-        parameter.replace(kind=inspect.Parameter.KEYWORD_ONLY)
-        for parameter in study.parameters.values()
-    ]
+def study_command(wanted: str | Path) -> typer.Typer:
+    """Build the command of one study, by its path or name: its options are those typed."""
+    study = load_study(wanted)
     common = inspect.signature(_common_options).parameters.values()
     hints = get_type_hints(_common_options, include_extras=True)
+    options = [*study.parameters.values()]
     options += [parameter.replace(annotation=hints[parameter.name]) for parameter in common]
 
     def command(**arguments: Any) -> None:
@@ -454,55 +557,3 @@ def _common_options(
 def run_script(file: str) -> None:
     """Run the study that calls this from its ``__main__`` block: ``run_script(__file__)``."""
     study_command(Path(file))()
-
-
-def run_command(
-    out: Path,
-    record: Mapping[str, Any],
-    work: Callable[[], StudyResult],
-    *,
-    relative_to: Path | None,
-    begin: float,
-) -> Path:
-    """Carry out a command and keep its result in ``<out>/<command>/<run>/``.
-
-    Parameters
-    ----------
-    out : Path
-    record : mapping
-        What is known before it begins; ``study`` is the command's name, ``seed`` its seed.
-    work : callable
-        Gives the result.
-    relative_to : Path or None
-        Folder that the names of the inputs count from; None: each from its own.
-    begin : float
-        `time.perf_counter` when the command was called [s].
-
-    Returns
-    -------
-    Path
-        The finished run folder.
-
-    Raises
-    ------
-    InputError
-        The folder cannot be written, or what `work` raises; nothing is left behind then.
-    """
-    run = start_run(out, record["study"], seed=record["seed"], record=dict(record))
-    try:
-        with held(run.folder):
-            result = work()
-            hashes: dict[str, str] = {}
-            for path in result.inputs:
-                hashes |= hash_files([path], relative_to=relative_to or path.parent)
-            used = {
-                "facts": dict(result.facts),
-                "inputs_sha256": hashes,
-                "wall_time_s": round(time.perf_counter() - begin, 3),
-            }
-            save_result(run, result, {**record, **used})
-    except Exception:
-        if {path.name for path in run.folder.iterdir()} <= {RECORD, LOCK}:
-            run.discard()
-        raise
-    return finish_run(run)

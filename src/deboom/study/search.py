@@ -5,9 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Annotated
 
 import numpy as np
 import pandas as pd
+from typer import Option
 
 from deboom.arrays import RealArray
 from deboom.errors import InputError
@@ -17,14 +19,16 @@ from deboom.explore.limits import Limit, LimitedResponse, Limits
 from deboom.explore.problems import Progress, SearchResult, nsga2
 from deboom.explore.robust import Robust, RobustResponse
 from deboom.explore.selection import pick, polish
+from deboom.explore.workers import workers_for
 from deboom.files.library_export import read_library_json
 from deboom.files.limits import LimitsFile, load_limits
 from deboom.measurement.channels import LoadCase
 from deboom.mounts.mount import AXES, Mount, mean_operating_stiffness
 from deboom.physics.dynamic_stiffness import dynamic_stiffness
-from deboom.report.page import Section, Table
+from deboom.report import Report
 from deboom.study.platform_model import LIBRARY_FILE, Factor, Operation
-from deboom.study.result import RunContext, StudyResult
+from deboom.study.progress import progress_bar
+from deboom.study.result import RunContext, StudyResult, as_report
 from deboom.vehicles.fleet import lines_inside
 from deboom.vehicles.mount_requirements import (
     MountRequirements,
@@ -183,51 +187,53 @@ class MountLimits:
         made = self.every_part.made if self.every_part else None
         return LimitedResponse(robust, self.requirements, self.limits, made)
 
-    def reported(
-        self, result: StudyResult, search: SearchResult, designs: Mapping[str, RealArray]
-    ) -> StudyResult:
-        """Add to a study's result what the limits did.
+    def append_to(
+        self, report: Report, search: SearchResult, designs: Mapping[str, RealArray]
+    ) -> None:
+        """Add to a report what the limits did; nothing without limits.
+
+        The report gets the tables ``limits`` and ``beyond_limits``, the key ``n_beyond_limits`` and
+        a section, and warns of a named design that misses a limit because variables without effect
+        on the noise went back to nominal.
 
         Parameters
         ----------
-        result : StudyResult
+        report : Report
             Of the study.
         search : SearchResult
             Within the limits.
         designs : mapping of str to array, shape (k,)
-            Designs to list beside the limits.
-
-        Returns
-        -------
-        StudyResult
-            With the tables ``limits`` and ``beyond_limits``, the key ``n_beyond_limits`` and a
-            section on the page, which warns of a named design that misses a limit because variables
-            without effect on the noise went back to nominal; unchanged without limits.
+            Designs to list beside the limits; the first one is today's.
         """
         if self.requirements is None or self.limits is None:
-            return result
-        page = result.page
+            return
         for name, design in list(designs.items())[1:]:
             excess = self.limits.excess(self.requirements(design[np.newaxis, :]))
             if np.any(excess > 0.0):
-                warning = f"The design '{name}' misses a limit: {self.limits.closest(excess)}."
-                page = replace(page, warnings=(*page.warnings, warning))
-        table = self._table(self.requirements, self.limits, designs)
-        beyond = _beyond(search, self.requirements.variable_names, self.limits)
+                report.warn(f"The design '{name}' misses a limit: {self.limits.closest(excess)}.")
         whose = "every drawn part" if self.every_part else "the design itself"
-        section = Section(
+        report.section(
             "Limits",
             f"{len(self.limits.names)} limits had to be kept by {whose}: {search.n_infeasible} of "
             f"{search.n_evaluated} designs miss one. The front holds only designs that keep all.",
-            tables=(Table(table, "Limited numbers of the named designs, without scatter."),),
         )
-        return replace(
-            result,
-            tables={**result.tables, "limits": table, "beyond_limits": beyond},
-            summary={**result.summary, "n_beyond_limits": search.n_infeasible},
-            page=replace(page, sections=(*page.sections, section)),
-            inputs=(*result.inputs, *self.inputs),
-        )
+        table = self._table(self.requirements, self.limits, designs)
+        report.table("limits", table, "Limited numbers of the named designs, without scatter.")
+        beyond = _beyond(search, self.requirements.variable_names, self.limits)
+        report.table("beyond_limits", beyond)
+        report.summary["n_beyond_limits"] = search.n_infeasible
+        report.inputs += self.inputs
+
+    def reported(
+        self,
+        result: Report | StudyResult,
+        search: SearchResult,
+        designs: Mapping[str, RealArray],
+    ) -> Report:
+        """Return the report of a study of one phase, with `append_to` done."""
+        report = as_report(result)
+        self.append_to(report, search, designs)
+        return report
 
     def _table(
         self, requirements: MountRequirements, limits: Limits, designs: Mapping[str, RealArray]
@@ -372,3 +378,51 @@ def _beyond(search: SearchResult, variables: Sequence[str], limits: Limits) -> p
         for k, name in enumerate(limits.names)
     }
     return pd.DataFrame({**factors, **excess})
+
+
+@dataclass(frozen=True)
+class SearchOptions:
+    """Options of a study: how long NSGA-II searches, and with how many processes."""
+
+    generations: Annotated[int, Option(help="Generations of NSGA-II.")] = 100
+    population: Annotated[int, Option(help="Designs per generation.")] = 100
+    workers: Annotated[int, Option(help="Processes; any number gives the same result.")] = 1
+    scheduler: Annotated[str | None, Option(help="Dask cluster, tcp://host:port.")] = None
+
+    def front(
+        self,
+        robust: RobustResponse,
+        seed: int,
+        context: RunContext | None,
+        inputs: Sequence[Path],
+        *,
+        limits: MountLimits | None = None,
+        searches: int = 1,
+        polished: bool = False,
+        title: str = "NSGA-II",
+        name: str = "search",
+        first_population: RealArray | None = None,
+    ) -> SearchResult:
+        """Search the front of a robust response with these options.
+
+        Parameters
+        ----------
+        robust : RobustResponse
+            What is searched; its draws are spread over the processes.
+        limits : MountLimits, optional
+            What designs must keep.
+        title : str
+            Of the progress bar.
+
+        Other parameters and errors are those of `robust_search`.
+        """
+        budget = Budget(self.population, self.generations, searches, polished)
+        with (
+            workers_for(robust, self.workers, self.scheduler) as spread,
+            progress_bar(title) as bar,
+        ):
+            whole = spread if limits is None else limits.around(spread)
+            return robust_search(
+                *(whole, robust, budget, seed, bar, context, inputs, name),
+                first_population=first_population,
+            )

@@ -68,7 +68,7 @@ def limited_response(
 def pareto_point(
     front: Path | None,
     chosen: Pick,
-    studies: Path,
+    studies: Path | None,
     index: LoadCaseIndex[Any, Any],
     space: DesignSpace,
     *,
@@ -83,8 +83,8 @@ def pareto_point(
         Finished run of a front study; None: a quick search of its own.
     chosen : Pick
         Which design of the front.
-    studies : Path
-        Folder with the study scripts.
+    studies : Path or None
+        Folder with the studies; None: `studies` here, else deboom's own.
     index : LoadCaseIndex
         The model of the quick search.
     space : DesignSpace

@@ -1060,7 +1060,7 @@ def supplier_report(
     mount: str | None,
     anonymous: bool,
     out: Path | None,
-    studies: Path,
+    studies: Path | None,
     pick: Pick = Pick.best_mean,
     pieces: SpecificationFiles = NOTHING,
 ) -> tuple[Path, Path]:
@@ -1076,8 +1076,8 @@ def supplier_report(
         Call vehicles by letters, and refuse a report in which a name or path is left.
     out : Path or None
         Folder that gets both files, made when missing; None: ``supplier`` in the run's folder.
-    studies : Path
-        Folder with the study scripts.
+    studies : Path or None
+        Folder with the studies; None: `studies` here, else deboom's own.
     pick : Pick
         Design of the front that is wanted.
     pieces : SpecificationFiles

@@ -28,9 +28,9 @@ from deboom.measurement.channels import LoadCase
 from deboom.mounts.characterised_mount import CharacterisedDirection, CharacterisedMount
 from deboom.mounts.mount import AXES, Mount
 from deboom.study.platform_model import operation
-from deboom.study.rebuilt import FRONT, ComparedRun, compared_run, study_script
+from deboom.study.rebuilt import FRONT, ComparedRun, compared_run, study_of
 from deboom.study.robust_front import NOTICEABLE
-from deboom.study.runner import load_study, resumed_arguments
+from deboom.study.runner import arguments_of
 from deboom.vehicles.booming_model import LossFactorIndex
 
 
@@ -266,15 +266,15 @@ class SupplierStudy:
         return Need.wanted
 
 
-def supplier_study(folder: Path, studies: Path, pick: Pick) -> SupplierStudy:
+def supplier_study(folder: Path, studies: Path | None, pick: Pick) -> SupplierStudy:
     """Read the run of a front study and build its model again.
 
     Parameters
     ----------
     folder : Path
         Of the finished run.
-    studies : Path
-        Folder with the study scripts.
+    studies : Path or None
+        Folder with the studies; None: `studies` here, else deboom's own.
     pick : Pick
         The design that is wanted.
 
@@ -284,7 +284,7 @@ def supplier_study(folder: Path, studies: Path, pick: Pick) -> SupplierStudy:
         See `deboom.study.rebuilt.compared_run`; a study without platform and mounts.
     """
     run = compared_run(folder, studies)
-    given = _options(run, studies)
+    given = arguments_of(run.entry, study_of(run.entry, studies))
     missing = [name for name in ("platform", "mounts", "group", "load_case") if name not in given]
     if missing:
         raise InputError(
@@ -300,12 +300,6 @@ def supplier_study(folder: Path, studies: Path, pick: Pick) -> SupplierStudy:
         (float(frequency[0]), float(frequency[-1])),
     )
     return SupplierStudy(run, runs.platform, runs.parts, pick)
-
-
-def _options(run: ComparedRun, studies: Path) -> Mapping[str, Any]:
-    parameters = load_study(study_script(run.entry, studies)).parameters
-    hints = {name: parameter.annotation for name, parameter in parameters.items()}
-    return resumed_arguments(run.entry, hints, {})
 
 
 _PICTURE = re.compile(r"data:image/png;base64,[A-Za-z0-9+/=]*")

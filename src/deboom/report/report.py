@@ -1,0 +1,401 @@
+"""Reports: what a study found, written top to bottom, as one page and as files beside it."""
+
+from __future__ import annotations
+
+import base64
+import json
+import re
+import struct
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from importlib.resources import files
+from itertools import groupby
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from deboom.errors import InputError
+from deboom.plot.style import as_png
+from deboom.report.glossary import GLOSSARY
+from deboom.report.tables import text_columns
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+    from deboom.plot.style import Drawing
+
+Scalar = float | int | str
+
+SUMMARY, PAGE = "summary.json", "report.html"
+
+_PNG_SIGNATURE = b"\x89PNG\r\n\x1a\n"
+_PIXELS_PER_CSS_PIXEL = 1.5
+_CONTENTS_FROM = 4  # sections
+
+
+@dataclass(frozen=True, eq=False)
+class Picture:
+    """A figure of the page: PNG, what it shows, and what to see in it."""
+
+    png: bytes
+    alt: str
+    caption: str
+
+
+@dataclass(frozen=True, eq=False)
+class Table:
+    """A table of the page: its first column names the rows, the index is not shown."""
+
+    frame: pd.DataFrame
+    caption: str
+    decimals: Mapping[str, int] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, eq=False)
+class Section:
+    """A part of the page: texts, pictures and tables in the order of reading."""
+
+    title: str
+    blocks: list[str | Picture | Table]
+
+
+class Report:
+    """What a study found: numbers on top, sections below, and every file of its run folder.
+
+    Methods add to the page in the order of their calls. What is named by a stem is also a file:
+    a table ``<stem>.csv``, a figure ``figures/<stem>.png``, a document ``<stem>.json``.
+
+    Parameters
+    ----------
+    title : str
+        Title of the page.
+    question : str
+        What was asked, in one or two sentences.
+    compact : bool
+        Print with close spacing, for a sheet that shall fit on one page.
+
+    Attributes
+    ----------
+    summary : dict of str to float, int or str
+        Headline numbers of ``summary.json``.
+    facts : dict of str to float, int or str
+        What the study settled beside its options, for ``run.json`` and the foot of the page.
+    inputs : list of Path
+        Files that were read.
+
+    Examples
+    --------
+    >>> report = Report("Cheapest tolerances", "How wide may each direction scatter?")
+    >>> report.tile("66 %", "of the cost of one tolerance everywhere")
+    >>> report.section("Allocation", "A direction at the widest tolerance needs no precision.")
+    >>> report.summary["cost_ratio_to_uniform"] = 0.66
+    """
+
+    def __init__(self, title: str, question: str = "", *, compact: bool = False) -> None:
+        self.title = title
+        self.question = question
+        self.compact = compact
+        self.tiles: list[tuple[str, str]] = []
+        self.warnings: list[str] = []
+        self.terms: list[str] = []
+        self.sections: list[Section] = []
+        self.tables: dict[str, pd.DataFrame] = {}
+        self.figures: dict[str, bytes] = {}
+        self.documents: dict[str, Mapping[str, Any]] = {}
+        self.attachments: dict[str, bytes] = {}
+        self.summary: dict[str, Scalar] = {}
+        self.facts: dict[str, Scalar] = {}
+        self.inputs: list[Path] = []
+
+    def tile(self, value: str, label: str) -> None:
+        """Show a number that a hurried reader takes away, such as ``−3.1 dB``, and what it is."""
+        self.tiles.append((value, label))
+
+    def warn(self, *sentences: str) -> None:
+        """Say what the reader must know before trusting the numbers; empty sentences are left out.
+
+        A sentence that was said before is not said again.
+        """
+        new = [sentence for sentence in sentences if sentence]
+        self.warnings = list(dict.fromkeys((*self.warnings, *new)))
+
+    def explain(self, *terms: str) -> None:
+        """Explain words on the page.
+
+        Raises
+        ------
+        InputError
+            A word that `deboom.report.glossary.GLOSSARY` does not explain.
+        """
+        unknown = [term for term in terms if term not in GLOSSARY]
+        if unknown:
+            raise InputError(f"the glossary does not explain {unknown}; it has {list(GLOSSARY)}")
+        self.terms = list(dict.fromkeys((*self.terms, *terms)))
+
+    def section(self, title: str, text: str = "") -> None:
+        """Begin a part of the page with its heading and first paragraphs."""
+        self.sections.append(Section(title, []))
+        self.text(text)
+
+    def text(self, text: str) -> None:
+        """Write paragraphs, separated by empty lines."""
+        if text:
+            self._show(text)
+
+    def figure(self, stem: str | None, drawing: Drawing, caption: str, *, alt: str = "") -> None:
+        """Show a figure, and keep it as ``figures/<stem>.png``.
+
+        Parameters
+        ----------
+        stem : str or None
+            Name of the file; None shows the figure and keeps none.
+        drawing : Axes, Figure or bytes
+            From `deboom.plot`, which is closed afterwards; or a PNG.
+        caption : str
+            What to see in it.
+        alt : str
+            What it shows, for a reader who cannot see it; by default the caption.
+
+        Raises
+        ------
+        InputError
+            A name that is taken, no PNG, or no caption.
+        """
+        png = as_png(drawing)
+        if not png.startswith(_PNG_SIGNATURE):
+            raise InputError(f"the picture '{caption}' is not a PNG")
+        if not caption.strip():
+            raise InputError("a picture needs a caption")
+        if stem is not None:
+            self._free(stem, self.figures)
+            self.figures[stem] = png
+        self._show(Picture(png, alt.strip() or caption, caption))
+
+    def table(
+        self,
+        stem: str | None,
+        frame: pd.DataFrame,
+        caption: str = "",
+        decimals: Mapping[str, int] | None = None,
+        *,
+        shown: pd.DataFrame | None = None,
+    ) -> None:
+        """Show a table, and keep it as ``<stem>.csv``.
+
+        Parameters
+        ----------
+        stem : str or None
+            Name of the file; None shows the table and keeps none.
+        frame : DataFrame
+            Columns ``name [unit]``; the first one names the rows, the index counts for nothing.
+        caption : str
+            What to see in it; a table without a caption is kept and not shown.
+        decimals : mapping of str to int, optional
+            Decimals by column label, where the unit's default does not serve.
+        shown : DataFrame, optional
+            What the page shows of it: fewer rows or columns.
+
+        Raises
+        ------
+        InputError
+            A name that is taken, decimals for a column that does not exist.
+        """
+        if stem is not None:
+            self._free(stem, self.tables)
+            self.tables[stem] = frame
+        if caption:
+            table = Table(frame if shown is None else shown, caption, decimals or {})
+            text_columns(table.frame, table.decimals)
+            self._show(table)
+
+    def document(self, stem: str, content: Mapping[str, Any]) -> None:
+        """Keep a mapping as ``<stem>.json``."""
+        self._free(stem, self.documents)
+        self.documents[stem] = content
+
+    def attach(self, name: str, content: bytes) -> None:
+        """Keep a file under its whole name, such as a workbook."""
+        self._free(name, self.attachments)
+        self.attachments[name] = content
+
+    def include(
+        self, part: Report, title: str, *, first: int = 0, names: Mapping[str, str] | None = None
+    ) -> None:
+        """Add another report as a part of this one; its tiles are left out.
+
+        Parameters
+        ----------
+        part : Report
+            Whose sections, warnings, terms, files, numbers, facts and inputs are added.
+        title : str
+            Stands before the title of each of its sections.
+        first : int
+            Sections of the part that are left out at its beginning.
+        names : mapping of str to str, optional
+            New names of its files and numbers, where they are taken here; an empty one leaves
+            the file or number out.
+
+        Raises
+        ------
+        InputError
+            A name that is taken.
+        """
+        self.sections += [Section(f"{title} · {s.title}", s.blocks) for s in part.sections[first:]]
+        self.warn(*part.warnings)
+        self.explain(*part.terms)
+        new = names or {}
+        kinds: tuple[tuple[dict[str, Any], Mapping[str, Any]], ...] = (
+            (self.tables, part.tables),
+            (self.figures, part.figures),
+            (self.documents, part.documents),
+            (self.attachments, part.attachments),
+            (self.summary, part.summary),
+        )
+        for mine, theirs in kinds:
+            for name, value in theirs.items():
+                if wanted := new.get(name, name):
+                    self._free(wanted, mine)
+                    mine[wanted] = value
+        self.facts = {**part.facts, **self.facts}
+        self.inputs = list(dict.fromkeys((*self.inputs, *part.inputs)))
+
+    def contents(self) -> dict[str, bytes]:
+        """Return every file of the report but its page; name → bytes.
+
+        Tables are UTF-8 with Unix line ends and floats that read back exactly.
+        """
+        contents = {
+            f"{stem}.csv": frame.to_csv(index=False, lineterminator="\n").encode()
+            for stem, frame in self.tables.items()
+        }
+        contents |= {f"figures/{stem}.png": png for stem, png in self.figures.items()}
+        contents |= {f"{s}.json": _json(c).encode() for s, c in self.documents.items()}
+        contents |= self.attachments
+        contents[SUMMARY] = _json(self.summary).encode()
+        return contents
+
+    def write(self, folder: Path) -> Path:
+        """Write all files and the page into a folder, which is made; return the page's path."""
+        pages = {PAGE: self.html().encode()}
+        for name, content in (self.contents() | pages).items():
+            path = folder / name
+            path.parent.mkdir(parents=True, exist_ok=True)
+            path.write_bytes(content)
+        return folder / PAGE
+
+    def html(self, provenance: Mapping[str, Any] | None = None) -> str:
+        """Render the page as one HTML file without scripts, links or outside references.
+
+        Parameters
+        ----------
+        provenance : mapping of str, optional
+            How the numbers came about: ``command`` [text], ``inputs`` [file → SHA-256] and any
+            further facts; mappings inside are written out.
+
+        Returns
+        -------
+        str
+            HTML; save as UTF-8. Texts are escaped: no input can add markup.
+        """
+        from jinja2 import Environment, StrictUndefined
+
+        environment = Environment(
+            autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
+        )
+        environment.filters["paragraphs"] = _paragraphs
+        environment.filters["groups"] = _groups
+        environment.filters["columns"] = lambda table: text_columns(table.frame, table.decimals)
+        environment.filters["image"] = as_image
+        template = environment.from_string(
+            files("deboom.report").joinpath("page.html").read_text(encoding="utf-8")
+        )
+        given = provenance or {}
+        return template.render(
+            page=self,
+            terms={term: GLOSSARY[term] for term in self.terms},
+            contents=len(self.sections) >= _CONTENTS_FROM,
+            provenance=given,
+            command=given.get("command"),
+            inputs=given.get("inputs") or {},
+            facts=_facts(given),
+        )
+
+    def _show(self, block: str | Picture | Table) -> None:
+        """Add a block to the last section."""
+        if not self.sections:
+            raise InputError("a report begins with a section: call `section` first")
+        self.sections[-1].blocks.append(block)
+
+    def _free(self, name: str, taken: Mapping[str, object]) -> None:
+        """Refuse a name that is taken."""
+        if name in taken:
+            raise InputError(f"report '{self.title}' has two things of the name '{name}'")
+
+
+@dataclass(frozen=True)
+class Image:
+    """A picture as a page takes it: data URI, width and height [CSS pixel]."""
+
+    source: str
+    width: int
+    height: int
+
+
+def as_image(picture: Picture) -> Image:
+    """Turn the PNG into a data URI with its size on screen."""
+    width, height = struct.unpack(">II", picture.png[16:24])
+    return Image(
+        source="data:image/png;base64," + base64.b64encode(picture.png).decode("ascii"),
+        width=round(width / _PIXELS_PER_CSS_PIXEL),
+        height=round(height / _PIXELS_PER_CSS_PIXEL),
+    )
+
+
+def _json(content: Mapping[str, Any]) -> str:
+    """Write JSON as every file of a run folder has it; a number that is not finite is refused."""
+    text = json.dumps(content, indent=2, ensure_ascii=False, allow_nan=False, default=_plain)
+    return text + "\n"
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, np.generic | np.ndarray):
+        return value.tolist()
+    if isinstance(value, Path):
+        return value.as_posix()
+    raise TypeError(f"{type(value).__name__} has no form in JSON")
+
+
+def _groups(section: Section) -> Iterator[tuple[str, list[Any]]]:
+    """Yield blocks of one kind that follow each other: narrow figures share a row."""
+    kinds = {str: "texts", Picture: "figures", Table: "tables"}
+    for kind, blocks in groupby(section.blocks, key=type):
+        yield kinds[kind], list(blocks)
+
+
+def _paragraphs(texts: Sequence[str]) -> list[str]:
+    blocks = (" ".join(b.split()) for text in texts for b in re.split(r"\n\s*\n", text))
+    return [block for block in blocks if block]
+
+
+def _facts(provenance: Mapping[str, object]) -> dict[str, str]:
+    """Flatten the facts beside command and inputs: one line each, mappings one level down."""
+    facts: dict[str, str] = {}
+    for name, value in provenance.items():
+        if name in ("command", "inputs"):
+            continue
+        inner = value.items() if isinstance(value, Mapping) else [(name, value)]
+        facts.update({_fact_name(str(key)): _fact(item) for key, item in inner})
+    return facts
+
+
+def _fact_name(key: str) -> str:
+    return re.sub(r"_s$", " [s]", key).replace("_", " ")
+
+
+def _fact(value: object) -> str:
+    if isinstance(value, Mapping):
+        return ", ".join(f"{key} {_fact(item)}" for key, item in value.items())
+    if value is None:
+        return "none"
+    return ("yes" if value else "no") if isinstance(value, bool) else str(value)

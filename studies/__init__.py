@@ -1,0 +1,1 @@
+"""Studies: one question, one file. In a wheel they are the package ``deboom.studies``."""

@@ -92,7 +92,8 @@ def test_missing_study_and_file_that_is_no_study(cli, tmp_path):
     script.write_text("print('no study')\n")
     refused(cli("run", script), "docstring")
     script.write_text('"""A question?"""\n')
-    refused(cli("run", script), "main")
+    refused(cli("run", script), "Options", "prepare(options)")
+    refused(cli("run", "u06_robust_fron"), "did you mean u06_robust_front?")
     script.write_text("def main(:\n")
     refused(cli("run", script), "line 1")
 

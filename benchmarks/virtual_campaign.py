@@ -8,14 +8,12 @@ from functools import cache
 import numpy as np
 
 from deboom.arrays import RealArray
-from deboom.bench.campaign_plan import CampaignErrors, PlannedRun
+from deboom.bench.campaign_plan import CampaignErrors
 from deboom.bench.campaign_recording import (
     CampaignSensors,
     draw_campaign_sensors,
     record,
     shaker_answer,
-    static_direction_forces,
-    true_run,
 )
 from deboom.bench.layout import (
     ACCELEROMETER_MODEL,
@@ -27,7 +25,8 @@ from deboom.bench.layout import (
     cell_places,
 )
 from deboom.bench.operating_run import OperatingRun as TrueRun
-from deboom.bench.powertrain import AXES, load_bench, mount_set, with_mount_set
+from deboom.bench.operating_run import PlannedRun, static_direction_forces, true_run
+from deboom.bench.powertrain import AXES, load_bench, with_mount_set
 from deboom.bench.sensors import CENTRE_TOLERANCE, INERTIA_TOLERANCE, MASS_TOLERANCE
 from deboom.measurement.campaign import Campaign, OperatingRun, ShakerRun, StaticCurve
 from deboom.measurement.channels import Frf, Spectrum
@@ -43,7 +42,7 @@ CURVE = np.linspace(-0.015, 0.015, 301)
 @cache
 def truth(parts: str, planned: PlannedRun) -> tuple[TrueRun, RealArray]:
     """Run the bench as it truly is, with one mount set; also the static force of every channel."""
-    bench = with_mount_set(BENCH, mount_set(parts, BENCH))
+    bench = with_mount_set(BENCH, parts)
     run = true_run(bench, planned, FREQUENCY)
     return run, static_direction_forces(bench, run)
 
@@ -94,11 +93,11 @@ def _sensors(
 ) -> tuple[Sensor, ...]:
     return tuple(
         Sensor(
-            place.sensor,
+            place.name,
             kind,
             model,
-            place.mount,
-            place.piece,
+            place.point.mount,
+            place.point.piece,
             place.position,
             rotation_matrix(np.deg2rad(turned)),
         )
@@ -160,7 +159,7 @@ def _shaker_runs(
 def _curves(
     parts: str, errors: CampaignErrors, generator: np.random.Generator
 ) -> tuple[StaticCurve, ...]:
-    bench = with_mount_set(BENCH, mount_set(parts, BENCH))
+    bench = with_mount_set(BENCH, parts)
     curves = []
     for mount in bench.powertrain.mounts:
         for axis, law in zip(AXES, mount.laws, strict=True):

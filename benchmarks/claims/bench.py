@@ -16,10 +16,10 @@ from scipy.stats import qmc
 from claims import Claim
 from deboom.bench.fleet import draw_fleet, load_fleet, noise_transfer
 from deboom.bench.layout import LOAD_CASES
-from deboom.bench.operating_run import OperatingRun, full_load_run
+from deboom.bench.operating_run import OperatingRun, full_load_run, true_run
 from deboom.bench.platform_writer import write_platform
 from deboom.bench.powertrain import load_bench
-from deboom.bench.sensors import ErrorBudget, draw_instrumentation, evaluate, measure
+from deboom.bench.sensors import ErrorBudget, draw_instrumentation, measured_run
 from deboom.physics.sound_level import spl
 
 FREQUENCY = np.linspace(20.0, 80.0, 241)
@@ -31,7 +31,7 @@ FLEETS = range(1001, 1201)
 def claims() -> list[Claim]:
     """Measure everything afresh; about 5 s on one core."""
     bench = load_bench()
-    runs = [full_load_run(bench, c.gear, c.torque_limit, FREQUENCY) for c in LOAD_CASES]
+    runs = [true_run(bench, case, FREQUENCY) for case in LOAD_CASES]
     fifth = full_load_run(bench, 5, 220.0, FREQUENCY)
     return [_writing(), _strut(), _transfer_spread(), *_stiffness(runs), *_fleets(fifth)]
 
@@ -92,10 +92,8 @@ def _stiffness(runs: list[OperatingRun]) -> list[Claim]:
     truth = np.vstack([run.stiffness for run in runs])
     for seed in BENCHES:
         generator = np.random.default_rng(seed)
-        instrumentation, knowledge = draw_instrumentation(bench, budget, generator)
-        found = [
-            evaluate(knowledge, measure(instrumentation, run, budget, generator)) for run in runs
-        ]
+        instrumentation = draw_instrumentation(bench, budget, generator)
+        found = [measured_run(instrumentation, run, budget, generator) for run in runs]
         stiffness = np.vstack([one.force / one.displacement for one in found])
         ratio = np.abs(stiffness) / np.abs(truth)
         errors.append(100 * np.sqrt(np.mean((ratio - 1) ** 2, axis=0)))

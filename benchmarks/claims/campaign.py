@@ -15,24 +15,12 @@ import numpy as np
 
 from claims import Claim
 from deboom.arrays import ComplexArray, RealArray
-from deboom.bench.campaign_plan import (
-    NO_ERRORS,
-    TRAINING_RUNS,
-    CampaignErrors,
-    PlannedRun,
-    training_plan,
-)
-from deboom.bench.campaign_recording import (
-    draw_campaign_sensors,
-    record,
-    shaker_answer,
-    static_direction_forces,
-    true_run,
-)
+from deboom.bench.campaign_plan import NO_ERRORS, TRAINING_RUNS, CampaignErrors, training_plan
+from deboom.bench.campaign_recording import draw_campaign_sensors, record, shaker_answer
 from deboom.bench.campaign_writer import write_campaign
 from deboom.bench.layout import FREQUENCY, accelerometer_places
-from deboom.bench.operating_run import OperatingRun
-from deboom.bench.powertrain import VirtualBench, load_bench, mount_set, with_mount_set
+from deboom.bench.operating_run import OperatingRun, PlannedRun, static_direction_forces, true_run
+from deboom.bench.powertrain import VirtualBench, load_bench, with_mount_set
 from deboom.files.campaign import read_campaign
 from deboom.physics.rigid_body import forward_matrices, rotation_matrix
 
@@ -43,7 +31,7 @@ RUNS = tuple(PlannedRun(g, t, True) for g, t in ((5, 120.0), (5, 220.0), (6, 160
 def claims() -> list[Claim]:
     """Measure everything afresh; about 10 s on one core."""
     bench = load_bench()
-    on_bench = with_mount_set(bench, mount_set("M1", bench))
+    on_bench = with_mount_set(bench, "M1")
     runs = [true_run(on_bench, planned, FREQUENCY) for planned in RUNS]
     return [_writing(), _exact(on_bench, runs), *_with_errors(on_bench, runs)]
 

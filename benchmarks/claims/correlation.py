@@ -20,10 +20,11 @@ from typing import Any
 import numpy as np
 
 from claims import Claim
-from deboom.bench.unselected_fleets import draw_unselected, load_unselected
+from deboom.bench.unselected_fleets import load_unselected
 from deboom.explore.correlation import correlations
 from deboom.study.correlation import Plan
 from deboom.study.runner import load_study, run_study
+from write_fleet_rates import draw_unselected
 
 STUDIES = Path(__file__).parents[2] / "studies"
 SEEDS = (1, 2, 3)

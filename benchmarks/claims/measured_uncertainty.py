@@ -22,17 +22,16 @@ from functools import cache
 import numpy as np
 
 from claims import Claim
-from deboom.bench.campaign_plan import CampaignErrors, PlannedRun
-from deboom.bench.fleet import StateSpread, in_state, load_fleet, noise_transfer
-from deboom.bench.operating_run import OperatingRun, full_load_run
+from deboom.bench.campaign_plan import CampaignErrors
+from deboom.bench.fleet import BodySpread, load_fleet, noise_transfer, scattered_body
+from deboom.bench.operating_run import OperatingRun, PlannedRun, full_load_run
 from deboom.bench.powertrain import DRAWING, load_bench
 from deboom.bench.sensors import (
     ErrorBudget,
     TransferErrors,
     draw_instrumentation,
-    evaluate,
-    measure,
     measured_noise_transfer,
+    measured_run,
 )
 from deboom.files.platform import Platform, read_platform
 from deboom.measurement.channels import Frf, LoadCase, Spectrum
@@ -154,7 +153,9 @@ class _Bodies:
         return self._fleet(
             [
                 measured_noise_transfer(
-                    noise_transfer(in_state(body, StateSpread(), generator), self.cabin, LINES),
+                    noise_transfer(
+                        scattered_body(body, BodySpread(), generator), self.cabin, LINES
+                    ),
                     TransferErrors(),
                     generator,
                 )
@@ -191,8 +192,8 @@ def _case(displacement: np.ndarray, force: np.ndarray) -> LoadCase:
 def _measured_case(number: int) -> LoadCase:
     generator = np.random.default_rng([number, 0])
     budget = ErrorBudget()
-    instrumentation, knowledge = draw_instrumentation(load_bench(), budget, generator)
-    found = evaluate(knowledge, measure(instrumentation, _run(), budget, generator))
+    instrumentation = draw_instrumentation(load_bench(), budget, generator)
+    found = measured_run(instrumentation, _run(), budget, generator)
     return _case(found.displacement, found.force)
 
 

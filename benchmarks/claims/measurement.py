@@ -18,14 +18,11 @@ from pathlib import Path
 import numpy as np
 
 from claims import Claim
+from deboom.bench.layout import ACCELEROMETER_OFFSETS
 from deboom.bench.operating_run import full_load_run
 from deboom.bench.powertrain import load_bench
-from deboom.bench.sensors import (
-    ACCELEROMETER_OFFSETS,
-    ErrorBudget,
-    draw_instrumentation,
-)
-from deboom.bench.sensors import measure as measure_in_operation
+from deboom.bench.sensors import ErrorBudget, draw_instrumentation
+from deboom.bench.sensors import measured_run as measure_in_operation
 from deboom.measurement.campaign import AXES, ShakerRun
 from deboom.measurement.channels import Frf, Spectrum
 from deboom.measurement.culprit import Diagnosis, Fault, culprit_of_responses, find_culprit

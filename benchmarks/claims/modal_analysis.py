@@ -20,7 +20,7 @@ import numpy as np
 
 from claims import Claim
 from deboom.arrays import RealArray
-from deboom.bench.fleet import NO_STATE_SPREAD, StateSpread, load_fleet
+from deboom.bench.fleet import NO_SPREAD, BodySpread, load_fleet
 from deboom.bench.interfaces import panel_pressure
 from deboom.bench.vehicle_acquisition import AcquisitionErrors
 from deboom.bench.vehicle_writer import VehicleErrors, write_vehicle
@@ -74,7 +74,7 @@ class _Case:
 def _case(
     vehicle: str,
     seed: int,
-    state: StateSpread,
+    state: BodySpread,
     check_panels: bool = False,
     noise: float = AcquisitionErrors().relative,
 ) -> _Case:
@@ -117,7 +117,7 @@ def _case(
 
 def claims() -> list[Claim]:
     """Compute the claims of the room."""
-    cases = {name: _case(name, 1, NO_STATE_SPREAD, check_panels=True) for name in VEHICLES}
+    cases = {name: _case(name, 1, NO_SPREAD, check_panels=True) for name in VEHICLES}
     return [*_modes(cases), *_panels(cases), *_noise(), *_other_days(), *_fleet(cases), *_ruler()]
 
 
@@ -189,7 +189,7 @@ def _panels(cases: dict[str, _Case]) -> list[Claim]:
 def _noise() -> list[Claim]:
     held, flagged = {}, {}
     for noise in (0.02, 0.03):
-        cases = [_case(name, 1, NO_STATE_SPREAD, noise=noise) for name in VEHICLES]
+        cases = [_case(name, 1, NO_SPREAD, noise=noise) for name in VEHICLES]
         held[noise] = sum(case.holds for case in cases)
         flagged[noise] = sum(not c.holds and c.part.model.total_error > LARGE_ERROR for c in cases)
     return [
@@ -207,7 +207,7 @@ def _noise() -> list[Claim]:
 
 def _other_days() -> list[Claim]:
     """Let the loudspeaker find the body as it is that day; the truth is its average."""
-    cases = [_case(name, 1, StateSpread()) for name in VEHICLES]
+    cases = [_case(name, 1, BodySpread()) for name in VEHICLES]
     frequency = np.array([case.frequency_error for case in cases])
     agreement = min(case.mac.min() for case in cases)
     return [
@@ -227,7 +227,7 @@ def _fleet(known: dict[str, _Case]) -> list[Claim]:
     for seed in (1, 2, 3):
         for name in load_fleet(seed).bodies:
             case = known.get(name) if seed == 1 else None
-            case = case or _case(name, seed, NO_STATE_SPREAD)
+            case = case or _case(name, seed, NO_SPREAD)
             total += 1
             held += case.holds
             if not case.holds:

@@ -12,7 +12,7 @@ import numpy as np
 
 from claims import Claim
 from deboom.bench.operating_run import full_load_run
-from deboom.bench.powertrain import load_bench, mount_set, with_mount_set
+from deboom.bench.powertrain import load_bench, with_mount_set
 from deboom.explore.front import pareto_front
 from deboom.explore.problems import nsga2
 from deboom.explore.robust import RobustResponse
@@ -115,7 +115,7 @@ def _true_level(numbers: np.ndarray, runs: Operation) -> float:
     name = "-".join(f"{mount}{int(n)}" for mount, n in zip(mounts, numbers, strict=True))
     frequency = runs.cases[0][0].force.frequency
     inside = (frequency >= runs.band[0]) & (frequency <= runs.band[1])
-    run = full_load_run(with_mount_set(bench, mount_set(name, bench)), 5, 220.0, frequency)
+    run = full_load_run(with_mount_set(bench, name), 5, 220.0, frequency)
     paths = [f"{mount} {axis}" for mount in bench.mount_names for axis in "xyz"] + ["Du x"]
     transfer = path_transfer(runs.fleet, paths, frequency[inside], runs.band, name)
     pressure = np.einsum("vfp,fp->vf", transfer, run.path_force[inside])

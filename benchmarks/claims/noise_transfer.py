@@ -19,17 +19,18 @@ from claims import Claim
 from deboom.arrays import ComplexArray, RealArray
 from deboom.bench.coupled_car import CarErrors, at_ears, drive
 from deboom.bench.fleet import (
-    NO_STATE_SPREAD,
+    NO_SPREAD,
     Body,
-    StateSpread,
-    in_state,
+    BodySpread,
     load_fleet,
     noise_transfer,
+    scattered_body,
 )
-from deboom.bench.interfaces import EARS, ear_transfer, interfaces, source_motion
+from deboom.bench.interfaces import EARS, ear_transfer, source_motion
 from deboom.bench.layout import FREQUENCY
+from deboom.bench.layout import points as virtual_points
 from deboom.bench.operating_run import OperatingRun, full_load_run
-from deboom.bench.powertrain import VirtualBench, load_bench, mount_set, with_mount_set
+from deboom.bench.powertrain import VirtualBench, load_bench, with_mount_set
 from deboom.bench.sensors import TransferErrors, measured_noise_transfer
 from deboom.bench.vehicle_acquisition import (
     NO_ACQUISITION_ERRORS,
@@ -96,21 +97,28 @@ class Geometry:
 def _geometry() -> Geometry:
     turned = orientations(body_sensor_places(BENCH))
     impacts, sensors = {}, {}
-    for place in interfaces(BENCH):
-        here = (place.mount, place.piece)
+    for place in virtual_points(BENCH):
         impacts[place.name] = impact_geometry(
             [
                 Impact(p.name, p.position, p.vector)
                 for p in impact_places(BENCH)
-                if (p.mount, p.piece) == here
+                if p.point.name == place.name
             ],
             place.position,
         )
         sensors[place.name] = sensor_geometry(
             [
-                Sensor(p.name, SensorKind.ACCELEROMETER, "", *here, p.position, turn)
+                Sensor(
+                    p.name,
+                    SensorKind.ACCELEROMETER,
+                    "",
+                    place.mount,
+                    place.piece,
+                    p.position,
+                    turn,
+                )
                 for p, turn in zip(body_sensor_places(BENCH), turned, strict=True)
-                if (p.mount, p.piece) == here
+                if p.point.name == place.name
             ],
             place.position,
         )
@@ -126,13 +134,13 @@ def _both_methods(
     body: Body,
     seed: Sequence[int],
     errors: AcquisitionErrors | None = None,
-    state: StateSpread | None = None,
+    state: BodySpread | None = None,
 ) -> tuple[Frf, Frf]:
     """Hammer and loudspeaker at the virtual points, each on a day of its own."""
-    errors, state = errors or AcquisitionErrors(), state or StateSpread()
+    errors, state = errors or AcquisitionErrors(), state or BodySpread()
     generator = np.random.default_rng(seed)
     setup, cabin = draw_setup(BENCH, errors, generator), FLEET.cabin
-    first, second = (in_state(body, state, generator) for _ in range(2))
+    first, second = (scattered_body(body, state, generator) for _ in range(2))
     pressure, _ = strike(setup, first, cabin, FREQUENCY, errors, generator)
     answer = breathe(setup, second, cabin, FREQUENCY, errors, generator)
     direct = Frf(FREQUENCY, pressure, EARS, BLOWS, "Pa/N")
@@ -213,7 +221,7 @@ def _with_errors() -> list[Claim]:
         body = FLEET.bodies[name]
         true = _at_points(body)[:, 0]
         for seed in range(1, 5):
-            pair = _both_methods(body, (seed, number), state=NO_STATE_SPREAD)
+            pair = _both_methods(body, (seed, number), state=NO_SPREAD)
             for which, points in zip(("direct", "reciprocal"), pair, strict=True):
                 error = np.linalg.norm(points.values[:, 0] - true, axis=0)
                 relative = error[:18] / np.linalg.norm(true[:, :18], axis=0)
@@ -245,7 +253,7 @@ def _misplacement() -> list[Claim]:
                 EARS,
                 tuple(
                     f"{place.name} {load}"
-                    for place in interfaces(BENCH)
+                    for place in virtual_points(BENCH)
                     for load in ("x", "y", "z", "mx", "my", "mz")
                 ),
                 "Pa/N",
@@ -322,12 +330,13 @@ def _variance() -> list[Claim]:
         return np.asarray(20 * np.log10(np.abs(noisy)))
 
     bodies = [FLEET.bodies[name] for name in VEHICLES]
-    days = [[level(in_state(b, StateSpread(), generator)) for _ in range(4)] for b in bodies]
+    days = [[level(scattered_body(b, BodySpread(), generator)) for _ in range(4)] for b in bodies]
     values = np.array([[[repeated(exact) for _ in range(3)] for exact in day] for day in days])
     split = variance_split(values)
     found = np.sqrt(split.estimate.mean(axis=1).clip(0))
     many = [
-        20 * np.log10(np.abs([level(in_state(b, StateSpread(), generator)) for _ in range(60)]))
+        20
+        * np.log10(np.abs([level(scattered_body(b, BodySpread(), generator)) for _ in range(60)]))
         for b in bodies
     ]
     vehicle = np.var([m.mean(axis=0) for m in many], axis=0, ddof=1).mean()
@@ -383,7 +392,7 @@ def _spread() -> list[Claim]:
 
 
 def _operated(number: int) -> tuple[VirtualBench, OperatingRun]:
-    bench = with_mount_set(BENCH, mount_set(f"M{number}", BENCH))
+    bench = with_mount_set(BENCH, f"M{number}")
     return bench, full_load_run(bench, 5, 220.0, FREQUENCY)
 
 

@@ -16,7 +16,7 @@ from claims import Claim
 from deboom.arrays import ComplexArray, RealArray
 from deboom.bench.campaign_plan import CampaignErrors, TimeRunPlan
 from deboom.bench.campaign_recording import draw_campaign_sensors, record_over_time
-from deboom.bench.powertrain import load_bench, mount_set, with_mount_set
+from deboom.bench.powertrain import load_bench, with_mount_set
 from deboom.errors import InputError
 from deboom.measurement.channels import TimeRecord
 from deboom.measurement.order_tracking import (
@@ -115,7 +115,7 @@ def resonance(bandwidth: float) -> Claim:
 def bench_record() -> list[Claim]:
     """Every channel above a tenth of the largest, 1560 to 2040 1/min, three benches."""
     bench, errors, plan = load_bench(), CampaignErrors(), TimeRunPlan()
-    on_bench = with_mount_set(bench, mount_set(plan.mount_set, bench))
+    on_bench = with_mount_set(bench, plan.mount_set)
     lines = np.arange(1560.0, 2041.0, 10.0)
     found: dict[str, list[tuple[float, float, float]]] = {"Vold-Kalman": [], "resampling": []}
     for seed in SEEDS:

@@ -15,7 +15,7 @@ from claims import Claim
 from deboom.arrays import RealArray
 from deboom.bench.campaign_plan import training_plan
 from deboom.bench.campaign_writer import write_campaign
-from deboom.bench.powertrain import VirtualBench, load_bench, mount_set, with_mount_set
+from deboom.bench.powertrain import VirtualBench, load_bench, with_mount_set
 from deboom.explore.scatter import PartNumber, cut_normal_moments, gaussian_sample, part_structure
 from deboom.files.campaign import read_campaign
 from deboom.mounts.characterise import characterise, measuring_chains
@@ -159,7 +159,7 @@ def _truth(parts: list[CharacterisedMount], bench: VirtualBench) -> RealArray:
     deflection = np.linspace(-0.05, 0.05, 20_001)
     levels = []
     for part in parts:
-        made = with_mount_set(bench, mount_set(part.identity.variant, bench))
+        made = with_mount_set(bench, part.identity.variant)
         mounts = (*made.powertrain.mounts, *made.wheel_end.mounts)
         law = next(one for one in mounts if one.name == part.mount.name).laws[0]
         place = np.interp(points[:, 0], law.static_force(deflection), deflection)

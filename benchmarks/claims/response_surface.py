@@ -13,9 +13,9 @@ from scipy.spatial import Delaunay
 from sklearn.utils.estimator_checks import check_estimator
 
 from claims import Claim
-from deboom.bench.campaign_plan import LOW_GEAR_RUNS, TRAINING_RUNS, PlannedRun
-from deboom.bench.campaign_recording import true_run
+from deboom.bench.campaign_plan import LOW_GEAR_RUNS, TRAINING_RUNS
 from deboom.bench.mount_law import operating_stiffness, static_deflection
+from deboom.bench.operating_run import PlannedRun, true_run
 from deboom.bench.powertrain import load_bench
 from deboom.measurement.campaign import rising_lines
 from deboom.mounts.piecewise_cubic import PieceOptions, PiecewiseCubicRegressor

@@ -19,9 +19,10 @@ from scipy.linalg import block_diag
 from claims import Claim
 from deboom.bench.coupled_car import drive
 from deboom.bench.fleet import load_fleet
-from deboom.bench.interfaces import interfaces, point_receptance
+from deboom.bench.interfaces import point_receptance
 from deboom.bench.layout import FREQUENCY as BENCH_LINES
-from deboom.bench.powertrain import load_bench, mount_set, with_mount_set
+from deboom.bench.layout import points
+from deboom.bench.powertrain import load_bench, with_mount_set
 from deboom.bench.vehicle_acquisition import BODY_SENSOR_OFFSETS
 from deboom.bench.vehicle_writer import write_vehicle
 from deboom.files.vehicle import read_vehicle
@@ -166,7 +167,7 @@ def _bench_with_noise() -> list[Claim]:
     """Vehicles U06-1 to -5 on mount sets M1 to M5, 5th gear, full load; exact sensor places."""
     drawn, fleet = load_bench(), load_fleet(1)
     squared = (2 * np.pi * BENCH_LINES) ** 2
-    n_point = len(interfaces(drawn))
+    n_point = len(points(drawn))
     unit = np.eye(6)
     # forces of the runs: three axes at powertrain mounts, x at the sides of the wishbone
     pushes = tuple(unit[:3] if k < n_point - 2 else unit[:1] for k in range(n_point))
@@ -176,7 +177,7 @@ def _bench_with_noise() -> list[Claim]:
         sensors = (places,) * n_point
         rng, tally = np.random.default_rng(2), _Tally()
         for parts in MOUNT_SETS:
-            bench = with_mount_set(drawn, mount_set(parts, drawn))
+            bench = with_mount_set(drawn, parts)
             rpm = rpm_of_frequency(BENCH_LINES, bench.order_torque.order)
             torque = bench.ramp.torque(220.0, rpm)
             for vehicle in VEHICLES:

@@ -9,8 +9,9 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from deboom.bench.campaign_plan import CampaignPlan, PlannedRun
+from deboom.bench.campaign_plan import CampaignPlan
 from deboom.bench.campaign_writer import write_campaign
+from deboom.bench.operating_run import PlannedRun
 from deboom.errors import InputError
 from deboom.files.campaign import read_campaign
 from deboom.mounts.characterise import CharacteriseOptions

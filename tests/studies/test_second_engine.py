@@ -8,13 +8,9 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from deboom.bench.campaign_plan import (
-    load_second_engine,
-    second_engine_cylinders,
-    second_engine_plan,
-    training_plan,
-)
+from deboom.bench.campaign_plan import second_engine_plan, training_plan
 from deboom.bench.campaign_writer import write_campaign
+from deboom.bench.powertrain import load_second_engine
 from deboom.errors import InputError
 from deboom.mounts.characterise import CharacteriseOptions
 from deboom.mounts.library import open_library
@@ -42,7 +38,6 @@ def second(tmp_path_factory):
         501,
         SECOND,
         bench=load_second_engine(),
-        cylinders=second_engine_cylinders(),
     )
 
 

@@ -6,12 +6,8 @@ import numpy as np
 import pytest
 
 from deboom.bench.fleet import draw_fleet, load_fleet, modified_body
-from deboom.bench.unselected_fleets import (
-    FleetFigures,
-    UnselectedFleets,
-    draw_unselected,
-    load_unselected,
-)
+from deboom.bench.unselected_fleets import FleetFigures, UnselectedFleets, load_unselected
+from write_fleet_rates import draw_unselected
 
 BODY = load_fleet(1).bodies["U06-1"]
 NOTHING = np.zeros(8)

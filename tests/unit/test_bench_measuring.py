@@ -15,9 +15,8 @@ from deboom.bench.sensors import (
     TransferErrors,
     draw_data_sheet,
     draw_instrumentation,
-    evaluate,
-    measure,
     measured_noise_transfer,
+    measured_run,
 )
 
 BENCH = load_bench()
@@ -29,8 +28,8 @@ NO_ERRORS = ErrorBudget(
 
 def measured(budget, seed):
     generator = np.random.default_rng(seed)
-    instrumentation, knowledge = draw_instrumentation(BENCH, budget, generator)
-    return evaluate(knowledge, measure(instrumentation, RUN, budget, generator))
+    instrumentation = draw_instrumentation(BENCH, budget, generator)
+    return measured_run(instrumentation, RUN, budget, generator)
 
 
 def test_without_errors_the_truth_comes_back():

@@ -10,15 +10,15 @@ from deboom.bench.campaign_plan import (
     FULL_PLAN,
     TRAINING_RUNS,
     CampaignPlan,
-    PlannedRun,
     TimeRunPlan,
     training_plan,
 )
-from deboom.bench.campaign_recording import cell_distribution, true_run
+from deboom.bench.campaign_recording import load_distribution
 from deboom.bench.campaign_writer import write_campaign
 from deboom.bench.layout import CELL_OFFSETS
+from deboom.bench.operating_run import PlannedRun, true_run
 from deboom.bench.platform_writer import write_platform
-from deboom.bench.powertrain import DRAWING, MIX, load_bench, mount_set, with_mount_set
+from deboom.bench.powertrain import DRAWING, MIX, load_bench, with_mount_set
 from deboom.bench.sensors import WHEEL_END_TOLERANCE
 from deboom.errors import InputError
 from deboom.files.campaign import read_campaign
@@ -264,15 +264,15 @@ def test_plans_that_make_no_sense_are_refused(make, says):
 
 
 def test_units_scatter_and_stay_the_same_part():
-    first = with_mount_set(BENCH, mount_set("M1", BENCH))
-    mix = with_mount_set(BENCH, mount_set(MIX, BENCH))
-    fourth = with_mount_set(BENCH, mount_set("M4", BENCH))
-    drawn = with_mount_set(BENCH, mount_set(DRAWING, BENCH))
+    first = with_mount_set(BENCH, "M1")
+    mix = with_mount_set(BENCH, MIX)
+    fourth = with_mount_set(BENCH, "M4")
+    drawn = with_mount_set(BENCH, DRAWING)
     assert drawn.powertrain.laws == BENCH.powertrain.laws
     assert mix.powertrain.laws[:3] == first.powertrain.laws[:3]
     assert mix.powertrain.laws[3:] != first.powertrain.laws[3:]
     assert mix.wheel_end.laws == fourth.wheel_end.laws
-    units = [with_mount_set(BENCH, mount_set(f"M{k}", BENCH)) for k in range(1, 200)]
+    units = [with_mount_set(BENCH, f"M{k}") for k in range(1, 200)]
     drawn_stiffness = np.array([law.stiffness for law in BENCH.powertrain.laws])
     stiffness = [[law.stiffness for law in unit.powertrain.laws] for unit in units]
     ratios = np.array(stiffness) / drawn_stiffness
@@ -283,12 +283,12 @@ def test_units_scatter_and_stay_the_same_part():
 @pytest.mark.parametrize("name", ["A1", "M", "EnM1-GeM2", "EnM1-GeM2-TSM3-TSM4", "EnM1-x"])
 def test_unknown_mount_sets_are_refused(name):
     with pytest.raises(InputError, match=f"unknown mount set '{name}'"):
-        mount_set(name, BENCH)
+        with_mount_set(BENCH, name)
 
 
 def test_cells_carry_the_whole_force_and_its_moment():
     for offsets in map(np.array, CELL_OFFSETS.values()):
-        shares = cell_distribution(offsets)
+        shares = load_distribution(offsets)[:, :, :3]
         assert shares.sum(axis=0) == pytest.approx(np.eye(3), abs=1e-14)
         force = np.array([3.0, -2.0, 5.0])
         centre = np.array([0.55, 0.45]) @ offsets

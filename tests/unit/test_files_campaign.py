@@ -10,8 +10,9 @@ import pandas as pd
 import pytest
 from pydantic import Field
 
-from deboom.bench.campaign_plan import CampaignPlan, PlannedRun, TimeRunPlan
+from deboom.bench.campaign_plan import CampaignPlan, TimeRunPlan
 from deboom.bench.campaign_writer import write_campaign
+from deboom.bench.operating_run import PlannedRun
 from deboom.errors import InputError
 from deboom.files import campaign as campaign_new_run
 from deboom.files.campaign import add_operating_run, new_run_file, read_campaign, read_time_run

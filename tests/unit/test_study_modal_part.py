@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from deboom.bench.fleet import NO_STATE_SPREAD
+from deboom.bench.fleet import NO_SPREAD
 from deboom.bench.vehicle_writer import VehicleErrors, write_vehicle
 from deboom.errors import InputError
 from deboom.files.vehicle import read_vehicle
@@ -24,7 +24,7 @@ pytest.importorskip("sdypy.EMA", reason="modal analysis is an extra")
 
 @pytest.fixture(scope="module")
 def car(tmp_path_factory):
-    errors = VehicleErrors(state=NO_STATE_SPREAD)
+    errors = VehicleErrors(state=NO_SPREAD)
     folder = tmp_path_factory.mktemp("part") / "car"
     return read_vehicle(write_vehicle(folder, 1, errors=errors, load_cases=(), accelerance=False))
 

@@ -6,7 +6,7 @@ import pytest
 from deboom.bench.operating_run import full_load_run
 from deboom.bench.platform_writer import write_platform
 from deboom.bench.powertrain import load_bench
-from deboom.bench.sensors import ErrorBudget, draw_instrumentation, evaluate, measure
+from deboom.bench.sensors import ErrorBudget, draw_instrumentation, measured_run
 from deboom.files.platform import read_platform
 
 BENCH = load_bench()
@@ -20,8 +20,8 @@ def stiffness_errors():
     budget, errors = ErrorBudget(), []
     for seed in SEEDS:
         generator = np.random.default_rng(seed)
-        instrumentation, knowledge = draw_instrumentation(BENCH, budget, generator)
-        found = evaluate(knowledge, measure(instrumentation, run, budget, generator))
+        instrumentation = draw_instrumentation(BENCH, budget, generator)
+        found = measured_run(instrumentation, run, budget, generator)
         ratio = np.abs(found.force / found.displacement) / np.abs(run.stiffness)
         errors.append(100 * np.sqrt(np.mean((ratio - 1) ** 2, axis=0)))
     return run.channels, np.array(errors)

@@ -11,7 +11,7 @@ from deboom.bench.fleet import load_fleet, receptance
 from deboom.bench.interfaces import point_receptance
 from deboom.bench.layout import FREQUENCY, LOAD_CASES
 from deboom.bench.operating_run import full_load_run
-from deboom.bench.powertrain import load_bench, mount_set, with_mount_set
+from deboom.bench.powertrain import load_bench, with_mount_set
 from deboom.bench.vehicle_writer import NO_VEHICLE_ERRORS, write_vehicle
 from deboom.errors import InputError
 from deboom.files.hammer_test import read_hammer_test
@@ -31,7 +31,7 @@ from deboom.physics.transfer_path import interface_force, mounted_source, pressu
 BENCH = load_bench()
 FLEET = load_fleet(1)
 CASES = tuple(case for case in LOAD_CASES if case.name == "g5_wot220")
-ON_M1 = with_mount_set(BENCH, mount_set("M1", BENCH))
+ON_M1 = with_mount_set(BENCH, "M1")
 
 
 @pytest.fixture(scope="module")

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from deboom.bench.campaign_plan import NO_ERRORS, CampaignPlan, PlannedRun
-from deboom.bench.campaign_recording import true_run
+from deboom.bench.campaign_plan import NO_ERRORS, CampaignPlan
 from deboom.bench.campaign_writer import write_campaign
+from deboom.bench.operating_run import PlannedRun, true_run
 from deboom.bench.powertrain import load_bench
 from deboom.files.campaign import read_campaign
 from deboom.measurement.campaign import RunDirection, ShakerRun, rising_lines, rising_runs

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from deboom.bench.fleet import NO_STATE_SPREAD, load_fleet
+from deboom.bench.fleet import NO_SPREAD, load_fleet
 from deboom.bench.interfaces import ear_transfer, interface_shapes, panel_pressure, source_motion
 from deboom.bench.vehicle_writer import NO_VEHICLE_ERRORS, VehicleErrors, write_vehicle
 from deboom.errors import InputError
@@ -136,7 +136,7 @@ def test_loudspeaker_and_noise_transfer_are_receptance_like(still_air, kind):
 def vehicle(request, tmp_path_factory):
     """As a good laboratory delivers it, its body the same on all days."""
     folder = tmp_path_factory.mktemp("modes") / request.param
-    errors = VehicleErrors(state=NO_STATE_SPREAD)
+    errors = VehicleErrors(state=NO_SPREAD)
     write_vehicle(folder, 1, request.param, errors=errors, load_cases=(), accelerance=False)
     truth = np.load(folder / "truth/vehicle.npz")
     shapes = truth["shapes_at_interfaces"][:, :, :3].reshape(len(truth["damping_ratios"]), -1)

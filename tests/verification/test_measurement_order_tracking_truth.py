@@ -5,7 +5,7 @@ import pytest
 
 from deboom.bench.campaign_plan import CampaignErrors, TimeRunPlan
 from deboom.bench.campaign_recording import draw_campaign_sensors, record_over_time
-from deboom.bench.powertrain import load_bench, mount_set, with_mount_set
+from deboom.bench.powertrain import load_bench, with_mount_set
 from deboom.errors import InputError
 from deboom.measurement.channels import TimeRecord
 from deboom.measurement.order_tracking import (
@@ -26,7 +26,7 @@ def signals():
     bench = load_bench()
     errors = CampaignErrors()
     sensors = draw_campaign_sensors(bench, errors, np.random.SeedSequence(1))
-    on_bench = with_mount_set(bench, mount_set(PLAN.mount_set, bench))
+    on_bench = with_mount_set(bench, PLAN.mount_set)
     return record_over_time(on_bench, sensors, PLAN, errors, np.random.default_rng(1))
 
 

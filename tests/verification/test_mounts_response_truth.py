@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from deboom.bench.campaign_plan import LOW_GEAR_RUNS, TRAINING_RUNS, PlannedRun
-from deboom.bench.campaign_recording import static_direction_forces, true_run
+from deboom.bench.campaign_plan import LOW_GEAR_RUNS, TRAINING_RUNS
 from deboom.bench.mount_law import operating_stiffness
+from deboom.bench.operating_run import PlannedRun, static_direction_forces, true_run
 from deboom.bench.powertrain import load_bench
 from deboom.mounts.piecewise_cubic import (
     PieceOptions,

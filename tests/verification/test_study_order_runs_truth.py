@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 from threadpoolctl import threadpool_limits
 
-from deboom.bench.campaign_plan import NO_ERRORS, CampaignPlan, PlannedRun, TimeRunPlan
+from deboom.bench.campaign_plan import NO_ERRORS, CampaignPlan, TimeRunPlan
 from deboom.bench.campaign_writer import write_campaign
+from deboom.bench.operating_run import PlannedRun
 from deboom.files.campaign import read_campaign
 from deboom.measurement.order_tracking import OrderTracking, TrackingOptions
 from deboom.mounts.characterise import measuring_chains

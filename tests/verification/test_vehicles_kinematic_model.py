@@ -4,10 +4,11 @@ import numpy as np
 import pytest
 from scipy.optimize import minimize
 
-from deboom.bench.campaign_plan import CampaignPlan, PlannedRun
+from deboom.bench.campaign_plan import CampaignPlan
 from deboom.bench.campaign_writer import write_campaign
 from deboom.bench.mount_law import static_deflection, static_forces
-from deboom.bench.powertrain import load_bench, mount_set, with_mount_set
+from deboom.bench.operating_run import PlannedRun
+from deboom.bench.powertrain import load_bench, with_mount_set
 from deboom.files.campaign import read_campaign
 from deboom.measurement.campaign import StaticCurve
 from deboom.mounts.mount import Mount
@@ -18,7 +19,7 @@ AXES = "xyz"
 TORQUE = np.array([-300.0, 0.0, 200.0, 748.0, 1364.0, 3564.0])
 REACH = np.linspace(-15e-3, 15e-3, 301)
 LATERAL, CENTRAL = (0.15, 0.18, -0.25), (0.20, -0.02, -0.26)
-BENCH = with_mount_set(load_bench(), mount_set("M1", load_bench()))
+BENCH = with_mount_set(load_bench(), "M1")
 
 
 def model_of(positions, force_of):

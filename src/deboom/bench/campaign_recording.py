@@ -1,106 +1,59 @@
-"""What the campaign's sensors record: runs over the order's lines and over time, shaker."""
+"""What the campaign's sensors record: runs over lines and over time, shaker runs and pushes."""
 
 from __future__ import annotations
-
-from dataclasses import dataclass, fields, replace
 
 import numpy as np
 from scipy.interpolate import CubicSpline
 from scipy.spatial.transform import Rotation
-from scipy.special import expit
 
-from deboom.arrays import ComplexArray, RealArray
-from deboom.bench.campaign_plan import CampaignErrors, PlannedRun, TimeRunPlan
-from deboom.bench.frozen import freeze_arrays
+from deboom.arrays import ComplexArray, RealArray, checked
+from deboom.bench.campaign_plan import CampaignErrors, TimeRunPlan
 from deboom.bench.layout import (
     CELL_SHARES,
-    SIDE_CELL_ANGLES,
     THREE_CELL_SHARES,
     accelerometer_places,
     cell_offsets,
     cell_places,
     push_places,
 )
-from deboom.bench.mount_law import static_forces
-from deboom.bench.operating_run import SIDES, BodyState, OperatingRun, mount_moments, operate
+from deboom.bench.operating_run import SIDES, OperatingRun, static_direction_forces, true_run
 from deboom.bench.powertrain import VirtualBench
-from deboom.bench.sensors import ErrorBudget, order_noise, sensitivity_matrices
-from deboom.physics.order_tracking import frequency_of_order, rpm_of_frequency
+from deboom.bench.sensors import ErrorBudget, sensitivity_matrices
+from deboom.bench.signals import order_noise, over_time, rotations, tacho_pulses
+from deboom.physics.order_tracking import frequency_of_order
 from deboom.physics.rigid_body import forward_matrices, rotation_matrix, skew
-
-BEFORE_FALLING = 2.0
-"""Engine torque before a falling run, per largest torque of the run: far enough above it that the
-rubber comes from the loaded side and its hysteresis play is taken up [1]."""
-
-
-def true_run(bench: VirtualBench, planned: PlannedRun, frequency: RealArray) -> OperatingRun:
-    """Run the bench as planned.
-
-    Parameters
-    ----------
-    bench : VirtualBench
-        With its mount set.
-    planned : PlannedRun
-        Gear, torque, direction.
-    frequency : array, shape (f,)
-        Of the dominant order, increasing [Hz].
-
-    Returns
-    -------
-    OperatingRun
-        The truth over `frequency`, whichever way the speed went.
-
-    Raises
-    ------
-    InputError
-        No such gear.
-    """
-    torque = engine_torque(bench, planned, frequency)
-    if planned.rising:
-        return operate(bench, planned.gear, torque, frequency)
-    before = BEFORE_FALLING * torque.max()
-    in_time = operate(
-        bench,
-        planned.gear,
-        np.concatenate([[before], torque[::-1]]),
-        np.concatenate([frequency[-1:], frequency[::-1]]),
-    )
-    return replace(
-        in_time,
-        frequency=frequency,
-        engine_torque=torque,
-        powertrain=_without_first_backwards(in_time.powertrain),
-        wheel_end=_without_first_backwards(in_time.wheel_end),
-    )
-
-
-def engine_torque(bench: VirtualBench, planned: PlannedRun, frequency: RealArray) -> RealArray:
-    """Return the engine torque of a planned run at every line [N m]."""
-    if not planned.full_load:
-        return np.full(frequency.shape, planned.torque)
-    rpm = rpm_of_frequency(frequency, bench.order_torque.order)
-    return bench.ramp.torque(planned.torque, rpm)
-
-
-def static_direction_forces(bench: VirtualBench, run: OperatingRun) -> RealArray:
-    """Return the static force of every channel of a run, both sides, shape (f, n_channel) [N]."""
-    powertrain = static_forces(bench.powertrain, run.powertrain.static_deflection)
-    side = static_forces(bench.wheel_end, run.wheel_end.static_deflection)
-    n_side = len(run.channels) - powertrain.shape[1]
-    return np.hstack([powertrain, *[side] * n_side])
-
-
-def _without_first_backwards(state: BodyState) -> BodyState:
-    return replace(
-        state, **{field.name: getattr(state, field.name)[:0:-1] for field in fields(state)}
-    )
-
 
 ANGLE_DIGITS = 1
 """The position sheet states angles to 0.1 degree."""
 
+SIDE_CELL_ANGLES = (0.0, 8.0, 5.0)
+"""The cells lie on the mounting face of the wishbone: about x, y, z [deg]."""
 
-@dataclass(frozen=True, eq=False)
+SPEED_STEP = 10.0
+"""Between the steady states that a run over time passes through [rpm]."""
+
+OTHER_ORDERS = ((0.5, 0.10, 0.7), (3.0, 0.30, -1.1), (6.0, 0.15, 2.0))
+"""Engine order, amplitude per amplitude of the dominant order, and phase against it [rad]."""
+
+PULSE_SHARE = 0.25
+"""Share of a tacho period that its pulse takes [1]."""
+
+EDGE_SAMPLES = 1.5
+"""Width of a pulse's edges in samples [1]: the recorder's filter."""
+
+
+@checked(
+    accelerometer_angles="a 3",
+    cell_angles="c 3",
+    true_positions="a 3",
+    true_orientations="a 3 3",
+    sensitivity="a 3 3",
+    cells="mount n 3 load",
+    side_cells="side 3 3",
+    pushes="mount 3 3",
+    drift="mount",
+    moment_pushes="mount push 6",
+)
 class CampaignSensors:
     """What all sensors of a bench truly do, drawn once for all its runs.
 
@@ -109,16 +62,16 @@ class CampaignSensors:
     accelerometer_angles, cell_angles : array, shape (n_sensor, 3)
         Known orientations, about the fixed axes x, then y, then z [deg].
     true_positions : array, shape (n_accelerometer, 3)
-        Of the accelerometers [m].
+        Positions of the accelerometers [m].
     true_orientations : array, shape (n_accelerometer, 3, 3)
-        Columns are the sensor's axes [1].
+        Orientations; columns are the sensor's axes [1].
     sensitivity : array, shape (n_accelerometer, 3, 3)
         Gain and cross-axis sensitivity [1].
     cells : array, shape (n_mount, n_cell, 3, 3 or 6)
-        Force at the virtual point of a powertrain mount to the channels of each of its cells; with
-        a third cell the moment as well [1, 1/m].
+        Force at the virtual point of a powertrain mount → channels of each of its cells; with a
+        third cell the moment as well [1, 1/m].
     side_cells : array, shape (n_side, 3, 3)
-        Force on a wishbone mount to the channels of its cell [1].
+        Force on a wishbone mount → channels of its cell [1].
     pushes : array, shape (n_mount, 3, 3)
         Column a is the force at the virtual point per newton that the shaker states along a [1].
     drift : array, shape (n_mount,)
@@ -139,45 +92,23 @@ class CampaignSensors:
     drift: RealArray
     moment_pushes: RealArray
 
-    def __post_init__(self) -> None:
-        freeze_arrays(self)
-
     @property
     def third_cell(self) -> bool:
         """Whether the cells of a mount show moments."""
         return bool(self.cells.shape[-1] == 6)
 
-    @property
-    def sensing(self) -> RealArray:
-        """Acceleration of the powertrain to its accelerometers' channels, (n_channel, 6)."""
-        on_powertrain = slice(None, -len(SIDES))
-        felt = forward_matrices(
-            self.true_positions[on_powertrain], self.true_orientations[on_powertrain]
-        )
-        return np.asarray((self.sensitivity[on_powertrain] @ felt.reshape(-1, 3, 6)).reshape(-1, 6))
 
-    @property
-    def side_sensing(self) -> RealArray:
-        """Acceleration of a wheel end along x to its accelerometer's channels, (n_side, 3)."""
-        sides = slice(-len(SIDES), None)
-        return np.asarray(
-            (self.sensitivity[sides] @ self.true_orientations[sides].swapaxes(1, 2))[:, :, 0]
-        )
-
-
-@dataclass(frozen=True, eq=False)
+@checked(acceleration="n a", cell_force="n c", static_force="n direction", engine_torque="n")
 class RecordedRun:
-    """Order spectra and slow channels of one run as they are recorded.
+    """Channels of one run as they are recorded, over lines or over time.
 
     Parameters
     ----------
-    acceleration : array, shape (f, n_channel)
-        Three channels per accelerometer, in sensor axes [m/s²].
-    cell_force : array, shape (f, n_channel)
-        Three channels per cell, in sensor axes [N].
-    static_force : array, shape (f, n_direction)
+    acceleration, cell_force : array, shape (n, n_channel)
+        Three channels per accelerometer and per cell, in sensor axes [m/s²], [N].
+    static_force : array, shape (n, n_direction)
         Quasi-static force of each direction, both wishbone mounts last [N].
-    engine_torque : array, shape (f,)
+    engine_torque : array, shape (n,)
         [N m].
     """
 
@@ -186,287 +117,18 @@ class RecordedRun:
     static_force: RealArray
     engine_torque: RealArray
 
-    def __post_init__(self) -> None:
-        freeze_arrays(self)
 
-
-def draw_campaign_sensors(
-    bench: VirtualBench,
-    errors: CampaignErrors,
-    seed: np.random.SeedSequence,
-    third_cell: bool = False,
-) -> CampaignSensors:
-    """Mount accelerometers, cells and shaker with their errors.
-
-    Parameters
-    ----------
-    bench : VirtualBench
-        Where they sit.
-    errors : CampaignErrors
-        How large the errors are.
-    seed : SeedSequence
-        Draws accelerometers, cells and shaker independently of each other.
-    third_cell : bool
-        Whether three cells are below every powertrain mount, and pushes beside its virtual point.
-    """
-    chain = errors.chain
-    for_accelerometers, for_cells, for_shaker = map(np.random.default_rng, seed.spawn(3))
-
-    nominal = np.array([place.position for place in accelerometer_places(bench)])
-    angles = _known_angles(len(nominal), chain.tilt, for_accelerometers)
-    known = Rotation.from_matrix(rotation_matrix(np.deg2rad(angles)))
-    turned = Rotation.from_rotvec(for_accelerometers.normal(0, chain.angle, nominal.shape))
-    placed = nominal + for_accelerometers.normal(0, chain.position, nominal.shape)
-    sensitivity = sensitivity_matrices(
-        chain.gain, chain.cross_axis, len(nominal), for_accelerometers
-    )
-
-    n_mount = len(bench.mount_names)
-    n_cell = len(cell_places(bench, third_cell)) - len(SIDES)
-    side_angles = np.tile(SIDE_CELL_ANGLES, (len(SIDES), 1))
-    cell_angles = np.vstack([_known_angles(n_cell, 0.0, for_cells), side_angles])
-    turns = np.asarray(rotation_matrix(np.deg2rad(cell_angles))).swapaxes(1, 2)
-    gains = sensitivity_matrices(chain.cell_gain, chain.cell_cross, n_cell, for_cells)
-    in_parallel = (gains - chain.cell_shunt * np.eye(3)) @ turns[:n_cell]
-    distribution = load_distribution if third_cell else cell_distribution
-    shares = [distribution(cell_offsets(name, third_cell)) for name in bench.mount_names]
-    cells = in_parallel.reshape(n_mount, -1, 3, 3) @ np.array(shares)
-    side_gains = sensitivity_matrices(
-        errors.side_cell_gain, errors.side_cell_cross, len(SIDES), for_cells
-    )
-
-    misaligned = Rotation.from_rotvec(for_shaker.normal(0, chain.shaker_angle, (3 * n_mount, 3)))
-    directions = misaligned.apply(np.tile(np.eye(3), (n_mount, 1))).reshape(n_mount, 3, 3)
-    stated = 1 + for_shaker.normal(0, chain.shaker_gain, (n_mount, 3))
-    drift = for_shaker.normal(0, errors.shaker_drift, n_mount)
-    return CampaignSensors(
-        accelerometer_angles=angles,
-        cell_angles=cell_angles,
-        true_positions=placed,
-        true_orientations=(known * turned).as_matrix(),
-        sensitivity=sensitivity,
-        cells=cells,
-        side_cells=side_gains @ turns[n_cell:],
-        pushes=directions.swapaxes(1, 2) / stated[:, None, :],
-        drift=drift,
-        moment_pushes=_pushed_loads(bench, chain, for_shaker)
-        if third_cell
-        else np.zeros((n_mount, 0, 6)),
-    )
-
-
-def _pushed_loads(
-    bench: VirtualBench, chain: ErrorBudget, generator: np.random.Generator
-) -> RealArray:
-    """Load at the virtual point per newton stated, of a shaker that is a little askew and off."""
-    pushes = push_places(bench)
-    size = (len(pushes), 3)
-    turned = Rotation.from_rotvec(generator.normal(0, chain.shaker_angle, size))
-    directions = turned.apply(np.eye(3)[[push.axis for push in pushes]])
-    arms = np.array([push.offset for push in pushes]) + generator.normal(0, chain.position, size)
-    stated = 1 + generator.normal(0, chain.shaker_gain, (len(pushes), 1))
-    loads = np.hstack([directions, np.cross(arms, directions)]) / stated
-    return np.asarray(loads.reshape(len(bench.mount_names), -1, 6))
-
-
-def _known_angles(n_sensor: int, tilt: float, generator: np.random.Generator) -> RealArray:
-    """Quarter turns about z and a tilt [rad], as the position sheet states them [deg]."""
-    angles = np.rad2deg(generator.normal(0, tilt, (n_sensor, 3)))
-    angles[:, 2] += 90.0 * generator.integers(4, size=n_sensor)
-    return np.asarray(np.round(angles, ANGLE_DIGITS))
-
-
-def cell_distribution(offsets: RealArray) -> RealArray:
-    """Distribute the force at a virtual point over the cells below it.
-
-    Parameters
-    ----------
-    offsets : array, shape (n_cell, 3)
-        Of the cells from the virtual point [m].
-
-    Returns
-    -------
-    array, shape (n_cell, 3, 3)
-        Force at the virtual point to the force on each cell; they add up to the identity [1].
-
-    Notes
-    -----
-    A rigid adapter on cells of the stiffness shares w_i, at d_i from their centre c::
-
-        F_i = w_i (f + θ × d_i),  θ = (Σ w_i d̃_iᵀ d̃_i)⁺ (-c × f)
-
-    A moment about the line through two cells is carried inside the cells and not measured.
-    """
-    return np.asarray(load_distribution(offsets)[:, :, :3])
-
-
-def load_distribution(offsets: RealArray) -> RealArray:
-    """Distribute force and moment at a virtual point over the cells below it.
-
-    Parameters
-    ----------
-    offsets : array, shape (n_cell, 3)
-        Of two or three cells from the virtual point [m].
-
-    Returns
-    -------
-    array, shape (n_cell, 3, 6)
-        Three forces and three moments to the force on each cell [1, 1/m].
-
-    Notes
-    -----
-    As `cell_distribution`, with the moment m: ``θ = (Σ w_i d̃_iᵀ d̃_i)⁺ (m - c × f)``.
-    """
-    shares = np.array(CELL_SHARES if len(offsets) == len(CELL_SHARES) else THREE_CELL_SHARES)
-    centre = shares @ offsets
-    arms = skew(offsets - centre)
-    turning = np.einsum("c,cba,cbd->ad", shares, arms, arms)
-    by_moment = np.linalg.pinv(turning, rcond=1e-9, hermitian=True)
-    by_force = -by_moment @ skew(centre)
-    of_force = shares[:, None, None] * (np.eye(3) - arms @ by_force)
-    of_moment = -shares[:, None, None] * (arms @ by_moment)
-    return np.concatenate([of_force, of_moment], axis=2)
-
-
-def flexibility(chain: ErrorBudget, frequency: RealArray) -> RealArray:
-    """Return the force on the cells per force on a rigid bench, below the bench's first mode."""
-    return np.asarray(1 + chain.bench_flexibility * (frequency / chain.bench_frequency) ** 2)
-
-
-def clean_channels(
-    sensors: CampaignSensors, run: OperatingRun, chain: ErrorBudget
-) -> tuple[ComplexArray, ComplexArray]:
-    """Find what accelerometers [m/s²] and cells [N] deliver of a run without any noise."""
-    n_line = run.frequency.size
-    to_acceleration = -((2 * np.pi * run.frequency[:, None]) ** 2)
-    powertrain = (to_acceleration * run.powertrain.motion) @ sensors.sensing.T
-    sides = (to_acceleration * run.wheel_end.displacement) * sensors.side_sensing.reshape(1, -1)
-    force = run.powertrain.force.reshape(n_line, -1, 3)
-    if sensors.third_cell:
-        force = np.concatenate([force, mount_moments(run)], axis=2)
-    cells = np.einsum("mcab,fmb->fmca", sensors.cells, force).reshape(n_line, -1)
-    side_cells = run.wheel_end.force * sensors.side_cells[:, :, 0].reshape(1, -1)
-    flexible = flexibility(chain, run.frequency)[:, None]
-    return np.hstack([powertrain, sides]), np.hstack([flexible * cells, side_cells])
-
-
-def record(
-    sensors: CampaignSensors,
-    run: OperatingRun,
-    static_force: RealArray,
-    errors: CampaignErrors,
-    generator: np.random.Generator,
-) -> RecordedRun:
-    """Record one run.
-
-    Parameters
-    ----------
-    sensors : CampaignSensors
-        Of the bench.
-    run : OperatingRun
-        What really happens.
-    static_force : array, shape (f, n_direction)
-        What really preloads each direction [N].
-    errors : CampaignErrors
-        Noise, and the flexibility of the bench.
-    generator : Generator
-        Draws the noise.
-    """
-    chain = errors.chain
-    acceleration, cell_force = clean_channels(sensors, run, chain)
-    of_acceleration = (chain.acceleration_own, chain.acceleration_norm, chain.acceleration_floor)
-    of_force = (chain.force_own, chain.force_norm, chain.force_floor)
-    return RecordedRun(
-        acceleration=acceleration + order_noise(acceleration, 3, of_acceleration, generator),
-        cell_force=cell_force + order_noise(cell_force, 3, of_force, generator),
-        static_force=static_force + generator.normal(0, errors.static_force, static_force.shape),
-        engine_torque=run.engine_torque
-        + generator.normal(0, errors.torque, run.engine_torque.shape),
-    )
-
-
-def shaker_answer(
-    sensors: CampaignSensors,
-    mount: int,
-    axis: int,
-    repeat: int,
-    frequency: RealArray,
-    errors: CampaignErrors,
-    generator: np.random.Generator,
-) -> ComplexArray:
-    """Push with the shaker at the virtual point of one mount along one axis.
-
-    Parameters
-    ----------
-    sensors : CampaignSensors
-        Of the bench.
-    mount, axis : int
-        Place and nominal direction.
-    repeat : int
-        From 1; the cells drift from one to the next.
-    frequency : array, shape (f,)
-        [Hz].
-    errors : CampaignErrors
-        Noise, and the flexibility of the bench.
-    generator : Generator
-        Draws the noise.
-
-    Returns
-    -------
-    array, shape (f, n_channel)
-        Channels of the mount's cells per newton that the shaker states [1].
-    """
-    answer = (sensors.cells[mount, ..., :3] @ sensors.pushes[mount, :, axis]).reshape(-1)
-    return _answer(answer, sensors.drift[mount], repeat, frequency, errors, generator)
-
-
-def push_answer(
-    sensors: CampaignSensors,
-    mount: int,
-    number: int,
-    repeat: int,
-    frequency: RealArray,
-    errors: CampaignErrors,
-    generator: np.random.Generator,
-) -> ComplexArray:
-    """Push beside the virtual point of one mount; ``number`` counts its pushes from 0.
-
-    Everything else as in `shaker_answer`.
-    """
-    answer = (sensors.cells[mount] @ sensors.moment_pushes[mount, number]).reshape(-1)
-    return _answer(answer, sensors.drift[mount], repeat, frequency, errors, generator)
-
-
-def _answer(
-    answer: RealArray,
-    drift: float,
-    repeat: int,
-    frequency: RealArray,
-    errors: CampaignErrors,
-    generator: np.random.Generator,
-) -> ComplexArray:
-    answer = answer * (1 + drift * (repeat - 1))
-    clean = np.outer(flexibility(errors.chain, frequency), answer).astype(complex)
-    return clean + order_noise(clean, 3, (0.0, errors.shaker_noise, 0.0), generator)
-
-
-SPEED_STEP = 10.0
-"""Between the steady states that a run passes through [rpm]."""
-
-OTHER_ORDERS = ((0.5, 0.10, 0.7), (3.0, 0.30, -1.1), (6.0, 0.15, 2.0))
-"""Engine order, amplitude per amplitude of the dominant order, and phase against it [rad]."""
-
-ANALYSIS_SECONDS = 1.0
-"""Record over which the noise of a channel falls to the floor of its order spectra [s]."""
-
-PULSE_SHARE = 0.25
-"""Share of a tacho period that its pulse takes [1]."""
-
-EDGE_SAMPLES = 1.5
-"""Width of a pulse's edges in samples [1]: the recorder's filter."""
-
-
-@dataclass(frozen=True, eq=False)
+@checked(
+    time="n",
+    tacho="n",
+    engine_torque="n",
+    acceleration="n a",
+    cell_force="n c",
+    static_force="n direction",
+    speed="n",
+    steady_acceleration="f a",
+    steady_cell_force="f c",
+)
 class TimeSignals:
     """Everything recorded in one run over time, and its truth.
 
@@ -501,8 +163,162 @@ class TimeSignals:
     steady_acceleration: ComplexArray
     steady_cell_force: ComplexArray
 
-    def __post_init__(self) -> None:
-        freeze_arrays(self)
+
+def draw_campaign_sensors(
+    bench: VirtualBench,
+    errors: CampaignErrors,
+    seed: np.random.SeedSequence,
+    third_cell: bool = False,
+) -> CampaignSensors:
+    """Mount accelerometers, cells and shaker with their errors.
+
+    Parameters
+    ----------
+    bench : VirtualBench
+        Bench on which they sit.
+    errors : CampaignErrors
+        Sizes of the errors.
+    seed : SeedSequence
+        Seed of accelerometers, cells and shaker, independently of each other.
+    third_cell : bool
+        Whether three cells are below every powertrain mount, and pushes beside its virtual point.
+    """
+    chain = errors.chain
+    for_accelerometers, for_cells, for_shaker = map(np.random.default_rng, seed.spawn(3))
+
+    nominal = np.array([place.position for place in accelerometer_places(bench)])
+    angles = _known_angles(len(nominal), chain.tilt, for_accelerometers)
+    known = Rotation.from_matrix(rotation_matrix(np.deg2rad(angles)))
+    turned = Rotation.from_rotvec(for_accelerometers.normal(0, chain.angle, nominal.shape))
+    placed = nominal + for_accelerometers.normal(0, chain.position, nominal.shape)
+    sensitivity = sensitivity_matrices(
+        chain.gain, chain.cross_axis, len(nominal), for_accelerometers
+    )
+
+    n_mount = len(bench.mount_names)
+    n_cell = len(cell_places(bench, third_cell)) - len(SIDES)
+    side_angles = np.tile(SIDE_CELL_ANGLES, (len(SIDES), 1))
+    cell_angles = np.vstack([_known_angles(n_cell, 0.0, for_cells), side_angles])
+    turns = np.asarray(rotation_matrix(np.deg2rad(cell_angles))).swapaxes(1, 2)
+    gains = sensitivity_matrices(chain.cell_gain, chain.cell_cross, n_cell, for_cells)
+    in_parallel = (gains - chain.cell_shunt * np.eye(3)) @ turns[:n_cell]
+    n_load = 6 if third_cell else 3
+    shares = [
+        load_distribution(cell_offsets(name, third_cell))[:, :, :n_load]
+        for name in bench.mount_names
+    ]
+    cells = in_parallel.reshape(n_mount, -1, 3, 3) @ np.array(shares)
+    side_gains = sensitivity_matrices(
+        errors.side_cell_gain, errors.side_cell_cross, len(SIDES), for_cells
+    )
+
+    misaligned = Rotation.from_rotvec(for_shaker.normal(0, chain.shaker_angle, (3 * n_mount, 3)))
+    directions = misaligned.apply(np.tile(np.eye(3), (n_mount, 1))).reshape(n_mount, 3, 3)
+    stated = 1 + for_shaker.normal(0, chain.shaker_gain, (n_mount, 3))
+    drift = for_shaker.normal(0, errors.shaker_drift, n_mount)
+    beside = _pushed_loads(bench, chain, for_shaker) if third_cell else np.zeros((n_mount, 0, 6))
+    return CampaignSensors(
+        accelerometer_angles=angles,
+        cell_angles=cell_angles,
+        true_positions=placed,
+        true_orientations=(known * turned).as_matrix(),
+        sensitivity=sensitivity,
+        cells=cells,
+        side_cells=side_gains @ turns[n_cell:],
+        pushes=directions.swapaxes(1, 2) / stated[:, None, :],
+        drift=drift,
+        moment_pushes=beside,
+    )
+
+
+def load_distribution(offsets: RealArray) -> RealArray:
+    """Distribute force and moment at a virtual point over the cells below it.
+
+    Parameters
+    ----------
+    offsets : array, shape (n_cell, 3)
+        Places of two or three cells from the virtual point [m].
+
+    Returns
+    -------
+    array, shape (n_cell, 3, 6)
+        Three forces and three moments → force on each cell; the forces add up to the identity
+        [1, 1/m].
+
+    Notes
+    -----
+    A rigid adapter on cells of the stiffness shares w_i, at d_i from their centre c, under the
+    force f and the moment m::
+
+        F_i = w_i (f + θ × d_i),  θ = (Σ w_i d̃_iᵀ d̃_i)⁺ (m - c × f)
+
+    A moment about the line through two cells is carried inside the cells and not measured.
+    """
+    shares = np.array(CELL_SHARES if len(offsets) == len(CELL_SHARES) else THREE_CELL_SHARES)
+    centre = shares @ offsets
+    arms = skew(offsets - centre)
+    turning = np.einsum("c,cba,cbd->ad", shares, arms, arms)
+    by_moment = np.linalg.pinv(turning, rcond=1e-9, hermitian=True)
+    by_force = -by_moment @ skew(centre)
+    of_force = shares[:, None, None] * (np.eye(3) - arms @ by_force)
+    of_moment = -shares[:, None, None] * (arms @ by_moment)
+    return np.concatenate([of_force, of_moment], axis=2)
+
+
+def clean_channels(
+    sensors: CampaignSensors, run: OperatingRun, chain: ErrorBudget
+) -> tuple[ComplexArray, ComplexArray]:
+    """Find what accelerometers [m/s²] and cells [N] deliver of a run without any noise."""
+    n_line, n_side = run.frequency.size, len(SIDES)
+    orientations, sensitivity = sensors.true_orientations, sensors.sensitivity
+    felt = forward_matrices(sensors.true_positions[:-n_side], orientations[:-n_side])
+    sensing = (sensitivity[:-n_side] @ felt.reshape(-1, 3, 6)).reshape(-1, 6)
+    # a wheel end moves along x alone
+    side_sensing = (sensitivity[-n_side:] @ orientations[-n_side:].swapaxes(1, 2))[:, :, 0]
+    to_acceleration = -((2 * np.pi * run.frequency[:, None]) ** 2)
+    powertrain = (to_acceleration * run.powertrain.motion) @ sensing.T
+    sides = (to_acceleration * run.wheel_end.displacement) * side_sensing.reshape(1, -1)
+    force = run.powertrain.force.reshape(n_line, -1, 3)
+    if sensors.third_cell:
+        force = np.concatenate([force, run.moment], axis=2)
+    cells = np.einsum("mcab,fmb->fmca", sensors.cells, force).reshape(n_line, -1)
+    side_cells = run.wheel_end.force * sensors.side_cells[:, :, 0].reshape(1, -1)
+    flexible = chain.flexibility(run.frequency)[:, None]
+    return np.hstack([powertrain, sides]), np.hstack([flexible * cells, side_cells])
+
+
+def record(
+    sensors: CampaignSensors,
+    run: OperatingRun,
+    static_force: RealArray,
+    errors: CampaignErrors,
+    generator: np.random.Generator,
+) -> RecordedRun:
+    """Record one run over the lines of its order.
+
+    Parameters
+    ----------
+    sensors : CampaignSensors
+        Sensors of the bench.
+    run : OperatingRun
+        The truth.
+    static_force : array, shape (f, n_direction)
+        True preload of each direction [N].
+    errors : CampaignErrors
+        Noise, and the flexibility of the bench.
+    generator : Generator
+        Source of the noise.
+    """
+    chain = errors.chain
+    acceleration, cell_force = clean_channels(sensors, run, chain)
+    return RecordedRun(
+        acceleration=acceleration
+        + order_noise(acceleration, 3, chain.acceleration_noise, generator),
+        cell_force=cell_force + order_noise(cell_force, 3, chain.force_noise, generator),
+        static_force=static_force + generator.normal(0, errors.static_force, static_force.shape),
+        engine_torque=run.engine_torque
+        + generator.normal(0, errors.torque, run.engine_torque.shape),
+    )
 
 
 def record_over_time(
@@ -514,28 +330,27 @@ def record_over_time(
 ) -> TimeSignals:
     """Run up or down and record over time.
 
+    The run is so slow that every speed is a steady state of its own; amplitude and phase of each
+    channel change smoothly with the speed.
+
     Parameters
     ----------
     bench : VirtualBench
-        With its mount set.
+        Bench with its mount set.
     sensors : CampaignSensors
-        Of the bench.
+        Sensors of the bench.
     plan : TimeRunPlan
         Speeds, duration, sampling, tacho.
     errors : CampaignErrors
         Noise, and the flexibility of the bench.
     generator : Generator
-        Draws the noise.
-
-    Notes
-    -----
-    ``x(t) = Re Σ_q A_q(n(t)) e^{jqθ(t)}`` with the revolution angle θ, zero at the first pulse.
+        Source of the noise.
     """
-    order = bench.order_torque.order
+    chain, order = errors.chain, bench.order_torque.order
     low, high = sorted((plan.first_speed, plan.last_speed))
     rpm = np.arange(low, high + SPEED_STEP, SPEED_STEP)
     steady = true_run(bench, plan.run, frequency_of_order(rpm, order))
-    acceleration, cell_force = clean_channels(sensors, steady, errors.chain)
+    acceleration, cell_force = clean_channels(sensors, steady, chain)
 
     time = np.arange(round(plan.duration * plan.sample_rate)) / plan.sample_rate
     slope = (plan.last_speed - plan.first_speed) / plan.duration
@@ -543,30 +358,20 @@ def record_over_time(
     turns = (plan.first_speed * time + slope * time**2 / 2) / 60
     # the record starts between two pulses
     angle = 2 * np.pi * (turns - 0.5 / plan.pulses_per_revolution)
+    period = 2 * np.pi / plan.pulses_per_revolution
+    turning = rotations(angle, order, OTHER_ORDERS)
 
-    rotations = np.exp(1j * order * angle)
-    for other, share, phase in OTHER_ORDERS:
-        rotations = rotations + share * np.exp(1j * (other * angle + phase))
-    chain = errors.chain
-    per_floor = np.sqrt(plan.sample_rate * ANALYSIS_SECONDS) / 2
+    def channels(spectra: ComplexArray, floor: float) -> RealArray:
+        return over_time((rpm, spectra), speed, turning, floor, plan.sample_rate, generator)
+
     torque = CubicSpline(rpm, steady.engine_torque)(speed)
     preload = CubicSpline(rpm, static_direction_forces(bench, steady))(speed)
     return TimeSignals(
         time=time,
-        tacho=_pulses(angle, plan),
+        tacho=tacho_pulses(angle / period, EDGE_SAMPLES * np.gradient(angle) / period, PULSE_SHARE),
         engine_torque=torque + generator.normal(0, errors.torque, time.shape),
-        acceleration=_signals(
-            CubicSpline(rpm, acceleration)(speed),
-            rotations,
-            per_floor * chain.acceleration_floor,
-            generator,
-        ),
-        cell_force=_signals(
-            CubicSpline(rpm, cell_force)(speed),
-            rotations,
-            per_floor * chain.force_floor,
-            generator,
-        ),
+        acceleration=channels(acceleration, chain.acceleration_floor),
+        cell_force=channels(cell_force, chain.force_floor),
         static_force=preload + generator.normal(0, errors.static_force, preload.shape),
         speed=speed,
         steady=steady,
@@ -575,19 +380,85 @@ def record_over_time(
     )
 
 
-def _signals(
-    amplitude: ComplexArray,
-    rotations: ComplexArray,
-    noise: float,
+def shaker_answer(
+    sensors: CampaignSensors,
+    mount: int,
+    axis: int,
+    repeat: int,
+    frequency: RealArray,
+    errors: CampaignErrors,
     generator: np.random.Generator,
+) -> ComplexArray:
+    """Push with the shaker at the virtual point of one mount along one axis.
+
+    Parameters
+    ----------
+    sensors : CampaignSensors
+        Sensors of the bench.
+    mount, axis : int
+        Place and nominal direction.
+    repeat : int
+        Repeat, from 1; the cells drift from one to the next.
+    frequency : array, shape (f,)
+        [Hz].
+    errors : CampaignErrors
+        Noise, and the flexibility of the bench.
+    generator : Generator
+        Source of the noise.
+
+    Returns
+    -------
+    array, shape (f, n_channel)
+        Channels of the mount's cells per newton that the shaker states [1].
+    """
+    answer = (sensors.cells[mount, ..., :3] @ sensors.pushes[mount, :, axis]).reshape(-1)
+    return _answer(answer, sensors.drift[mount], repeat, frequency, errors, generator)
+
+
+def push_answer(
+    sensors: CampaignSensors,
+    mount: int,
+    number: int,
+    repeat: int,
+    frequency: RealArray,
+    errors: CampaignErrors,
+    generator: np.random.Generator,
+) -> ComplexArray:
+    """Push beside a virtual point, as `shaker_answer`; ``number`` counts its pushes from 0."""
+    answer = (sensors.cells[mount] @ sensors.moment_pushes[mount, number]).reshape(-1)
+    return _answer(answer, sensors.drift[mount], repeat, frequency, errors, generator)
+
+
+def _pushed_loads(
+    bench: VirtualBench, chain: ErrorBudget, generator: np.random.Generator
 ) -> RealArray:
-    clean = np.real(amplitude * rotations[:, None])
-    return np.asarray(clean + generator.normal(0, noise, clean.shape))
+    """Load at the virtual point per newton stated, of a shaker that is a little askew and off."""
+    pushes = push_places(bench)
+    size = (len(pushes), 3)
+    turned = Rotation.from_rotvec(generator.normal(0, chain.shaker_angle, size))
+    directions = turned.apply(np.eye(3)[[push.axis for push in pushes]])
+    arms = np.array([push.offset for push in pushes]) + generator.normal(0, chain.position, size)
+    stated = 1 + generator.normal(0, chain.shaker_gain, (len(pushes), 1))
+    loads = np.hstack([directions, np.cross(arms, directions)]) / stated
+    return np.asarray(loads.reshape(len(bench.mount_names), -1, 6))
 
 
-def _pulses(angle: RealArray, plan: TimeRunPlan) -> RealArray:
-    """One smooth pulse per tacho period; the middle of its rising edge is at the period's start."""
-    period = 2 * np.pi / plan.pulses_per_revolution
-    within = np.mod(angle / period + 0.5, 1.0) - 0.5
-    edge = EDGE_SAMPLES * np.gradient(angle) / period
-    return np.asarray(expit(within / edge) * expit((PULSE_SHARE - within) / edge))
+def _known_angles(n_sensor: int, tilt: float, generator: np.random.Generator) -> RealArray:
+    """Quarter turns about z and a tilt [rad], as the position sheet states them [deg]."""
+    angles = np.rad2deg(generator.normal(0, tilt, (n_sensor, 3)))
+    angles[:, 2] += 90.0 * generator.integers(4, size=n_sensor)
+    return np.asarray(np.round(angles, ANGLE_DIGITS))
+
+
+def _answer(
+    answer: RealArray,
+    drift: float,
+    repeat: int,
+    frequency: RealArray,
+    errors: CampaignErrors,
+    generator: np.random.Generator,
+) -> ComplexArray:
+    """Spectra of the cells on a bench that gives way, with drift and noise."""
+    answer = answer * (1 + drift * (repeat - 1))
+    clean = np.outer(errors.chain.flexibility(frequency), answer).astype(complex)
+    return clean + order_noise(clean, 3, (0.0, errors.shaker_noise, 0.0), generator)

@@ -1,233 +1,97 @@
-"""Writes a measurement campaign on the virtual bench, and the truth beside it."""
+"""Writes a measurement campaign: raw channels of every run, tables, and the truth apart."""
 
 from __future__ import annotations
 
 import warnings
 import zlib
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from deboom.arrays import ComplexArray, RealArray
-from deboom.bench.campaign_files import (
-    CHANNEL_TABLE,
-    MOUNT_TABLE,
-    SENSOR_TABLE,
-    campaign_file,
-    channel_table,
-    curve_directions,
-    curve_file,
-    order_functions,
-    push_file,
-    push_functions,
-    run_file,
-    sensor_rows,
-    shaker_file,
-    shaker_functions,
-    time_functions,
-    time_run_file,
-    time_run_name,
-)
+from deboom.arrays import ComplexArray, RealArray, RealOrComplexArray
 from deboom.bench.campaign_plan import FULL_PLAN, CampaignErrors, CampaignPlan, TimeRunPlan
 from deboom.bench.campaign_recording import (
     CampaignSensors,
-    TimeSignals,
     draw_campaign_sensors,
     push_answer,
     record,
     record_over_time,
     shaker_answer,
-    static_direction_forces,
-    true_run,
 )
 from deboom.bench.layout import (
     ACCELEROMETER_MODEL,
     CELL_MODEL,
     CELL_SHARES,
-    CYLINDERS,
     ENGINE_NODE,
     TACHO_NODE,
     THREE_CELL_SHARES,
-    Place,
     accelerometer_places,
     cell_places,
     points,
     push_places,
 )
-from deboom.bench.operating_run import OperatingRun, mount_moments
-from deboom.bench.platform_writer import mount_rows, write_powertrain_truth
-from deboom.bench.powertrain import AXES, VirtualBench, load_bench, mount_set, with_mount_set
-from deboom.bench.sensors import DataSheet, draw_data_sheet
-from deboom.errors import InputError
-from deboom.files.campaign import dump_campaign_file
-from deboom.files.campaign_tables import write_campaign_channels, write_curve, write_sensor_table
-from deboom.files.folders import complete_or_not_at_all, replace_text
+from deboom.bench.operating_run import (
+    SIDES,
+    PlannedRun,
+    static_direction_forces,
+    true_run,
+)
+from deboom.bench.platform_writer import (
+    engine_section,
+    mount_rows,
+    mount_sections,
+    powertrain_section,
+    write_powertrain_truth,
+)
+from deboom.bench.powertrain import AXES, VirtualBench, load_bench, with_mount_set
+from deboom.bench.sensors import DataSheet, draw_data_sheet, exact_data_sheet
+from deboom.bench.writing import (
+    FRF,
+    SPECTRUM,
+    TIME_SIGNAL,
+    Dof,
+    Progress,
+    check_seed,
+    function,
+    node_lines,
+    place_lines,
+    sensor_row,
+    silent,
+    triple,
+    write_readme,
+)
+from deboom.files.campaign import (
+    CampaignFile,
+    CampaignMount,
+    CurveEntry,
+    PushEntry,
+    RunEntry,
+    ShakerEntry,
+    TimeRunEntry,
+    ToleranceEntry,
+    dump_campaign_file,
+)
+from deboom.files.campaign_tables import (
+    CAMPAIGN_QUANTITIES,
+    CampaignChannel,
+    SensorRow,
+    write_campaign_channels,
+    write_curve,
+    write_sensor_table,
+)
+from deboom.files.folders import complete_or_not_at_all
 from deboom.files.platform import write_mount_table
-from deboom.files.uff import AxisDriftWarning, write_uff
+from deboom.files.tables import parse_unit
+from deboom.files.uff import AxisDriftWarning, UffFunction, write_uff
+from deboom.physics.order_tracking import rpm_of_frequency
 
+MOUNT_TABLE, SENSOR_TABLE, CHANNEL_TABLE = "mounts.csv", "sensors.csv", "channels.csv"
 
-def readme_text(bench: VirtualBench, plan: CampaignPlan, seed: int) -> str:
-    """Return ``README.txt``: every file, and the map from nodes to sensors and mounts."""
-    order, lines = bench.order_torque.order, plan.frequency
-    each = THREE_CELL_SHARES if plan.third_cell else CELL_SHARES
-    shares = " and ".join(f"{100 * share:.0f} %" for share in each)
-    carried = f"{'three' if plan.third_cell else 'two'} under a mount carry {shares}"
-    pushes = [
-        "shaker/MOUNT_PUSH_N.uff  the same of pushes beside the virtual point, see campaign.toml"
-    ]
-    title = f"Measurement campaign on the virtual bench, seed {seed}"
-    text = [
-        title,
-        "=" * len(title),
-        "",
-        "Virtual measurements with the errors of real sensors, shaker and order tracking. Nobody",
-        "measured this.",
-        "",
-        f"Mount sets: {', '.join(plan.mount_sets)}. M0 is as drawn; M1 and higher are units with",
-        "their manufacturing spread, the same parts in every campaign.",
-        "",
-        f"Runs: {lines.size} lines from {lines[0]:g} to {lines[-1]:g} Hz, engine order {order:g},",
-        "SI units, complex peak amplitudes, time factor e^{+jwt}, phase to the tacho. x points",
-        "rearward, y to the right, z up; positions count from the powertrain's centre of gravity.",
-        "UFF files: binary, data set 58.",
-        "",
-        "campaign.toml            names every other file; engine, data sheet, tolerances",
-        f"{MOUNT_TABLE:<24} virtual point of every mount",
-        f"{SENSOR_TABLE:<24} position sheet; angles turn vehicle axes into sensor axes, about the",
-        "                         fixed axes x, then y, then z",
-        f"{CHANNEL_TABLE:<24} which node and direction is which channel, and its unit",
-        "runs/SET/RUN.uff         acceleration and cell force in sensor axes (type 0, complex),",
-        "                         static force per direction, engine torque and speed (real)",
-        "shaker/MOUNT_AXIS_N.uff  cells per newton of the shaker at the virtual point, repeat N",
-        *(pushes if plan.third_cell else ()),
-        "static_curves/           force over deflection of every direction, as suppliers send it",
-        "time/                    a run over time with tacho, where there is one (type 1)",
-        "truth/                   the exact values behind the measurements, for verification only",
-        "",
-        f"Accelerometers ({ACCELEROMETER_MODEL}):",
-        *_table(accelerometer_places(bench)),
-        f"Force cells ({CELL_MODEL}); {carried}, their sum is its force:",
-        *_table(cell_places(bench, plan.third_cell)),
-        "Static forces:",
-        *(
-            f"    node {point.node:<4} {point.channel(axis)}"
-            for point in points(bench.mount_names)
-            for axis in point.axes
-        ),
-        f"Engine torque and speed: node {ENGINE_NODE}. Tacho: node {TACHO_NODE}.",
-    ]
-    return "\n".join(text) + "\n"
-
-
-def _table(places: tuple[Place, ...]) -> list[str]:
-    return [
-        f"    node {place.node:<4} {place.sensor:<4} {f'{place.mount} {place.piece}'.strip()}"
-        for place in places
-    ]
-
-
-def write_set_truth(
-    path: Path,
-    names: Sequence[str],
-    runs: Sequence[OperatingRun],
-    static: Sequence[RealArray],
-    moments: Sequence[ComplexArray] | None = None,
-) -> None:
-    """Write the truth of all runs with one mount set.
-
-    Parameters
-    ----------
-    path : Path
-        ``.npz``; arrays have the shape (run, f, channel).
-    names : sequence of str
-        Of the runs.
-    runs : sequence of OperatingRun
-        The truth.
-    static : sequence of array, shape (f, n_channel)
-        True static force of every channel [N].
-    moments : sequence of array, shape (f, n_mount, 3), optional
-        Of the powertrain mounts, about their virtual points, where cells show them [N m].
-    """
-    optional: dict[str, Any] = {} if moments is None else {"moment": np.array(moments)}
-    np.savez(
-        path,
-        frequency=runs[0].frequency,
-        runs=np.array(names),
-        channels=np.array(runs[0].channels),
-        displacement=np.array([run.displacement for run in runs]),
-        force=np.array([run.force for run in runs]),
-        stiffness=np.array([run.stiffness for run in runs]),
-        motion=np.array([run.powertrain.motion for run in runs]),
-        engine_torque=np.array([run.engine_torque for run in runs]),
-        static_force=np.array(static),
-        **optional,
-    )
-
-
-def write_bench_truth(
-    folder: Path, bench: VirtualBench, sheet: DataSheet, sensors: CampaignSensors
-) -> None:
-    """Write what the sensors truly do and the true powertrain.
-
-    Parameters
-    ----------
-    folder : Path
-        Exists.
-    bench, sheet, sensors
-        What was measured with what.
-    """
-    optional: dict[str, Any] = {}
-    if sensors.third_cell:
-        optional["moment_pushes"] = sensors.moment_pushes
-    np.savez(
-        folder / "sensors.npz",
-        positions=sensors.true_positions,
-        orientations=sensors.true_orientations,
-        sensitivity=sensors.sensitivity,
-        cells=sensors.cells,
-        side_cells=sensors.side_cells,
-        pushes=sensors.pushes,
-        drift=sensors.drift,
-        **optional,
-    )
-    write_powertrain_truth(folder, bench, sheet)
-
-
-def write_time_truth(path: Path, signals: TimeSignals) -> None:
-    """Write the steady states that a run over time passes through, and its speed.
-
-    Parameters
-    ----------
-    path : Path
-        ``.npz``.
-    signals : TimeSignals
-        With their truth.
-    """
-    np.savez(
-        path,
-        frequency=signals.steady.frequency,
-        acceleration=signals.steady_acceleration,
-        cell_force=signals.steady_cell_force,
-        channels=np.array(signals.steady.channels),
-        displacement=signals.steady.displacement,
-        force=signals.steady.force,
-        stiffness=signals.steady.stiffness,
-        engine_torque=signals.steady.engine_torque,
-        time=signals.time,
-        speed=signals.speed,
-    )
-
-
-Progress = Callable[[int, int, str], None]
-
-CURVE_REACH = 15e-3
-"""To which suppliers measure their force-deflection curves, both ways [m]."""
-
-CURVE_STEP = 0.1e-3
-"""[m]"""
+CURVE_REACH, CURVE_STEP = 15e-3, 0.1e-3
+"""To which suppliers measure their force-deflection curves, both ways, and in which steps [m]."""
 
 
 def write_campaign(
@@ -237,7 +101,6 @@ def write_campaign(
     errors: CampaignErrors | None = None,
     progress: Progress | None = None,
     bench: VirtualBench | None = None,
-    cylinders: int = CYLINDERS,
 ) -> Path:
     """Measure a campaign on the virtual bench and write its files.
 
@@ -246,20 +109,18 @@ def write_campaign(
     folder : Path
         A new or an empty folder; it appears complete or not at all.
     seed : int
-        From 1, of one bench: it draws the errors of its sensors once for all runs, and the noise of
+        Seed of one bench, from 1: the errors of its sensors once for all runs, and the noise of
         every run. A run does not depend on which others are planned. The data sheet is that of the
         virtual platform of the same seed.
     plan : CampaignPlan
         Mount sets and runs; by default everything.
     errors : CampaignErrors, optional
-        How large the errors are; by default those of a good bench, with
+        Sizes of the errors; by default those of a good bench, with
         `deboom.bench.campaign_plan.NO_ERRORS` there are none.
     progress : callable, optional
         Called with the files written so far, all files, and the name of the last one.
     bench : VirtualBench, optional
         Powertrain and mounts as drawn; by default the virtual platform's.
-    cylinders : int
-        Of its engine.
 
     Returns
     -------
@@ -272,164 +133,188 @@ def write_campaign(
         Seed below 1; a mount set or gear that does not exist; a folder that is not empty or cannot
         be written.
     """
-    if seed < 1:
-        raise InputError(f"seed {seed} is refused: seeds are whole numbers from 1")
+    check_seed(seed)
     bench, errors = bench or load_bench(), errors or CampaignErrors()
     for name in plan.mount_sets:
-        mount_set(name, bench)  # refuse before any work
+        with_mount_set(bench, name)  # refuse before any work
     # the first four children belong to the virtual platform of the same seed
     for_sheet, *_, for_sensors = np.random.SeedSequence(seed).spawn(5)
-    exact = DataSheet(bench.mass, bench.inertia, np.zeros(3))
     drawn = draw_data_sheet(bench, np.random.default_rng(for_sheet))
+    sheet = drawn if errors.data_sheet else exact_data_sheet(bench)
+    sensors = draw_campaign_sensors(bench, errors, for_sensors, plan.third_cell)
+    file = _campaign_file(bench, sheet, plan, errors, seed)
+    entries = (file.shaker_runs, file.pushes, file.static_curves, file.runs, file.time_runs)
+    n_file = sum(map(len, entries)) + 1
     with complete_or_not_at_all(Path(folder)) as unfinished:
-        session = _Session(
-            folder=unfinished,
-            seed=seed,
-            plan=plan,
-            errors=errors,
-            bench=bench,
-            sheet=drawn if errors.data_sheet else exact,
-            sensors=draw_campaign_sensors(bench, errors, for_sensors, plan.third_cell),
-        )
-        for done, name in enumerate(_write_files(session, cylinders), 1):
-            if progress is not None:
-                progress(done, session.n_file, name)
+        session = _Session(unfinished, seed, plan, errors, bench, sensors)
+        for done, name in enumerate(_write_files(session, sheet, file), 1):
+            (progress or silent)(done, n_file, name)
     return Path(folder)
 
 
 @dataclass(frozen=True, eq=False)
 class _Session:
-    """One bench, its plan, and where its files go."""
+    """One bench with its sensors, and where its files go."""
 
     folder: Path
     seed: int
     plan: CampaignPlan
     errors: CampaignErrors
     bench: VirtualBench
-    sheet: DataSheet
     sensors: CampaignSensors
 
-    @property
-    def n_file(self) -> int:
-        """Files whose writing is reported."""
-        per_set = len(self.plan.runs) + len(curve_directions(self.bench))
-        directions = len(self.bench.mount_names) * len(AXES)
-        pushes = len(push_places(self.bench)) if self.plan.third_cell else 0
-        shaker = (directions + pushes) * self.plan.shaker_repeats
-        over_time = self.plan.time_run is not None
-        return len(self.plan.mount_sets) * per_set + shaker + over_time + 1
-
     def generator(self, name: str) -> np.random.Generator:
-        """Noise of one recording; it depends on its file, not on its place in the plan."""
+        """Return the noise of one recording, which depends on its file and not on the plan."""
         return np.random.default_rng([self.seed, zlib.crc32(name.encode())])
 
     def path(self, name: str) -> Path:
+        """Return the path of a file whose folder exists."""
         path = self.folder / name
         path.parent.mkdir(parents=True, exist_ok=True)
         return path
 
-    def with_set(self, name: str) -> VirtualBench:
-        return with_mount_set(self.bench, mount_set(name, self.bench))
 
-
-def _write_files(session: _Session, cylinders: int) -> Iterator[str]:
-    """Write every file; give the name of each as soon as it is there."""
-    folder, bench, plan = session.folder, session.bench, session.plan
+def _write_files(session: _Session, sheet: DataSheet, file: CampaignFile) -> Iterator[str]:
+    """Write every file that ``campaign.toml`` names; give its name as soon as it is there."""
+    folder, bench, third_cell = session.folder, session.bench, session.plan.third_cell
     (folder / "truth").mkdir()
-    yield from _shaker_runs(session)
-    if plan.third_cell:
-        yield from _pushes(session)
-    for name in plan.mount_sets:
-        yield from _static_curves(session, name)
-        yield from _runs(session, name)
-    if plan.time_run is not None:
-        yield _time_run(session, plan.time_run)
-    write_bench_truth(folder / "truth", bench, session.sheet, session.sensors)
-    write_mount_table(folder / MOUNT_TABLE, mount_rows(bench, session.sheet))
-    sheet = sensor_rows(bench, session.sensors, session.sheet)
-    write_sensor_table(folder / SENSOR_TABLE, sheet)
-    write_campaign_channels(folder / CHANNEL_TABLE, channel_table(bench, plan.third_cell))
-    content = campaign_file(bench, session.sheet, plan, session.errors, cylinders, session.seed)
-    dump_campaign_file(folder / "campaign.toml", content)
-    replace_text(folder / "README.txt", readme_text(bench, plan, session.seed))
+    for shaker_run in file.shaker_runs:
+        yield _write_shaker_run(session, shaker_run)
+    for push in file.pushes:
+        yield _write_push(session, push)
+    for curve in file.static_curves:
+        yield _write_static_curve(session, curve)
+    for mount_set in session.plan.mount_sets:
+        entries = [entry for entry in file.runs if entry.mount_set == mount_set]
+        yield from _write_runs(session, mount_set, entries)
+    for time_run in file.time_runs:
+        yield _write_time_run(session, time_run)
+    _write_sensor_truth(session)
+    write_powertrain_truth(folder / "truth", bench, sheet)
+    write_mount_table(folder / MOUNT_TABLE, mount_rows(bench, sheet))
+    write_sensor_table(folder / SENSOR_TABLE, _sensor_rows(session, sheet))
+    write_campaign_channels(folder / CHANNEL_TABLE, _channels(bench, third_cell))
+    dump_campaign_file(folder / "campaign.toml", file)
+    _write_readme(session)
     yield "campaign.toml"
 
 
-def _shaker_runs(session: _Session) -> Iterator[str]:
-    bench, frequency = session.bench, session.plan.frequency
-    for m, mount in enumerate(bench.mount_names):
-        for a, axis in enumerate(AXES):
-            for repeat in range(1, session.plan.shaker_repeats + 1):
-                name = shaker_file(mount, axis, repeat)
-                generator = session.generator(name)
-                answer = shaker_answer(
-                    session.sensors, m, a, repeat, frequency, session.errors, generator
-                )
-                functions = shaker_functions(
-                    bench, m, a, answer, frequency, session.plan.third_cell
-                )
-                write_uff(session.path(name), functions, binary=True)
-                yield name
+def _write_shaker_run(session: _Session, entry: ShakerEntry) -> str:
+    """Push at a virtual point and write the answer of the mount's cells per stated newton."""
+    point = next(point for point in points(session.bench) if point.name == entry.mount)
+    answer = shaker_answer(
+        session.sensors,
+        session.bench.mount_names.index(entry.mount),
+        AXES.index(entry.axis),
+        entry.repeat,
+        session.plan.frequency,
+        session.errors,
+        session.generator(entry.file),
+    )
+    title = f"shaker at the virtual point, {point.channel(entry.axis)}"
+    return _write_answer(session, entry, point.node, answer, title)
 
 
-def _pushes(session: _Session) -> Iterator[str]:
-    bench, frequency = session.bench, session.plan.frequency
-    places = push_places(bench)
-    per_mount = len(places) // len(bench.mount_names)
-    for place, push in enumerate(places):
-        for repeat in range(1, session.plan.shaker_repeats + 1):
-            name = push_file(push, repeat)
-            answer = push_answer(
-                session.sensors,
-                *divmod(place, per_mount),
-                repeat,
-                frequency,
-                session.errors,
-                session.generator(name),
-            )
-            functions = push_functions(bench, push, answer, frequency)
-            write_uff(session.path(name), functions, binary=True)
-            yield name
+def _write_push(session: _Session, entry: PushEntry) -> str:
+    """Push beside a virtual point and write the answer of the mount's three cells."""
+    places = push_places(session.bench)
+    names = [place.name for place in places]
+    per_mount = len(places) // len(session.bench.mount_names)
+    answer = push_answer(
+        session.sensors,
+        *divmod(names.index(entry.name), per_mount),
+        entry.repeat,
+        session.plan.frequency,
+        session.errors,
+        session.generator(entry.file),
+    )
+    node = places[names.index(entry.name)].node
+    title = f"push {entry.name} beside the virtual point of {entry.mount}"
+    return _write_answer(session, entry, node, answer, title)
 
 
-def _static_curves(session: _Session, set_name: str) -> Iterator[str]:
-    on_bench = session.with_set(set_name)
+def _write_answer(
+    session: _Session, entry: ShakerEntry, node: int, answer: ComplexArray, title: str
+) -> str:
+    """Write the answer of a mount's cells to a push at a node, UFF type 4."""
+    push = Dof(node, f"+{entry.axis}", entry.mount, "force")
+    cells = [
+        Dof(place.node, f"+{axis}", f"{place.name} {axis}", "force")
+        for place in cell_places(session.bench, session.plan.third_cell)
+        if place.point.mount == entry.mount
+        for axis in AXES
+    ]
+    functions = [
+        function(FRF, session.plan.frequency, values, cell, push, title)
+        for cell, values in zip(cells, answer.T, strict=True)
+    ]
+    write_uff(session.path(entry.file), functions, binary=True)
+    return entry.file
+
+
+def _write_static_curve(session: _Session, entry: CurveEntry) -> str:
+    """Write a force-deflection curve as a supplier sends it."""
+    mounts = with_mount_set(session.bench, entry.mount_set).mounts
+    laws = next(mount.laws for mount in mounts if mount.name == entry.mount)
     n_step = round(CURVE_REACH / CURVE_STEP)
     deflection = np.linspace(-CURVE_REACH, CURVE_REACH, 2 * n_step + 1)
-    laws = (*on_bench.powertrain.laws, *on_bench.wheel_end.laws)
-    for (mount, axis), law in zip(curve_directions(on_bench), laws, strict=True):
-        name = curve_file(set_name, mount, axis)
-        scale = 1 + session.generator(name).normal(0, session.errors.curve_scale)
-        write_curve(session.path(name), deflection, scale * law.static_force(deflection))
-        yield name
+    force = laws[AXES.index(entry.axis)].static_force(deflection)
+    scale = 1 + session.generator(entry.file).normal(0, session.errors.curve_scale)
+    write_curve(session.path(entry.file), deflection, scale * force)
+    return entry.file
 
 
-def _runs(session: _Session, set_name: str) -> Iterator[str]:
-    on_bench = session.with_set(set_name)
+def _write_runs(session: _Session, mount_set: str, entries: list[RunEntry]) -> Iterator[str]:
+    """Run one mount set, and write what is recorded and the truth."""
+    bench, frequency = with_mount_set(session.bench, mount_set), session.plan.frequency
+    order = bench.order_torque.order
     runs, static = [], []
-    for planned in session.plan.runs:
-        run = true_run(on_bench, planned, session.plan.frequency)
-        preload = static_direction_forces(on_bench, run)
-        name = run_file(set_name, planned)
-        recorded = record(session.sensors, run, preload, session.errors, session.generator(name))
-        title = f"{planned.name}, mount set {set_name}"
-        functions = order_functions(
-            on_bench, recorded, run.frequency, title, session.plan.third_cell
+    for entry, planned in zip(entries, session.plan.runs, strict=True):
+        run = true_run(bench, planned, frequency)
+        preload = static_direction_forces(bench, run)
+        recorded = record(
+            session.sensors, run, preload, session.errors, session.generator(entry.file)
         )
-        write_uff(session.path(name), functions, binary=True)
-        yield name
+        columns: dict[str, RealOrComplexArray] = {
+            "acceleration": recorded.acceleration,
+            "cell force": recorded.cell_force,
+            "static force": recorded.static_force,
+            "engine torque": recorded.engine_torque[:, None],
+            "engine speed": rpm_of_frequency(frequency, order)[:, None],
+        }
+        lines = (
+            f"order {order:g}",
+            f"{planned.name}, mount set {mount_set}",
+            "complex peak amplitude, phase referred to the tacho",
+        )
+        functions = _functions(session, SPECTRUM, frequency, columns, lines)
+        write_uff(session.path(entry.file), functions, binary=True)
+        yield entry.file
         runs.append(run)
         static.append(preload)
-    path = session.folder / "truth" / f"{set_name}.npz"
-    moments = [mount_moments(run) for run in runs] if session.plan.third_cell else None
-    write_set_truth(path, [planned.name for planned in session.plan.runs], runs, static, moments)
+    optional: dict[str, Any] = {"moment": np.array([run.moment for run in runs])}
+    np.savez(
+        session.folder / "truth" / f"{mount_set}.npz",
+        frequency=frequency,
+        runs=np.array([planned.name for planned in session.plan.runs]),
+        channels=np.array(runs[0].channels),
+        displacement=np.array([run.displacement for run in runs]),
+        force=np.array([run.force for run in runs]),
+        stiffness=np.array([run.stiffness for run in runs]),
+        motion=np.array([run.powertrain.motion for run in runs]),
+        engine_torque=np.array([run.engine_torque for run in runs]),
+        static_force=np.array(static),
+        **(optional if session.plan.third_cell else {}),
+    )
 
 
-def _time_run(session: _Session, plan: TimeRunPlan) -> str:
-    on_bench = session.with_set(plan.mount_set)
-    name = time_run_file(plan.run)
+def _write_time_run(session: _Session, entry: TimeRunEntry) -> str:
+    """Run up or down, and write the channels over time and the steady states behind them."""
+    plan = session.plan.time_run
+    assert plan is not None
+    bench = with_mount_set(session.bench, plan.mount_set)
     signals = record_over_time(
-        on_bench, session.sensors, plan, session.errors, session.generator(name)
+        bench, session.sensors, plan, session.errors, session.generator(entry.file)
     )
     columns = {
         "acceleration": signals.acceleration,
@@ -438,11 +323,273 @@ def _time_run(session: _Session, plan: TimeRunPlan) -> str:
         "engine torque": signals.engine_torque[:, None],
         "tacho": signals.tacho[:, None],
     }
-    title = f"{plan.run.name} over time, mount set {plan.mount_set}"
-    functions = time_functions(on_bench, signals.time, columns, title, session.plan.third_cell)
+    lines = (f"{plan.run.name} over time, mount set {plan.mount_set}",)
+    functions = _functions(session, TIME_SIGNAL, signals.time, columns, lines)
     with warnings.catch_warnings():
         # tacho and channels share the time axis, so orders do not feel its last digit
         warnings.simplefilter("ignore", AxisDriftWarning)
-        write_uff(session.path(name), functions, binary=True)
-    write_time_truth(session.folder / "truth" / f"{time_run_name(plan.run)}.npz", signals)
-    return name
+        write_uff(session.path(entry.file), functions, binary=True)
+    np.savez(
+        session.folder / "truth" / f"{entry.name}.npz",
+        frequency=signals.steady.frequency,
+        acceleration=signals.steady_acceleration,
+        cell_force=signals.steady_cell_force,
+        channels=np.array(signals.steady.channels),
+        displacement=signals.steady.displacement,
+        force=signals.steady.force,
+        stiffness=signals.steady.stiffness,
+        engine_torque=signals.steady.engine_torque,
+        time=signals.time,
+        speed=signals.speed,
+    )
+    return entry.file
+
+
+def _write_sensor_truth(session: _Session) -> None:
+    """Write what the sensors truly do."""
+    sensors = session.sensors
+    optional: dict[str, Any] = {"moment_pushes": sensors.moment_pushes}
+    np.savez(
+        session.folder / "truth" / "sensors.npz",
+        positions=sensors.true_positions,
+        orientations=sensors.true_orientations,
+        sensitivity=sensors.sensitivity,
+        cells=sensors.cells,
+        side_cells=sensors.side_cells,
+        pushes=sensors.pushes,
+        drift=sensors.drift,
+        **(optional if sensors.third_cell else {}),
+    )
+
+
+def _functions(
+    session: _Session,
+    kind: int,
+    abscissa: RealArray,
+    columns: Mapping[str, RealOrComplexArray],
+    id_lines: tuple[str, ...],
+) -> list[UffFunction]:
+    """Return the channels of one run; a name is cut to the ten characters of UFF."""
+    channels = _channels(session.bench, session.plan.third_cell)
+    functions = []
+    for quantity, values in columns.items():
+        of_quantity = [channel for channel in channels if channel.quantity == quantity]
+        for channel, column in zip(of_quantity, values.T, strict=True):
+            name = channel.channel.removeprefix("engine ")
+            for side in SIDES:
+                name = name.replace(side, side[0])
+            dof = Dof(channel.node, channel.direction, name, *CAMPAIGN_QUANTITIES[quantity])
+            functions.append(function(kind, abscissa, column, dof, None, *id_lines))
+    return functions
+
+
+def _channels(bench: VirtualBench, third_cell: bool) -> tuple[CampaignChannel, ...]:
+    """Return every channel of every run: sensors, static forces, engine, tacho."""
+    channels = [
+        (f"{place.name} {axis}", quantity, place.node, f"+{axis}")
+        for quantity, places in (
+            ("acceleration", accelerometer_places(bench)),
+            ("cell force", cell_places(bench, third_cell)),
+        )
+        for place in places
+        for axis in AXES
+    ]
+    channels += [
+        (point.channel(axis), "static force", point.node, f"+{axis}")
+        for point in points(bench)
+        for axis in point.axes
+    ]
+    channels += [
+        ("engine torque", "engine torque", ENGINE_NODE, "+ry"),
+        ("engine speed", "engine speed", ENGINE_NODE, "scalar"),
+        ("tacho", "tacho", TACHO_NODE, "scalar"),
+    ]
+    return tuple(
+        CampaignChannel(
+            name, quantity, node, direction, parse_unit(CAMPAIGN_QUANTITIES[quantity][1])
+        )
+        for name, quantity, node, direction in channels
+    )
+
+
+def _sensor_rows(session: _Session, sheet: DataSheet) -> list[SensorRow]:
+    """Return the position sheet: nominal places from the stated centre of gravity."""
+    bench, sensors = session.bench, session.sensors
+    cells = cell_places(bench, sensors.third_cell)
+    return [
+        sensor_row(place, kind, model, place.position + sheet.centre_error, np.deg2rad(angles))
+        for kind, model, places, all_angles in (
+            (
+                "accelerometer",
+                ACCELEROMETER_MODEL,
+                accelerometer_places(bench),
+                sensors.accelerometer_angles,
+            ),
+            ("force cell", CELL_MODEL, cells, sensors.cell_angles),
+        )
+        for place, angles in zip(places, all_angles, strict=True)
+    ]
+
+
+def _campaign_file(
+    bench: VirtualBench, sheet: DataSheet, plan: CampaignPlan, errors: CampaignErrors, seed: int
+) -> CampaignFile:
+    """Return the content of ``campaign.toml``."""
+    repeats = range(1, plan.shaker_repeats + 1)
+    return CampaignFile(
+        format=1,
+        name=f"virtual_bench_{seed}",
+        title=f"Virtual bench, seed {seed}",
+        description=(
+            "Virtual measurements of the deboom bench, with the errors of real sensors; nobody "
+            "measured this. The exact truth lies in truth/."
+        ),
+        mount_table=MOUNT_TABLE,
+        sensor_table=SENSOR_TABLE,
+        channel_table=CHANNEL_TABLE,
+        engine=engine_section(bench),
+        powertrain=powertrain_section(sheet, exact=not errors.data_sheet),
+        tolerances=_tolerances(errors),
+        mounts=tuple(
+            CampaignMount(**mount.model_dump(), on_powertrain=mount.name in bench.mount_names)
+            for mount in mount_sections(bench)
+        ),
+        runs=tuple(
+            RunEntry(**_run_keys(run, mount_set, run.name), file=f"runs/{mount_set}/{run.name}.uff")
+            for mount_set in plan.mount_sets
+            for run in plan.runs
+        ),
+        shaker_runs=tuple(
+            ShakerEntry(
+                mount=mount, piece="", axis=axis, repeat=n, file=f"shaker/{mount}_{axis}_{n}.uff"
+            )
+            for mount in bench.mount_names
+            for axis in AXES
+            for n in repeats
+        ),
+        static_curves=tuple(
+            CurveEntry(
+                mount=mount.name,
+                axis=axis,
+                mount_set=mount_set,
+                force_uncertainty=errors.curve_scale,
+                file=f"static_curves/{mount_set}/{mount.name}_{axis}.csv",
+            )
+            for mount_set in plan.mount_sets
+            for mount in bench.mounts
+            for axis in AXES[: len(mount.laws)]
+        ),
+        time_runs=() if plan.time_run is None else (_time_run(plan.time_run),),
+        pushes=tuple(
+            PushEntry(
+                name=push.name,
+                mount=push.mount,
+                piece="",
+                position_m=triple(push.position + sheet.centre_error, 4),
+                axis=AXES[push.axis],
+                repeat=n,
+                file=f"shaker/{push.mount}_{push.name}_{n}.uff",
+            )
+            for push in push_places(bench)
+            for n in repeats
+            if plan.third_cell
+        ),
+    )
+
+
+def _run_keys(run: PlannedRun, mount_set: str, name: str) -> dict[str, Any]:
+    """Return the keys of a run under a name."""
+    return {
+        "name": name,
+        "mount_set": mount_set,
+        "gear": run.gear,
+        "full_load": run.full_load,
+        "torque_nm": run.torque,
+        "rising": run.rising,
+    }
+
+
+def _time_run(plan: TimeRunPlan) -> TimeRunEntry:
+    """Return the entry of a run over time."""
+    name = f"{plan.run.name}_time"
+    return TimeRunEntry(
+        **_run_keys(plan.run, plan.mount_set, name),
+        file=f"time/{name}.uff",
+        pulses_per_revolution=plan.pulses_per_revolution,
+    )
+
+
+def _tolerances(errors: CampaignErrors) -> ToleranceEntry:
+    """Return the stated tolerances: the sizes of the errors."""
+    chain = errors.chain
+    return ToleranceEntry(
+        sensor_position_m=chain.position,
+        sensor_angle_rad=chain.angle,
+        sensor_gain=chain.gain,
+        sensor_cross_axis=chain.cross_axis,
+        acceleration_own=chain.acceleration_own,
+        acceleration_norm=chain.acceleration_norm,
+        acceleration_floor_m_s2=chain.acceleration_floor,
+        cell_gain=errors.side_cell_gain,
+        force_own=chain.force_own,
+        force_norm=chain.force_norm,
+        force_floor_n=chain.force_floor,
+        shaker_angle_rad=chain.shaker_angle,
+        shaker_gain=chain.shaker_gain,
+        torque_nm=errors.torque,
+        static_force_n=errors.static_force,
+    )
+
+
+def _write_readme(session: _Session) -> None:
+    """Write every file, and the map from nodes to sensors and mounts, to ``README.txt``."""
+    bench, plan = session.bench, session.plan
+    first, last = plan.frequency[[0, -1]]
+    each = THREE_CELL_SHARES if plan.third_cell else CELL_SHARES
+    shares = " and ".join(f"{100 * share:.0f} %" for share in each)
+    carried = f"{'three' if plan.third_cell else 'two'} under a mount carry {shares}"
+    pushes = (
+        "shaker/MOUNT_PUSH_N.uff  the same of pushes beside the virtual point, see campaign.toml"
+    )
+    write_readme(
+        session.folder,
+        f"Measurement campaign on the virtual bench, seed {session.seed}",
+        f"""\
+Virtual measurements with the errors of real sensors, shaker and order tracking. Nobody
+measured this.
+
+Mount sets: {", ".join(plan.mount_sets)}. M0 is as drawn; M1 and higher are units with
+their manufacturing spread, the same parts in every campaign.
+
+Runs: {plan.frequency.size} lines from {first:g} to {last:g} Hz, \
+engine order {bench.order_torque.order:g},
+SI units, complex peak amplitudes, time factor e^{{+jwt}}, phase to the tacho. x points
+rearward, y to the right, z up; positions count from the powertrain's centre of gravity.
+UFF files: binary, data set 58.
+
+campaign.toml            names every other file; engine, data sheet, tolerances
+{MOUNT_TABLE:<24} virtual point of every mount
+{SENSOR_TABLE:<24} position sheet; angles turn vehicle axes into sensor axes, about the
+                         fixed axes x, then y, then z
+{CHANNEL_TABLE:<24} which node and direction is which channel, and its unit
+runs/SET/RUN.uff         acceleration and cell force in sensor axes (type 0, complex),
+                         static force per direction, engine torque and speed (real)
+shaker/MOUNT_AXIS_N.uff  cells per newton of the shaker at the virtual point, repeat N
+""",
+        [pushes] if plan.third_cell else [],
+        f"""\
+static_curves/           force over deflection of every direction, as suppliers send it
+time/                    a run over time with tacho, where there is one (type 1)
+truth/                   the exact values behind the measurements, for verification only
+
+Accelerometers ({ACCELEROMETER_MODEL}):
+""",
+        place_lines(accelerometer_places(bench)),
+        f"Force cells ({CELL_MODEL}); {carried}, their sum is its force:",
+        place_lines(cell_places(bench, plan.third_cell)),
+        "Static forces:",
+        node_lines(
+            (point.node, point.channel(axis)) for point in points(bench) for axis in point.axes
+        ),
+        f"Engine torque and speed: node {ENGINE_NODE}. Tacho: node {TACHO_NODE}.",
+    )

@@ -3,25 +3,21 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 
-from deboom.arrays import ComplexArray, RealArray
+from deboom.arrays import ComplexArray, RealArray, checked
 from deboom.bench.fleet import Body, Cabin
-from deboom.bench.frozen import freeze_arrays
 from deboom.bench.interfaces import (
     EARS,
-    ear_transfer,
     interface_shapes,
-    interfaces,
     local_flexibility,
     panel_pressure,
 )
 from deboom.bench.mount_law import operating_stiffness, play_operator, static_deflection
-from deboom.bench.operating_run import SIDES, TORQUE_AXIS
+from deboom.bench.operating_run import SIDES, TORQUE_AXIS, total_ratio
 from deboom.bench.powertrain import AXES, VirtualBench
-from deboom.errors import InputError
+from deboom.bench.signals import complex_normal, ripple
 from deboom.physics.order_tracking import rpm_of_frequency
 
 CONVERGED = 1e-11
@@ -46,7 +42,7 @@ class CarErrors:
     torque : float
         Standard deviation of the engine torque against the bench [1].
     microphone_floor : float
-        Real and imaginary part [Pa].
+        Deviation of real and imaginary part [Pa].
     """
 
     mount_stiffness: float = 0.97
@@ -60,28 +56,37 @@ NO_CAR_ERRORS = CarErrors(1.0, 0.0, 10, 0.0, 0.0)
 """A car that differs from the bench by its flexible body alone."""
 
 
-@dataclass(frozen=True, eq=False)
+@checked(
+    frequency="f",
+    engine_torque="f",
+    powertrain="f 6",
+    wheel_ends="f side",
+    modes="f mode",
+    deflection="f c",
+    stiffness="f c",
+    force="f c",
+    body_motion="f i 6",
+    pressure="f ear",
+)
 class CoupledRun:
     """The truth of one run in the car; channels as in `OperatingRun.channels`.
 
     Parameters
     ----------
-    frequency : array, shape (f,)
-        [Hz].
-    engine_torque : array, shape (f,)
-        [N m].
+    frequency, engine_torque : array, shape (f,)
+        [Hz], [N m].
     powertrain : array, shape (f, 6)
-        Motion at its centre of gravity [m, rad].
+        Motion at the centre of gravity [m, rad].
     wheel_ends : array, shape (f, n_side)
         Motion along x [m].
     modes : array, shape (f, n_mode)
         Modal coordinates of the body [m kg^½].
     deflection, stiffness, force : array, shape (f, n_channel)
-        Of each mount, and its force on the body [m], [N/m], [N].
+        Deflection and stiffness of each mount, and its force on the body [m], [N/m], [N].
     body_motion : array, shape (f, n_interface, 6)
-        At the virtual points [m, rad].
+        Motion of the body at the virtual points [m, rad].
     pressure : array, shape (f, n_ear)
-        Through the mounts [Pa].
+        Pressure through the mounts [Pa].
     """
 
     frequency: RealArray
@@ -94,9 +99,6 @@ class CoupledRun:
     force: ComplexArray
     body_motion: ComplexArray
     pressure: ComplexArray
-
-    def __post_init__(self) -> None:
-        freeze_arrays(self)
 
     @property
     def path_force(self) -> ComplexArray:
@@ -121,13 +123,13 @@ def drive(
     bench : VirtualBench
         Powertrain, wheel ends and their mounts.
     body, cabin
-        Of the vehicle.
+        Body and air of the vehicle.
     gear : int
-        From 1.
+        Gear, from 1.
     engine_torque : array, shape (f,)
-        In the order of rising speed [N m].
+        Engine torque in the order of rising speed [N m].
     frequency : array, shape (f,)
-        Of the dominant order [Hz].
+        Frequency of the dominant order [Hz].
     mount_stiffness : float
         Factor on every dynamic stiffness [1].
 
@@ -145,9 +147,7 @@ def drive(
     motion, and its stiffness belongs to the amplitude of its own deflection ``K' δ/K``. Static
     deflections are those on the bench: a body gives way little under a static torque.
     """
-    if not 1 <= gear <= len(bench.total_ratios):
-        raise InputError(f"gear {gear}: the gearbox has the gears 1 to {len(bench.total_ratios)}")
-    ratio = bench.total_ratios[gear - 1]
+    ratio = total_ratio(bench, gear)
     rpm = rpm_of_frequency(frequency, bench.order_torque.order)
     order_torque = bench.order_torque.torque(engine_torque, rpm)
     n_side, n_rigid = len(SIDES), TORQUE_AXIS.size
@@ -202,14 +202,10 @@ def at_ears(
         [Pa].
     """
     n_line, n_ear = run.frequency.size, len(EARS)
-    place = np.linspace(0, 1, n_line)
-    ripples = np.cos(np.pi * np.outer(place, np.arange(errors.n_ripple)))
-    weights = generator.normal(size=(2, errors.n_ripple, n_ear))
-    smooth = ripples @ (weights[0] + 1j * weights[1]) / np.sqrt(2 * errors.n_ripple)
+    smooth = ripple(n_line, errors.n_ripple, n_ear, generator)
     rms = np.sqrt(np.mean(np.abs(run.pressure) ** 2, axis=0))
     true = run.pressure + errors.other_paths * rms * smooth
-    floor = generator.normal(size=(2, n_line, n_ear))
-    return true, true + errors.microphone_floor * (floor[0] + 1j * floor[1])
+    return true, true + errors.microphone_floor * complex_normal((n_line, n_ear), generator)
 
 
 def _relative_motion(bench: VirtualBench, body: Body) -> tuple[RealArray, RealArray]:
@@ -260,6 +256,7 @@ def _stiffness(
     amplitude: RealArray,
     frequency: RealArray,
 ) -> ComplexArray:
+    """Dynamic stiffness of all channels at their amplitudes, shape (f, n_channel) [N/m]."""
     n_side = len(SIDES)
     powertrain = operating_stiffness(
         bench.powertrain, remembered[0], amplitude[:, :-n_side], frequency
@@ -280,68 +277,3 @@ def _body_motion(body: Body, modes: ComplexArray, force: ComplexArray) -> Comple
     motion[:, : mounts.shape[1], : len(AXES)] += local[:-n_side] * mounts
     motion[:, -n_side:, 0] += local[-n_side:, 0] * force[:, -n_side:]
     return motion
-
-
-def write_run_truth(
-    path: Path, bench: VirtualBench, run: CoupledRun, pressure: ComplexArray
-) -> None:
-    """Write one run as it truly was.
-
-    Parameters
-    ----------
-    path : Path
-        ``.npz`` file.
-    bench, run
-        What ran, and how.
-    pressure : array, shape (f, n_ear)
-        At the ears, other paths included [Pa].
-    """
-    channels = [
-        f"{place.name} {axis}"
-        for place in interfaces(bench)
-        for axis in (AXES[:1] if place.piece else AXES)
-    ]
-    np.savez(
-        path,
-        frequency=run.frequency,
-        ears=np.array(EARS),
-        channels=np.array(channels),
-        interfaces=np.array([place.name for place in interfaces(bench)]),
-        engine_torque=run.engine_torque,
-        pressure=pressure,
-        pressure_of_mounts=run.pressure,
-        force=run.force,
-        deflection=run.deflection,
-        stiffness=run.stiffness,
-        body_motion=run.body_motion,
-        powertrain_motion=run.powertrain,
-        wheel_end_motion=run.wheel_ends,
-    )
-
-
-def write_vehicle_truth(
-    path: Path, bench: VirtualBench, body: Body, cabin: Cabin, frequency: RealArray
-) -> None:
-    """Write a vehicle as it truly is on average over its states.
-
-    Parameters
-    ----------
-    path : Path
-        ``.npz`` file.
-    bench, body, cabin
-        The vehicle.
-    frequency : array, shape (f,)
-        [Hz].
-    """
-    np.savez(
-        path,
-        frequency=frequency,
-        ears=np.array(EARS),
-        interfaces=np.array([place.name for place in interfaces(bench)]),
-        noise_transfer=ear_transfer(body, cabin, frequency),
-        natural_frequencies=body.frequencies,
-        damping_ratios=body.damping_ratios,
-        shapes_at_interfaces=interface_shapes(body),
-        shapes_at_panels=body.shapes_at_panels,
-        local_flexibility=local_flexibility(body),
-    )

@@ -12,7 +12,7 @@ import numpy as np
 from deboom.arrays import ComplexArray, RealArray
 from deboom.bench.compressor_operation import Source
 from deboom.bench.compressor_truth import COMPRESSOR_DATA, Compressor, Hose
-from deboom.bench.fleet import Body, CavityMode, cavity_pressure
+from deboom.bench.fleet import Body, Cabin, CavityMode
 from deboom.bench.frozen import freeze_arrays
 from deboom.bench.powertrain import read_data
 from deboom.errors import InputError
@@ -28,47 +28,6 @@ MOTIONS = ("x", "y", "z", "rx", "ry", "rz")
 
 
 @dataclass(frozen=True, eq=False)
-class ElectricCabin:
-    """The air in the cabin: uniform compression and some modes.
-
-    Parameters
-    ----------
-    bulk_modulus : float
-        Of air, ρc² [Pa].
-    volume : float
-        [m³].
-    panel_areas : array, shape (n_panel,)
-        Net area with which a panel changes the volume, inwards positive [m²].
-    modes : tuple of CavityMode
-    """
-
-    bulk_modulus: float
-    volume: float
-    panel_areas: RealArray
-    modes: tuple[CavityMode, ...]
-
-    def __post_init__(self) -> None:
-        freeze_arrays(self)
-
-    def pressure(self, frequency: RealArray) -> ComplexArray:
-        """Return the pressure at the driver's ear per displacement of each panel.
-
-        Parameters
-        ----------
-        frequency : array, shape (f,)
-            [Hz].
-
-        Returns
-        -------
-        array, shape (f, n_panel)
-            [Pa/m].
-        """
-        return cavity_pressure(
-            self.bulk_modulus, self.volume, self.panel_areas, self.modes, frequency
-        )
-
-
-@dataclass(frozen=True, eq=False)
 class ElectricCarBody:
     """One electric car without its compressor.
 
@@ -79,12 +38,12 @@ class ElectricCarBody:
     body : Body
         Paths are the six motions of every one of `POINTS`: shapes of rotations in kg^-1/2/m, their
         local stiffness in N m/rad.
-    cabin : ElectricCabin
+    cabin : Cabin
     """
 
     name: str
     body: Body
-    cabin: ElectricCabin
+    cabin: Cabin
 
     def noise_transfer(self, frequency: RealArray) -> ComplexArray:
         """Find the pressure at the driver's ear per force and moment at every point.
@@ -273,8 +232,8 @@ def point_positions() -> dict[str, RealArray]:
     return dict(zip(POINTS, [*mounts, *ends], strict=True))
 
 
-def _cabin(data: Mapping[str, Any]) -> ElectricCabin:
-    return ElectricCabin(
+def _cabin(data: Mapping[str, Any]) -> Cabin:
+    return Cabin(
         bulk_modulus=data["rho_c2_Pa"],
         volume=data["cabin_volume_m3"],
         panel_areas=np.array(data["panel_net_volume_area_m2"]),

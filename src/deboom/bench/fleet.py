@@ -1,8 +1,12 @@
-"""Trimmed bodies in modal form: the frozen fleet, its prior, and the states of one vehicle."""
+"""Trimmed bodies in modal form: the frozen fleet, its prior, and one vehicle on different days.
+
+Vehicles differ by the mass and stiffness of their panels, by damping and by the local shape at the
+mounts. No noise transfer function is edited.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Any
@@ -10,12 +14,18 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from deboom.arrays import ComplexArray, RealArray
-from deboom.bench.frozen import freeze_arrays
+from deboom.arrays import ComplexArray, RealArray, checked
 from deboom.bench.powertrain import read_data
 
+FROZEN_SEED = 1
 
-@dataclass(frozen=True, eq=False)
+LOWEST_FREQUENCY = 8.0
+"""A mode stays above this frequency [Hz], whatever stiffness a panel loses."""
+
+LOWEST_DAMPING = 0.01
+
+
+@checked(panel_shape="panel")
 class CavityMode:
     """One acoustic mode of a cabin.
 
@@ -24,9 +34,9 @@ class CavityMode:
     frequency, damping_ratio : float
         [Hz], [1].
     panel_shape : array, shape (n_panel,)
-        [1].
+        Mode shape at the panels [1].
     ear_shape : float
-        At the driver's ear [1].
+        Mode shape at the driver's ear [1].
     """
 
     frequency: float
@@ -34,113 +44,70 @@ class CavityMode:
     panel_shape: RealArray
     ear_shape: float
 
-    def __post_init__(self) -> None:
-        freeze_arrays(self)
 
-
-def cavity_pressure(
-    bulk_modulus: float,
-    volume: float,
-    panel_areas: RealArray,
-    modes: Sequence[CavityMode],
-    frequency: RealArray,
-) -> ComplexArray:
-    """Return the pressure at the driver's ear per displacement of each panel.
-
-    Parameters
-    ----------
-    bulk_modulus, volume, panel_areas
-        See `Cabin`.
-    modes : sequence of CavityMode
-        Besides the uniform compression.
-    frequency : array, shape (f,)
-        [Hz].
-
-    Returns
-    -------
-    array, shape (f, n_panel)
-        [Pa/m].
-
-    Notes
-    -----
-    Modal sum of a closed cavity with moving walls, mode 0 (Λ = 1) and others (Λ = 1/2)::
-
-        p/u = ρc² A/V [1 - 2 Σ ψ ψ_ear ω²/(ω_c² - ω² + 2jζω_cω)]
-    """
-    total = np.ones((np.size(frequency), panel_areas.size), dtype=complex)
-    for mode in modes:
-        ratio = np.asarray(frequency) / mode.frequency
-        answer = ratio**2 / (1 - ratio**2 + 2j * mode.damping_ratio * ratio)
-        total -= 2 * mode.ear_shape * np.outer(answer, mode.panel_shape)
-    return np.asarray(bulk_modulus * panel_areas / volume * total)
-
-
-@dataclass(frozen=True, eq=False)
+@checked(panel_areas="panel")
 class Cabin:
-    """The air in the cabin: uniform compression and the first longitudinal mode.
+    """The air in a cabin: uniform compression and some modes.
 
     Parameters
     ----------
     bulk_modulus : float
-        Of air, ρc² [Pa].
+        Bulk modulus of air, ρc² [Pa].
     volume : float
         [m³].
     panel_areas : array, shape (n_panel,)
         Net area with which a panel changes the volume, inwards positive [m²].
-    panel_shape : array, shape (n_panel,)
-        First cabin mode at the panels [1].
-    ear_shape : float
-        First cabin mode at the driver's ear [1].
-    frequency, damping_ratio : float
-        Of the first cabin mode [Hz], [1].
+    modes : tuple of CavityMode
+        Modes besides the uniform compression.
     """
 
     bulk_modulus: float
     volume: float
     panel_areas: RealArray
-    panel_shape: RealArray
-    ear_shape: float
-    frequency: float
-    damping_ratio: float
-
-    def __post_init__(self) -> None:
-        freeze_arrays(self)
+    modes: tuple[CavityMode, ...]
 
     def pressure(self, frequency: RealArray) -> ComplexArray:
         """Return the pressure at the driver's ear per displacement of each panel.
-
-        Parameters
-        ----------
-        frequency : array, shape (f,)
-            [Hz].
 
         Returns
         -------
         array, shape (f, n_panel)
             [Pa/m].
+
+        Notes
+        -----
+        Modal sum of a closed cavity with moving walls, mode 0 (Λ = 1) and others (Λ = 1/2)::
+
+            p/u = ρc² A/V [1 - 2 Σ ψ ψ_ear ω²/(ω_c² - ω² + 2jζω_cω)]
         """
-        first = CavityMode(self.frequency, self.damping_ratio, self.panel_shape, self.ear_shape)
-        return cavity_pressure(
-            self.bulk_modulus, self.volume, self.panel_areas, (first,), frequency
-        )
+        total = np.ones((np.size(frequency), self.panel_areas.size), dtype=complex)
+        for mode in self.modes:
+            ratio = np.asarray(frequency) / mode.frequency
+            answer = ratio**2 / (1 - ratio**2 + 2j * mode.damping_ratio * ratio)
+            total -= 2 * mode.ear_shape * np.outer(answer, mode.panel_shape)
+        return np.asarray(self.bulk_modulus * self.panel_areas / self.volume * total)
 
 
-@dataclass(frozen=True, eq=False)
+@checked(
+    frequencies="mode",
+    damping_ratios="mode",
+    shapes_at_paths="mode path",
+    shapes_at_panels="mode panel",
+    local_stiffness="path",
+)
 class Body:
     """Mass-normalised modes of a trimmed body.
 
     Parameters
     ----------
-    frequencies : array, shape (n_mode,)
-        Natural frequencies [Hz].
-    damping_ratios : array, shape (n_mode,)
-        [1].
+    frequencies, damping_ratios : array, shape (n_mode,)
+        [Hz], [1].
     shapes_at_paths : array, shape (n_mode, n_path)
-        Along the force of each path [kg^-1/2].
+        Shapes along the force of each path [kg^-1/2].
     shapes_at_panels : array, shape (n_mode, n_panel)
-        Inwards [kg^-1/2].
+        Shapes of the panels, inwards [kg^-1/2].
     local_stiffness : array, shape (n_path,)
-        Of the body right at each path [N/m].
+        Stiffness of the body right at each path [N/m].
     """
 
     frequencies: RealArray
@@ -148,9 +115,6 @@ class Body:
     shapes_at_paths: RealArray
     shapes_at_panels: RealArray
     local_stiffness: RealArray
-
-    def __post_init__(self) -> None:
-        freeze_arrays(self)
 
     def modal_receptance(self, frequency: RealArray) -> ComplexArray:
         """Return the modal coordinate per modal force, shape (f, n_mode) [s²]."""
@@ -160,47 +124,157 @@ class Body:
 
 
 def noise_transfer(body: Body, cabin: Cabin, frequency: RealArray) -> ComplexArray:
-    """Find the pressure at the driver's ear per force at each path.
-
-    Parameters
-    ----------
-    body : Body
-        Its structural modes.
-    cabin : Cabin
-        Its air.
-    frequency : array, shape (f,)
-        [Hz].
-
-    Returns
-    -------
-    array, shape (f, n_path)
-        [Pa/N].
-    """
+    """Find the pressure at the driver's ear per force at each path, shape (f, n_path) [Pa/N]."""
     per_mode = cabin.pressure(frequency) @ body.shapes_at_panels.T
     return np.asarray((per_mode * body.modal_receptance(frequency)) @ body.shapes_at_paths)
 
 
 def receptance(body: Body, frequency: RealArray) -> ComplexArray:
-    """Find the displacement of the body at the paths per force at the paths.
+    """Find the displacement of a body at its paths per force at its paths.
 
     Returns
     -------
     array, shape (f, n_path, n_path)
         Modes and local flexibility [m/N].
     """
-    modal = np.einsum(
-        "nl,fn,nk->flk",
-        body.shapes_at_paths,
-        body.modal_receptance(frequency),
-        body.shapes_at_paths,
-    )
+    shapes = body.shapes_at_paths
+    modal = (shapes.T * body.modal_receptance(frequency)[:, None, :]) @ shapes
     return np.asarray(modal + np.diag(1 / body.local_stiffness))
 
 
-LOWEST_FREQUENCY = 8.0
-"""A mode stays above this frequency [Hz], whatever stiffness a panel loses."""
+@dataclass(frozen=True, eq=False)
+class BenchFleet:
+    """Bodies of one platform and the air they enclose.
 
-LOWEST_DAMPING = 0.01
+    Parameters
+    ----------
+    paths : tuple of str
+        Forces into the body, such as ``TSM x``; ``Du x`` stands for both sides in phase.
+    cabin : Cabin
+        Air, the same in all vehicles.
+    bodies : mapping of str to Body
+        Vehicle name ``<group>-<number>`` to its body.
+    """
+
+    paths: tuple[str, ...]
+    cabin: Cabin
+    bodies: Mapping[str, Body]
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "bodies", MappingProxyType(dict(self.bodies)))
+
+
+@dataclass(frozen=True)
+class BodySpread:
+    """Standard deviations of a body: from day to day, or between nominally identical vehicles.
+
+    The defaults are those of one vehicle on different days: what temperature, doors and seals do.
+    Judgement, such that natural frequencies spread by 0.1 % and the lowest, which is all trunk
+    floor, by 0.5 %; a thirtieth of what the vehicles of the fleet spread in their panels.
+
+    Parameters
+    ----------
+    panel_mass, panel_stiffness : float
+        Share of each panel's mass and stiffness [1].
+    path_shape_log, damping_log : float
+        Logarithm of the local shape at each path, and of each damping ratio [1].
+    scatter : float
+        Factor on all of them [1].
+    """
+
+    panel_mass: float = 0.003
+    panel_stiffness: float = 0.006
+    path_shape_log: float = 0.01
+    damping_log: float = 0.03
+    scatter: float = 1.0
+
+
+NO_SPREAD = BodySpread(0.0, 0.0, 0.0, 0.0)
+
+
+def load_fleet(seed: int) -> BenchFleet:
+    """Return the fleet that belongs to a seed.
+
+    Seed 1 is the frozen fleet of ``data/fleet.json``, one draw of the prior that was chosen by
+    rejection sampling because it shows every phenomenon the thesis reports. Every other seed is a
+    draw of the prior as it comes.
+    """
+    data = read_data("fleet.json")
+    first_mode = CavityMode(
+        frequency=data["cabin_mode_Hz"],
+        damping_ratio=data["cabin_mode_damping_ratio"],
+        panel_shape=np.array(data["cabin_mode_shape_at_panel"]),
+        ear_shape=data["cabin_mode_shape_at_driver_ear"],
+    )
+    cabin = Cabin(
+        bulk_modulus=data["rho_c2_Pa"],
+        volume=data["cabin_volume_m3"],
+        panel_areas=np.array(data["panel_net_volume_area_m2"]),
+        modes=(first_mode,),
+    )
+    if seed != FROZEN_SEED:
+        return BenchFleet(tuple(data["paths"]), cabin, draw_fleet(seed))
+    bodies = {
+        name: Body(
+            frequencies=np.array(modes["natural_frequency_Hz"]),
+            damping_ratios=np.array(modes["damping_ratio"]),
+            shapes_at_paths=np.array(modes["mode_shape_at_paths"]),
+            shapes_at_panels=np.array(modes["mode_shape_at_panels"]),
+            local_stiffness=np.array(modes["local_stiffness_N_per_m"]),
+        )
+        for name, modes in data["vehicles"].items()
+    }
+    return BenchFleet(tuple(data["paths"]), cabin, bodies)
+
+
+def draw_fleet(seed: int) -> dict[str, Body]:
+    """Draw a fleet from the prior.
+
+    Returns
+    -------
+    dict of str to Body
+        Vehicle name, such as ``U06-1``, to its body; the last vehicle of the first group carries
+        the high-voltage battery.
+    """
+    prior = read_data("body_prior.json")
+    generator = np.random.default_rng(seed)
+    base = _draw_base(prior, generator)
+    battery = prior["battery"]
+    battery_mass = generator.uniform(*battery["mass_range_kg"])
+    battery_stiffness = generator.uniform(*battery["stiffness_range_N_per_m"])
+    between_vehicles = BodySpread(**prior["vehicle_spread"])
+    fleet: dict[str, Body] = {}
+    for group in prior["groups"]:
+        body = base
+        if group in prior["variants"]:
+            body = _variant(base, prior["variants"][group], generator)
+        for number in range(1, prior["vehicles_per_group"] + 1):
+            fleet[f"{group}-{number}"] = scattered_body(body, between_vehicles, generator)
+    fleet[battery["vehicle"]] = modified_body(
+        fleet[battery["vehicle"]],
+        panel_mass=battery_mass * np.array(battery["mass_share_at_panels"]),
+        panel_stiffness=battery_stiffness * np.array(battery["stiffness_share_at_panels"]),
+    )
+    return fleet
+
+
+def scattered_body(body: Body, spread: BodySpread, generator: np.random.Generator) -> Body:
+    """Draw a body around another one, with panels, local shapes and damping of its own."""
+    prior = read_data("body_prior.json")
+    panel_mass = np.array(prior["panel_mass_kg"])
+    panel_stiffness = panel_mass * (2 * np.pi * prior["panel_frequency_Hz"]) ** 2
+    n_mode, n_path = body.shapes_at_paths.shape
+
+    def drawn(deviation: float, size: int) -> RealArray:
+        return np.asarray(spread.scatter * generator.normal(0, deviation, size))
+
+    return modified_body(
+        body,
+        panel_mass=drawn(spread.panel_mass, panel_mass.size) * panel_mass,
+        panel_stiffness=drawn(spread.panel_stiffness, panel_mass.size) * panel_stiffness,
+        path_factor=np.exp(drawn(spread.path_shape_log, n_path)),
+        damping_factor=np.exp(drawn(spread.damping_log, n_mode)),
+    )
 
 
 def modified_body(
@@ -215,9 +289,9 @@ def modified_body(
     Parameters
     ----------
     body : Body
-        Before the change.
+        Body before the change.
     panel_mass, panel_stiffness : array, shape (n_panel,)
-        Added to each panel [kg], [N/m]; negative values take away.
+        Mass and stiffness added to each panel [kg], [N/m]; negative values take away.
     path_factor : array_like, shape (n_path,)
         Factor on the local shape at the mounts [1].
     damping_factor : array_like, shape (n_mode,)
@@ -253,41 +327,6 @@ def modified_body(
     )
 
 
-def draw_fleet(seed: int) -> dict[str, Body]:
-    """Draw a fleet from the prior.
-
-    Parameters
-    ----------
-    seed : int
-        Of the draw.
-
-    Returns
-    -------
-    dict of str to Body
-        Vehicle name, such as ``U06-1``, to its body; the last vehicle of the first group carries
-        the high-voltage battery.
-    """
-    prior = read_data("body_prior.json")
-    generator = np.random.default_rng(seed)
-    base = _draw_base(prior, generator)
-    battery = prior["battery"]
-    battery_mass = generator.uniform(*battery["mass_range_kg"])
-    battery_stiffness = generator.uniform(*battery["stiffness_range_N_per_m"])
-    fleet: dict[str, Body] = {}
-    for group in prior["groups"]:
-        body = base
-        if group in prior["variants"]:
-            body = _variant(base, prior["variants"][group], generator)
-        for number in range(1, prior["vehicles_per_group"] + 1):
-            fleet[f"{group}-{number}"] = _draw_vehicle(body, prior, generator)
-    fleet[battery["vehicle"]] = modified_body(
-        fleet[battery["vehicle"]],
-        panel_mass=battery_mass * np.array(battery["mass_share_at_panels"]),
-        panel_stiffness=battery_stiffness * np.array(battery["stiffness_share_at_panels"]),
-    )
-    return fleet
-
-
 def _draw_base(prior: dict[str, Any], generator: np.random.Generator) -> Body:
     """Draw the platform's body: the nominal shapes with a log-normal factor and random signs."""
     spread = prior["base_spread"]
@@ -315,128 +354,4 @@ def _variant(body: Body, change: dict[str, Any], generator: np.random.Generator)
         panel_mass=np.array(change["panel_mass_kg"]),
         panel_stiffness=np.array(change["panel_stiffness_N_per_m"]),
         path_factor=np.exp(generator.normal(0, change["path_shape_log"], n_path)),
-    )
-
-
-def _draw_vehicle(body: Body, prior: dict[str, Any], generator: np.random.Generator) -> Body:
-    """Draw one of the nominally identical vehicles of a group."""
-    spread = prior["vehicle_spread"]
-    scatter = spread["scatter"]
-    panel_mass = np.array(prior["panel_mass_kg"])
-    panel_stiffness = panel_mass * (2 * np.pi * prior["panel_frequency_Hz"]) ** 2
-    n_mode, n_path = body.shapes_at_paths.shape
-    mass_change = generator.normal(0, spread["panel_mass"], panel_mass.size)
-    stiffness_change = generator.normal(0, spread["panel_stiffness"], panel_mass.size)
-    return modified_body(
-        body,
-        panel_mass=scatter * mass_change * panel_mass,
-        panel_stiffness=scatter * stiffness_change * panel_stiffness,
-        path_factor=np.exp(scatter * generator.normal(0, spread["path_shape_log"], n_path)),
-        damping_factor=np.exp(scatter * generator.normal(0, spread["damping_log"], n_mode)),
-    )
-
-
-FROZEN_SEED = 1
-
-
-@dataclass(frozen=True, eq=False)
-class BenchFleet:
-    """Bodies of one platform and the air they enclose.
-
-    Parameters
-    ----------
-    paths : tuple of str
-        Forces into the body, such as ``TSM x``; ``Du x`` stands for both sides in phase.
-    cabin : Cabin
-        The same in all vehicles.
-    bodies : mapping of str to Body
-        Vehicle name ``<group>-<number>`` to its body.
-    """
-
-    paths: tuple[str, ...]
-    cabin: Cabin
-    bodies: Mapping[str, Body]
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "bodies", MappingProxyType(dict(self.bodies)))
-
-
-def load_fleet(seed: int) -> BenchFleet:
-    """Return the fleet that belongs to a seed.
-
-    Seed 1 is the frozen fleet of ``data/fleet.json``, one draw of the prior that was chosen by
-    rejection sampling because it shows every phenomenon the thesis reports. Every other seed is a
-    draw of the prior as it comes.
-    """
-    data = read_data("fleet.json")
-    cabin = Cabin(
-        bulk_modulus=data["rho_c2_Pa"],
-        volume=data["cabin_volume_m3"],
-        panel_areas=np.array(data["panel_net_volume_area_m2"]),
-        panel_shape=np.array(data["cabin_mode_shape_at_panel"]),
-        ear_shape=data["cabin_mode_shape_at_driver_ear"],
-        frequency=data["cabin_mode_Hz"],
-        damping_ratio=data["cabin_mode_damping_ratio"],
-    )
-    if seed != FROZEN_SEED:
-        return BenchFleet(tuple(data["paths"]), cabin, draw_fleet(seed))
-    bodies = {
-        name: Body(
-            frequencies=np.array(modes["natural_frequency_Hz"]),
-            damping_ratios=np.array(modes["damping_ratio"]),
-            shapes_at_paths=np.array(modes["mode_shape_at_paths"]),
-            shapes_at_panels=np.array(modes["mode_shape_at_panels"]),
-            local_stiffness=np.array(modes["local_stiffness_N_per_m"]),
-        )
-        for name, modes in data["vehicles"].items()
-    }
-    return BenchFleet(tuple(data["paths"]), cabin, bodies)
-
-
-@dataclass(frozen=True)
-class StateSpread:
-    """Standard deviations of a body from state to state.
-
-    Judgement, such that natural frequencies spread by 0.1 % and the lowest, which is all trunk
-    floor, by 0.5 %; a thirtieth of what the vehicles of the fleet spread in their panels.
-
-    Parameters
-    ----------
-    panel_mass, panel_stiffness : float
-        Of each panel, of what the fleet's own spread counts in [1].
-    path_shape_log, damping_log : float
-        Logarithm of the local shape at each path, and of each damping ratio [1].
-    """
-
-    panel_mass: float = 0.003
-    panel_stiffness: float = 0.006
-    path_shape_log: float = 0.01
-    damping_log: float = 0.03
-
-
-NO_STATE_SPREAD = StateSpread(0.0, 0.0, 0.0, 0.0)
-
-
-def in_state(body: Body, spread: StateSpread, generator: np.random.Generator) -> Body:
-    """Return a body as it is on another day.
-
-    Parameters
-    ----------
-    body : Body
-        As it is on average.
-    spread : StateSpread
-        How much the days differ.
-    generator : Generator
-        Draws the day.
-    """
-    prior = read_data("body_prior.json")
-    mass = np.array(prior["panel_mass_kg"])
-    stiffness = mass * (2 * np.pi * prior["panel_frequency_Hz"]) ** 2
-    n_mode, n_path = body.shapes_at_paths.shape
-    return modified_body(
-        body,
-        panel_mass=mass * generator.normal(0, spread.panel_mass, mass.size),
-        panel_stiffness=stiffness * generator.normal(0, spread.panel_stiffness, mass.size),
-        path_factor=np.exp(generator.normal(0, spread.path_shape_log, n_path)),
-        damping_factor=np.exp(generator.normal(0, spread.damping_log, n_mode)),
     )

@@ -1,21 +1,27 @@
-"""Where mounts and ears meet the body: six motions per interface, pressure at two ears."""
+"""Where mounts and ears meet the body: six motions per interface, pressure at two ears.
+
+The frozen truth of a body holds its shapes along the forces of the paths alone. A measurement
+around a mount also feels how the body turns there, and the sides of the wishbone differ. Both are a
+fixed linear map of the frozen shapes, drawn once for the platform: a change of a body changes its
+rotations with its translations, and nominally identical vehicles stay alike. The interfaces are the
+virtual points in the order of `deboom.bench.layout.points`.
+"""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
 
 from deboom.arrays import ComplexArray, RealArray
 from deboom.bench.fleet import Body, Cabin
-from deboom.bench.frozen import freeze_arrays
-from deboom.bench.layout import WISHBONE_POSITIONS
 from deboom.bench.operating_run import SIDES
-from deboom.bench.powertrain import AXES, VirtualBench
+from deboom.bench.powertrain import AXES
 
-INTERFACE_SEED = 20
-"""Draws the map for every vehicle of every fleet: it belongs to the truth."""
+INTERFACE_SEED, EAR_SEED = 20, 21
+"""Draw the map, and the passenger's seat with the cabin's lateral mode, for every vehicle of every
+fleet: they belong to the truth."""
 
 ROTATION_LENGTH = 0.4
 """A mode that moves the interfaces by 1 turns them by 1 over this length [m]; judgement, between
@@ -26,45 +32,21 @@ SIDE_SPREAD = 0.3
 
 N_MOTION = 6
 
+EARS = ("driver ear", "passenger ear")
 
-@dataclass(frozen=True, eq=False)
-class Interface:
-    """One place at which the body carries a mount or a piece of one.
+SEAT_SPREAD = 0.05
+"""How far the seats differ along the first cabin mode, standard deviation [1]; judgement."""
 
-    Parameters
-    ----------
-    mount, piece : str
-        Such as ``Du``, ``left``; a mount of one piece has the piece ``""``.
-    position : array, shape (3,)
-        Of its virtual point, from the true centre of gravity of the powertrain [m].
-    """
+LATERAL_FREQUENCY, LATERAL_DAMPING, LATERAL_AT_EAR = 122.0, 0.06, 0.6
+"""First lateral mode of a cabin 1.4 m wide [Hz], [1], and its shape at an ear [1]."""
 
-    mount: str
-    piece: str
-    position: RealArray
-
-    def __post_init__(self) -> None:
-        freeze_arrays(self)
-
-    @property
-    def name(self) -> str:
-        """Such as ``TSM`` or ``Du left``."""
-        return f"{self.mount} {self.piece}".strip()
-
-
-def interfaces(bench: VirtualBench) -> tuple[Interface, ...]:
-    """Return the powertrain mounts, then the sides of the wishbone mount."""
-    powertrain = zip(bench.mount_names, bench.positions, strict=True)
-    sides = zip(SIDES, WISHBONE_POSITIONS, strict=True)
-    return (
-        *(Interface(name, "", position) for name, position in powertrain),
-        *(Interface("Du", side, np.array(position)) for side, position in sides),
-    )
+LATERAL_AT_PANELS = 0.3
+"""What a panel, left and right together, shows of the lateral mode: spread [1]; judgement."""
 
 
 @cache
 def _map(n_mount: int) -> RealArray:
-    """Shapes along the paths → motions of all interfaces, shape (6 n_interface, n_path)."""
+    """Draw the map from shapes along the paths to interfaces, shape (6 n_interface, n_path)."""
     n_path = len(AXES) * n_mount + 1
     generator = np.random.default_rng(INTERFACE_SEED)
     n_interface = n_mount + len(SIDES)
@@ -89,7 +71,8 @@ def interface_shapes(body: Body) -> RealArray:
     Parameters
     ----------
     body : Body
-        Paths ``<mount> x y z`` of each powertrain mount, then ``Du x`` of both sides in phase.
+        Body with the paths ``<mount> x y z`` of each powertrain mount, then ``Du x`` of both sides
+        in phase.
 
     Returns
     -------
@@ -104,12 +87,12 @@ def interface_shapes(body: Body) -> RealArray:
 
 
 def local_flexibility(body: Body) -> RealArray:
-    """Return the flexibility of the body right at each interface.
+    """Return the flexibility of the body right at each interface, besides the modes.
 
     Returns
     -------
     array, shape (n_interface, 3)
-        Displacement per force at the same interface and axis, besides the modes [m/N].
+        Displacement per force at the same interface and axis [m/N].
 
     Notes
     -----
@@ -121,18 +104,18 @@ def local_flexibility(body: Body) -> RealArray:
     return np.asarray(1 / np.vstack([stiffness[:-1].reshape(-1, len(AXES)), sides]))
 
 
-def point_shapes(body: Body, forward: RealArray, interface: int) -> RealArray:
-    """Return what channels around one interface see of the modes, shape (n_mode, n_channel).
+def point_shapes(body: Body, rows: tuple[RealArray, ...]) -> RealArray:
+    """Return what channels around the interfaces see of the modes, shape (n_mode, n_channel).
 
     Parameters
     ----------
     body : Body
-    forward : array, shape (n_channel, 6)
-        Motion at the virtual point → channel.
-    interface : int
-        Its place in `interfaces`.
+        The body.
+    rows : tuple of array, shape (n_channel, 6)
+        Per interface: motion at the virtual point → channels.
     """
-    return np.asarray(interface_shapes(body)[:, interface] @ forward.T)
+    shapes = interface_shapes(body)
+    return np.hstack([shapes[:, k] @ forward.T for k, forward in enumerate(rows)])
 
 
 def point_receptance(
@@ -146,6 +129,7 @@ def point_receptance(
     Parameters
     ----------
     body : Body
+        The body.
     frequency : array, shape (f,)
         [Hz].
     responses, forces : tuple of array, shape (n_channel, 6)
@@ -156,61 +140,15 @@ def point_receptance(
     array, shape (f, n_response, n_force)
         [m/N].
     """
-    seen = np.hstack([point_shapes(body, rows, k) for k, rows in enumerate(responses)])
-    pushed = np.hstack([point_shapes(body, rows, k) for k, rows in enumerate(forces)])
     modal = body.modal_receptance(frequency)
+    seen, pushed = point_shapes(body, responses), point_shapes(body, forces)
     values = np.asarray((seen.T * modal[:, None, :]) @ pushed)
     row = column = 0
-    for own, rows, columns in zip(local_flexibility(body), responses, forces, strict=True):
-        patch = (rows[:, : len(AXES)] * own) @ columns[:, : len(AXES)].T
+    for flexibility, rows, columns in zip(local_flexibility(body), responses, forces, strict=True):
+        patch = (rows[:, : len(AXES)] * flexibility) @ columns[:, : len(AXES)].T
         values[:, row : row + len(rows), column : column + len(columns)] += patch
         row, column = row + len(rows), column + len(columns)
     return values
-
-
-EAR_SEED = 21
-"""Draws the passenger's seat and the cabin's lateral mode, once for all fleets."""
-
-EARS = ("driver ear", "passenger ear")
-
-SEAT_SPREAD = 0.05
-"""How far the seats differ along the first cabin mode, standard deviation [1]; judgement."""
-
-LATERAL_FREQUENCY = 122.0
-"""First lateral mode of a cabin 1.4 m wide [Hz]."""
-
-LATERAL_DAMPING = 0.06
-LATERAL_AT_EAR = 0.6
-LATERAL_AT_PANELS = 0.3
-"""What a panel, left and right together, shows of the lateral mode: spread [1]; judgement."""
-
-
-@dataclass(frozen=True, eq=False)
-class Passenger:
-    """What makes the pressure at the passenger's ear another one than at the driver's.
-
-    Parameters
-    ----------
-    ear_shape : float
-        First longitudinal cabin mode at the ear [1].
-    panel_shape : array, shape (n_panel,)
-        Lateral cabin mode at the panels [1].
-    """
-
-    ear_shape: float
-    panel_shape: RealArray
-
-    def __post_init__(self) -> None:
-        freeze_arrays(self)
-
-
-def passenger(cabin: Cabin) -> Passenger:
-    """Seat the passenger; the same one in every vehicle."""
-    generator = np.random.default_rng(EAR_SEED)
-    return Passenger(
-        ear_shape=cabin.ear_shape + SEAT_SPREAD * float(generator.normal()),
-        panel_shape=generator.normal(0, LATERAL_AT_PANELS, cabin.panel_areas.size),
-    )
 
 
 def panel_pressure(cabin: Cabin, frequency: RealArray) -> ComplexArray:
@@ -225,15 +163,18 @@ def panel_pressure(cabin: Cabin, frequency: RealArray) -> ComplexArray:
     -----
     The driver's pressure is the frozen truth. The difference between two ears at one height is that
     of their seats and of the lateral mode. The frozen truth has nothing of that mode, so the
-    passenger carries the whole of it here.
+    passenger carries the whole of it here. The passenger is the same one in every vehicle.
     """
-    seat = passenger(cabin)
-    other = replace(cabin, ear_shape=seat.ear_shape).pressure(frequency)
+    generator = np.random.default_rng(EAR_SEED)
+    (mode,) = cabin.modes
+    seat = replace(mode, ear_shape=mode.ear_shape + SEAT_SPREAD * float(generator.normal()))
+    at_panels = generator.normal(0, LATERAL_AT_PANELS, cabin.panel_areas.size)
     ratio = frequency / LATERAL_FREQUENCY
-    mode = ratio**2 / (1 - ratio**2 + 2j * LATERAL_DAMPING * ratio)
+    answer = ratio**2 / (1 - ratio**2 + 2j * LATERAL_DAMPING * ratio)
     spring = cabin.bulk_modulus * cabin.panel_areas / cabin.volume
-    lateral = -2 * LATERAL_AT_EAR * np.outer(mode, seat.panel_shape) * spring
-    return np.stack([cabin.pressure(frequency), other + lateral], axis=1)
+    lateral = -2 * LATERAL_AT_EAR * np.outer(answer, at_panels) * spring
+    passenger = replace(cabin, modes=(seat,)).pressure(frequency) + lateral
+    return np.stack([cabin.pressure(frequency), passenger], axis=1)
 
 
 def ear_transfer(body: Body, cabin: Cabin, frequency: RealArray) -> ComplexArray:
@@ -244,21 +185,13 @@ def ear_transfer(body: Body, cabin: Cabin, frequency: RealArray) -> ComplexArray
     array, shape (f, n_ear, n_interface, 6)
         [Pa/N], and [Pa/(N m)] for moments.
     """
-    shapes = interface_shapes(body)
     per_mode = panel_pressure(cabin, frequency) @ body.shapes_at_panels.T
     modal = per_mode * body.modal_receptance(frequency)[:, None, :]
-    return np.asarray(np.einsum("fen,nia->feia", modal, shapes))
+    return np.asarray(np.einsum("fen,nia->feia", modal, interface_shapes(body)))
 
 
 def source_motion(body: Body, cabin: Cabin, frequency: RealArray) -> ComplexArray:
     """Find the motion of the interfaces when a loudspeaker breathes at an ear.
-
-    Parameters
-    ----------
-    body, cabin
-        The vehicle.
-    frequency : array, shape (f,)
-        [Hz].
 
     Returns
     -------

@@ -1,29 +1,23 @@
-"""Where the bench is measured: names, nodes, load cases, places of sensors."""
+"""Where the bench is measured: names, nodes, load cases, places of sensors and pushes."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Sequence
 
 import numpy as np
 
-from deboom.arrays import RealArray
-from deboom.bench.operating_run import SIDES
+from deboom.arrays import RealArray, checked
+from deboom.bench.operating_run import SIDES, PlannedRun
 from deboom.bench.powertrain import AXES, VirtualBench
-from deboom.bench.sensors import ACCELEROMETER_OFFSETS
-
-NAME = "u06_f39_f45"
-TITLE = "Compact platform, three bodies"
-DESCRIPTION = (
-    "Virtual platform: three-cylinder engine across the front axle, three powertrain mounts and "
-    "two wishbone mounts, bodies U06, F39 and F45 with five vehicles each; U06-5 carries a "
-    "high-voltage battery. Measured on the virtual bench, with sensor and calibration errors."
-)
-CYLINDERS = 3
 
 FREQUENCY = np.linspace(20.0, 80.0, 241)
 """Lines of every file [Hz]: 800 to 3200 rpm in steps of 10 rpm at order 1.5."""
 FREQUENCY.setflags(write=False)
+
+LOAD_CASES = tuple(
+    PlannedRun(gear, limit)
+    for gear, limit in ((5, 120.0), (5, 220.0), (6, 120.0), (6, 160.0), (6, 220.0), (7, 220.0))
+)
 
 MOUNT_DESCRIPTIONS = {
     "EnM": "engine mount, right side, hydraulic along z",
@@ -35,194 +29,117 @@ MOUNT_DESCRIPTIONS = {
 WISHBONE_POSITIONS = ((0.15, -0.38, -0.33), (0.15, 0.38, -0.33))
 """Left and right, from the powertrain's centre of gravity [m]; for the drawing only."""
 
-FIRST_POINT_NODE = 101
-WISHBONE_NODES = (111, 112)
-BOTH_WISHBONES_NODE = 110
-FIRST_EAR_NODE = 901
-"""Node numbers in the UFF files; every vehicle has an ear node of its own."""
+FIRST_POINT_NODE, WISHBONE_NODES, BOTH_WISHBONES_NODE, FIRST_EAR_NODE = 101, (111, 112), 110, 901
+FIRST_ACCELEROMETER_NODE, FIRST_CELL_NODE, FIRST_PUSH_NODE = 1, 31, 301
+ENGINE_NODE, TACHO_NODE = 201, 202
+"""Node numbers in the UFF files. Every vehicle has an ear node of its own; the engine's node has
+the torque about +ry and the speed as a scalar."""
+
+ACCELEROMETER_MODEL, CELL_MODEL = "B&K 4321", "Kistler 9077C"
+
+ACCELEROMETER_OFFSETS = {
+    "EnM": ((0.06, -0.05, 0.02), (-0.05, -0.03, -0.04)),
+    "GeM": ((0.05, 0.05, 0.03), (-0.06, 0.04, -0.02)),
+    "TSM": ((-0.07, 0.05, 0.03), (-0.05, -0.06, -0.03)),
+}
+CELL_OFFSETS = {
+    "EnM": ((0.0, -0.06, -0.05), (0.0, 0.06, -0.05)),
+    "GeM": ((0.0, -0.06, -0.05), (0.0, 0.06, -0.05)),
+    "TSM": ((0.0, -0.04, -0.04), (0.0, 0.04, -0.04)),
+}
+THIRD_CELL_OFFSETS = {
+    "EnM": (0.08, 0.0, -0.05),
+    "GeM": (0.08, 0.0, -0.05),
+    "TSM": (0.06, 0.0, -0.04),
+}
+SIDE_ACCELEROMETER_OFFSET = (0.04, 0.0, 0.03)
+SIDE_CELL_OFFSET = (-0.03, 0.0, -0.02)
+"""Where the sensors sit, from the virtual point of their mount [m]; a third cell sits off the line
+through the others."""
+
+CELL_SHARES, THREE_CELL_SHARES = (0.55, 0.45), (0.40, 0.33, 0.27)
+"""Share of the mount force that each of its cells carries: their stiffnesses differ [1]."""
+
+PUSH_ARM = 0.05
+"""How far beside the virtual point the shaker pushes [m]."""
 
 
-@dataclass(frozen=True)
-class LoadCasePlan:
-    """A run-up with wide open throttle.
-
-    Parameters
-    ----------
-    gear : int
-        From 1.
-    torque_limit : float
-        Of the engine [N m].
-    """
-
-    gear: int
-    torque_limit: float
-
-    @property
-    def name(self) -> str:
-        """Short key, such as ``g5_wot220``."""
-        return f"g{self.gear}_wot{self.torque_limit:.0f}"
-
-    @property
-    def title(self) -> str:
-        """Such as ``5th gear, full load, 220 Nm``."""
-        ordinal = {1: "1st", 2: "2nd", 3: "3rd"}.get(self.gear, f"{self.gear}th")
-        return f"{ordinal} gear, full load, {self.torque_limit:.0f} Nm"
-
-
-LOAD_CASES = tuple(
-    LoadCasePlan(gear, limit)
-    for gear, limit in ((5, 120.0), (5, 220.0), (6, 120.0), (6, 160.0), (6, 220.0), (7, 220.0))
-)
-DEFAULT_LOAD_CASE = "g5_wot220"
-
-
-@dataclass(frozen=True)
+@checked(position="3")
 class Point:
-    """A virtual point: where operating motion and force are measured.
+    """A virtual point: where a mount, or one piece of it, meets the body.
 
     Parameters
     ----------
     mount, piece : str
-        Such as ``Du``, ``left``; a mount of one piece has the piece ``""``.
+        Names, such as ``Du``, ``left``; a mount of one piece has the piece ``""``.
     node : int
-        In the UFF files.
+        Node in the UFF files.
     axes : tuple of str
-        Measured there.
+        Axes along which operating motion and force are measured.
+    position : array, shape (3,)
+        Position from the true centre of gravity of the powertrain [m].
     """
 
     mount: str
     piece: str
     node: int
     axes: tuple[str, ...]
-
-    def channel(self, axis: str) -> str:
-        """Return the name of a channel, such as ``Du left x``."""
-        return " ".join(filter(None, (self.mount, self.piece, axis)))
-
-
-@dataclass(frozen=True)
-class ForcePath:
-    """A force into the body: reference degree of freedom of a noise transfer function.
-
-    Parameters
-    ----------
-    mount, axis : str
-        Such as ``TSM``, ``x``.
-    node : int
-        In the UFF files.
-    """
-
-    mount: str
-    axis: str
-    node: int
+    position: RealArray
 
     @property
     def name(self) -> str:
-        """Such as ``TSM x``."""
-        return f"{self.mount} {self.axis}"
+        """Name, such as ``TSM`` or ``Du left``."""
+        return f"{self.mount} {self.piece}".strip()
+
+    def channel(self, axis: str) -> str:
+        """Return the name of a channel, such as ``Du left x``."""
+        return f"{self.name} {axis}"
 
 
-def points(mount_names: tuple[str, ...]) -> tuple[Point, ...]:
-    """Return the virtual points of the powertrain mounts and of both wishbone mounts."""
-    powertrain = [
-        Point(name, "", node, AXES) for node, name in enumerate(mount_names, FIRST_POINT_NODE)
-    ]
-    sides = zip(SIDES, WISHBONE_NODES, strict=True)
-    return (*powertrain, *(Point("Du", side, node, ("x",)) for side, node in sides))
-
-
-def paths(mount_names: tuple[str, ...]) -> tuple[ForcePath, ...]:
-    """Return the forces into the body: per mount and axis, both wishbone mounts as one."""
-    powertrain = [
-        ForcePath(name, axis, node)
-        for node, name in enumerate(mount_names, FIRST_POINT_NODE)
-        for axis in AXES
-    ]
-    return (*powertrain, ForcePath("Du", "x", BOTH_WISHBONES_NODE))
-
-
-ACCELEROMETER_MODEL = "B&K 4321"
-CELL_MODEL = "Kistler 9077C"
-
-CELL_OFFSETS = {
-    "EnM": ((0.0, -0.06, -0.05), (0.0, 0.06, -0.05)),
-    "GeM": ((0.0, -0.06, -0.05), (0.0, 0.06, -0.05)),
-    "TSM": ((0.0, -0.04, -0.04), (0.0, 0.04, -0.04)),
-}
-"""Where the force cells sit, from the virtual point of their mount [m]."""
-
-CELL_SHARES = (0.55, 0.45)
-"""Share of the mount force that each of its cells carries: their stiffnesses differ [1]."""
-
-THIRD_CELL_OFFSETS = {
-    "EnM": (0.08, 0.0, -0.05),
-    "GeM": (0.08, 0.0, -0.05),
-    "TSM": (0.06, 0.0, -0.04),
-}
-"""Where a third cell sits, off the line through the others [m]."""
-
-THREE_CELL_SHARES = (0.40, 0.33, 0.27)
-"""The same of three cells [1]."""
-
-PUSH_ARM = 0.05
-"""How far beside the virtual point the shaker pushes [m]."""
-
-SIDE_ACCELEROMETER_OFFSET = np.array([0.04, 0.0, 0.03])
-SIDE_CELL_OFFSET = np.array([-0.03, 0.0, -0.02])
-"""From the virtual point of a wishbone mount [m]."""
-
-SIDE_CELL_ANGLES = (0.0, 8.0, 5.0)
-"""The cells lie on the mounting face of the wishbone: about x, y, z [deg]."""
-
-FIRST_ACCELEROMETER_NODE = 1
-FIRST_CELL_NODE = 31
-FIRST_PUSH_NODE = 301
-"""Of the pushes beside the virtual points."""
-ENGINE_NODE = 201
-"""Engine torque about +ry and engine speed as a scalar."""
-
-TACHO_NODE = 202
-
-
-@dataclass(frozen=True, eq=False)
+@checked(position="3")
 class Place:
-    """The place of one sensor.
+    """The place of one triaxial sensor.
 
     Parameters
     ----------
-    sensor : str
-        Such as ``A1`` or ``C1``.
-    mount, piece : str
-        What it belongs to.
+    name : str
+        Name, such as ``A1`` on the powertrain, ``C1`` of a cell or ``B4`` on the body.
+    point : Point
+        Virtual point that it belongs to.
     node : int
-        In the UFF files.
+        Node in the UFF files.
     position : array, shape (3,)
-        From the true centre of gravity of the powertrain [m].
+        Position from the true centre of gravity of the powertrain [m].
+    angles : (rx, ry, rz)
+        Angles that turn vehicle axes into its own, about the fixed axes x, then y, then z [deg].
     """
 
-    sensor: str
-    mount: str
-    piece: str
+    name: str
+    point: Point
     node: int
     position: RealArray
+    angles: tuple[float, float, float] = (0.0, 0.0, 0.0)
+
+    @property
+    def channels(self) -> tuple[str, ...]:
+        """Names of its channels, such as ``B4 x``."""
+        return tuple(f"{self.name} {axis}" for axis in AXES)
 
 
-@dataclass(frozen=True, eq=False)
+@checked(position="3", offset="3")
 class PushPlace:
     """A push of the shaker beside the virtual point of a mount.
 
     Parameters
     ----------
-    name : str
-        Such as ``P1``.
-    mount : str
-        Of the powertrain.
+    name, mount : str
+        Names, such as ``P1`` and ``TSM``.
     node : int
-        In the UFF files.
+        Node in the UFF files.
     position, offset : array, shape (3,)
-        From the true centre of gravity, and from the virtual point [m].
+        Position from the true centre of gravity, and from the virtual point [m].
     axis : int
-        Along which it pushes.
+        Axis along which it pushes.
     """
 
     name: str
@@ -231,6 +148,31 @@ class PushPlace:
     position: RealArray
     offset: RealArray
     axis: int
+
+
+def points(bench: VirtualBench) -> tuple[Point, ...]:
+    """Return the virtual points of the powertrain mounts, then those of both wishbone mounts."""
+    powertrain = [
+        Point(mount, "", node, AXES, position)
+        for node, (mount, position) in enumerate(
+            zip(bench.mount_names, bench.positions, strict=True), FIRST_POINT_NODE
+        )
+    ]
+    sides = zip(SIDES, WISHBONE_NODES, WISHBONE_POSITIONS, strict=True)
+    return (
+        *powertrain,
+        *(Point("Du", side, node, ("x",), np.array(position)) for side, node, position in sides),
+    )
+
+
+def paths(bench: VirtualBench) -> tuple[tuple[str, str, int], ...]:
+    """Return mount, axis and node of the forces into the body, both wishbone mounts as one."""
+    powertrain = [
+        (mount, axis, node)
+        for node, mount in enumerate(bench.mount_names, FIRST_POINT_NODE)
+        for axis in AXES
+    ]
+    return (*powertrain, ("Du", "x", BOTH_WISHBONES_NODE))
 
 
 def push_places(bench: VirtualBench) -> tuple[PushPlace, ...]:
@@ -250,9 +192,8 @@ def push_places(bench: VirtualBench) -> tuple[PushPlace, ...]:
 
 def accelerometer_places(bench: VirtualBench) -> tuple[Place, ...]:
     """Return two accelerometers per powertrain mount, then one per wishbone mount."""
-    return _places(
-        bench, "A", FIRST_ACCELEROMETER_NODE, ACCELEROMETER_OFFSETS, SIDE_ACCELEROMETER_OFFSET
-    )
+    offsets = [ACCELEROMETER_OFFSETS[mount] for mount in bench.mount_names]
+    return _places(bench, "A", FIRST_ACCELEROMETER_NODE, offsets, SIDE_ACCELEROMETER_OFFSET)
 
 
 def cell_offsets(mount: str, third_cell: bool = False) -> RealArray:
@@ -263,10 +204,7 @@ def cell_offsets(mount: str, third_cell: bool = False) -> RealArray:
 
 def cell_places(bench: VirtualBench, third_cell: bool = False) -> tuple[Place, ...]:
     """Return the cells under the powertrain mounts, then one per wishbone mount."""
-    offsets = {
-        mount: tuple(tuple(offset) for offset in cell_offsets(mount, third_cell).tolist())
-        for mount in bench.mount_names
-    }
+    offsets = [cell_offsets(mount, third_cell) for mount in bench.mount_names]
     return _places(bench, "C", FIRST_CELL_NODE, offsets, SIDE_CELL_OFFSET)
 
 
@@ -274,19 +212,18 @@ def _places(
     bench: VirtualBench,
     letter: str,
     first_node: int,
-    offsets: Mapping[str, tuple[tuple[float, ...], ...]],
-    side_offset: RealArray,
+    offsets: Sequence[RealArray | tuple[tuple[float, ...], ...]],
+    side_offset: tuple[float, ...],
 ) -> tuple[Place, ...]:
+    """Return the numbered sensors at their offsets from the virtual points."""
     where = [
-        (mount, "", position + np.array(offset))
-        for mount, position in zip(bench.mount_names, bench.positions, strict=True)
-        for offset in offsets[mount]
-    ]
-    where += [
-        ("Du", side, np.array(position) + side_offset)
-        for side, position in zip(SIDES, WISHBONE_POSITIONS, strict=True)
+        (point, point.position + np.array(offset))
+        for point, around in zip(
+            points(bench), (*offsets, *[(side_offset,)] * len(SIDES)), strict=True
+        )
+        for offset in around
     ]
     return tuple(
-        Place(f"{letter}{number}", mount, piece, first_node + number - 1, position)
-        for number, (mount, piece, position) in enumerate(where, 1)
+        Place(f"{letter}{number}", point, first_node + number - 1, position)
+        for number, (point, position) in enumerate(where, 1)
     )

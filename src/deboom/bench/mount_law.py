@@ -7,14 +7,18 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.special import expit
 
-from deboom.arrays import ComplexArray, RealArray
-from deboom.bench.frozen import freeze_arrays
+from deboom.arrays import ComplexArray, RealArray, checked
 
 CROSS_WIDTH = 1.0e-3
 """Deflection over which the transverse directions stiffen [m]; an engineering judgement."""
 
 CROSS_SLOPE = 0.15
 """Part of the transverse stiffening that grows linearly with the deflection [1]."""
+
+NEWTON_STEP = 0.5e-3
+"""Longest change of a deflection in one Newton step [m]; the narrowest stage is 0.3 mm wide."""
+
+NEWTON_STEPS = 500
 
 
 @dataclass(frozen=True)
@@ -24,7 +28,7 @@ class Stage:
     Parameters
     ----------
     onset : float
-        Deflection at which half of the stage's stiffness acts [m]; its sign is the side.
+        Deflection at which half of the stage's stiffness acts; its sign is the side [m].
     width : float
         Deflection over which the stage comes in [m].
     stiffness : float
@@ -44,10 +48,8 @@ class FluidBranch:
     ----------
     stiffness_ratio : float
         Dynamic stiffness added above the track's resonance, per elastic stiffness [1].
-    frequency : float
-        Resonance of the fluid column [Hz].
-    damping_ratio : float
-        Of the fluid column [1].
+    frequency, damping_ratio : float
+        Resonance and damping of the fluid column [Hz], [1].
     """
 
     stiffness_ratio: float
@@ -73,7 +75,7 @@ class DirectionLaw:
     stages : tuple of Stage
         Stops on both sides.
     dynamic_ratio : float
-        Scales the dynamic stiffness and leaves the static curve alone [1].
+        Factor on the dynamic stiffness that leaves the static curve alone [1].
     payne_storage, payne_loss : float
         Storage drop and twice the loss maximum of the filler's network, per elastic
         stiffness [1].
@@ -84,7 +86,7 @@ class DirectionLaw:
     cross_stiffening : float
         Relative stiffening by the deflection along the mount's main axis [1].
     fluid : FluidBranch or None
-        Only a hydromount has one.
+        Fluid track of a hydromount.
 
     Notes
     -----
@@ -136,15 +138,7 @@ class DirectionLaw:
         return tangent
 
     def dynamic_factor(self, amplitude: RealArray, frequency: RealArray) -> ComplexArray:
-        """Return the dynamic stiffness per tangent stiffness [1].
-
-        Parameters
-        ----------
-        amplitude : array
-            Peak displacement amplitude [m].
-        frequency : array
-            Broadcasts with `amplitude` [Hz].
-        """
+        """Return the dynamic over the tangent stiffness at peak `amplitude` [m] and `frequency`."""
         z = (amplitude / self.payne_amplitude) ** self.payne_exponent
         payne = (self.payne_storage + 2j * self.payne_loss * z) / (1 + z**2)
         fractional = (
@@ -159,16 +153,10 @@ class DirectionLaw:
     def cross_factor(self, main_deflection: RealArray, cross_deflection: float) -> RealArray:
         """Return the stiffening by the static deflection along the main axis [1].
 
-        Parameters
-        ----------
-        main_deflection : array
-            Static deflection of the mount along its main axis [m].
-        cross_deflection : float
-            Main deflection at which half of the stiffening acts [m].
-
         Notes
         -----
-        ``1 + c [sigmoid((|u| - U)/1 mm) + 0.15 |u|/U]``.
+        ``1 + c [sigmoid((|u| - U)/1 mm) + 0.15 |u|/U]``, both deflections in m; half of it acts at
+        ``|u| = U``.
         """
         reach = np.abs(main_deflection)
         grown = expit((reach - cross_deflection) / CROSS_WIDTH)
@@ -177,24 +165,18 @@ class DirectionLaw:
         )
 
 
-NEWTON_STEP = 0.5e-3
-"""Longest change of a deflection in one Newton step [m]; the narrowest stage is 0.3 mm wide."""
-
-NEWTON_STEPS = 500
-
-
-@dataclass(frozen=True, eq=False)
+@checked(forward="axis dof")
 class BenchMount:
     """One mount of the bench.
 
     Parameters
     ----------
     name : str
-        Such as ``TSM``.
+        Name, such as ``TSM``.
     forward : array, shape (n_axis, n_dof)
-        Motion of the body to motion of the mount's axes; the first axis is the main one.
+        Motion of the body → motion of the mount's axes; the first axis is the main one.
     laws : tuple of DirectionLaw
-        One per axis.
+        Law along each axis.
     cross_deflection : float
         Main deflection at which half of the cross stiffening acts [m].
     """
@@ -204,22 +186,19 @@ class BenchMount:
     laws: tuple[DirectionLaw, ...]
     cross_deflection: float
 
-    def __post_init__(self) -> None:
-        freeze_arrays(self)
 
-
-@dataclass(frozen=True, eq=False)
+@checked(mass_matrix="dof dof")
 class SuspendedBody:
     """A rigid body (powertrain, wheel end) on its mounts.
 
     Parameters
     ----------
     mass_matrix : array, shape (n_dof, n_dof)
-        At the origin of the coordinates [kg, kg m, kg m²].
+        Mass matrix at the origin of the coordinates [kg, kg m, kg m²].
     mounts : tuple of BenchMount
-        Directions below are stacked in this order, then by axis.
+        Mounts; directions are stacked in their order, then by axis.
     amplitude_coupling : float
-        Weight of the other axes of a mount in the amplitude that softens one axis [1].
+        Weight of a mount's other axes in the amplitude that softens one axis [1].
     play : float
         Half width of the hysteresis play of the static deflection [m].
     """
@@ -229,12 +208,9 @@ class SuspendedBody:
     amplitude_coupling: float
     play: float
 
-    def __post_init__(self) -> None:
-        freeze_arrays(self)
-
     @property
     def forward(self) -> RealArray:
-        """Motion of the body to motion of every direction, shape (n_direction, n_dof)."""
+        """Motion of the body → motion of every direction, shape (n_direction, n_dof)."""
         return np.vstack([mount.forward for mount in self.mounts])
 
     @property
@@ -259,19 +235,19 @@ def static_forces(body: SuspendedBody, deflection: RealArray) -> RealArray:
 
 
 def static_deflection(body: SuspendedBody, load: RealArray) -> RealArray:
-    """Find the static deflection of every direction under a generalised load.
+    """Find the static deflection of every direction under a load at the body's origin.
 
     Parameters
     ----------
     body : SuspendedBody
-        The body and its mounts.
+        Body and mounts.
     load : array, shape (f, n_dof)
-        Static load at the origin of the body's coordinates, one row per line [N, N m].
+        Static load, one row per line [N, N m].
 
     Returns
     -------
     array, shape (f, n_direction)
-        From the unloaded position [m].
+        Deflection from the unloaded position [m].
 
     Raises
     ------
@@ -307,14 +283,9 @@ def play_operator(deflection: RealArray, half_width: float) -> RealArray:
     Parameters
     ----------
     deflection : array, shape (t, n_direction)
-        In the order of time, starting from rest at zero [m].
+        Deflection in the order of time, from rest at zero [m].
     half_width : float
-        Half width of the play [m].
-
-    Returns
-    -------
-    array, shape (t, n_direction)
-        Lags behind a rising deflection and stays above a falling one by `half_width` [m].
+        Lag behind a rising deflection, and lead over a falling one [m].
     """
     remembered = np.empty_like(deflection)
     state = np.zeros(deflection.shape[1])
@@ -332,18 +303,16 @@ def operating_stiffness(
     Parameters
     ----------
     body : SuspendedBody
-        The body and its mounts.
-    deflection : array, shape (f, n_direction)
-        Static deflection the rubber remembers [m].
-    amplitude : array, shape (f, n_direction)
-        Peak displacement amplitude [m].
+        Body and mounts.
+    deflection, amplitude : array, shape (f, n_direction)
+        Static deflection the rubber remembers, and peak displacement amplitude [m].
     frequency : array, shape (f,)
         [Hz].
 
     Returns
     -------
     array, shape (f, n_direction)
-        Complex [N/m].
+        Complex dynamic stiffness [N/m].
 
     Notes
     -----
@@ -355,10 +324,10 @@ def operating_stiffness(
         squared = amplitude[:, block] ** 2
         others = squared.sum(axis=1, keepdims=True) - squared
         felt = np.sqrt(squared + body.amplitude_coupling * others)
-        own = deflection[:, block]
+        static = deflection[:, block]
         for axis, law in enumerate(mount.laws):
-            tangent = law.tangent_stiffness(own[:, axis])
-            tangent = tangent * law.cross_factor(own[:, 0], mount.cross_deflection)
+            tangent = law.tangent_stiffness(static[:, axis])
+            tangent = tangent * law.cross_factor(static[:, 0], mount.cross_deflection)
             dynamic = law.dynamic_factor(felt[:, axis], frequency)
             stiffness[:, block.start + axis] = tangent * dynamic
     return stiffness

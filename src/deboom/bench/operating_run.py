@@ -1,18 +1,18 @@
-"""True operating runs: motion, forces and moments at the mounts on rigid ground."""
+"""True runs on rigid ground: motion, stiffness, force and moment of every mount."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
-from deboom.arrays import ComplexArray, RealArray
-from deboom.bench.frozen import freeze_arrays
+from deboom.arrays import ComplexArray, RealArray, checked
 from deboom.bench.mount_law import (
     SuspendedBody,
     operating_stiffness,
     play_operator,
     static_deflection,
+    static_forces,
 )
 from deboom.bench.powertrain import AXES, VirtualBench
 from deboom.errors import InputError
@@ -23,24 +23,78 @@ TORQUE_AXIS = np.array([0.0, 0.0, 0.0, 0.0, 1.0, 0.0])
 """The crankshaft lies along y, and the bench drives forward: the reaction turns about +y."""
 
 SIDES = ("left", "right")
+
 CONVERGED = 1e-12
 """Largest relative change of an amplitude in the last iteration [1]."""
 
+BEFORE_FALLING = 2.0
+"""Engine torque before a falling run, per largest torque of the run: far enough above it that the
+rubber comes from the loaded side and its hysteresis play is taken up [1]."""
 
-@dataclass(frozen=True, eq=False)
+RUBBER_RADIUS = 0.015
+"""Radius of gyration of a mount's rubber about its virtual point, each axis [m]; judgement."""
+
+
+@dataclass(frozen=True)
+class PlannedRun:
+    """One run over the lines of the dominant order.
+
+    Parameters
+    ----------
+    gear : int
+        Gear, from 1.
+    torque : float
+        Limit of a full-load ramp, engine torque of a slice [N m].
+    full_load : bool
+        Ramp with wide open throttle; else a slice at constant torque.
+    rising : bool
+        Direction of the engine speed; a falling run comes from a higher torque.
+
+    Raises
+    ------
+    InputError
+        A torque that is not positive.
+    """
+
+    gear: int
+    torque: float
+    full_load: bool = True
+    rising: bool = True
+
+    def __post_init__(self) -> None:
+        if not self.torque > 0:
+            raise InputError(f"a run needs an engine torque above 0 N m, not {self.torque}")
+
+    @property
+    def name(self) -> str:
+        """Short key, such as ``g5_wot220``, ``g6_slice060`` or ``g5_wot220_falling``."""
+        kind = "wot" if self.full_load else "slice"
+        return f"g{self.gear}_{kind}{self.torque:03g}{'' if self.rising else '_falling'}"
+
+    @property
+    def title(self) -> str:
+        """Title of a rising ramp, such as ``5th gear, full load, 220 Nm``."""
+        ordinal = {1: "1st", 2: "2nd", 3: "3rd"}.get(self.gear, f"{self.gear}th")
+        return f"{ordinal} gear, full load, {self.torque:.0f} Nm"
+
+
+@checked(
+    motion="f dof",
+    displacement="f direction",
+    stiffness="f direction",
+    static_deflection="f direction",
+)
 class BodyState:
     """Steady state of one suspended body over the lines of a run.
 
     Parameters
     ----------
     motion : array, shape (f, n_dof)
-        Of the body [m, rad].
-    displacement : array, shape (f, n_direction)
-        Of each direction of the mounts [m].
-    stiffness : array, shape (f, n_direction)
-        True complex dynamic stiffness [N/m].
+        Motion of the body [m, rad].
+    displacement, stiffness : array, shape (f, n_direction)
+        Displacement and true complex dynamic stiffness of each direction [m], [N/m].
     static_deflection : array, shape (f, n_direction)
-        Without the hysteresis play [m].
+        Static deflection without the hysteresis play [m].
     """
 
     motion: ComplexArray
@@ -48,29 +102,26 @@ class BodyState:
     stiffness: ComplexArray
     static_deflection: RealArray
 
-    def __post_init__(self) -> None:
-        freeze_arrays(self)
-
     @property
     def force(self) -> ComplexArray:
         """Dynamic force of each direction on the receiver [N]."""
         return self.stiffness * self.displacement
 
 
-@dataclass(frozen=True, eq=False)
+@checked(frequency="f", engine_torque="f")
 class OperatingRun:
-    """The truth of one run.
+    """The truth of one run; `channels` names the columns of displacement, stiffness and force.
 
     Parameters
     ----------
     frequency : array, shape (f,)
-        Of the engine order [Hz].
+        Frequency of the engine order [Hz].
     engine_torque : array, shape (f,)
         [N m].
     powertrain, wheel_end : BodyState
-        The wheel end stands for both sides, which are alike.
+        Steady states; the wheel end stands for both sides, which are alike.
     mount_names : tuple of str
-        Of the powertrain, in the order of its directions.
+        Mounts of the powertrain in the order of its directions.
     """
 
     frequency: RealArray
@@ -79,12 +130,9 @@ class OperatingRun:
     wheel_end: BodyState
     mount_names: tuple[str, ...]
 
-    def __post_init__(self) -> None:
-        freeze_arrays(self)
-
     @property
     def channels(self) -> tuple[str, ...]:
-        """Names of the columns of displacement, stiffness and force: every mount and piece."""
+        """Names of all directions, such as ``TSM x`` and ``Du left x``."""
         powertrain = [f"{mount} {axis}" for mount in self.mount_names for axis in AXES]
         return (*powertrain, *(f"Du {side} x" for side in SIDES))
 
@@ -108,9 +156,20 @@ class OperatingRun:
         """Force into the body per path, both wishbone mounts summed, shape (f, n_path) [N]."""
         return np.hstack([self.powertrain.force, len(SIDES) * self.wheel_end.force])
 
+    @property
+    def moment(self) -> ComplexArray:
+        """Moment of every powertrain mount on its receiver, shape (f, n_mount, 3) [N m].
 
-def _with_both_sides(powertrain: ComplexArray, wheel_end: ComplexArray) -> ComplexArray:
-    return np.hstack([powertrain, *[wheel_end] * len(SIDES)])
+        Rubber that lies around the virtual point, ρ per axis, turns with the powertrain::
+
+            M = ρ² diag(k_y + k_z, k_z + k_x, k_x + k_y) θ
+
+        The moments are below 1 % of the engine's and are not fed back into its motion.
+        """
+        stiffness = self.powertrain.stiffness.reshape(self.frequency.size, -1, 3)
+        turning = stiffness.sum(axis=2, keepdims=True) - stiffness
+        rotation = self.powertrain.motion[:, np.newaxis, 3:]
+        return np.asarray(RUBBER_RADIUS**2 * turning * rotation)
 
 
 def steady_state(
@@ -121,11 +180,11 @@ def steady_state(
     Parameters
     ----------
     body : SuspendedBody
-        The body and its mounts.
+        Body and mounts.
     static_load : array, shape (f, n_dof)
-        In the order of time, from rest [N, N m].
+        Static load in the order of time, from rest [N, N m].
     load : array, shape (f, n_dof)
-        Complex peak amplitudes [N, N m].
+        Complex peak amplitudes of the dynamic load [N, N m].
     frequency : array, shape (f,)
         [Hz].
 
@@ -141,8 +200,7 @@ def steady_state(
         return operating_stiffness(body, remembered, amplitude, frequency)
 
     def matrix(amplitude: RealArray) -> ComplexArray:
-        stiffness = directions(amplitude)
-        return np.asarray(np.einsum("ka,fk,kb->fab", forward, stiffness, forward))
+        return np.asarray(np.einsum("ka,fk,kb->fab", forward, directions(amplitude), forward))
 
     state = amplitude_dependent_response(
         body.mass_matrix, matrix, load, frequency, forward, tolerance=CONVERGED
@@ -155,6 +213,13 @@ def steady_state(
     )
 
 
+def total_ratio(bench: VirtualBench, gear: int) -> float:
+    """Return engine speed over wheel speed in a gear from 1 [1]; any other gear is refused."""
+    if not 1 <= gear <= len(bench.total_ratios):
+        raise InputError(f"gear {gear}: the gearbox has the gears 1 to {len(bench.total_ratios)}")
+    return bench.total_ratios[gear - 1]
+
+
 def operate(
     bench: VirtualBench, gear: int, engine_torque: RealArray, frequency: RealArray
 ) -> OperatingRun:
@@ -163,27 +228,20 @@ def operate(
     Parameters
     ----------
     bench : VirtualBench
-        What runs.
+        Bench with its mount set.
     gear : int
-        From 1.
+        Gear, from 1.
     engine_torque : array, shape (f,)
-        In the order of time, which is that of rising speed [N m].
+        Engine torque in the order of time, which is that of rising speed [N m].
     frequency : array, shape (f,)
-        Of the dominant order [Hz].
-
-    Returns
-    -------
-    OperatingRun
-        The truth.
+        Frequency of the dominant order [Hz].
 
     Raises
     ------
     InputError
         No such gear.
     """
-    if not 1 <= gear <= len(bench.total_ratios):
-        raise InputError(f"gear {gear}: the gearbox has the gears 1 to {len(bench.total_ratios)}")
-    ratio = bench.total_ratios[gear - 1]
+    ratio = total_ratio(bench, gear)
     order_torque = bench.order_torque.torque(
         engine_torque, rpm_of_frequency(frequency, bench.order_torque.order)
     )
@@ -207,36 +265,62 @@ def full_load_run(
     bench: VirtualBench, gear: int, torque_limit: float, frequency: RealArray
 ) -> OperatingRun:
     """Run up with wide open throttle and the engine torque limited to `torque_limit` [N m]."""
-    rpm = rpm_of_frequency(frequency, bench.order_torque.order)
-    return operate(bench, gear, bench.ramp.torque(torque_limit, rpm), frequency)
+    return true_run(bench, PlannedRun(gear, torque_limit), frequency)
 
 
-RUBBER_RADIUS = 0.015
-"""Radius of gyration of a mount's rubber about its virtual point, each axis [m]; judgement."""
-
-
-def mount_moments(run: OperatingRun) -> ComplexArray:
-    """Find the moment of every powertrain mount on its receiver, about its virtual point.
+def true_run(bench: VirtualBench, planned: PlannedRun, frequency: RealArray) -> OperatingRun:
+    """Run the bench as planned, in either direction of the speed.
 
     Parameters
     ----------
-    run : OperatingRun
-        The truth.
+    bench : VirtualBench
+        Bench with its mount set.
+    planned : PlannedRun
+        Gear, torque, direction.
+    frequency : array, shape (f,)
+        Increasing frequency of the dominant order, whichever way the speed goes [Hz].
 
-    Returns
-    -------
-    array, shape (f, n_mount, 3)
-        [N m].
-
-    Notes
-    -----
-    Rubber that lies around the virtual point, ρ per axis, turns with the powertrain::
-
-        M = ρ² diag(k_y + k_z, k_z + k_x, k_x + k_y) θ
-
-    The moments are below 1 % of the engine's and are not fed back into its motion.
+    Raises
+    ------
+    InputError
+        No such gear.
     """
-    stiffness = run.powertrain.stiffness.reshape(run.frequency.size, -1, 3)
-    turning = stiffness.sum(axis=2, keepdims=True) - stiffness
-    rotation = run.powertrain.motion[:, np.newaxis, 3:]
-    return np.asarray(RUBBER_RADIUS**2 * turning * rotation)
+    torque = np.full(frequency.shape, planned.torque)
+    if planned.full_load:
+        rpm = rpm_of_frequency(frequency, bench.order_torque.order)
+        torque = bench.ramp.torque(planned.torque, rpm)
+    if planned.rising:
+        return operate(bench, planned.gear, torque, frequency)
+    before = BEFORE_FALLING * torque.max()
+    in_time = operate(
+        bench,
+        planned.gear,
+        np.concatenate([[before], torque[::-1]]),
+        np.concatenate([frequency[-1:], frequency[::-1]]),
+    )
+    return replace(
+        in_time,
+        frequency=frequency,
+        engine_torque=torque,
+        powertrain=_without_first_backwards(in_time.powertrain),
+        wheel_end=_without_first_backwards(in_time.wheel_end),
+    )
+
+
+def static_direction_forces(bench: VirtualBench, run: OperatingRun) -> RealArray:
+    """Return the static force of every channel of a run, both sides, shape (f, n_channel) [N]."""
+    powertrain = static_forces(bench.powertrain, run.powertrain.static_deflection)
+    side = static_forces(bench.wheel_end, run.wheel_end.static_deflection)
+    return np.hstack([powertrain, *[side] * len(SIDES)])
+
+
+def _without_first_backwards(state: BodyState) -> BodyState:
+    """Drop the line before a falling run and turn the others round."""
+    return replace(
+        state, **{field.name: getattr(state, field.name)[:0:-1] for field in fields(state)}
+    )
+
+
+def _with_both_sides(powertrain: ComplexArray, wheel_end: ComplexArray) -> ComplexArray:
+    """Stack the channels of the powertrain and of both wheel ends."""
+    return np.hstack([powertrain, *[wheel_end] * len(SIDES)])

@@ -1,4 +1,4 @@
-"""Powertrain, wheel ends and driveline of the virtual bench: the frozen truth."""
+"""Powertrain, wheel ends and driveline of the bench: the frozen truth and its mount sets."""
 
 from __future__ import annotations
 
@@ -8,16 +8,38 @@ import zlib
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from importlib import resources
-from types import MappingProxyType
 from typing import Any, Literal
 
 import numpy as np
 
-from deboom.arrays import ComplexArray, RealArray
-from deboom.bench.frozen import freeze_arrays
+from deboom.arrays import ComplexArray, RealArray, checked
 from deboom.bench.mount_law import BenchMount, DirectionLaw, FluidBranch, Stage, SuspendedBody
 from deboom.errors import InputError
 from deboom.physics.rigid_body import forward_matrix, mass_matrix
+
+AXES: tuple[Literal["x", "y", "z"], ...] = ("x", "y", "z")
+
+AMPLITUDE_COUPLING = 0.15
+"""Weight of a mount's other axes in the amplitude that softens one axis; judgement."""
+
+PLAY = 0.25e-3
+"""Half width of the hysteresis play of the powertrain's static deflection [m]; judgement."""
+
+TRACTION_SHARE = 0.5
+"""Half of a wheel's traction force goes through the rear wishbone mount; judgement."""
+
+STIFFNESS_SPREAD = 0.05
+"""Standard deviation of a direction's stiffness from unit to unit, cut at three of it [1]."""
+
+LOSS_SPREAD = 0.08
+LARGEST_LOSS_CHANGE = 0.20
+"""Standard deviation of a direction's losses from unit to unit, and where it is cut [1]."""
+
+DRAWING = "M0"
+"""The set without spread: the parts that the virtual platform was measured with."""
+
+MIX = "EnM1-GeM2-TSM3-Du4"
+"""A virtual design whose parts all stand in the sets ``M1`` to ``M4``."""
 
 
 @dataclass(frozen=True)
@@ -28,14 +50,12 @@ class OrderTorque:
     ----------
     order : float
         Engine order [1].
-    at_no_load : float
-        Amplitude at zero engine torque [N m].
-    per_torque : float
-        Growth of the amplitude per engine torque [1].
+    at_no_load, per_torque : float
+        Amplitude at zero engine torque [N m], and its growth per engine torque [1].
     phase, low_speed_phase : float
         Phase against the tacho at high speed, and what is added to it at `low_speed` [rad].
     low_speed, speed_scale : float
-        Where and over which speed the phase settles [rpm].
+        Speed at which, and scale over which, the phase settles [rpm].
     inertia : float
         Reciprocating inertia torque per squared angular speed [kg m²]: ``2 m r²`` at order 2 of
         four cylinders with the reciprocating mass m per cylinder and the crank radius r.
@@ -76,7 +96,7 @@ class FullLoadRamp:
     Parameters
     ----------
     start, scale : float
-        Speed at which the torque begins to build up, and over which it does [rpm].
+        Speed at which, and scale over which, the torque builds up [rpm].
     natural_torque, exponent : float
         Torque the charge would reach [N m] and exponent of its build-up [1].
     """
@@ -152,42 +172,30 @@ class Driveline:
         return at_wheels / (2 * self.wheel_radius)
 
 
-AXES: tuple[Literal["x", "y", "z"], ...] = ("x", "y", "z")
-
-AMPLITUDE_COUPLING = 0.15
-"""Weight of a mount's other axes in the amplitude that softens one axis; judgement."""
-
-PLAY = 0.25e-3
-"""Half width of the hysteresis play of the powertrain's static deflection [m]; judgement."""
-
-TRACTION_SHARE = 0.5
-"""Half of a wheel's traction force goes through the rear wishbone mount; judgement."""
-
-
-@dataclass(frozen=True, eq=False)
+@checked(inertia="3 3", positions="mount 3")
 class VirtualBench:
-    """Powertrain and wheel end on their true mounts, with what excites them.
+    """Powertrain and wheel ends on their true mounts, with what excites them.
 
     Parameters
     ----------
     mass : float
-        Of the powertrain [kg].
+        Mass of the powertrain [kg].
     inertia : array, shape (3, 3)
-        About the centre of gravity [kg m²].
+        Inertia of the powertrain about its centre of gravity [kg m²].
     positions : array, shape (n_mount, 3)
-        Of the powertrain mounts from the centre of gravity [m].
-    powertrain : SuspendedBody
-        Six degrees of freedom.
-    wheel_end : SuspendedBody
-        One side, along x.
+        Positions of the powertrain mounts from the centre of gravity [m].
+    powertrain, wheel_end : SuspendedBody
+        Powertrain with six degrees of freedom; wheel end of one side along x.
     driveline : Driveline
-        From engine torque to the wheel end.
+        Path from engine torque to the wheel end.
     total_ratios : tuple of float
         Engine speed over wheel speed, gear 1 first [1].
     order_torque : OrderTorque
         Dominant order of the engine.
     ramp : FullLoadRamp
         Torque over a run-up.
+    cylinders : int
+        Number of cylinders of the engine.
     """
 
     mass: float
@@ -199,14 +207,17 @@ class VirtualBench:
     total_ratios: tuple[float, ...]
     order_torque: OrderTorque
     ramp: FullLoadRamp
-
-    def __post_init__(self) -> None:
-        freeze_arrays(self)
+    cylinders: int
 
     @property
     def mount_names(self) -> tuple[str, ...]:
         """Names of the powertrain mounts."""
         return tuple(mount.name for mount in self.powertrain.mounts)
+
+    @property
+    def mounts(self) -> tuple[BenchMount, ...]:
+        """Mounts of the powertrain, then that of a wheel end."""
+        return (*self.powertrain.mounts, *self.wheel_end.mounts)
 
 
 def read_data(name: str) -> dict[str, Any]:
@@ -214,23 +225,6 @@ def read_data(name: str) -> dict[str, Any]:
     text = resources.files("deboom.bench").joinpath("data", name).read_text(encoding="utf-8")
     data: dict[str, Any] = json.loads(text)
     return data
-
-
-def _direction_law(data: Mapping[str, Any]) -> DirectionLaw:
-    return DirectionLaw(
-        stiffness=data["k0_N_per_m"],
-        stages=tuple(Stage(*stage) for stage in data["stages_u_m_w_m_dk_N_per_m"]),
-        dynamic_ratio=data["dynamic_factor"],
-        payne_storage=data["payne_storage"],
-        payne_amplitude=data["payne_amplitude_m"],
-        payne_exponent=data["payne_exponent"],
-        payne_loss=data["payne_loss"],
-        fractional_weight=data["fractional_weight"],
-        fractional_order=data["fractional_order"],
-        fractional_frequency=data["fractional_f0_Hz"],
-        cross_stiffening=data["cross_stiffening"],
-        fluid=FluidBranch(*data["hydraulic"]) if data["hydraulic"] else None,
-    )
 
 
 def load_bench() -> VirtualBench:
@@ -259,125 +253,141 @@ def load_bench() -> VirtualBench:
         amplitude_coupling=0.0,
         play=0.0,
     )
-    driveline = Driveline(
-        wheel_radius=wishbone["wheel_radius_m"],
-        factor=wishbone["driveline_factor"],
-        frequency=wishbone["driveline_mode_Hz"],
-        damping_ratio=wishbone["driveline_damping_ratio"],
-        traction_share=TRACTION_SHARE,
-    )
     return VirtualBench(
         mass=data["mass_kg"],
         inertia=np.array(data["inertia_kg_m2"]),
         positions=np.array(list(positions.values())),
         powertrain=powertrain,
         wheel_end=wheel_end,
-        driveline=driveline,
+        driveline=Driveline(
+            wheel_radius=wishbone["wheel_radius_m"],
+            factor=wishbone["driveline_factor"],
+            frequency=wishbone["driveline_mode_Hz"],
+            damping_ratio=wishbone["driveline_damping_ratio"],
+            traction_share=TRACTION_SHARE,
+        ),
         total_ratios=tuple(data["total_gear_ratio"]),
         order_torque=THREE_CYLINDER_TORQUE,
         ramp=FULL_LOAD_RAMP,
+        cylinders=3,
     )
 
 
-STIFFNESS_SPREAD = 0.05
-"""Standard deviation of a direction's stiffness from unit to unit, cut at three of it [1]."""
+def load_second_engine() -> VirtualBench:
+    """Put a second engine on the bench: four cylinders, order 2, with inertia.
 
-LOSS_SPREAD = 0.08
-LARGEST_LOSS_CHANGE = 0.20
-"""Standard deviation of a direction's losses from unit to unit, and where it is cut [1]."""
+    Returns
+    -------
+    VirtualBench
+        Mass, mount positions, gears and excitation of ``data/second_engine.json``; mounts and
+        wheel ends as drawn for the virtual platform.
 
-DRAWING = "M0"
-"""The set without spread: the parts that the virtual platform was measured with."""
-
-MIX = "EnM1-GeM2-TSM3-Du4"
-"""A virtual design whose parts all stand in the sets ``M1`` to ``M4``."""
-
-_SET = re.compile(r"M(\d+)")
-_UNIT = re.compile(r"([A-Za-z]+)(\d+)")
-
-
-@dataclass(frozen=True)
-class MountSet:
-    """Which unit of every mount is on the bench.
-
-    Parameters
-    ----------
-    name : str
-        Such as ``M1`` or ``EnM1-GeM2-TSM3-Du4``.
-    units : mapping of str to int
-        Mount to the number of its unit; 0 is a part exactly as drawn. Left and right piece of a
-        mount are alike.
+    Notes
+    -----
+    Whoever knows the mounts, and measures the motion of this powertrain, must find its forces: the
+    mounts do not know what they carry.
     """
+    data, bench = read_data("second_engine.json"), load_bench()
+    positions = np.array([data["mount_position_m"][name] for name in bench.mount_names])
+    inertia = np.array(data["inertia_kg_m2"])
+    torque, ramp = data["order_torque"], data["ramp"]
+    mounts = tuple(
+        replace(mount, forward=forward_matrix(position))
+        for mount, position in zip(bench.powertrain.mounts, positions, strict=True)
+    )
+    return replace(
+        bench,
+        mass=data["mass_kg"],
+        inertia=inertia,
+        positions=positions,
+        powertrain=replace(
+            bench.powertrain, mass_matrix=mass_matrix(data["mass_kg"], inertia), mounts=mounts
+        ),
+        total_ratios=tuple(data["total_gear_ratio"]),
+        order_torque=OrderTorque(
+            order=torque["order"],
+            at_no_load=torque["at_no_load_Nm"],
+            per_torque=torque["per_torque"],
+            phase=np.deg2rad(torque["phase_deg"]),
+            low_speed_phase=0.0,
+            low_speed=ramp["start_rpm"],
+            speed_scale=ramp["scale_rpm"],
+            inertia=torque["inertia_kg_m2"],
+        ),
+        ramp=FullLoadRamp(
+            start=ramp["start_rpm"],
+            scale=ramp["scale_rpm"],
+            natural_torque=ramp["natural_torque_Nm"],
+            exponent=ramp["exponent"],
+        ),
+        cylinders=data["cylinders"],
+    )
 
-    name: str
-    units: Mapping[str, int]
 
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "units", MappingProxyType(dict(self.units)))
-
-
-def mount_names(bench: VirtualBench) -> tuple[str, ...]:
-    """Return the names of all mounts, those of the powertrain first."""
-    return tuple(m.name for body in (bench.powertrain, bench.wheel_end) for m in body.mounts)
-
-
-def mount_set(name: str, bench: VirtualBench) -> MountSet:
-    """Return the set that a name means.
+def with_mount_set(bench: VirtualBench, name: str) -> VirtualBench:
+    """Put a mount set on the bench: parts of one drawing that differ from unit to unit.
 
     Parameters
     ----------
-    name : str
-        ``M<unit>`` for the same unit number of all mounts, or ``<mount><unit>-…`` for a mix.
     bench : VirtualBench
-        Whose mounts they are.
+        Bench with parts as drawn.
+    name : str
+        ``M<unit>`` for the same unit number of all mounts, or a mix ``<mount><unit>-…``, such as
+        ``EnM1-GeM2-TSM3-Du4``; unit 0 is a part exactly as drawn.
 
     Raises
     ------
     InputError
         A name of another form, or a mix that does not name every mount once.
-    """
-    names = mount_names(bench)
-    if match := _SET.fullmatch(name):
-        return MountSet(name, dict.fromkeys(names, int(match[1])))
-    parts = [_UNIT.fullmatch(part) for part in name.split("-")]
-    units = {part[1]: int(part[2]) for part in parts if part is not None}
-    if len(parts) != len(names) or sorted(units) != sorted(names):
-        example = "-".join(f"{mount}{unit}" for unit, mount in enumerate(names, 1))
-        raise InputError(f"unknown mount set '{name}': name it M1, M2, … or a mix like {example}")
-    return MountSet(name, units)
-
-
-def with_mount_set(bench: VirtualBench, parts: MountSet) -> VirtualBench:
-    """Put a mount set on the bench.
-
-    Parameters
-    ----------
-    bench : VirtualBench
-        With parts as drawn.
-    parts : MountSet
-        The units to take instead.
-
-    Returns
-    -------
-    VirtualBench
-        The same powertrain and wheel ends on these units.
 
     Notes
     -----
     A unit depends on its mount and number alone, never on a seed of the measurement: unit 1 of a
-    mount is the same part in every campaign and in every mix.
+    mount is the same part in every campaign and in every mix. Left and right piece are alike.
     """
+    units = _units(name, [mount.name for mount in bench.mounts])
     return replace(
         bench,
-        powertrain=_with_units(bench.powertrain, parts),
-        wheel_end=_with_units(bench.wheel_end, parts),
+        powertrain=_with_units(bench.powertrain, units),
+        wheel_end=_with_units(bench.wheel_end, units),
     )
 
 
-def _with_units(body: SuspendedBody, parts: MountSet) -> SuspendedBody:
+def _direction_law(data: Mapping[str, Any]) -> DirectionLaw:
+    """Read the law of one direction."""
+    return DirectionLaw(
+        stiffness=data["k0_N_per_m"],
+        stages=tuple(Stage(*stage) for stage in data["stages_u_m_w_m_dk_N_per_m"]),
+        dynamic_ratio=data["dynamic_factor"],
+        payne_storage=data["payne_storage"],
+        payne_amplitude=data["payne_amplitude_m"],
+        payne_exponent=data["payne_exponent"],
+        payne_loss=data["payne_loss"],
+        fractional_weight=data["fractional_weight"],
+        fractional_order=data["fractional_order"],
+        fractional_frequency=data["fractional_f0_Hz"],
+        cross_stiffening=data["cross_stiffening"],
+        fluid=FluidBranch(*data["hydraulic"]) if data["hydraulic"] else None,
+    )
+
+
+def _units(name: str, mounts: list[str]) -> dict[str, int]:
+    """Return the unit number of every mount in a named set."""
+    if match := re.fullmatch(r"M(\d+)", name):
+        return dict.fromkeys(mounts, int(match[1]))
+    parts = [re.fullmatch(r"([A-Za-z]+)(\d+)", part) for part in name.split("-")]
+    units = {part[1]: int(part[2]) for part in parts if part is not None}
+    if len(parts) != len(mounts) or sorted(units) != sorted(mounts):
+        example = "-".join(f"{mount}{unit}" for unit, mount in enumerate(mounts, 1))
+        raise InputError(f"unknown mount set '{name}': name it M1, M2, … or a mix like {example}")
+    return units
+
+
+def _with_units(body: SuspendedBody, units: Mapping[str, int]) -> SuspendedBody:
+    """Replace the laws of a body's mounts by those of the units."""
     mounts = []
     for mount in body.mounts:
-        unit = parts.units[mount.name]
+        unit = units[mount.name]
         generator = np.random.default_rng([unit, zlib.crc32(mount.name.encode())])
         laws = tuple(_unit_law(law, generator) for law in mount.laws) if unit else mount.laws
         mounts.append(replace(mount, laws=laws))
@@ -385,6 +395,7 @@ def _with_units(body: SuspendedBody, parts: MountSet) -> SuspendedBody:
 
 
 def _unit_law(law: DirectionLaw, generator: np.random.Generator) -> DirectionLaw:
+    """Draw the law of one unit around that of the drawing."""
     largest = 3 * STIFFNESS_SPREAD
     change = np.clip(generator.normal(0, STIFFNESS_SPREAD), -largest, largest)
     stiffness = 1 + float(change)

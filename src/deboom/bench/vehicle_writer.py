@@ -1,64 +1,76 @@
-"""Writes the measurement of one virtual vehicle, and the truth beside it."""
+"""Writes one vehicle of the fleet as a laboratory would deliver it, and the truth beside it."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
 
-from deboom.arrays import ComplexArray, RealArray
-from deboom.bench.coupled_car import (
-    NO_CAR_ERRORS,
-    CarErrors,
-    CoupledRun,
-    at_ears,
-    drive,
-    write_run_truth,
-    write_vehicle_truth,
+from deboom.arrays import ComplexArray
+from deboom.bench.coupled_car import NO_CAR_ERRORS, CarErrors, CoupledRun, at_ears, drive
+from deboom.bench.fleet import NO_SPREAD, BenchFleet, Body, BodySpread, load_fleet, scattered_body
+from deboom.bench.interfaces import EARS, ear_transfer, interface_shapes, local_flexibility
+from deboom.bench.layout import (
+    ACCELEROMETER_MODEL,
+    FREQUENCY,
+    LOAD_CASES,
+    Place,
+    accelerometer_places,
+    points,
 )
-from deboom.bench.fleet import NO_STATE_SPREAD, BenchFleet, Body, StateSpread, in_state, load_fleet
-from deboom.bench.interfaces import EARS
-from deboom.bench.layout import ACCELEROMETER_MODEL, FREQUENCY, LOAD_CASES, LoadCasePlan
-from deboom.bench.platform_writer import mount_rows, platform_file
-from deboom.bench.powertrain import AXES, VirtualBench, load_bench, mount_set, with_mount_set
-from deboom.bench.sensors import DataSheet, ErrorBudget, draw_wheel_end_mass, order_noise
+from deboom.bench.operating_run import PlannedRun
+from deboom.bench.platform_writer import engine_section, mount_rows, mount_sections
+from deboom.bench.powertrain import AXES, VirtualBench, load_bench, read_data, with_mount_set
+from deboom.bench.sensors import ErrorBudget, draw_wheel_end_mass, exact_data_sheet
+from deboom.bench.signals import order_noise
 from deboom.bench.vehicle_acquisition import (
     EAR_NODES,
     MICROPHONES,
     NO_ACQUISITION_ERRORS,
     AcquisitionErrors,
     BlowPlan,
-    SensorPlace,
+    ImpactPlace,
     Setup,
     body_sensor_places,
     breathe,
     draw_setup,
     impact_places,
     listen_at_panels,
-    panel_functions,
-    panel_table,
-    source_sensor_places,
     strike,
     write_blows,
+)
+from deboom.bench.writing import (
+    FRF,
+    SPECTRUM,
+    Dof,
+    Progress,
+    check_seed,
+    function,
+    node_lines,
+    place_lines,
+    sensor_row,
+    silent,
+    triple,
+    write_readme,
 )
 from deboom.errors import InputError
 from deboom.files.campaign_tables import (
     CampaignChannel,
-    SensorRow,
     write_campaign_channels,
     write_sensor_table,
 )
-from deboom.files.folders import complete_or_not_at_all, replace_text
+from deboom.files.folders import complete_or_not_at_all
 from deboom.files.platform import write_mount_table
 from deboom.files.tables import parse_unit
-from deboom.files.uff import UffFunction, write_uff
+from deboom.files.uff import write_uff
 from deboom.files.vehicle import (
     VEHICLE_FILE,
     EarEntry,
     ImpactRow,
     PanelEntry,
+    PanelRow,
     VehicleFile,
     VehicleRunEntry,
     dump_vehicle_file,
@@ -68,267 +80,6 @@ from deboom.files.vehicle import (
 from deboom.physics.order_tracking import rpm_of_frequency
 from deboom.physics.rigid_body import forward_matrices
 
-SPECTRUM, FRF = 0, 4
-"""UFF function types."""
-
-
-def impact_table(bench: VirtualBench) -> list[ImpactRow]:
-    """Return the position sheet of the blows."""
-    return [
-        ImpactRow(
-            place.name, place.mount, place.piece, place.node, place.direction, _at(place.position)
-        )
-        for place in impact_places(bench)
-    ]
-
-
-def sensor_table(bench: VirtualBench) -> list[SensorRow]:
-    """Return the position sheet of the accelerometers: source side, then body side."""
-    return [
-        SensorRow(
-            sensor=place.name,
-            kind="accelerometer",
-            model=ACCELEROMETER_MODEL,
-            mount=place.mount,
-            piece=place.piece,
-            position=_at(place.position),
-            angles=_at(np.deg2rad(place.angles), digits=12),
-        )
-        for place in (*source_sensor_places(bench), *body_sensor_places(bench))
-    ]
-
-
-def channel_table(bench: VirtualBench) -> list[CampaignChannel]:
-    """Return the nodes of all accelerometer channels."""
-    return [
-        CampaignChannel(
-            f"{place.name} {axis}", "acceleration", place.node, f"+{axis}", parse_unit("m/s^2")
-        )
-        for place in (*source_sensor_places(bench), *body_sensor_places(bench))
-        for axis in AXES
-    ]
-
-
-def direct_functions(
-    bench: VirtualBench, pressure: ComplexArray, frequency: RealArray, vehicle: str
-) -> list[UffFunction]:
-    """Return pressure at the ears per force of every blow, UFF type 4.
-
-    Parameters
-    ----------
-    pressure : array, shape (f, n_ear, n_impact)
-        [Pa/N].
-    """
-    return [
-        _frf(
-            frequency,
-            pressure[:, row, column],
-            response=(EAR_NODES[ear], "scalar", MICROPHONES[ear], "pressure", "Pa"),
-            reference=(place.node, place.direction, place.mount, "force", "N"),
-            title=f"noise transfer function, {vehicle}, {ear}, hammer at {place.name}",
-        )
-        for row, ear in enumerate(EARS)
-        for column, place in enumerate(impact_places(bench))
-    ]
-
-
-def reciprocal_functions(
-    bench: VirtualBench, acceleration: ComplexArray, frequency: RealArray, vehicle: str
-) -> list[UffFunction]:
-    """Return acceleration on the body per volume acceleration at the ears, UFF type 4.
-
-    Parameters
-    ----------
-    acceleration : array, shape (f, n_channel, n_ear)
-        [(m/s²)/(m³/s²)].
-
-    Notes
-    -----
-    Data set 58 knows no volume acceleration: it is a ``general`` quantity in ``m^3/s^2``.
-    """
-    return [
-        _frf(
-            frequency,
-            acceleration[:, row, column],
-            response=(place.node, f"+{axis}", place.name, "acceleration", "m/s^2"),
-            reference=(EAR_NODES[ear], "scalar", "LOUDSP 1", "general", "m^3/s^2"),
-            title=f"reciprocal measurement, {vehicle}, loudspeaker at {ear}, {place.name} {axis}",
-        )
-        for row, (place, axis) in enumerate(_channels(body_sensor_places(bench)))
-        for column, ear in enumerate(EARS)
-    ]
-
-
-def accelerance_functions(
-    bench: VirtualBench, acceleration: ComplexArray, frequency: RealArray, vehicle: str
-) -> list[UffFunction]:
-    """Return acceleration on the body per force of every blow, UFF type 4.
-
-    Parameters
-    ----------
-    acceleration : array, shape (f, n_channel, n_impact)
-        [m/s² per N].
-    """
-    return [
-        _frf(
-            frequency,
-            acceleration[:, row, column],
-            response=(place.node, f"+{axis}", place.name, "acceleration", "m/s^2"),
-            reference=(blow.node, blow.direction, blow.mount, "force", "N"),
-            title=f"accelerance, {vehicle}, hammer at {blow.name}, {place.name} {axis}",
-        )
-        for row, (place, axis) in enumerate(_channels(body_sensor_places(bench)))
-        for column, blow in enumerate(impact_places(bench))
-    ]
-
-
-def run_functions(
-    bench: VirtualBench,
-    pressure: ComplexArray,
-    acceleration: ComplexArray,
-    frequency: RealArray,
-    title: str,
-) -> list[UffFunction]:
-    """Return order spectra of one run, UFF type 0.
-
-    Parameters
-    ----------
-    pressure : array, shape (f, n_ear)
-        [Pa].
-    acceleration : array, shape (f, n_channel)
-        Source side, then body side [m/s²].
-    title : str
-        Of the run.
-    """
-    sensors = (*source_sensor_places(bench), *body_sensor_places(bench))
-    columns = [
-        (EAR_NODES[ear], "scalar", MICROPHONES[ear], "pressure", "Pa", pressure[:, k])
-        for k, ear in enumerate(EARS)
-    ]
-    columns += [
-        (place.node, f"+{axis}", place.name, "acceleration", "m/s^2", acceleration[:, k])
-        for k, (place, axis) in enumerate(_channels(sensors))
-    ]
-    return [
-        UffFunction(
-            abscissa=frequency,
-            values=values,
-            function_type=SPECTRUM,
-            response_node=node,
-            response_direction=direction,
-            reference_node=0,
-            reference_direction="scalar",
-            ordinate=quantity,
-            ordinate_unit=unit,
-            denominator="none",
-            denominator_unit="",
-            id_lines=(
-                f"order {bench.order_torque.order:g}, {quantity}, {name}",
-                title,
-                "complex peak amplitude, phase referred to the tacho",
-            ),
-            response_name=name,
-        )
-        for node, direction, name, quantity, unit, values in columns
-    ]
-
-
-def _frf(
-    frequency: RealArray,
-    values: ComplexArray,
-    response: tuple[int, str, str, str, str],
-    reference: tuple[int, str, str, str, str],
-    title: str,
-) -> UffFunction:
-    return UffFunction(
-        abscissa=frequency,
-        values=values,
-        function_type=FRF,
-        response_node=response[0],
-        response_direction=response[1],
-        reference_node=reference[0],
-        reference_direction=reference[1],
-        ordinate=response[3],
-        ordinate_unit=response[4],
-        denominator=reference[3],
-        denominator_unit=reference[4],
-        id_lines=(title,),
-        response_name=response[2],
-        reference_name=reference[2],
-    )
-
-
-def _channels(places: Sequence[SensorPlace]) -> list[tuple[SensorPlace, str]]:
-    return [(place, axis) for place in places for axis in AXES]
-
-
-def _at(position: RealArray, digits: int = 4) -> tuple[float, float, float]:
-    x, y, z = np.round(position, digits).tolist()
-    return x, y, z
-
-
-def readme_text(bench: VirtualBench, vehicle: str, parts: str, seed: int) -> str:
-    """Return ``README.txt``: every file, and the map from nodes to ears, blows and sensors."""
-    title = f"Virtual vehicle {vehicle} with mount set {parts}, seed {seed}"
-    blows: dict[int, list[str]] = {}
-    for place in impact_places(bench):
-        blows.setdefault(place.node, [f"{place.mount} {place.piece}".strip()]).append(
-            f"{place.name} ({place.direction})"
-        )
-    text = [
-        title,
-        "=" * len(title),
-        "",
-        "Virtual measurements with the errors of real sensors, hammer and loudspeaker. Nobody",
-        "measured this.",
-        "",
-        f"{FREQUENCY.size} lines from {FREQUENCY[0]:g} to {FREQUENCY[-1]:g} Hz, SI units, complex",
-        "peak amplitudes, time factor e^{+jwt}; runs along the engine order "
-        f"{bench.order_torque.order:g},",
-        "phase to the tacho. x points rearward, y to the right, z up; positions count from the",
-        "powertrain's centre of gravity. UFF files: binary, data set 58.",
-        "",
-        "vehicle.toml                    names every other file; ears, mounts, runs",
-        "mounts.csv                      virtual point of every mount",
-        "sensors.csv, channels.csv       accelerometers: position sheet, nodes",
-        "impacts.csv                     blows of the hammer: position sheet, nodes, directions",
-        "noise_transfer/direct.uff       pressure at the ears per force of each blow [Pa/N]",
-        "noise_transfer/reciprocal.uff   acceleration on the body per volume acceleration of a",
-        "                                loudspeaker at each ear [m/s^2 per m^3/s^2], out of it",
-        "                                positive; pressure per force is its negative",
-        "noise_transfer/accelerance.uff  acceleration on the body per force of each blow",
-        "panels.csv                      panels of the cabin: node, place, inward normal, area",
-        "noise_transfer/panel_*.uff      acceleration of the panels inwards, and pressure at them,",
-        "                                per volume acceleration at the ears",
-        "operating/RUN.uff               the driven car: pressure at the ears, acceleration on",
-        "                                both sides of every mount (type 0)",
-        "hammer/                         blows around one mount over time, where asked for",
-        "truth/                          the exact values behind, for verification only",
-        "",
-        "Hammer and loudspeaker found the trimmed body without its powertrain, on different days;",
-        "the runs are those of the complete car on its flexible body, mounts warmer than on the",
-        "bench, with other paths.",
-        "",
-        *(f"    node {node:<4} {ear}, {MICROPHONES[ear]}" for ear, node in EAR_NODES.items()),
-        "Blows:",
-        *(f"    node {node:<4} {what[0]:<9} {', '.join(what[1:])}" for node, what in blows.items()),
-        "Accelerometers on powertrain and wheel ends:",
-        *_table(source_sensor_places(bench)),
-        "Accelerometers on the body:",
-        *_table(body_sensor_places(bench)),
-    ]
-    return "\n".join(text) + "\n"
-
-
-def _table(places: tuple[SensorPlace, ...]) -> list[str]:
-    return [
-        f"    node {place.node:<4} {place.name:<4} {f'{place.mount} {place.piece}'.strip()}"
-        for place in places
-    ]
-
-
-Progress = Callable[[int, int, str], None]
-
 MOUNT_TABLE, SENSOR_TABLE, CHANNEL_TABLE, IMPACT_TABLE, PANEL_TABLE = (
     f"{name}.csv" for name in ("mounts", "sensors", "channels", "impacts", "panels")
 )
@@ -336,6 +87,45 @@ DIRECT, RECIPROCAL, ACCELERANCE, PANEL_MOTION, PANEL_PRESSURE = (
     f"noise_transfer/{name}.uff"
     for name in ("direct", "reciprocal", "accelerance", "panel_motion", "panel_pressure")
 )
+
+FIRST_PANEL_NODE = 601
+PANEL_PLACES = {
+    "trunk floor": ((3.3, 0.0, -0.05), (0.0, 0.0, 1.0)),
+    "rear bench": ((2.7, 0.0, 0.15), (-0.8, 0.0, 0.6)),
+    "front floor": ((1.4, 0.0, -0.2), (0.0, 0.0, 1.0)),
+    "front doors": ((1.5, -0.75, 0.25), (0.0, 1.0, 0.0)),
+    "rear doors": ((2.4, -0.75, 0.25), (0.0, 1.0, 0.0)),
+    "tailgate": ((3.7, 0.0, 0.45), (-1.0, 0.0, 0.0)),
+    "roof": ((2.2, 0.0, 0.95), (0.0, 0.0, -1.0)),
+    "windshield": ((0.9, 0.0, 0.7), (0.8, 0.0, -0.6)),
+}
+"""Accelerometer and inward normal of each panel [m], [1]; of doors, those of the left one."""
+
+_SETUP, _HAMMER, _LOUDSPEAKER, _SHEET, _ROAD = range(5)
+"""Purposes with random numbers of their own."""
+
+_README = """\
+vehicle.toml                    names every other file; ears, mounts, runs
+mounts.csv                      virtual point of every mount
+sensors.csv, channels.csv       accelerometers: position sheet, nodes
+impacts.csv                     blows of the hammer: position sheet, nodes, directions
+noise_transfer/direct.uff       pressure at the ears per force of each blow [Pa/N]
+noise_transfer/reciprocal.uff   acceleration on the body per volume acceleration of a
+                                loudspeaker at each ear [m/s^2 per m^3/s^2], out of it
+                                positive; pressure per force is its negative
+noise_transfer/accelerance.uff  acceleration on the body per force of each blow
+panels.csv                      panels of the cabin: node, place, inward normal, area
+noise_transfer/panel_*.uff      acceleration of the panels inwards, and pressure at them,
+                                per volume acceleration at the ears
+operating/RUN.uff               the driven car: pressure at the ears, acceleration on
+                                both sides of every mount (type 0)
+hammer/                         blows around one mount over time, where asked for
+truth/                          the exact values behind, for verification only
+
+Hammer and loudspeaker found the trimmed body without its powertrain, on different days;
+the runs are those of the complete car on its flexible body, mounts warmer than on the
+bench, with other paths.
+"""
 
 
 @dataclass(frozen=True)
@@ -345,10 +135,10 @@ class VehicleErrors:
     Parameters
     ----------
     acquisition : AcquisitionErrors
-        Of hammer, loudspeaker, microphones and body sensors.
+        Errors of hammer, loudspeaker, microphones and body sensors.
     car : CarErrors
         What makes the driven car another one than bench and transfer functions say.
-    state : StateSpread
+    state : BodySpread
         How the body differs between hammer, loudspeaker and road.
     order_tracking : ErrorBudget or None
         Noise of the order spectra; None for none.
@@ -358,7 +148,7 @@ class VehicleErrors:
 
     acquisition: AcquisitionErrors = field(default_factory=AcquisitionErrors)
     car: CarErrors = field(default_factory=CarErrors)
-    state: StateSpread = field(default_factory=StateSpread)
+    state: BodySpread = field(default_factory=BodySpread)
     order_tracking: ErrorBudget | None = field(default_factory=ErrorBudget)
     blows: BlowPlan = field(default_factory=BlowPlan)
 
@@ -366,7 +156,7 @@ class VehicleErrors:
 NO_VEHICLE_ERRORS = VehicleErrors(
     NO_ACQUISITION_ERRORS,
     NO_CAR_ERRORS,
-    NO_STATE_SPREAD,
+    NO_SPREAD,
     order_tracking=None,
     blows=BlowPlan(force_noise=0.0, pressure_noise=0.0),
 )
@@ -379,7 +169,7 @@ def write_vehicle(
     vehicle: str = "U06-1",
     parts: str = "M1",
     errors: VehicleErrors | None = None,
-    load_cases: tuple[LoadCasePlan, ...] = LOAD_CASES,
+    load_cases: tuple[PlannedRun, ...] = LOAD_CASES,
     blows_at: str = "",
     accelerance: bool = True,
     progress: Progress | None = None,
@@ -391,15 +181,15 @@ def write_vehicle(
     folder : Path
         A new or an empty folder; it appears complete or not at all.
     seed : int
-        From 1. It draws the errors; seed 1 takes the frozen fleet, every other one draws a fleet.
+        Seed of the errors, from 1; seed 1 takes the frozen fleet, every other one draws a fleet.
     vehicle : str
-        Of the fleet, such as ``U06-1``.
+        Name in the fleet, such as ``U06-1``.
     parts : str
         Mount set under its powertrain, such as ``M1`` or ``EnM1-GeM2-TSM3-Du4``.
     errors : VehicleErrors, optional
-        How large the errors are; by default those of a good laboratory.
-    load_cases : tuple of LoadCasePlan
-        Runs on the road.
+        Sizes of the errors; by default those of a good laboratory.
+    load_cases : tuple of PlannedRun
+        Full-load runs on the road.
     blows_at : str
         Mount around which the hammer's blocks over time are written as well, such as ``TSM``, to
         ``hammer/``; none if empty.
@@ -419,28 +209,24 @@ def write_vehicle(
         Seed below 1; a vehicle, mount set or gear that does not exist; a folder that is not empty
         or cannot be written.
     """
-    if seed < 1:
-        raise InputError(f"seed {seed} is refused: seeds are whole numbers from 1")
-    drawn, fleet = load_bench(), load_fleet(seed)
-    bench = with_mount_set(drawn, mount_set(parts, drawn))
+    check_seed(seed)
+    fleet, bench = load_fleet(seed), with_mount_set(load_bench(), parts)
     if vehicle not in fleet.bodies:
         raise InputError(
             f"there is no vehicle '{vehicle}' in the fleet: use {', '.join(fleet.bodies)}"
         )
-    report = progress or _silent
     with complete_or_not_at_all(Path(folder)) as unfinished:
         session = _Session(unfinished, seed, vehicle, bench, fleet, errors or VehicleErrors())
-        plan = _Plan(parts, load_cases, blows_at, accelerance)
-        _write_files(session, plan, report)
+        files = _write_files(session, parts, load_cases, blows_at, accelerance)
+        for done, name in enumerate(files, 1):
+            (progress or silent)(done, len(load_cases) + 4, name)
     return Path(folder)
-
-
-def _silent(done: int, total: int, text: str) -> None:
-    """Tell nobody."""
 
 
 @dataclass(frozen=True)
 class _Session:
+    """One vehicle in the laboratory, and where its files go."""
+
     folder: Path
     seed: int
     vehicle: str
@@ -450,7 +236,13 @@ class _Session:
 
     @property
     def body(self) -> Body:
+        """Body of the vehicle on average over its states."""
         return self.fleet.bodies[self.vehicle]
+
+    @property
+    def accelerometers(self) -> tuple[Place, ...]:
+        """Accelerometers of the runs: source side, then body side."""
+        return (*accelerometer_places(self.bench), *body_sensor_places(self.bench))
 
     def generator(self, purpose: int) -> np.random.Generator:
         """Give every purpose draws of its own, for every vehicle."""
@@ -458,96 +250,166 @@ class _Session:
         return np.random.default_rng([self.seed, number, purpose])
 
 
-@dataclass(frozen=True)
-class _Plan:
-    parts: str
-    load_cases: tuple[LoadCasePlan, ...]
-    blows_at: str
-    accelerance: bool
-
-
-_SETUP, _HAMMER, _LOUDSPEAKER, _SHEET, _ROAD = range(5)
-
-
-def _write_files(session: _Session, plan: _Plan, report: Progress) -> None:
+def _write_files(
+    session: _Session,
+    parts: str,
+    load_cases: tuple[PlannedRun, ...],
+    blows_at: str,
+    accelerance: bool,
+) -> Iterable[str]:
+    """Write every file; give the name of the larger ones as soon as they are there."""
     folder, bench, errors = session.folder, session.bench, session.errors
-    total = len(plan.load_cases) + 4
     for name in ("noise_transfer", "operating", "truth"):
         (folder / name).mkdir()
     setup = draw_setup(bench, errors.acquisition, session.generator(_SETUP))
     cabin = session.fleet.cabin
 
     generator = session.generator(_HAMMER)
-    struck = in_state(session.body, errors.state, generator)
-    pressure, accelerance = strike(setup, struck, cabin, FREQUENCY, errors.acquisition, generator)
-    write_uff(
-        folder / DIRECT, direct_functions(bench, pressure, FREQUENCY, session.vehicle), binary=True
-    )
-    if plan.blows_at:
+    struck = scattered_body(session.body, errors.state, generator)
+    pressure, per_blow = strike(setup, struck, cabin, FREQUENCY, errors.acquisition, generator)
+    blow_dofs = [(_blow(place), place.name) for place in impact_places(bench)]
+    ears = [(_ear(ear), ear) for ear in EARS]
+    title = f"noise transfer function, {session.vehicle}, {{}}, hammer at {{}}"
+    _write_frfs(folder / DIRECT, pressure, ears, blow_dofs, title)
+    if blows_at:
         hammer = folder / "hammer"
-        write_blows(hammer, bench, setup, struck, cabin, plan.blows_at, generator, errors.blows)
-    report(1, total, DIRECT)
-    if plan.accelerance:
-        functions = accelerance_functions(bench, accelerance, FREQUENCY, session.vehicle)
-        write_uff(folder / ACCELERANCE, functions, binary=True)
-    report(2, total, ACCELERANCE)
+        write_blows(hammer, bench, setup, struck, cabin, blows_at, generator, errors.blows)
+    yield DIRECT
+    channels = [
+        (Dof(place.node, f"+{axis}", place.name, "acceleration"), f"{place.name} {axis}")
+        for place in body_sensor_places(bench)
+        for axis in AXES
+    ]
+    if accelerance:
+        title = f"accelerance, {session.vehicle}, hammer at {{1}}, {{0}}"
+        _write_frfs(folder / ACCELERANCE, per_blow, channels, blow_dofs, title)
+    yield ACCELERANCE
+
     generator = session.generator(_LOUDSPEAKER)
-    moved = in_state(session.body, errors.state, generator)
+    moved = scattered_body(session.body, errors.state, generator)
     answer = breathe(setup, moved, cabin, FREQUENCY, errors.acquisition, generator)
-    functions = reciprocal_functions(bench, answer, FREQUENCY, session.vehicle)
-    write_uff(folder / RECIPROCAL, functions, binary=True)
+    speakers = [
+        (Dof(EAR_NODES[ear], "scalar", "LOUDSP 1", "general", "m^3/s^2"), ear) for ear in EARS
+    ]
+    title = f"reciprocal measurement, {session.vehicle}, loudspeaker at {{1}}, {{0}}"
+    _write_frfs(folder / RECIPROCAL, answer, channels, speakers, title)
+    panels = [
+        PanelRow(name, FIRST_PANEL_NODE + number, *PANEL_PLACES[name], area=float(area))
+        for number, (name, area) in enumerate(
+            zip(read_data("body_prior.json")["panels"], cabin.panel_areas, strict=True)
+        )
+    ]
     heard = listen_at_panels(setup, moved, cabin, FREQUENCY, errors.acquisition, generator)
-    _write_panels(session, *heard)
-    report(3, total, RECIPROCAL)
-
-    for number, case in enumerate(plan.load_cases):
-        _write_run(session, setup, case, session.generator(_ROAD + number))
-        report(4 + number, total, f"operating/{case.name}.uff")
-    write_vehicle_truth(folder / "truth/vehicle.npz", bench, session.body, cabin, FREQUENCY)
-    exact = DataSheet(bench.mass, bench.inertia, np.zeros(3))
-    write_mount_table(folder / MOUNT_TABLE, mount_rows(bench, exact))
-    write_sensor_table(folder / SENSOR_TABLE, sensor_table(bench))
-    write_campaign_channels(folder / CHANNEL_TABLE, channel_table(bench))
-    write_impact_table(folder / IMPACT_TABLE, impact_table(bench))
-    replace_text(
-        folder / "README.txt", readme_text(bench, session.vehicle, plan.parts, session.seed)
-    )
-    mass = draw_wheel_end_mass(bench, session.generator(_SHEET))
-    dump_vehicle_file(folder / VEHICLE_FILE, _vehicle_file(session, exact, mass, plan))
-    report(total, total, VEHICLE_FILE)
-
-
-def _write_panels(session: _Session, motion: ComplexArray, pressure: ComplexArray) -> None:
-    panels = panel_table(session.fleet.cabin)
-    for name, values, quantity in (
-        (PANEL_MOTION, motion, ("acceleration", "m/s^2")),
-        (PANEL_PRESSURE, pressure, ("pressure", "Pa")),
+    for file, values, quantity in zip(
+        (PANEL_MOTION, PANEL_PRESSURE), heard, ("acceleration", "pressure"), strict=True
     ):
-        functions = panel_functions(panels, values, FREQUENCY, quantity, session.vehicle)
-        write_uff(session.folder / name, functions, binary=True)
-    write_panel_table(session.folder / PANEL_TABLE, panels)
+        dofs = [
+            (Dof(panel.node, "scalar", f"P{number}", quantity), panel.panel)
+            for number, panel in enumerate(panels, 1)
+        ]
+        title = f"{session.vehicle}, loudspeaker at {{1}}, {quantity}, {{0}}"
+        _write_frfs(folder / file, values, dofs, speakers, title)
+    write_panel_table(folder / PANEL_TABLE, panels)
+    yield RECIPROCAL
+
+    for number, case in enumerate(load_cases):
+        yield _write_run(session, setup, case, session.generator(_ROAD + number))
+    _write_vehicle_truth(session)
+    _write_tables(session, parts)
+    dump_vehicle_file(folder / VEHICLE_FILE, _vehicle_file(session, parts, load_cases, accelerance))
+    yield VEHICLE_FILE
+
+
+def _ear(ear: str) -> Dof:
+    """Return the degree of freedom of a microphone."""
+    return Dof(EAR_NODES[ear], "scalar", MICROPHONES[ear], "pressure")
+
+
+def _blow(place: ImpactPlace) -> Dof:
+    """Return the degree of freedom of a blow."""
+    return Dof(place.node, place.direction, place.point.mount, "force")
+
+
+def _write_frfs(
+    path: Path,
+    values: ComplexArray,
+    responses: list[tuple[Dof, str]],
+    references: list[tuple[Dof, str]],
+    title: str,
+) -> None:
+    """Write FRFs (f, n_response, n_reference), UFF type 4; the names fill the title.
+
+    Data set 58 knows no volume acceleration: it is a ``general`` quantity in ``m^3/s^2``.
+    """
+    functions = [
+        function(
+            FRF,
+            FREQUENCY,
+            values[:, row, column],
+            response,
+            reference,
+            title.format(response_name, reference_name),
+        )
+        for row, (response, response_name) in enumerate(responses)
+        for column, (reference, reference_name) in enumerate(references)
+    ]
+    write_uff(path, functions, binary=True)
 
 
 def _write_run(
-    session: _Session, setup: Setup, case: LoadCasePlan, generator: np.random.Generator
-) -> None:
+    session: _Session, setup: Setup, case: PlannedRun, generator: np.random.Generator
+) -> str:
+    """Drive one load case and write its order spectra, UFF type 0, and its truth."""
     bench, errors = session.bench, session.errors
     rpm = rpm_of_frequency(FREQUENCY, bench.order_torque.order)
-    torque = bench.ramp.torque(case.torque_limit, rpm)
-    torque = torque * (1 + generator.normal(0, errors.car.torque))
-    body = in_state(session.body, errors.state, generator)
+    torque = bench.ramp.torque(case.torque, rpm) * (1 + generator.normal(0, errors.car.torque))
+    body = scattered_body(session.body, errors.state, generator)
     run = drive(
         bench, body, session.fleet.cabin, case.gear, torque, FREQUENCY, errors.car.mount_stiffness
     )
     true, heard = at_ears(run, errors.car, generator)
     acceleration = road_acceleration(bench, setup, run)
     if errors.order_tracking is not None:
-        noise = errors.order_tracking
-        levels = noise.acceleration_own, noise.acceleration_norm, noise.acceleration_floor
+        levels = errors.order_tracking.acceleration_noise
         acceleration = acceleration + order_noise(acceleration, 3, levels, generator)
-    functions = run_functions(bench, heard, acceleration, FREQUENCY, case.title)
-    write_uff(session.folder / f"operating/{case.name}.uff", functions, binary=True)
-    write_run_truth(session.folder / f"truth/{case.name}.npz", bench, run, true)
+    dofs = [_ear(ear) for ear in EARS]
+    dofs += [
+        Dof(place.node, f"+{axis}", place.name, "acceleration")
+        for place in session.accelerometers
+        for axis in AXES
+    ]
+    functions = [
+        function(
+            SPECTRUM,
+            FREQUENCY,
+            values,
+            dof,
+            None,
+            f"order {bench.order_torque.order:g}, {dof.quantity}, {dof.name}",
+            case.title,
+            "complex peak amplitude, phase referred to the tacho",
+        )
+        for dof, values in zip(dofs, np.hstack([heard, acceleration]).T, strict=True)
+    ]
+    name = f"operating/{case.name}.uff"
+    write_uff(session.folder / name, functions, binary=True)
+    np.savez(
+        session.folder / f"truth/{case.name}.npz",
+        frequency=run.frequency,
+        ears=np.array(EARS),
+        channels=np.array([point.channel(axis) for point in points(bench) for axis in point.axes]),
+        interfaces=np.array([point.name for point in points(bench)]),
+        engine_torque=run.engine_torque,
+        pressure=true,
+        pressure_of_mounts=run.pressure,
+        force=run.force,
+        deflection=run.deflection,
+        stiffness=run.stiffness,
+        body_motion=run.body_motion,
+        powertrain_motion=run.powertrain,
+        wheel_end_motion=run.wheel_ends,
+    )
+    return name
 
 
 def road_acceleration(bench: VirtualBench, setup: Setup, run: CoupledRun) -> ComplexArray:
@@ -558,8 +420,8 @@ def road_acceleration(bench: VirtualBench, setup: Setup, run: CoupledRun) -> Com
     array, shape (f, n_channel)
         Source side, then body side, in sensor axes [m/s²]. Sensors on the source side are exact.
     """
-    places = source_sensor_places(bench)
-    on_powertrain = [place.position for place in places if place.mount in bench.mount_names]
+    places = accelerometer_places(bench)
+    on_powertrain = [place.position for place in places if place.point.mount in bench.mount_names]
     powertrain = run.powertrain @ forward_matrices(on_powertrain).T
     wheel_ends = np.zeros((run.frequency.size, 3 * run.wheel_ends.shape[1]), dtype=complex)
     wheel_ends[:, ::3] = run.wheel_ends
@@ -568,40 +430,125 @@ def road_acceleration(bench: VirtualBench, setup: Setup, run: CoupledRun) -> Com
     return np.asarray(-squared * np.hstack([powertrain, wheel_ends, *on_body]))
 
 
+def _write_vehicle_truth(session: _Session) -> None:
+    """Write a vehicle as it truly is on average over its states."""
+    body = session.body
+    np.savez(
+        session.folder / "truth/vehicle.npz",
+        frequency=FREQUENCY,
+        ears=np.array(EARS),
+        interfaces=np.array([point.name for point in points(session.bench)]),
+        noise_transfer=ear_transfer(body, session.fleet.cabin, FREQUENCY),
+        natural_frequencies=body.frequencies,
+        damping_ratios=body.damping_ratios,
+        shapes_at_interfaces=interface_shapes(body),
+        shapes_at_panels=body.shapes_at_panels,
+        local_flexibility=local_flexibility(body),
+    )
+
+
+def _write_tables(session: _Session, parts: str) -> None:
+    """Write the tables of mounts, sensors, channels and blows, and ``README.txt``."""
+    folder, bench, places = session.folder, session.bench, session.accelerometers
+    write_mount_table(folder / MOUNT_TABLE, mount_rows(bench, exact_data_sheet(bench)))
+    rows = [
+        sensor_row(
+            place,
+            "accelerometer",
+            ACCELEROMETER_MODEL,
+            place.position,
+            np.round(np.deg2rad(place.angles), 12),
+        )
+        for place in places
+    ]
+    write_sensor_table(folder / SENSOR_TABLE, rows)
+    unit = parse_unit("m/s^2")
+    channels = [
+        CampaignChannel(f"{place.name} {axis}", "acceleration", place.node, f"+{axis}", unit)
+        for place in places
+        for axis in AXES
+    ]
+    write_campaign_channels(folder / CHANNEL_TABLE, channels)
+    impacts = impact_places(bench)
+    impact_rows = [
+        ImpactRow(
+            place.name,
+            place.point.mount,
+            place.point.piece,
+            place.node,
+            place.direction,
+            triple(place.position, 4),
+        )
+        for place in impacts
+    ]
+    write_impact_table(folder / IMPACT_TABLE, impact_rows)
+    struck: dict[int, list[ImpactPlace]] = {}
+    for blow in impacts:
+        struck.setdefault(blow.node, []).append(blow)
+    first, last = FREQUENCY[[0, -1]]
+    write_readme(
+        folder,
+        f"Virtual vehicle {session.vehicle} with mount set {parts}, seed {session.seed}",
+        f"""\
+Virtual measurements with the errors of real sensors, hammer and loudspeaker. Nobody
+measured this.
+
+{FREQUENCY.size} lines from {first:g} to {last:g} Hz, SI units, complex
+peak amplitudes, time factor e^{{+jwt}}; runs along the engine order {bench.order_torque.order:g},
+phase to the tacho. x points rearward, y to the right, z up; positions count from the
+powertrain's centre of gravity. UFF files: binary, data set 58.
+
+{_README}
+""",
+        node_lines((node, f"{ear}, {MICROPHONES[ear]}") for ear, node in EAR_NODES.items()),
+        "Blows:",
+        node_lines(
+            (
+                node,
+                f"{blows[0].point.name:<9} "
+                + ", ".join(f"{blow.name} ({blow.direction})" for blow in blows),
+            )
+            for node, blows in struck.items()
+        ),
+        "Accelerometers on powertrain and wheel ends:",
+        place_lines(accelerometer_places(bench)),
+        "Accelerometers on the body:",
+        place_lines(body_sensor_places(bench)),
+    )
+
+
 def _vehicle_file(
-    session: _Session,
-    sheet: DataSheet,
-    wheel_end_mass: float,
-    plan: _Plan,
+    session: _Session, parts: str, load_cases: tuple[PlannedRun, ...], accelerance: bool
 ) -> VehicleFile:
+    """Return the content of ``vehicle.toml``."""
     bench = session.bench
-    platform = platform_file(bench, sheet, wheel_end_mass, session.fleet)
+    wheel_end_mass = draw_wheel_end_mass(bench, session.generator(_SHEET))
     return VehicleFile(
         format=1,
         name=session.vehicle,
         group=session.vehicle.rpartition("-")[0],
-        title=f"Virtual vehicle {session.vehicle}, mount set {plan.parts}",
+        title=f"Virtual vehicle {session.vehicle}, mount set {parts}",
         mount_table=MOUNT_TABLE,
         sensor_table=SENSOR_TABLE,
         channel_table=CHANNEL_TABLE,
         impact_table=IMPACT_TABLE,
-        source_sensors=tuple(place.name for place in source_sensor_places(bench)),
+        source_sensors=tuple(place.name for place in accelerometer_places(bench)),
         direct=DIRECT,
         reciprocal=RECIPROCAL,
-        accelerance=ACCELERANCE if plan.accelerance else None,
+        accelerance=ACCELERANCE if accelerance else None,
         panels=PanelEntry(table=PANEL_TABLE, motion=PANEL_MOTION, pressure=PANEL_PRESSURE),
-        engine=platform.engine,
+        engine=engine_section(bench),
         ears=tuple(
             EarEntry(name=ear, node=EAR_NODES[ear], microphone=MICROPHONES[ear]) for ear in EARS
         ),
-        mounts=platform.mounts,
+        mounts=mount_sections(bench, wheel_end_mass),
         runs=tuple(
             VehicleRunEntry(
                 name=case.name,
                 gear=case.gear,
-                torque_limit_nm=case.torque_limit,
+                torque_limit_nm=case.torque,
                 file=f"operating/{case.name}.uff",
             )
-            for case in plan.load_cases
+            for case in load_cases
         ),
     )

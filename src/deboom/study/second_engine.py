@@ -14,14 +14,9 @@ import pandas as pd
 from threadpoolctl import threadpool_limits
 
 from deboom.arrays import ComplexArray, RealArray
-from deboom.bench.campaign_plan import (
-    CampaignPlan,
-    load_second_engine,
-    second_engine_cylinders,
-    second_engine_plan,
-    training_plan,
-)
+from deboom.bench.campaign_plan import CampaignPlan, second_engine_plan, training_plan
 from deboom.bench.campaign_writer import write_campaign
+from deboom.bench.powertrain import load_second_engine
 from deboom.errors import InputError
 from deboom.files.campaign import read_campaign
 from deboom.measurement.campaign import Campaign
@@ -814,7 +809,6 @@ def second_engines(
                 seed + SECOND_BENCH,
                 second,
                 bench=load_second_engine(),
-                cylinders=second_engine_cylinders(),
             )
             step(3, f"{title}: predicting its forces")
             done.append(second_engine(title, mounts, other, mount_set, options))

@@ -19,7 +19,7 @@ from deboom.bench.campaign_plan import training_plan
 from deboom.bench.campaign_writer import write_campaign
 from deboom.bench.fleet import load_fleet
 from deboom.bench.layout import LOAD_CASES
-from deboom.bench.powertrain import load_bench, mount_names
+from deboom.bench.powertrain import load_bench
 from deboom.bench.vehicle_writer import write_vehicle
 from deboom.errors import InputError
 from deboom.files.campaign import read_campaign
@@ -381,7 +381,8 @@ def virtual_data(
     if plan is None:
         raise InputError(f"there is no run '{run}', use {[plan.name for plan in LOAD_CASES]}")
     sets = [f"M{k}" for k in range(1, n_sets + 1)]
-    mix = "-".join(f"{m}{1 + k % n_sets}" for k, m in enumerate(mount_names(load_bench())))
+    mounts = load_bench().mounts
+    mix = "-".join(f"{mount.name}{1 + k % n_sets}" for k, mount in enumerate(mounts))
     on_bench = n_sets + 1
     total = 2 * on_bench + n_vehicles * n_sets
     with tempfile.TemporaryDirectory(prefix="deboom-") as temporary:
@@ -391,7 +392,7 @@ def virtual_data(
         campaign, benches = bench_sets(
             folder / "bench",
             plan.gear,
-            plan.torque_limit,
+            plan.torque,
             lambda done, _, text: progress(on_bench + done, total, text),
         )
         driven = []

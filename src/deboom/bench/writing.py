@@ -1,0 +1,139 @@
+"""What all writers of the bench share: seeds, functions with their nodes, texts and truth."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Iterable, Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from deboom.arrays import RealArray, RealOrComplexArray
+from deboom.bench.layout import Place
+from deboom.errors import InputError
+from deboom.files.campaign_tables import SensorRow
+from deboom.files.folders import replace_text
+from deboom.files.uff import UffFunction
+
+Progress = Callable[[int, int, str], None]
+"""Called with the files written so far, all files, and the name of the last one."""
+
+SPECTRUM, TIME_SIGNAL, FRF, COHERENCE = 0, 1, 4, 6
+"""UFF function types."""
+
+UNIT = {
+    "displacement": "m",
+    "acceleration": "m/s^2",
+    "force": "N",
+    "pressure": "Pa",
+    "general": "1",
+}
+"""Words of the UFF ordinates and their units, where nothing else is said."""
+
+
+class Dof(NamedTuple):
+    """A degree of freedom in the files: node, direction, entity name, quantity and its unit."""
+
+    node: int
+    direction: str
+    name: str
+    quantity: str
+    unit: str = ""
+
+
+def check_seed(seed: int) -> None:
+    """Refuse a seed below 1."""
+    if seed < 1:
+        raise InputError(f"seed {seed} is refused: seeds are whole numbers from 1")
+
+
+def silent(done: int, total: int, text: str) -> None:
+    """Report progress to nobody."""
+
+
+def function(
+    kind: int,
+    abscissa: RealArray,
+    values: RealOrComplexArray,
+    response: Dof,
+    reference: Dof | None,
+    *id_lines: str,
+) -> UffFunction:
+    """Return a function at a response, over a reference where it has one.
+
+    Parameters
+    ----------
+    kind : int
+        UFF function type; a coherence states no unit, but is that of its two channels.
+    abscissa, values : array, shape (n,)
+        In SI.
+    response, reference : Dof
+        Degrees of freedom.
+    *id_lines : str
+        Lines of text.
+    """
+    over = reference if reference is not None and kind != COHERENCE else None
+    return UffFunction(
+        abscissa=abscissa,
+        values=values,
+        function_type=kind,
+        response_node=response.node,
+        response_direction=response.direction,
+        reference_node=reference.node if reference else 0,
+        reference_direction=reference.direction if reference else "scalar",
+        ordinate="general" if kind == COHERENCE else response.quantity,
+        ordinate_unit="1" if kind == COHERENCE else response.unit or UNIT[response.quantity],
+        denominator=over.quantity if over else "none",
+        denominator_unit=(over.unit or UNIT[over.quantity]) if over else "",
+        id_lines=id_lines,
+        response_name=response.name,
+        reference_name=reference.name if reference else "",
+    )
+
+
+def triple(values: npt.ArrayLike, digits: int | None = None) -> tuple[float, float, float]:
+    """Return three numbers of a table, rounded where digits are given."""
+    array = np.asarray(values)
+    x, y, z = (array if digits is None else np.round(array, digits)).tolist()
+    return x, y, z
+
+
+def sensor_row(
+    place: Place, kind: str, model: str, position: npt.ArrayLike, angles: npt.ArrayLike
+) -> SensorRow:
+    """Return a row of a position sheet, to 0.1 mm, with angles [rad]."""
+    return SensorRow(
+        sensor=place.name,
+        kind=kind,
+        model=model,
+        mount=place.point.mount,
+        piece=place.point.piece,
+        position=triple(position, 4),
+        angles=triple(angles),
+    )
+
+
+def node_lines(rows: Iterable[tuple[int, str]]) -> list[str]:
+    """Return the lines of a README that say what each node is."""
+    return [f"    node {node:<4} {text}" for node, text in rows]
+
+
+def place_lines(places: Sequence[Place]) -> list[str]:
+    """Return the lines of a README that say where each sensor is."""
+    return node_lines((place.node, f"{place.name:<4} {place.point.name}") for place in places)
+
+
+def write_readme(folder: Path, title: str, *blocks: str | Iterable[str]) -> None:
+    """Write ``README.txt``: the underlined title, texts, and lists of lines."""
+    lines = [title, "=" * len(title), ""]
+    for block in blocks:
+        lines += block.splitlines() if isinstance(block, str) else block
+    replace_text(folder / "README.txt", "\n".join(lines) + "\n")
+
+
+def write_json(path: Path, content: dict[str, Any]) -> None:
+    """Write a truth as JSON, arrays as lists."""
+    text = json.dumps(content, indent=1, default=lambda array: array.tolist())
+    replace_text(path, text + "\n")

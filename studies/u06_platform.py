@@ -12,58 +12,303 @@ keeps it (n_failed), then that of the groups (r_vehicle_min); the other gets doe
 before it. surface_difference_at_peaks_db is that of all vehicles, n_runs counts sensitivities only.
 """
 
-from pathlib import Path
-from typing import Annotated
+from __future__ import annotations
 
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Annotated, Any
+
+import numpy as np
+import pandas as pd
 from typer import Option
 
-from deboom.files.platform import read_platform
+from deboom.arrays import RealArray
+from deboom.errors import InputError
+from deboom.explore.correlation import tolerance_scatter
+from deboom.explore.front import pareto_rank, verify
+from deboom.explore.robust import RobustResponse
 from deboom.report import Report
-from deboom.study.correlation import DoeRequest, Plan
-from deboom.study.platform_model import Kernel, Motion, MountSource, operation
-from deboom.study.platform_study import DoePlan, FrontPlan, platform_result, platform_study
+from deboom.study.correlation import (
+    CorrelationStudy,
+    DoeRequest,
+    Levels,
+    Plan,
+    correlation_study,
+    group_correlation_result,
+    vehicle_correlation_result,
+)
+from deboom.study.options import (
+    Aim,
+    Sampler,
+    Seed,
+    factor_space,
+    robust_response,
+    tolerance_sample,
+)
+from deboom.study.platform_model import MotionOptions, Operation, PlatformOptions
 from deboom.study.progress import progress_bar
-from deboom.study.result import RunContext
-from deboom.study.runner import run_script
-from deboom.study.search import Budget
-from deboom.study.sensitivity import Analysis, Ranked, SensitivityPlan
+from deboom.study.result import RunContext, as_report
+from deboom.study.robust_front import RobustFront, front_report
+from deboom.study.search import SearchOptions
+from deboom.study.sensitivity import (
+    Analysis,
+    Ranked,
+    Sensitivity,
+    SensitivityPlan,
+    sensitivity,
+    sensitivity_result,
+)
 
-PLATFORM = Path(__file__).parent / "data" / "u06_f39_f45"
+SEARCHED = 0.20
+"""Stiffness factors of the search run within ``1 ± SEARCHED`` [1]."""
+VERIFIED = 1024
+"""Draws behind the verified front."""
+FAMILY = 0.9
+"""Least correlation within a family of vehicles [1]."""
+FROM_DOE = (
+    "Its first population were the best designs of the DOE, by non-dominated fronts of mean and "
+    "sigma over the DOE's tolerance draws."
+)
+NOTHING = "There is one vehicle only: nothing to correlate, and no DOE was run."
+SAME_DOE = ("doe", "n_designs", "n_failed", "n_unselected_fleets")
+"""What the vehicles of a group would say of the DOE once more."""
 
 
-def main(
-    seed: Annotated[int, Option(help="From 1; the same seed gives the same numbers.")] = 1,
-    doe: Annotated[int, Option(help="Designs of the DOE; a power of two.")] = 256,
-    draws: Annotated[int, Option(help="Of each design's scatter; a power of two.")] = 16,
-    generations: Annotated[int, Option(help="Generations of NSGA-II.")] = 100,
-    population: Annotated[int, Option(help="Designs per generation.")] = 100,
-    from_doe: Annotated[bool, Option(help="NSGA-II begins with the DOE's best.")] = False,
-    samples: Annotated[int, Option(help="Tolerance draws per design; a power of two.")] = 128,
-    n: Annotated[int, Option(help="Base points of sensitivities; a power of two.")] = 1024,
-    resamples: Annotated[int, Option(help="Bootstrap resamples of all intervals.")] = 200,
-    half_width: Annotated[float, Option(help="Of DOE and sensitivities [1].")] = 0.15,
-    tolerance: Annotated[float, Option(help="Half width of the scatter, 3 sigma [1].")] = 0.15,
-    load_case: Annotated[list[str] | None, Option(help="name or name=weight; repeatable.")] = None,
-    group: Annotated[str, Option(help="Vehicles of front and sensitivities.")] = "U06",
-    platform: Annotated[Path, Option(help="Folder with platform.toml.")] = PLATFORM,
-    mounts: Annotated[MountSource, Option(help="Source of forces.")] = MountSource.library,
-    motion: Annotated[Motion, Option(help="Of the powertrain.")] = Motion.prescribed,
-    kernel: Annotated[Kernel | None, Option(help="By default as the motion needs.")] = None,
-    workers: Annotated[int, Option(help="Processes; any number gives the same front.")] = 1,
-    run: RunContext | None = None,
-) -> Report:
+@dataclass(frozen=True)
+class Options:
+    """What is tried, searched and ranked."""
+
+    seed: Seed = 1
+    doe: Annotated[int, Option(help="Designs of the DOE; a power of two.")] = 256
+    draws: Annotated[int, Option(help="Of each design's scatter; a power of two.")] = 16
+    search: SearchOptions = SearchOptions()
+    from_doe: Annotated[bool, Option(help="NSGA-II begins with the DOE's best.")] = False
+    samples: Annotated[int, Option(help="Tolerance draws per design; a power of two.")] = 128
+    n: Annotated[int, Option(help="Base points of sensitivities; a power of two.")] = 1024
+    resamples: Annotated[int, Option(help="Bootstrap resamples of all intervals.")] = 200
+    half_width: Annotated[float, Option(help="Of DOE and sensitivities [1].")] = 0.15
+    tolerance: Annotated[float, Option(help="Half width of the scatter, 3 sigma [1].")] = 0.15
+    platform: PlatformOptions = PlatformOptions()
+    motion: MotionOptions = MotionOptions()
+
+
+@dataclass(frozen=True, eq=False)
+class Model:
+    """Levels of all vehicles and of one group, and the group's under scattering parts."""
+
+    everyone: Operation
+    everyone_index: Any
+    runs: Operation
+    robust: RobustResponse
+
+
+def prepare(options: Options) -> Model:
+    """Read the platform and build its models."""
+    everyone = replace(options.platform, group=None).operation()
+    runs = everyone
+    if options.platform.group is not None:
+        runs = replace(everyone, fleet=everyone.fleet.group(options.platform.group))
+    index = options.motion.index(runs)
+    space = factor_space(index.variable_names, SEARCHED, options.tolerance)
+    sample = tolerance_sample(Sampler.sobol, space.n_variables, options.samples, seed=options.seed)
+    robust = robust_response(index, space, sample, Aim.mean)
+    return Model(everyone, options.motion.index(everyone), runs, robust)
+
+
+def run(model: Model, options: Options, context: RunContext | None = None) -> Report:
     """Try, correlate, search, verify, analyse and report."""
-    runs = operation(read_platform(platform), load_case, mounts, None, band=(20, 60))
-    designs = DoeRequest(Plan.sobol, doe, seed)
-    tried = DoePlan(designs, half_width, tolerance, draws, resamples)
-    searched = FrontPlan(Budget(population, generations), samples, from_doe, workers)
-    ranked = SensitivityPlan(
-        *(Analysis.design, Ranked.decibels, half_width, 0.20, tolerance, n, resamples, seed)
+    runs, platform = model.runs, model.runs.platform
+    index: Any = model.robust.evaluate
+    fleet = fleet_doe(model, options)
+    vehicles = within_group(fleet, runs, index)
+    first = best_of_doe(model, options) if options.from_doe else None
+    search = options.search.front(
+        model.robust, options.seed, context, platform.input_files, first_population=first
     )
-    model = (motion, kernel)
-    found = platform_study(runs, group, model, tried, searched, ranked, run, progress_bar)
-    return runs.checked(platform_result(found))
+    check = verify(search.front, model.robust, n_samples=VERIFIED, seed=options.seed)
+    note = FROM_DOE if options.from_doe else ""
+    front = RobustFront(model.robust, search, check, note, platform=platform)
+    half, spread = options.half_width, options.tolerance
+    plan = SensitivityPlan(
+        Analysis.design,
+        Ranked.decibels,
+        half,
+        0.20,
+        spread,
+        options.n,
+        options.resamples,
+        options.seed,
+    )
+    with progress_bar("sensitivity") as bar:
+        ranked = sensitivity(platform, index, plan, bar)
+
+    parts: dict[str, Report] = {}
+    if fleet is not None:
+        parts["DOE and groups"] = as_report(group_correlation_result(fleet))
+    if vehicles is not None:
+        parts["Vehicles"] = as_report(vehicle_correlation_result(vehicles, None))
+    parts["Front"] = front_report(front)
+    parts["Sensitivity"] = as_report(sensitivity_result(ranked))
+    names = _names(parts)
+
+    group = ", ".join(front.vehicles) if options.platform.group is None else options.platform.group
+    report = Report(
+        f"{platform.title}: one study",
+        "Which vehicles go together, which mount stiffnesses make those of group "
+        f"{group} quiet and keep them so, and which stiffness matters?",
+    )
+    for part, count in (("DOE and groups", 1), ("Vehicles", 2), ("Front", 3), ("Sensitivity", 2)):
+        if part in parts:
+            report.tiles += parts[part].tiles[:count]
+    steps = _steps(options, group, fleet, front, ranked)
+    said = f"{platform.title}: {platform.description}"
+    report.section(
+        "In short",
+        f"{said}\n\n"
+        "All steps ask one model: the same forces, motion, lines and kernel. Every vehicle of the "
+        f"platform hears the DOE; front and sensitivities are those of group {group}. DOE "
+        f"and sensitivities keep within ±{100 * half:g} %, the search within "
+        f"±{100 * SEARCHED:g} %. {front.note}",
+    )
+    alone = f"{front.vehicles[0]} is the only vehicle: there is none to compare it with."
+    otherwise = {"DOE and groups": NOTHING, "Vehicles": "one vehicle"}
+    rows = [
+        {
+            "step": title,
+            "what was done": done,
+            "what came out": _answer(parts.get(part)) or otherwise.get(part, ""),
+        }
+        for part, (title, done) in steps.items()
+    ]
+    report.table(
+        None, pd.DataFrame(rows), "The steps in the order of the work, which is that of this page."
+    )
+    for part, (title, _) in steps.items():
+        if part not in parts:
+            report.section(title, NOTHING if part == "DOE and groups" else alone)
+            continue
+        for section in parts[part].sections:
+            if section.blocks and isinstance(section.blocks[0], str):
+                section.blocks[0] = section.blocks[0].removeprefix(f"{said}\n\n")
+        skipped = 1 if part == "Vehicles" else 0
+        report.include(parts[part], title, first=skipped, names=names[part])
+    model.everyone.append_to(report)
+    return report
 
 
-if __name__ == "__main__":
-    run_script(__file__)
+def _steps(
+    options: Options,
+    group: str,
+    fleet: CorrelationStudy | None,
+    front: RobustFront,
+    ranked: Sensitivity,
+) -> dict[str, tuple[str, str]]:
+    """Return title of each part, and what was done there."""
+    tried = "no DOE"
+    if fleet is not None:
+        tried = (
+            f"{len(fleet.doe)} designs ({fleet.plan}), each as it is and made {options.draws} "
+            f"times, heard in {len(fleet.names)} vehicles"
+        )
+    space = front.robust.space
+    return {
+        "DOE and groups": ("DOE and groups", tried),
+        "Vehicles": (
+            f"Vehicles of {group}",
+            f"the same designs in {len(front.vehicles)} vehicles",
+        ),
+        "Front": (
+            "Front",
+            f"NSGA-II, {front.search.n_evaluated} designs with {front.robust.sample.n_samples} "
+            f"draws each, within {space.lower.min():g} to {space.upper.max():g}; "
+            f"{front.verification.n_samples} draws to verify",
+        ),
+        "Sensitivity": (
+            "Sensitivity",
+            f"{ranked.n_runs} designs, {ranked.label}, {ranked.indices.n_base} base points",
+        ),
+    }
+
+
+def _answer(part: Report | None) -> str:
+    """Return the tiles of a part in a line."""
+    return "; ".join(f"{value} {label}" for value, label in part.tiles) if part else ""
+
+
+def _names(parts: Mapping[str, Report]) -> dict[str, dict[str, str]]:
+    """Return new names by part, where another part that comes before it here has the same."""
+    prefixes = {
+        "Front": "",
+        "DOE and groups": "doe_",
+        "Vehicles": "within_group_",
+        "Sensitivity": "sobol_",
+    }
+    new: dict[str, dict[str, str]] = {}
+    taken: list[set[str]] = [set(), set(), set()]
+    for name, prefix in prefixes.items():
+        if name not in parts:
+            continue
+        part = parts[name]
+        new[name] = dict.fromkeys(SAME_DOE, "") if name == "Vehicles" else {}
+        kinds: list[set[str]] = [set(part.tables), set(part.figures), set(part.summary)]
+        for known, kind in zip(taken, kinds, strict=True):
+            doubled = (known & kind) - new[name].keys()
+            new[name] |= {key: prefix + key for key in doubled}
+            known |= kind - new[name].keys()
+    return new
+
+
+def fleet_doe(model: Model, options: Options) -> CorrelationStudy | None:
+    """Try the designs of a DOE in all vehicles; None if there is one vehicle only."""
+    if len(model.everyone_index.response_names) < 2:
+        return None
+    return correlation_study(
+        model.everyone,
+        model.everyone_index,
+        DoeRequest(Plan.sobol, options.doe, options.seed),
+        motion=options.motion.motion.value,
+        half_width=options.half_width,
+        tolerance=options.tolerance,
+        draws=options.draws,
+        resamples=options.resamples,
+        cut=FAMILY,
+    )
+
+
+def within_group(
+    study: CorrelationStudy | None, runs: Operation, index: Any
+) -> CorrelationStudy | None:
+    """Return the part of a fleet's DOE that some of its vehicles heard; nothing is run again."""
+    names = index.response_names
+    if study is None or len(names) < 2:
+        return None
+    heard, columns = study.vehicles, [study.names.index(name) for name in names]
+    levels = Levels(
+        names, heard.designs[:, columns], heard.means[:, columns], heard.scatter[..., columns]
+    )
+    return replace(study, runs=runs, index=index, vehicles=levels)
+
+
+def best_of_doe(model: Model, options: Options) -> RealArray:
+    """Return the designs of the DOE that the search begins with, shape (population, k) [1].
+
+    Raises
+    ------
+    InputError
+        Fewer designs than a population that could be computed.
+    """
+    index, population = model.robust.evaluate, options.search.population
+    space = factor_space(index.variable_names, options.half_width, options.tolerance)
+    designs = DoeRequest(Plan.sobol, options.doe, options.seed).designs(space)
+    mean, scatter = tolerance_scatter(
+        index, space, designs, n_draws=options.draws, seed=options.seed
+    )
+    objectives = np.column_stack([mean.sum(axis=1), scatter.std(axis=1, ddof=1).sum(axis=1)])
+    computed = np.isfinite(objectives).all(axis=1)
+    if computed.sum() < population:
+        raise InputError(
+            f"the DOE has {computed.sum()} designs that could be computed, too few for a first "
+            f"population of {population}: take a larger DOE or a smaller population"
+        )
+    order = np.argsort(pareto_rank(objectives[computed]), kind="stable")
+    return np.asarray(designs[computed][order[:population]])

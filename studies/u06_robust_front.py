@@ -8,69 +8,82 @@ sigma_bias_percent, mean_bias_db_per_line (search - verification); surface_diffe
 design_factor; held_*_share (beyond data); n_front, n_evaluated, n_failed, n_beyond_limits.
 """
 
+from __future__ import annotations
+
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
 from typer import Option
 
 from deboom.explore.front import verify
-from deboom.explore.workers import workers_for
-from deboom.files.platform import read_platform
+from deboom.explore.robust import RobustResponse
 from deboom.report import Report
-from deboom.study.made_parts import made_parts
-from deboom.study.options import Aim, Sampler, factor_space, tolerance_sample
-from deboom.study.platform_model import Factor, Kernel, Motion, MountSource, motion_index, operation
-from deboom.study.progress import progress_bar
+from deboom.study.made_parts import MadeParts, ScatterOptions
+from deboom.study.options import Aim, Sampler, Seed, tolerance_sample
+from deboom.study.platform_model import MotionOptions, Operation, PlatformOptions
 from deboom.study.result import RunContext
-from deboom.study.robust_front import RobustFront, robust_front_result
-from deboom.study.runner import run_script
-from deboom.study.search import Budget, mount_limits, robust_search
+from deboom.study.robust_front import RobustFront, front_report
+from deboom.study.search import MountLimits, ThoroughSearchOptions, mount_limits
 
-PLATFORM = Path(__file__).parent / "data" / "u06_f39_f45"
+VERIFIED = 1024
+"""Draws behind every verified number."""
 
 
-def main(
-    seed: Annotated[int, Option(help="From 1; the same seed gives the same front.")] = 1,
-    generations: Annotated[int, Option(help="Generations of NSGA-II.")] = 100,
-    population: Annotated[int, Option(help="Designs per generation.")] = 100,
-    searches: Annotated[int, Option(help="Seeds from seed upwards, into one front.")] = 1,
-    polish: Annotated[bool, Option(help="Picks go on by gradient.")] = False,
-    samples: Annotated[int, Option(help="Tolerance draws per design; a power of two.")] = 128,
-    sampler: Annotated[Sampler, Option(help="Tolerance draws; fresh: the thesis.")] = Sampler.sobol,
-    tolerance: Annotated[float, Option(help="Half width of the scatter, 3 sigma [1].")] = 0.15,
-    parts: Annotated[Path | None, Option(help="TOML: part numbers, batches, scatter.")] = None,
-    objective: Annotated[Aim, Option(help="What is minimised.")] = Aim.mean,
-    nominal_mean: Annotated[bool, Option(help="Level of the design itself as mean.")] = False,
-    control_variate: Annotated[bool, Option(help="Mean and sigma by regression.")] = False,
-    load_case: Annotated[list[str] | None, Option(help="name or name=weight; repeatable.")] = None,
-    group: Annotated[str, Option(help="Vehicles to serve.")] = "U06",
-    platform: Annotated[Path, Option(help="Folder with platform.toml.")] = PLATFORM,
-    mounts: Annotated[MountSource, Option(help="Source of forces.")] = MountSource.library,
-    motion: Annotated[Motion, Option(help="Of the powertrain.")] = Motion.prescribed,
-    factor: Annotated[Factor, Option(help="What a stiffness factor means.")] = Factor.dynamic,
-    loss_factors: Annotated[bool, Option(help="Loss factors ±20 % are variables too.")] = False,
-    limits: Annotated[Path | None, Option(help="TOML: sag, travel, modes to keep.")] = None,
-    kernel: Annotated[Kernel | None, Option(help="By default as the motion needs.")] = None,
-    workers: Annotated[int, Option(help="Processes; any number gives the same front.")] = 1,
-    scheduler: Annotated[str | None, Option(help="Dask cluster, tcp://host:port.")] = None,
-    run: RunContext | None = None,
-) -> Report:
+@dataclass(frozen=True)
+class Options:
+    """What is searched for, under which scatter, and for how long."""
+
+    seed: Seed = 1
+    search: ThoroughSearchOptions = ThoroughSearchOptions()
+    scatter: ScatterOptions = ScatterOptions()
+    sampler: Annotated[Sampler, Option(help="Tolerance draws; fresh: the thesis.")] = Sampler.sobol
+    objective: Annotated[Aim, Option(help="What is minimised.")] = Aim.mean
+    nominal_mean: Annotated[bool, Option(help="Level of the design itself as mean.")] = False
+    control_variate: Annotated[bool, Option(help="Mean and sigma by regression.")] = False
+    platform: PlatformOptions = PlatformOptions()
+    motion: MotionOptions = MotionOptions()
+    loss_factors: Annotated[bool, Option(help="Loss factors ±20 % are variables too.")] = False
+    limits: Annotated[Path | None, Option(help="TOML: sag, travel, modes to keep.")] = None
+
+
+@dataclass(frozen=True, eq=False)
+class Model:
+    """Levels of the vehicles under scattering parts, and what designs must keep."""
+
+    runs: Operation
+    made: MadeParts
+    robust: RobustResponse
+    limits: MountLimits
+
+
+def prepare(options: Options) -> Model:
+    """Read the platform and build its model."""
+    runs = options.platform.operation()
+    index = options.motion.index(runs, loss_factors=options.loss_factors)
+    made = options.scatter.made(index.variable_names)
+    samples = options.scatter.samples
+    sample = tolerance_sample(options.sampler, made.n_draws, samples, seed=options.seed)
+    aims = (options.objective, options.nominal_mean, options.control_variate)
+    robust = made.response(index, sample, *aims)
+    limits = mount_limits(options.limits, runs, robust, options.motion.factor)
+    return Model(runs, made, robust, limits)
+
+
+def run(model: Model, options: Options, context: RunContext | None = None) -> Report:
     """Search, verify and report."""
-    runs = operation(read_platform(platform), load_case, mounts, group, band=(20, 60))
-    index = motion_index(runs, motion, kernel, factor, loss_factors=loss_factors)
-    made = made_parts(parts, factor_space(index.variable_names, 0.20, tolerance))
-    sample = tolerance_sample(sampler, made.n_draws, samples, seed=seed)
-    robust = made.response(index, sample, objective, nominal_mean, control_variate)
-    limited = mount_limits(limits, runs, robust, factor)
-    budget = Budget(population, generations, searches, polish)
-    files = (*runs.platform.input_files, *limited.inputs, *made.inputs)
-    with workers_for(robust, workers, scheduler) as spread, progress_bar("NSGA-II") as bar:
-        search = robust_search(limited.around(spread), robust, budget, seed, bar, run, files)
-    check = verify(search.front, robust, n_samples=1024, seed=seed)
-    front = RobustFront(runs.platform, index, robust, search, check, budget.note)
-    result = limited.reported(robust_front_result(front), search, front.named_designs)
-    return runs.checked(made.reported(result))
-
-
-if __name__ == "__main__":
-    run_script(__file__)
+    platform = model.runs.platform
+    search = options.search.front(
+        model.robust,
+        options.seed,
+        context,
+        (*platform.input_files, *model.limits.inputs, *model.made.inputs),
+        limits=model.limits,
+    )
+    check = verify(search.front, model.robust, n_samples=VERIFIED, seed=options.seed)
+    front = RobustFront(model.robust, search, check, options.search.budget.note, platform=platform)
+    report = front_report(front)
+    model.limits.append_to(report, search, front.named_designs)
+    model.made.append_to(report)
+    model.runs.append_to(report)
+    return report

@@ -4,7 +4,6 @@ from pathlib import Path
 
 import pytest
 
-from deboom.explore.front import verify
 from deboom.plot import style as canvas
 from deboom.study.runner import load_study
 
@@ -34,9 +33,5 @@ def quick_front(monkeypatch):
     """
     study = load_study(FRONT_STUDY)
 
-    def few(*arguments, n_samples, seed):
-        assert n_samples == 1024
-        return verify(*arguments, n_samples=64, seed=seed)
-
-    monkeypatch.setitem(study.main.__globals__, "verify", few)
+    monkeypatch.setattr(study.module, "VERIFIED", 64)
     return study

@@ -25,7 +25,7 @@ from deboom.files.platform import read_platform
 from deboom.files.run_folder import find_run
 from deboom.study.platform_model import Kernel, MountSource, check_platform
 from deboom.study.rebuilt import rebuilt_model
-from deboom.study.runner import load_study, run_study
+from deboom.study.runner import load_study, run_study, study_files
 
 STUDIES = Path(__file__).parents[2] / "studies"
 VARIABLES = [f"{mount} {axis}" for mount in PLACES for axis in "xyz"]
@@ -53,10 +53,9 @@ def folder(tmp_path_factory):
 
 
 def studies_of_a_platform():
-    """Those whose mounts are the platform's; the scripts are not run for it."""
-    text = {path: path.read_text(encoding="utf-8") for path in sorted(STUDIES.glob("*.py"))}
-    options = ("    platform: Annotated", "    mounts: Annotated")
-    return [path.stem for path, script in text.items() if all(one in script for one in options)]
+    """Those whose mounts are the platform's."""
+    studies = [load_study(path) for path in study_files(STUDIES)]
+    return [study.name for study in studies if {"platform", "mounts"} <= study.parameters.keys()]
 
 
 @pytest.fixture(scope="module")

@@ -8,7 +8,7 @@ import pandas as pd
 import pytest
 
 from deboom.errors import InputError
-from deboom.study.platform_model import Kernel, Motion
+from deboom.study.platform_model import Motion
 from deboom.study.runner import load_study, run_study
 
 STUDY = Path(__file__).parents[2] / "studies" / "u06_robust_front.py"
@@ -66,8 +66,6 @@ def test_what_cannot_be_limited_is_refused_before_the_search(tmp_path, text, sen
         run(tmp_path / "results", limits=limits_of(tmp_path, text))
 
 
-def test_loss_factors_refuse_what_has_no_kernel_for_them(tmp_path):
-    with pytest.raises(InputError, match="a numpy kernel only"):
-        run(tmp_path, loss_factors=True, motion=Motion.coupled, kernel=Kernel.numba)
+def test_loss_factors_are_refused_where_mounts_settle_elsewhere(tmp_path):
     with pytest.raises(InputError, match="--motion prescribed or coupled"):
         run(tmp_path, loss_factors=True, motion=Motion.amplitude)

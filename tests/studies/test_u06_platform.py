@@ -10,27 +10,16 @@ import pandas as pd
 import pytest
 
 from deboom.errors import InputError
-from deboom.files.platform import read_platform
 from deboom.files.run_folder import read_run
-from deboom.report.page import render_page
-from deboom.study import correlation as group_correlation_result
-from deboom.study import correlation as vehicle_correlation_result
-from deboom.study import platform_study as room
-from deboom.study import robust_front as robust_front_result
-from deboom.study import sensitivity as sensitivity_result
-from deboom.study import sensitivity as sensitivity_room
-from deboom.study.correlation import DoeRequest, Plan
-from deboom.study.platform_model import Motion, MountSource, motion_index, operation
-from deboom.study.platform_study import platform_result
-from deboom.study.progress import progress_bar
+from deboom.study import correlation, sensitivity
+from deboom.study.platform_model import Motion, MountSource, PlatformOptions, motion_index
 from deboom.study.rebuilt import rebuilt_model
 from deboom.study.runner import load_study, run_study
-from deboom.study.search import Budget
-from deboom.study.sensitivity import Analysis, Ranked, SensitivityPlan
+from deboom.study.search import SearchOptions
 from deboom.vehicles.fleet import Fleet
 
 STUDIES = Path(__file__).parents[2] / "studies"
-PLATFORM = STUDIES / "data" / "u06_f39_f45"
+STUDY = load_study(STUDIES / "u06_platform.py")
 SEARCH = {"seed": 1, "generations": 3, "population": 8, "samples": 8}
 REST = {"doe": 32, "draws": 4, "n": 8, "resamples": 100}
 SOURCE = {"mounts": MountSource.spectra}
@@ -44,9 +33,8 @@ def run(out, name="u06_platform", **asked):
 def few_trajectories_and_pictures():
     """Leave out what takes long and is drawn in the tests of the single studies."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(vehicle_correlation_result, "scatter_figures", lambda *_: {})
-        patch.setattr(group_correlation_result, "scatter_figures", lambda *_: {})
-        patch.setattr(sensitivity_room, "TRAJECTORIES", 4)
+        patch.setattr(correlation, "scatter_figures", lambda *_: {})
+        patch.setattr(sensitivity, "TRAJECTORIES", 4)
         yield
 
 
@@ -56,31 +44,34 @@ def finished(tmp_path_factory):
     return run(tmp_path_factory.mktemp("results"), **REST)
 
 
-@pytest.fixture
-def drawn_before(finished, monkeypatch):
-    """Save the time of drawing: front and sensitivities get the pictures of the finished run."""
-    pictures = {path.stem: path.read_bytes() for path in (finished / "figures").iterdir()}
-    monkeypatch.setattr(robust_front_result, "front_figures", lambda _: pictures)
-    monkeypatch.setattr(sensitivity_result, "sensitivity_figures", lambda _: pictures)
-
-
 @pytest.fixture(scope="module")
 def runs():
-    return operation(read_platform(PLATFORM), None, MountSource.spectra, None, (20, 60))
+    return PlatformOptions(group=None, mounts=MountSource.spectra).operation()
 
 
-def asked_of(runs, group, from_doe=False):
-    """Run the study without a script, for any vehicles."""
-    request = DoeRequest(Plan.sobol, 32, 1)
-    return room.platform_study(
-        runs,
-        group,
-        (Motion.prescribed, None),
-        room.DoePlan(request, half_width=0.15, tolerance=0.15, draws=4, resamples=100),
-        room.FrontPlan(Budget(8, 3), samples=8, from_doe=from_doe, workers=1),
-        SensitivityPlan(*(Analysis.design, Ranked.decibels, 0.15, 0.20, 0.15, 8, 100, 1)),
-        None,
-        progress_bar,
+def options(group=None, from_doe=False):
+    return STUDY.module.Options(
+        doe=32,
+        draws=4,
+        search=SearchOptions(3, 8),
+        from_doe=from_doe,
+        samples=8,
+        n=8,
+        resamples=100,
+        platform=PlatformOptions(group=group, mounts=MountSource.spectra),
+    )
+
+
+def model_of(runs, asked):
+    """Build the model of any vehicles of the platform."""
+    whole = STUDY.module.prepare(asked)
+    index = asked.motion.index(runs)
+    return replace(
+        whole,
+        everyone=runs,
+        everyone_index=index,
+        runs=runs,
+        robust=replace(whole.robust, evaluate=index),
     )
 
 
@@ -96,14 +87,13 @@ def test_one_run_says_what_the_four_studies_say(finished):
     assert (summary["n_failed"], summary["doe_n_failed"]) == (0, 0)
 
 
-@pytest.mark.usefixtures("drawn_before")
 def test_the_front_is_that_of_the_front_study(finished, tmp_path):
     front = run(tmp_path, "u06_robust_front")
     for name in ("front.csv", "designs.csv", "picks.csv", "stiffness.csv", "vehicles.csv"):
         assert (finished / name).read_bytes() == (front / name).read_bytes(), name
     keys, mine = (json.loads((at / "summary.json").read_text()) for at in (front, finished))
     assert {**mine, **keys, "seconds_search": 0} == {**mine, "seconds_search": 0}
-    model = rebuilt_model(read_run(finished), load_study(STUDIES / "u06_platform.py"))
+    model = rebuilt_model(read_run(finished), STUDY)
     designs = pd.read_csv(front / "designs.csv").iloc[:, 1:].to_numpy()
     searched = pd.read_csv(front / "front.csv")["SPLV mean sum in search [dB(A)]"]
     assert model(designs).mean_sum.tolist() == searched.tolist()
@@ -131,11 +121,17 @@ def test_the_page_goes_through_the_steps_in_their_order(finished):
     assert (finished / "figures" / "sobol_convergence.png").is_file()
 
 
-def test_the_doe_may_be_the_first_population(runs):
-    plain, seeded = (asked_of(runs, "U06", from_doe).front for from_doe in (False, True))
-    assert seeded.search.front.mean_sum.min() < plain.search.front.mean_sum.min()
-    assert "best designs of the DOE" in seeded.note
-    assert plain.note == ""
+def test_the_doe_may_be_the_first_population(finished, tmp_path):
+    seeded = run(tmp_path, **REST, from_doe=True)
+    least = [
+        pd.read_csv(folder / "front.csv")["SPLV mean sum in search [dB(A)]"].min()
+        for folder in (finished, seeded)
+    ]
+    assert least[1] < least[0]
+    said = [
+        "best designs of the DOE" in (f / "report.html").read_text() for f in (finished, seeded)
+    ]
+    assert said == [False, True]
 
 
 def test_a_first_population_larger_than_the_doe_is_refused(tmp_path):
@@ -143,18 +139,20 @@ def test_a_first_population_larger_than_the_doe_is_refused(tmp_path):
         run(tmp_path, **{**REST, "population": 40, "from_doe": True})
 
 
-@pytest.mark.usefixtures("drawn_before")
 def test_where_there_is_nothing_to_compare_the_page_says_so(runs):
     single = replace(runs, fleet=Fleet(runs.fleet.vehicles[-1:]))
-    result = platform_result(asked_of(single, "F45"))
-    page = render_page(result.page)
+    asked = options("F45")
+    report = STUDY.module.run(model_of(single, asked), asked)
+    page = report.html()
     assert "nothing to correlate" in page
     assert "F45-5 is the only vehicle" in page
-    assert not {"doe", "matrix"} & set(result.tables)
-    assert "st_TSM_x_F45-5" in result.summary
+    assert not {"doe", "matrix"} & set(report.tables)
+    assert "st_TSM_x_F45-5" in report.summary
     pair = replace(runs, fleet=Fleet(runs.fleet.vehicles[:2]))
-    study = asked_of(pair, "U06")
-    assert study.fleet.by_group is None
-    assert study.vehicles.names == ("U06-1", "U06-2")
-    lone = room.within_group(study.fleet, single, motion_index(single, Motion.prescribed, None))
-    assert lone is None
+    asked = options("U06")
+    model = model_of(pair, asked)
+    fleet = STUDY.module.fleet_doe(model, asked)
+    assert fleet.by_group is None
+    within = STUDY.module.within_group
+    assert within(fleet, pair, model.robust.evaluate).names == ("U06-1", "U06-2")
+    assert within(fleet, single, motion_index(single, Motion.prescribed, None)) is None

@@ -12,7 +12,7 @@ import pytest
 from deboom.errors import InputError
 from deboom.files.run_folder import read_run
 from deboom.study.options import Aim
-from deboom.study.platform_model import LIBRARY_FILE, Kernel, Motion, MountSource
+from deboom.study.platform_model import LIBRARY_FILE, Motion, MountSource
 from deboom.study.rebuilt import rebuilt_model
 from deboom.study.runner import load_study, run_study
 
@@ -124,7 +124,7 @@ def test_another_seed_another_front(finished, tmp_path):
         {"group": "F39", "tolerance": 0.45},
         {"nominal_mean": True},
         {"objective": Aim.tail, "control_variate": True, "samples": 32},
-        {"motion": Motion.coupled, "kernel": Kernel.numpy},
+        {"motion": Motion.coupled},
     ],
 )
 def test_options_change_what_is_asked(quick_front, tmp_path, changes):
@@ -158,9 +158,18 @@ def test_lines_that_no_surface_knows_are_refused_or_measured_by_choice(quick_fro
     assert "TSM x (1 of 241 lines are outside)" in page
 
 
-def test_the_script_runs_on_its_own_and_prints_its_folder_last(tmp_path):
-    command = [sys.executable, str(STUDY), "--generations", "1", "--population", "8"]
-    command += ["--samples", "16", "--out", str(tmp_path)]
+def test_the_study_runs_by_its_name_and_prints_its_folder_last(tmp_path):
+    command = [sys.executable, "-c", "from deboom.cli import app; app()", "run", STUDY.stem]
+    command += [
+        "--generations",
+        "1",
+        "--population",
+        "8",
+        "--samples",
+        "16",
+        "--out",
+        str(tmp_path),
+    ]
     done = subprocess.run(command, capture_output=True, text=True, check=True, timeout=120)
     folder = Path(done.stdout.splitlines()[-1])
     assert (folder / "report.html").is_file()

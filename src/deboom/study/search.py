@@ -78,7 +78,7 @@ class Budget:
 
 def robust_search(
     robust: Robust,
-    model: RobustResponse,
+    model: Robust,
     budget: Budget,
     seed: int,
     progress: Progress,
@@ -128,7 +128,7 @@ def robust_search(
         raise InputError(
             "a polish knows no limits: search for more generations, or leave the limits out"
         )
-    if run is not None:
+    if run is not None and isinstance(model, RobustResponse):
         run.search_begins(model)
     found = []
     for number in range(seed, seed + budget.searches):
@@ -151,7 +151,7 @@ def robust_search(
         whole = replace(
             merge(found), hypervolume=first.hypervolume, reference_point=first.reference_point
         )
-    if budget.polished:
+    if budget.polished and isinstance(model, RobustResponse):
         picks = pick(whole.front)
         rows = sorted({picks.best_mean, picks.knee, picks.best_sigma})
         better = polish(model, whole.front, rows)
@@ -389,16 +389,19 @@ class SearchOptions:
     workers: Annotated[int, Option(help="Processes; any number gives the same result.")] = 1
     scheduler: Annotated[str | None, Option(help="Dask cluster, tcp://host:port.")] = None
 
+    @property
+    def budget(self) -> Budget:
+        """How long is searched."""
+        return Budget(self.population, self.generations)
+
     def front(
         self,
-        robust: RobustResponse,
+        robust: Robust,
         seed: int,
         context: RunContext | None,
         inputs: Sequence[Path],
         *,
         limits: MountLimits | None = None,
-        searches: int = 1,
-        polished: bool = False,
         title: str = "NSGA-II",
         name: str = "search",
         first_population: RealArray | None = None,
@@ -407,7 +410,7 @@ class SearchOptions:
 
         Parameters
         ----------
-        robust : RobustResponse
+        robust : Robust
             What is searched; its draws are spread over the processes.
         limits : MountLimits, optional
             What designs must keep.
@@ -416,13 +419,25 @@ class SearchOptions:
 
         Other parameters and errors are those of `robust_search`.
         """
-        budget = Budget(self.population, self.generations, searches, polished)
         with (
             workers_for(robust, self.workers, self.scheduler) as spread,
             progress_bar(title) as bar,
         ):
             whole = spread if limits is None else limits.around(spread)
             return robust_search(
-                *(whole, robust, budget, seed, bar, context, inputs, name),
+                *(whole, robust, self.budget, seed, bar, context, inputs, name),
                 first_population=first_population,
             )
+
+
+@dataclass(frozen=True)
+class ThoroughSearchOptions(SearchOptions):
+    """Options of a study that may search with several seeds, and go on by gradient."""
+
+    searches: Annotated[int, Option(help="Seeds from seed upwards, into one front.")] = 1
+    polish: Annotated[bool, Option(help="Picks go on by gradient.")] = False
+
+    @property
+    def budget(self) -> Budget:
+        """How long is searched."""
+        return Budget(self.population, self.generations, self.searches, self.polish)

@@ -1,0 +1,220 @@
+"""The front of a search, verified: one table, one picture and one set of picks for every study."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pandas as pd
+
+from deboom import plot
+from deboom.arrays import RealArray
+from deboom.explore.front import Verification, verification_response
+from deboom.explore.problems import SearchResult
+from deboom.explore.robust import RobustResponse, RobustValues
+from deboom.explore.selection import at_nominal, pick, variables_without_effect
+from deboom.report import Scalar
+
+if TYPE_CHECKING:
+    from deboom.plot.style import Drawing
+
+PERCENT = 100.0
+
+
+@dataclass(frozen=True, eq=False)
+class Front:
+    """A searched front whose designs were evaluated again with draws that the search never saw.
+
+    Parameters
+    ----------
+    robust : RobustResponse
+        Model, design space and draws of the search.
+    search : SearchResult
+        What was found.
+    verification : Verification
+        The found front, evaluated again.
+    note : str
+        What else there is to say about the search.
+    """
+
+    robust: RobustResponse
+    search: SearchResult
+    verification: Verification
+    note: str = ""
+
+    @property
+    def index(self) -> Any:
+        """The model."""
+        return self.robust.evaluate
+
+    @property
+    def vehicles(self) -> tuple[str, ...]:
+        """Names of the responses."""
+        return tuple(self.index.response_names)
+
+    @property
+    def variables(self) -> tuple[str, ...]:
+        """Names of the design variables."""
+        return self.robust.space.names
+
+    @property
+    def values(self) -> RobustValues:
+        """Verified values of the front, (n,) designs."""
+        return self.verification.values
+
+    @property
+    def per_line(self) -> float:
+        """Factor from a sum over vehicles and lines to the mean over both [1]."""
+        return float(1.0 / (self.index.n_lines * len(self.vehicles)))
+
+    @cached_property
+    def picks(self) -> dict[str, int]:
+        """Rows of the front by name of the pick, chosen on verified values."""
+        rows = pick(self.values)
+        return {"best mean": rows.best_mean, "best sigma": rows.best_sigma, "knee": rows.knee}
+
+    @cached_property
+    def without_effect(self) -> tuple[str, ...]:
+        """Variables that no response depends on."""
+        return variables_without_effect(self.index, self.robust.space)
+
+    @cached_property
+    def pick_designs(self) -> dict[str, RealArray]:
+        """Design of each pick, shape (k,); variables without effect are at nominal [1]."""
+        designs = at_nominal(self.values.designs, self.robust.space, self.without_effect)
+        return {name: designs[row] for name, row in self.picks.items()}
+
+    @property
+    def named_designs(self) -> dict[str, RealArray]:
+        """Today's design and the picks, each of shape (k,) [1]."""
+        return {"today's": self.robust.space.nominal, **self.pick_designs}
+
+    @cached_property
+    def verifying(self) -> RobustResponse:
+        """The model with the draws of the verification."""
+        check = self.verification
+        return verification_response(self.robust, check.n_samples, seed=check.seed)
+
+    @cached_property
+    def baseline(self) -> RobustValues:
+        """Today's design under the verification's draws; one row."""
+        return self.verifying(self.robust.space.nominal[np.newaxis, :])
+
+    @property
+    def n_dominated(self) -> int:
+        """Designs of the front that the new draws show to be dominated."""
+        return int((~self.verification.nondominated).sum())
+
+    def table(self, parts: Mapping[str, Sequence[str]] | None = None) -> pd.DataFrame:
+        """Tabulate the front: objectives as verified and as searched; one row per design.
+
+        Parameters
+        ----------
+        parts : mapping of str to sequence of str, optional
+            Further columns after the pick, such as the parts of each design.
+        """
+        names = {row: name for name, row in reversed(self.picks.items())}
+        n = len(self.search.front)
+        return pd.DataFrame(
+            {
+                "point": np.arange(1, n + 1),
+                "pick": [names.get(row, "") for row in range(n)],
+                **(parts or {}),
+                "SPLV mean sum [dB(A)]": self.values.mean_sum,
+                "SPLV sigma sum [dB]": self.values.sigma_sum,
+                "standard error of mean sum [dB]": self.values.standard_error_mean_sum,
+                "standard error of sigma sum [dB]": self.values.standard_error_sigma_sum,
+                "SPLV mean sum in search [dB(A)]": self.search.front.mean_sum,
+                "SPLV sigma sum in search [dB]": self.search.front.sigma_sum,
+                "non-dominated when verified": self.verification.nondominated,
+            }
+        )
+
+    def designs(self, first: int = 0) -> pd.DataFrame:
+        """Tabulate the variables of every design of the front, from the `first` one [1]."""
+        designs = self.search.front.designs
+        columns = {f"{n} [1]": designs[:, k] for k, n in enumerate(self.variables) if k >= first}
+        return pd.DataFrame({"point": np.arange(1, len(designs) + 1), **columns})
+
+    def convergence(self) -> pd.DataFrame:
+        """Tabulate the hypervolume of the front so far, as the search saw it, by generation."""
+        volume = self.search.hypervolume
+        generation = np.arange(1, len(volume) + 1)
+        return pd.DataFrame({"generation": generation, "hypervolume [dB²]": volume})
+
+    def compared(self, designs: Mapping[str, tuple[RobustValues, int]]) -> pd.DataFrame:
+        """Tabulate both objectives of named rows of verified values, per vehicle and line.
+
+        Parameters
+        ----------
+        designs : mapping of str to (RobustValues, int)
+            Values and their row by name; changes are against the first one.
+        """
+        mean = np.array([values.mean_sum[row] for values, row in designs.values()])
+        sigma = np.array([values.sigma_sum[row] for values, row in designs.values()])
+        return pd.DataFrame(
+            {
+                "design": list(designs),
+                "mean level [dB(A)]": mean * self.per_line,
+                "change [dB]": (mean - mean[0]) * self.per_line,
+                "sigma of the level [dB]": sigma * self.per_line,
+                "change of sigma [%]": PERCENT * (sigma / sigma[0] - 1.0),
+            }
+        )
+
+    def splv_change(self, design: RealArray) -> RealArray:
+        """Change of SPLV over the number of lines against today's design, shape (v,) [dB]."""
+        both = self.index(np.stack([self.robust.space.nominal, design]))
+        return np.asarray((both[1] - both[0]) / self.index.n_lines)
+
+    def picture(self) -> Drawing:
+        """Draw the designs that are not dominated when verified, with the picks and today's."""
+        values, scale = self.values, self.per_line
+        shown = self.verification.nondominated
+        return plot.pareto_front(
+            values.mean_sum[shown] * scale,
+            values.sigma_sum[shown] * scale,
+            values.standard_error_mean_sum[shown] * scale,
+            values.standard_error_sigma_sum[shown] * scale,
+            (float(self.baseline.mean_sum[0]) * scale, float(self.baseline.sigma_sum[0]) * scale),
+            {
+                name: (float(values.mean_sum[row]) * scale, float(values.sigma_sum[row]) * scale)
+                for name, row in self.picks.items()
+            },
+            mean_label="mean level over vehicles and lines [dB(A)]",
+            sigma_label="its σ over the tolerance [dB]",
+        )
+
+    def convergence_picture(self) -> Drawing:
+        """Draw the hypervolume over the generations."""
+        volume = self.search.hypervolume * self.per_line**2
+        generation = np.arange(1, volume.size + 1)
+        return plot.convergence(generation, volume, hypervolume_label="hypervolume [dB²]")
+
+    @property
+    def text(self) -> str:
+        """How many designs were evaluated and are left, in words."""
+        text = (
+            f"{self.search.n_evaluated} designs were evaluated, {self.search.n_failed} failed; "
+            f"{len(self.search.front)} are on the front."
+        )
+        if self.n_dominated:
+            verb = "is" if self.n_dominated == 1 else "are"
+            text += (
+                f" {self.n_dominated} of these {verb} dominated in the draws of the verification: "
+                "the table marks them, the figure leaves them out."
+            )
+        return text
+
+    @property
+    def counts(self) -> dict[str, Scalar]:
+        """Numbers of the search for ``summary.json``."""
+        return {
+            "n_front": len(self.search.front),
+            "n_evaluated": self.search.n_evaluated,
+            "n_failed": self.search.n_failed,
+            "seconds_search": round(self.search.seconds, 3),
+        }

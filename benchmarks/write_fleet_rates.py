@@ -22,7 +22,7 @@ from deboom.bench.operating_run import full_load_run
 from deboom.bench.platform_writer import NAME
 from deboom.bench.powertrain import load_bench, read_data
 from deboom.bench.unselected_fleets import DATA, FleetFigures, UnselectedFleets
-from deboom.files.folders import replace_text
+from deboom.files.disk import replace_text
 from deboom.physics.sound_level import spl
 
 SEEDS = range(1001, 1301)

@@ -587,7 +587,7 @@ def test_a_dead_channel_is_refused_and_nothing_changes(folder, run):
 def test_runs_in_another_form_are_refused_and_nothing_changes(folder, run, monkeypatch):
     path = folder / TOML
     monkeypatch.setattr(campaign_new_run, "write_uff", lambda path, *_, **__: path.touch())
-    monkeypatch.setattr(campaign_new_run, "_check", lambda *_: None)
+    monkeypatch.setattr(campaign_new_run, "_check_new_run", lambda *_: None)
     text = path.read_text(encoding="utf-8")
     start, end = text.index("[[runs]]"), text.index("[[shaker_runs]]")
     inline = ", ".join(text[start:end].splitlines()[1:-1])

@@ -103,7 +103,7 @@ def test_damaged_files_are_named(tmp_path, damage):
     with pytest.raises(InputError, match=r"000001\.npz cannot be read"):
         store.kept(1)
     (tmp_path / "search" / "inputs.json").write_text("{")
-    with pytest.raises(InputError, match=r"inputs\.json cannot be read"):
+    with pytest.raises(InputError, match=r"inputs\.json is not JSON.*start a new run"):
         CheckpointFolder(tmp_path / "search", INPUTS)
 
 

@@ -121,7 +121,7 @@ def test_a_truncated_mat_file_is_refused(tmp_path):
     ("header", "row", "sentence"),
     [
         ("f [Hz],a real [N],a imag [N]", "20,1,2", "there is no column 'frequency [Hz]'"),
-        ("frequency [Hz];a real [N];a imag [N]", "20;1;2", "add it, columns separated by commas"),
+        ("frequency [Hz]|a real [N]|a imag [N]", "20|1|2", "add it, columns separated by commas"),
         ("frequency [kHz],a real [N],a imag [N]", "20,1,2", "there is no column 'frequency [Hz]'"),
         ("frequency [Hz],a real [N],a real [N]", "20,1,2", "column 'a real [N]' comes twice"),
         ("frequency [Hz],a real [N],a imag [N]", "x,1,2", "line 2, column 'frequency [Hz]': 'x'"),

@@ -78,7 +78,7 @@ def test_files_that_are_no_export_are_refused(tmp_path):
     with pytest.raises(InputError, match=r"mounts.json is not JSON"):
         read_library_json(path)
     path.write_text("[]")
-    with pytest.raises(InputError, match="its format is None, and this deboom reads 'deboom mount"):
+    with pytest.raises(InputError, match="holds no JSON object"):
         read_library_json(path)
 
 

@@ -1,6 +1,8 @@
+import os
 import re
 
 import pytest
+from openpyxl import Workbook
 
 from deboom.errors import InputError
 from deboom.files.platform import (
@@ -89,7 +91,7 @@ def test_mount_tables_round_trip(tmp_path):
         (
             ",-0.27",
             ",-0.27,9",
-            "no comma-separated table: Error tokenizing data. C error: Expected",
+            "no comma-separated table: line 2 has 6 cells and the header 5",
         ),
         ("right", "left", "mounts.csv line 5: 'Du left' comes twice: keep one"),
         ("TSM,", ",", "mounts.csv line 2: column 'mount' is empty: fill it in"),
@@ -110,9 +112,53 @@ def test_a_doubled_or_unknown_column_is_refused(mounts):
     mounts.write_text("mount,piece,x [m],y [m],z [m],note\nTSM,,1,1,1,1\n", encoding="utf-8")
     with pytest.raises(InputError, match="column 'note' is unknown or doubled"):
         read_mount_table(mounts)
-    mounts.write_text("mount;piece;x [m];y [m];z [m]\nTSM;;1;1;1\n", encoding="utf-8")
+    mounts.write_text("mount|piece|x [m]|y [m]|z [m]\nTSM||1|1|1\n", encoding="utf-8")
     with pytest.raises(InputError, match="are mount, piece, x, y, z, separated by commas"):
         read_mount_table(mounts)
+
+
+def test_a_german_table_is_read(mounts):
+    text = "mount;piece;x [mm];y [mm];z [mm]\nTSM;;1,5;-2;1e3\n"
+    mounts.write_text(text, encoding="utf-8")
+    assert read_mount_table(mounts)[0].position == pytest.approx((1.5e-3, -2e-3, 1.0))
+
+
+@pytest.mark.parametrize("number", ["398_0", "１２", "1,5", "0x10", "1e400", "- 1"])
+def test_numbers_are_plain_digits(mounts, number):
+    text = f'mount,piece,x [mm],y [mm],z [mm]\nTSM,,"{number}",1,1\n'
+    mounts.write_text(text, encoding="utf-8")
+    with pytest.raises(InputError, match=r"line 2, column 'x'.*is no finite number"):
+        read_mount_table(mounts)
+
+
+def test_a_pipe_is_no_file(tmp_path):
+    os.mkfifo(tmp_path / "mounts.csv")
+    with pytest.raises(InputError, match="device or a pipe"):
+        read_mount_table(tmp_path / "mounts.csv")
+
+
+@pytest.mark.parametrize(
+    ("content", "sentence"),
+    [
+        (b"\xd0\xcf\x11\xe0" + bytes(600), "old .xls workbook or has a password"),
+        (b"mount,piece", "is no Excel file"),
+        (b"PK\x03\x04" + bytes(60), "is no Excel file"),
+    ],
+)
+def test_a_damaged_workbook_is_named(tmp_path, content, sentence):
+    path = tmp_path / "mounts.xlsx"
+    path.write_bytes(content)
+    with pytest.raises(InputError, match=sentence):
+        read_mount_table(path)
+
+
+def test_a_stray_cell_far_away_is_named(tmp_path):
+    path = tmp_path / "mounts.xlsx"
+    book = Workbook()
+    book.active["A1"], book.active["XFD1048576"] = "mount", "stray"
+    book.save(path)
+    with pytest.raises(InputError, match="delete stray cells"):
+        read_mount_table(path)
 
 
 def test_missing_empty_and_foreign_tables_are_refused(tmp_path):

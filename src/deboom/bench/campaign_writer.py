@@ -82,7 +82,7 @@ from deboom.files.campaign_tables import (
     write_curve,
     write_sensor_table,
 )
-from deboom.files.folders import complete_or_not_at_all
+from deboom.files.disk import complete_or_not_at_all
 from deboom.files.platform import write_mount_table
 from deboom.files.tables import parse_unit
 from deboom.files.uff import AxisDriftWarning, UffFunction, write_uff

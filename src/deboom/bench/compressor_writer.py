@@ -51,7 +51,7 @@ from deboom.bench.compressor_truth import (
     inertia_tensor,
 )
 from deboom.bench.powertrain import AXES, read_data
-from deboom.files.folders import complete_or_not_at_all, replace_text
+from deboom.files.disk import complete_or_not_at_all, replace_text
 from deboom.files.hammer_test import HammerChannel, HammerPoint, HammerSheet, write_hammer_test
 from deboom.files.inertance_test import (
     INERTANCE_TEST_FILE,

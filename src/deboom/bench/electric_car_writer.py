@@ -46,13 +46,13 @@ from deboom.bench.electric_recording import (
 )
 from deboom.bench.powertrain import AXES
 from deboom.errors import InputError
+from deboom.files.disk import complete_or_not_at_all, replace_text
 from deboom.files.electric_car import (
     ELECTRIC_CAR_FILE,
     ElectricCarFile,
     PointSection,
     dump_electric_car_file,
 )
-from deboom.files.folders import complete_or_not_at_all, replace_text
 from deboom.files.inertance_test import ToleranceSection, write_placed_sensors, write_positions
 from deboom.files.operating_test import (
     OPERATING_TEST_FILE,

@@ -46,7 +46,7 @@ from deboom.bench.writing import (
     write_json,
     write_readme,
 )
-from deboom.files.folders import complete_or_not_at_all
+from deboom.files.disk import complete_or_not_at_all
 from deboom.files.platform import (
     NOISE_TRANSFER,
     QUANTITY_UNIT,

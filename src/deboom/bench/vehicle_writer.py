@@ -61,7 +61,7 @@ from deboom.files.campaign_tables import (
     write_campaign_channels,
     write_sensor_table,
 )
-from deboom.files.folders import complete_or_not_at_all
+from deboom.files.disk import complete_or_not_at_all
 from deboom.files.platform import write_mount_table
 from deboom.files.tables import parse_unit
 from deboom.files.uff import write_uff

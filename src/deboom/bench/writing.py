@@ -14,7 +14,7 @@ from deboom.arrays import RealArray, RealOrComplexArray
 from deboom.bench.layout import Place
 from deboom.errors import InputError
 from deboom.files.campaign_tables import SensorRow
-from deboom.files.folders import replace_text
+from deboom.files.disk import replace_text
 from deboom.files.uff import UffFunction
 
 Progress = Callable[[int, int, str], None]

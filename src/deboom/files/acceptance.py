@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from deboom.errors import InputError
-from deboom.files.folders import replace_text
+from deboom.files.disk import read_document, replace_text
 from deboom.files.tables import read_rows, refuse_second
 
 FORMAT = "deboom acceptance box"
@@ -210,23 +210,10 @@ def read_solution_box(path: Path) -> AcceptanceBox:
         The file is missing, no JSON, of another format or version, lacks an entry, has one too
         many or one of the wrong kind, or holds an interval that is none.
     """
+    kind = "acceptance box: the study solution_box writes one"
+    document = read_document(path, FORMAT, VERSION, kind, _AGAIN)
     try:
-        document = json.loads(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise InputError(f"{path} cannot be read ({error.strerror}): check the path") from None
-    except ValueError as error:
-        raise InputError(f"{path} is not JSON ({error}): {_AGAIN}") from None
-    if not isinstance(document, dict) or document.get("format") != FORMAT:
-        raise InputError(f"{path} is no acceptance box: the study solution_box writes one")
-    if document.get("version") != VERSION:
-        raise InputError(
-            f"{path} has version {document.get('version')} of the format, this deboom reads "
-            f"version {VERSION}: {_AGAIN}"
-        )
-    try:
-        return _box(
-            {name: document[name] for name in document if name not in ("format", "version")}
-        )
+        return _box(document)
     except InputError as error:
         raise InputError(f"{path}: {error}") from None
 

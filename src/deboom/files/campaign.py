@@ -1059,7 +1059,7 @@ def add_operating_run(folder: Path, run: OperatingRun, notes: Sequence[str] = ()
     functions = _functions(table, channels, run, notes)
     write_uff(place, functions, binary=True)
     try:
-        _check_6(path, file, entry, channels)
+        _check_new_run(path, file, entry, channels)
         append_toml(path, file, "runs", entry)
     except BaseException:
         place.unlink(missing_ok=True)
@@ -1071,7 +1071,7 @@ def _relative(mount_set: str, name: str) -> str:
     return f"runs/{mount_set}/{name}.uff"
 
 
-def _check_6(
+def _check_new_run(
     path: Path, file: CampaignFile, entry: RunEntry, channels: Sequence[CampaignChannel]
 ) -> None:
     """Read the new file as the campaign will be read."""

@@ -12,7 +12,7 @@ import pandas as pd
 
 from deboom.arrays import RealArray
 from deboom.errors import InputError
-from deboom.files.folders import replace_bytes, replace_text
+from deboom.files.disk import replace_bytes, replace_text
 from deboom.files.tables import Row, Unit, parse_unit, read_rows
 from deboom.files.uff import DIRECTIONS
 from deboom.measurement.sensors import Sensor, SensorKind

@@ -19,7 +19,7 @@ import numpy as np
 import numpy.typing as npt
 
 from deboom.errors import InputError
-from deboom.files.folders import replace_bytes, replace_text
+from deboom.files.disk import read_json, replace_bytes, replace_text
 
 AnyArray = npt.NDArray[Any]
 FACTS = "facts.json"
@@ -52,7 +52,7 @@ class CheckpointFolder:
         path = self.folder / "inputs.json"
         if not path.exists():
             return
-        then = _read_json(path)
+        then = read_json(path, "it is damaged, start a new run")
         for name in sorted({*then, *self.inputs_sha256}):
             if then.get(name) != self.inputs_sha256.get(name):
                 raise InputError(
@@ -148,15 +148,6 @@ def _read_npz(path: Path) -> dict[str, AnyArray] | None:
     except FileNotFoundError:
         return None
     except (OSError, ValueError, EOFError, zipfile.BadZipFile) as error:
-        raise InputError(
-            f"{path} cannot be read ({error}): it is damaged; start a new run"
-        ) from None
-
-
-def _read_json(path: Path) -> dict[str, str]:
-    try:
-        return dict(json.loads(path.read_text(encoding="utf-8")))
-    except (OSError, ValueError) as error:
         raise InputError(
             f"{path} cannot be read ({error}): it is damaged; start a new run"
         ) from None

@@ -12,7 +12,7 @@ from deboom.compressor.gain import GAIN_PARAMETERS, GainFactor
 from deboom.compressor.identify import IdentifiedCompressor
 from deboom.compressor.model import CompressorModel
 from deboom.errors import InputError
-from deboom.files.folders import replace_text
+from deboom.files.disk import read_document, replace_text
 
 FORMAT = "deboom identified compressor"
 VERSION = 1
@@ -101,19 +101,8 @@ def read_compressor_model(path: Path) -> IdentifiedCompressor:
     InputError
         The file is missing, no JSON, of another format or version, or lacks an entry.
     """
-    try:
-        document = json.loads(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise InputError(f"{path} cannot be read ({error.strerror}): check the path") from None
-    except ValueError as error:
-        raise InputError(f"{path} is not JSON ({error}): identify the compressor again") from None
-    if not isinstance(document, dict) or document.get("format") != FORMAT:
-        raise InputError(f"{path} is no identified compressor: `deboom identify` writes one")
-    if document.get("version") != VERSION:
-        raise InputError(
-            f"{path} has version {document.get('version')} of the format, this deboom reads "
-            f"version {VERSION}: identify the compressor again"
-        )
+    kind = "identified compressor: `deboom identify` writes one"
+    document = read_document(path, FORMAT, VERSION, kind, "identify the compressor again")
     try:
         return _compressor(document)
     except KeyError as error:

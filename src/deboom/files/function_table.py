@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import subprocess
+import sys
+import tempfile
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum
@@ -13,7 +16,8 @@ import numpy.typing as npt
 
 from deboom.arrays import ComplexArray, RealArray
 from deboom.errors import InputError
-from deboom.files.tables import Unit, name_and_unit, parse_unit, read_columns
+from deboom.files.disk import read_bytes
+from deboom.files.tables import Unit, name_and_unit, number_in, parse_unit, read_columns
 from deboom.files.uff import UffFunction, read_uff
 
 
@@ -177,6 +181,20 @@ _FREQUENCY = "frequency"
 _PARTS = ("real", "imag")
 _VARIABLES = (_FREQUENCY, "names", "values", "units")
 _HDF5 = b"\x89HDF"
+_MAT_SECONDS = 60
+_MAT_READER = """
+import sys
+import numpy as np
+from scipy.io import loadmat
+content = loadmat(sys.argv[1], squeeze_me=True, chars_as_strings=True)
+wanted = {name: content[name] for name in ("frequency", "names", "values", "units")
+          if name in content}
+texts = {name: np.array([str(text) for text in np.ravel(value)])
+         for name, value in wanted.items() if name in ("names", "units")}
+numbers = {name: value if np.asarray(value).dtype.kind in "biufc" else np.array(str(value))
+           for name, value in wanted.items()}
+np.savez(sys.argv[2], allow_pickle=False, **{**numbers, **texts})
+"""
 
 
 @dataclass(frozen=True, eq=False)
@@ -293,12 +311,7 @@ def _complex(
 
 
 def _numbers(header: str, texts: tuple[str, ...]) -> npt.NDArray[np.float64] | InputError:
-    numbers = np.full(len(texts), np.nan)
-    for i, text in enumerate(texts):
-        try:
-            numbers[i] = float(text)
-        except ValueError:
-            break
+    numbers = np.array([number_in(text) for text in texts])
     bad = np.flatnonzero(~np.isfinite(numbers))
     if bad.size:
         return InputError(
@@ -339,10 +352,7 @@ def _from_mat(path: Path) -> FunctionTable:
 
 
 def _mat(path: Path) -> dict[str, Any]:
-    try:
-        start = path.read_bytes()[:516]
-    except OSError as error:
-        raise InputError(f"{path} cannot be read ({error.strerror}): check the path") from None
+    start = read_bytes(path)[:516]
     if not start.strip():
         raise InputError(f"{path} is empty: export it again")
     if start.startswith((b"MATLAB 7.3", _HDF5)) or start[512:] == _HDF5:
@@ -350,17 +360,22 @@ def _mat(path: Path) -> dict[str, Any]:
             f"{path} is a MATLAB file of version 7.3, which is not read: save it again with "
             "save(file, ..., '-v7')"
         )
-    from scipy.io import loadmat
+    with tempfile.TemporaryDirectory(prefix="deboom-") as folder:
+        arrays = Path(folder) / "arrays.npz"
+        # scipy's compiled reader may crash on a damaged file: it runs in a process of its own
+        command = [sys.executable, "-c", _MAT_READER, str(path), str(arrays)]
+        try:
+            reader = subprocess.run(command, capture_output=True, timeout=_MAT_SECONDS, check=False)
+        except subprocess.TimeoutExpired:
+            reader = None
+        if reader is None or reader.returncode != 0:
+            raise InputError(
+                f"{path} is damaged, or no MATLAB file: save it again with save(file, ..., '-v7')"
+            )
+        with np.load(arrays, allow_pickle=False) as content:
+            return dict(content)
 
-    try:
-        content: dict[str, Any] = loadmat(path, squeeze_me=True, chars_as_strings=True)
-    except Exception:  # scipy raises a dozen kinds, from TypeError to zlib.error
-        raise InputError(
-            f"{path} is damaged, or no MATLAB file: save it again with save(file, ..., '-v7')"
-        ) from None
-    return content
 
-
-def _texts(value: Any) -> list[str]:
+def _texts(value: npt.NDArray[Any]) -> list[str]:
     """Text out of a char array, or a cell array of them."""
     return [str(text).strip() for text in np.ravel(value)]

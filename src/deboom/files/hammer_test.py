@@ -17,7 +17,7 @@ import pandas as pd
 from deboom.arrays import RealArray
 from deboom.errors import InputError
 from deboom.files.campaign_tables import SensorRow, read_sensor_table, sensor_of, write_sensor_table
-from deboom.files.folders import replace_text
+from deboom.files.disk import replace_text
 from deboom.files.platform import NotNegative, Positive, RelativePath
 from deboom.files.schema import StrictModel, dump_toml, load_toml
 from deboom.files.tables import Row, Unit, parse_unit, read_rows, refuse_second

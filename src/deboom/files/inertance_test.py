@@ -17,7 +17,7 @@ from pydantic import Field
 
 from deboom.arrays import ComplexArray, RealArray
 from deboom.errors import InputError
-from deboom.files.folders import replace_bytes, replace_text
+from deboom.files.disk import replace_bytes, replace_text
 from deboom.files.hammer_test import read_hammer_test
 from deboom.files.platform import Matrix3, Positive, RelativePath, Row3
 from deboom.files.schema import StrictModel, dump_toml, load_toml

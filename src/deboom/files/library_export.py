@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from deboom.errors import InputError
-from deboom.files.folders import replace_bytes, replace_text
+from deboom.files.disk import read_json, replace_bytes, replace_text
 from deboom.files.tables import workbook_bytes
 from deboom.files.uff import UffFunction, write_uff
 from deboom.mounts.characterised_mount import CampaignRecord, CharacterisedMount
@@ -99,12 +99,7 @@ def read_library_json(
     InputError
         The file is missing, no JSON, of another format or version, or lacks an entry.
     """
-    try:
-        document = json.loads(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise InputError(f"{path} cannot be read ({error.strerror}): check the path") from None
-    except ValueError as error:
-        raise InputError(f"{path} is not JSON ({error}): export it again") from None
+    document = read_json(path, "export it again")
     try:
         return from_document(document)
     except InputError as error:

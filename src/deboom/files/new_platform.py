@@ -10,7 +10,7 @@ from pathlib import Path
 import pandas as pd
 
 from deboom.errors import InputError
-from deboom.files.folders import complete_or_not_at_all, replace_bytes, replace_text
+from deboom.files.disk import complete_or_not_at_all, replace_bytes, replace_text
 from deboom.files.function_table import FunctionFiles
 from deboom.files.platform import NOISE_TRANSFER, PLATFORM_FILE, QUANTITY_UNIT, MountEntry
 from deboom.mounts.mount import AXES

@@ -16,7 +16,7 @@ from pydantic import AfterValidator, Field, ValidationInfo, field_validator
 
 from deboom.arrays import RealArray
 from deboom.errors import InputError
-from deboom.files.folders import replace_text
+from deboom.files.disk import replace_text
 from deboom.files.function_table import TABLE_ENDINGS, is_table, read_function_table
 from deboom.files.schema import (
     Note,

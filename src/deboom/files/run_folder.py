@@ -23,7 +23,7 @@ import numpy as np
 import pandas as pd
 
 from deboom.errors import InputError
-from deboom.files.folders import replace_bytes
+from deboom.files.disk import read_json, replace_bytes
 
 UNFINISHED = ".unfinished"
 RECORD = "run.json"
@@ -490,7 +490,4 @@ def _shown(record: Path) -> bool:
 
 
 def _read(path: Path) -> dict[str, Any]:
-    try:
-        return dict(json.loads(path.read_text(encoding="utf-8")))
-    except (OSError, ValueError) as error:
-        raise InputError(f"{path} cannot be read ({error}): it is damaged") from None
+    return read_json(path, "the record of this run is damaged")

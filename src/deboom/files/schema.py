@@ -15,7 +15,7 @@ from pydantic import BaseModel, ConfigDict, ValidationError
 from pydantic_core import ErrorDetails
 
 from deboom.errors import InputError
-from deboom.files.folders import replace_text
+from deboom.files.disk import read_text, replace_text
 
 Note = Callable[[InputError], None]
 
@@ -65,7 +65,7 @@ def load_toml(path: Path, model: type[_Model]) -> _Model:
     InputError
         The file is missing or no TOML; a key is unknown, missing, mistyped or out of range.
     """
-    return _parsed(path, _text(path), model)
+    return _parsed(path, read_text(path), model)
 
 
 def load_what_is_right(path: Path, model: type[_Model], note: Note) -> _Model:
@@ -92,7 +92,7 @@ def load_what_is_right(path: Path, model: type[_Model], note: Note) -> _Model:
     InputError
         The file is missing or no TOML.
     """
-    text = _text(path)
+    text = read_text(path)
     try:
         return model.model_validate(_raw(path, text))
     except ValidationError as error:
@@ -158,10 +158,7 @@ def append_toml(path: Path, content: _Model, section: str, entry: StrictModel) -
     """
     wanted = content.model_copy(update={section: (*getattr(content, section), entry)})
     lines = ["", f"[[{section}]]", *_assignments(entry.model_dump(exclude_none=True))]
-    try:
-        text = path.read_bytes().decode("utf-8")
-    except OSError as error:
-        raise InputError(f"{path} cannot be read ({error.strerror}): check the path") from None
+    text = read_text(path)
     text = f"{text.rstrip()}\n" + "\n".join(lines) + "\n"
     try:
         written = _parsed(path, text, type(content))
@@ -189,19 +186,12 @@ def _model_in(annotation: Any) -> type[BaseModel] | None:
     return None
 
 
-def _text(path: Path) -> str:
-    try:
-        return path.read_text(encoding="utf-8")
-    except OSError as error:
-        raise InputError(f"{path} cannot be read ({error.strerror}): check the path") from None
-    except UnicodeDecodeError:
-        raise InputError(f"{path} is not UTF-8 text: save it as UTF-8") from None
-
-
 def _raw(path: Path, text: str) -> dict[str, Any]:
     try:
         return tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
+    except RecursionError:
+        raise InputError(f"{path} is nested too deeply: write it as the guide shows") from None
+    except ValueError as error:  # a fault of TOML, or an integer of thousands of digits
         raise InputError(f"{path} is not TOML: {error}") from None
 
 

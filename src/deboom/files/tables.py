@@ -2,25 +2,26 @@
 
 from __future__ import annotations
 
+import csv
 import io
 import math
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
-from zipfile import BadZipFile
+from typing import Any
+from zipfile import ZipFile
 
 import numpy as np
 import pandas as pd
-from openpyxl import Workbook
+from openpyxl import Workbook, load_workbook
 from openpyxl.cell import WriteOnlyCell
 from openpyxl.styles import Alignment, Font
 from openpyxl.utils import get_column_letter
 
 from deboom.arrays import RealArray
 from deboom.errors import InputError
-from deboom.files.folders import replace_text
+from deboom.files.disk import MEBIBYTE, read_bytes, read_text, replace_text
 from deboom.files.schema import Note, noting, refuse
 
 _TO_SI: dict[str, tuple[str, float]] = {
@@ -109,6 +110,13 @@ def parse_unit(label: str) -> Unit:
     )
 
 
+MOST_ROWS, MOST_COLUMNS = 200_000, 2_000
+"""Size of a table above which it is taken for a mistake."""
+LARGEST_WORKBOOK = 512 * MEBIBYTE
+_OLE2 = b"\xd0\xcf\x11\xe0"
+_EXCEL_ERRORS = ("#DIV/0!", "#N/A", "#NAME?", "#NULL!", "#NUM!", "#REF!", "#VALUE!")
+_NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
+_DECIMAL_COMMA = re.compile(r"^(\s*[+-]?\d+),(\d+(?:[eE][+-]?\d+)?\s*)$", re.ASCII)
 _WITH_UNIT = re.compile(r"(?P<name>[^\[\]]+?)\s*\[(?P<unit>[^\[\]]*)\]")
 _EXAMPLES = {"m": "[mm]' or [m]", "rad": "[deg]' or [rad]"}
 _ANGLES = {"rad": 1.0, "deg": math.pi / 180.0, "°": math.pi / 180.0}
@@ -160,10 +168,7 @@ class Row:
             It is no number, or not finite.
         """
         text = self.cells[column]
-        try:
-            number = float(text)
-        except ValueError:
-            number = math.nan
+        number = number_in(text)
         if not math.isfinite(number):
             remedy = " (decimal point, no thousands separator)" if text else ": fill it in"
             raise InputError(
@@ -235,7 +240,7 @@ def read_rows(
     cells = _cells(path, sheet)
     if sheet is not None and _is_excel(path):
         path = path.with_name(f"{path.name}, sheet '{sheet}',")
-    header = [text.strip() for text in cells.iloc[0]]
+    header = [text.strip() for text in cells[0]]
     names: list[str] = []
     units: dict[str, Unit] = {}
     faults: list[InputError] = []
@@ -262,8 +267,8 @@ def read_rows(
     if faults:
         return ()
     rows = []
-    for line, row in enumerate(cells.iloc[1:].itertuples(index=False), 2):
-        texts = [str(text).strip() for text in row]
+    for line, row in enumerate(cells[1:], 2):
+        texts = [text.strip() for text in row]
         if any(texts):
             rows.append(Row(path, line, dict(zip(names, texts, strict=True)), units))
     if not rows:
@@ -284,16 +289,16 @@ def read_columns(path: Path) -> dict[str, tuple[str, ...]]:
     InputError
         The file is missing or no table, a header comes twice, or there is no row.
     """
-    cells = _cells(path, None).map(lambda text: str(text).strip())
-    filled = cells.index[(cells != "").any(axis=1)]
+    cells = [[text.strip() for text in row] for row in _cells(path, None)]
+    filled = [number for number, row in enumerate(cells) if any(row)]
     if len(filled) < 2:
         raise InputError(f"{path} has a header and no rows: add one row per item")
-    header = list(cells.iloc[0])
+    header = cells[0]
     doubled = next((text for text in header if text and header.count(text) > 1), None)
     if doubled is not None:
         raise InputError(f"{path}: column '{doubled}' comes twice: keep one")
-    below = cells.iloc[1 : filled[-1] + 1]
-    return {text: tuple(below.iloc[:, i]) for i, text in enumerate(header) if text}
+    below = zip(*cells[1 : filled[-1] + 1], strict=True)
+    return {text: column for text, column in zip(header, below, strict=True) if text}
 
 
 def name_and_unit(header: str) -> tuple[str, str | None]:
@@ -306,40 +311,87 @@ def _is_excel(path: Path) -> bool:
     return path.suffix.lower() == ".xlsx"
 
 
-def _cells(path: Path, sheet: str | None) -> pd.DataFrame:
-    try:
-        if _is_excel(path):
-            sheets = pd.read_excel(
-                path, sheet_name=None, header=None, dtype=str, keep_default_na=False
-            )
-            if sheet is None:
-                sheet = next(iter(sheets))
-            table = sheets.get(sheet)
-        else:
-            # without a header, so that pandas neither renames doubled columns nor makes an index
-            table = pd.read_csv(
-                path,
-                header=None,
-                dtype=str,
-                keep_default_na=False,
-                skip_blank_lines=False,
-                encoding="utf-8-sig",
-            )
-    except OSError as error:
-        raise InputError(f"{path} cannot be read ({error.strerror}): check the path") from None
-    except UnicodeDecodeError:
-        raise InputError(f"{path} is not UTF-8 text: save it as UTF-8") from None
-    except pd.errors.EmptyDataError:
-        raise InputError(f"{path} is empty: export it again") from None
-    except (pd.errors.ParserError, BadZipFile, ValueError) as error:
-        kind = "Excel file" if _is_excel(path) else "comma-separated table"
-        raise InputError(f"{path} is no {kind}: {str(error).strip()}") from None
-    if table is None:
-        known = ", ".join(map(str, sheets))
-        raise InputError(f"{path} has no sheet '{sheet}', only {known}: add or rename it")
-    if table.empty:
+def number_in(text: str) -> float:
+    """Return the number that a cell holds in plain ASCII digits; nan where it is none."""
+    return float(text) if _NUMBER.fullmatch(text) else math.nan
+
+
+def _cells(path: Path, sheet: str | None) -> list[list[str]]:
+    """Texts of a table, a list per line, all of one length."""
+    rows = _excel_cells(path, sheet) if _is_excel(path) else _text_cells(path)
+    width = max(map(len, rows), default=0)
+    if not width:
         raise InputError(f"{path} is empty: export it again")
-    return table.fillna("")
+    return [row + [""] * (width - len(row)) for row in rows]
+
+
+def _text_cells(path: Path) -> list[list[str]]:
+    """Cells of a CSV file: commas and decimal points, or semicolons and decimal commas."""
+    text = read_text(path).removeprefix("\ufeff")
+    header = text.partition("\n")[0]
+    german = ";" in header and "," not in header
+    try:
+        rows = list(csv.reader(io.StringIO(text, newline=""), delimiter=";" if german else ","))
+    except csv.Error as error:
+        raise InputError(f"{path} is no comma-separated table: {error}") from None
+    width = len(rows[0]) if rows else 0
+    for line, row in enumerate(rows, 1):
+        if len(row) > width:
+            raise InputError(
+                f"{path} is no comma-separated table: line {line} has {len(row)} cells and the "
+                f"header {width}"
+            )
+    if german:
+        rows = [[_DECIMAL_COMMA.sub(r"\1.\2", cell) for cell in row] for row in rows]
+    return rows
+
+
+def _excel_cells(path: Path, sheet: str | None) -> list[list[str]]:
+    data = read_bytes(path)
+    if data.startswith(_OLE2):
+        raise InputError(
+            f"{path} is an old .xls workbook or has a password: save it as .xlsx without one"
+        )
+    try:
+        with ZipFile(io.BytesIO(data)) as parts:
+            size = sum(part.file_size for part in parts.infolist())
+        if size > LARGEST_WORKBOOK:
+            raise InputError(f"{path} unpacks to {size / MEBIBYTE:.0f} MiB: split the workbook")
+        book = load_workbook(io.BytesIO(data), read_only=True, data_only=True, keep_links=False)
+        names = book.sheetnames
+        if sheet is not None and sheet not in names:
+            raise InputError(
+                f"{path} has no sheet '{sheet}', only {', '.join(names)}: add or rename it"
+            )
+        rows = _sheet_cells(path, book[names[0] if sheet is None else sheet])
+    except InputError:
+        raise
+    except Exception as error:  # openpyxl raises a dozen kinds on a damaged workbook
+        raise InputError(f"{path} is no Excel file: {str(error).strip() or 'damaged'}") from None
+    while rows and not any(rows[-1]):
+        rows.pop()
+    return rows
+
+
+def _sheet_cells(path: Path, sheet: Any) -> list[list[str]]:
+    sheet.reset_dimensions()  # what the file states of its size may be anything
+    rows: list[list[str]] = []
+    for number, cells in enumerate(sheet.iter_rows(values_only=True), 1):
+        if number > MOST_ROWS or len(cells) > MOST_COLUMNS:
+            raise InputError(
+                f"{path}: row {number} of a sheet has {len(cells)} cells, at most {MOST_ROWS} rows "
+                f"and {MOST_COLUMNS} columns are read: delete stray cells far from the table"
+            )
+        rows.append([_cell_text(value) for value in cells])
+    return rows
+
+
+def _cell_text(value: Any) -> str:
+    if value is None or (isinstance(value, str) and value in _EXCEL_ERRORS):
+        return ""
+    if isinstance(value, float) and value.is_integer():
+        return str(int(value))
+    return str(value)
 
 
 def _column_unit(path: Path, column: str, label: str, si: str) -> Unit:
@@ -355,9 +407,6 @@ def _column_unit(path: Path, column: str, label: str, si: str) -> Unit:
         raise InputError(f"{path}: column '{column}' is not in {si} or a multiple of it")
     return unit
 
-
-if TYPE_CHECKING:
-    import pandas as pd
 
 SHEET_NAME = 31
 """Characters that a sheet's name may have."""

@@ -17,6 +17,7 @@ import pyuff
 
 from deboom.arrays import ComplexArray, RealArray
 from deboom.errors import InputError
+from deboom.files.disk import read_bytes
 from deboom.files.tables import Unit, parse_unit
 
 DIRECTIONS: dict[int, str] = {0: "scalar"} | {
@@ -628,10 +629,7 @@ def _quiet() -> Iterator[None]:
 
 
 def _opened(path: Path) -> Any:
-    try:
-        data = path.read_bytes()
-    except OSError as error:
-        raise InputError(f"{path} cannot be read ({error.strerror}): check the path") from None
+    data = read_bytes(path)
     if not data.strip():
         raise InputError(f"{path} is empty: export it again")
     n_separators = len(_SEPARATOR.findall(data))

@@ -19,7 +19,7 @@ from deboom.files.campaign_tables import (
     read_sensor_table,
     sensor_of,
 )
-from deboom.files.folders import replace_text
+from deboom.files.disk import replace_text
 from deboom.files.function_table import Dof, FunctionMatrix
 from deboom.files.platform import (
     Engine,

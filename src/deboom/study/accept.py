@@ -27,7 +27,7 @@ from deboom.files.acceptance import (
     read_delivered_parts,
     read_solution_box,
 )
-from deboom.files.folders import replace_bytes
+from deboom.files.disk import replace_bytes
 from deboom.files.platform import Platform, read_platform
 from deboom.files.run_folder import environment_record
 from deboom.files.tables import workbook_bytes

@@ -10,7 +10,7 @@ import pandas as pd
 from deboom.arrays import RealArray
 from deboom.errors import InputError
 from deboom.explore.selection import at_nominal
-from deboom.files.folders import replace_bytes
+from deboom.files.disk import replace_bytes
 from deboom.physics.order_tracking import rpm_of_frequency
 from deboom.plot.style import ACCENT, MUTED, mount_colours, mount_of, vehicle_colours
 from deboom.report.interactive import Axis, InteractiveFront, render_interactive

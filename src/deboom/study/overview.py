@@ -12,7 +12,7 @@ from typing import Any
 from urllib.parse import quote
 
 from deboom.errors import InputError
-from deboom.files.folders import replace_text
+from deboom.files.disk import replace_text
 from deboom.files.run_folder import RECORD, RunEntry, check_files, readable_runs
 from deboom.report.overview import RunCard, render_overview
 

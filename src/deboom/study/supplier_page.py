@@ -14,7 +14,7 @@ import pandas as pd
 
 from deboom import plot as figures
 from deboom.errors import InputError
-from deboom.files.folders import replace_bytes
+from deboom.files.disk import replace_bytes
 from deboom.files.run_folder import hash_files
 from deboom.files.tables import workbook_bytes
 from deboom.measurement.uncertainty import Interval

@@ -1,0 +1,214 @@
+"""The door to disk: files are read whole within limits, and appear complete or not at all."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import stat
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any, NoReturn
+
+from deboom.errors import InputError
+
+MEBIBYTE = 2**20
+LARGEST_FILE = 1024 * MEBIBYTE
+"""Size from which a file of measurements is refused instead of filling the memory [bytes]."""
+LARGEST_TEXT = 64 * MEBIBYTE
+"""The same for text of facts and tables [bytes]."""
+
+
+def read_bytes(path: Path, largest: int = LARGEST_FILE) -> bytes:
+    """Return the content of a regular file.
+
+    Parameters
+    ----------
+    path : Path
+        The file; devices and pipes are refused, because they may never end.
+    largest : int
+        Largest size that is read [bytes].
+
+    Raises
+    ------
+    InputError
+        The file is missing, no regular file, too large or not readable.
+    """
+    try:
+        state = path.stat()
+        if not (stat.S_ISREG(state.st_mode) or stat.S_ISDIR(state.st_mode)):
+            raise InputError(f"{path} is a device or a pipe: name a file on disk")
+        if state.st_size > largest:
+            raise InputError(
+                f"{path} has {state.st_size / MEBIBYTE:.0f} MiB, at most "
+                f"{largest / MEBIBYTE:.0f} MiB are read: check that it is the right file"
+            )
+        return path.read_bytes()
+    except OSError as error:
+        raise InputError(f"{path} cannot be read ({error.strerror}): check the path") from None
+    except ValueError as error:
+        if isinstance(error, InputError):
+            raise
+        raise InputError(f"{str(path)!r} is no name of a file: check the path") from None
+
+
+def read_text(path: Path) -> str:
+    """Return the UTF-8 text of a regular file, see `read_bytes`.
+
+    Raises
+    ------
+    InputError
+        As `read_bytes`, or the file is no UTF-8 text.
+    """
+    try:
+        return read_bytes(path, LARGEST_TEXT).decode("utf-8")
+    except UnicodeDecodeError:
+        raise InputError(f"{path} is not UTF-8 text: save it as UTF-8") from None
+
+
+def read_json(path: Path, remedy: str) -> dict[str, Any]:
+    """Return the object that a JSON file holds.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    remedy : str
+        Advice for the error, such as ``export it again``.
+
+    Raises
+    ------
+    InputError
+        The file cannot be read, is no JSON object, is nested too deeply or holds NaN.
+    """
+
+    def refuse(constant: str) -> NoReturn:
+        raise ValueError(f"{constant} is no number")
+
+    try:
+        content = json.loads(read_text(path), parse_constant=refuse)
+    except InputError:
+        raise
+    except RecursionError:
+        raise InputError(f"{path} is nested too deeply for JSON of deboom: {remedy}") from None
+    except ValueError as error:
+        raise InputError(f"{path} is not JSON ({error}): {remedy}") from None
+    if not isinstance(content, dict):
+        raise InputError(f"{path} holds no JSON object: {remedy}")
+    return content
+
+
+def read_document(path: Path, form: str, version: int, kind: str, remedy: str) -> dict[str, Any]:
+    """Return the entries of a JSON document that states its format and version.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    form, version : str, int
+        The format and the version that are read.
+    kind : str
+        End of the sentence ``<path> is no …`` for a file of another format.
+    remedy : str
+        Advice for the error.
+
+    Raises
+    ------
+    InputError
+        As `read_json`, or another format or version.
+    """
+    document = read_json(path, remedy)
+    if document.pop("format", None) != form:
+        raise InputError(f"{path} is no {kind}")
+    stated = document.pop("version", None)
+    if stated != version or isinstance(stated, bool):
+        raise InputError(
+            f"{path} has version {str(stated)[:40]} of the format, this deboom reads version "
+            f"{version}: {remedy}"
+        )
+    return document
+
+
+def replace_bytes(path: Path, data: bytes) -> None:
+    """Write a file through a temporary one beside it; an existing file is replaced in one step.
+
+    Raises
+    ------
+    InputError
+        The folder is missing or cannot be written.
+    """
+    try:
+        with tempfile.TemporaryDirectory(prefix=".write-", dir=path.parent) as folder:
+            scratch = Path(folder) / path.name
+            with scratch.open("wb") as file:
+                file.write(data)
+                file.flush()
+                # a rename may reach the disk before the data do
+                os.fsync(file.fileno())
+            scratch.replace(path)
+    except OSError as error:
+        raise InputError(
+            f"{path} cannot be written ({error.strerror or error}): choose a folder that exists "
+            "and may be written to"
+        ) from None
+
+
+def replace_text(path: Path, text: str) -> None:
+    """Write UTF-8 text with the line ends it has, as `replace_bytes` does.
+
+    Raises
+    ------
+    InputError
+        The folder is missing or cannot be written.
+    """
+    replace_bytes(path, text.encode("utf-8"))
+
+
+@contextmanager
+def complete_or_not_at_all(folder: Path) -> Iterator[Path]:
+    """Give a sibling folder to write to, and rename it to `folder` at the end.
+
+    Parameters
+    ----------
+    folder : Path
+        A new or an empty folder.
+
+    Yields
+    ------
+    Path
+        ``<folder>.unfinished``; deleted if an error leaves the block.
+
+    Raises
+    ------
+    InputError
+        A folder that is not empty or cannot be written.
+    """
+    target = folder.resolve()
+    if target.exists() and not target.is_dir():
+        raise InputError(f"{folder} is a file: name a new or an empty folder")
+    if target.is_dir() and any(target.iterdir()):
+        raise InputError(f"{folder} is not empty: name a new or an empty folder")
+    unfinished = target.with_name(f"{target.name}.unfinished")
+    try:
+        unfinished.mkdir(parents=True)
+    except FileExistsError:
+        raise InputError(f"{unfinished} is left from a run that was stopped: delete it") from None
+    except OSError as error:
+        raise InputError(
+            f"{folder} cannot be written ({error.strerror or error}): name another folder"
+        ) from None
+    try:
+        yield unfinished
+        if target.is_dir():
+            # a rename onto an existing folder is refused on Windows
+            target.rmdir()
+        unfinished.rename(target)
+    except BaseException as error:
+        shutil.rmtree(unfinished, ignore_errors=True)
+        if isinstance(error, OSError):
+            raise InputError(
+                f"{folder} cannot be written ({error.strerror or error}): name another folder"
+            ) from None
+        raise

@@ -26,7 +26,9 @@ FLOOR = 1e-14
 SNIPPETS = 6
 """Differences that are shown of one text."""
 
-UNSTEADY = re.compile(r"(^|[./ _])seconds|^environment|^study_text|^inputs_sha256|(^|\.)created")
+UNSTEADY = re.compile(
+    r"(^|[./ _])seconds|time \[s\]|^environment|^study_text|^inputs_sha256|(^|\.)created"
+)
 """Keys and columns that hold times, versions or texts of the source."""
 
 UNCOMPARED = (".lock", "cpu.txt", "steps.txt", "state.npz", "inputs.json")

@@ -1,0 +1,152 @@
+"""Writes `model_numbers.json`: what the models say of fixed designs and fixed measurements.
+
+Everything goes through the command line, so that no inner name is pinned, and nothing is searched:
+a search forks where a last bit differs. Run it only when a change of these numbers is meant, and
+say in the changelog why.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import tempfile
+from collections.abc import Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import pytest
+from typer.testing import CliRunner
+
+PATH = Path(__file__).with_name("model_numbers.json")
+STUDIES = Path(__file__).parents[2] / "studies"
+VEHICLES = [f"U06-{number} [dB(A)]" for number in range(1, 6)]
+DESIGNS = 0.85 + 0.3 * np.random.default_rng(7).random((12, 12)).round(3)
+MODEL = (
+    "mass_kg",
+    "centre_of_gravity_m",
+    "inertia_about_centre_kg_m2",
+    "stiffness_at_virtual_point",
+    "reduced_chi",
+)
+"""Of the identified compressor."""
+
+
+def levels(motion: str) -> dict[str, Any]:
+    """Levels of five vehicles for twelve designs, and surfaces against spectra."""
+    names = [f"{mount} {axis} [1]" for mount in ("EnM", "GeM", "TSM", "Du") for axis in "xyz"]
+    pd.DataFrame(DESIGNS, columns=names).to_csv("designs.csv", index=False)
+    few = ("--resamples", "100", "--draws", "4", "--motion", motion)
+    run = _study("u06_correlation", "--table", "designs.csv", *few)
+    check = _columns(run / "surface_check.csv", ["rms difference [dB]"])
+    return _columns(run / "doe.csv", VEHICLES) | (check if motion == "prescribed" else {})
+
+
+def sobol_indices() -> dict[str, Any]:
+    """First order and total indices of a fixed sample, all variables of all vehicles."""
+    run = _study("u06_sensitivity", "--n", "32", "--resamples", "100")
+    return _columns(run / "sobol.csv", ["first order [1]", "total [1]"])
+
+
+def characterised_stiffness() -> dict[str, Any]:
+    """Quality and operating stiffness of every direction of one mount set."""
+    _command("bench", "campaign", "campaign", "--mount-set", "M1", "--seed", "3")
+    _command("characterise", "campaign", "--library", "mounts.db", "--gear", "5", "--gear", "6")
+    _command("library", "export", "mounts.db", "mounts.json")
+    library = json.loads(Path("mounts.json").read_text(encoding="utf-8"))
+    found = {}
+    for mount in library["mounts"]:
+        for direction in mount["directions"]:
+            name = f"{mount['identity']['mount']} {direction['axis']}"
+            quality = direction["quality"]
+            found[f"{name} quality"] = [float(value) for value in quality.values()]
+            for key, points in direction["map_points"].items():
+                if key.startswith("dynamic_stiffness"):
+                    values = np.asarray(points["values"], dtype=float).reshape(-1)
+                    found[f"{name} {key}"] = values[:: max(1, values.size // 20)].tolist()
+    return found
+
+
+def compressor() -> dict[str, Any]:
+    """Model, unbalance and cabin noise of one electric car."""
+    _command("bench", "electric-car", "car", "--car", "EV-2")
+    unbalance = _command("unbalance", "car", "--route", "d")
+    noise = _study("compressor_noise", "--car", "car", "--draws", "20")
+    model = json.loads((unbalance / "compressor_model.json").read_text(encoding="utf-8"))
+    heard = ["measured [dB(A)]", "synthesised [dB(A)]", "mounts alone [dB(A)]"]
+    return {
+        **{key: np.ravel(model[key]).tolist() for key in MODEL},
+        **_columns(unbalance / "sources.csv", ["amplitude", "from", "to"]),
+        **_columns(unbalance / "unbalance.csv", ["static mean [g mm]", "dynamic mean [g mm²]"], 15),
+        **_columns(noise / "levels.csv", heard, 15),
+    }
+
+
+NUMBERS = {
+    "levels, prescribed motion": lambda: levels("prescribed"),
+    "levels, coupled motion": lambda: levels("coupled"),
+    "levels, amplitude-dependent motion": lambda: levels("amplitude"),
+    "Sobol indices": sobol_indices,
+    "characterised stiffness": characterised_stiffness,
+    "compressor": compressor,
+}
+
+
+def compute(name: str) -> Mapping[str, Any]:
+    """Return the numbers of one part, computed in a folder that is left behind empty."""
+    with tempfile.TemporaryDirectory() as folder, _inside(Path(folder)), _coarse_pictures():
+        return NUMBERS[name]()
+
+
+def _columns(path: Path, names: list[str], step: int = 1) -> dict[str, list[float]]:
+    table = pd.read_csv(path)
+    return {
+        f"{path.stem}: {name}": table[name].iloc[::step].astype(float).tolist() for name in names
+    }
+
+
+def _study(name: str, *words: str) -> Path:
+    return _command("run", str(STUDIES / f"{name}.py"), *words)
+
+
+def _command(*words: str) -> Path:
+    """Run a command line; return the folder that its last line names."""
+    from deboom.cli import app
+
+    result = CliRunner().invoke(app, list(words), catch_exceptions=False)
+    assert result.exit_code == 0, result.stderr
+    return Path((result.stdout.strip().splitlines() or ["."])[-1])
+
+
+@contextmanager
+def _inside(folder: Path) -> Any:
+    before = Path.cwd()
+    os.chdir(folder)
+    try:
+        yield
+    finally:
+        os.chdir(before)
+
+
+@contextmanager
+def _coarse_pictures() -> Any:
+    """Draw every picture in few dots: dots are most of a small study's time."""
+    from matplotlib.figure import Figure
+
+    save = Figure.savefig
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(
+            Figure, "savefig", lambda self, *a, **options: save(self, *a, **{**options, "dpi": 20})
+        )
+        yield
+
+
+def main() -> None:
+    numbers = {name: compute(name) for name in NUMBERS}
+    PATH.write_text(json.dumps(numbers, indent=0, ensure_ascii=False) + "\n", encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()

@@ -29,7 +29,7 @@ from deboom.mounts.characterised_mount import (
     MapPoints,
     MountIdentity,
 )
-from deboom.mounts.error_budget import LEAST_DRAWS, DirectionBudget, error_budget, same_pieces
+from deboom.mounts.error_budget import LEAST_DRAWS, DirectionBudget, error_budget
 from deboom.mounts.measuring_chain import (
     AlignmentEstimate,
     InstrumentedBody,
@@ -40,7 +40,7 @@ from deboom.mounts.measuring_chain import (
 )
 from deboom.mounts.mount import AXES, Mount
 from deboom.mounts.operating_map import Estimate, OperatingMap, Preload, operating_maps
-from deboom.mounts.piecewise_cubic import PieceOptions, TrainingRegion
+from deboom.mounts.piecewise_cubic import PiecewiseCubicRegressor, TrainingRegion
 from deboom.mounts.response_surface import (
     Agreement,
     DynamicStiffnessSurface,
@@ -48,6 +48,14 @@ from deboom.mounts.response_surface import (
     agreement,
 )
 from deboom.mounts.self_calibration import FreeBody, self_calibrated
+
+Progress = Callable[[int, int, str], None]
+"""Called with the steps done, their total, and a short text."""
+
+LARGEST_INCONSISTENCY = 0.02
+"""Geometric consistency that careful sensors stay below; an inverted channel gives 0.09 [1]."""
+
+STEPS = ("measuring chains", "operating maps", "response surfaces", "error budget")
 
 TOLERANCE_UNITS = {
     "sensor_position": "m",
@@ -58,7 +66,7 @@ TOLERANCE_UNITS = {
     "torque": "N m",
     "static_force": "N",
 }
-"""Of the tolerances that are not plain numbers."""
+"""Units of the tolerances that are not plain numbers."""
 
 
 @dataclass(frozen=True)
@@ -72,9 +80,9 @@ class CharacteriseOptions:
     preload : Preload
         Variable of the surfaces.
     estimate : Estimate
-        Over repeated runs.
-    pieces : PieceOptions
-        Of the surfaces.
+        Estimator over repeated runs.
+    regressor : PiecewiseCubicRegressor
+        Pieces of the surfaces.
     self_calibration : bool
         Whether rigid motion and Newton's law improve the stated alignment.
     excited : tuple of str
@@ -83,22 +91,22 @@ class CharacteriseOptions:
     excitation_deviation : float
         Standard deviation of their direction, per axis [rad].
     folds : int
-        Groups of load cases that are held out in turn to judge the surfaces; 0 for none.
+        Groups of load cases that are left out in turn to judge the surfaces; 0 for none.
     draws : int
-        Of the error budget.
+        Draws of the error budget.
     seed : int
-        Of the error budget, from 1.
+        Seed of the error budget, from 1.
 
     Raises
     ------
     InputError
-        A single fold.
+        A single fold; pieces that make no sense.
     """
 
     gears: tuple[int, ...] | None = (5, 6, 7)
     preload: Preload = Preload.WHEEL_TORQUE
     estimate: Estimate = Estimate.BY_NOISE_RATIO
-    pieces: PieceOptions = field(default_factory=PieceOptions)
+    regressor: PiecewiseCubicRegressor = field(default_factory=PiecewiseCubicRegressor)
     self_calibration: bool = True
     excited: tuple[str, ...] = ("my",)
     excitation_deviation: float = math.radians(0.2)
@@ -107,6 +115,7 @@ class CharacteriseOptions:
     seed: int = 1
 
     def __post_init__(self) -> None:
+        self.regressor.check_parameters()
         if self.folds == 1 or self.folds < 0:
             raise InputError(f"{self.folds} folds leave nothing to fit: take 0 or at least 2")
 
@@ -116,16 +125,17 @@ DEFAULT_OPTIONS = CharacteriseOptions()
 
 @dataclass(frozen=True, eq=False)
 class DirectionResult:
-    """What came out for one direction.
+    """Result for one direction.
 
     Parameters
     ----------
     measured : OperatingMap
         Line by line.
     surface : DynamicStiffnessSurface or None
-        Fitted to the lines that are not near the floor.
+        Surface over the lines that are not near the floor.
     training, held_out : Agreement or None
-        Of the surface with its own lines; of surfaces with the load cases they were not fitted to.
+        Agreement of the surface with its own lines; of surfaces with the load cases they were not
+        fitted to.
     budget : DirectionBudget or None
         Uncertainty of the surface.
     complaint : str
@@ -142,16 +152,16 @@ class DirectionResult:
 
 @dataclass(frozen=True, eq=False)
 class Characterisation:
-    """Everything that came out for one mount set.
+    """Results for one mount set.
 
     Parameters
     ----------
     campaign : Campaign
-        What it came from.
+        Measurements that they come from.
     mount_set : str
         Parts on the bench.
     runs : tuple of OperatingRun
-        That the surfaces were fitted to.
+        Runs that the surfaces were fitted to.
     chains : tuple of AlignmentEstimate
         One per body.
     directions : dict of str to DirectionResult
@@ -169,8 +179,8 @@ class Characterisation:
 
     @property
     def mounts(self) -> tuple[CharacterisedMount, ...]:
-        """What the library keeps, one per mount."""
-        return tuple(_characterised_mount(self, mount) for mount in self.campaign.mounts)
+        """Mounts as the library keeps them."""
+        return tuple(self._characterised_mount(mount) for mount in self.campaign.mounts)
 
     def record(self, inputs_sha256: Mapping[str, str]) -> CampaignRecord:
         """Return the library's record of the campaign.
@@ -186,110 +196,73 @@ class Characterisation:
             order=self.campaign.order,
             runs=tuple(run.name for run in self.campaign.runs),
             tolerances={
-                f"{one.name} [{TOLERANCE_UNITS.get(one.name, '1')}]": getattr(stated, one.name)
-                for one in fields(stated)
+                f"{item.name} [{TOLERANCE_UNITS.get(item.name, '1')}]": getattr(stated, item.name)
+                for item in fields(stated)
             },
             inputs_sha256=inputs_sha256,
         )
 
-
-def _characterised_mount(result: Characterisation, measured: MeasuredMount) -> CharacterisedMount:
-    directions = {
-        axis: result.directions[f"{measured.name} {axis}"]
-        for axis in AXES
-        if f"{measured.name} {axis}" in result.directions
-    }
-    points = [point for c in result.chains for point in c.alignment.body.points]
-    scatter = max(p.transfer_scatter.max() for p in points if p.mount == measured.name)
-    quality = {"scatter of the force transfer matrix [1]": float(scatter)}
-    for chain in result.chains:
-        if any(point.mount == measured.name for point in chain.alignment.body.points):
-            quality |= {f"misfit of {group} [1]": value for group, value in chain.misfit}
-    return CharacterisedMount(
-        identity=MountIdentity(result.campaign.name, measured.name, result.mount_set),
-        mount=Mount(
-            measured.name,
-            measured.description,
-            measured.pieces,
-            measured.positions,
-            measured.transfer_axes,
-        ),
-        directions=tuple(
-            _characterised_direction(result, measured.name, axis, one)
-            for axis, one in directions.items()
-        ),
-        quality=quality,
-    )
-
-
-def _characterised_direction(
-    result: Characterisation, mount: str, axis: str, one: DirectionResult
-) -> CharacterisedDirection:
-    curves = [
-        curve
-        for curve in result.campaign.static_curves
-        if (curve.mount_set, curve.mount, curve.axis) == (result.mount_set, mount, axis)
-    ]
-    budget = one.budget
-    quality = DirectionQuality(identified=False)
-    if one.surface is not None:
-        quality = DirectionQuality(
-            identified=budget is not None and budget.identified,
-            half_width_95=None if budget is None else budget.half_width_95,
-            r2_real=one.surface.r2_real,
-            r2_imag=one.surface.r2_imag,
-            r2_force=one.surface.r2_force,
+    def _characterised_mount(self, mount: MeasuredMount) -> CharacterisedMount:
+        scatter, quality = 0.0, {}
+        for chain in self.chains:
+            points = [p for p in chain.alignment.body.points if p.mount == mount.name]
+            scatter = max([scatter, *(float(p.transfer_scatter.max()) for p in points)])
+            if points:
+                quality |= {f"misfit of {group} [1]": value for group, value in chain.misfit}
+        return CharacterisedMount(
+            identity=MountIdentity(self.campaign.name, mount.name, self.mount_set),
+            mount=Mount(
+                mount.name, mount.description, mount.pieces, mount.positions, mount.transfer_axes
+            ),
+            directions=tuple(
+                self._characterised_direction(mount.name, axis)
+                for axis in AXES
+                if f"{mount.name} {axis}" in self.directions
+            ),
+            quality={"scatter of the force transfer matrix [1]": scatter, **quality},
         )
-    return CharacterisedDirection(
-        axis=axis,
-        map_points=_map_points(one.measured),
-        quality=quality,
-        surface=None if one.surface is None else _fitted_surface(one.surface, result.options),
-        static_curve=curves[0] if curves else None,
-    )
 
-
-def _map_points(measured: OperatingMap) -> MapPoints:
-    """Every line over static force; those near the floor have no confidence."""
-    return MapPoints(
-        preload=measured.preload(Preload.STATIC_FORCE),
-        wheel_torque=measured.wheel_torque,
-        amplitude=measured.amplitude,
-        frequency=measured.frequency,
-        dynamic_stiffness=measured.stiffness,
-        confidence=np.where(measured.near_floor, 0.0, measured.confidence),
-        run=measured.run,
-    )
-
-
-def _fitted_surface(
-    surface: DynamicStiffnessSurface, options: CharacteriseOptions
-) -> FittedSurface:
-    ranges = surface.ranges
-    return FittedSurface(
-        model=type(surface).__name__,
-        variables=(options.preload.value, *list(ranges)[1:]),
-        units=tuple(surface.units[name] for name in ranges),
-        lower=np.array([low for low, _ in ranges.values()]),
-        upper=np.array([high for _, high in ranges.values()]),
-        arrays=surface.to_arrays(),
-        settings={
-            "preload": options.preload.value,
-            "gears": "all" if options.gears is None else ", ".join(map(str, options.gears)),
-            "estimate": options.estimate.value,
-            "pieces": options.pieces.pieces,
-            "self-calibration": options.self_calibration,
-        },
-    )
-
-
-Progress = Callable[[int, int, str], None]
-"""Called with what is done, the total, and a short text."""
-
-LARGEST_INCONSISTENCY = 0.02
-"""Geometric consistency that careful sensors stay below; an inverted channel gives 0.09 [1]."""
-
-STEPS = ("measuring chains", "operating maps", "response surfaces", "error budget")
+    def _characterised_direction(self, mount: str, axis: str) -> CharacterisedDirection:
+        """One direction; its lines near the floor have no confidence."""
+        result, options = self.directions[f"{mount} {axis}"], self.options
+        measured, surface, budget = result.measured, result.surface, result.budget
+        curves = [
+            curve
+            for curve in self.campaign.static_curves
+            if (curve.mount_set, curve.mount, curve.axis) == (self.mount_set, mount, axis)
+        ]
+        quality, fitted = DirectionQuality(identified=False), None
+        if surface is not None:
+            quality = DirectionQuality(
+                identified=budget is not None and budget.identified,
+                half_width_95=None if budget is None else budget.half_width_95,
+                r2_real=surface.r2_real_,
+                r2_imag=surface.r2_imag_,
+                r2_force=surface.r2_force_,
+            )
+            settings = {
+                "preload": options.preload.value,
+                "gears": "all" if options.gears is None else ", ".join(map(str, options.gears)),
+                "estimate": options.estimate.value,
+                "pieces": options.regressor.pieces,
+                "self-calibration": options.self_calibration,
+            }
+            fitted = FittedSurface.of(surface, settings, options.preload.value)
+        return CharacterisedDirection(
+            axis=axis,
+            map_points=MapPoints(
+                preload=measured.preload(Preload.STATIC_FORCE),
+                wheel_torque=measured.wheel_torque,
+                amplitude=measured.amplitude,
+                frequency=measured.frequency,
+                dynamic_stiffness=measured.stiffness,
+                confidence=np.where(measured.near_floor, 0.0, measured.confidence),
+                run=measured.run,
+            ),
+            quality=quality,
+            surface=fitted,
+            static_curve=curves[0] if curves else None,
+        )
 
 
 def measuring_chains(
@@ -325,10 +298,20 @@ def measuring_chains(
         excited=options.excited,
         excitation_deviation=options.excitation_deviation,
     )
+    chains = []
     with threadpool_limits(1):  # its matrices are too small to share
-        return tuple(
-            _chain(campaign, body, free_body, options) for body in instrumented_bodies(campaign)
-        )
+        for body in instrumented_bodies(campaign):
+            stated = alignment(body, campaign.tolerances)
+            records = [
+                body_record(body, campaign.runs_of(name), campaign.tolerances)
+                for name in campaign.mount_sets
+            ]
+            _refuse_culprit(campaign, body)
+            if options.self_calibration:
+                chains.append(self_calibrated(stated, records, free_body))
+            else:
+                chains.append(stated_alignment(stated))
+    return tuple(chains)
 
 
 def characterise(
@@ -351,7 +334,7 @@ def characterise(
     progress : callable, optional
         Called with steps done, all steps, and the name of the next one.
     chains : sequence of AlignmentEstimate, optional
-        From `measuring_chains`, for several mount sets of one campaign.
+        Chains from `measuring_chains`, for several mount sets of one campaign.
 
     Returns
     -------
@@ -382,7 +365,7 @@ def characterise(
         budgets = error_budget(
             known,
             records,
-            {name: one.surface for name, one in directions.items() if one.surface is not None},
+            {name: d.surface for name, d in directions.items() if d.surface is not None},
             options.preload,
             campaign.tolerances.static_force,
             seed=options.seed,
@@ -404,32 +387,17 @@ def training_runs(
     InputError
         No such mount set, no run in the chosen gears, or none of them with rising torque.
     """
-    there = campaign.runs_of(mount_set)
-    runs = [run for run in there if options.gears is None or run.gear in options.gears]
+    of_set = campaign.runs_of(mount_set)
+    runs = [run for run in of_set if options.gears is None or run.gear in options.gears]
     if not runs:
         raise InputError(
             f"campaign {campaign.name}, mount set {mount_set}: there is no run in the gears "
-            f"{options.gears}, only in {sorted({run.gear for run in there})}: choose other gears"
+            f"{options.gears}, only in {sorted({run.gear for run in of_set})}: choose other gears"
         )
     ways = {True: RunDirection.RISING, False: RunDirection.FALLING}
     direction = {run.name: ways[run.rising] for run in runs}
     rising = rising_runs([run.name for run in runs], direction)
     return tuple(run for run, kept in zip(runs, rising, strict=True) if kept)
-
-
-def _chain(
-    campaign: Campaign, body: InstrumentedBody, free_body: FreeBody, options: CharacteriseOptions
-) -> AlignmentEstimate:
-    """Settle the measuring chain of one body."""
-    stated = alignment(body, campaign.tolerances)
-    records = [
-        body_record(body, campaign.runs_of(name), campaign.tolerances)
-        for name in campaign.mount_sets
-    ]
-    _refuse_culprit(campaign, body)
-    if options.self_calibration:
-        return self_calibrated(stated, records, free_body)
-    return stated_alignment(stated)
 
 
 def _refuse_culprit(campaign: Campaign, body: InstrumentedBody) -> None:
@@ -452,9 +420,10 @@ def _refuse_culprit(campaign: Campaign, body: InstrumentedBody) -> None:
 
 def _direction(measured: OperatingMap, options: CharacteriseOptions) -> DirectionResult:
     """Fit the surface of one direction, or say why there is none."""
+    surface = DynamicStiffnessSurface(options.regressor, preload_unit=options.preload.unit)
     try:
         samples = measured.samples(options.preload)
-        surface = _fitted(samples, options)
+        surface.fit(samples.points, samples.stiffness, groups=samples.run)
     except InputError as error:
         masked = int(np.count_nonzero(measured.near_floor))
         complaint = f"{measured.name}: {error} ({masked} of {len(measured)} lines near the floor)"
@@ -462,14 +431,8 @@ def _direction(measured: OperatingMap, options: CharacteriseOptions) -> Directio
     return DirectionResult(
         measured=measured,
         surface=surface,
-        training=agreement(samples, surface.predict_masked(*samples.points.T)[0]),
+        training=agreement(samples, surface.predict(samples.points, extrapolate=True)),
         held_out=_held_out(samples, surface, options.folds),
-    )
-
-
-def _fitted(samples: StiffnessSamples, options: CharacteriseOptions) -> DynamicStiffnessSurface:
-    return DynamicStiffnessSurface.fit(
-        *samples.lines, preload_unit=options.preload.unit, options=options.pieces, run=samples.run
     )
 
 
@@ -481,8 +444,7 @@ def _held_out(
     Lines away from all that were fitted do not count: there a surface does not speak. Neither does
     a fold without which a piece has no line left.
     """
-    runs = np.array(samples.run)
-    cases, case = np.unique(runs, return_inverse=True)
+    cases, case = np.unique(np.array(samples.run), return_inverse=True)
     if not 0 < folds <= len(cases):
         return None
     points, stiffness = samples.points, samples.stiffness
@@ -491,20 +453,8 @@ def _held_out(
     for fold in range(folds):
         out = case % folds == fold
         try:
-            real, imag = (
-                same_pieces(part, points[~out], values[~out, np.newaxis])(points[out])[:, 0]
-                for part, values in ((surface.real, stiffness.real), (surface.imag, stiffness.imag))
-            )
+            modelled[out] = surface.predict_refitted(points[~out], stiffness[~out], points[out])
         except InputError:
             continue
-        modelled[out] = real + 1j * imag
         inside[out] = TrainingRegion.around(points[~out]).contains(points[out])
-    if not inside.any():
-        return None
-    kept = StiffnessSamples(
-        samples.preload[inside],
-        samples.displacement[inside],
-        samples.frequency[inside],
-        stiffness[inside],
-    )
-    return agreement(kept, modelled[inside])
+    return agreement(samples.select(inside), modelled[inside]) if inside.any() else None

@@ -10,11 +10,10 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from deboom.arrays import ComplexArray, RealArray
+from deboom.arrays import ComplexArray, RealArray, checked, frozen_copy
 from deboom.errors import InputError
 from deboom.measurement.campaign import StaticCurve
 from deboom.mounts.mount import AXES, Mount
-from deboom.mounts.piecewise_cubic import NamedArrays
 from deboom.mounts.response_surface import DynamicStiffnessSurface
 
 Setting = str | int | float | bool | None
@@ -22,98 +21,14 @@ LONGEST_TEXT = 255
 """Characters that a name or a description may have."""
 
 
-def check_text(what: str, text: str, needed: bool) -> None:
-    """Refuse text that a database or a table could not hold.
-
-    Raises
-    ------
-    InputError
-        Empty where `needed`, longer than `LONGEST_TEXT`, or with control characters.
-    """
-    if (needed and not text) or len(text) > LONGEST_TEXT or not text.isprintable():
-        raise InputError(
-            f"{what} {text!r} cannot be kept: use {int(needed)} to {LONGEST_TEXT} printable "
-            "characters"
-        )
-
-
-def finite_number(owner: str, name: str, value: float) -> float:
-    """Return a plain finite number.
-
-    Raises
-    ------
-    InputError
-        It is not finite.
-    """
-    number = float(value)
-    if not math.isfinite(number):
-        raise InputError(f"{owner}: {name} is {number}; leave out what is not known")
-    return number
-
-
-def plain_setting(owner: str, name: str, value: object) -> Setting:
-    """Return a setting as the plain value that text files and databases keep.
-
-    Raises
-    ------
-    InputError
-        It is neither text nor a finite number, bool or None.
-    """
-    plain = value.item() if isinstance(value, np.generic) else value
-    if not (plain is None or isinstance(plain, str | int | float)):
-        raise InputError(f"surface {owner}: setting {name} is of {type(value).__name__}, not plain")
-    return finite_number(f"surface {owner}", name, plain) if isinstance(plain, float) else plain
-
-
-def numbers_with_units(owner: str, numbers: Mapping[str, float]) -> dict[str, float]:
-    """Return finite numbers whose names end with their unit.
-
-    Raises
-    ------
-    InputError
-        A name without ``[unit]``, a number that is not finite.
-    """
-    for name in numbers:
-        if not (name.endswith("]") and " [" in name):
-            raise InputError(f"{owner}: {name!r} lacks its unit; write it as in 'position [m]'")
-    return {name: finite_number(owner, name, value) for name, value in numbers.items()}
-
-
-def freeze_finite(value: object, name: str, dtype: type[np.generic]) -> None:
-    """Replace a field of a frozen dataclass by a read-only copy.
-
-    Raises
-    ------
-    InputError
-        A value that is not finite.
-    """
-    array = np.array(getattr(value, name), dtype=dtype)
-    if not np.all(np.isfinite(array)):
-        raise InputError(f"{type(value).__name__}: {name} holds a value that is not finite")
-    array.setflags(write=False)
-    object.__setattr__(value, name, array)
-
-
-def frozen_arrays(owner: str, arrays: Mapping[str, npt.NDArray[Any]]) -> NamedArrays:
-    """Return read-only copies of named arrays.
-
-    Raises
-    ------
-    InputError
-        An array of Python objects.
-    """
-    frozen = {name: np.array(array) for name, array in arrays.items()}
-    for name, array in frozen.items():
-        if array.dtype.kind not in "biufcU":
-            raise InputError(f"surface {owner}: array {name} is of {array.dtype}, not of numbers")
-        array.setflags(write=False)
-    return frozen
-
-
-TextArray = npt.NDArray[np.str_]
-
-
-@dataclass(frozen=True, eq=False)
+@checked(
+    preload="n",
+    wheel_torque="n",
+    amplitude="n",
+    frequency="n",
+    dynamic_stiffness="n",
+    confidence="n",
+)
 class MapPoints:
     """Measured dynamic stiffness of one direction, point by point.
 
@@ -124,7 +39,7 @@ class MapPoints:
     wheel_torque : array, shape (n,)
         Engine torque times total ratio [N m].
     amplitude : array, shape (n,)
-        Of the displacement at the virtual point, peak [m].
+        Peak displacement at the virtual point [m].
     frequency : array, shape (n,)
         [Hz].
     dynamic_stiffness : array, shape (n,)
@@ -146,48 +61,49 @@ class MapPoints:
     frequency: RealArray
     dynamic_stiffness: ComplexArray
     confidence: RealArray
-    run: TextArray
+    run: npt.NDArray[np.str_]
 
     def __post_init__(self) -> None:
-        for name in ("preload", "wheel_torque", "amplitude", "frequency", "confidence"):
-            freeze_finite(self, name, np.float64)
-        freeze_finite(self, "dynamic_stiffness", np.complex128)
         runs = np.array([str(run) for run in self.run], dtype=np.str_)
-        runs.setflags(write=False)
-        object.__setattr__(self, "run", runs)
-        shapes = {field.name: getattr(self, field.name).shape for field in fields(self)}
-        if len(set(shapes.values())) != 1 or self.frequency.ndim != 1:
-            raise InputError(f"map points need arrays of one equal length, they have {shapes}")
+        object.__setattr__(self, "run", frozen_copy(runs))
+        if len(runs) != len(self):
+            raise InputError(f"map points: {len(runs)} runs for {len(self)} points, one each")
         if np.any((self.confidence < 0) | (self.confidence > 1)):
             raise InputError("map points: a confidence lies between 0 and 1")
 
     def __len__(self) -> int:
         return self.frequency.size
 
+    @classmethod
+    def none(cls) -> MapPoints:
+        """Return no points at all, as of a mount that was never loaded."""
+        return cls(*[np.zeros(0)] * 6, run=np.zeros(0, dtype=np.str_))
 
-@dataclass(frozen=True, eq=False)
+
+@checked(lower="k", upper="k")
 class FittedSurface:
-    """A response surface K(preload, amplitude, frequency) as named arrays.
+    """Response surface K(preload, amplitude, frequency) as named arrays.
 
     Parameters
     ----------
     model : str
         Type that builds itself from the arrays, such as ``DynamicStiffnessSurface``.
     variables : tuple of str
-        Its variables in their order, such as ``("preload", "amplitude", "frequency")``.
+        Names of its variables in their order, such as ``("preload", "amplitude", "frequency")``.
     units : tuple of str
         SI unit of each variable. Values are in N/m.
     lower, upper : array, shape (n_variables,)
         Range of each variable over the training points, in its unit.
     arrays : mapping of str to array
-        All that the model needs, its training hull included.
+        Everything that the model needs, its training region included.
     settings : mapping of str to str, int, float, bool or None
-        How it was fitted.
+        Settings of the fit.
 
     Raises
     ------
     InputError
-        Counts that disagree, ranges that are not finite, an array of Python objects.
+        Counts that disagree, ranges that are not finite, an array of Python objects, a setting
+        that is not plain.
     """
 
     model: str
@@ -199,39 +115,46 @@ class FittedSurface:
     settings: Mapping[str, Setting]
 
     def __post_init__(self) -> None:
-        check_text("model of a surface", self.model, needed=True)
-        object.__setattr__(self, "variables", tuple(self.variables))
-        object.__setattr__(self, "units", tuple(self.units))
-        for name in ("lower", "upper"):
-            freeze_finite(self, name, np.float64)
-        shape = (len(self.variables),)
-        if not (len(self.units),) == self.lower.shape == self.upper.shape == shape:
+        _check_text("model of a surface", self.model, needed=True)
+        owner = f"surface {self.model}"
+        if not len(self.units) == len(self.variables) == self.lower.size:
             raise InputError(
-                f"surface {self.model}: {len(self.variables)} variables need as many units and "
-                f"bounds, it has {len(self.units)}, {self.lower.shape} and {self.upper.shape}"
+                f"{owner}: {len(self.variables)} variables need as many units and bounds, it has "
+                f"{len(self.units)} and {self.lower.size}"
             )
-        object.__setattr__(self, "arrays", frozen_arrays(self.model, self.arrays))
-        settings = {name: plain_setting(self.model, name, v) for name, v in self.settings.items()}
+        arrays = {name: np.array(array) for name, array in self.arrays.items()}
+        for name, array in arrays.items():
+            if array.dtype.kind not in "biufcU":
+                raise InputError(f"{owner}: array {name} is of {array.dtype}, not of numbers")
+            array.setflags(write=False)
+        settings = {name: _plain(owner, name, value) for name, value in self.settings.items()}
+        object.__setattr__(self, "arrays", arrays)
         object.__setattr__(self, "settings", settings)
 
     @classmethod
-    def of(cls, surface: DynamicStiffnessSurface, settings: Mapping[str, Setting]) -> FittedSurface:
+    def of(
+        cls,
+        surface: DynamicStiffnessSurface,
+        settings: Mapping[str, Setting],
+        preload: str = "preload",
+    ) -> FittedSurface:
         """Take apart a fitted surface; `response_surface` gives it back.
 
         Parameters
         ----------
         surface : DynamicStiffnessSurface
-            As fitted.
+            Fitted surface.
         settings : mapping of str to str, int, float, bool or None
-            How it was fitted.
+            Settings of the fit.
+        preload : str
+            Name of its first variable.
         """
-        ranges = surface.ranges
         return cls(
             model=type(surface).__name__,
-            variables=tuple(ranges),
-            units=tuple(surface.units[name] for name in ranges),
-            lower=np.array([low for low, _ in ranges.values()]),
-            upper=np.array([high for _, high in ranges.values()]),
+            variables=(preload, *list(surface.ranges)[1:]),
+            units=tuple(surface.units[name] for name in surface.ranges),
+            lower=surface.region_.lower,
+            upper=surface.region_.upper,
             arrays=surface.to_arrays(),
             settings=settings,
         )
@@ -242,7 +165,7 @@ class FittedSurface:
         Raises
         ------
         InputError
-            It is of another model; or of another version, or incomplete.
+            Another model or version, or incomplete arrays.
         """
         if self.model != DynamicStiffnessSurface.__name__:
             raise InputError(
@@ -261,7 +184,8 @@ class DirectionQuality:
     identified : bool
         False where the error budget leaves the direction unknown.
     half_width_95 : float, optional
-        Of the 95 % band of K by the error budget, relative to |K| [1]; None without a budget.
+        Half width of the 95 % band of K by the error budget, relative to |K| [1]; None without a
+        budget.
     r2_real, r2_imag, r2_force : float, optional
         Coefficient of determination of the surface for Re K, Im K and the force, at most 1 [1].
 
@@ -282,7 +206,7 @@ class DirectionQuality:
         for field in fields(self)[1:]:
             value = getattr(self, field.name)
             if value is not None:
-                object.__setattr__(self, field.name, finite_number("quality", field.name, value))
+                object.__setattr__(self, field.name, _finite("quality", field.name, value))
 
 
 @dataclass(frozen=True, eq=False)
@@ -294,9 +218,9 @@ class CharacterisedDirection:
     axis : str
         ``x``, ``y`` or ``z``.
     map_points : MapPoints
-        None at all where the mount was never loaded in this direction.
+        Measured points; none at all where the mount was never loaded in this direction.
     quality : DirectionQuality
-        Believe it or not.
+        Whether to believe it.
     surface : FittedSurface, optional
         None where none could be fitted.
     static_curve : StaticCurve, optional
@@ -323,7 +247,7 @@ class CharacterisedDirection:
 
 @dataclass(frozen=True)
 class CampaignRecord:
-    """The measurement campaign that mounts were characterised from.
+    """Measurement campaign that mounts were characterised from.
 
     Parameters
     ----------
@@ -334,7 +258,7 @@ class CampaignRecord:
     runs : tuple of str
         Names of its operating runs.
     tolerances : mapping of str to float
-        What the error budget assumed of the bench, 1 σ, as ``name [unit]``, SI.
+        Assumptions of the error budget about the bench, 1 σ, as ``name [unit]``, SI.
     inputs_sha256 : mapping of str to str
         Hash of every file that was read.
 
@@ -351,11 +275,11 @@ class CampaignRecord:
     inputs_sha256: Mapping[str, str]
 
     def __post_init__(self) -> None:
-        check_text("campaign", self.name, needed=True)
+        _check_text("campaign", self.name, needed=True)
         owner = f"campaign {self.name}"
-        object.__setattr__(self, "order", finite_number(owner, "order", self.order))
+        object.__setattr__(self, "order", _finite(owner, "order", self.order))
         object.__setattr__(self, "runs", tuple(self.runs))
-        object.__setattr__(self, "tolerances", numbers_with_units(owner, self.tolerances))
+        object.__setattr__(self, "tolerances", _with_units(owner, self.tolerances))
         object.__setattr__(self, "inputs_sha256", dict(self.inputs_sha256))
 
 
@@ -368,11 +292,11 @@ class MountIdentity:
     campaign : str
         Name of its `CampaignRecord`.
     mount : str
-        Where it sits: name of the mount in the vehicle, such as ``TSM``.
+        Name of the mount in the vehicle, such as ``TSM``.
     variant : str
         Mount set or design level, such as ``M3``.
     part_number, supplier, serial : str
-        Of the part; ``""`` is unknown.
+        Labels of the part; ``""`` is unknown.
 
     Raises
     ------
@@ -390,7 +314,7 @@ class MountIdentity:
     def __post_init__(self) -> None:
         for field in fields(self):
             needed = field.name in ("campaign", "mount", "variant")
-            check_text(field.name, getattr(self, field.name), needed)
+            _check_text(field.name, getattr(self, field.name), needed)
 
     def __str__(self) -> str:
         known = {"part number": self.part_number, "supplier": self.supplier, "serial": self.serial}
@@ -400,7 +324,7 @@ class MountIdentity:
 
 @dataclass(frozen=True, eq=False)
 class CharacterisedMount:
-    """One part, characterised: what the mount library takes and gives back unchanged.
+    """One part, characterised: the mount library takes it and gives it back unchanged.
 
     Parameters
     ----------
@@ -428,9 +352,9 @@ class CharacterisedMount:
     def __post_init__(self) -> None:
         owner = str(self.identity)
         object.__setattr__(self, "directions", tuple(self.directions))
-        object.__setattr__(self, "quality", numbers_with_units(owner, self.quality))
+        object.__setattr__(self, "quality", _with_units(owner, self.quality))
         for text in (self.mount.name, self.mount.description, *self.mount.pieces):
-            check_text(f"{owner}: text", text, needed=False)
+            _check_text(f"{owner}: text", text, needed=False)
         if self.mount.name != self.identity.mount:
             raise InputError(f"{owner}: its geometry is that of mount {self.mount.name}")
         axes = [direction.axis for direction in self.directions]
@@ -452,8 +376,45 @@ class CharacterisedMount:
         InputError
             The mount was not characterised along this axis.
         """
-        for direction in self.directions:
-            if direction.axis == axis:
-                return direction
-        there = ", ".join(direction.axis for direction in self.directions)
-        raise InputError(f"{self.identity}: it has no direction {axis!r}, use {there}")
+        direction = self.find(axis)
+        if direction is None:
+            known = ", ".join(direction.axis for direction in self.directions)
+            raise InputError(f"{self.identity}: it has no direction {axis!r}, use {known}")
+        return direction
+
+    def find(self, axis: str) -> CharacterisedDirection | None:
+        """Return one direction, None if the mount was not characterised along it."""
+        return next((d for d in self.directions if d.axis == axis), None)
+
+
+def _check_text(what: str, text: str, needed: bool) -> None:
+    """Refuse text that a database or a table could not hold."""
+    if (needed and not text) or len(text) > LONGEST_TEXT or not text.isprintable():
+        raise InputError(
+            f"{what} {text!r} cannot be kept: use {int(needed)} to {LONGEST_TEXT} printable "
+            "characters"
+        )
+
+
+def _finite(owner: str, name: str, value: float) -> float:
+    """Return a plain finite number, or refuse it."""
+    number = float(value)
+    if not math.isfinite(number):
+        raise InputError(f"{owner}: {name} is {number}; leave out what is not known")
+    return number
+
+
+def _plain(owner: str, name: str, value: object) -> Setting:
+    """Return a setting as the plain value that text files and databases keep."""
+    plain = value.item() if isinstance(value, np.generic) else value
+    if not (plain is None or isinstance(plain, str | int | float)):
+        raise InputError(f"{owner}: setting {name} is of {type(value).__name__}, not plain")
+    return _finite(owner, name, plain) if isinstance(plain, float) else plain
+
+
+def _with_units(owner: str, numbers: Mapping[str, float]) -> dict[str, float]:
+    """Return finite numbers whose names end with their unit."""
+    for name in numbers:
+        if not (name.endswith("]") and " [" in name):
+            raise InputError(f"{owner}: {name!r} lacks its unit; write it as in 'position [m]'")
+    return {name: _finite(owner, name, value) for name, value in numbers.items()}

@@ -1,17 +1,15 @@
-"""What alignment, calibration and noise leave unknown of a mount's dynamic stiffness."""
+"""Error budget: what alignment, calibration and noise leave unknown of a dynamic stiffness."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from types import MappingProxyType
 
 import numpy as np
 
-from deboom.arrays import ComplexArray, RealArray
+from deboom.arrays import ComplexArray, RealArray, checked
 from deboom.errors import InputError
-from deboom.measurement.campaign import AXES
 from deboom.mounts.measuring_chain import (
     Alignment,
     AlignmentEstimate,
@@ -20,26 +18,27 @@ from deboom.mounts.measuring_chain import (
     stated_alignment,
 )
 from deboom.mounts.operating_map import OperatingMap, Preload, operating_maps
-from deboom.mounts.piecewise_cubic import PiecewiseCubic, fit_pieces, freeze
 from deboom.mounts.response_surface import DynamicStiffnessSurface
 
 IDENTIFIED = 0.15
 """Largest half width of the 95 % band of a direction that counts as identified [1]."""
 
-COVERAGE = 0.95
 TWO_SIDED = 1.959964
-"""Standard deviations on both sides that hold `COVERAGE` of a normal distribution [1]."""
+"""Standard deviations on both sides that hold 95 % of a normal distribution [1]."""
 
 LEAST_DRAWS = 200
+
 LINES = 2000
-"""Lines of each body that drawn surfaces are fitted to at most. What noise does to the surface is
-slightly overstated where there are more."""
+"""Lines of each body that drawn surfaces are fitted to at most. The effect of noise on the surface
+is slightly overstated where there are more."""
 
 LINES_PER_SOURCE = 300
 """Lines on which each source of error is looked at alone."""
 
+_BAND = (0.025, 0.975)
 
-@dataclass(frozen=True, eq=False)
+
+@checked(points="n 3", lower="n ?", upper="n ?", imag_half_width="n ?")
 class DirectionBudget:
     """Uncertainty of the surface of one direction at lines that it was fitted to.
 
@@ -74,10 +73,6 @@ class DirectionBudget:
     sources: Mapping[ErrorSource, float]
     stated_half_width: float
 
-    def __post_init__(self) -> None:
-        freeze(self, "points", "lower", "upper", "imag_half_width")
-        object.__setattr__(self, "sources", MappingProxyType(dict(self.sources)))
-
     @property
     def half_width_95(self) -> float:
         """Half width of the 95 % band of |K|, median over the lines [1]."""
@@ -95,7 +90,7 @@ class DirectionBudget:
 
 
 def error_budget(
-    estimates: Sequence[AlignmentEstimate],
+    chains: Sequence[AlignmentEstimate],
     records: Sequence[BodyRecord],
     surfaces: Mapping[str, DynamicStiffnessSurface],
     variable: Preload,
@@ -108,18 +103,18 @@ def error_budget(
 
     Parameters
     ----------
-    estimates : sequence of AlignmentEstimate
+    chains : sequence of AlignmentEstimate
         One per body, stated or calibrated.
     records : sequence of BodyRecord
-        What the surfaces were fitted to, in the same order.
+        Lines that the surfaces were fitted to, in the same order.
     surfaces : mapping of str to DynamicStiffnessSurface
         By ``<mount> <axis>``.
     variable : Preload
-        Of the surfaces.
+        Preload of the surfaces.
     static_force_noise : float
         Standard deviation of a static force reading [N].
     seed : int
-        From 1.
+        Seed of the draws, from 1.
     n_draws : int
         Measuring chains that are drawn, at least 200.
 
@@ -145,31 +140,31 @@ def error_budget(
         raise InputError(f"{n_draws} draws do not give a 95 % band: take at least {LEAST_DRAWS}")
     generator = np.random.default_rng(seed)
     thinned = [_thinned(record.mean_over_repeats(), LINES) for record in records]
-    maps = operating_maps(estimates, thinned)
-    chains: list[_DrawnChain] = []
-    alone: dict[ErrorSource | None, list[_DrawnChain]] = {}
-    for estimate, record in zip(estimates, thinned, strict=True):
-        alignment, some = estimate.alignment, _thinned(record, LINES_PER_SOURCE)
-        chains.append(_DrawnChain.of(alignment, record, estimate.draw(n_draws, generator)))
+    maps = operating_maps(chains, thinned)
+    drawn: list[_DrawnChain] = []
+    by_source: dict[ErrorSource | None, list[_DrawnChain]] = {}
+    for chain, record in zip(chains, thinned, strict=True):
+        alignment, few_lines = chain.alignment, _thinned(record, LINES_PER_SOURCE)
+        drawn.append(_DrawnChain.of(alignment, record, chain.draw(n_draws, generator)))
         stated = stated_alignment(alignment).draw(n_draws, generator)
         for source in (None, *dict.fromkeys(alignment.sources)):
-            acting = [source in (None, one) for one in alignment.sources]
-            chain = _DrawnChain.of(alignment, some, stated * acting)
-            alone.setdefault(source, []).append(chain)
+            acting = [source in (None, name) for name in alignment.sources]
+            alone = _DrawnChain.of(alignment, few_lines, stated * acting)
+            by_source.setdefault(source, []).append(alone)
     budgets = {}
     for name, surface in surfaces.items():
-        own = [chain for chain in chains if name in chain.columns]
-        drawn = np.vstack([chain.stiffness(name, generator) for chain in own])
+        pieces = [chain for chain in drawn if name in chain.columns]
+        stiffness = np.vstack([chain.stiffness(name, generator) for chain in pieces])
         widths = {
             source: _half_width_alone(name, [c for c in of_source if name in c.columns])
-            for source, of_source in alone.items()
+            for source, of_source in by_source.items()
             if any(name in c.columns for c in of_source)
         }
-        noise = np.concatenate([chain.record.wheel_torque_noise for chain in own])
+        noise = np.concatenate([chain.record.wheel_torque_noise for chain in pieces])
         if variable is Preload.STATIC_FORCE:
             noise = np.full_like(noise, static_force_noise)
         budgets[name] = _direction_budget(
-            maps[name], surface, drawn, widths, variable, noise, generator
+            maps[name], surface, stiffness, widths, variable, noise, generator
         )
     return budgets
 
@@ -189,17 +184,11 @@ class _DrawnChain:
 
     @classmethod
     def of(cls, alignment: Alignment, record: BodyRecord, parameters: RealArray) -> _DrawnChain:
-        columns = {
-            f"{point.mount} {axis}": 3 * place + AXES.index(axis)
-            for place, point in enumerate(alignment.body.points)
-            for axis in point.axes
-        }
-        return cls(
-            columns,
-            record,
-            alignment.motion_matrix(parameters),
-            alignment.force_matrix(parameters),
-        )
+        """Draw the chain with parameters (t, n)."""
+        directions = alignment.body.measured_directions
+        columns = {f"{point.mount} {axis}": column for point, axis, column in directions}
+        motion, force = alignment.motion_matrix(parameters), alignment.force_matrix(parameters)
+        return cls(columns, record, motion, force)
 
     def stiffness(self, name: str, generator: np.random.Generator | None = None) -> ComplexArray:
         """Stiffness of a direction for every line and draw, shape (n, t) [N/m]."""
@@ -229,7 +218,7 @@ def _half_width_alone(name: str, pieces: Sequence[_DrawnChain]) -> float:
 
 
 def _half_width(values: RealArray) -> RealArray:
-    lower, upper = np.quantile(values, [(1 - COVERAGE) / 2, (1 + COVERAGE) / 2], axis=1)
+    lower, upper = np.quantile(values, _BAND, axis=1)
     return np.asarray((upper - lower) / 2)
 
 
@@ -242,18 +231,16 @@ def _direction_budget(
     preload_noise: RealArray,
     generator: np.random.Generator,
 ) -> DirectionBudget:
+    """Budget of one direction from drawn stiffnesses (n, t)."""
     used = ~measured.near_floor
     samples = measured.samples(variable)
     points, drawn = samples.points, drawn[used]
-    noise = preload_noise[used, np.newaxis]
-    shift = noise * generator.standard_normal(drawn.shape)
-    refitted = []
-    for part, values in ((surface.real, drawn.real), (surface.imag, drawn.imag)):
-        shifted = values - part.gradient(points)[:, part.split_feature] * shift
-        refitted.append(same_pieces(part, points, shifted)(points))
-    fitted = surface.predict_masked(*points.T)[0]
-    magnitude = np.hypot(*refitted) / np.abs(fitted)[:, np.newaxis] - 1
-    lower, upper = np.quantile(magnitude, [(1 - COVERAGE) / 2, (1 + COVERAGE) / 2], axis=1)
+    shift = preload_noise[used, np.newaxis] * generator.standard_normal(drawn.shape)
+    shifted = drawn - surface.gradient(points)[:, :1] * shift
+    refitted = surface.predict_refitted(points, shifted, points)
+    fitted = surface.predict(points, extrapolate=True)
+    magnitude = np.abs(refitted) / np.abs(fitted)[:, np.newaxis] - 1
+    lower, upper = np.quantile(magnitude, _BAND, axis=1)
 
     relative_noise = (measured.displacement_noise[used] / samples.amplitude) ** 2
     relative_noise = relative_noise + (measured.force_noise[used] / np.abs(samples.force)) ** 2
@@ -271,7 +258,7 @@ def _direction_budget(
         points=points,
         lower=middle - half_width,
         upper=middle + half_width,
-        imag_half_width=np.hypot(_half_width(refitted[1]) / of_imag, TWO_SIDED * imag_misfit),
+        imag_half_width=np.hypot(_half_width(refitted.imag) / of_imag, TWO_SIDED * imag_misfit),
         misfit=misfit,
         repeatability=TWO_SIDED * float(np.median(np.sqrt(magnitude_noise))),
         sources={source: width for source, width in widths.items() if source is not None},
@@ -282,26 +269,3 @@ def _direction_budget(
 def _misfit(residual: RealArray, noise_variance: RealArray) -> float:
     """Rms of the residuals beyond what noise explains."""
     return math.sqrt(max(0.0, float(np.mean(residual**2) - np.mean(noise_variance))))
-
-
-def same_pieces(part: PiecewiseCubic, points: RealArray, values: RealArray) -> PiecewiseCubic:
-    """Fit cubics with the split points of others.
-
-    Parameters
-    ----------
-    part : PiecewiseCubic
-        Whose split points are kept.
-    points : array, shape (n, n_features)
-        Variables.
-    values : array, shape (n, n_outputs)
-        To fit.
-
-    Raises
-    ------
-    InputError
-        A piece without rows.
-    """
-    spread = float(np.ptp(points[:, part.split_feature]))
-    overlap = part.blend_width / spread if spread > 0 else 0.0
-    weight = np.ones(len(points))
-    return fit_pieces(points, values, weight, part.split_feature, part.split_points, overlap)

@@ -2,41 +2,44 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, fields, replace
 from enum import Enum
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 from scipy.linalg import block_diag
 
-from deboom.arrays import ComplexArray, RealArray
+from deboom.arrays import BoolArray, ComplexArray, IntArray, RealArray, checked
 from deboom.errors import InputError
 from deboom.measurement.campaign import AXES, Campaign, OperatingRun
 from deboom.measurement.channels import Spectrum
 from deboom.measurement.force_transfer import ForceTransferMatrix, force_transfer_matrix
 from deboom.measurement.sensors import SENSOR_AXES, Sensor, SensorKind, Tolerances
 from deboom.measurement.virtual_point import sensor_geometry, virtual_point
-from deboom.mounts.piecewise_cubic import freeze
 from deboom.physics.rigid_body import forward_matrices, skew
 
 POWERTRAIN = "powertrain"
 
+DEAD = 1e-3
+"""A channel below this share of the median of its neighbours, over all lines, is dead [1]."""
 
-@dataclass(frozen=True, eq=False)
+
+@checked(position="3", force_matrix="3 c", transfer_scatter="3 3")
 class MountPoint:
-    """Where one mount, or one piece of it, holds a body.
+    """Point at which one mount, or one piece of it, carries a body.
 
     Parameters
     ----------
     mount, piece : str
-        Which; the piece of a single one is ``""``.
+        Names; the piece of a single one is ``""``.
     position : array, shape (3,)
         Virtual point, from the powertrain's centre of gravity [m].
     axes : tuple of str
         Directions that are characterised here.
     cells : tuple of Sensor
-        That carry its force together.
+        Force cells that carry its force together.
     force_matrix : array, shape (3, 3 n_cell)
         Cell channels → force at the virtual point [1].
     calibrated : bool
@@ -54,9 +57,6 @@ class MountPoint:
     calibrated: bool
     transfer_scatter: RealArray
 
-    def __post_init__(self) -> None:
-        freeze(self, "position", "force_matrix", "transfer_scatter")
-
     @property
     def name(self) -> str:
         """``<mount> [<piece>]``."""
@@ -64,20 +64,20 @@ class MountPoint:
 
     @property
     def cell_channels(self) -> tuple[str, ...]:
-        """Three per cell."""
+        """Channels, three per cell."""
         return tuple(channel for cell in self.cells for channel in cell.channels)
 
 
-@dataclass(frozen=True, eq=False)
+@checked(forward="c k")
 class InstrumentedBody:
-    """A body, the accelerometers on it, and the points at which mounts hold it.
+    """A body, the accelerometers on it, and the points at which mounts carry it.
 
     Parameters
     ----------
     name : str
         ``powertrain``, or the piece of a mount that carries a body of its own, as ``Du left``.
     accelerometers : tuple of Sensor
-        On the body.
+        Sensors on the body.
     channels : tuple of str
         Their channels in use.
     forward : array, shape (n_channel, n_motion)
@@ -93,19 +93,16 @@ class InstrumentedBody:
     forward: RealArray
     points: tuple[MountPoint, ...]
 
-    def __post_init__(self) -> None:
-        freeze(self, "forward")
-
     @property
     def is_rigid_body(self) -> bool:
         """Whether all six motions are measured."""
         return len(self.forward.T) == 6
 
     @property
-    def channel_rows(self) -> tuple[int, ...]:
+    def channel_rows(self) -> list[int]:
         """Place of each channel in use among the three of every accelerometer."""
         all_channels = [name for sensor in self.accelerometers for name in sensor.channels]
-        return tuple(all_channels.index(name) for name in self.channels)
+        return [all_channels.index(name) for name in self.channels]
 
     @property
     def at_points(self) -> RealArray:
@@ -116,7 +113,7 @@ class InstrumentedBody:
 
     @property
     def cell_channels(self) -> tuple[str, ...]:
-        """Of all points."""
+        """Cell channels of all points."""
         return tuple(channel for point in self.points for channel in point.cell_channels)
 
     @property
@@ -129,6 +126,15 @@ class InstrumentedBody:
         """``<mount> [<piece>] <axis>`` of all rows of `at_points`."""
         return tuple(f"{point.name} {axis}" for point in self.points for axis in AXES)
 
+    @property
+    def measured_directions(self) -> tuple[tuple[MountPoint, str, int], ...]:
+        """Point, axis and row of `at_points` of every direction that is characterised."""
+        return tuple(
+            (point, axis, 3 * place + AXES.index(axis))
+            for place, point in enumerate(self.points)
+            for axis in point.axes
+        )
+
 
 def instrumented_bodies(campaign: Campaign) -> tuple[InstrumentedBody, ...]:
     """Sort a campaign's sensors and mounts by the bodies that they belong to.
@@ -136,7 +142,7 @@ def instrumented_bodies(campaign: Campaign) -> tuple[InstrumentedBody, ...]:
     Parameters
     ----------
     campaign : Campaign
-        Its position sheet, mounts and shaker runs.
+        With position sheet, mounts and shaker runs.
 
     Returns
     -------
@@ -149,36 +155,31 @@ def instrumented_bodies(campaign: Campaign) -> tuple[InstrumentedBody, ...]:
         Accelerometers that do not determine the motion of their body, a mount without cells, cell
         channels that are switched off, or shaker runs that do not determine the force.
     """
-    powertrain = [m for m in campaign.mounts if m.name in campaign.powertrain_mounts]
-    bodies = []
-    if powertrain:
-        points = tuple(
-            _mount_point(campaign, mount.name, piece, np.array(position), AXES)
-            for mount in powertrain
-            for piece, position in zip(mount.pieces, mount.positions, strict=True)
-        )
-        bodies.append(_rigid_body(campaign, points))
+    on_powertrain, bodies = [], []
     for mount in campaign.mounts:
-        if mount.name in campaign.powertrain_mounts:
-            continue
+        carries_powertrain = mount.name in campaign.powertrain_mounts
+        axes = AXES if carries_powertrain else mount.transfer_axes
         for piece, position in zip(mount.pieces, mount.positions, strict=True):
-            point = _mount_point(
-                campaign, mount.name, piece, np.array(position), mount.transfer_axes
-            )
-            bodies.append(_single_sensor_body(campaign, point))
+            point = _mount_point(campaign, mount.name, piece, np.array(position), axes)
+            if carries_powertrain:
+                on_powertrain.append(point)
+            else:
+                bodies.append(_single_sensor_body(campaign, point))
+    if on_powertrain:
+        sensors = campaign.sensors_of(SensorKind.ACCELEROMETER, campaign.powertrain_mounts)
+        off = _channels_of(sensors, campaign.switched_off)
+        point = virtual_point(sensor_geometry(sensors, switched_off=off))
+        body = InstrumentedBody(
+            POWERTRAIN, sensors, point.channels, point.forward, tuple(on_powertrain)
+        )
+        bodies.insert(0, body)
     return tuple(bodies)
 
 
-def _rigid_body(campaign: Campaign, points: tuple[MountPoint, ...]) -> InstrumentedBody:
-    sensors = campaign.sensors_of(SensorKind.ACCELEROMETER, campaign.powertrain_mounts)
-    geometry = sensor_geometry(sensors, switched_off=_of(campaign.switched_off, sensors))
-    point = virtual_point(geometry)
-    return InstrumentedBody(POWERTRAIN, sensors, point.channels, point.forward, points)
-
-
 def _single_sensor_body(campaign: Campaign, point: MountPoint) -> InstrumentedBody:
+    """Body on a mount of its own, such as a wheel end, with one accelerometer."""
     sensors = campaign.sensors_of(SensorKind.ACCELEROMETER, (point.mount,), point.piece)
-    off = _of(campaign.switched_off, sensors)
+    off = _channels_of(sensors, campaign.switched_off)
     if len(sensors) != 1 or off:
         raise InputError(
             f"campaign {campaign.name}: {point.name} carries a body of its own and needs one "
@@ -192,11 +193,12 @@ def _single_sensor_body(campaign: Campaign, point: MountPoint) -> InstrumentedBo
 def _mount_point(
     campaign: Campaign, mount: str, piece: str, position: RealArray, axes: tuple[str, ...]
 ) -> MountPoint:
+    """Point of one piece, with its force transfer matrix where shaker runs give one."""
     cells = campaign.sensors_of(SensorKind.FORCE_CELL, (mount,), piece)
     owner = " ".join(filter(None, (f"campaign {campaign.name}: mount {mount}", piece)))
     if not cells:
         raise InputError(f"{owner} has no force cell: its stiffness cannot be measured")
-    off = _of(campaign.switched_off, cells)
+    off = _channels_of(cells, campaign.switched_off)
     if off:
         raise InputError(
             f"{owner}: the cell channels {off} are switched off, but the cells carry the force "
@@ -206,21 +208,20 @@ def _mount_point(
     if not any((run.mount, run.piece) == (mount, piece) for run in campaign.shaker_runs):
         return MountPoint(mount, piece, position, axes, cells, summed, False, np.zeros((3, 3)))
     transfer = force_transfer_matrix(campaign.shaker_runs, cells, mount, piece)
-    force_matrix = np.asarray(np.linalg.solve(transfer.matrix.real, summed), dtype=float)
+    force_matrix = np.linalg.solve(transfer.matrix.real, summed)
     scatter = _transfer_scatter(transfer)
     return MountPoint(mount, piece, position, axes, cells, force_matrix, True, scatter)
 
 
-def _of(switched_off: tuple[str, ...], sensors: tuple[Sensor, ...]) -> list[str]:
-    own = {f"{sensor.name} {axis}" for sensor in sensors for axis in SENSOR_AXES}
-    return [name for name in switched_off if name in own]
+def _channels_of(sensors: tuple[Sensor, ...], names: tuple[str, ...]) -> list[str]:
+    """Those of the names that are channels of the sensors."""
+    channels = {f"{sensor.name} {axis}" for sensor in sensors for axis in SENSOR_AXES}
+    return [name for name in names if name in channels]
 
 
 def _transfer_scatter(transfer: ForceTransferMatrix) -> RealArray:
-    """Systematic part of what a force transfer matrix does over frequency and repeats.
+    """Systematic part of the scatter of a force transfer matrix over frequency and repeats.
 
-    Notes
-    -----
     A parabola over frequency keeps the smooth part (the bench gives way) and leaves the noise of
     single lines, which is no error of the mean.
     """
@@ -235,7 +236,7 @@ def _transfer_scatter(transfer: ForceTransferMatrix) -> RealArray:
 
 
 class ErrorSource(Enum):
-    """What may be wrong with a measuring chain."""
+    """Kind of error of a measuring chain."""
 
     SENSOR_POSITION = "sensor position"
     SENSOR_ANGLE = "sensor angle"
@@ -246,18 +247,18 @@ class ErrorSource(Enum):
     CELL_GAIN = "cell gain"
 
 
-@dataclass(frozen=True, eq=False)
+@checked(tolerance="n", forward_change="n c k", force_change="n f s")
 class Alignment:
-    """Parameters that say how the measuring chain of a body differs from its position sheet.
+    """Parameters by which the measuring chain of a body differs from its position sheet.
 
     Parameters
     ----------
     body : InstrumentedBody
-        As the position sheet has it.
+        Body as the position sheet has it.
     names : tuple of str
-        One per parameter, for messages.
+        Names of the parameters, for messages.
     sources : tuple of ErrorSource
-        One per parameter.
+        Kind of each parameter.
     tolerance : array, shape (n,)
         Standard deviation of each parameter about 0 [1, m or rad].
     forward_change : array, shape (n, n_channel, n_motion)
@@ -277,9 +278,6 @@ class Alignment:
     forward_change: RealArray
     force_change: RealArray
 
-    def __post_init__(self) -> None:
-        freeze(self, "tolerance", "forward_change", "force_change")
-
     def forward(self, parameters: npt.ArrayLike) -> RealArray:
         """Motion of the body → channels, for parameters (..., n): (..., n_channel, n_motion)."""
         return self.body.forward + np.tensordot(np.asarray(parameters), self.forward_change, 1)
@@ -296,6 +294,15 @@ class Alignment:
         return np.asarray(self.body.force_matrix + change)
 
 
+class _Error(NamedTuple):
+    """One possible error and the change of a sensor's or a point's matrix per unit of it."""
+
+    name: str
+    source: ErrorSource
+    tolerance: float
+    change: RealArray
+
+
 def alignment(body: InstrumentedBody, tolerances: Tolerances) -> Alignment:
     """List what may be wrong with a body's accelerometers, cells and their calibration.
 
@@ -304,7 +311,7 @@ def alignment(body: InstrumentedBody, tolerances: Tolerances) -> Alignment:
     body : InstrumentedBody
         With its sensors.
     tolerances : Tolerances
-        How large each error usually is.
+        Usual size of each error.
 
     Notes
     -----
@@ -314,126 +321,99 @@ def alignment(body: InstrumentedBody, tolerances: Tolerances) -> Alignment:
     ``1/(1+γ)`` of the force it states makes the force at the virtual point ``P FTM⁻¹ F`` with these
     vectors as the columns of P.
     """
-    n_motion = body.forward.shape[1]
-    rows = list(body.channel_rows)
-    n_full, n_force = 3 * len(body.accelerometers), body.force_matrix.shape
-    names: list[str] = []
-    sources: list[ErrorSource] = []
-    tolerance: list[float] = []
-    forward_change: list[RealArray] = []
-    force_change: list[RealArray] = []
-
-    def add(
-        name: str,
-        source: ErrorSource,
-        deviation: float,
-        forward: RealArray | None = None,
-        force: RealArray | None = None,
-    ) -> None:
-        names.append(name)
-        sources.append(source)
-        tolerance.append(deviation)
-        forward_change.append(np.zeros((n_full, n_motion)) if forward is None else forward)
-        force_change.append(np.zeros(n_force) if force is None else force)
-
+    n_channels, n_motion = 3 * len(body.accelerometers), body.forward.shape[1]
+    errors: list[_Error] = []
+    forward_change, force_change = [], []
     for place, sensor in enumerate(body.accelerometers):
-        lever = -skew(sensor.position) if body.is_rigid_body else np.zeros((3, 0))
-        sees = sensor.orientation.T @ np.hstack([np.eye(3), lever])
-        block = slice(3 * place, 3 * place + 3)
-
-        def at_sensor(change: RealArray, block: slice = block) -> RealArray:
-            matrix = np.zeros((n_full, n_motion))
-            matrix[block] = change
-            return matrix
-
-        for channel, name in enumerate(sensor.channels):
-            for axis in range(3):
-                change = np.zeros((3, n_motion))
-                change[channel] = sees[axis]
-                if axis == channel:
-                    source, deviation = ErrorSource.SENSOR_GAIN, tolerances.sensor_gain
-                    what = f"{source.value} of channel {name}"
-                else:
-                    source = ErrorSource.SENSOR_CROSS_AXIS
-                    deviation = tolerances.sensor_cross_axis
-                    what = f"{source.value} of channel {name} to {'xyz'[axis]}"
-                add(what, source, deviation, forward=at_sensor(change))
-        for axis, unit in enumerate(np.eye(3)):
-            add(
-                f"angle of sensor {sensor.name} about its {'xyz'[axis]}",
-                ErrorSource.SENSOR_ANGLE,
-                tolerances.sensor_angle,
-                forward=at_sensor(-skew(unit) @ sees),
-            )
-            if body.is_rigid_body:
-                shifted = sensor.orientation.T @ np.hstack([np.zeros((3, 3)), -skew(unit)])
-                add(
-                    f"position of sensor {sensor.name} along {'xyz'[axis]}",
-                    ErrorSource.SENSOR_POSITION,
-                    tolerances.sensor_position,
-                    forward=at_sensor(shifted),
-                )
+        for error in _sensor_errors(sensor, body.is_rigid_body, tolerances):
+            forward = np.zeros((n_channels, n_motion))
+            forward[3 * place : 3 * place + 3] = error.change
+            errors.append(error)
+            forward_change.append(forward[body.channel_rows])
+            force_change.append(np.zeros(body.force_matrix.shape))
     first_cell = 0
     for place, point in enumerate(body.points):
         columns = slice(first_cell, first_cell + 3 * len(point.cells))
         first_cell = columns.stop
-        for name, source, deviation, change in _force_errors(point, tolerances):
-            matrix = np.zeros(n_force)
-            matrix[3 * place : 3 * place + 3, columns] = change
-            add(name, source, deviation, force=matrix)
+        for error in _force_errors(point, tolerances):
+            force = np.zeros(body.force_matrix.shape)
+            force[3 * place : 3 * place + 3, columns] = error.change
+            errors.append(error)
+            forward_change.append(np.zeros(body.forward.shape))
+            force_change.append(force)
     return Alignment(
         body=body,
-        names=tuple(names),
-        sources=tuple(sources),
-        tolerance=np.array(tolerance),
-        forward_change=np.array(forward_change)[:, rows],
+        names=tuple(error.name for error in errors),
+        sources=tuple(error.source for error in errors),
+        tolerance=np.array([error.tolerance for error in errors]),
+        forward_change=np.array(forward_change),
         force_change=np.array(force_change),
     )
 
 
-def _force_errors(
-    point: MountPoint, tolerances: Tolerances
-) -> list[tuple[str, ErrorSource, float, RealArray]]:
-    errors: list[tuple[str, ErrorSource, float, RealArray]] = []
+def _sensor_errors(sensor: Sensor, rigid: bool, tolerances: Tolerances) -> Iterator[_Error]:
+    """Errors of one accelerometer, with the change of its three rows of the forward matrix."""
+    lever = -skew(sensor.position) if rigid else np.zeros((3, 0))
+    rows = sensor.orientation.T @ np.hstack([np.eye(3), lever])
+    for channel, name in enumerate(sensor.channels):
+        for axis in range(3):
+            change = np.zeros_like(rows)
+            change[channel] = rows[axis]
+            if axis == channel:
+                source, tolerance = ErrorSource.SENSOR_GAIN, tolerances.sensor_gain
+                what = f"{source.value} of channel {name}"
+            else:
+                source, tolerance = ErrorSource.SENSOR_CROSS_AXIS, tolerances.sensor_cross_axis
+                what = f"{source.value} of channel {name} to {'xyz'[axis]}"
+            yield _Error(what, source, tolerance, change)
+    for axis, unit in zip("xyz", np.eye(3), strict=True):
+        name = f"angle of sensor {sensor.name} about its {axis}"
+        turned = -skew(unit) @ rows
+        yield _Error(name, ErrorSource.SENSOR_ANGLE, tolerances.sensor_angle, turned)
+        if rigid:
+            name = f"position of sensor {sensor.name} along {axis}"
+            moved = sensor.orientation.T @ np.hstack([np.zeros((3, 3)), -skew(unit)])
+            yield _Error(name, ErrorSource.SENSOR_POSITION, tolerances.sensor_position, moved)
+
+
+def _force_errors(point: MountPoint, tolerances: Tolerances) -> Iterator[_Error]:
+    """Errors of the cells below one point, with the change of its force matrix."""
     if not point.calibrated:
-        for column, name in enumerate(point.cell_channels):
+        for column, channel in enumerate(point.cell_channels):
             change = np.zeros_like(point.force_matrix)
             change[:, column] = -point.force_matrix[:, column]
-            what = f"gain of cell channel {name}"
-            errors.append((what, ErrorSource.CELL_GAIN, tolerances.cell_gain, change))
-        return errors
+            name = f"gain of cell channel {channel}"
+            yield _Error(name, ErrorSource.CELL_GAIN, tolerances.cell_gain, change)
+        return
     for pushed in range(3):
         for felt in range(3):
             change = np.zeros_like(point.force_matrix)
             change[felt] = point.force_matrix[pushed]
             # the mean of a matrix that is not quite constant stands for every line
             scatter = point.transfer_scatter[felt, pushed]
+            along = f"at {point.name} along {'xyz'[pushed]}"
             if felt == pushed:
-                what = f"force of the shaker at {point.name} along {'xyz'[pushed]}"
-                deviation = np.hypot(tolerances.shaker_gain, scatter)
-                errors.append((what, ErrorSource.SHAKER_GAIN, deviation, change))
+                name, source = f"force of the shaker {along}", ErrorSource.SHAKER_GAIN
+                tolerance = np.hypot(tolerances.shaker_gain, scatter)
             else:
-                what = (
-                    f"angle of the shaker at {point.name} along {'xyz'[pushed]} towards "
-                    f"{'xyz'[felt]}"
-                )
-                deviation = np.hypot(tolerances.shaker_angle, scatter)
-                errors.append((what, ErrorSource.SHAKER_ANGLE, deviation, change))
-    return errors
+                name = f"angle of the shaker {along} towards {'xyz'[felt]}"
+                source = ErrorSource.SHAKER_ANGLE
+                tolerance = np.hypot(tolerances.shaker_angle, scatter)
+            yield _Error(name, source, tolerance, change)
 
 
-@dataclass(frozen=True, eq=False)
+@checked(mean="n", covariance="n n")
 class AlignmentEstimate:
-    """A normal distribution of the parameters of a measuring chain.
+    """Knowledge of a measuring chain: a normal distribution of its parameters.
 
     Parameters
     ----------
     alignment : Alignment
-        Whose n parameters.
+        The n parameters.
     mean : array, shape (n,)
         Best values.
     covariance : array, shape (n, n)
-        About them.
+        Covariance about them.
     misfit : tuple of (str, float)
         Reduced χ² of each group of equations that they follow from; empty for stated tolerances.
     """
@@ -442,9 +422,6 @@ class AlignmentEstimate:
     mean: RealArray
     covariance: RealArray
     misfit: tuple[tuple[str, float], ...] = ()
-
-    def __post_init__(self) -> None:
-        freeze(self, "mean", "covariance")
 
     @property
     def motion_matrix(self) -> RealArray:
@@ -473,10 +450,6 @@ def stated_alignment(alignment: Alignment) -> AlignmentEstimate:
     )
 
 
-DEAD = 1e-3
-"""A channel below this share of the median of its neighbours, over all lines, is dead [1]."""
-
-
 @dataclass(frozen=True, eq=False)
 class BodyRecord:
     """Lines of several operating runs of one body, one below the other.
@@ -502,7 +475,7 @@ class BodyRecord:
     """
 
     run: npt.NDArray[np.str_]
-    load_case: npt.NDArray[np.int64]
+    load_case: IntArray
     frequency: RealArray
     wheel_torque: RealArray
     wheel_torque_noise: RealArray
@@ -520,12 +493,12 @@ class BodyRecord:
         """``ω²`` of each line, shape (n,) [1/s²]."""
         return (2 * np.pi * self.frequency) ** 2
 
-    def part(self, rows: slice | npt.NDArray[np.intp] | npt.NDArray[np.bool_]) -> BodyRecord:
+    def part(self, rows: slice | IntArray | BoolArray) -> BodyRecord:
         """Return some of the lines."""
         names = [field.name for field in fields(self)]
         return replace(self, **{name: getattr(self, name)[rows] for name in names})
 
-    def repeated_lines(self) -> list[npt.NDArray[np.intp]]:
+    def repeated_lines(self) -> list[IntArray]:
         """Lines of equal load case and frequency: one array (n, n_repeat) per number of repeats."""
         cases = np.column_stack([self.load_case, self.frequency])
         _, group, count = np.unique(cases, axis=0, return_inverse=True, return_counts=True)
@@ -555,69 +528,55 @@ def body_record(
     Parameters
     ----------
     body : InstrumentedBody
-        Whose channels.
+        Body and its channels.
     runs : sequence of OperatingRun
-        At least one.
+        Runs, at least one.
     tolerances : Tolerances
-        How noisy the channels are.
+        Noise of the channels.
 
     Raises
     ------
     InputError
         A run without one of the channels, no run at all, or a channel that is dead.
+
+    Notes
+    -----
+    Repeated lines are turned into the phase of the first, so that their mean is not left to chance:
+    which pulse of the tacho is the zero mark differs from run to run, and a half order has two
+    phases half a turn apart. All channels of a line turn together: no stiffness depends on it.
     """
     if not runs:
         raise InputError(f"there is no operating run for the {body.name}: measure one")
     kinds = [(r.gear, r.torque_limit, r.full_load, r.rising) for r in runs]
     cases = list(dict.fromkeys(kinds))
-    acceleration = [_channels(run, run.acceleration, body.channels) for run in runs]
-    cell_force = [_channels(run, run.cell_force, body.cell_channels) for run in runs]
-    accelerations, forces = np.vstack(acceleration), np.vstack(cell_force)
-    sensors = np.array(body.channel_rows) // 3
-    acceleration_noise = _noise(
-        accelerations,
-        sensors,
-        tolerances.acceleration_own,
-        tolerances.acceleration_norm,
-        tolerances.acceleration_floor,
-    )
-    cells = np.arange(forces.shape[1]) // 3
-    cell_noise = _noise(
-        forces, cells, tolerances.force_own, tolerances.force_norm, tolerances.force_floor
-    )
-    points = np.repeat(np.arange(len(body.points)), [3 * len(p.cells) for p in body.points])
-    motion_share, force_share = _least_shares(body, tolerances)
-    _refuse_dead_channels(
-        accelerations,
-        body.channels,
-        np.zeros_like(sensors),
-        motion_share,
-        acceleration_noise,
-        "acceleration",
-    )
-    _refuse_dead_channels(forces, body.cell_channels, points, force_share, cell_noise, "cell force")
     lines = [run.frequency.size for run in runs]
+    acceleration = np.vstack([_channels(r, r.acceleration, body.channels) for r in runs])
+    cell_force = np.vstack([_channels(r, r.cell_force, body.cell_channels) for r in runs])
+    t = tolerances
+    motion_noise = (t.acceleration_own, t.acceleration_norm, t.acceleration_floor)
+    force_noise = (t.force_own, t.force_norm, t.force_floor)
     record = BodyRecord(
         run=np.repeat([run.name for run in runs], lines),
         load_case=np.repeat([cases.index(kind) for kind in kinds], lines),
         frequency=np.concatenate([run.frequency for run in runs]),
         wheel_torque=np.concatenate([run.wheel_torque for run in runs]),
-        wheel_torque_noise=np.repeat([tolerances.torque * r.total_ratio for r in runs], lines),
+        wheel_torque_noise=np.repeat([t.torque * run.total_ratio for run in runs], lines),
         static_force=np.vstack([_static_force(run, body.directions) for run in runs]),
-        acceleration=accelerations,
-        acceleration_noise=acceleration_noise,
-        cell_force=forces,
-        cell_noise=cell_noise,
+        acceleration=acceleration,
+        acceleration_noise=_noise(acceleration, np.array(body.channel_rows) // 3, *motion_noise),
+        cell_force=cell_force,
+        cell_noise=_noise(cell_force, np.arange(cell_force.shape[1]) // 3, *force_noise),
     )
-    return _in_one_phase(record)
-
-
-def _in_one_phase(record: BodyRecord) -> BodyRecord:
-    """Turn repeated lines into the phase of the first, so that their mean is none of chance.
-
-    Which pulse of the tacho is the zero mark differs from run to run; a half order has two phases
-    half a turn apart. All channels of a line turn together: no stiffness depends on it.
-    """
+    motion_share, force_share = _least_shares(body, tolerances)
+    one_group = np.zeros(len(body.channels), dtype=int)
+    points = np.repeat(np.arange(len(body.points)), [3 * len(p.cells) for p in body.points])
+    noise = record.acceleration_noise
+    _refuse_dead_channels(
+        "acceleration", body.channels, acceleration, noise, one_group, motion_share
+    )
+    _refuse_dead_channels(
+        "cell force", body.cell_channels, cell_force, record.cell_noise, points, force_share
+    )
     turn = np.ones(len(record), dtype=complex)
     for repeats in record.repeated_lines():
         moved = record.acceleration[repeats]
@@ -625,12 +584,13 @@ def _in_one_phase(record: BodyRecord) -> BodyRecord:
         turn[repeats[:, 1:]] = np.exp(1j * np.angle(common[:, 1:]))
     return replace(
         record,
-        acceleration=record.acceleration * turn[:, np.newaxis],
-        cell_force=record.cell_force * turn[:, np.newaxis],
+        acceleration=acceleration * turn[:, np.newaxis],
+        cell_force=cell_force * turn[:, np.newaxis],
     )
 
 
 def _channels(run: OperatingRun, spectrum: Spectrum, names: tuple[str, ...]) -> ComplexArray:
+    """Channels of a run, or a refusal that names those it lacks."""
     missing = [name for name in names if name not in spectrum.channels]
     if missing:
         raise InputError(
@@ -641,6 +601,7 @@ def _channels(run: OperatingRun, spectrum: Spectrum, names: tuple[str, ...]) -> 
 
 
 def _static_force(run: OperatingRun, directions: tuple[str, ...]) -> RealArray:
+    """Static force per direction, nan where it was not measured."""
     columns = np.full((run.frequency.size, len(directions)), np.nan)
     for place, name in enumerate(directions):
         if name in run.static_force_names:
@@ -649,11 +610,40 @@ def _static_force(run: OperatingRun, directions: tuple[str, ...]) -> RealArray:
 
 
 def _noise(
-    values: ComplexArray, sensor: npt.NDArray[np.int64], own: float, norm: float, floor: float
+    values: ComplexArray, sensor: IntArray, own: float, norm: float, floor: float
 ) -> RealArray:
+    """Noise of channels by their own amplitude, the norm of their sensor, and at rest."""
     squared = np.abs(values) ** 2
     same_sensor = (sensor[:, np.newaxis] == sensor).astype(float)
     return np.asarray(np.sqrt(own**2 * squared + norm**2 * squared @ same_sensor + floor**2))
+
+
+def _refuse_dead_channels(
+    what: str,
+    names: tuple[str, ...],
+    values: ComplexArray,
+    noise: RealArray,
+    groups: IntArray,
+    shares: RealArray,
+) -> None:
+    """Refuse a channel far below its neighbours, unless there is nothing that it could show.
+
+    It is below what physics allows if it shows less than half of the least share of its group's
+    largest channel and of its own stated noise.
+    """
+    level = np.sqrt(np.mean(np.abs(values) ** 2, axis=0))
+    noise_level = np.sqrt(np.mean(noise**2, axis=0))
+    for place, name in enumerate(names):
+        neighbours = level[groups == groups[place]]
+        others, largest = np.median(neighbours), neighbours.max()
+        least = np.hypot(shares[place] * largest, noise_level[place])
+        low = level[place] <= DEAD * others or level[place] == 0
+        if low and (level[place] < 0.5 * least or largest == 0):
+            raise InputError(
+                f"{what} channel '{name}' is dead: over {len(values)} lines it shows "
+                f"{level[place]:.2g}, the others {others:.2g}; repair it, or name it in "
+                "switched_off if enough others are left"
+            )
 
 
 def _least_shares(body: InstrumentedBody, tolerances: Tolerances) -> tuple[RealArray, RealArray]:
@@ -666,41 +656,10 @@ def _least_shares(body: InstrumentedBody, tolerances: Tolerances) -> tuple[RealA
         return np.ones(len(body.channels)), np.ones(len(body.cell_channels))
     (point,) = body.points
     used = [AXES.index(axis) for axis in point.axes]
-    shares = []
-    for sensors, askew in (
-        (body.accelerometers, (tolerances.sensor_angle, tolerances.sensor_cross_axis)),
-        (point.cells, (tolerances.cell_gain,)),
-    ):
-        along = np.concatenate([np.linalg.norm(one.orientation[used], axis=0) for one in sensors])
-        shares.append(np.sqrt(along**2 + np.sum(np.square(askew))))
-    of_motion, of_force = shares
-    return of_motion[list(body.channel_rows)], of_force
 
+    def shares(sensors: tuple[Sensor, ...], *askew: float) -> RealArray:
+        along = np.concatenate([np.linalg.norm(s.orientation[used], axis=0) for s in sensors])
+        return np.asarray(np.sqrt(along**2 + np.sum(np.square(askew))))
 
-def _refuse_dead_channels(
-    values: ComplexArray,
-    names: tuple[str, ...],
-    group: npt.NDArray[np.int64],
-    least_share: RealArray,
-    noise: RealArray,
-    what: str,
-) -> None:
-    """Refuse a channel far below its neighbours, unless there is nothing that it could show.
-
-    It is below what physics allows if it shows less than half of the least share of its group's
-    largest channel and of its own stated noise.
-    """
-    level = np.sqrt(np.mean(np.abs(values) ** 2, axis=0))
-    own_noise = np.sqrt(np.mean(noise**2, axis=0))
-    for place, name in enumerate(names):
-        neighbours = level[group == group[place]]
-        others = np.median(neighbours)
-        least = np.hypot(least_share[place] * neighbours.max(), own_noise[place])
-        low = level[place] <= DEAD * others or level[place] == 0
-        nothing_moves = neighbours.max() == 0
-        if low and (level[place] < 0.5 * least or nothing_moves):
-            raise InputError(
-                f"{what} channel '{name}' is dead: over {len(values)} lines it shows "
-                f"{level[place]:.2g}, the others {others:.2g}; repair it, or name it in "
-                "switched_off if enough others are left"
-            )
+    motion = shares(body.accelerometers, tolerances.sensor_angle, tolerances.sensor_cross_axis)
+    return motion[body.channel_rows], shares(point.cells, tolerances.cell_gain)

@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import replace
 from enum import Enum
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from deboom.arrays import ComplexArray, RealArray
+from deboom.arrays import BoolArray, ComplexArray, RealArray, checked
 from deboom.errors import InputError
-from deboom.measurement.campaign import AXES, Campaign, OperatingRun
+from deboom.measurement.campaign import Campaign, OperatingRun
 from deboom.measurement.channels import LoadCase, Spectrum
 from deboom.mounts.measuring_chain import AlignmentEstimate, BodyRecord, body_record
 from deboom.mounts.response_surface import StiffnessSamples
@@ -26,6 +26,14 @@ from deboom.physics.dynamic_stiffness import (
 
 FLOOR_FACTOR = 10.0
 """A displacement is near the floor below this many standard deviations of its noise [1]."""
+
+_COLUMNS = {
+    name: "n ?"
+    for name in (
+        *("frequency", "wheel_torque", "static_force", "displacement", "force"),
+        *("displacement_noise", "force_noise", "stiffness", "confidence", "near_floor"),
+    )
+}
 
 
 class Preload(Enum):
@@ -48,9 +56,9 @@ class Estimate(Enum):
     NOISE_IN_DISPLACEMENT = "H2"
 
 
-@dataclass(frozen=True, eq=False)
+@checked(**_COLUMNS)
 class OperatingMap:
-    """What was measured of one direction, line by line.
+    """Measured lines of one direction.
 
     Parameters
     ----------
@@ -63,18 +71,23 @@ class OperatingMap:
     wheel_torque : array, shape (n,)
         [N m].
     static_force : array, shape (n,)
-        Of the direction; nan where it was not measured [N].
+        Static force of the direction; nan where it was not measured [N].
     displacement, force : array, shape (n,)
         Complex peak at the virtual point, mean over repeats [m], [N].
     displacement_noise, force_noise : array, shape (n,)
         Standard deviation of their noise, by the stated tolerances [m], [N].
     stiffness : array, shape (n,)
-        Estimated over the repeats, complex [N/m].
+        Estimate over the repeats, complex [N/m].
     confidence : array, shape (n,)
-        Like a coherence: what the stated noise leaves of it and, over repeats, what is left indeed,
-        whichever is less; 0 … 1 [1].
+        Like a coherence, 0 to 1 [1]: the lesser of what the stated noise allows and of what the
+        repeats show.
     near_floor : array of bool, shape (n,)
         Mask of lines at which the displacement hardly exceeds its noise: not to be used.
+
+    Raises
+    ------
+    InputError
+        Columns of different lengths.
     """
 
     mount: str
@@ -89,25 +102,14 @@ class OperatingMap:
     force_noise: RealArray
     stiffness: ComplexArray
     confidence: RealArray
-    near_floor: npt.NDArray[np.bool_]
+    near_floor: BoolArray
 
     def __post_init__(self) -> None:
-        for name in self._columns():
-            column = np.array(getattr(self, name))
-            if column.shape != (len(self.run),):
-                raise InputError(
-                    f"map of {self.name}: {name} has shape {column.shape}, expected "
-                    f"({len(self.run)},)"
-                )
-            column.setflags(write=False)
-            object.__setattr__(self, name, column)
+        if self.run.shape != self.frequency.shape:
+            raise InputError(f"{self.name}: {self.run.size} runs for {self.frequency.size} lines")
 
     def __len__(self) -> int:
         return len(self.run)
-
-    @classmethod
-    def _columns(cls) -> list[str]:
-        return [field.name for field in fields(cls) if field.name not in ("mount", "axis")]
 
     @property
     def name(self) -> str:
@@ -141,9 +143,10 @@ class OperatingMap:
             )
         return self.static_force
 
-    def select(self, lines: npt.NDArray[np.bool_] | slice) -> OperatingMap:
+    def select(self, lines: BoolArray | slice) -> OperatingMap:
         """Return some of the lines."""
-        return replace(self, **{name: getattr(self, name)[lines] for name in self._columns()})
+        columns = {name: getattr(self, name)[lines] for name in ("run", *_COLUMNS)}
+        return replace(self, **columns)
 
     def samples(self, variable: Preload) -> StiffnessSamples:
         """Return the lines that are not near the floor, to fit a model to.
@@ -169,20 +172,20 @@ class OperatingMap:
 
 
 def operating_maps(
-    estimates: Sequence[AlignmentEstimate],
+    chains: Sequence[AlignmentEstimate],
     records: Sequence[BodyRecord],
     estimate: Estimate = Estimate.BY_NOISE_RATIO,
 ) -> dict[str, OperatingMap]:
-    """Refer what the bodies' channels recorded to the mounts: displacement, force, stiffness.
+    """Refer the recordings of the bodies' channels to the mounts: displacement, force, stiffness.
 
     Parameters
     ----------
-    estimates : sequence of AlignmentEstimate
+    chains : sequence of AlignmentEstimate
         One per body.
     records : sequence of BodyRecord
-        What each body recorded, in the same order.
+        Recordings of each body, in the same order.
     estimate : Estimate
-        Over repeated runs.
+        Estimator over repeated runs.
 
     Returns
     -------
@@ -199,17 +202,77 @@ def operating_maps(
     ``s = −V_i V⁺ a / ω²`` and ``f = FTM⁻¹ F`` (thesis, eq. 27-30). The receiver stands still: the
     motion of the body's point is the relative displacement.
     """
-    parts: dict[str, list[OperatingMap]] = {}
-    for body, record in zip(estimates, records, strict=True):
-        for one in _body_maps(body, record, estimate):
-            parts.setdefault(one.name, []).append(one)
-    return {name: _stacked(pieces) for name, pieces in parts.items()}
+    pieces: dict[str, list[OperatingMap]] = {}
+    for chain, record in zip(chains, records, strict=True):
+        for part in _body_maps(chain, record, estimate):
+            pieces.setdefault(part.name, []).append(part)
+    maps = {}
+    for name, parts in pieces.items():
+        columns: dict[str, Any] = {
+            column: np.concatenate([getattr(part, column) for part in parts])
+            for column in ("run", *_COLUMNS)
+        }
+        maps[name] = replace(parts[0], **columns)
+    return maps
+
+
+def bench_load_case(
+    campaign: Campaign, run: OperatingRun, chains: Sequence[AlignmentEstimate], title: str
+) -> LoadCase:
+    """Refer one run on the test bench to the virtual points, as a load case.
+
+    Parameters
+    ----------
+    campaign : Campaign
+        Campaign of the run.
+    run : OperatingRun
+        Line by line; its lines keep their order.
+    chains : sequence of AlignmentEstimate
+        One per body, from `deboom.mounts.characterise.measuring_chains`.
+    title : str
+        Name of the run for a reader.
+
+    Returns
+    -------
+    LoadCase
+        Motion relative to the bench, which stands still, and forces on it: blocked forces. Channels
+        ``<mount> [<piece>] <axis>``.
+
+    Raises
+    ------
+    InputError
+        Channels of the chains that the run did not record, or a displacement of exactly 0.
+    """
+    records = [body_record(chain.alignment.body, [run], campaign.tolerances) for chain in chains]
+    displacement, force = {}, {}
+    for measured in operating_maps(chains, records).values():
+        for label in dict.fromkeys(measured.run.tolist()):
+            piece = label.removeprefix(run.name).strip()
+            channel = " ".join(filter(None, (measured.mount, piece, measured.axis)))
+            lines = measured.select(measured.run == label)
+            if not np.array_equal(lines.frequency, run.frequency):
+                raise InputError(f"run {run.name}: lines of {channel} are not those of the run")
+            displacement[channel], force[channel] = lines.displacement, lines.force
+    channels = tuple(force)
+    moved, pushed = (np.column_stack([*columns.values()]) for columns in (displacement, force))
+    return LoadCase(
+        name=run.name,
+        title=title,
+        gear=run.gear,
+        total_ratio=run.total_ratio,
+        torque_limit=run.torque_limit,
+        order=run.order,
+        displacement=Spectrum(run.frequency, moved, channels, "m"),
+        force=Spectrum(run.frequency, pushed, channels, "N"),
+        engine_torque=run.engine_torque,
+    )
 
 
 def _body_maps(
-    body: AlignmentEstimate, record: BodyRecord, estimate: Estimate
+    chain: AlignmentEstimate, record: BodyRecord, estimate: Estimate
 ) -> list[OperatingMap]:
-    motion, force_matrix = body.motion_matrix, body.force_matrix
+    """Maps of one body: per number of repeats, point and axis."""
+    motion, force_matrix = chain.motion_matrix, chain.force_matrix
     displacement = displacement_from_acceleration(record.acceleration @ motion.T, record.frequency)
     force = record.cell_force @ force_matrix.T
     displacement_noise = np.sqrt(record.acceleration_noise**2 @ motion.T**2)
@@ -218,29 +281,27 @@ def _body_maps(
     maps = []
     for repeats in record.repeated_lines():
         first, n_repeats = repeats[:, 0], repeats.shape[1]
-        for place, point in enumerate(body.alignment.body.points):
-            for axis in point.axes:
-                column = 3 * place + AXES.index(axis)
-                s, f = displacement[repeats, column], force[repeats, column]
-                s_noise, f_noise = displacement_noise[first, column], force_noise[first, column]
-                mean, s_error = s.mean(axis=1), s_noise / np.sqrt(n_repeats)
-                maps.append(
-                    OperatingMap(
-                        mount=point.mount,
-                        axis=axis,
-                        run=np.array([f"{run} {point.piece}".strip() for run in record.run[first]]),
-                        frequency=record.frequency[first],
-                        wheel_torque=record.wheel_torque[repeats].mean(axis=1),
-                        static_force=record.static_force[repeats, column].mean(axis=1),
-                        displacement=mean,
-                        force=f.mean(axis=1),
-                        displacement_noise=s_error,
-                        force_noise=f_noise / np.sqrt(n_repeats),
-                        stiffness=_stiffness(f, s, f_noise, s_noise, estimate),
-                        confidence=_confidence(f, s, f_noise, s_noise),
-                        near_floor=np.abs(mean) < FLOOR_FACTOR * s_error,
-                    )
+        for point, axis, column in chain.alignment.body.measured_directions:
+            s, f = displacement[repeats, column], force[repeats, column]
+            s_noise, f_noise = displacement_noise[first, column], force_noise[first, column]
+            mean, s_error = s.mean(axis=1), s_noise / np.sqrt(n_repeats)
+            maps.append(
+                OperatingMap(
+                    mount=point.mount,
+                    axis=axis,
+                    run=np.array([f"{run} {point.piece}".strip() for run in record.run[first]]),
+                    frequency=record.frequency[first],
+                    wheel_torque=record.wheel_torque[repeats].mean(axis=1),
+                    static_force=record.static_force[repeats, column].mean(axis=1),
+                    displacement=mean,
+                    force=f.mean(axis=1),
+                    displacement_noise=s_error,
+                    force_noise=f_noise / np.sqrt(n_repeats),
+                    stiffness=_stiffness(f, s, f_noise, s_noise, estimate),
+                    confidence=_confidence(f, s, f_noise, s_noise),
+                    near_floor=np.abs(mean) < FLOOR_FACTOR * s_error,
                 )
+            )
     return maps
 
 
@@ -251,6 +312,7 @@ def _stiffness(
     displacement_noise: RealArray,
     estimate: Estimate,
 ) -> ComplexArray:
+    """Stiffness over the repeats (n, n_repeat) by the chosen estimator."""
     if estimate is Estimate.NOISE_IN_DISPLACEMENT:
         return stiffness_h2(force, displacement)
     noisy = np.all((force_noise > 0) & (displacement_noise > 0))
@@ -273,63 +335,3 @@ def _confidence(
         return np.asarray(expected)
     common = np.abs(np.mean(force * displacement.conj(), axis=1)) ** 2 / (moved * pushed)
     return np.asarray(np.minimum(expected, common))
-
-
-def _stacked(pieces: Sequence[OperatingMap]) -> OperatingMap:
-    columns: dict[str, Any] = {
-        name: np.concatenate([getattr(one, name) for one in pieces])
-        for name in OperatingMap._columns()
-    }
-    return replace(pieces[0], **columns)
-
-
-def bench_load_case(
-    campaign: Campaign, run: OperatingRun, chains: Sequence[AlignmentEstimate], title: str
-) -> LoadCase:
-    """Refer what the sensors of the bench recorded in one run to the virtual points.
-
-    Parameters
-    ----------
-    campaign : Campaign
-        That the run belongs to.
-    run : OperatingRun
-        Line by line; its lines keep their order.
-    chains : sequence of AlignmentEstimate
-        One per body, from `deboom.mounts.characterise.measuring_chains`.
-    title : str
-        What a reader calls the run.
-
-    Returns
-    -------
-    LoadCase
-        Motion relative to the bench, which stands still, and forces on it: blocked forces. Channels
-        ``<mount> [<piece>] <axis>``.
-
-    Raises
-    ------
-    InputError
-        Channels of the chains that the run did not record, or a displacement of exactly 0.
-    """
-    records = [body_record(one.alignment.body, [run], campaign.tolerances) for one in chains]
-    displacement, force = {}, {}
-    for one in operating_maps(chains, records).values():
-        for label in dict.fromkeys(one.run.tolist()):
-            piece = label.removeprefix(run.name).strip()
-            channel = " ".join(filter(None, (one.mount, piece, one.axis)))
-            lines = one.select(one.run == label)
-            if not np.array_equal(lines.frequency, run.frequency):
-                raise InputError(f"run {run.name}: lines of {channel} are not those of the run")
-            displacement[channel], force[channel] = lines.displacement, lines.force
-    channels = tuple(force)
-    moved, pushed = (np.column_stack([*one.values()]) for one in (displacement, force))
-    return LoadCase(
-        name=run.name,
-        title=title,
-        gear=run.gear,
-        total_ratio=run.total_ratio,
-        torque_limit=run.torque_limit,
-        order=run.order,
-        displacement=Spectrum(run.frequency, moved, channels, "m"),
-        force=Spectrum(run.frequency, pushed, channels, "N"),
-        engine_torque=run.engine_torque,
-    )

@@ -22,7 +22,7 @@ DOMINATES = 0.5
 
 @dataclass(frozen=True)
 class ScatterPrior:
-    """What is assumed of a scatter before any part was measured.
+    """Assumption about a scatter before any part was measured.
 
     Parameters
     ----------
@@ -137,7 +137,7 @@ def direction_scatter(
     Parameters
     ----------
     name : str
-        Of the direction.
+        Direction, such as ``TSM x``.
     values : array, shape (n,)
         Logarithm of the stiffness of each part, under equal conditions [1].
     uncertainty : array, shape (n,), optional
@@ -147,7 +147,7 @@ def direction_scatter(
     prior : ScatterPrior
         Counts below `ENOUGH` parts.
     confidence : float
-        Of the interval [1].
+        Coverage of the interval [1].
     has_common : bool
         Whether the uncertainty holds errors that all parts have in common, as the budget of one
         campaign does. They scatter no part; the upper bound then removes nothing.
@@ -207,7 +207,7 @@ def hardness_share(
     reliability : float
         Share of the observed variance that is not measuring, above 0 [1].
     confidence : float
-        Of the interval [1].
+        Coverage of the interval [1].
 
     Returns
     -------
@@ -249,9 +249,9 @@ def batch_share(
     values : array, shape (n, a)
         Logarithms of the stiffness of n parts along a axes [1].
     batches : sequence of str, length n
-        Of each part.
+        Batch of each part.
     confidence : float
-        Of the interval, exact for batches of equal size [1].
+        Coverage of the interval, exact for batches of equal size [1].
 
     Returns
     -------
@@ -334,34 +334,6 @@ FEWEST_POINTS = 20
 
 
 @dataclass(frozen=True, eq=False)
-class PartValues:
-    """Stiffness of the parts of one mount, as far as it was measured.
-
-    Parameters
-    ----------
-    mount : str
-        Its name.
-    parts : tuple of str, length n
-        What each part is called.
-    batches : tuple of str, length n, or None
-        None if the library does not record them.
-    axes : tuple of str, length a
-        Directions that are identified in every part.
-    values : array, shape (n, a)
-        Logarithm of |K|, mean over the points at which all parts were measured [1].
-    uncertainty : array, shape (n, a)
-        Standard uncertainty by the error budget, errors common to a campaign included [1].
-    """
-
-    mount: str
-    parts: tuple[str, ...]
-    batches: tuple[str, ...] | None
-    axes: tuple[str, ...]
-    values: RealArray
-    uncertainty: RealArray
-
-
-@dataclass(frozen=True, eq=False)
 class LibraryScatter:
     """Scatter of all mounts in a library.
 
@@ -381,7 +353,7 @@ class LibraryScatter:
 
     def direction(self, name: str) -> DirectionScatter | None:
         """Return one direction; None if its mount is not in the library."""
-        return next((one for one in self.directions if one.name == name), None)
+        return next((direction for direction in self.directions if direction.name == name), None)
 
 
 def library_scatter(
@@ -394,13 +366,13 @@ def library_scatter(
     Parameters
     ----------
     parts : sequence of CharacterisedMount
-        Those of one mount are of one part number. A part is told by its variant and serial; if it
+        Parts of one mount have one part number. A part is told by its variant and serial; if it
         was characterised in several campaigns, the mean counts. A serial such as ``B7/012`` names
         the batch before its slash.
     prior : ScatterPrior
         Counts below 20 parts.
     confidence : float
-        Of the intervals [1].
+        Coverage of the intervals [1].
 
     Raises
     ------
@@ -416,39 +388,52 @@ def library_scatter(
     """
     if not parts:
         raise InputError("there is no part to learn the scatter from")
-    mounts = tuple(dict.fromkeys(part.mount.name for part in parts))
-    found = [part_values([one for one in parts if one.mount.name == name]) for name in mounts]
-    directions = tuple(
-        _direction(values, axis, prior, confidence) for values in found for axis in AXES
-    )
-    measured = [one for one in directions if np.isfinite(one.observed) and one.observed > 0.0]
-    trust = [1.0 - (one.measurement / one.observed) ** 2 for one in measured]
+    names = tuple(dict.fromkeys(part.mount.name for part in parts))
+    mounts = [_part_values([p for p in parts if p.mount.name == name]) for name in names]
+    directions = tuple(mount.scatter(axis, prior, confidence) for mount in mounts for axis in AXES)
+    measured = [d for d in directions if np.isfinite(d.observed) and d.observed > 0.0]
+    trust = [1.0 - (d.measurement / d.observed) ** 2 for d in measured]
     reliability = float(np.mean(trust)) if trust else 0.0
     hardness = None
     if reliability > 0.0:
-        hardness = hardness_share([one.values for one in found], reliability, confidence)
+        hardness = hardness_share([mount.values for mount in mounts], reliability, confidence)
     shares = {
-        one.mount: share
-        for one in found
-        if one.batches is not None
-        and (share := batch_share(one.values, one.batches, confidence)) is not None
+        mount.name: share
+        for mount in mounts
+        if mount.batches is not None
+        and (share := batch_share(mount.values, mount.batches, confidence)) is not None
     }
     return LibraryScatter(directions, hardness, shares)
 
 
-def part_values(parts: Sequence[CharacterisedMount]) -> PartValues:
-    """Return the stiffness of the parts of one mount under equal conditions.
+@dataclass(frozen=True, eq=False)
+class _PartValues:
+    """Logarithms of |K| of n parts of one mount along a axes, with standard uncertainties (n, a).
 
-    Parameters
-    ----------
-    parts : sequence of CharacterisedMount
-        Of one mount and part number, at least one.
-
-    Raises
-    ------
-    InputError
-        As `library_scatter`.
+    Axes are those that are identified in every part; batches are None if the library does not
+    record them.
     """
+
+    name: str
+    batches: tuple[str, ...] | None
+    axes: tuple[str, ...]
+    values: RealArray
+    uncertainty: RealArray
+
+    def scatter(self, axis: str, prior: ScatterPrior, confidence: float) -> DirectionScatter:
+        """Scatter of one axis; the prior alone where it is not identified."""
+        name = f"{self.name} {axis}"
+        if axis not in self.axes:
+            return direction_scatter(name, np.empty(0), prior=prior, confidence=confidence)
+        column = self.axes.index(axis)
+        values, uncertainty = self.values[:, column], self.uncertainty[:, column]
+        return direction_scatter(
+            name, values, uncertainty, self.batches, prior, confidence, has_common=True
+        )
+
+
+def _part_values(parts: Sequence[CharacterisedMount]) -> _PartValues:
+    """Stiffness of the parts of one mount and part number under equal conditions."""
     mount = parts[0].mount.name
     numbers = sorted({part.identity.part_number for part in parts})
     if len(numbers) > 1:
@@ -456,84 +441,42 @@ def part_values(parts: Sequence[CharacterisedMount]) -> PartValues:
             f"mount {mount} has parts of the numbers {numbers} in the library: their scatter is "
             "not that of one part, choose one number"
         )
-    labels = [_label(part) for part in parts]
-    names = tuple(dict.fromkeys(labels))
-    columns, errors, axes = [], [], []
-    for axis in AXES:
-        directions = [_identified(part, axis) for part in parts]
-        if any(one is None for one in directions):
-            continue
-        found = [one for one in directions if one is not None]
-        values = _log_stiffness(f"{mount} {axis}", found)
-        squares = np.array([_uncertainty(one) ** 2 for one in found])
-        of_part = [[place for place, one in enumerate(labels) if one == name] for name in names]
-        columns.append([values[places].mean() for places in of_part])
-        errors.append([np.sqrt(squares[places].mean()) for places in of_part])
-        axes.append(axis)
-    shape = (len(axes), len(names))
-    return PartValues(
-        mount,
-        names,
-        _batches(parts, labels, names),
-        tuple(axes),
-        np.reshape(columns, shape).T,
-        np.reshape(errors, shape).T,
-    )
+    labels = [(part.identity.variant, part.identity.serial) for part in parts]
+    unique = list(dict.fromkeys(labels))
+    of_part = [[place for place, label in enumerate(labels) if label == key] for key in unique]
+    axes = [axis for axis in AXES if all(_is_identified(part, axis) for part in parts)]
+    values, uncertainty = np.empty((len(unique), len(axes))), np.empty((len(unique), len(axes)))
+    for column, axis in enumerate(axes):
+        directions = [part.direction(axis) for part in parts]
+        stiffness = _log_stiffness(f"{mount} {axis}", directions)
+        widths = [direction.quality.half_width_95 or 0.0 for direction in directions]
+        squares = (np.array(widths) / TWO_SIDED) ** 2
+        values[:, column] = [stiffness[places].mean() for places in of_part]
+        uncertainty[:, column] = [np.sqrt(squares[places].mean()) for places in of_part]
+    serials = [serial for _, serial in unique]
+    batches = None
+    if all("/" in serial for serial in serials):
+        batches = tuple(serial.partition("/")[0] for serial in serials)
+    return _PartValues(mount, batches, tuple(axes), values, uncertainty)
 
 
-def _direction(
-    found: PartValues, axis: str, prior: ScatterPrior, confidence: float
-) -> DirectionScatter:
-    name = f"{found.mount} {axis}"
-    if axis not in found.axes:
-        return direction_scatter(name, np.empty(0), prior=prior, confidence=confidence)
-    column = found.axes.index(axis)
-    return direction_scatter(
-        name,
-        found.values[:, column],
-        found.uncertainty[:, column],
-        found.batches,
-        prior,
-        confidence,
-        has_common=True,
-    )
+def _is_identified(part: CharacterisedMount, axis: str) -> bool:
+    direction = part.find(axis)
+    return direction is not None and direction.quality.identified
 
 
 def _log_stiffness(name: str, directions: Sequence[CharacterisedDirection]) -> RealArray:
     """Mean of ln |K| over the points that all surfaces were measured at, one value each."""
-    stored = [one.surface for one in directions if one.surface is not None]
-    if len({one.variables for one in stored}) > 1:
+    stored = [direction.surface for direction in directions if direction.surface is not None]
+    if len({surface.variables for surface in stored}) > 1:
         raise InputError(f"{name}: its parts are characterised over different variables")
-    surfaces = [one.response_surface() for one in stored]
-    points = surfaces[0].region.points
-    predicted = [one.predict_masked(*points.T) for one in surfaces]
-    common = np.all([inside for _, inside in predicted], axis=0)
+    surfaces = [surface.response_surface() for surface in stored]
+    points = surfaces[0].region_.points
+    common = np.all([surface.supported(points) for surface in surfaces], axis=0)
     if common.sum() < FEWEST_POINTS:
         raise InputError(
             f"{name}: its {len(stored)} parts were measured at only {int(common.sum())} common "
             f"points, {FEWEST_POINTS} are needed: measure them in the same runs"
         )
-    return np.array([np.log(np.abs(stiffness[common])).mean() for stiffness, _ in predicted])
-
-
-def _identified(part: CharacterisedMount, axis: str) -> CharacterisedDirection | None:
-    found = next((one for one in part.directions if one.axis == axis), None)
-    return found if found is not None and found.quality.identified else None
-
-
-def _uncertainty(direction: CharacterisedDirection) -> float:
-    half_width = direction.quality.half_width_95
-    return 0.0 if half_width is None else half_width / TWO_SIDED
-
-
-def _label(part: CharacterisedMount) -> str:
-    return f"{part.identity.variant} {part.identity.serial}".strip()
-
-
-def _batches(
-    parts: Sequence[CharacterisedMount], labels: Sequence[str], names: Sequence[str]
-) -> tuple[str, ...] | None:
-    serials = dict(zip(labels, (part.identity.serial for part in parts), strict=True))
-    if not all("/" in serial for serial in serials.values()):
-        return None
-    return tuple(serials[name].partition("/")[0] for name in names)
+    stiffness = [surface.predict(points[common], extrapolate=True) for surface in surfaces]
+    return np.array([np.log(np.abs(values)).mean() for values in stiffness])

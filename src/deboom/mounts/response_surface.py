@@ -1,32 +1,63 @@
-"""Response surfaces: dynamic stiffness over preload, amplitude and frequency."""
+"""Response surfaces: dynamic stiffness over preload, displacement amplitude and frequency.
+
+A model gives the complex stiffness of one direction of a mount. It knows where it was measured and
+refuses to speak about anything else unless it is told to extrapolate.
+"""
 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
-from typing import Any
+from dataclasses import dataclass
+from typing import Any, Self
 
 import numpy as np
 import numpy.typing as npt
+from sklearn.base import BaseEstimator, RegressorMixin, clone
 
-from deboom.arrays import ComplexArray, RealArray
+from deboom.arrays import BoolArray, ComplexArray, RealArray, checked
 from deboom.errors import InputError
-from deboom.mounts.piecewise_cubic import (
-    REACH,
-    NamedArrays,
-    PieceOptions,
-    PiecewiseCubic,
-    TrainingRegion,
-    fit_piecewise_cubic,
-    from_arrays,
-    to_arrays,
-)
+from deboom.mounts.piecewise_cubic import PiecewiseCubicRegressor, TrainingRegion, named_arrays
 
 VARIABLES = ("preload", "amplitude", "frequency")
 
+STORAGE_FORMAT = 1
+"""Format of `DynamicStiffnessSurface.to_arrays`; another number is refused on reading."""
 
-@dataclass(frozen=True, eq=False)
+_NODES = np.cos(np.pi * (np.arange(4) + 0.5) / 4)
+_PLAIN = ("preload_unit", "n_lines", "r2_real", "r2_imag", "r2_force")
+_REGION = ("points", "lower", "upper", "reach")
+
+
+def operating_points(
+    preload: npt.ArrayLike, amplitude: npt.ArrayLike, frequency: npt.ArrayLike
+) -> RealArray:
+    """Stack preload, amplitude and frequency as points at which a model is asked.
+
+    Parameters
+    ----------
+    preload, amplitude, frequency : array, broadcastable to one shape
+        In the units of the model: [N] or [N m], [m], [Hz].
+
+    Returns
+    -------
+    array, shape (..., 3)
+        One point per element of the common shape.
+
+    Raises
+    ------
+    InputError
+        Shapes that do not broadcast.
+    """
+    columns = [np.asarray(values, dtype=float) for values in (preload, amplitude, frequency)]
+    try:
+        return np.stack(np.broadcast_arrays(*columns), axis=-1)
+    except ValueError:
+        shapes = [column.shape for column in columns]
+        raise InputError(f"preload, amplitude and frequency have the shapes {shapes}") from None
+
+
+@checked(preload="n", displacement="n", frequency="n", stiffness="n")
 class StiffnessSamples:
     """Measured dynamic stiffness of one direction, line by line.
 
@@ -40,84 +71,20 @@ class StiffnessSamples:
         [Hz].
     stiffness : array, shape (n,)
         Complex dynamic stiffness [N/m].
-    weight : array, shape (n,), optional
-        Inverse to the variance of each line, 1 if not given [1].
     run : array of str, shape (n,), optional
         Name of the run that each line belongs to.
 
     Raises
     ------
     InputError
-        Arrays of different lengths, values that are not finite, a negative frequency or weight.
+        Arrays of different lengths, values that are not finite.
     """
 
     preload: RealArray
     displacement: ComplexArray
     frequency: RealArray
     stiffness: ComplexArray
-    weight: RealArray | None = None
     run: npt.NDArray[np.str_] | None = None
-
-    def __post_init__(self) -> None:
-        columns: dict[str, RealArray | ComplexArray] = {
-            "preload": np.array(self.preload, dtype=float),
-            "displacement": np.array(self.displacement, dtype=complex),
-            "frequency": np.array(self.frequency, dtype=float),
-            "stiffness": np.array(self.stiffness, dtype=complex),
-        }
-        if self.weight is not None:
-            columns["weight"] = np.array(self.weight, dtype=float)
-        for name, column in columns.items():
-            if column.ndim != 1 or column.shape != columns["preload"].shape:
-                raise InputError(
-                    "samples of the dynamic stiffness need one value per line: preload has shape "
-                    f"{columns['preload'].shape}, {name} has {column.shape}"
-                )
-            bad = np.flatnonzero(~np.isfinite(column))
-            if bad.size:
-                raise InputError(f"{name} of line {bad[0]} is not finite: leave the line out")
-            column.setflags(write=False)
-            object.__setattr__(self, name, column)
-        if self.run is not None:
-            runs = np.array(self.run, dtype=np.str_)
-            if runs.shape != self.preload.shape:
-                raise InputError(f"{runs.size} names of runs for {len(self)} lines: one each")
-            object.__setattr__(self, "run", runs)
-        if not len(self):
-            raise InputError("there are no lines to fit a dynamic stiffness to")
-        if np.any(self.frequency <= 0):
-            raise InputError("the frequency of a dynamic stiffness is above 0 Hz")
-        if np.any(self.weights <= 0):
-            raise InputError("weights are above 0: leave out lines that do not count")
-
-    @classmethod
-    def of_amplitude(
-        cls,
-        preload: npt.ArrayLike,
-        amplitude: npt.ArrayLike,
-        frequency: npt.ArrayLike,
-        stiffness: npt.ArrayLike,
-        weights: npt.ArrayLike | None = None,
-        run: npt.ArrayLike | None = None,
-    ) -> StiffnessSamples:
-        """Build samples whose displacement has no phase, out of its `amplitude` (n,) [m].
-
-        Raises
-        ------
-        InputError
-            As for the class, or a negative amplitude.
-        """
-        displacement = np.asarray(amplitude, dtype=float)
-        if np.any(displacement < 0):
-            raise InputError("a displacement amplitude is a peak value of at least 0 m")
-        return cls(
-            np.asarray(preload, dtype=float),
-            displacement.astype(complex),
-            np.asarray(frequency, dtype=float),
-            np.asarray(stiffness, dtype=complex),
-            None if weights is None else np.asarray(weights, dtype=float),
-            None if run is None else np.asarray(run, dtype=np.str_),
-        )
 
     def __len__(self) -> int:
         return len(self.preload)
@@ -137,180 +104,15 @@ class StiffnessSamples:
         """Preload, amplitude and frequency, shape (n, 3)."""
         return np.column_stack([self.preload, self.amplitude, self.frequency])
 
-    @property
-    def lines(self) -> tuple[RealArray, RealArray, RealArray, ComplexArray, RealArray]:
-        """Preload, amplitude, frequency, stiffness and weight, as models are fitted to them."""
-        return self.preload, self.amplitude, self.frequency, self.stiffness, self.weights
-
-    @property
-    def weights(self) -> RealArray:
-        """Weight of each line, shape (n,)."""
-        return np.ones(len(self)) if self.weight is None else self.weight
-
-
-@dataclass(frozen=True, eq=False)
-class StiffnessModel(ABC):
-    """Complex dynamic stiffness over preload, displacement amplitude and frequency.
-
-    Parameters
-    ----------
-    region : TrainingRegion
-        Where lines were measured: preload, amplitude [m], frequency [Hz].
-    preload_unit : str
-        ``N`` for a static force, ``N m`` for a wheel torque.
-    """
-
-    region: TrainingRegion
-    preload_unit: str
-
-    @property
-    @abstractmethod
-    def n_parameters(self) -> int:
-        """Fitted numbers that make up the model."""
-
-    @abstractmethod
-    def _evaluate(self, points: RealArray) -> ComplexArray:
-        """Stiffness at any points (n, 3), shape (n,) [N/m]."""
-
-    def _held(self, points: RealArray) -> npt.NDArray[np.bool_]:
-        """Whether lines hold the model at points (n, 3) of the region, shape (n,)."""
-        return np.ones(len(points), dtype=bool)
-
-    @property
-    def units(self) -> dict[str, str]:
-        """SI unit of each variable and of the stiffness."""
-        units = (self.preload_unit, "m", "Hz")
-        return {**dict(zip(VARIABLES, units, strict=True)), "stiffness": "N/m"}
-
-    @property
-    def ranges(self) -> dict[str, tuple[float, float]]:
-        """Lowest and highest measured value of each variable, in `units`."""
-        bounds = zip(self.region.lower.tolist(), self.region.upper.tolist(), strict=True)
-        return dict(zip(VARIABLES, bounds, strict=True))
-
-    def inside(
-        self, preload: npt.ArrayLike, amplitude: npt.ArrayLike, frequency: npt.ArrayLike
-    ) -> npt.NDArray[np.bool_]:
-        """Say where the model is backed by measurements.
-
-        Parameters
-        ----------
-        preload, amplitude, frequency : array, broadcastable to one shape
-            In `units`.
-
-        Returns
-        -------
-        array of bool, of that shape
-            False out of the measured ranges, away from every measured line, and where the measured
-            lines do not hold the model.
-        """
-        points, shape = broadcast_points(preload, amplitude, frequency)
-        return (self.region.contains(points) & self._held(points)).reshape(shape)
-
-    def predict(
-        self, preload: npt.ArrayLike, amplitude: npt.ArrayLike, frequency: npt.ArrayLike
-    ) -> ComplexArray:
-        """Dynamic stiffness where the model is backed by measurements.
-
-        Parameters
-        ----------
-        preload, amplitude, frequency : array, broadcastable to one shape
-            In `units`.
-
-        Returns
-        -------
-        array, of that shape
-            Complex [N/m].
-
-        Raises
-        ------
-        InputError
-            A point outside of the measured region; `predict_masked` returns a mask instead.
-        """
-        stiffness, inside = self.predict_masked(preload, amplitude, frequency)
-        if not inside.all():
-            points, _ = broadcast_points(preload, amplitude, frequency)
-            raise InputError(self._complaint(points, inside.ravel()))
-        return stiffness
-
-    def predict_masked(
-        self, preload: npt.ArrayLike, amplitude: npt.ArrayLike, frequency: npt.ArrayLike
-    ) -> tuple[ComplexArray, npt.NDArray[np.bool_]]:
-        """Dynamic stiffness everywhere, and where it may be believed.
-
-        Parameters
-        ----------
-        preload, amplitude, frequency : array, broadcastable to one shape
-            In `units`.
-
-        Returns
-        -------
-        stiffness : array, of that shape
-            Complex [N/m]; extrapolated where the mask is False.
-        inside : array of bool, of that shape
-            As `inside`.
-        """
-        points, shape = broadcast_points(preload, amplitude, frequency)
-        inside = self.region.contains(points) & self._held(points)
-        return self._evaluate(points).reshape(shape), inside.reshape(shape)
-
-    def _complaint(self, points: RealArray, inside: npt.NDArray[np.bool_]) -> str:
-        first = int(np.argmin(inside))
-        point, units = points[first], list(self.units.values())
-        place = ", ".join(
-            f"{name} {value:.4g} {unit}"
-            for name, value, unit in zip(VARIABLES, point, units, strict=False)
+    def select(self, lines: BoolArray | slice) -> StiffnessSamples:
+        """Return some of the lines."""
+        return StiffnessSamples(
+            self.preload[lines],
+            self.displacement[lines],
+            self.frequency[lines],
+            self.stiffness[lines],
+            None if self.run is None else self.run[lines],
         )
-        in_range = self.region.in_range(points[[first]])[0]
-        if not in_range.all():
-            column = int(np.argmin(in_range))
-            low, high = self.region.lower[column], self.region.upper[column]
-            reason = (
-                f"{VARIABLES[column]} was measured from {low:.4g} to {high:.4g} {units[column]}"
-            )
-        elif not self.region.contains(points[[first]])[0]:
-            reason = "no line was measured near it"
-        else:
-            reason = "the measured lines do not hold the model there"
-        return (
-            f"{np.count_nonzero(~inside)} of {len(points)} points lie outside of the measured "
-            f"region, the first at {place}: {reason}; measure there, or take predict_masked"
-        )
-
-
-def broadcast_points(
-    preload: npt.ArrayLike, amplitude: npt.ArrayLike, frequency: npt.ArrayLike
-) -> tuple[RealArray, tuple[int, ...]]:
-    """Stack three variables as rows of points.
-
-    Parameters
-    ----------
-    preload, amplitude, frequency : array, broadcastable to one shape
-        In the units of the model.
-
-    Returns
-    -------
-    points : array, shape (n, 3)
-        One row per element of the common shape.
-    shape : tuple of int
-        The common shape.
-
-    Raises
-    ------
-    InputError
-        Shapes that do not broadcast, values that are not finite.
-    """
-    try:
-        columns = np.broadcast_arrays(
-            *(np.asarray(values, dtype=float) for values in (preload, amplitude, frequency))
-        )
-    except ValueError:
-        shapes = [np.shape(values) for values in (preload, amplitude, frequency)]
-        raise InputError(f"preload, amplitude and frequency have the shapes {shapes}") from None
-    points = np.stack([column.ravel() for column in columns], axis=1)
-    if not np.all(np.isfinite(points)):
-        raise InputError("preload, amplitude and frequency must be finite where K is asked for")
-    return points, columns[0].shape
 
 
 @dataclass(frozen=True)
@@ -338,7 +140,7 @@ class Agreement:
 
 
 def r_squared(measured: npt.ArrayLike, modelled: npt.ArrayLike) -> float:
-    """Coefficient of determination, ``1 - Σ(y - ŷ)² / Σ(y - ȳ)²``.
+    """Return the coefficient of determination, ``1 - Σ(y - ŷ)² / Σ(y - ȳ)²``.
 
     Parameters
     ----------
@@ -370,17 +172,14 @@ def agreement(samples: StiffnessSamples, modelled: ComplexArray) -> Agreement:
     Parameters
     ----------
     samples : StiffnessSamples
-        Measured.
+        Measured lines.
     modelled : array, shape (n,)
         Stiffness of the model at the same lines [N/m].
 
     Returns
     -------
     Agreement
-
-    Notes
-    -----
-    R² compares with what was measured, systematic errors included: it is no accuracy.
+        R² compares with what was measured, systematic errors included: it is no accuracy.
     """
     force = modelled * samples.displacement
     error = np.abs(modelled - samples.stiffness) / np.abs(samples.stiffness)
@@ -394,155 +193,43 @@ def agreement(samples: StiffnessSamples, modelled: ComplexArray) -> Agreement:
     )
 
 
-_CHEBYSHEV = np.cos(np.pi * (np.arange(4) + 0.5) / 4)
+class StiffnessModel(RegressorMixin, BaseEstimator, ABC):
+    """Complex dynamic stiffness over preload, displacement amplitude and frequency.
 
+    A scikit-learn regressor of three variables whose `y` is complex.
 
-@dataclass(frozen=True, eq=False)
-class AmplitudeCubic:
-    """Cubics in the displacement amplitude, one per operating point.
-
-    Parameters
+    Attributes
     ----------
-    coefficients : array, shape (..., 4)
-        Of the powers 0 to 3 of the amplitude scaled to [-1, 1], complex [N/m].
-    lowest, highest : float
-        Amplitudes that are scaled to -1 and 1: the measured range [m].
-    """
-
-    coefficients: ComplexArray
-    lowest: float
-    highest: float
-
-    def __post_init__(self) -> None:
-        coefficients = np.array(self.coefficients, dtype=complex)
-        coefficients.setflags(write=False)
-        object.__setattr__(self, "coefficients", coefficients)
-
-    @staticmethod
-    def nodes(lowest: float, highest: float) -> RealArray:
-        """Four amplitudes that determine a cubic well (Chebyshev's), shape (4,) [m]."""
-        return (lowest + highest) / 2 + _span(lowest, highest) / 2 * _CHEBYSHEV
-
-    @classmethod
-    def through(cls, values: ComplexArray, lowest: float, highest: float) -> AmplitudeCubic:
-        """Interpolate `values` (..., 4) [N/m] at the amplitudes of `nodes`."""
-        powers = np.vander(_CHEBYSHEV, 4, increasing=True)
-        return cls(values @ np.linalg.inv(powers).T, lowest, highest)
-
-    def __call__(self, amplitude: npt.ArrayLike) -> ComplexArray:
-        """Stiffness [N/m] at `amplitude` [m], broadcastable to the operating points."""
-        z = self._scaled(amplitude)
-        c = self.coefficients
-        return np.asarray(c[..., 0] + z * (c[..., 1] + z * (c[..., 2] + z * c[..., 3])))
-
-    def derivative(self, amplitude: npt.ArrayLike) -> ComplexArray:
-        """Differentiate by the amplitude [N/m²] at `amplitude` [m]."""
-        z = self._scaled(amplitude)
-        c = self.coefficients
-        by_scaled = c[..., 1] + z * (2 * c[..., 2] + z * 3 * c[..., 3])
-        return np.asarray(by_scaled * 2 / _span(self.lowest, self.highest))
-
-    def held(self, amplitude: npt.ArrayLike) -> RealArray:
-        """Limit `amplitude` [m] to the measured range, for iterations on their way there."""
-        limited = np.clip(np.asarray(amplitude, dtype=float), self.lowest, self.highest)
-        return np.asarray(limited)
-
-    def _scaled(self, amplitude: npt.ArrayLike) -> RealArray:
-        z = 2 * np.asarray(amplitude, dtype=float) - self.lowest - self.highest
-        return np.asarray(z / _span(self.lowest, self.highest))
-
-
-def _span(lowest: float, highest: float) -> float:
-    """Measured range, or 1 where a single amplitude was measured [m]."""
-    return highest - lowest if highest > lowest else 1.0
-
-
-STORAGE_FORMAT = 1
-"""Of `DynamicStiffnessSurface.to_arrays`; another number is refused on reading."""
-
-DEFAULT_OPTIONS = PieceOptions()
-
-
-BESIDE = 0.025
-"""A measured line so near, in fractions of the ranges, is the same state measured again."""
-
-LEVERAGE_BESIDE = 4.0
-"""There the leverage may exceed that of all training lines: a standard error up to twice theirs."""
-
-
-@dataclass(frozen=True, eq=False)
-class DynamicStiffnessSurface(StiffnessModel):
-    """Complex dynamic stiffness of one direction of a mount, fitted to operating lines.
-
-    Parameters
-    ----------
-    region : TrainingRegion
+    region_ : TrainingRegion
         Where lines were measured: preload, amplitude [m], frequency [Hz].
-    preload_unit : str
-        ``N`` for a static force, ``N m`` for a wheel torque.
-    real, imag : PiecewiseCubic
-        Real and imaginary part [N/m].
-    n_lines : int
+    n_lines_ : int
         Lines it was fitted to.
-    r2_real, r2_imag : float
-        Coefficient of determination over those lines [1].
-    r2_force : float
-        The same of the force amplitude ``|K| |s|`` [1].
-
-    Notes
-    -----
-    Thesis, eq. 32 with all 20 terms, for each part, in variables scaled to [-1, 1]; two pieces in
-    the preload by default. R² compares with what was measured: it is no accuracy.
     """
 
-    real: PiecewiseCubic
-    imag: PiecewiseCubic
-    n_lines: int
-    r2_real: float
-    r2_imag: float
-    r2_force: float
+    preload_unit: str
+    region_: TrainingRegion
+    n_lines_: int
 
-    @classmethod
     def fit(
-        cls,
-        preload: npt.ArrayLike,
-        amplitude: npt.ArrayLike,
-        frequency: npt.ArrayLike,
-        stiffness: npt.ArrayLike,
-        weights: npt.ArrayLike | None = None,
-        *,
-        preload_unit: str = "N",
-        options: PieceOptions = DEFAULT_OPTIONS,
-        run: npt.ArrayLike | None = None,
-        reach: float = REACH,
-    ) -> DynamicStiffnessSurface:
-        """Fit a surface to measured lines.
+        self,
+        X: npt.ArrayLike,
+        y: npt.ArrayLike,
+        sample_weight: npt.ArrayLike | None = None,
+        groups: npt.ArrayLike | None = None,
+    ) -> Self:
+        """Fit the model to measured lines.
 
         Parameters
         ----------
-        preload : array, shape (n,)
-            Static force of the direction [N], or wheel torque [N m].
-        amplitude : array, shape (n,)
-            Peak displacement at the virtual point [m].
-        frequency : array, shape (n,)
-            [Hz].
-        stiffness : array, shape (n,)
-            Measured, complex [N/m].
-        weights : array, shape (n,), optional
+        X : array, shape (n, 3)
+            Static force of the direction [N] or wheel torque [N m], peak displacement amplitude at
+            the virtual point [m], frequency [Hz].
+        y : array, shape (n,)
+            Measured stiffness, complex [N/m].
+        sample_weight : array, shape (n,), optional
             Inverse to the variance of each line, 1 if not given [1].
-        preload_unit : str
-            ``N`` or ``N m``.
-        options : PieceOptions
-            How many pieces, and where they meet.
-        run : array, shape (n,), optional
-            Name of the run of each line, for ``PieceOptions(pieces="cv")``: the cross-validation
-            leaves out whole runs.
-        reach : float
-            How far a line vouches for its surroundings, see `TrainingRegion` [1].
-
-        Returns
-        -------
-        DynamicStiffnessSurface
+        groups : array of str, shape (n,), optional
+            Run of each line: a cross-validation of the pieces leaves out whole runs.
 
         Raises
         ------
@@ -550,93 +237,283 @@ class DynamicStiffnessSurface(StiffnessModel):
             Lines that cannot be fitted: shapes, values that are not finite, too few of them; or
             a cross-validation without runs.
         """
-        samples = StiffnessSamples.of_amplitude(
-            preload, amplitude, frequency, stiffness, weights, run
-        )
-        if options.pieces == "cv" and samples.run is None:
+        points, stiffness = np.asarray(X, dtype=float), np.asarray(y, dtype=complex)
+        if stiffness.size == 0:
+            raise InputError("there are no lines to fit a dynamic stiffness to")
+        weight = np.ones(len(stiffness))
+        if sample_weight is not None:
+            weight = np.asarray(sample_weight, dtype=float)
+        one_each = stiffness.shape == weight.shape and stiffness.ndim == 1
+        if points.shape != (len(stiffness), 3) or not one_each:
             raise InputError(
-                "the number of pieces is chosen by leaving out whole runs: name each line's run"
+                "a dynamic stiffness needs one value per line: preload, amplitude and frequency "
+                f"have shape {points.shape}, the stiffness {stiffness.shape}, the weights "
+                f"{weight.shape}"
             )
-        real, imag = (
-            fit_piecewise_cubic(
-                samples.points, part[:, np.newaxis], samples.weights, options, samples.run
-            )
-            for part in (samples.stiffness.real, samples.stiffness.imag)
-        )
-        for part in (real, imag):
-            if np.any(part.degrees_of_freedom < 1):
-                raise InputError(
-                    f"{len(samples)} lines are too few for {part.n_pieces} pieces of "
-                    f"{part.coefficients.shape[1]} terms: measure more, or ask for fewer pieces"
-                )
-        surface = cls(
-            region=TrainingRegion.around(samples.points, reach),
-            preload_unit=preload_unit,
-            real=real,
-            imag=imag,
-            n_lines=len(samples),
-            r2_real=np.nan,
-            r2_imag=np.nan,
-            r2_force=np.nan,
-        )
-        fitted = surface._evaluate(samples.points)
-        return replace(
-            surface,
-            r2_real=r_squared(samples.stiffness.real, fitted.real),
-            r2_imag=r_squared(samples.stiffness.imag, fitted.imag),
-            r2_force=r_squared(np.abs(samples.force), np.abs(fitted) * samples.amplitude),
-        )
+        for name, column in zip((*VARIABLES, "stiffness"), (*points.T, stiffness), strict=True):
+            bad = np.flatnonzero(~np.isfinite(column))
+            if bad.size:
+                raise InputError(f"{name} of line {bad[0]} is not finite: leave the line out")
+        if np.any(points[:, 1] < 0):
+            raise InputError("a displacement amplitude is a peak value of at least 0 m")
+        if np.any(points[:, 2] <= 0):
+            raise InputError("the frequency of a dynamic stiffness is above 0 Hz")
+        if not np.all(weight > 0):
+            raise InputError("weights are above 0: leave out lines that do not count")
+        runs = None if groups is None else np.asarray(groups)
+        if runs is not None and runs.shape != weight.shape:
+            raise InputError(f"{runs.size} names of runs for {len(points)} lines: one each")
+        self.region_ = TrainingRegion.around(points)
+        self.n_lines_ = len(points)
+        self._fit(points, stiffness, weight, runs)
+        return self
+
+    @abstractmethod
+    def _fit(
+        self,
+        points: RealArray,
+        stiffness: ComplexArray,
+        weight: RealArray,
+        runs: npt.NDArray[Any] | None,
+    ) -> None:
+        """Fit to checked lines."""
+
+    @abstractmethod
+    def _values(self, points: RealArray) -> ComplexArray:
+        """Stiffness at any points (n, 3), shape (n,) [N/m]."""
 
     @property
+    @abstractmethod
     def n_parameters(self) -> int:
-        """Coefficients of both parts."""
-        return self.real.n_coefficients + self.imag.n_coefficients
+        """Fitted numbers that make up the model."""
 
-    def prediction_interval(
-        self,
-        preload: npt.ArrayLike,
-        amplitude: npt.ArrayLike,
-        frequency: npt.ArrayLike,
-        coverage: float = 0.95,
-        weights: npt.ArrayLike = 1.0,
-    ) -> tuple[ComplexArray, ComplexArray]:
-        """Interval that covers one newly measured line, for each part.
+    def predict(self, X: npt.ArrayLike, extrapolate: bool = False) -> ComplexArray:
+        """Return the dynamic stiffness at operating points.
 
         Parameters
         ----------
-        preload, amplitude, frequency : array, broadcastable to one shape
-            In `units`.
-        coverage : float
-            Probability for the real and for the imaginary part, each [1].
-        weights : array, broadcastable to that shape
-            Of the new lines, as in the fit [1].
+        X : array, shape (..., 3)
+            Preload, amplitude and frequency in `units`, see `operating_points`.
+        extrapolate : bool
+            Whether points that are not `supported` get the model's value, too.
 
         Returns
         -------
-        lower, upper : array, of that shape
+        array, shape (...)
+            Complex [N/m].
+
+        Raises
+        ------
+        InputError
+            A point outside of the measured region, unless `extrapolate`; points that are not
+            finite.
+        """
+        points, shape = _rows(X)
+        if not extrapolate:
+            inside = self._supported(points)
+            if not inside.all():
+                raise InputError(self._complaint(points, inside))
+        return self._values(points).reshape(shape)
+
+    def supported(self, X: npt.ArrayLike) -> BoolArray:
+        """Say where the model is backed by measurements.
+
+        Parameters
+        ----------
+        X : array, shape (..., 3)
+            Preload, amplitude and frequency in `units`.
+
+        Returns
+        -------
+        array of bool, shape (...)
+            False out of the measured ranges, away from every measured line, and where the measured
+            lines do not determine the model.
+        """
+        points, shape = _rows(X)
+        return self._supported(points).reshape(shape)
+
+    def score(
+        self, X: npt.ArrayLike, y: npt.ArrayLike, sample_weight: npt.ArrayLike | None = None
+    ) -> float:
+        """Return R² of the complex stiffness, ``1 - Σ|y - ŷ|² / Σ|y - ȳ|²`` [1]."""
+        measured = np.asarray(y, dtype=complex)
+        squares = np.abs(measured - self.predict(X, extrapolate=True)) ** 2
+        mean = np.average(measured, weights=sample_weight)
+        spread = np.average(np.abs(measured - mean) ** 2, weights=sample_weight)
+        return float(1 - np.average(squares, weights=sample_weight) / spread)
+
+    @property
+    def units(self) -> dict[str, str]:
+        """SI unit of each variable and of the stiffness."""
+        return {
+            "preload": self.preload_unit,
+            "amplitude": "m",
+            "frequency": "Hz",
+            "stiffness": "N/m",
+        }
+
+    @property
+    def ranges(self) -> dict[str, tuple[float, float]]:
+        """Lowest and highest measured value of each variable, in `units`."""
+        bounds = zip(self.region_.lower.tolist(), self.region_.upper.tolist(), strict=True)
+        return dict(zip(VARIABLES, bounds, strict=True))
+
+    def _supported(self, points: RealArray) -> BoolArray:
+        return self.region_.contains(points)
+
+    def _complaint(self, points: RealArray, inside: BoolArray) -> str:
+        """Name the first point outside, and why it is."""
+        first = points[[int(np.argmin(inside))]]
+        units = list(self.units.values())
+        place = ", ".join(
+            f"{name} {value:.4g} {unit}"
+            for name, value, unit in zip(VARIABLES, first[0], units, strict=False)
+        )
+        in_range = self.region_.in_range(first)[0]
+        if not in_range.all():
+            column = int(np.argmin(in_range))
+            low, high = self.ranges[VARIABLES[column]]
+            reason = (
+                f"{VARIABLES[column]} was measured from {low:.4g} to {high:.4g} {units[column]}"
+            )
+        elif not self.region_.contains(first)[0]:
+            reason = "no line was measured near it"
+        else:
+            reason = "the measured lines do not determine the model there"
+        return (
+            f"{np.count_nonzero(~inside)} of {len(points)} points lie outside of the measured "
+            f"region, the first at {place}: {reason}; measure there, or extrapolate knowingly"
+        )
+
+
+class DynamicStiffnessSurface(StiffnessModel):
+    """Complex dynamic stiffness of one direction of a mount, fitted to operating lines.
+
+    Parameters
+    ----------
+    regressor : scikit-learn regressor, optional
+        Real and imaginary part are fitted by one copy each; default is two complete cubics in
+        pieces of the preload, `PiecewiseCubicRegressor()`.
+    preload_unit : str
+        ``N`` for a static force, ``N m`` for a wheel torque.
+
+    Attributes
+    ----------
+    real_, imag_ : scikit-learn regressor
+        Real and imaginary part [N/m].
+    r2_real_, r2_imag_, r2_force_ : float
+        Coefficient of determination over the lines of the fit, of both parts and of the force
+        amplitude ``|K| |s|`` [1].
+
+    Notes
+    -----
+    Thesis, eq. 32. Both parts choose their own split points: common ones move K by up to 73 % in
+    a direction that is hardly loaded. R² compares with what was measured: it is no accuracy.
+
+    `predict_interval`, `gradient`, `at_amplitude`, `predict_refitted` and `to_arrays` need the
+    piecewise cubic; other regressors are refused there by name.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> X = np.random.default_rng(1).uniform([0, 1e-5, 20], [800, 5e-4, 80], (400, 3))
+    >>> K = 2e5 * (1 + (X[:, 0] / 800) ** 2) * (1.1 - 200 * X[:, 1] + 0.1j)
+    >>> surface = DynamicStiffnessSurface(preload_unit="N m").fit(X, K)
+    >>> bool(abs(surface.predict([400.0, 2e-4, 50.0]) / (2.5e5 * (1.06 + 0.1j)) - 1) < 1e-9)
+    True
+    """
+
+    def __init__(self, regressor: Any = None, *, preload_unit: str = "N") -> None:
+        self.regressor = regressor
+        self.preload_unit = preload_unit
+
+    def _fit(
+        self,
+        points: RealArray,
+        stiffness: ComplexArray,
+        weight: RealArray,
+        runs: npt.NDArray[Any] | None,
+    ) -> None:
+        regressor = PiecewiseCubicRegressor() if self.regressor is None else self.regressor
+        parts = [clone(regressor), clone(regressor)]
+        if isinstance(regressor, PiecewiseCubicRegressor):
+            if regressor.pieces == "cv" and runs is None:
+                raise InputError(
+                    "the number of pieces is chosen by leaving out whole runs: name each line's run"
+                )
+            for part, values in zip(parts, (stiffness.real, stiffness.imag), strict=True):
+                part.fit(points, values, weight, runs)
+                n_pieces, n_terms, _ = part.coefficients_.shape
+                if np.any(part.degrees_of_freedom_ < 1):
+                    raise InputError(
+                        f"{len(points)} lines are too few for {n_pieces} pieces of {n_terms} "
+                        "terms: measure more, or ask for fewer pieces"
+                    )
+        elif np.ptp(weight) > 0:
+            raise InputError(
+                f"{type(regressor).__name__} fits all lines alike: leave out the weights"
+            )
+        else:
+            for part, values in zip(parts, (stiffness.real, stiffness.imag), strict=True):
+                part.fit(points, values)
+        self.real_, self.imag_ = parts
+        fitted, amplitude = self._values(points), points[:, 1]
+        self.r2_real_ = r_squared(stiffness.real, fitted.real)
+        self.r2_imag_ = r_squared(stiffness.imag, fitted.imag)
+        self.r2_force_ = r_squared(np.abs(stiffness) * amplitude, np.abs(fitted) * amplitude)
+
+    def predict_interval(
+        self,
+        X: npt.ArrayLike,
+        coverage: float = 0.95,
+        sample_weight: npt.ArrayLike | None = None,
+    ) -> tuple[ComplexArray, ComplexArray]:
+        """Return the interval that covers one newly measured line, for each part.
+
+        Parameters
+        ----------
+        X : array, shape (..., 3)
+            Preload, amplitude and frequency in `units`.
+        coverage : float
+            Probability for the real and for the imaginary part, each [1].
+        sample_weight : array, shape (n,), optional
+            Weights of the new lines, as in the fit [1].
+
+        Returns
+        -------
+        lower, upper : array, shape (...)
             Bounds of the real part and, as imaginary part, of the imaginary part [N/m].
 
         Raises
         ------
         InputError
-            A point outside of the measured region, or a coverage outside of ]0, 1[.
+            A point outside of the measured region, a coverage outside of ]0, 1[, or a regressor
+            without an interval.
 
         Notes
         -----
         Scatter and misfit of the training lines only. Errors that all lines share (sensor angles,
         gains) are not in it; they need an error budget.
         """
-        middle = self.predict(preload, amplitude, frequency)
-        points, shape = broadcast_points(preload, amplitude, frequency)
-        weight = np.broadcast_to(np.asarray(weights, dtype=float), shape).ravel()
-        half_widths = [
-            part.half_width(points, coverage, weight)[:, 0] for part in (self.real, self.imag)
-        ]
-        half_width = (half_widths[0] + 1j * half_widths[1]).reshape(shape)
-        return middle - half_width, middle + half_width
+        real, imag = self._cubics("interval")
+        points, shape = _rows(X)
+        self.predict(points)
+        of_real = real.predict_interval(points, coverage, sample_weight)
+        of_imag = imag.predict_interval(points, coverage, sample_weight)
+        lower, upper = (
+            (re + 1j * im).reshape(shape) for re, im in zip(of_real, of_imag, strict=True)
+        )
+        return lower, upper
 
-    def at_amplitude(self, preload: npt.ArrayLike, frequency: npt.ArrayLike) -> AmplitudeCubic:
-        """Stiffness over the amplitude alone, at fixed preload and frequency.
+    def gradient(self, X: npt.ArrayLike) -> ComplexArray:
+        """Differentiate by preload, amplitude and frequency at `X` (..., 3), same shape."""
+        real, imag = self._cubics("gradient")
+        points, shape = _rows(X)
+        gradient = real.gradient(points) + 1j * imag.gradient(points)
+        return np.asarray(gradient.reshape(*shape, 3))
+
+    def at_amplitude(self, preload: npt.ArrayLike, frequency: npt.ArrayLike) -> ComplexArray:
+        """Return the cubics in the amplitude that the surface is at fixed preload and frequency.
 
         Parameters
         ----------
@@ -645,96 +522,127 @@ class DynamicStiffnessSurface(StiffnessModel):
 
         Returns
         -------
-        AmplitudeCubic
-            One cubic per point, of that shape. It does not guard: ask `inside` with the amplitudes
-            that came out.
+        array, shape (..., 4)
+            Coefficients of the powers 0 to 3 of the amplitude scaled to [-1, 1] over its measured
+            range, complex [N/m]. They do not guard: ask `supported` with the amplitudes that come
+            out.
 
         Notes
         -----
         At fixed preload the blend of two cubics is a cubic; four values determine it.
         """
+        self._cubics("cubic in the amplitude")
         low, high = self.ranges["amplitude"]
-        nodes = AmplitudeCubic.nodes(low, high)
-        fixed = np.broadcast_arrays(
-            np.asarray(preload, dtype=float), np.asarray(frequency, dtype=float)
+        span = high - low if high > low else 1.0
+        nodes = (low + high) / 2 + span / 2 * _NODES
+        points = operating_points(
+            np.asarray(preload, dtype=float)[..., np.newaxis],
+            nodes,
+            np.asarray(frequency, dtype=float)[..., np.newaxis],
         )
-        points, shape = broadcast_points(
-            fixed[0][..., np.newaxis], nodes, fixed[1][..., np.newaxis]
-        )
-        return AmplitudeCubic.through(self._evaluate(points).reshape(shape), low, high)
+        powers = np.vander(_NODES, 4, increasing=True)
+        return np.asarray(self.predict(points, extrapolate=True) @ np.linalg.inv(powers).T)
 
-    def scaled(self, factor: float) -> DynamicStiffnessSurface:
-        """Scale the dynamic stiffness over the same preload, ``K(F0) → x K(F0)``.
+    def predict_refitted(self, X: RealArray, y: ComplexArray, at: RealArray) -> ComplexArray:
+        """Return the values of cubics with the same split points, fitted to other lines.
 
         Parameters
         ----------
-        factor : float
-            Dynamic design factor, above 0 [1].
-
-        Returns
-        -------
-        DynamicStiffnessSurface
-            The loss factor stays the same.
+        X : array, shape (n, 3)
+            Preload, amplitude and frequency of the lines to fit.
+        y : array, shape (n,) or (n, n_draws)
+            Their stiffness, complex [N/m].
+        at : array, shape (m, 3)
+            Points at which the cubics are asked, wherever they lie.
 
         Raises
         ------
         InputError
-            A factor that is not positive and finite.
+            A piece without lines.
         """
-        if not (np.isfinite(factor) and factor > 0):
-            raise InputError(f"a stiffness factor is above 0, not {factor}")
-        return replace(self, real=self.real.scaled(factor), imag=self.imag.scaled(factor))
+        real, imag = self._cubics("refit")
+        values = real.refitted(X, y.real).predict(at) + 1j * imag.refitted(X, y.imag).predict(at)
+        return np.asarray(values)
 
-    def to_arrays(self) -> NamedArrays:
+    def to_arrays(self) -> dict[str, npt.NDArray[Any]]:
         """Store the surface as named arrays without Python objects, such as for ``numpy.savez``."""
+        real, imag = self._cubics("stored form")
         return {
             "format": np.asarray(STORAGE_FORMAT),
-            **{name: np.asarray(getattr(self, name)) for name in _PLAIN_FIELDS},
-            **to_arrays(self.region, "region_"),
-            **to_arrays(self.real, "real_"),
-            **to_arrays(self.imag, "imag_"),
+            "preload_unit": np.asarray(self.preload_unit),
+            **{name: np.asarray(getattr(self, f"{name}_")) for name in _PLAIN[1:]},
+            **{f"region_{name}": np.asarray(getattr(self.region_, name)) for name in _REGION},
+            **real.to_arrays("real_"),
+            **imag.to_arrays("imag_"),
         }
 
     @classmethod
-    def from_arrays(cls, arrays: Mapping[str, npt.NDArray[Any]]) -> DynamicStiffnessSurface:
+    def from_arrays(cls, arrays: Mapping[str, npt.NDArray[Any]]) -> Self:
         """Build the surface from the arrays of `to_arrays`, bit for bit.
-
-        Parameters
-        ----------
-        arrays : mapping of str to array
-            As stored.
-
-        Returns
-        -------
-        DynamicStiffnessSurface
 
         Raises
         ------
         InputError
-            A format of another version, or an array that is missing.
+            A format of another version, an array that is missing or of another shape.
         """
-        missing = [name for name in ("format", *_PLAIN_FIELDS) if name not in arrays]
-        if missing:
-            raise InputError(f"a stored response surface lacks the arrays {missing}: fit it again")
-        if int(arrays["format"]) != STORAGE_FORMAT:
+        plain = named_arrays(arrays, "", ("format", *_PLAIN))
+        if int(plain["format"]) != STORAGE_FORMAT:
             raise InputError(
-                f"a response surface of format {int(arrays['format'])} cannot be read, this "
+                f"a response surface of format {int(plain['format'])} cannot be read, this "
                 f"version of deboom reads format {STORAGE_FORMAT}: fit it again"
             )
-        return cls(
-            region=from_arrays(TrainingRegion, arrays, "region_"),
-            real=from_arrays(PiecewiseCubic, arrays, "real_"),
-            imag=from_arrays(PiecewiseCubic, arrays, "imag_"),
-            **{name: arrays[name].item() for name in _PLAIN_FIELDS},
+        surface = cls(preload_unit=plain["preload_unit"].item())
+        for name in _PLAIN[1:]:
+            setattr(surface, f"{name}_", plain[name].item())
+        surface.region_ = TrainingRegion(**named_arrays(arrays, "region_", _REGION))
+        surface.real_ = PiecewiseCubicRegressor.from_arrays(arrays, surface.region_, "real_")
+        surface.imag_ = PiecewiseCubicRegressor.from_arrays(arrays, surface.region_, "imag_")
+        return surface
+
+    @property
+    def n_parameters(self) -> int:
+        """Coefficients of both parts."""
+        return sum(_count_parameters(part) for part in (self.real_, self.imag_))
+
+    def _values(self, points: RealArray) -> ComplexArray:
+        # some regressors return a column for one response
+        real, imag = (np.ravel(part.predict(points)) for part in (self.real_, self.imag_))
+        return np.asarray(real + 1j * imag)
+
+    def _supported(self, points: RealArray) -> BoolArray:
+        if not isinstance(self.real_, PiecewiseCubicRegressor):
+            return self.region_.contains(points)
+        return self.real_.supported(points) & self.imag_.supported(points)
+
+    def _cubics(self, what: str) -> tuple[PiecewiseCubicRegressor, PiecewiseCubicRegressor]:
+        """Both parts, if they are cubics; other regressors are refused by name."""
+        if not isinstance(self.real_, PiecewiseCubicRegressor):
+            raise InputError(
+                f"a surface of {type(self.real_).__name__} has no {what}: take "
+                "PiecewiseCubicRegressor"
+            )
+        return self.real_, self.imag_
+
+
+def _rows(X: npt.ArrayLike) -> tuple[RealArray, tuple[int, ...]]:
+    """Points (..., 3) as rows (n, 3), and the shape of their values."""
+    points = np.asarray(X, dtype=float)
+    if points.shape[-1:] != (3,):
+        raise InputError(
+            f"points of shape {points.shape}: the last axis is preload, amplitude, frequency"
         )
-
-    def _evaluate(self, points: RealArray) -> ComplexArray:
-        return np.asarray(self.real(points)[:, 0] + 1j * self.imag(points)[:, 0])
-
-    def _held(self, points: RealArray) -> npt.NDArray[np.bool_]:
-        worst = np.maximum(self.real.leverage_ratio(points), self.imag.leverage_ratio(points))
-        beside = self.region.distance(points) <= BESIDE
-        return np.asarray((worst <= 1 + 1e-9) | (beside & (worst <= LEVERAGE_BESIDE)))
+    if not np.all(np.isfinite(points)):
+        raise InputError("preload, amplitude and frequency must be finite where K is asked for")
+    return points.reshape(-1, 3), points.shape[:-1]
 
 
-_PLAIN_FIELDS = ("preload_unit", "n_lines", "r2_real", "r2_imag", "r2_force")
+def _count_parameters(fitted: Any) -> int:
+    """Coefficients of a linear last step, or training rows and kernel parameters of a process."""
+    last = fitted[-1] if hasattr(fitted, "steps") else fitted
+    if isinstance(last, PiecewiseCubicRegressor):
+        return int(last.coefficients_.size)
+    for name in ("coef_", "alpha_"):
+        if hasattr(last, name) and np.ndim(getattr(last, name)):
+            extra = len(last.kernel_.theta) if hasattr(last, "kernel_") else 1
+            return int(np.size(getattr(last, name))) + extra
+    raise InputError(f"{type(last).__name__} does not tell its number of parameters")

@@ -13,11 +13,10 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.linalg import block_diag
 
-from deboom.arrays import ComplexArray, RealArray
+from deboom.arrays import ComplexArray, RealArray, checked
 from deboom.errors import InputError
 from deboom.measurement.virtual_point import RIGID_LOADS
 from deboom.mounts.measuring_chain import Alignment, AlignmentEstimate, BodyRecord, stated_alignment
-from deboom.mounts.piecewise_cubic import freeze
 from deboom.physics.rigid_body import skew
 
 LINES = 1200
@@ -38,16 +37,16 @@ IMPOSSIBLE = 5.0
 RIGID_MOTION, NEWTON = "rigid motion", "Newton's law"
 
 
-@dataclass(frozen=True, eq=False)
+@checked(mass_matrix="6 6")
 class FreeBody:
-    """What Newton's law needs to know of a rigid body.
+    """Rigid body as Newton's law needs to know it.
 
     Parameters
     ----------
     mass_matrix : array, shape (6, 6)
         At the origin of the position sheet, its centre of gravity [kg, kg m²].
     mass_deviation : float
-        Standard deviation [kg].
+        Standard deviation of the mass [kg].
     inertia_deviation : float
         Standard deviation of entry ij relative to ``√(J_ii J_jj)`` [1].
     centre_deviation : float
@@ -72,7 +71,6 @@ class FreeBody:
     excitation_deviation: float
 
     def __post_init__(self) -> None:
-        freeze(self, "mass_matrix")
         unknown = [name for name in self.excited if name not in RIGID_LOADS]
         if unknown or not self.balanced:
             raise InputError(
@@ -92,7 +90,7 @@ class FreeBody:
 
     @property
     def deviations(self) -> RealArray:
-        """Of mass, six moments of inertia, three coordinates of the centre, and each leak."""
+        """Standard deviations of mass, six moments of inertia, three coordinates, each leak."""
         radii = np.sqrt(np.diag(self.mass_matrix)[3:])
         rows, columns = np.triu_indices(3)
         return np.concatenate(
@@ -175,7 +173,7 @@ def self_calibrated(
         return stated_alignment(alignment)
     every = max(4, -(-sum(len(record) for record in records) // LINES))
     lines = [record.part(slice(None, None, every)) for record in records]
-    n_own = alignment.tolerance.size
+    n_chain = alignment.tolerance.size
     deviations = alignment.tolerance
     if free_body is not None:
         deviations = np.concatenate([deviations, free_body.deviations])
@@ -194,11 +192,11 @@ def self_calibrated(
             break
     covariance = np.zeros((deviations.size, deviations.size))
     covariance[np.ix_(active, active)] = np.linalg.inv(curvature)
-    _refuse_faults(alignment, parameters[:n_own])
+    _refuse_faults(alignment, parameters[:n_chain])
     return AlignmentEstimate(
         alignment=alignment,
-        mean=parameters[:n_own],
-        covariance=covariance[:n_own, :n_own],
+        mean=parameters[:n_chain],
+        covariance=covariance[:n_chain, :n_chain],
         misfit=tuple(misfit.items()),
     )
 
@@ -217,12 +215,12 @@ def _normal_equations(
     counts: dict[str, int] = {}
     n_lines = sum(len(record) for record in records)
     for record in records:
-        for one in _equations(alignment, record, free_body, parameters, n_lines, misfit):
+        for block in _equations(alignment, record, free_body, parameters, n_lines, misfit):
             # a complex normal deviation of variance 1 has two real ones of variance 1/2
-            normal += 2 * (one.jacobian.conj().T @ one.jacobian).real
-            gradient += 2 * (one.jacobian.conj().T @ one.residual).real
-            squares[one.group] = squares.get(one.group, 0.0) + one.misfit * one.freedom
-            counts[one.group] = counts.get(one.group, 0) + one.freedom
+            normal += 2 * (block.jacobian.conj().T @ block.jacobian).real
+            gradient += 2 * (block.jacobian.conj().T @ block.residual).real
+            squares[block.group] = squares.get(block.group, 0.0) + block.misfit * block.freedom
+            counts[block.group] = counts.get(block.group, 0) + block.freedom
     return normal, gradient, {name: squares[name] / counts[name] for name in squares}
 
 
@@ -235,8 +233,8 @@ def _equations(
     misfit: dict[str, float],
 ) -> Iterator[_Equations]:
     body = alignment.body
-    own, of_body = np.split(parameters, [alignment.tolerance.size])
-    forward = alignment.forward(own)
+    of_chain, of_body = np.split(parameters, [alignment.tolerance.size])
+    forward = alignment.forward(of_chain)
     inverse = np.linalg.pinv(forward)
     motion = lines.acceleration @ inverse.T
     channel_change = np.tensordot(motion, alignment.forward_change, axes=([1], [2]))
@@ -255,14 +253,14 @@ def _equations(
     expected = variance / (lines.acceleration_noise**2 + rest)
     freedom = len(lines) * (forward.shape[0] - forward.shape[1])
     jacobian = np.zeros((columns.shape[0] * columns.shape[1], parameters.size), dtype=complex)
-    jacobian[:, : own.size] = columns[:, :, :-1].reshape(len(jacobian), -1)
+    jacobian[:, : of_chain.size] = columns[:, :, :-1].reshape(len(jacobian), -1)
     squares = float(np.sum(np.abs(columns[:, :, -1]) ** 2 * expected))
     yield _Equations(RIGID_MOTION, jacobian, columns[:, :, -1].ravel(), squares / freedom, freedom)
     if free_body is None:
         return
 
     to_load = body.at_points.T
-    force_matrix = alignment.force_matrix(own)
+    force_matrix = alignment.force_matrix(of_chain)
     force = lines.cell_force @ force_matrix.T
     mass_matrix = free_body.mass_matrix + np.tensordot(of_body, free_body.mass_changes, 1)
     load = motion @ mass_matrix.T + force @ to_load.T

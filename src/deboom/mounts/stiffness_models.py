@@ -1,25 +1,20 @@
-"""Other models of the dynamic stiffness (Kelvin-Voigt, Berg, any regressor)."""
+"""Other models of the dynamic stiffness (Kelvin-Voigt, Berg, any regressor) and their comparison."""
 
 from __future__ import annotations
 
 import time
-import warnings
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
 from scipy.optimize import least_squares
+from sklearn.base import clone
 
 from deboom.arrays import ComplexArray, RealArray
 from deboom.errors import InputError
-from deboom.mounts.piecewise_cubic import (
-    PieceOptions,
-    PiecewiseCubic,
-    TrainingRegion,
-    fit_piecewise_cubic,
-)
+from deboom.mounts.piecewise_cubic import PiecewiseCubicRegressor
 from deboom.mounts.response_surface import (
     DynamicStiffnessSurface,
     StiffnessModel,
@@ -28,12 +23,21 @@ from deboom.mounts.response_surface import (
 )
 from deboom.physics.dynamic_stiffness import kelvin_voigt
 
+if TYPE_CHECKING:
+    import pandas as pd
+
 SMALL = 1e-4
 """Relative amplitude below which the closed form cancels and its leading terms are exact enough."""
 
+PROCESS_LINES = 600
+"""Lines that the Gaussian process is fitted to: its effort grows with their cube."""
+
+Fit = Callable[[StiffnessSamples], StiffnessModel]
+"""A way from measured lines to a fitted model."""
+
 
 def friction_stiffness(relative_amplitude: npt.ArrayLike) -> ComplexArray:
-    """First harmonic of Berg's friction force in the steady state.
+    """Return the first harmonic of Berg's friction force in the steady state.
 
     Parameters
     ----------
@@ -77,68 +81,52 @@ def friction_stiffness(relative_amplitude: npt.ArrayLike) -> ComplexArray:
     return np.asarray(storage + 1j * loss, dtype=complex)
 
 
-DEFAULT_OPTIONS = PieceOptions()
-
-
-@dataclass(frozen=True, eq=False)
 class KelvinVoigtModel(StiffnessModel):
-    """A spring and a viscous damper that follow the preload.
+    """A spring and a viscous damper that follow the preload, ``K = k(F0) + jω c(F0)``.
 
     Parameters
     ----------
-    region : TrainingRegion
-        Where lines were measured.
+    regressor : PiecewiseCubicRegressor, optional
+        Cubics over the preload, fitted to the spring [N/m] and to the damper [N s/m].
     preload_unit : str
         ``N`` for a static force, ``N m`` for a wheel torque.
-    spring : PiecewiseCubic
-        Stiffness over the preload [N/m].
-    damper : PiecewiseCubic
-        Damping over the preload [N s/m].
 
     Notes
     -----
-    ``K = k(F0) + jω c(F0)``: no amplitude, and a loss that grows with the frequency.
+    It knows no amplitude, and its loss grows with the frequency.
     """
 
-    spring: PiecewiseCubic
-    damper: PiecewiseCubic
+    def __init__(
+        self, regressor: PiecewiseCubicRegressor | None = None, *, preload_unit: str = "N"
+    ) -> None:
+        self.regressor = regressor
+        self.preload_unit = preload_unit
 
-    @classmethod
-    def fit(
-        cls,
-        preload: npt.ArrayLike,
-        amplitude: npt.ArrayLike,
-        frequency: npt.ArrayLike,
-        stiffness: npt.ArrayLike,
-        weights: npt.ArrayLike | None = None,
-        *,
-        preload_unit: str = "N",
-        options: PieceOptions = DEFAULT_OPTIONS,
-    ) -> KelvinVoigtModel:
-        """Fit spring and damper, cubics in pieces of the preload; as `DynamicStiffnessSurface`."""
-        samples = StiffnessSamples.of_amplitude(preload, amplitude, frequency, stiffness, weights)
-        omega = 2 * np.pi * samples.frequency
-        damping = samples.stiffness.imag / omega
-        return cls(
-            region=TrainingRegion.around(samples.points),
-            preload_unit=preload_unit,
-            spring=_over_preload(samples, samples.stiffness.real, samples.weights, options),
-            damper=_over_preload(samples, damping, samples.weights * omega**2, options),
-        )
+    def _fit(
+        self,
+        points: RealArray,
+        stiffness: ComplexArray,
+        weight: RealArray,
+        runs: npt.NDArray[Any] | None,
+    ) -> None:
+        preload, omega = points[:, :1], 2 * np.pi * points[:, 2]
+        self.spring_, self.damper_ = _copy(self.regressor), _copy(self.regressor)
+        self.spring_.fit(preload, stiffness.real, weight, runs)
+        self.damper_.fit(preload, stiffness.imag / omega, weight * omega**2, runs)
 
     @property
     def n_parameters(self) -> int:
         """Coefficients of spring and damper."""
-        return self.spring.n_coefficients + self.damper.n_coefficients
+        return int(self.spring_.coefficients_.size + self.damper_.coefficients_.size)
 
-    def _evaluate(self, points: RealArray) -> ComplexArray:
-        preload = points[:, :1]
-        return kelvin_voigt(points[:, 2], self.spring(preload)[:, 0], self.damper(preload)[:, 0])
+    def _values(self, points: RealArray) -> ComplexArray:
+        spring, damper = self.spring_.predict(points[:, :1]), self.damper_.predict(points[:, :1])
+        return kelvin_voigt(points[:, 2], spring, damper)
 
 
 @dataclass(frozen=True)
 class BergShape:
-    """How Berg's element follows amplitude and frequency, relative to its elastic part.
+    """Amplitude and frequency dependence of Berg's element, relative to its elastic part.
 
     Parameters
     ----------
@@ -149,7 +137,7 @@ class BergShape:
     viscous : float
         Stiffness of the Maxwell element far above its corner frequency [1].
     corner_frequency : float
-        Of the Maxwell element [Hz].
+        Corner frequency of the Maxwell element [Hz].
     """
 
     friction: float
@@ -158,27 +146,22 @@ class BergShape:
     corner_frequency: float
 
     def __call__(self, amplitude: RealArray, frequency: RealArray) -> ComplexArray:
-        """Complex stiffness over the elastic one [1] at amplitude [m] and frequency [Hz]."""
+        """Return the stiffness over the elastic one [1] at amplitude [m] and frequency [Hz]."""
         relative = 1j * frequency / self.corner_frequency
         maxwell = relative / (1 + relative)
         friction = friction_stiffness(amplitude / self.friction_amplitude)
         return np.asarray(1 + self.friction * friction + self.viscous * maxwell, dtype=complex)
 
 
-@dataclass(frozen=True, eq=False)
 class BergModel(StiffnessModel):
     """Elastic, friction and Maxwell element side by side, all following the preload alike.
 
     Parameters
     ----------
-    region : TrainingRegion
-        Where lines were measured.
+    regressor : PiecewiseCubicRegressor, optional
+        Cubics over the preload, fitted to the elastic stiffness [N/m].
     preload_unit : str
         ``N`` for a static force, ``N m`` for a wheel torque.
-    elastic : PiecewiseCubic
-        Elastic stiffness over the preload [N/m].
-    shape : BergShape
-        The other elements, relative to it.
 
     Notes
     -----
@@ -187,199 +170,75 @@ class BergModel(StiffnessModel):
     (variable projection; Golub and Pereyra, 1973).
     """
 
-    elastic: PiecewiseCubic
-    shape: BergShape
+    def __init__(
+        self, regressor: PiecewiseCubicRegressor | None = None, *, preload_unit: str = "N"
+    ) -> None:
+        self.regressor = regressor
+        self.preload_unit = preload_unit
 
-    @classmethod
-    def fit(
-        cls,
-        preload: npt.ArrayLike,
-        amplitude: npt.ArrayLike,
-        frequency: npt.ArrayLike,
-        stiffness: npt.ArrayLike,
-        weights: npt.ArrayLike | None = None,
-        *,
-        preload_unit: str = "N",
-        options: PieceOptions = DEFAULT_OPTIONS,
-    ) -> BergModel:
-        """Fit the elements, cubics in pieces of the preload; as `DynamicStiffnessSurface`."""
-        samples = StiffnessSamples.of_amplitude(preload, amplitude, frequency, stiffness, weights)
-        middle = np.array([0.5, np.median(samples.amplitude), 0.5, np.median(samples.frequency)])
-        root = np.sqrt(samples.weights)
+    def _fit(
+        self,
+        points: RealArray,
+        stiffness: ComplexArray,
+        weight: RealArray,
+        runs: npt.NDArray[Any] | None,
+    ) -> None:
+        preload, amplitude, frequency = points[:, :1], points[:, 1], points[:, 2]
+        middle = np.array([0.5, np.median(amplitude), 0.5, np.median(frequency)])
+        root = np.sqrt(weight)
 
-        def elastic_for(shape: BergShape, choice: PieceOptions) -> PiecewiseCubic:
-            relative = shape(samples.amplitude, samples.frequency)
+        def elastic_for(
+            shape: BergShape, regressor: PiecewiseCubicRegressor
+        ) -> PiecewiseCubicRegressor:
+            relative = shape(amplitude, frequency)
             squared = np.abs(relative) ** 2
-            projected = (samples.stiffness * relative.conj()).real / squared
-            return _over_preload(samples, projected, samples.weights * squared, choice)
+            projected = (stiffness * relative.conj()).real / squared
+            return clone(regressor).fit(preload, projected, weight * squared, runs)
 
         def shape_of(logarithms: RealArray) -> BergShape:
             return BergShape(*(middle * np.exp(logarithms)).tolist())
 
-        splits = elastic_for(shape_of(np.zeros(4)), options).split_points
+        regressor = _copy(self.regressor)
+        first = elastic_for(shape_of(np.zeros(4)), regressor)
+        same_pieces = _copy(self.regressor).set_params(split=first.split_points_)
 
         def misfit(logarithms: RealArray) -> RealArray:
             shape = shape_of(logarithms)
-            elastic = elastic_for(shape, PieceOptions(split=splits, overlap=options.overlap))
-            modelled = elastic(samples.preload[:, np.newaxis])[:, 0] * shape(
-                samples.amplitude, samples.frequency
-            )
-            error = root * (modelled - samples.stiffness) / np.abs(samples.stiffness).mean()
+            elastic = elastic_for(shape, same_pieces).predict(preload)
+            modelled = elastic * shape(amplitude, frequency)
+            error = root * (modelled - stiffness) / np.abs(stiffness).mean()
             return np.concatenate([error.real, error.imag])
 
         # four decades to either side: beyond them an element is not there
-        found = least_squares(misfit, np.zeros(4), bounds=(-np.log(1e4), np.log(1e4)))
-        shape = shape_of(found.x)
-        return cls(
-            region=TrainingRegion.around(samples.points),
-            preload_unit=preload_unit,
-            elastic=elastic_for(shape, options),
-            shape=shape,
-        )
+        best = least_squares(misfit, np.zeros(4), bounds=(-np.log(1e4), np.log(1e4)))
+        self.shape_ = shape_of(best.x)
+        self.elastic_ = elastic_for(self.shape_, regressor)
 
     @property
     def n_parameters(self) -> int:
         """Coefficients of the elastic part and four of the shape."""
-        return self.elastic.n_coefficients + 4
+        return int(self.elastic_.coefficients_.size) + 4
 
-    def _evaluate(self, points: RealArray) -> ComplexArray:
-        relative = self.shape(points[:, 1], points[:, 2])
-        return np.asarray(self.elastic(points[:, :1])[:, 0] * relative)
-
-
-def _over_preload(
-    samples: StiffnessSamples, values: RealArray, weights: RealArray, options: PieceOptions
-) -> PiecewiseCubic:
-    rows = samples.preload[:, np.newaxis]
-    return fit_piecewise_cubic(rows, values[:, np.newaxis], weights, options)
+    def _values(self, points: RealArray) -> ComplexArray:
+        relative = self.shape_(points[:, 1], points[:, 2])
+        return np.asarray(self.elastic_.predict(points[:, :1]) * relative)
 
 
-class Regressor(Protocol):
-    """What is used of a scikit-learn regressor."""
-
-    def fit(self, X: RealArray, y: RealArray) -> Any:
-        """Fit to scaled rows."""
-
-    def predict(self, X: RealArray) -> npt.NDArray[Any]:
-        """Predict at scaled rows."""
-
-
-@dataclass(frozen=True, eq=False)
-class RegressionModel(StiffnessModel):
-    """Real and imaginary part by two copies of one regressor.
-
-    Parameters
-    ----------
-    region : TrainingRegion
-        Where lines were measured.
-    preload_unit : str
-        ``N`` for a static force, ``N m`` for a wheel torque.
-    real, imag : Regressor
-        Fitted to variables scaled to [-1, 1] over the region, and to stiffness over `reference`.
-    reference : float
-        Mean magnitude of the measured stiffness [N/m].
-    parameters : int
-        Fitted numbers in both regressors.
-    """
-
-    real: Regressor
-    imag: Regressor
-    reference: float
-    parameters: int
-
-    @classmethod
-    def fit(
-        cls,
-        preload: npt.ArrayLike,
-        amplitude: npt.ArrayLike,
-        frequency: npt.ArrayLike,
-        stiffness: npt.ArrayLike,
-        weights: npt.ArrayLike | None = None,
-        *,
-        regressor: Regressor,
-        preload_unit: str = "N",
-        max_lines: int | None = None,
-    ) -> RegressionModel:
-        """Fit two copies of a regressor to measured lines.
-
-        Parameters
-        ----------
-        preload, amplitude, frequency, stiffness : array, shape (n,)
-            As for `DynamicStiffnessSurface`.
-        weights : array, shape (n,), optional
-            All alike: not every regressor takes them.
-        regressor : scikit-learn regressor
-            Left as it is.
-        preload_unit : str
-            ``N`` or ``N m``.
-        max_lines : int, optional
-            Only so many lines, evenly picked in their order, where effort grows with their cube.
-
-        Returns
-        -------
-        RegressionModel
-
-        Raises
-        ------
-        InputError
-            Lines that cannot be fitted, weights that differ.
-        """
-        from sklearn.base import clone
-        from sklearn.exceptions import ConvergenceWarning
-
-        samples = StiffnessSamples.of_amplitude(preload, amplitude, frequency, stiffness, weights)
-        if np.ptp(samples.weights) > 0:
-            raise InputError("a regression model fits all lines alike: leave out the weights")
-        if max_lines is not None and max_lines < 2:
-            raise InputError(f"max_lines is at least 2, not {max_lines}")
-        region = TrainingRegion.around(samples.points)
-        count = min(max_lines or len(samples), len(samples))
-        picked = np.linspace(0, len(samples) - 1, count).round().astype(int)
-        rows = _scaled(region, samples.points[picked])
-        reference = float(np.abs(samples.stiffness).mean())
-        parts = []
-        for values in (samples.stiffness.real, samples.stiffness.imag):
-            with warnings.catch_warnings():
-                # a kernel parameter on its bound is a result, such as "no noise found"
-                warnings.simplefilter("ignore", ConvergenceWarning)
-                parts.append(clone(regressor).fit(rows, values[picked] / reference))
-        return cls(
-            region=region,
-            preload_unit=preload_unit,
-            real=parts[0],
-            imag=parts[1],
-            reference=reference,
-            parameters=sum(_count_parameters(part) for part in parts),
-        )
-
-    @property
-    def n_parameters(self) -> int:
-        """Fitted numbers in both regressors."""
-        return self.parameters
-
-    def _evaluate(self, points: RealArray) -> ComplexArray:
-        rows = _scaled(self.region, points)
-        # some regressors return a column for one response
-        parts = [
-            np.asarray(part.predict(rows), dtype=float).ravel() for part in (self.real, self.imag)
-        ]
-        return np.asarray(self.reference * (parts[0] + 1j * parts[1]))
-
-
-def gaussian_process() -> Regressor:
-    """Gaussian process with one length per variable and white noise, for up to 1000 lines."""
+def gaussian_process() -> Any:
+    """Return a Gaussian process with one length per variable and white noise, for ≤ 1000 lines."""
     from sklearn.gaussian_process import GaussianProcessRegressor
     from sklearn.gaussian_process.kernels import RBF, ConstantKernel, WhiteKernel
+    from sklearn.pipeline import make_pipeline
+    from sklearn.preprocessing import MinMaxScaler
 
     kernel = ConstantKernel(1.0, (1e-3, 1e4)) * RBF(np.ones(3), (5e-2, 1e3))
-    process: Regressor = GaussianProcessRegressor(
-        kernel + WhiteKernel(1e-4, (1e-10, 1.0)), normalize_y=True
-    )
-    return process
+    noise = WhiteKernel(1e-4, (1e-10, 1.0))
+    process = GaussianProcessRegressor(kernel + noise, normalize_y=True)
+    return make_pipeline(MinMaxScaler((-1, 1)), process)
 
 
-def spline_surface(n_knots: int = 6) -> Regressor:
-    """Cubic splines in each variable and their pairwise products, shrunk by cross-validation.
+def spline_surface(n_knots: int = 6) -> Any:
+    """Return cubic splines in each variable and their pairwise products, as a ridge regression.
 
     Parameters
     ----------
@@ -390,57 +249,38 @@ def spline_surface(n_knots: int = 6) -> Regressor:
     from sklearn.pipeline import make_pipeline
     from sklearn.preprocessing import PolynomialFeatures, SplineTransformer
 
-    surface: Regressor = make_pipeline(
+    return make_pipeline(
         SplineTransformer(n_knots=n_knots, degree=3, knots="quantile", include_bias=False),
         PolynomialFeatures(degree=2, interaction_only=True, include_bias=False),
         RidgeCV(np.logspace(-9, 1, 11)),
     )
-    return surface
-
-
-def _scaled(region: TrainingRegion, points: RealArray) -> RealArray:
-    width = np.where(region.upper > region.lower, region.upper - region.lower, 1.0)
-    return np.asarray(2 * (points - region.lower) / width - 1)
-
-
-def _count_parameters(fitted: Any) -> int:
-    """Coefficients of a linear last step, or training rows and kernel parameters of a process."""
-    last = fitted[-1] if hasattr(fitted, "steps") else fitted
-    for name in ("coef_", "alpha_"):
-        if hasattr(last, name) and np.ndim(getattr(last, name)):
-            extra = len(last.kernel_.theta) if hasattr(last, "kernel_") else 1
-            return int(np.size(getattr(last, name))) + extra
-    raise InputError(f"{type(last).__name__} does not tell its number of parameters")
-
-
-if TYPE_CHECKING:
-    import pandas as pd
-
-Fit = Callable[[StiffnessSamples], StiffnessModel]
-"""How a model comes out of measured lines."""
-
-PROCESS_LINES = 600
-"""Lines that the Gaussian process is fitted to: its effort grows with their cube."""
 
 
 def standard_models() -> dict[str, Fit]:
-    """Models worth comparing: cubics in one, two and cross-validated pieces, and alternatives."""
-    fit_surface = DynamicStiffnessSurface.fit
+    """Return models worth comparing: cubics in one, two and cross-validated pieces, and others."""
 
-    def cubics(options: PieceOptions) -> Fit:
-        return lambda samples: fit_surface(*samples.lines, options=options, run=samples.run)
+    def fit(model: StiffnessModel, most: int | None = None) -> Fit:
+        def fitted(samples: StiffnessSamples) -> StiffnessModel:
+            chosen = samples
+            if most is not None and len(samples) > most:
+                picked = np.linspace(0, len(samples) - 1, most).round().astype(int)
+                chosen = samples.select(np.isin(np.arange(len(samples)), picked))
+            return clone(model).fit(chosen.points, chosen.stiffness, groups=chosen.run)
+
+        return fitted
+
+    def cubics(**parameters: Any) -> Fit:
+        return fit(DynamicStiffnessSurface(PiecewiseCubicRegressor(**parameters)))
 
     return {
-        "one cubic": cubics(PieceOptions(pieces=1)),
-        "two cubics, threshold": cubics(PieceOptions(split="threshold")),
-        "two cubics, least squares": cubics(PieceOptions()),
-        "cubics, cross-validated": cubics(PieceOptions(pieces="cv")),
-        "Kelvin-Voigt": lambda samples: KelvinVoigtModel.fit(*samples.lines),
-        "Berg": lambda samples: BergModel.fit(*samples.lines),
-        "splines": lambda samples: RegressionModel.fit(*samples.lines, regressor=spline_surface()),
-        "Gaussian process": lambda samples: RegressionModel.fit(
-            *samples.lines, regressor=gaussian_process(), max_lines=PROCESS_LINES
-        ),
+        "one cubic": cubics(pieces=1),
+        "two cubics, threshold": cubics(split="threshold"),
+        "two cubics, least squares": cubics(),
+        "cubics, cross-validated": cubics(pieces="cv"),
+        "Kelvin-Voigt": fit(KelvinVoigtModel()),
+        "Berg": fit(BergModel()),
+        "splines": fit(DynamicStiffnessSurface(spline_surface())),
+        "Gaussian process": fit(DynamicStiffnessSurface(gaussian_process()), PROCESS_LINES),
     }
 
 
@@ -450,7 +290,7 @@ def compare_models(
     check: StiffnessSamples,
     truth: ComplexArray | None = None,
 ) -> pd.DataFrame:
-    """Fit several models to the same lines and hold them against others.
+    """Fit several models to the same lines and compare them at others.
 
     Parameters
     ----------
@@ -459,7 +299,7 @@ def compare_models(
     training : StiffnessSamples
         Lines to fit, with the names of their runs where a model is cross-validated.
     check : StiffnessSamples
-        Lines to compare with, such as runs held out. Those inside of every model's region count.
+        Lines to compare with, such as runs left out. Those inside of every model's region count.
     truth : array, shape (n_check,), optional
         True stiffness at the lines of `check`, where a virtual bench knows it [N/m].
 
@@ -478,24 +318,18 @@ def compare_models(
 
     if not fits:
         raise InputError("there are no models to compare")
-    variables = (check.preload, check.amplitude, check.frequency)
     models, seconds = {}, {}
     for name, fit in fits.items():
         begin = time.perf_counter()
         models[name] = fit(training)
         seconds[name] = time.perf_counter() - begin
-    inside = np.all([model.inside(*variables) for model in models.values()], axis=0)
+    inside = np.all([model.supported(check.points) for model in models.values()], axis=0)
     if not inside.any():
         raise InputError("no line to check lies where all models were measured")
-    compared = StiffnessSamples(
-        check.preload[inside],
-        check.displacement[inside],
-        check.frequency[inside],
-        check.stiffness[inside],
-    )
+    compared = check.select(inside)
     rows = []
     for name, model in models.items():
-        modelled = model.predict(compared.preload, compared.amplitude, compared.frequency)
+        modelled = model.predict(compared.points)
         result = agreement(compared, modelled)
         row = {
             "model": name,
@@ -514,3 +348,7 @@ def compare_models(
             row["rms error against truth [%]"] = 100 * float(np.sqrt(np.mean(error**2)))
         rows.append({**row, "time to fit [s]": seconds[name]})
     return pd.DataFrame(rows)
+
+
+def _copy(regressor: PiecewiseCubicRegressor | None) -> PiecewiseCubicRegressor:
+    return PiecewiseCubicRegressor() if regressor is None else clone(regressor)

@@ -13,171 +13,30 @@ from scipy.signal import savgol_filter
 from deboom.arrays import ComplexArray, RealArray
 from deboom.errors import InputError
 from deboom.measurement.channels import LoadCase, Spectrum
-from deboom.mounts.characterised_mount import CharacterisedDirection, CharacterisedMount, MapPoints
+from deboom.mounts.characterised_mount import CharacterisedMount
 from deboom.mounts.mount import AXES
 from deboom.mounts.operating_map import OperatingMap, Preload
-from deboom.mounts.piecewise_cubic import PieceOptions
-from deboom.mounts.response_surface import DynamicStiffnessSurface
-
-TWO_PIECES = PieceOptions()
+from deboom.mounts.piecewise_cubic import PiecewiseCubicRegressor
+from deboom.mounts.response_surface import DynamicStiffnessSurface, operating_points
 
 SMOOTH_WIDTH = 5.0
-"""Over which a run's static force is smoothed: the torque of a run-up changes more slowly [Hz]."""
+"""Width over which a run's static force is smoothed: the torque changes more slowly [Hz]."""
 
 
 class MountState(Enum):
-    """Preload variable of a response surface; the value says it in words."""
+    """Preload variable of a response surface; the value says it in words.
+
+    Within one powertrain all three say the same. On another one the wheel torque means nothing, and
+    the static force across a mount's main axis little: stiffness across follows the force along.
+    """
 
     MAIN_FORCE = "static force along the mount's main axis"
     OWN_FORCE = "static force of the direction"
     WHEEL_TORQUE = "wheel torque"
 
 
-def main_axis(mount: CharacterisedMount) -> str:
-    """Return the axis along which the static force of a mount ranges widest.
-
-    Raises
-    ------
-    InputError
-        A mount that was never loaded.
-    """
-    spans = {
-        one.axis: float(np.ptp(one.map_points.preload))
-        for one in mount.directions
-        if len(one.map_points)
-    }
-    if not spans:
-        raise InputError(f"{mount.identity}: it has no measured line: characterise it again")
-    return max(spans, key=lambda axis: spans[axis])
-
-
-def surface_over(
-    mount: CharacterisedMount, axis: str, state: MountState, options: PieceOptions = TWO_PIECES
-) -> DynamicStiffnessSurface:
-    """Fit a response surface to the lines that the library keeps, over the preload of choice.
-
-    Parameters
-    ----------
-    mount : CharacterisedMount
-        With its map points.
-    axis : str
-        Direction.
-    state : MountState
-        Preload variable.
-    options : PieceOptions
-        Of the surface.
-
-    Returns
-    -------
-    DynamicStiffnessSurface
-
-    Raises
-    ------
-    InputError
-        No such direction; lines of two directions that are not those of the same runs; too few
-        lines, or none above the noise floor.
-    """
-    own = mount.direction(axis).map_points
-    if state is MountState.WHEEL_TORQUE:
-        preload = own.wheel_torque
-    else:
-        loaded = own if state is MountState.OWN_FORCE else _same_lines(mount, axis, own)
-        preload = smooth_static_force(loaded.preload, loaded.frequency, loaded.run)
-    used = own.confidence > 0
-    if not used.any():
-        raise InputError(
-            f"{mount.identity}, direction {axis}: none of its {len(own)} lines is above the noise "
-            "floor"
-        )
-    return DynamicStiffnessSurface.fit(
-        preload[used],
-        own.amplitude[used],
-        own.frequency[used],
-        own.dynamic_stiffness[used],
-        preload_unit="N m" if state is MountState.WHEEL_TORQUE else "N",
-        options=options,
-        run=own.run[used],
-    )
-
-
-def state_at(
-    maps: Mapping[str, OperatingMap], mount: CharacterisedMount, axis: str, state: MountState
-) -> RealArray:
-    """Preload of choice at every line of newly measured maps, shape (n,) [N m or N].
-
-    Parameters
-    ----------
-    maps : mapping of str to OperatingMap
-        By ``<mount> <axis>``, such as those of another powertrain on the same mount.
-    mount : CharacterisedMount
-        As the library knows it; it says which axis is the main one.
-    axis : str
-        Direction.
-    state : MountState
-        Preload variable.
-
-    Raises
-    ------
-    InputError
-        The static force was not measured.
-    """
-    name = mount.mount.name
-    if state is MountState.WHEEL_TORQUE:
-        return maps[f"{name} {axis}"].wheel_torque
-    of_axis = axis if state is MountState.OWN_FORCE else main_axis(mount)
-    loaded = maps[f"{name} {of_axis}"]
-    return smooth_static_force(loaded.preload(Preload.STATIC_FORCE), loaded.frequency, loaded.run)
-
-
-def smooth_static_force(
-    force: RealArray, frequency: RealArray, run: npt.NDArray[np.str_]
-) -> RealArray:
-    """Take the noise out of the static force of each run.
-
-    Parameters
-    ----------
-    force : array, shape (n,)
-        As read, line by line [N].
-    frequency : array, shape (n,)
-        Increasing within a run [Hz].
-    run : array of str, shape (n,)
-        Run (and piece) of each line.
-
-    Returns
-    -------
-    array, shape (n,)
-        Parabolas of least squares over `SMOOTH_WIDTH` (Savitzky-Golay). A run with fewer than five
-        lines in that width, or with lines at unequal steps, stays as it is [N].
-
-    Notes
-    -----
-    Noise in the variable of a surface flattens the surface; a mean over lines does not cure that.
-    """
-    smooth = np.array(force, dtype=float)
-    for label in np.unique(run):
-        own = run == label
-        step = np.diff(frequency[own])
-        if step.size == 0 or not np.allclose(step, step[0], rtol=1e-3):
-            continue
-        count = 2 * round(SMOOTH_WIDTH / step[0] / 2) + 1
-        if 5 <= count <= step.size + 1:
-            smooth[own] = savgol_filter(smooth[own], count, 2)
-    return smooth
-
-
-def _same_lines(mount: CharacterisedMount, axis: str, own: MapPoints) -> MapPoints:
-    """Lines of the main axis, which are those of the direction."""
-    main = mount.direction(main_axis(mount)).map_points
-    if not (np.array_equal(main.run, own.run) and np.array_equal(main.frequency, own.frequency)):
-        raise InputError(
-            f"{mount.identity}: the lines of {axis} and {main_axis(mount)} are not those of the "
-            "same runs: characterise the mount again"
-        )
-    return main
-
-
 class Outside(Enum):
-    """What becomes of lines outside of the region that a surface was measured in."""
+    """Treatment of lines outside of the region that a surface was measured in."""
 
     REFUSE = "refuse"
     KEEP_MEASURED = "keep measured"
@@ -185,7 +44,7 @@ class Outside(Enum):
 
 @dataclass(frozen=True)
 class ForceSource:
-    """Where the force of one channel comes from.
+    """Source of the force of one channel.
 
     Parameters
     ----------
@@ -224,9 +83,10 @@ class SurfaceForces:
     def measured(self) -> dict[str, str]:
         """Channels that keep a measured force, and why."""
         return {
-            one.channel: one.reason or f"{one.n_measured} of {one.n_lines} lines are outside"
-            for one in self.sources
-            if one.n_measured
+            source.channel: source.reason
+            or f"{source.n_measured} of {source.n_lines} lines are outside"
+            for source in self.sources
+            if source.n_measured
         }
 
 
@@ -267,15 +127,20 @@ def surface_forces(
     columns, sources = [], []
     for column, channel in enumerate(load_case.force.channels):
         mount, axis = by_channel[channel]
-        measured = load_case.force.values[:, column]
-        direction = next((one for one in mount.directions if one.axis == axis), None)
-        reason = _reason_to_keep(direction)
-        force, n_measured = measured, measured.size
-        if direction is not None and direction.surface is not None and not reason:
+        force = load_case.force.values[:, column]
+        n_measured, reason = force.size, ""
+        direction = mount.find(axis)
+        if direction is None:
+            reason = "not characterised"
+        elif direction.surface is None:
+            reason = "no surface"
+        elif not direction.quality.identified:
+            reason = "not identified"
+        else:
             surface = direction.surface.response_surface()
             force, n_measured = _force(load_case, column, surface, mount, axis, outside)
         columns.append(force)
-        sources.append(ForceSource(channel, reason, n_measured, measured.size))
+        sources.append(ForceSource(channel, reason, n_measured, force.size))
     spectrum = load_case.force
     values = np.column_stack(columns)
     modelled = Spectrum(spectrum.frequency, values, spectrum.channels, spectrum.unit)
@@ -286,38 +151,30 @@ def _directions_of_channels(
     load_case: LoadCase, mounts: Sequence[CharacterisedMount]
 ) -> dict[str, tuple[CharacterisedMount, str]]:
     """Find mount and axis of every channel; each mount must have a channel."""
-    found: dict[str, tuple[CharacterisedMount, str]] = {}
+    by_channel: dict[str, tuple[CharacterisedMount, str]] = {}
     for mount in mounts:
-        if mount.mount.name in {other.mount.name for other, _ in found.values()}:
+        if mount.mount.name in {other.mount.name for other, _ in by_channel.values()}:
             raise InputError(f"two characterised mounts are {mount.mount.name}: keep one of them")
-        own = {
+        channels = {
             name: (mount, axis)
             for axis in AXES
             for name in mount.mount.channels(axis)
             if name in load_case.force.channels
         }
-        if not own:
+        if not channels:
             raise InputError(
                 f"load case {load_case.name}: {mount.identity} has no channel in it; pieces and "
                 "names of mounts must be the same in both"
             )
-        found |= own
-    missing = [name for name in load_case.force.channels if name not in found]
+        by_channel |= channels
+    missing = [name for name in load_case.force.channels if name not in by_channel]
     if missing:
-        there = ", ".join(mount.mount.name for mount in mounts) or "none at all"
+        known = ", ".join(mount.mount.name for mount in mounts) or "none at all"
         raise InputError(
             f"load case {load_case.name}: no characterised mount has the channels {missing}, the "
-            f"mounts are {there}: characterise the others too, or take the measured spectra"
+            f"mounts are {known}: characterise the others too, or take the measured spectra"
         )
-    return found
-
-
-def _reason_to_keep(direction: CharacterisedDirection | None) -> str:
-    if direction is None:
-        return "not characterised"
-    if direction.surface is None:
-        return "no surface"
-    return "" if direction.quality.identified else "not identified"
+    return by_channel
 
 
 def _force(
@@ -329,7 +186,7 @@ def _force(
     outside: Outside,
 ) -> tuple[ComplexArray, int]:
     """Force of one channel [N], and how many of its lines keep the measured one."""
-    channel = load_case.force.channels[column]
+    channel, frequency = load_case.force.channels[column], load_case.displacement.frequency
     where = f"load case {load_case.name}, channel '{channel}', direction {axis} of {mount.identity}"
     if surface.preload_unit != "N m":
         raise InputError(
@@ -337,16 +194,150 @@ def _force(
             "characterise the mount over wheel torque"
         )
     displacement = load_case.displacement.values[:, column]
-    stiffness, inside = surface.predict_masked(
-        load_case.wheel_torque, np.abs(displacement), load_case.displacement.frequency
-    )
+    points = operating_points(load_case.wheel_torque, np.abs(displacement), frequency)
+    inside = surface.supported(points)
     n_outside = int(np.count_nonzero(~inside))
     if n_outside and outside is Outside.REFUSE:
-        lines = load_case.displacement.frequency[~inside]
+        lines = frequency[~inside]
         raise InputError(
             f"{where}: {n_outside} of {inside.size} lines, from {lines[0]:g} to {lines[-1]:g} Hz, "
             "lie outside of the region that the mount was measured in: characterise it with runs "
             "of that torque and amplitude, or keep the measured force at these lines"
         )
-    force = np.where(inside, stiffness * displacement, load_case.force.values[:, column])
-    return force, n_outside
+    force = surface.predict(points, extrapolate=True) * displacement
+    return np.where(inside, force, load_case.force.values[:, column]), n_outside
+
+
+def main_axis(mount: CharacterisedMount) -> str:
+    """Return the axis along which the static force of a mount ranges widest.
+
+    Raises
+    ------
+    InputError
+        A mount that was never loaded.
+    """
+    spans = {
+        direction.axis: float(np.ptp(direction.map_points.preload))
+        for direction in mount.directions
+        if len(direction.map_points)
+    }
+    if not spans:
+        raise InputError(f"{mount.identity}: it has no measured line: characterise it again")
+    return max(spans, key=lambda axis: spans[axis])
+
+
+def surface_over(
+    mount: CharacterisedMount,
+    axis: str,
+    state: MountState,
+    regressor: PiecewiseCubicRegressor | None = None,
+) -> DynamicStiffnessSurface:
+    """Fit a response surface to the lines that the library keeps, over the preload of choice.
+
+    Parameters
+    ----------
+    mount : CharacterisedMount
+        With its map points.
+    axis : str
+        Direction.
+    state : MountState
+        Preload variable.
+    regressor : PiecewiseCubicRegressor, optional
+        Pieces of the surface.
+
+    Raises
+    ------
+    InputError
+        No such direction; lines of two directions that are not those of the same runs; too few
+        lines, or none above the noise floor.
+    """
+    points = mount.direction(axis).map_points
+    if state is MountState.WHEEL_TORQUE:
+        preload = points.wheel_torque
+    else:
+        of_axis = axis if state is MountState.OWN_FORCE else main_axis(mount)
+        loaded = mount.direction(of_axis).map_points
+        if not (
+            np.array_equal(loaded.run, points.run)
+            and np.array_equal(loaded.frequency, points.frequency)
+        ):
+            raise InputError(
+                f"{mount.identity}: the lines of {axis} and {of_axis} are not those of the "
+                "same runs: characterise the mount again"
+            )
+        preload = smooth_static_force(loaded.preload, loaded.frequency, loaded.run)
+    used = points.confidence > 0
+    if not used.any():
+        raise InputError(
+            f"{mount.identity}, direction {axis}: none of its {len(points)} lines is above the "
+            "noise floor"
+        )
+    unit = "N m" if state is MountState.WHEEL_TORQUE else "N"
+    X = operating_points(preload, points.amplitude, points.frequency)[used]
+    surface = DynamicStiffnessSurface(regressor, preload_unit=unit)
+    return surface.fit(X, points.dynamic_stiffness[used], groups=points.run[used])
+
+
+def state_at(
+    maps: Mapping[str, OperatingMap], mount: CharacterisedMount, axis: str, state: MountState
+) -> RealArray:
+    """Return the preload of choice at every line of newly measured maps, shape (n,) [N m or N].
+
+    Parameters
+    ----------
+    maps : mapping of str to OperatingMap
+        By ``<mount> <axis>``, such as those of another powertrain on the same mount.
+    mount : CharacterisedMount
+        Mount of the library; it says which axis is the main one.
+    axis : str
+        Direction.
+    state : MountState
+        Preload variable.
+
+    Raises
+    ------
+    InputError
+        The static force was not measured.
+    """
+    name = mount.mount.name
+    if state is MountState.WHEEL_TORQUE:
+        return maps[f"{name} {axis}"].wheel_torque
+    of_axis = axis if state is MountState.OWN_FORCE else main_axis(mount)
+    loaded = maps[f"{name} {of_axis}"]
+    return smooth_static_force(loaded.preload(Preload.STATIC_FORCE), loaded.frequency, loaded.run)
+
+
+def smooth_static_force(
+    force: RealArray, frequency: RealArray, run: npt.NDArray[np.str_]
+) -> RealArray:
+    """Take the noise out of the static force of each run.
+
+    Parameters
+    ----------
+    force : array, shape (n,)
+        Readings, line by line [N].
+    frequency : array, shape (n,)
+        Increasing within a run [Hz].
+    run : array of str, shape (n,)
+        Run (and piece) of each line.
+
+    Returns
+    -------
+    array, shape (n,)
+        Parabolas of least squares over `SMOOTH_WIDTH` (Savitzky-Golay). A run with fewer than five
+        lines in that width, or with lines at unequal steps, stays as it is [N].
+
+    Notes
+    -----
+    Noise in the variable of a surface flattens the surface; a mean over lines does not cure that.
+    """
+    smooth = np.array(force, dtype=float)
+    for label in np.unique(run):
+        lines = run == label
+        step = np.diff(frequency[lines])
+        if step.size == 0 or not np.allclose(step, step[0], rtol=1e-3):
+            continue
+        count = 2 * round(SMOOTH_WIDTH / step[0] / 2) + 1
+        if 5 <= count <= step.size + 1:
+            smooth[lines] = savgol_filter(smooth[lines], count, 2)
+    return smooth

@@ -28,7 +28,7 @@ from typer import Option
 from deboom.errors import InputError
 from deboom.mounts.characterise import CharacteriseOptions
 from deboom.mounts.operating_map import Preload
-from deboom.mounts.piecewise_cubic import PieceOptions
+from deboom.mounts.piecewise_cubic import PiecewiseCubicRegressor
 from deboom.study.mount_characterisation import (
     MeasuredSo,
     characterisation_result,
@@ -59,7 +59,7 @@ def main(
     """Measure, characterise, compare and report."""
     options = CharacteriseOptions(
         preload=Preload.STATIC_FORCE if static_force else Preload.WHEEL_TORQUE,
-        pieces=PieceOptions(pieces=pieces),
+        regressor=PiecewiseCubicRegressor(pieces=pieces),
         self_calibration=self_calibration,
         seed=seed,
     )

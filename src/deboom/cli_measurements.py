@@ -443,20 +443,6 @@ def export(
     typer.echo(file.as_posix())
 
 
-@library_app.command()
-def migrate(library: Where) -> None:
-    """Bring an older library to the version of this deboom; all of it, or nothing."""
-    from deboom.mounts.library import migrate_library
-    from deboom.study.runner import one_sentence_errors
-
-    with one_sentence_errors():
-        before, after = migrate_library(library)
-    if before == after:
-        typer.echo(f"version {after} already, nothing to do")
-    else:
-        typer.echo(f"migrated from version {before} to {after}")
-
-
 def characterise(
     campaign: Annotated[Path, typer.Argument(help="Folder with campaign.toml.")],
     library: Annotated[

@@ -203,7 +203,8 @@ class Characterisation:
         )
 
     def _characterised_mount(self, mount: MeasuredMount) -> CharacterisedMount:
-        scatter, quality = 0.0, {}
+        scatter = 0.0
+        quality: dict[str, float] = {}
         for chain in self.chains:
             points = [p for p in chain.alignment.body.points if p.mount == mount.name]
             scatter = max([scatter, *(float(p.transfer_scatter.max()) for p in points)])

@@ -77,7 +77,8 @@ class MapPoints:
     @classmethod
     def none(cls) -> MapPoints:
         """Return no points at all, as of a mount that was never loaded."""
-        return cls(*[np.zeros(0)] * 6, run=np.zeros(0, dtype=np.str_))
+        empty = np.zeros(0)
+        return cls(empty, empty, empty, empty, empty.astype(complex), empty, empty.astype(str))
 
 
 @checked(lower="k", upper="k")

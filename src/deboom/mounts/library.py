@@ -1,16 +1,24 @@
-"""The mount library: characterised mounts in an SQLite or PostgreSQL database."""
+"""The mount library: characterised mounts in an SQLite or PostgreSQL database.
+
+An SQLite file by default, PostgreSQL by its URL. Every import is one transaction: after a crash the
+library is as it was before. Writers come one after the other, and each sees all of its
+predecessor's work: SQLite locks the file from the start of a writing transaction
+(``BEGIN IMMEDIATE``), PostgreSQL takes an advisory lock that ends with the transaction. Tables are
+made inside of such a transaction, too. A reader sees one state from its first query to its last.
+"""
 
 from __future__ import annotations
 
 import io
 import zipfile
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import asdict, dataclass, replace
+from dataclasses import fields, replace
 from pathlib import Path
-from typing import Any, ClassVar, Self, TypeVar
+from typing import TYPE_CHECKING, Any, ClassVar, Self, TypeVar
 
 import numpy as np
+import numpy.typing as npt
 from sqlalchemy import (
     JSON,
     URL,
@@ -48,10 +56,21 @@ from deboom.mounts.characterised_mount import (
     MountIdentity,
 )
 from deboom.mounts.mount import Mount
-from deboom.mounts.piecewise_cubic import NamedArrays, from_arrays, to_arrays
+from deboom.mounts.piecewise_cubic import named_arrays
 
-MIGRATIONS: tuple[Callable[[Connection], None], ...] = ()
-"""Step n takes a library from version n + 1 to n + 2; all steps run in one transaction."""
+if TYPE_CHECKING:
+    from _typeshed import DataclassInstance
+
+    D = TypeVar("D", bound=DataclassInstance)
+
+T = TypeVar("T")
+Arrays = dict[str, npt.NDArray[Any]]
+
+VERSION = 1
+"""Version of the tables that are read and written."""
+
+TIMEOUT = 10.0
+"""How long a transaction waits for other programs, unless said otherwise [s]."""
 
 UNITS = {
     "campaign.engine_order": "1",
@@ -81,19 +100,18 @@ UNITS = {
 }
 """Unit of every stored number; a library carries this list and is refused if it says otherwise."""
 
+_ADVISORY_LOCK = 0x6465626F6F6D  # "deboom", one number for all libraries of a database
+_SQLITE_SIGNATURE = b"SQLite format 3\0"
+_LOCK_NOT_AVAILABLE, _NO_PRIVILEGE, _READ_ONLY = "55P03", "42501", "25006"
 
-def current_version() -> int:
-    """Return the version of the tables that this deboom reads and writes."""
-    return 1 + len(MIGRATIONS)
 
-
-class Npz(TypeDecorator[NamedArrays]):
+class Npz(TypeDecorator[Arrays]):
     """Named arrays as the bytes of an npz file, without pickle."""
 
     impl = LargeBinary
     cache_ok = True
 
-    def process_bind_param(self, value: NamedArrays | None, _dialect: Dialect) -> bytes | None:
+    def process_bind_param(self, value: Arrays | None, _dialect: Dialect) -> bytes | None:
         """Write the arrays."""
         if value is None:
             return None
@@ -104,7 +122,7 @@ class Npz(TypeDecorator[NamedArrays]):
                     np.lib.format.write_array(entry, np.asanyarray(array), allow_pickle=False)
         return buffer.getvalue()
 
-    def process_result_value(self, value: bytes | None, _dialect: Dialect) -> NamedArrays | None:
+    def process_result_value(self, value: bytes | None, _dialect: Dialect) -> Arrays | None:
         """Read the arrays; a checksum guards each of them."""
         if value is None:
             return None
@@ -118,9 +136,19 @@ class Npz(TypeDecorator[NamedArrays]):
 
 
 class Base(DeclarativeBase):
-    """All tables of a library."""
+    """All tables of a library; attributes are called as those of the dataclasses they keep."""
 
-    type_annotation_map: ClassVar[dict[Any, Any]] = {str: String(LONGEST_TEXT)}
+    type_annotation_map: ClassVar[dict[Any, Any]] = {
+        str: String(LONGEST_TEXT),
+        list[Any]: JSON,
+        dict[str, Any]: JSON,
+        Arrays: Npz,
+    }
+
+
+def _key_of(table: str, *, primary: bool = False) -> Any:
+    """Column that refers to a parent row and is deleted with it."""
+    return mapped_column(ForeignKey(f"deboom_{table}.id", ondelete="CASCADE"), primary_key=primary)
 
 
 class VersionRow(Base):
@@ -145,10 +173,10 @@ class CampaignRow(Base):
     __tablename__ = "deboom_campaign"
     id: Mapped[int] = mapped_column(primary_key=True)
     name: Mapped[str] = mapped_column(unique=True)
-    engine_order: Mapped[float]
-    runs: Mapped[list[Any]] = mapped_column(JSON)
-    tolerances: Mapped[dict[str, Any]] = mapped_column(JSON)
-    inputs_sha256: Mapped[dict[str, Any]] = mapped_column(JSON)
+    order: Mapped[float] = mapped_column("engine_order")
+    runs: Mapped[list[Any]]
+    tolerances: Mapped[dict[str, Any]]
+    inputs_sha256: Mapped[dict[str, Any]]
 
 
 class MountRow(Base):
@@ -157,17 +185,17 @@ class MountRow(Base):
     __tablename__ = "deboom_mount"
     __table_args__ = (UniqueConstraint("campaign_id", "mount", "variant", "part_number", "serial"),)
     id: Mapped[int] = mapped_column(primary_key=True)
-    campaign_id: Mapped[int] = mapped_column(ForeignKey("deboom_campaign.id", ondelete="CASCADE"))
+    campaign_id: Mapped[int] = _key_of("campaign")
     mount: Mapped[str]
     variant: Mapped[str]
     part_number: Mapped[str]
     supplier: Mapped[str]
     serial: Mapped[str]
     description: Mapped[str]
-    transfer_axes: Mapped[list[Any]] = mapped_column(JSON)
+    transfer_axes: Mapped[list[Any]]
     body_mass: Mapped[float | None]
     body_mass_tolerance: Mapped[float]
-    quality: Mapped[dict[str, Any]] = mapped_column(JSON)
+    quality: Mapped[dict[str, Any]]
     campaign: Mapped[CampaignRow] = relationship()
     pieces: Mapped[list[PieceRow]] = relationship(order_by="PieceRow.number", lazy="selectin")
     directions: Mapped[list[DirectionRow]] = relationship(
@@ -179,9 +207,7 @@ class PieceRow(Base):
     """Virtual point of one piece of a mount, from the powertrain's centre of gravity."""
 
     __tablename__ = "deboom_piece"
-    mount_id: Mapped[int] = mapped_column(
-        ForeignKey("deboom_mount.id", ondelete="CASCADE"), primary_key=True
-    )
+    mount_id: Mapped[int] = _key_of("mount", primary=True)
     number: Mapped[int] = mapped_column(primary_key=True, autoincrement=False)
     name: Mapped[str]
     x: Mapped[float]
@@ -195,7 +221,7 @@ class DirectionRow(Base):
     __tablename__ = "deboom_direction"
     __table_args__ = (UniqueConstraint("mount_id", "axis"),)
     id: Mapped[int] = mapped_column(primary_key=True)
-    mount_id: Mapped[int] = mapped_column(ForeignKey("deboom_mount.id", ondelete="CASCADE"))
+    mount_id: Mapped[int] = _key_of("mount")
     number: Mapped[int]
     axis: Mapped[str]
     identified: Mapped[bool]
@@ -212,150 +238,351 @@ class MapRow(Base):
     """Map points of one direction: arrays of equal length."""
 
     __tablename__ = "deboom_map"
-    direction_id: Mapped[int] = mapped_column(
-        ForeignKey("deboom_direction.id", ondelete="CASCADE"), primary_key=True
-    )
+    direction_id: Mapped[int] = _key_of("direction", primary=True)
     n_points: Mapped[int]
-    arrays: Mapped[NamedArrays] = mapped_column(Npz)
+    arrays: Mapped[Arrays]
 
 
 class SurfaceRow(Base):
     """Response surface of one direction."""
 
     __tablename__ = "deboom_surface"
-    direction_id: Mapped[int] = mapped_column(
-        ForeignKey("deboom_direction.id", ondelete="CASCADE"), primary_key=True
-    )
+    direction_id: Mapped[int] = _key_of("direction", primary=True)
     model: Mapped[str]
-    variables: Mapped[list[Any]] = mapped_column(JSON)
-    units: Mapped[list[Any]] = mapped_column(JSON)
-    lower: Mapped[list[Any]] = mapped_column(JSON)
-    upper: Mapped[list[Any]] = mapped_column(JSON)
-    settings: Mapped[dict[str, Any]] = mapped_column(JSON)
-    arrays: Mapped[NamedArrays] = mapped_column(Npz)
+    variables: Mapped[list[Any]]
+    units: Mapped[list[Any]]
+    lower: Mapped[list[Any]]
+    upper: Mapped[list[Any]]
+    settings: Mapped[dict[str, Any]]
+    arrays: Mapped[Arrays]
 
 
 class StaticCurveRow(Base):
     """Quasi-static force over deflection of one direction."""
 
     __tablename__ = "deboom_static_curve"
-    direction_id: Mapped[int] = mapped_column(
-        ForeignKey("deboom_direction.id", ondelete="CASCADE"), primary_key=True
-    )
+    direction_id: Mapped[int] = _key_of("direction", primary=True)
     mount_set: Mapped[str]
     force_uncertainty: Mapped[float]
-    arrays: Mapped[NamedArrays] = mapped_column(Npz)
+    arrays: Mapped[Arrays]
 
 
-_ADVISORY_LOCK = 0x6465626F6F6D  # "deboom", one number for all libraries of a database
-_SQLITE_SIGNATURE = b"SQLite format 3\0"
-_LOCK_NOT_AVAILABLE, _NO_PRIVILEGE, _READ_ONLY = "55P03", "42501", "25006"
-
-
-@dataclass(frozen=True)
-class Database:
-    """A database that may hold a library.
+class MountLibrary:
+    """Characterised mounts and their campaigns; made by `open_library`.
 
     Parameters
     ----------
     name : str
-        What messages call it: the path, or the URL without its password.
-    path : Path or None
-        The file of an SQLite database.
+        Path, or URL without its password.
     engine : Engine
-        Connects anew for each transaction.
+        Database with the tables of this version.
     timeout : float
         How long a transaction waits for others [s].
+
+    Notes
+    -----
+    A connection lasts for one call only: nothing is locked, and no server is kept waiting, between
+    two calls. The context manager gives back what the engine still holds.
     """
 
-    name: str
-    path: Path | None
-    engine: Engine
-    timeout: float
+    def __init__(self, name: str, engine: Engine, timeout: float) -> None:
+        self.name = name
+        self._engine = engine
+        self._timeout = timeout
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Give back all connections."""
+        self._engine.dispose()
+
+    def campaigns(self) -> tuple[CampaignRecord, ...]:
+        """Return all campaigns by name."""
+        with self._reading() as session:
+            rows = session.scalars(select(CampaignRow).order_by(CampaignRow.name))
+            return tuple(_built(CampaignRecord, row) for row in rows)
+
+    def identities(
+        self,
+        campaign: str | None = None,
+        mount: str | None = None,
+        variant: str | None = None,
+        part_number: str | None = None,
+        serial: str | None = None,
+    ) -> tuple[MountIdentity, ...]:
+        """Return which mounts are kept, sorted; what is left out is not asked for.
+
+        Parameters
+        ----------
+        campaign, mount, variant, part_number, serial : str, optional
+            As in `MountIdentity`.
+        """
+        asked = {
+            CampaignRow.name: campaign,
+            MountRow.mount: mount,
+            MountRow.variant: variant,
+            MountRow.part_number: part_number,
+            MountRow.serial: serial,
+        }
+        names = (CampaignRow.name, *(getattr(MountRow, name) for name in _IDENTITY))
+        query = select(*names).join(MountRow.campaign)
+        for column, value in asked.items():
+            if value is not None:
+                query = query.where(column == value)
+        with self._reading() as session:
+            return tuple(sorted(MountIdentity(*row) for row in session.execute(query)))
+
+    def find(
+        self,
+        campaign: str | None = None,
+        mount: str | None = None,
+        variant: str | None = None,
+        part_number: str | None = None,
+        serial: str | None = None,
+    ) -> MountIdentity:
+        """Return the one mount that is asked for, as `identities` does.
+
+        Raises
+        ------
+        InputError
+            None, or more than one: the candidates are named.
+        """
+        matching = self.identities(campaign, mount, variant, part_number, serial)
+        if len(matching) == 1:
+            return matching[0]
+        if matching:
+            raise InputError(
+                f"{self.name}: {len(matching)} mounts fit, say which one by its campaign, variant, "
+                f"part number or serial: {_listed(matching)}"
+            )
+        known = _listed(self.identities()) or "is none at all"
+        raise InputError(f"{self.name}: no such mount; there {known}")
+
+    def load(self, identity: MountIdentity) -> CharacterisedMount:
+        """Return a mount exactly as it was added.
+
+        Raises
+        ------
+        InputError
+            It is not in the library, or its arrays are damaged.
+        """
+        with self._reading() as session:
+            row = session.scalar(_matching(select(MountRow), identity))
+            if row is None:
+                raise InputError(f"{self.name}: {identity} is not in the library")
+            return _mount_of(row)
+
+    def add(
+        self,
+        campaigns: Sequence[CampaignRecord],
+        mounts: Sequence[CharacterisedMount],
+        *,
+        replace: bool = False,
+    ) -> None:
+        """Import mounts and their campaigns: all of them, or after any failure none.
+
+        Parameters
+        ----------
+        campaigns : sequence of CampaignRecord
+            Campaigns of the mounts. One that is kept already, from the same files, stays.
+        mounts : sequence of CharacterisedMount
+            Mounts of these campaigns.
+        replace : bool
+            Whether a mount that is kept already is exchanged, and a campaign of other content
+            with all its mounts.
+
+        Raises
+        ------
+        InputError
+            A mount of another campaign or twice; without `replace`, a mount or another campaign of
+            this name that is kept already; a library that is locked or may not be written to.
+        """
+        _check_complete(campaigns, mounts)
+        with self._writing() as session:
+            self._check_version(session)
+            parents = {
+                campaign.name: self._campaign_row(session, campaign, replace)
+                for campaign in campaigns
+            }
+            for value in mounts:
+                known = session.scalar(_matching(select(MountRow.id), value.identity))
+                if known is not None and not replace:
+                    raise InputError(
+                        f"{self.name}: {value.identity} is there already; replace it, or give the "
+                        "new one another serial"
+                    )
+                session.execute(delete(MountRow).where(MountRow.id == known))
+                session.add(_mount_row(value, parents[value.identity.campaign]))
+                session.flush()
+
+    def _campaign_row(
+        self, session: Session, campaign: CampaignRecord, replace: bool
+    ) -> CampaignRow:
+        """Row of a campaign, of one that is kept already or a new one."""
+        named = select(CampaignRow).where(CampaignRow.name == campaign.name)
+        known = session.scalars(named).one_or_none()
+        if known is not None:
+            if _built(CampaignRecord, known) == campaign:
+                return known
+            if not replace:
+                raise InputError(
+                    f"{self.name}: there is another campaign {campaign.name}, of other files or "
+                    "tolerances; replace it with all its mounts, or rename the new one"
+                )
+            session.delete(known)
+            session.flush()
+        row = CampaignRow(**_columns(campaign))
+        session.add(row)
+        return row
+
+    def _make_tables(self) -> None:
+        """Make the tables where none are; refuse an SQLite file of something else."""
+        with self._writing() as session:
+            if _stored_version(session) is not None:
+                return
+            others = inspect(session.connection()).get_table_names()
+            if others and self._is_sqlite:
+                raise InputError(
+                    f"{self.name} holds other tables ({', '.join(others[:3])}): give the library "
+                    "a file of its own"
+                )
+            Base.metadata.create_all(session.connection(), checkfirst=False)
+            session.add_all(UnitRow(quantity=name, unit=unit) for name, unit in UNITS.items())
+            session.add(VersionRow(version=VERSION, written_by=f"deboom {deboom.__version__}"))
+
+    def _check_version(self, session: Session) -> None:
+        """Refuse tables of another version, or in other units, than this deboom's."""
+        stored = _stored_version(session)
+        if stored is None:
+            raise InputError(f"{self.name} holds no mount library; check the address")
+        if stored.version != VERSION:
+            raise InputError(
+                f"{self.name} is a library of version {stored.version}, and this deboom knows "
+                f"version {VERSION}: install {stored.written_by} or a newer one"
+            )
+        units = {row.quantity: row.unit for row in session.scalars(select(UnitRow))}
+        for quantity, unit in UNITS.items():
+            if units.get(quantity) != unit:
+                raise InputError(
+                    f"{self.name} states {quantity} in {units.get(quantity)}, expected {unit}; "
+                    "restore it from a backup, deboom does not guess units"
+                )
+
+    @property
+    def _is_sqlite(self) -> bool:
+        return self._engine.dialect.name == "sqlite"
 
     @contextmanager
-    def reading(self) -> Iterator[Session]:
+    def _reading(self, *, check: bool = True) -> Iterator[Session]:
         """Open a transaction that sees one state of the library."""
-        with self._in_words(), self.engine.connect() as connection:
-            if self.path is None:
+        with self._in_words(), self._engine.connect() as connection:
+            if not self._is_sqlite:
                 connection = connection.execution_options(isolation_level="REPEATABLE READ")
             with Session(connection) as session:
+                if check:
+                    self._check_version(session)
                 yield session
 
     @contextmanager
-    def writing(self) -> Iterator[Session]:
+    def _writing(self) -> Iterator[Session]:
         """Open a transaction that is alone in writing, and commit it at the end of the block."""
-        with self._in_words(), self.engine.connect() as connection:
+        with self._in_words(), self._engine.connect() as connection:
             connection = connection.execution_options(deboom_begin="BEGIN IMMEDIATE")
             with connection.begin(), Session(connection) as session:
-                if self.path is None:
-                    _lock(connection, self.timeout)
+                if not self._is_sqlite:
+                    patience = max(1, round(1000 * self._timeout))
+                    connection.exec_driver_sql(f"SET LOCAL lock_timeout = {patience}")
+                    connection.exec_driver_sql(f"SELECT pg_advisory_xact_lock({_ADVISORY_LOCK})")
                 yield session
                 session.flush()
 
     @contextmanager
     def _in_words(self) -> Iterator[None]:
+        """Say what the user can do about an error of the database."""
         try:
             yield
         except DBAPIError as error:
-            sentence = self._sentence(error)
-            if sentence is None:
+            text = " ".join(str(error.orig).split())
+            state = getattr(error.orig, "sqlstate", None)
+            if "is locked" in text or state == _LOCK_NOT_AVAILABLE:
+                sentence = (
+                    f"is locked: another program has been writing to it for {self._timeout:g} s; "
+                    "wait for it or end it, then try again"
+                )
+            elif state in (_NO_PRIVILEGE, _READ_ONLY) or "readonly" in text:
+                sentence = f"may not be written to ({text}); ask its owner for the right to"
+            elif any(word in text for word in ("malformed", "not a database", "no such")):
+                sentence = f"is damaged ({text}); restore it from a backup"
+            elif isinstance(error, OperationalError):
+                sentence = f"cannot be used ({text}); check the address, the server and the disk"
+            else:
                 raise
             raise InputError(f"{self.name} {sentence}") from error
 
-    def _sentence(self, error: DBAPIError) -> str | None:
-        """Say what the user can do about an error; None for a defect of ours."""
-        text = " ".join(str(error.orig).split())
-        state = getattr(error.orig, "sqlstate", None)
-        if "is locked" in text or state == _LOCK_NOT_AVAILABLE:
-            return (
-                f"is locked: another program has been writing to it for {self.timeout:g} s; wait "
-                "for it or end it, then try again"
-            )
-        if state in (_NO_PRIVILEGE, _READ_ONLY) or "readonly" in text:
-            return f"may not be written to ({text}); ask its owner for the right to"
-        if any(word in text for word in ("malformed", "not a database", "no such")):
-            return f"is damaged ({text}); restore it from a backup"
-        if isinstance(error, OperationalError):
-            return f"cannot be used ({text}); check the address, the server and the disk"
-        return None
 
-
-def database(where: str | Path, *, create: bool, timeout: float) -> Database:
-    """Name a database by path or URL; nothing is opened yet.
+def open_library(
+    where: str | Path, *, create: bool = False, timeout: float = TIMEOUT
+) -> MountLibrary:
+    """Open a mount library.
 
     Parameters
     ----------
     where : str or Path
-        A path, which means SQLite, or a URL such as ``postgresql://user@host/database``.
+        Path of an SQLite file, or a URL such as ``postgresql://user@host/database``.
     create : bool
-        Whether an SQLite file may be made.
+        Whether to make it where there is none.
     timeout : float
-        How long a transaction waits for others [s].
+        How long each call waits while another program writes [s].
+
+    Returns
+    -------
+    MountLibrary
+        A context manager.
 
     Raises
     ------
     InputError
-        Not a URL, a database other than SQLite and PostgreSQL, a driver that is not installed, a
-        file that is missing or is no SQLite file.
+        There is no library, it is of another version, damaged, locked or cannot be reached; not a
+        URL, a database other than SQLite and PostgreSQL, a driver that is not installed.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from pathlib import Path
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     with open_library(Path(folder) / "mounts.db", create=True) as library:
+    ...         library.identities(mount="TSM")
+    ()
     """
     url = _url(where)
     if url.get_backend_name() == "sqlite":
         path = Path(url.database or "")
         _check_file(path, create)
+        name = str(path)
         engine = create_engine(url, poolclass=NullPool, connect_args={"timeout": timeout})
         event.listen(engine, "connect", _connected_to_sqlite)
         event.listen(engine, "begin", _begin_sqlite)
-        return Database(str(path), path, engine, timeout)
-    name = url.render_as_string(hide_password=True)
-    try:
-        engine = create_engine(url, poolclass=NullPool)
-    except ModuleNotFoundError:
-        raise InputError(f"{name} needs a driver: pip install 'deboom[postgres]'") from None
-    return Database(name, None, engine, timeout)
+    else:
+        name = url.render_as_string(hide_password=True)
+        try:
+            engine = create_engine(url, poolclass=NullPool)
+        except ModuleNotFoundError:
+            raise InputError(f"{name} needs a driver: pip install 'deboom[postgres]'") from None
+    library = MountLibrary(name, engine, timeout)
+    with library._reading(check=False) as session:
+        missing = create and _stored_version(session) is None
+    if missing:
+        library._make_tables()
+    with library._reading():
+        return library
 
 
 def _url(where: str | Path) -> URL:
+    """Address of a database; a path is one of SQLite."""
     if "://" not in str(where):
         return URL.create("sqlite", database=str(where))
     try:
@@ -377,6 +604,7 @@ def _url(where: str | Path) -> URL:
 
 
 def _check_file(path: Path, create: bool) -> None:
+    """Refuse a path that is no SQLite file and may not become one."""
     if path.is_dir():
         raise InputError(f"{path} is a folder; give the file of a library")
     if not path.exists():
@@ -403,511 +631,28 @@ def _begin_sqlite(connection: Connection) -> None:
     connection.exec_driver_sql(connection.get_execution_options().get("deboom_begin", "BEGIN"))
 
 
-def _lock(connection: Connection, timeout: float) -> None:
-    connection.exec_driver_sql(f"SET LOCAL lock_timeout = {max(1, round(1000 * timeout))}")
-    connection.exec_driver_sql(f"SELECT pg_advisory_xact_lock({_ADVISORY_LOCK})")
-
-
-def stored_version(session: Session) -> VersionRow | None:
-    """Return the version of a library; None where there is none."""
+def _stored_version(session: Session) -> VersionRow | None:
+    """Version of a library; None where there is none."""
     if not inspect(session.connection()).has_table(VersionRow.__tablename__):
         return None
     return session.scalars(select(VersionRow)).one_or_none()
 
 
-def make_tables(session: Session, place: Database) -> None:
-    """Make the tables of a new library.
-
-    Raises
-    ------
-    InputError
-        An SQLite file of something else.
-    """
-    others = inspect(session.connection()).get_table_names()
-    if others and place.path is not None:
-        raise InputError(
-            f"{place.name} holds other tables ({', '.join(others[:3])}): give the library a file "
-            "of its own"
-        )
-    Base.metadata.create_all(session.connection(), checkfirst=False)
-    session.add_all(UnitRow(quantity=name, unit=unit) for name, unit in UNITS.items())
-    session.add(_this_version())
-
-
-def migrate_tables(session: Session, name: str) -> tuple[int, int]:
-    """Run the migrations that a library lacks; return its versions before and after.
-
-    Raises
-    ------
-    InputError
-        No library, or a newer one.
-    """
-    row = _known_version(session, name)
-    before, after = row.version, current_version()
-    if before < after:
-        for step in MIGRATIONS[before - 1 :]:
-            step(session.connection())
-        session.delete(row)
-        session.add(_this_version())
-        session.flush()
-    check_version(session, name)
-    return before, after
-
-
-def check_version(session: Session, name: str) -> None:
-    """Refuse tables of another version, or in other units, than this deboom's.
-
-    Raises
-    ------
-    InputError
-        The sentence names version and remedy.
-    """
-    version = _known_version(session, name).version
-    if version < current_version():
-        raise InputError(
-            f"{name} is a library of the older version {version}: back it up, then run "
-            "`deboom library migrate` on it"
-        )
-    stored = {unit.quantity: unit.unit for unit in session.scalars(select(UnitRow))}
-    for quantity, unit in UNITS.items():
-        if stored.get(quantity) != unit:
-            raise InputError(
-                f"{name} states {quantity} in {stored.get(quantity)}, expected {unit}; restore it "
-                "from a backup, deboom does not guess units"
-            )
-
-
-def _known_version(session: Session, name: str) -> VersionRow:
-    row = stored_version(session)
-    if row is None:
-        raise InputError(f"{name} holds no mount library; check the address")
-    known = current_version()
-    if row.version > known:
-        raise InputError(
-            f"{name} is a library of version {row.version}, and this deboom knows versions up to "
-            f"{known}: install {row.written_by} or a newer one"
-        )
-    return row
-
-
-def _this_version() -> VersionRow:
-    written_by = f"deboom {deboom.__version__}"
-    return VersionRow(version=current_version(), written_by=written_by)
-
-
-def campaign_row(record: CampaignRecord) -> CampaignRow:
-    """Return the row of a campaign."""
-    return CampaignRow(
-        name=record.name,
-        engine_order=record.order,
-        runs=list(record.runs),
-        tolerances=dict(record.tolerances),
-        inputs_sha256=dict(record.inputs_sha256),
-    )
-
-
-def campaign_of(row: CampaignRow) -> CampaignRecord:
-    """Return the campaign of a row."""
-    return CampaignRecord(
-        row.name, row.engine_order, tuple(row.runs), row.tolerances, row.inputs_sha256
-    )
-
-
-def mount_row(value: CharacterisedMount, campaign: CampaignRow) -> MountRow:
-    """Return the rows of a characterised mount, those of its directions within."""
-    identity, mount = value.identity, value.mount
-    return MountRow(
-        campaign=campaign,
-        mount=identity.mount,
-        variant=identity.variant,
-        part_number=identity.part_number,
-        supplier=identity.supplier,
-        serial=identity.serial,
-        description=mount.description,
-        transfer_axes=list(mount.transfer_axes),
-        body_mass=mount.body_mass,
-        body_mass_tolerance=mount.body_mass_tolerance,
-        quality=dict(value.quality),
-        pieces=[
-            PieceRow(number=number, name=name, x=float(x), y=float(y), z=float(z))
-            for number, (name, (x, y, z)) in enumerate(
-                zip(mount.pieces, mount.positions, strict=True)
-            )
-        ],
-        directions=[_direction_row(i, direction) for i, direction in enumerate(value.directions)],
-    )
-
-
-def mount_of(row: MountRow) -> CharacterisedMount:
-    """Return the characterised mount of its rows."""
-    mount = Mount(
-        name=row.mount,
-        description=row.description,
-        pieces=tuple(piece.name for piece in row.pieces),
-        positions=tuple((piece.x, piece.y, piece.z) for piece in row.pieces),
-        transfer_axes=tuple(row.transfer_axes),
-        body_mass=row.body_mass,
-        body_mass_tolerance=row.body_mass_tolerance,
-    )
-    directions = tuple(_direction_of(mount.name, direction) for direction in row.directions)
-    return CharacterisedMount(identity_of(row), mount, directions, row.quality)
-
-
-def identity_of(row: MountRow) -> MountIdentity:
-    """Return which part a row describes."""
-    return MountIdentity(
-        row.campaign.name, row.mount, row.variant, row.part_number, row.supplier, row.serial
-    )
-
-
-def _direction_row(number: int, direction: CharacterisedDirection) -> DirectionRow:
-    surface, curve = direction.surface, direction.static_curve
-    return DirectionRow(
-        number=number,
-        axis=direction.axis,
-        **asdict(direction.quality),
-        map=MapRow(n_points=len(direction.map_points), arrays=to_arrays(direction.map_points)),
-        surface=None if surface is None else _surface_row(surface),
-        static_curve=None if curve is None else _static_curve_row(curve),
-    )
-
-
-def _direction_of(mount: str, row: DirectionRow) -> CharacterisedDirection:
-    return CharacterisedDirection(
-        axis=row.axis,
-        map_points=from_arrays(MapPoints, row.map.arrays),
-        quality=DirectionQuality(
-            row.identified, row.half_width_95, row.r2_real, row.r2_imag, row.r2_force
-        ),
-        surface=None if row.surface is None else _surface_of(row.surface),
-        static_curve=None
-        if row.static_curve is None
-        else _static_curve_of(mount, row.axis, row.static_curve),
-    )
-
-
-def _surface_row(surface: FittedSurface) -> SurfaceRow:
-    return SurfaceRow(
-        model=surface.model,
-        variables=list(surface.variables),
-        units=list(surface.units),
-        lower=surface.lower.tolist(),
-        upper=surface.upper.tolist(),
-        settings=dict(surface.settings),
-        arrays=dict(surface.arrays),
-    )
-
-
-def _surface_of(row: SurfaceRow) -> FittedSurface:
-    return FittedSurface(
-        model=row.model,
-        variables=tuple(row.variables),
-        units=tuple(row.units),
-        lower=np.array(row.lower, dtype=float),
-        upper=np.array(row.upper, dtype=float),
-        arrays=row.arrays,
-        settings=row.settings,
-    )
-
-
-def _static_curve_row(curve: StaticCurve) -> StaticCurveRow:
-    return StaticCurveRow(
-        mount_set=curve.mount_set,
-        force_uncertainty=float(curve.force_uncertainty),
-        arrays={"deflection": curve.deflection, "force": curve.force},
-    )
-
-
-def _static_curve_of(mount: str, axis: str, row: StaticCurveRow) -> StaticCurve:
-    return StaticCurve(
-        mount=mount,
-        axis=axis,
-        mount_set=row.mount_set,
-        deflection=row.arrays["deflection"],
-        force=row.arrays["force"],
-        force_uncertainty=row.force_uncertainty,
-    )
-
-
-T = TypeVar("T")
-TIMEOUT = 10.0
-"""How long a transaction waits for other programs, unless said otherwise [s]."""
-
-
-class MountLibrary:
-    """Characterised mounts and their campaigns; made by `open_library`.
-
-    Parameters
-    ----------
-    database : Database
-        Holds the tables of this version.
-
-    Notes
-    -----
-    A connection lasts for one call only: nothing is locked, and no server is kept waiting, between
-    two calls. The context manager gives back what the engine still holds.
-    """
-
-    def __init__(self, database: Database) -> None:
-        self._database = database
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.close()
-
-    def close(self) -> None:
-        """Give back all connections."""
-        self._database.engine.dispose()
-
-    @property
-    def name(self) -> str:
-        """Path, or URL without its password."""
-        return self._database.name
-
-    def campaigns(self) -> tuple[CampaignRecord, ...]:
-        """Return all campaigns by name."""
-        with self._reading() as session:
-            rows = session.scalars(select(CampaignRow).order_by(CampaignRow.name))
-            return tuple(campaign_of(row) for row in rows)
-
-    def identities(
-        self,
-        *,
-        campaign: str | None = None,
-        mount: str | None = None,
-        variant: str | None = None,
-        part_number: str | None = None,
-        serial: str | None = None,
-    ) -> tuple[MountIdentity, ...]:
-        """Return which mounts there are, sorted; what is left out is not asked for.
-
-        Parameters
-        ----------
-        campaign, mount, variant, part_number, serial : str, optional
-            As in `MountIdentity`.
-        """
-        asked = {
-            CampaignRow.name: campaign,
-            MountRow.mount: mount,
-            MountRow.variant: variant,
-            MountRow.part_number: part_number,
-            MountRow.serial: serial,
-        }
-        columns = (
-            CampaignRow.name,
-            MountRow.mount,
-            MountRow.variant,
-            MountRow.part_number,
-            MountRow.supplier,
-            MountRow.serial,
-        )
-        query = select(*columns).join(MountRow.campaign)
-        for column, value in asked.items():
-            if value is not None:
-                query = query.where(column == value)
-        with self._reading() as session:
-            return tuple(sorted(MountIdentity(*row) for row in session.execute(query)))
-
-    def find(
-        self,
-        *,
-        campaign: str | None = None,
-        mount: str | None = None,
-        variant: str | None = None,
-        part_number: str | None = None,
-        serial: str | None = None,
-    ) -> MountIdentity:
-        """Return the one mount that is asked for, as `identities` does.
-
-        Raises
-        ------
-        InputError
-            None, or more than one: the candidates are named.
-        """
-        found = self.identities(
-            campaign=campaign,
-            mount=mount,
-            variant=variant,
-            part_number=part_number,
-            serial=serial,
-        )
-        if len(found) == 1:
-            return found[0]
-        if found:
-            raise InputError(
-                f"{self.name}: {len(found)} mounts fit, say which one by its campaign, variant, "
-                f"part number or serial: {_some(found)}"
-            )
-        there = self.identities()
-        raise InputError(f"{self.name}: no such mount; there {_some(there) or 'is none at all'}")
-
-    def load(self, identity: MountIdentity) -> CharacterisedMount:
-        """Return a mount exactly as it was added.
-
-        Raises
-        ------
-        InputError
-            It is not in the library, or its arrays are damaged.
-        """
-        with self._reading() as session:
-            row = session.scalar(_matching(select(MountRow), identity))
-            if row is None:
-                raise InputError(f"{self.name}: {identity} is not in the library")
-            return mount_of(row)
-
-    def add(
-        self,
-        campaigns: Sequence[CampaignRecord],
-        mounts: Sequence[CharacterisedMount],
-        *,
-        replace: bool = False,
-    ) -> None:
-        """Import mounts and their campaigns: all of them, or after any failure none.
-
-        Parameters
-        ----------
-        campaigns : sequence of CampaignRecord
-            Those of the mounts. One that is there already, from the same files, is not made anew.
-        mounts : sequence of CharacterisedMount
-            Of these campaigns.
-        replace : bool
-            Whether a mount that is there already is exchanged, and a campaign of other content
-            with all its mounts.
-
-        Raises
-        ------
-        InputError
-            A mount of another campaign or twice; without `replace`, a mount or another campaign of
-            this name that is there already; a library that is locked or may not be written to.
-        """
-        campaigns, mounts = tuple(campaigns), tuple(mounts)
-        _check_complete(campaigns, mounts)
-        with self._database.writing() as session:
-            check_version(session, self.name)
-            parents = {
-                campaign.name: self._campaign_row(session, campaign, replace)
-                for campaign in campaigns
-            }
-            for value in mounts:
-                there = session.scalar(_matching(select(MountRow.id), value.identity))
-                if there is not None and not replace:
-                    raise InputError(
-                        f"{self.name}: {value.identity} is there already; replace it, or give the "
-                        "new one another serial"
-                    )
-                session.execute(delete(MountRow).where(MountRow.id == there))
-                session.add(mount_row(value, parents[value.identity.campaign]))
-                session.flush()
-
-    def _campaign_row(
-        self, session: Session, campaign: CampaignRecord, replace: bool
-    ) -> CampaignRow:
-        named = select(CampaignRow).where(CampaignRow.name == campaign.name)
-        there = session.scalars(named).one_or_none()
-        if there is not None:
-            if campaign_of(there) == campaign:
-                return there
-            if not replace:
-                raise InputError(
-                    f"{self.name}: there is another campaign {campaign.name}, of other files or "
-                    "tolerances; replace it with all its mounts, or rename the new one"
-                )
-            session.delete(there)
-            session.flush()
-        row = campaign_row(campaign)
-        session.add(row)
-        return row
-
-    @contextmanager
-    def _reading(self) -> Iterator[Session]:
-        with self._database.reading() as session:
-            check_version(session, self.name)
-            yield session
-
-
-def open_library(
-    where: str | Path, *, create: bool = False, timeout: float = TIMEOUT
-) -> MountLibrary:
-    """Open a mount library.
-
-    Parameters
-    ----------
-    where : str or Path
-        Path of an SQLite file, or a URL such as ``postgresql://user@host/database``.
-    create : bool
-        Whether to make it where there is none.
-    timeout : float
-        How long each call waits while another program writes [s].
-
-    Returns
-    -------
-    MountLibrary
-        A context manager.
-
-    Raises
-    ------
-    InputError
-        There is no library, it is of another version, damaged, locked or cannot be reached.
-
-    Examples
-    --------
-    >>> import tempfile
-    >>> from pathlib import Path
-    >>> with tempfile.TemporaryDirectory() as folder:
-    ...     with open_library(Path(folder) / "mounts.db", create=True) as library:
-    ...         library.identities(mount="TSM")
-    ()
-    """
-    place = database(where, create=create, timeout=timeout)
-    with place.reading() as session:
-        missing = create and stored_version(session) is None
-    if missing:
-        with place.writing() as session:
-            if stored_version(session) is None:
-                make_tables(session, place)
-    with place.reading() as session:
-        check_version(session, place.name)
-    return MountLibrary(place)
-
-
-def migrate_library(where: str | Path, *, timeout: float = TIMEOUT) -> tuple[int, int]:
-    """Bring an older library to the version of this deboom, in one transaction.
-
-    Parameters
-    ----------
-    where, timeout
-        As for `open_library`.
-
-    Returns
-    -------
-    before, after : int
-        Versions; equal if there was nothing to do.
-
-    Raises
-    ------
-    InputError
-        There is no library, it is newer than this deboom, damaged, locked or cannot be reached.
-    """
-    place = database(where, create=False, timeout=timeout)
-    with place.writing() as session:
-        return migrate_tables(session, place.name)
+_IDENTITY = ("mount", "variant", "part_number", "supplier", "serial")
 
 
 def _matching(query: Select[T], identity: MountIdentity) -> Select[T]:
-    return query.join(MountRow.campaign).where(
-        CampaignRow.name == identity.campaign,
-        MountRow.mount == identity.mount,
-        MountRow.variant == identity.variant,
-        MountRow.part_number == identity.part_number,
-        MountRow.serial == identity.serial,
-    )
+    """Restrict a query to one mount; the supplier belongs to a part number."""
+    query = query.join(MountRow.campaign).where(CampaignRow.name == identity.campaign)
+    for name in ("mount", "variant", "part_number", "serial"):
+        query = query.where(getattr(MountRow, name) == getattr(identity, name))
+    return query
 
 
 def _check_complete(
     campaigns: Sequence[CampaignRecord], mounts: Sequence[CharacterisedMount]
 ) -> None:
+    """Refuse mounts whose campaign is not imported with them, and twins."""
     names = [campaign.name for campaign in campaigns]
     # the supplier belongs to a part number, it does not tell mounts apart
     keys = [replace(value.identity, supplier="") for value in mounts]
@@ -918,6 +663,92 @@ def _check_complete(
             raise InputError(f"{value.identity} is to be imported twice; give each a serial")
 
 
-def _some(identities: Sequence[MountIdentity]) -> str:
+def _listed(identities: Sequence[MountIdentity]) -> str:
     more = f"; and {len(identities) - 4} more" if len(identities) > 4 else ""
     return "; ".join(str(identity) for identity in identities[:4]) + more
+
+
+def _columns(value: DataclassInstance, *left_out: str) -> dict[str, Any]:
+    """Fields of a dataclass as the plain values that columns keep."""
+    columns: dict[str, Any] = {}
+    for name in [field.name for field in fields(value) if field.name not in left_out]:
+        content = getattr(value, name)
+        if isinstance(content, tuple):
+            content = list(content)
+        elif isinstance(content, np.ndarray):
+            content = content.tolist()
+        elif isinstance(content, Mapping):
+            content = dict(content)
+        columns[name] = content
+    return columns
+
+
+def _built(kind: type[D], row: Base, **known: Any) -> D:
+    """Build a dataclass of the columns of a row and of what is known otherwise."""
+    names = [field.name for field in fields(kind) if field.name not in known]
+    return kind(**{name: getattr(row, name) for name in names}, **known)
+
+
+def _mount_row(value: CharacterisedMount, campaign: CampaignRow) -> MountRow:
+    """Rows of a characterised mount, those of its directions within."""
+    pieces = zip(value.mount.pieces, value.mount.positions, strict=True)
+    return MountRow(
+        **_columns(value.identity, "campaign"),
+        **_columns(value.mount, "name", "pieces", "positions"),
+        campaign=campaign,
+        quality=dict(value.quality),
+        pieces=[
+            PieceRow(number=number, name=name, x=float(x), y=float(y), z=float(z))
+            for number, (name, (x, y, z)) in enumerate(pieces)
+        ],
+        directions=[_direction_row(*numbered) for numbered in enumerate(value.directions)],
+    )
+
+
+def _direction_row(number: int, direction: CharacterisedDirection) -> DirectionRow:
+    points, surface, curve = direction.map_points, direction.surface, direction.static_curve
+    curve_row = None
+    if curve is not None:
+        curve_row = StaticCurveRow(
+            mount_set=curve.mount_set,
+            force_uncertainty=float(curve.force_uncertainty),
+            arrays={"deflection": curve.deflection, "force": curve.force},
+        )
+    arrays = {field.name: getattr(points, field.name) for field in fields(points)}
+    return DirectionRow(
+        number=number,
+        axis=direction.axis,
+        **_columns(direction.quality),
+        map=MapRow(n_points=len(points), arrays=arrays),
+        surface=None if surface is None else SurfaceRow(**_columns(surface)),
+        static_curve=curve_row,
+    )
+
+
+def _mount_of(row: MountRow) -> CharacterisedMount:
+    """Characterised mount of its rows."""
+    mount = _built(
+        Mount,
+        row,
+        name=row.mount,
+        pieces=tuple(piece.name for piece in row.pieces),
+        positions=tuple((piece.x, piece.y, piece.z) for piece in row.pieces),
+        transfer_axes=tuple(row.transfer_axes),
+    )
+    identity = _built(MountIdentity, row, campaign=row.campaign.name)
+    directions = tuple(_direction_of(row.mount, direction) for direction in row.directions)
+    return CharacterisedMount(identity, mount, directions, row.quality)
+
+
+def _direction_of(mount: str, row: DirectionRow) -> CharacterisedDirection:
+    names = tuple(field.name for field in fields(MapPoints))
+    curve = row.static_curve
+    return CharacterisedDirection(
+        axis=row.axis,
+        map_points=MapPoints(**named_arrays(row.map.arrays, "", names)),
+        quality=_built(DirectionQuality, row),
+        surface=None if row.surface is None else _built(FittedSurface, row.surface),
+        static_curve=None
+        if curve is None
+        else _built(StaticCurve, curve, mount=mount, axis=row.axis, **curve.arrays),
+    )

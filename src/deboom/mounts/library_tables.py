@@ -1,11 +1,15 @@
-"""Characterised mounts as tables for people and as one plain document (JSON)."""
+"""Characterised mounts as tables for people and as one plain document (JSON).
+
+Numbers of the document keep every digit; arrays carry type and shape; complex values are
+``[real, imaginary]`` pairs, and what JSON cannot spell is ``"nan"``, ``"inf"`` or ``"-inf"``.
+"""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import asdict
-from typing import Any
+from dataclasses import asdict, fields
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -24,16 +28,28 @@ from deboom.mounts.characterised_mount import (
 )
 from deboom.mounts.mount import Mount
 
+if TYPE_CHECKING:
+    from _typeshed import DataclassInstance
+
+    D = TypeVar("D", bound=DataclassInstance)
+
 FORMAT = "deboom mount library 1"
-_MAP_KEYS = {
+
+_KEYS = {
+    "order": "engine_order [1]",
+    "body_mass": "body_mass [kg]",
+    "body_mass_tolerance": "body_mass_tolerance [kg]",
     "preload": "preload [N]",
     "wheel_torque": "wheel_torque [N m]",
     "amplitude": "amplitude [m]",
     "frequency": "frequency [Hz]",
     "dynamic_stiffness": "dynamic_stiffness [N/m]",
     "confidence": "confidence [1]",
-    "run": "run",
+    "deflection": "deflection [m]",
+    "force": "force [N]",
+    "force_uncertainty": "force_uncertainty [1]",
 }
+"""Keys of fields that have a unit; other fields are called as in their dataclass."""
 
 
 def to_document(
@@ -44,23 +60,28 @@ def to_document(
     Parameters
     ----------
     campaigns : sequence of CampaignRecord
-        Those of the mounts.
+        Campaigns of the mounts.
     mounts : sequence of CharacterisedMount
-        What to write.
+        Mounts to write.
     """
     return {
         "format": FORMAT,
-        "campaigns": [
+        "campaigns": [_entry(campaign) for campaign in campaigns],
+        "mounts": [
             {
-                "name": campaign.name,
-                "engine_order [1]": campaign.order,
-                "runs": list(campaign.runs),
-                "tolerances": dict(campaign.tolerances),
-                "inputs_sha256": dict(campaign.inputs_sha256),
+                "identity": _entry(value.identity),
+                **_entry(value.mount, "name", "pieces", "positions"),
+                "pieces": [
+                    {"name": name, "position [m]": [float(x) for x in position]}
+                    for name, position in zip(
+                        value.mount.pieces, value.mount.positions, strict=True
+                    )
+                ],
+                "quality": dict(value.quality),
+                "directions": [_direction(direction) for direction in value.directions],
             }
-            for campaign in campaigns
+            for value in mounts
         ],
-        "mounts": [_mount(value) for value in mounts],
     }
 
 
@@ -72,13 +93,13 @@ def from_document(
     Raises
     ------
     InputError
-        Another format or version, an entry that is missing or of another kind.
+        Another format or version, an entry that is missing, unknown or of another kind.
     """
     stated = document.get("format") if isinstance(document, dict) else None
     if stated != FORMAT:
         raise InputError(f"its format is {stated!r}, and this deboom reads {FORMAT!r}")
     try:
-        campaigns = tuple(_campaign_of(entry) for entry in document["campaigns"])
+        campaigns = tuple(_built(CampaignRecord, entry) for entry in document["campaigns"])
         mounts = tuple(_mount_of(entry) for entry in document["mounts"])
     except KeyError as error:
         raise InputError(f"the entry {error} is missing; export it again") from None
@@ -89,136 +110,101 @@ def from_document(
     return campaigns, mounts
 
 
-def _campaign_of(entry: Mapping[str, Any]) -> CampaignRecord:
-    return CampaignRecord(
-        entry["name"],
-        entry["engine_order [1]"],
-        tuple(entry["runs"]),
-        entry["tolerances"],
-        entry["inputs_sha256"],
-    )
+def _entry(value: DataclassInstance, *left_out: str) -> dict[str, Any]:
+    """Fields of a dataclass as plain values by their keys."""
+    names = [field.name for field in fields(value) if field.name not in left_out]
+    return {_KEYS.get(name, name): _plain(getattr(value, name)) for name in names}
 
 
-def _mount(value: CharacterisedMount) -> dict[str, Any]:
-    mount = value.mount
+def _built(kind: type[D], entry: Mapping[str, Any], **known: Any) -> D:
+    """Build a dataclass of its entry and of what is known otherwise."""
+    keys = {f.name: _KEYS.get(f.name, f.name) for f in fields(kind) if f.name not in known}
+    unknown = [key for key in entry if key not in keys.values()]
+    if unknown:
+        raise TypeError(f"{kind.__name__} has no entry {unknown}")
+    return kind(**{name: _value(entry[key]) for name, key in keys.items()}, **known)
+
+
+def _direction(direction: CharacterisedDirection) -> dict[str, Any]:
+    """Entry of one direction."""
+    surface, curve = direction.surface, direction.static_curve
+    surface_entry = None
+    if surface is not None:
+        bounds = {"lower": surface.lower.tolist(), "upper": surface.upper.tolist()}
+        surface_entry = _entry(surface) | bounds
     return {
-        "identity": asdict(value.identity),
-        "description": mount.description,
-        "transfer_axes": list(mount.transfer_axes),
-        "body_mass [kg]": mount.body_mass,
-        "body_mass_tolerance [kg]": mount.body_mass_tolerance,
-        "pieces": [
-            {"name": name, "position [m]": [float(x) for x in position]}
-            for name, position in zip(mount.pieces, mount.positions, strict=True)
-        ],
-        "quality": dict(value.quality),
-        "directions": [_direction(direction) for direction in value.directions],
+        "axis": direction.axis,
+        "quality": _entry(direction.quality),
+        "map_points": _entry(direction.map_points),
+        "surface": surface_entry,
+        "static_curve": None if curve is None else _entry(curve, "mount", "axis"),
     }
 
 
 def _mount_of(entry: Mapping[str, Any]) -> CharacterisedMount:
-    identity = MountIdentity(**entry["identity"])
+    """Mount of its entry."""
+    identity = _built(MountIdentity, entry["identity"])
     x_y_z = [tuple(float(x) for x in piece["position [m]"]) for piece in entry["pieces"]]
-    mount = Mount(
+    parts = ("identity", "transfer_axes", "pieces", "quality", "directions")
+    mount = _built(
+        Mount,
+        {key: content for key, content in entry.items() if key not in parts},
         name=identity.mount,
-        description=entry["description"],
         pieces=tuple(piece["name"] for piece in entry["pieces"]),
         positions=tuple((x, y, z) for x, y, z in x_y_z),
         transfer_axes=tuple(entry["transfer_axes"]),
-        body_mass=entry["body_mass [kg]"],
-        body_mass_tolerance=entry["body_mass_tolerance [kg]"],
     )
     directions = tuple(_direction_of(identity.mount, item) for item in entry["directions"])
     return CharacterisedMount(identity, mount, directions, entry["quality"])
 
 
-def _direction(direction: CharacterisedDirection) -> dict[str, Any]:
-    surface, curve = direction.surface, direction.static_curve
-    points = {key: _array(getattr(direction.map_points, f)) for f, key in _MAP_KEYS.items()}
-    return {
-        "axis": direction.axis,
-        "quality": asdict(direction.quality),
-        "map_points": points,
-        "surface": None if surface is None else _surface(surface),
-        "static_curve": None
-        if curve is None
-        else {
-            "mount_set": curve.mount_set,
-            "force_uncertainty [1]": float(curve.force_uncertainty),
-            "deflection [m]": _array(curve.deflection),
-            "force [N]": _array(curve.force),
-        },
-    }
-
-
 def _direction_of(mount: str, entry: Mapping[str, Any]) -> CharacterisedDirection:
     axis, surface, curve = entry["axis"], entry["surface"], entry["static_curve"]
-    points = {field: _array_of(entry["map_points"][key]) for field, key in _MAP_KEYS.items()}
     return CharacterisedDirection(
         axis=axis,
-        map_points=MapPoints(**points),
-        quality=DirectionQuality(**entry["quality"]),
-        surface=None if surface is None else _surface_of(surface),
-        static_curve=None
-        if curve is None
-        else StaticCurve(
-            mount=mount,
-            axis=axis,
-            mount_set=curve["mount_set"],
-            deflection=_array_of(curve["deflection [m]"]),
-            force=_array_of(curve["force [N]"]),
-            force_uncertainty=curve["force_uncertainty [1]"],
-        ),
+        map_points=_built(MapPoints, entry["map_points"]),
+        quality=_built(DirectionQuality, entry["quality"]),
+        surface=None if surface is None else _built(FittedSurface, surface),
+        static_curve=None if curve is None else _built(StaticCurve, curve, mount=mount, axis=axis),
     )
 
 
-def _surface(surface: FittedSurface) -> dict[str, Any]:
-    return {
-        "model": surface.model,
-        "variables": list(surface.variables),
-        "units": list(surface.units),
-        "lower": surface.lower.tolist(),
-        "upper": surface.upper.tolist(),
-        "settings": dict(surface.settings),
-        "arrays": {name: _array(array) for name, array in surface.arrays.items()},
-    }
-
-
-def _surface_of(entry: Mapping[str, Any]) -> FittedSurface:
-    return FittedSurface(
-        model=entry["model"],
-        variables=tuple(entry["variables"]),
-        units=tuple(entry["units"]),
-        lower=np.array(entry["lower"], dtype=float),
-        upper=np.array(entry["upper"], dtype=float),
-        arrays={name: _array_of(array) for name, array in entry["arrays"].items()},
-        settings=entry["settings"],
-    )
-
-
-def _array(array: npt.NDArray[Any]) -> dict[str, Any]:
-    flat = array.ravel()
-    if array.dtype.kind == "c":
+def _plain(value: Any) -> Any:
+    """Value of a field as JSON keeps it."""
+    if isinstance(value, Mapping):
+        return {name: _plain(content) for name, content in value.items()}
+    if isinstance(value, tuple):
+        return [_plain(content) for content in value]
+    if not isinstance(value, np.ndarray):
+        return value.item() if isinstance(value, np.generic) else value
+    flat = value.ravel()
+    if value.dtype.kind == "c":
         pairs = zip(flat.real.tolist(), flat.imag.tolist(), strict=True)
         values: list[Any] = [[_spelled(re), _spelled(im)] for re, im in pairs]
     else:
-        values = [_spelled(value) for value in flat.tolist()]
-    return {"dtype": array.dtype.str, "shape": list(array.shape), "values": values}
+        values = [_spelled(number) for number in flat.tolist()]
+    return {"dtype": value.dtype.str, "shape": list(value.shape), "values": values}
 
 
-def _array_of(entry: Mapping[str, Any]) -> npt.NDArray[Any]:
-    dtype, values = np.dtype(entry["dtype"]), entry["values"]
+def _spelled(value: Any) -> Any:
+    return str(value) if isinstance(value, float) and not math.isfinite(value) else value
+
+
+def _value(content: Any) -> Any:
+    """Value of a field out of what JSON kept; arrays are told by their keys."""
+    if not isinstance(content, Mapping):
+        return content
+    if set(content) != {"dtype", "shape", "values"}:
+        return {name: _value(item) for name, item in content.items()}
+    dtype, values = np.dtype(content["dtype"]), content["values"]
     if dtype.kind not in "biufcU":
         raise InputError(f"an array is of {dtype}, not of numbers; export it again")
     if dtype.kind == "c":
         values = [complex(float(re), float(im)) for re, im in values]
     elif dtype.kind == "f":
         values = [float(value) for value in values]
-    return np.array(values, dtype=dtype).reshape(entry["shape"])
-
-
-def _spelled(value: Any) -> Any:
-    return str(value) if isinstance(value, float) and not math.isfinite(value) else value
+    array: npt.NDArray[Any] = np.array(values, dtype=dtype).reshape(content["shape"])
+    return array
 
 
 Row = dict[str, Any]

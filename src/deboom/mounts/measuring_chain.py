@@ -168,10 +168,9 @@ def instrumented_bodies(campaign: Campaign) -> tuple[InstrumentedBody, ...]:
     if on_powertrain:
         sensors = campaign.sensors_of(SensorKind.ACCELEROMETER, campaign.powertrain_mounts)
         off = _channels_of(sensors, campaign.switched_off)
-        point = virtual_point(sensor_geometry(sensors, switched_off=off))
-        body = InstrumentedBody(
-            POWERTRAIN, sensors, point.channels, point.forward, tuple(on_powertrain)
-        )
+        motion = virtual_point(sensor_geometry(sensors, switched_off=off))
+        points = tuple(on_powertrain)
+        body = InstrumentedBody(POWERTRAIN, sensors, motion.channels, motion.forward, points)
         bodies.insert(0, body)
     return tuple(bodies)
 
@@ -208,7 +207,7 @@ def _mount_point(
     if not any((run.mount, run.piece) == (mount, piece) for run in campaign.shaker_runs):
         return MountPoint(mount, piece, position, axes, cells, summed, False, np.zeros((3, 3)))
     transfer = force_transfer_matrix(campaign.shaker_runs, cells, mount, piece)
-    force_matrix = np.linalg.solve(transfer.matrix.real, summed)
+    force_matrix = np.asarray(np.linalg.solve(transfer.matrix.real, summed), dtype=float)
     scatter = _transfer_scatter(transfer)
     return MountPoint(mount, piece, position, axes, cells, force_matrix, True, scatter)
 
@@ -366,12 +365,12 @@ def _sensor_errors(sensor: Sensor, rigid: bool, tolerances: Tolerances) -> Itera
                 source, tolerance = ErrorSource.SENSOR_CROSS_AXIS, tolerances.sensor_cross_axis
                 what = f"{source.value} of channel {name} to {'xyz'[axis]}"
             yield _Error(what, source, tolerance, change)
-    for axis, unit in zip("xyz", np.eye(3), strict=True):
-        name = f"angle of sensor {sensor.name} about its {axis}"
+    for letter, unit in zip("xyz", np.eye(3), strict=True):
+        name = f"angle of sensor {sensor.name} about its {letter}"
         turned = -skew(unit) @ rows
         yield _Error(name, ErrorSource.SENSOR_ANGLE, tolerances.sensor_angle, turned)
         if rigid:
-            name = f"position of sensor {sensor.name} along {axis}"
+            name = f"position of sensor {sensor.name} along {letter}"
             moved = sensor.orientation.T @ np.hstack([np.zeros((3, 3)), -skew(unit)])
             yield _Error(name, ErrorSource.SENSOR_POSITION, tolerances.sensor_position, moved)
 
@@ -601,7 +600,7 @@ def _channels(run: OperatingRun, spectrum: Spectrum, names: tuple[str, ...]) -> 
 
 
 def _static_force(run: OperatingRun, directions: tuple[str, ...]) -> RealArray:
-    """Static force per direction, nan where it was not measured."""
+    """Take the static force per direction, nan where it was not measured."""
     columns = np.full((run.frequency.size, len(directions)), np.nan)
     for place, name in enumerate(directions):
         if name in run.static_force_names:

@@ -15,7 +15,7 @@ from deboom.errors import InputError
 from deboom.measurement.campaign import Campaign, OperatingRun
 from deboom.measurement.channels import LoadCase, Spectrum
 from deboom.mounts.measuring_chain import AlignmentEstimate, BodyRecord, body_record
-from deboom.mounts.response_surface import StiffnessSamples
+from deboom.mounts.response_surface import StiffnessSamples, operating_points
 from deboom.physics.dynamic_stiffness import (
     displacement_from_acceleration,
     loss_factor,
@@ -142,6 +142,10 @@ class OperatingMap:
                 "or take the wheel torque as preload"
             )
         return self.static_force
+
+    def points(self, variable: Preload) -> RealArray:
+        """Return preload, amplitude and frequency of every line, shape (n, 3)."""
+        return operating_points(self.preload(variable), self.amplitude, self.frequency)
 
     def select(self, lines: BoolArray | slice) -> OperatingMap:
         """Return some of the lines."""
@@ -271,7 +275,7 @@ def bench_load_case(
 def _body_maps(
     chain: AlignmentEstimate, record: BodyRecord, estimate: Estimate
 ) -> list[OperatingMap]:
-    """Maps of one body: per number of repeats, point and axis."""
+    """Build the maps of one body: per number of repeats, point and axis."""
     motion, force_matrix = chain.motion_matrix, chain.force_matrix
     displacement = displacement_from_acceleration(record.acceleration @ motion.T, record.frequency)
     force = record.cell_force @ force_matrix.T

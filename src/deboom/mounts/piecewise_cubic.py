@@ -24,7 +24,7 @@ REACH = 0.1
 """Distance that a measured row vouches for, as a fraction of the ranges [1]."""
 
 MARGIN = 0.02
-"""Distance beyond its range that a variable may lie at, as a fraction of it: measuring noise [1]."""
+"""Distance beyond its range that a variable may lie at, as a fraction of it: noise [1]."""
 
 THINNING = 4
 """Rows closer together than the reach over this number, in every variable, count as one."""
@@ -46,20 +46,6 @@ RIDGE = 1e-10
 
 EXACT = 1e-18
 """Squares left over squares of the observations, below which more pieces describe only rounding."""
-
-_ARRAYS = (
-    "split_points",
-    "blend_width",
-    "centre",
-    "half_range",
-    "coefficients",
-    "directions",
-    "inverse_singular",
-    "unseen_leverage",
-    "leverage_limit",
-    "variance",
-    "degrees_of_freedom",
-)
 
 _Chooser = Callable[[IntArray, RealArray], IntArray | None]
 
@@ -186,6 +172,20 @@ class PiecewiseCubicRegressor(RegressorMixin, BaseEstimator):
     >>> bool(abs(model.split_points_[0] - 0.6) < 0.02)
     True
     """
+
+    split_points_: RealArray
+    blend_width_: RealArray
+    centre_: RealArray
+    half_range_: RealArray
+    coefficients_: RealArray
+    directions_: RealArray
+    inverse_singular_: RealArray
+    unseen_leverage_: RealArray
+    leverage_limit_: RealArray
+    variance_: RealArray
+    degrees_of_freedom_: RealArray
+    region_: TrainingRegion
+    n_features_in_: int
 
     def __init__(
         self,
@@ -587,13 +587,21 @@ class PiecewiseCubicRegressor(RegressorMixin, BaseEstimator):
         return values[..., 0] if self._one_output else values
 
 
+# everything that `fit` leaves but the region: what is stored
+_ARRAYS = tuple(
+    name.removesuffix("_")
+    for name, kind in PiecewiseCubicRegressor.__annotations__.items()
+    if kind == "RealArray"
+)
+
+
 def named_arrays(
     arrays: Mapping[str, npt.NDArray[Any]], prefix: str, names: tuple[str, ...]
 ) -> dict[str, npt.NDArray[Any]]:
     """Take the arrays `prefix` + name out of stored ones; InputError names what is missing."""
     missing = [prefix + name for name in names if prefix + name not in arrays]
     if missing:
-        raise InputError(f"a stored response surface lacks the arrays {missing}: fit it again")
+        raise InputError(f"what is stored lacks the arrays {missing}: store it again")
     return {name: arrays[prefix + name] for name in names}
 
 

@@ -337,10 +337,10 @@ class StiffnessModel(RegressorMixin, BaseEstimator, ABC):
     ) -> float:
         """Return R² of the complex stiffness, ``1 - Σ|y - ŷ|² / Σ|y - ȳ|²`` [1]."""
         measured = np.asarray(y, dtype=complex)
+        weight = np.ones(len(measured)) if sample_weight is None else np.asarray(sample_weight)
         squares = np.abs(measured - self.predict(X, extrapolate=True)) ** 2
-        mean = np.average(measured, weights=sample_weight)
-        spread = np.average(np.abs(measured - mean) ** 2, weights=sample_weight)
-        return float(1 - np.average(squares, weights=sample_weight) / spread)
+        spread = np.abs(measured - np.average(measured, weights=weight)) ** 2
+        return float(1 - np.sum(weight * squares) / np.sum(weight * spread))
 
     @property
     def units(self) -> dict[str, str]:
@@ -594,7 +594,8 @@ class DynamicStiffnessSurface(StiffnessModel):
         surface = cls(preload_unit=plain["preload_unit"].item())
         for name in _PLAIN[1:]:
             setattr(surface, f"{name}_", plain[name].item())
-        surface.region_ = TrainingRegion(**named_arrays(arrays, "region_", _REGION))
+        region = named_arrays(arrays, "region_", _REGION)
+        surface.region_ = TrainingRegion(*region.values())  # type: ignore[arg-type]
         surface.real_ = PiecewiseCubicRegressor.from_arrays(arrays, surface.region_, "real_")
         surface.imag_ = PiecewiseCubicRegressor.from_arrays(arrays, surface.region_, "imag_")
         return surface
@@ -612,7 +613,7 @@ class DynamicStiffnessSurface(StiffnessModel):
     def _supported(self, points: RealArray) -> BoolArray:
         if not isinstance(self.real_, PiecewiseCubicRegressor):
             return self.region_.contains(points)
-        return self.real_.supported(points) & self.imag_.supported(points)
+        return np.asarray(self.real_.supported(points) & self.imag_.supported(points))
 
     def _cubics(self, what: str) -> tuple[PiecewiseCubicRegressor, PiecewiseCubicRegressor]:
         """Both parts, if they are cubics; other regressors are refused by name."""

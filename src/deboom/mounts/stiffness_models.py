@@ -1,4 +1,4 @@
-"""Other models of the dynamic stiffness (Kelvin-Voigt, Berg, any regressor) and their comparison."""
+"""Other models of the dynamic stiffness (Kelvin-Voigt, Berg, regressors) and their comparison."""
 
 from __future__ import annotations
 
@@ -193,7 +193,8 @@ class BergModel(StiffnessModel):
             relative = shape(amplitude, frequency)
             squared = np.abs(relative) ** 2
             projected = (stiffness * relative.conj()).real / squared
-            return clone(regressor).fit(preload, projected, weight * squared, runs)
+            elastic = _copy(regressor)
+            return elastic.fit(preload, projected, weight * squared, runs)
 
         def shape_of(logarithms: RealArray) -> BergShape:
             return BergShape(*(middle * np.exp(logarithms)).tolist())
@@ -265,7 +266,8 @@ def standard_models() -> dict[str, Fit]:
             if most is not None and len(samples) > most:
                 picked = np.linspace(0, len(samples) - 1, most).round().astype(int)
                 chosen = samples.select(np.isin(np.arange(len(samples)), picked))
-            return clone(model).fit(chosen.points, chosen.stiffness, groups=chosen.run)
+            fresh: StiffnessModel = clone(model)
+            return fresh.fit(chosen.points, chosen.stiffness, groups=chosen.run)
 
         return fitted
 

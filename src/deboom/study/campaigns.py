@@ -7,7 +7,6 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
 
-import numpy as np
 from threadpoolctl import threadpool_limits
 
 from deboom.bench.campaign_plan import training_plan
@@ -172,9 +171,7 @@ def write_platform_library(path: Path, seed: int, progress: Progress) -> Path:
 
 def without_map(mount: CharacterisedMount) -> CharacterisedMount:
     """Return a mount without its single measured points."""
-    none = np.zeros(0)
-    empty = MapPoints(none, none, none, none, none.astype(complex), none, none.astype(str))
-    directions = tuple(replace(one, map_points=empty) for one in mount.directions)
+    directions = tuple(replace(one, map_points=MapPoints.none()) for one in mount.directions)
     return replace(mount, directions=directions)
 
 

@@ -55,7 +55,7 @@ from deboom.mounts.measuring_chain import (
     stated_alignment,
 )
 from deboom.mounts.operating_map import OperatingMap, Preload, operating_maps
-from deboom.mounts.piecewise_cubic import PieceOptions
+from deboom.mounts.piecewise_cubic import PiecewiseCubicRegressor
 from deboom.mounts.response_surface import DynamicStiffnessSurface, agreement
 from deboom.physics.order_tracking import rpm_of_frequency
 from deboom.plot import CurvePanel, MapPanel, curve_panels, map_panels
@@ -237,20 +237,19 @@ class CharacterisedBench:
 
     def modelled(self, surface: DynamicStiffnessSurface, measured: OperatingMap) -> ComplexArray:
         """Stiffness of a surface at every line of a map, shape (n,) [N/m]."""
-        preload = measured.preload(self.result.options.preload)
-        return surface.predict_masked(preload, measured.amplitude, measured.frequency)[0]
+        points = measured.points(self.result.options.preload)
+        return surface.predict(points, extrapolate=True)
 
     def fitted_to(
-        self, measured: OperatingMap, pieces: PieceOptions | None = None
+        self, measured: OperatingMap, regressor: PiecewiseCubicRegressor | None = None
     ) -> DynamicStiffnessSurface:
         """Fit a surface to a map, in pieces as the campaign's unless stated otherwise."""
-        samples = measured.samples(self.result.options.preload)
-        return DynamicStiffnessSurface.fit(
-            *samples.lines,
-            preload_unit=self.result.options.preload.unit,
-            options=pieces or self.result.options.pieces,
-            run=samples.run,
+        options = self.result.options
+        samples = measured.samples(options.preload)
+        surface = DynamicStiffnessSurface(
+            regressor or options.regressor, preload_unit=options.preload.unit
         )
+        return surface.fit(samples.points, samples.stiffness, groups=samples.run)
 
 
 def characterise_folder(
@@ -684,9 +683,9 @@ def all_gears_numbers(benches: Sequence[CharacterisedBench]) -> pd.DataFrame:
         for name in bench.surfaces:
             measured = bench.all_gears_maps[name]
             usable = measured.select(~measured.near_floor)
-            surface = bench.fitted_to(usable, PieceOptions(pieces="cv"))
+            surface = bench.fitted_to(usable, PiecewiseCubicRegressor(pieces="cv"))
             row: dict[str, object] = {"bench": bench.title, "direction": name}
-            row["pieces"] = surface.real.n_pieces
+            row["pieces"] = len(surface.real_.coefficients_)
             row |= _r2(bench, surface, usable)
             row |= _errors(bench, surface, usable)
             rows.append(row)
@@ -713,9 +712,7 @@ def _row(bench: CharacterisedBench, name: str) -> dict[str, object]:
     if check.any() and not check.all():
         without = bench.fitted_to(usable.select(~check))
         held_out = usable.select(check)
-        inside = without.inside(
-            held_out.preload(bench.result.options.preload), held_out.amplitude, held_out.frequency
-        )
+        inside = without.supported(held_out.points(bench.result.options.preload))
         row["check_inside"] = float(inside.mean())
         held_out = held_out.select(inside)
         row |= {f"check_{key}": value for key, value in _r2(bench, without, held_out).items()}

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import tempfile
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -31,7 +31,11 @@ from deboom.mounts.library import open_library
 from deboom.mounts.measuring_chain import body_record
 from deboom.mounts.mount import Mount
 from deboom.mounts.operating_map import OperatingMap, operating_maps
-from deboom.mounts.response_surface import r_squared
+from deboom.mounts.response_surface import (
+    DynamicStiffnessSurface,
+    operating_points,
+    r_squared,
+)
 from deboom.mounts.surface_forces import MountState, main_axis, state_at, surface_over
 from deboom.physics.order_tracking import rpm_of_frequency
 from deboom.plot import CurvePanel, curve_panels
@@ -246,13 +250,11 @@ def second_engine(
         by_kinematics = {}
         for mount, axis, name in _directions(own, maps):
             for state in MountState:
-                surface = surface_over(mount, axis, state, options.pieces)
+                surface = surface_over(mount, axis, state, options.regressor)
                 preload = state_at(maps, mount, axis, state)
-                predictions[state][name] = _predicted(surface.predict_masked, preload, maps[name])
+                predictions[state][name] = _predicted(surface, preload, maps[name])
                 if state is MountState.MAIN_FORCE and name in static_force:
-                    by_kinematics[name] = _predicted(
-                        surface.predict_masked, static_force[name], maps[name]
-                    )
+                    by_kinematics[name] = _predicted(surface, static_force[name], maps[name])
     return SecondEngine(
         title=title,
         mounts=tuple(own),
@@ -279,13 +281,12 @@ def _directions(
 
 
 def _predicted(
-    surface: Callable[..., tuple[ComplexArray, npt.NDArray[np.bool_]]],
-    preload: RealArray,
-    measured: OperatingMap,
+    surface: DynamicStiffnessSurface, preload: RealArray, measured: OperatingMap
 ) -> Prediction:
-    stiffness, inside = surface(preload, measured.amplitude, measured.frequency)
     used = ~measured.near_floor
-    return Prediction(measured.select(used), stiffness[used], inside[used])
+    points = operating_points(preload, measured.amplitude, measured.frequency)[used]
+    stiffness = surface.predict(points, extrapolate=True)
+    return Prediction(measured.select(used), stiffness, surface.supported(points))
 
 
 N_PER_MM = 1e-3

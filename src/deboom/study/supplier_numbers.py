@@ -20,7 +20,7 @@ from deboom.explore.space import DesignSpace
 from deboom.measurement.channels import LoadCase
 from deboom.measurement.uncertainty import Interval, pivotal_interval
 from deboom.mounts.mount import AXES, mean_operating_stiffness
-from deboom.mounts.response_surface import DynamicStiffnessSurface
+from deboom.mounts.response_surface import DynamicStiffnessSurface, operating_points
 from deboom.plot import StiffnessPanel
 from deboom.study.platform_model import Factor, factor_name
 from deboom.study.robust_front import N_PER_MM
@@ -646,9 +646,10 @@ def _surface_curve(
     moved = np.abs(case.displacement.select(channels).values[line])
     condition = CurveCondition(frequency, float(moved.mean()))
     torque = np.linspace(0.0, max(c.wheel_torque.max() for c, _ in study.load_cases), STEPS)
-    stiffness, inside = surface.predict_masked(torque, condition.amplitude, frequency)
+    points = operating_points(torque, condition.amplitude, frequency)
+    stiffness = surface.predict(points, extrapolate=True)
     preload = _preload(label, model, channels, torque, np.full(STEPS, frequency))
-    return condition, preload, np.where(inside, stiffness, np.nan)
+    return condition, preload, np.where(surface.supported(points), stiffness, np.nan)
 
 
 def loudest_line(study: SupplierStudy) -> float:

@@ -13,7 +13,7 @@ from deboom.arrays import ComplexArray, RealArray
 from deboom.errors import InputError
 from deboom.measurement.channels import LoadCase
 from deboom.mounts.characterised_mount import CharacterisedMount
-from deboom.mounts.response_surface import DynamicStiffnessSurface
+from deboom.mounts.response_surface import DynamicStiffnessSurface, operating_points
 from deboom.vehicles.coupled_motion import CoupledMotion
 from deboom.vehicles.design_factor import (
     DYNAMIC,
@@ -372,13 +372,12 @@ def _relative_cubic(
     surface: DynamicStiffnessSurface, torque: RealArray, amplitude: RealArray, frequency: RealArray
 ) -> ComplexArray:
     """Coefficients (f, 4) of the powers of the amplitude over the nominal one."""
-    cubic = surface.at_amplitude(torque, frequency)
+    c = surface.at_amplitude(torque, frequency).T
     low, high = surface.ranges["amplitude"]
     half = (high - low) / 2 if high > low else 0.5
     middle = (low + high) / 2
     # the scaled amplitude is p g + q with the ratio g
     p, q = amplitude / half, -middle / half
-    c = cubic.coefficients.T
     powers = np.stack(
         [
             c[0] + q * (c[1] + q * (c[2] + q * c[3])),
@@ -388,7 +387,7 @@ def _relative_cubic(
         ],
         axis=1,
     )
-    return np.asarray(powers / cubic(amplitude)[:, np.newaxis])
+    return np.asarray(powers / powers.sum(axis=1, keepdims=True))
 
 
 STARTS = (1e-6, 1e-5, 1e-4, 1e-3, 5e-3)
@@ -619,7 +618,7 @@ class _Backed:
         reference: CoupledMotion,
         name: str,
     ) -> _Backed:
-        lines = surface.inside(torque, amplitude, reference.frequency)
+        lines = surface.supported(operating_points(torque, amplitude, reference.frequency))
         own = torque[lines], amplitude[lines], reference.frequency[lines]
         bounds = amplitude.copy(), amplitude.copy()
         if lines.any():
@@ -633,8 +632,8 @@ class _Backed:
         """Write the stiffness at these amplitudes, and where they are held."""
         held = np.clip(amplitude, self.lowest, self.highest)
         on = self.lines
-        own, _ = self.surface.predict_masked(self.torque[on], held[on], self.frequency[on])
-        stiffness[on] = own
+        points = operating_points(self.torque[on], held[on], self.frequency[on])
+        stiffness[on] = self.surface.predict(points, extrapolate=True)
         outside[:] = ~on | (held != amplitude)
 
 

@@ -16,7 +16,7 @@ from deboom.arrays import ComplexArray, RealArray
 from deboom.errors import InputError
 from deboom.measurement.channels import LoadCase
 from deboom.mounts.mount import AXES
-from deboom.mounts.response_surface import DynamicStiffnessSurface
+from deboom.mounts.response_surface import DynamicStiffnessSurface, operating_points
 from deboom.vehicles.coupled_motion import CoupledMotion
 from deboom.vehicles.powertrain import KinematicModel
 
@@ -166,7 +166,7 @@ def backed_range(
     InputError
         A line that is not backed itself; a wheel torque that is not above 0.
     """
-    at_own = surface.inside(torque, amplitude, frequency)
+    at_own = surface.supported(operating_points(torque, amplitude, frequency))
     if not at_own.all():
         outside = frequency[~at_own]
         raise InputError(
@@ -186,9 +186,10 @@ def backed_range(
         ratio = (end / own)[:, np.newaxis] ** np.linspace(0.0, 1.0, STEPS_2)
         tried = own[:, np.newaxis] * ratio
         if variable == "preload":
-            backed = surface.inside(tried, amplitude[:, np.newaxis], frequency[:, np.newaxis])
+            points = operating_points(tried, amplitude[:, np.newaxis], frequency[:, np.newaxis])
         else:
-            backed = surface.inside(torque[:, np.newaxis], tried, frequency[:, np.newaxis])
+            points = operating_points(torque[:, np.newaxis], tried, frequency[:, np.newaxis])
+        backed = surface.supported(points)
         backed[:, 0] = True
         last = np.logical_and.accumulate(backed, axis=1).sum(axis=1) - 1
         bounds.append(tried[np.arange(own.size), last])
@@ -441,7 +442,6 @@ def _preload_table(
     low, high = backed_range(surface, torque, amplitude, frequency, "preload", where)
     steps = np.linspace(0.0, 1.0, NODES_3)
     tried = low[:, np.newaxis] + steps * (high - low)[:, np.newaxis]
-    line = (amplitude[:, np.newaxis], frequency[:, np.newaxis])
-    stiffness, _ = surface.predict_masked(tried, *line)
-    own, _ = surface.predict_masked(torque, amplitude, frequency)
-    return low, high, stiffness / own[:, np.newaxis]
+    points = operating_points(tried, amplitude[:, np.newaxis], frequency[:, np.newaxis])
+    nominal = surface.predict(operating_points(torque, amplitude, frequency), extrapolate=True)
+    return low, high, surface.predict(points, extrapolate=True) / nominal[:, np.newaxis]

@@ -28,7 +28,6 @@ from deboom.arrays import ComplexArray
 from deboom.bench.campaign_plan import TRAINING_RUNS, CampaignErrors
 from deboom.bench.operating_run import SIDES
 from deboom.mounts.characterise import Characterisation, CharacteriseOptions, characterise
-from deboom.mounts.error_budget import same_pieces
 from deboom.mounts.measuring_chain import body_record, stated_alignment
 from deboom.mounts.operating_map import OperatingMap, Preload, operating_maps
 from deboom.mounts.response_surface import DynamicStiffnessSurface, agreement
@@ -135,21 +134,13 @@ def _refitted(
 ) -> ComplexArray:
     """Values at some lines of a surface with the same split points, fitted to others."""
     fitted, wanted = (one.samples(Preload.WHEEL_TORQUE) for one in (lines, asked))
-    real, imag = (
-        same_pieces(part, fitted.points, values[:, np.newaxis])(wanted.points)[:, 0]
-        for part, values in (
-            (surface.real, fitted.stiffness.real),
-            (surface.imag, fitted.stiffness.imag),
-        )
-    )
-    return np.asarray(real + 1j * imag)
+    return surface.predict_refitted(fitted.points, fitted.stiffness, wanted.points)
 
 
 def _modelled(
     surface: DynamicStiffnessSurface, lines: OperatingMap, result: Characterisation
 ) -> ComplexArray:
-    preload = lines.preload(result.options.preload)
-    return surface.predict_masked(preload, lines.amplitude, lines.frequency)[0]
+    return surface.predict(lines.points(result.options.preload), extrapolate=True)
 
 
 def _r2(lines: OperatingMap, modelled: ComplexArray, result: Characterisation) -> _R2:

@@ -18,7 +18,7 @@ from deboom.bench.mount_law import operating_stiffness, static_deflection
 from deboom.bench.operating_run import PlannedRun, true_run
 from deboom.bench.powertrain import load_bench
 from deboom.measurement.campaign import rising_lines
-from deboom.mounts.piecewise_cubic import PieceOptions, PiecewiseCubicRegressor
+from deboom.mounts.piecewise_cubic import PiecewiseCubicRegressor
 from deboom.mounts.response_surface import DynamicStiffnessSurface, StiffnessSamples
 from deboom.mounts.stiffness_models import compare_models, friction_stiffness, standard_models
 
@@ -69,21 +69,14 @@ def _samples(runs, plans, direction) -> StiffnessSamples:
 
 
 def _fit(samples, stiffness=None, **options) -> DynamicStiffnessSurface:
-    preload, amplitude, frequency, true, _ = samples.lines
-    return DynamicStiffnessSurface.fit(
-        preload,
-        amplitude,
-        frequency,
-        true if stiffness is None else stiffness,
-        preload_unit="N m",
-        options=PieceOptions(**options),
-        run=samples.run,
-    )
+    surface = DynamicStiffnessSurface(PiecewiseCubicRegressor(**options), preload_unit="N m")
+    measured = samples.stiffness if stiffness is None else stiffness
+    return surface.fit(samples.points, measured, groups=samples.run)
 
 
 def _error(surface, samples) -> float:
     """Rms error in per cent where the surface speaks."""
-    fitted, inside = surface.predict_masked(samples.preload, samples.amplitude, samples.frequency)
+    fitted, inside = surface.predict(samples.points, True), surface.supported(samples.points)
     return 100 * float(np.sqrt(np.mean(np.abs(fitted / samples.stiffness - 1)[inside] ** 2)))
 
 
@@ -132,7 +125,7 @@ def _pieces(runs) -> list[Claim]:
         Claim(
             "TSM x in gears 3 to 7 (7 inflections): cross-validated pieces against two",
             "≤ 1 % where two miss it",
-            f"{chosen.real.n_pieces} pieces {_error(chosen, low):.2f} %, "
+            f"{len(chosen.real_.coefficients_)} pieces {_error(chosen, low):.2f} %, "
             f"two {_error(two, low):.2f} %",
             _error(chosen, low) <= 1 < _error(two, low),
         ),
@@ -154,7 +147,7 @@ def _cross_validation(runs) -> Claim:
             answered = model.supported(check.points)
             error = (model.predict(check.points) - check.stiffness.real) / np.abs(check.stiffness)
             rms = 100 * np.sqrt(np.mean(error[answered] ** 2))
-            outcomes.append((rms, 100 * answered.mean(), model.n_pieces_))
+            outcomes.append((rms, 100 * answered.mean(), len(model.coefficients_)))
     by_run, by_line = (tuple(zip(*side, strict=True)) for side in (outcomes[::2], outcomes[1::2]))
     return Claim(
         f"EnM x, {100 * NOISE:g} % noise shared by neighbouring lines, true error of Re K on runs "
@@ -173,14 +166,14 @@ def _guard(runs) -> list[Claim]:
     for direction in ("EnM x", "EnM z", "GeM x", "TSM x", "TSM z"):
         training = _samples(runs, TRAINING_RUNS, direction)
         surface = _fit(training)
-        kept.append(surface.inside(training.preload, training.amplitude, training.frequency).mean())
+        kept.append(surface.supported(training.points).mean())
         check = _samples(runs, UNTRAINED, direction)
-        kept.append(surface.inside(check.preload, check.amplitude, check.frequency).mean())
-        lower, upper = surface.region.lower, surface.region.upper
+        kept.append(surface.supported(check.points).mean())
+        lower, upper = surface.region_.lower, surface.region_.upper
         span = upper - lower
         rows = np.random.default_rng(1).uniform(lower - 0.05 * span, upper + 0.05 * span, (4000, 3))
         rows[:, 1] = np.maximum(rows[:, 1], 5e-6)
-        stiffness, inside = surface.predict_masked(*rows.T)
+        stiffness, inside = surface.predict(rows, True), surface.supported(rows)
         error = 100 * np.abs(stiffness / _true_stiffness(runs, rows, direction) - 1)
         hull = Delaunay((training.points[::5] - lower) / span)
         in_hull = hull.find_simplex((rows - lower) / span) >= 0
@@ -248,10 +241,8 @@ def _interval(runs) -> Claim:
                 return stiffness + scale * (noise[0] + 1j * noise[1])
 
             surface = _fit(training, noisy(training.stiffness))
-            inside = surface.inside(check.preload, check.amplitude, check.frequency)
-            lower, upper = surface.prediction_interval(
-                check.preload[inside], check.amplitude[inside], check.frequency[inside]
-            )
+            inside = surface.supported(check.points)
+            lower, upper = surface.predict_interval(check.points[inside])
             measured = noisy(check.stiffness)[inside]
             for part in (np.real, np.imag):
                 hits = (part(lower) <= part(measured)) & (part(measured) <= part(upper))

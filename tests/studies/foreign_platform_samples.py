@@ -48,7 +48,6 @@ PLACES = {
     "Rear": {"in": (0.25, -0.15, -0.20), "out": (0.25, 0.20, -0.20)},
 }
 TRANSFER_AXES = {"Front": ("x", "z"), "Rear": ("x",)}
-_NOTHING = np.zeros(0)
 
 
 @dataclass(frozen=True)
@@ -227,11 +226,12 @@ def _parts(variant, factor):
         directions = []
         for axis in AXES:
             columns = [np.concatenate(one) for one in zip(*by_mount[name, axis], strict=True)]
-            surface = DynamicStiffnessSurface.fit(*columns, preload_unit="N m")
+            points, stiffness = np.column_stack(columns[:3]), columns[3]
+            surface = DynamicStiffnessSurface(preload_unit="N m").fit(points, stiffness)
             directions.append(
                 CharacterisedDirection(
                     axis,
-                    MapPoints(*(_NOTHING,) * 4, _NOTHING.astype(complex), _NOTHING, _NOTHING),
+                    MapPoints.none(),
                     DirectionQuality(True, 0.02, 0.99, 0.99, 0.99),
                     FittedSurface.of(surface, {}),
                 )

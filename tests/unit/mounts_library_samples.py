@@ -19,7 +19,7 @@ from deboom.mounts.characterised_mount import (
 )
 from deboom.mounts.library import open_library
 from deboom.mounts.mount import Mount
-from deboom.mounts.response_surface import DynamicStiffnessSurface
+from deboom.mounts.response_surface import DynamicStiffnessSurface, operating_points
 
 
 def campaign(name="spring", **changes):
@@ -50,9 +50,8 @@ def map_points(seed, n=150):
 @cache
 def surface():
     points = map_points(3)
-    return DynamicStiffnessSurface.fit(
-        points.preload, points.amplitude, points.frequency, points.dynamic_stiffness
-    )
+    lines = operating_points(points.preload, points.amplitude, points.frequency)
+    return DynamicStiffnessSurface().fit(lines, points.dynamic_stiffness)
 
 
 def every_kind_of_array():

@@ -80,7 +80,7 @@ def test_export_writes_what_the_suffix_says(path, tmp_path, suffix):
         (("export", "LIBRARY", "m.csv"), "name a file that ends with .xlsx, .json or .uff"),
         (("export", "LIBRARY", "m.uff", "--mount", "X"), "`deboom library list` shows them all"),
         (("import", "LIBRARY", "nowhere.json"), "nowhere.json cannot be read"),
-        (("migrate", "nowhere.db"), "there is no such library"),
+        (("list", "nowhere.db"), "there is no such library"),
     ],
 )
 def test_bad_input_ends_with_one_sentence_and_exit_code_2(path, tmp_path, arguments, sentence):
@@ -89,10 +89,6 @@ def test_bad_input_ends_with_one_sentence_and_exit_code_2(path, tmp_path, argume
     (line,) = done.output.splitlines()
     assert line.startswith("deboom: ")
     assert sentence in line
-
-
-def test_migrate_says_when_there_is_nothing_to_do(path):
-    assert call("migrate", path).output == "version 1 already, nothing to do\n"
 
 
 def test_the_commands_are_quick_to_start():

@@ -299,7 +299,7 @@ def test_run_without_a_channel():
 
 def test_maps_of_unequal_columns(maps):
     one = maps["E x"]
-    with pytest.raises(InputError, match="map of E x: force has shape"):
+    with pytest.raises(InputError, match=r"E x: force: shape \(41\) is needed, not \(40,\)"):
         type(one)(**{**one.__dict__, "force": one.force[1:]})
 
 

@@ -22,9 +22,8 @@ from deboom.mounts.part_scatter import (
     direction_scatter,
     hardness_share,
     library_scatter,
-    part_values,
 )
-from deboom.mounts.response_surface import DynamicStiffnessSurface
+from deboom.mounts.response_surface import DynamicStiffnessSurface, operating_points
 
 RNG = np.random.default_rng(5)
 THIRTY = 0.04 * RNG.standard_normal(30)
@@ -133,21 +132,21 @@ def test_what_says_nothing_is_refused(make, words):
 
 
 @cache
-def surface():
+def surface(factor=1.0):
     rng = np.random.default_rng(3)
     preload, amplitude = rng.normal(0.0, 800.0, 300), rng.uniform(1e-5, 1e-3, 300)
     frequency = rng.uniform(20.0, 80.0, 300)
     stiffness = 2e5 * (1.0 + 1e-4 * preload) * (1.0 + 0.1j) + 100.0 * frequency
-    return DynamicStiffnessSurface.fit(preload, amplitude, frequency, stiffness)
+    lines = operating_points(preload, amplitude, frequency)
+    return DynamicStiffnessSurface().fit(lines, factor * stiffness)
 
 
 def part(factors, serial, *, name="TSM", half_width=0.004, **identity):
-    none = np.zeros(0)
-    empty = MapPoints(none, none, none, none, none.astype(complex), none, none.astype(str))
     quality = DirectionQuality(True, half_width, 0.99, 0.99, 0.99)
+    surfaces = [FittedSurface.of(surface(float(factor)), {}) for factor in factors]
     directions = tuple(
-        CharacterisedDirection(axis, empty, quality, FittedSurface.of(surface().scaled(f), {}))
-        for axis, f in zip("xz", factors, strict=True)
+        CharacterisedDirection(axis, MapPoints.none(), quality, fitted)
+        for axis, fitted in zip("xz", surfaces, strict=True)
     )
     known = {"campaign": "spring", "variant": "M1", "serial": serial} | identity
     mount = Mount(name, "", ("",), ((0.1, 0.2, 0.3),), ("x", "z"))
@@ -167,18 +166,17 @@ def library(n_batches=4, n_parts=6):
 
 def test_parts_of_a_library_are_compared_under_equal_conditions():
     parts, factors = library()
-    found = part_values(parts)
-    np.testing.assert_allclose(found.values - found.values[0], factors - factors[0], atol=1e-9)
-    assert found.axes == ("x", "z")
-    assert found.batches[:7] == ("B0",) * 6 + ("B1",)
-    np.testing.assert_allclose(found.uncertainty, 0.004 / 1.959964)
     scatter = library_scatter(parts)
-    assert [one.name for one in scatter.directions] == ["TSM x", "TSM y", "TSM z"]
-    wanted = direction_scatter(
-        "TSM x", factors[:, 0], found.uncertainty[:, 0], found.batches, has_common=True
-    )
-    one = scatter.direction("TSM x")
-    np.testing.assert_allclose([one.sigma, one.upper], [wanted.sigma, wanted.upper], rtol=1e-6)
+    assert [direction.name for direction in scatter.directions] == ["TSM x", "TSM y", "TSM z"]
+    batches = np.repeat(["B0", "B1", "B2", "B3"], 6)
+    for axis, column in zip("xz", factors.T, strict=True):
+        wanted = direction_scatter(
+            f"TSM {axis}", column, np.full(24, 0.004 / 1.959964), batches, has_common=True
+        )
+        direction = scatter.direction(f"TSM {axis}")
+        for name in ("sigma", "lower", "upper", "observed", "measurement"):
+            assert getattr(direction, name) == pytest.approx(getattr(wanted, name), rel=1e-8)
+        assert (direction.n_parts, direction.n_batches) == (24, 4)
     assert scatter.direction("TSM y").prior_share == 1.0
     assert scatter.direction("EnM x") is None
     assert scatter.batches["TSM"].lower < 0.5 < scatter.batches["TSM"].upper
@@ -187,19 +185,20 @@ def test_parts_of_a_library_are_compared_under_equal_conditions():
 
 def test_a_part_measured_twice_is_one_part():
     parts = [part((1.0, 1.0), "1"), part((1.1, 1.0), "2")]
-    again = [*parts, part((1.02, 1.0), "1", campaign="autumn")]
-    found = part_values(again)
-    assert found.parts == ("M1 1", "M1 2")
-    assert found.batches is None
-    difference = found.values[1, 0] - found.values[0, 0]
-    assert difference == pytest.approx(np.log(1.1) - 0.5 * np.log(1.02))
+    scatter = library_scatter([*parts, part((1.02, 1.0), "1", campaign="autumn")])
+    direction = scatter.direction("TSM x")
+    assert (direction.n_parts, direction.n_batches, scatter.batches) == (2, 0, {})
+    difference = np.log(1.1) - 0.5 * np.log(1.02)
+    assert direction.observed == pytest.approx(difference / np.sqrt(2), rel=1e-9)
 
 
 def test_an_axis_that_is_not_identified_everywhere_is_left_to_the_prior():
     parts = [part((1.0, 1.0), "1"), part((1.1, 1.0), "2")]
     unknown = replace(parts[0].directions[1], quality=DirectionQuality(False))
     parts[0] = replace(parts[0], directions=(parts[0].directions[0], unknown))
-    assert part_values(parts).axes == ("x",)
+    scatter = library_scatter(parts)
+    assert scatter.direction("TSM x").n_parts == 2
+    assert scatter.direction("TSM z").prior_share == 1.0
 
 
 def test_parts_that_cannot_be_compared_are_refused():
@@ -208,12 +207,9 @@ def test_parts_that_cannot_be_compared_are_refused():
         library_scatter(both)
     parts = [part((1.0, 1.0), "1"), part((1.1, 1.0), "2")]
     far = surface()
-    shifted = DynamicStiffnessSurface.fit(
-        far.region.points[:, 0] + 1e5,
-        far.region.points[:, 1],
-        far.region.points[:, 2],
-        far.predict_masked(*far.region.points.T)[0],
-    )
+    points = far.region_.points
+    moved_away = points + np.array([1e5, 0, 0])
+    shifted = DynamicStiffnessSurface().fit(moved_away, far.predict(points, True))
     moved = replace(parts[1].directions[0], surface=FittedSurface.of(shifted, {}))
     parts[1] = replace(parts[1], directions=(moved, parts[1].directions[1]))
     with pytest.raises(InputError, match="TSM x: its 2 parts were measured at only 0 common"):

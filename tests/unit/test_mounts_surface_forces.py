@@ -16,7 +16,7 @@ from deboom.mounts.characterised_mount import (
     MountIdentity,
 )
 from deboom.mounts.mount import Mount
-from deboom.mounts.response_surface import DynamicStiffnessSurface
+from deboom.mounts.response_surface import DynamicStiffnessSurface, operating_points
 from deboom.mounts.surface_forces import (
     MountState,
     Outside,
@@ -75,10 +75,10 @@ def test_the_main_axis_is_that_of_the_widest_static_force():
 def test_a_surface_over_each_preload(state, preload, unit):
     surface = surface_over(mount(), "z", state)
     assert surface.preload_unit == unit
-    assert surface.n_lines == len(TORQUES) * (FREQUENCY.size - 2)
+    assert surface.n_lines_ == len(TORQUES) * (FREQUENCY.size - 2)
     if state is not MountState.OWN_FORCE:
-        found = surface._evaluate(np.array([[preload, 1.6e-4, 40.0]]))
-        assert found[0] == pytest.approx(1e5 + 50e3 + 4e3 + 2e3j, rel=1e-3)
+        found = surface.predict([preload, 1.6e-4, 40.0], extrapolate=True)
+        assert found == pytest.approx(1e5 + 50e3 + 4e3 + 2e3j, rel=1e-3)
 
 
 def test_noise_of_the_static_force_is_smoothed_run_by_run():
@@ -104,16 +104,16 @@ def test_what_cannot_be_fitted_is_refused_in_words():
     other = replace(points("z", 0.1), run=["other"] * 405)
     with pytest.raises(InputError, match="the lines of z and x are not those of the same runs"):
         surface_over(mount(z=other), "z", MountState.MAIN_FORCE)
-    none = MapPoints(*[np.empty(0)] * 6, run=[])
+    none = MapPoints.none()
     with pytest.raises(InputError, match="it has no measured line"):
         main_axis(mount(x=none, z=none))
 
 
-FREQUENCY_2 = np.linspace(20.0, 60.0, 41)
+LINES = np.linspace(20.0, 60.0, 41)
 TORQUE = np.linspace(20.0, 220.0, 41)
 RATIO = 3.4
 CHANNELS = ("TSM x", "TSM y", "TSM z", "Du left x", "Du right x")
-NO_POINTS = MapPoints(*[np.zeros(0)] * 6, run=())
+NO_POINTS = MapPoints.none()
 
 
 def stiffness(wheel_torque, amplitude, frequency):
@@ -129,9 +129,8 @@ def fitted(preload_unit="N m", highest=1.05):
     amplitude = rng.uniform(0, 1.2e-3, 4000)
     frequency = rng.uniform(19, 61, 4000)
     values = stiffness(torque, amplitude, frequency)
-    return DynamicStiffnessSurface.fit(
-        torque, amplitude, frequency, values, preload_unit=preload_unit
-    )
+    lines = operating_points(torque, amplitude, frequency)
+    return DynamicStiffnessSurface(preload_unit=preload_unit).fit(lines, values)
 
 
 SURFACE = FittedSurface.of(fitted(), {})
@@ -166,8 +165,8 @@ def load_case(**changes):
         "total_ratio": RATIO,
         "torque_limit": 220.0,
         "order": 1.5,
-        "displacement": Spectrum(FREQUENCY_2, displacement, CHANNELS, "m"),
-        "force": Spectrum(FREQUENCY_2, force, CHANNELS, "N"),
+        "displacement": Spectrum(LINES, displacement, CHANNELS, "m"),
+        "force": Spectrum(LINES, force, CHANNELS, "N"),
         "engine_torque": TORQUE,
     }
     return LoadCase(**(content | changes))
@@ -175,7 +174,7 @@ def load_case(**changes):
 
 def truth(case):
     s = case.displacement.values
-    return stiffness((RATIO * TORQUE)[:, None], np.abs(s), FREQUENCY_2[:, None]) * s
+    return stiffness((RATIO * TORQUE)[:, None], np.abs(s), LINES[:, None]) * s
 
 
 def test_force_is_stiffness_at_the_point_of_operation_times_motion():
@@ -223,7 +222,7 @@ def test_lines_outside_of_the_measured_region_are_refused_by_name():
         surface_forces(case, [tsm, DU])
     sentence = str(refusal.value)
     outside = np.flatnonzero(1.02 * low.upper[0] < RATIO * TORQUE)
-    assert f"{outside.size} of 41 lines, from {FREQUENCY[outside[0]]:g} to 60 Hz" in sentence
+    assert f"{outside.size} of 41 lines, from {LINES[outside[0]]:g} to 60 Hz" in sentence
     for word in ("load case g5", "'TSM x'", "TSM M0 of campaign spring", "keep the measured force"):
         assert word in sentence
 

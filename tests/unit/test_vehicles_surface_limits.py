@@ -10,6 +10,7 @@ import pytest
 import resolved_truth as truth
 from deboom.errors import InputError
 from deboom.files.platform import read_platform
+from deboom.mounts.piecewise_cubic import TrainingRegion
 from deboom.mounts.response_surface import DynamicStiffnessSurface
 from deboom.vehicles.amplitude_motion import identified_surfaces
 from deboom.vehicles.design_factor import backed_range
@@ -19,9 +20,8 @@ TORQUE, AMPLITUDE, FREQUENCY = (
     RNG.uniform(low, high, 4000) for low, high in ((50.0, 700.0), (1e-5, 1e-3), (20.0, 60.0))
 )
 STIFFNESS = 2e5 * (1 + TORQUE / 700 - 100 * AMPLITUDE) * (1 + 0.1j)
-SURFACE = DynamicStiffnessSurface.fit(
-    *(TORQUE, AMPLITUDE, FREQUENCY, STIFFNESS), preload_unit="N m"
-)
+POINTS = np.column_stack([TORQUE, AMPLITUDE, FREQUENCY])
+SURFACE = DynamicStiffnessSurface(preload_unit="N m").fit(POINTS, STIFFNESS)
 LINES = np.array([300.0, 400.0]), np.array([2e-4, 3e-4]), np.array([30.0, 50.0])
 
 
@@ -36,14 +36,11 @@ def test_range_goes_to_the_end_of_what_was_measured():
 
 def test_range_ends_at_a_hole():
     here = AMPLITUDE < 4e-4
-    holed = DynamicStiffnessSurface.fit(
-        *(TORQUE[here], AMPLITUDE[here], FREQUENCY[here], STIFFNESS[here]),
-        preload_unit="N m",
-    )
-    far = TORQUE > 600.0
-    points = np.vstack([holed.region.points, np.c_[TORQUE, AMPLITUDE, FREQUENCY][far]])
-    joined = replace(holed, region=type(holed.region).around(points))
-    _, high = backed_range(joined, *LINES, "amplitude", "run")
+    holed = DynamicStiffnessSurface(preload_unit="N m").fit(POINTS[here], STIFFNESS[here])
+    region = TrainingRegion.around(np.vstack([holed.region_.points, POINTS[TORQUE > 600.0]]))
+    for model in (holed, holed.real_, holed.imag_):
+        model.region_ = region
+    _, high = backed_range(holed, *LINES, "amplitude", "run")
     assert np.all((high > 3e-4) & (high < 6e-4))
 
 
@@ -51,9 +48,7 @@ def test_refuses_lines_that_are_not_backed_and_torque_that_does_not_drive():
     args = LINES[0], np.array([2e-4, 5e-3]), LINES[2]
     with pytest.raises(InputError, match=r"TSM x: 1 of 2 lines, from 50 to 50 Hz, lie outside"):
         backed_range(SURFACE, *args, "amplitude", "run, TSM x")
-    slow = DynamicStiffnessSurface.fit(
-        *(TORQUE - 100.0, AMPLITUDE, FREQUENCY, STIFFNESS), preload_unit="N m"
-    )
+    slow = DynamicStiffnessSurface().fit(POINTS - np.array([100.0, 0, 0]), STIFFNESS)
     with pytest.raises(InputError, match="a preload of 0 or less: take a run whose wheel torque"):
         backed_range(slow, *LINES, "preload", "run")
 

@@ -77,10 +77,9 @@ def test_the_direction_of_the_run_removes_the_hysteresis():
     assert rising.sum() == rising.size / 2
 
     def rms_error(lines):
-        surface = DynamicStiffnessSurface.fit(
-            preload[lines], amplitude[lines], frequency[lines], stiffness[lines], preload_unit="N m"
-        )
-        fitted = surface.predict(preload[rising], amplitude[rising], frequency[rising])
+        points = np.column_stack([preload, amplitude, frequency])
+        surface = DynamicStiffnessSurface(preload_unit="N m").fit(points[lines], stiffness[lines])
+        fitted = surface.predict(points[rising])
         return np.sqrt(np.mean(np.abs(fitted / stiffness[rising] - 1) ** 2))
 
     assert rms_error(rising) < 0.01

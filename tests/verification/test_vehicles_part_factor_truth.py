@@ -9,6 +9,7 @@ import resolved_truth as truth
 from deboom.errors import InputError
 from deboom.files.platform import read_platform
 from deboom.measurement.campaign import StaticCurve
+from deboom.mounts.response_surface import operating_points
 from deboom.vehicles.amplitude_motion import identified_surfaces
 from deboom.vehicles.coupled_motion import coupled_motion
 from deboom.vehicles.design_factor import DYNAMIC, PartFactor, StaticPosition
@@ -41,6 +42,11 @@ def test_today_s_parts_ride_where_they_ride(ratio):
     assert not ratio.held(np.ones((1, 12))).any()
 
 
+def stiffness(surface, torque, column):
+    points = operating_points(torque, MOTION.nominal_amplitude[:, column], MOTION.frequency)
+    return surface.predict(points, extrapolate=True)
+
+
 @pytest.mark.parametrize("factor", [0.8, 1.25])
 def test_all_parts_alike_ride_as_today_s_under_torque_over_factor(ratio, factor):
     """``x F(u) = T`` has the solution ``u(T/x)``: the surface speaks at that torque."""
@@ -51,19 +57,13 @@ def test_all_parts_alike_ride_as_today_s_under_torque_over_factor(ratio, factor)
     surface = identified_surfaces(PARTS)["TSM x"]
     column = 6
     assert [MOTION.variable_names[k] for k in MOTION.variables][column] == "TSM x"
-    line = (MOTION.nominal_amplitude[:, column], MOTION.frequency)
-    there, _ = surface.predict_masked(TORQUE / factor, *line)
-    here, _ = surface.predict_masked(TORQUE, *line)
+    there, here = (stiffness(surface, torque, column) for torque in (TORQUE / factor, TORQUE))
     inside = ~ratio.held(designs)[0, :, column]
     assert inside.mean() > 0.5
     found = ratio(designs)[0, inside, column]
     np.testing.assert_allclose(found, (there / here)[inside], rtol=3e-3)
-    own, _ = identified_surfaces(PARTS)["Du x"].predict_masked(
-        TORQUE / factor, MOTION.nominal_amplitude[:, 9], MOTION.frequency
-    )
-    base, _ = identified_surfaces(PARTS)["Du x"].predict_masked(
-        TORQUE, MOTION.nominal_amplitude[:, 9], MOTION.frequency
-    )
+    surface = identified_surfaces(PARTS)["Du x"]
+    own, base = (stiffness(surface, torque, 9) for torque in (TORQUE / factor, TORQUE))
     inside = ~ratio.held(designs)[0, :, 9]
     np.testing.assert_allclose(ratio(designs)[0, inside, 9], (own / base)[inside], rtol=1e-3)
 

@@ -30,9 +30,8 @@ def surface():
             np.linspace(500, 2500, 5), np.linspace(1e-5, 1e-3, 61), np.linspace(15, 45, 7)
         )
     )
-    return DynamicStiffnessSurface.fit(
-        torque, amplitude, frequency, stiffness(amplitude), preload_unit="N m"
-    )
+    lines = np.column_stack([torque, amplitude, frequency])
+    return DynamicStiffnessSurface(preload_unit="N m").fit(lines, stiffness(amplitude))
 
 
 def reference():
@@ -107,9 +106,7 @@ def test_bad_input_is_refused_in_words(surface):
     with pytest.raises(InputError, match="one value for each of 4 lines"):
         resolve_design(reference(), {}, TORQUE[1:])
     samples = np.linspace(1e-5, 1e-3, 60)
-    over_force = DynamicStiffnessSurface.fit(
-        np.tile([100.0, 200.0, 300.0], 20), samples, 20 + 1e4 * samples,
-        stiffness(samples), preload_unit="N",
-    )  # fmt: skip
+    lines = np.column_stack([np.tile([100.0, 200.0, 300.0], 20), samples, 20 + 1e4 * samples])
+    over_force = DynamicStiffnessSurface(preload_unit="N").fit(lines, stiffness(samples))
     with pytest.raises(InputError, match="over static force"):
         resolve_design(reference(), {"A x": over_force}, TORQUE)

@@ -6,6 +6,7 @@ refuses to speak about anything else unless it is told to extrapolate.
 
 from __future__ import annotations
 
+import warnings
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -14,6 +15,7 @@ from typing import Any, Self
 import numpy as np
 import numpy.typing as npt
 from sklearn.base import BaseEstimator, RegressorMixin, clone
+from sklearn.exceptions import ConvergenceWarning
 
 from deboom.arrays import BoolArray, ComplexArray, RealArray, checked
 from deboom.errors import InputError
@@ -454,8 +456,11 @@ class DynamicStiffnessSurface(StiffnessModel):
                 f"{type(regressor).__name__} fits all lines alike: leave out the weights"
             )
         else:
-            for part, values in zip(parts, (stiffness.real, stiffness.imag), strict=True):
-                part.fit(points, values)
+            with warnings.catch_warnings():
+                # a kernel parameter on its bound is a result, such as "no noise"
+                warnings.simplefilter("ignore", ConvergenceWarning)
+                for part, values in zip(parts, (stiffness.real, stiffness.imag), strict=True):
+                    part.fit(points, values)
         self.real_, self.imag_ = parts
         fitted, amplitude = self._values(points), points[:, 1]
         self.r2_real_ = r_squared(stiffness.real, fitted.real)

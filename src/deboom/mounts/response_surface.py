@@ -311,6 +311,8 @@ class StiffnessModel(RegressorMixin, BaseEstimator, ABC):
             finite.
         """
         points, shape = _rows(X)
+        if not len(points):
+            return np.zeros(shape, dtype=complex)
         if not extrapolate:
             inside = self._supported(points)
             if not inside.all():
@@ -332,7 +334,8 @@ class StiffnessModel(RegressorMixin, BaseEstimator, ABC):
             lines do not determine the model.
         """
         points, shape = _rows(X)
-        return self._supported(points).reshape(shape)
+        inside = self._supported(points) if len(points) else np.zeros(0, dtype=bool)
+        return np.asarray(inside.reshape(shape))
 
     def score(
         self, X: npt.ArrayLike, y: npt.ArrayLike, sample_weight: npt.ArrayLike | None = None

@@ -9,7 +9,7 @@ import pandas as pd
 import pytest
 
 from deboom.errors import InputError
-from deboom.study.platform_model import Kernel, Motion
+from deboom.study.platform_model import Motion
 from deboom.study.runner import load_study, run_study
 
 STUDY = Path(__file__).parents[2] / "studies" / "prescribed_or_coupled.py"
@@ -19,7 +19,6 @@ BUDGET = {
     "samples": 8,
     "designs": 32,
     "polish": False,
-    "kernel": Kernel.numpy,
 }
 
 
@@ -66,15 +65,10 @@ def test_page_pictures_and_record(finished):
     names = {path.relative_to(finished).as_posix() for path in finished.rglob("*")}
     assert {"figures/prescribed_against_coupled.png", "figures/fronts.png", "report.html"} <= names
     facts = json.loads((finished / "run.json").read_text())["facts"]
-    assert facts["kernel_truth"] == "numpy"
+    assert facts["kernel_prescribed"] == "numpy"
     assert facts["truth"] == "coupled"
 
 
 def test_prescribed_motion_cannot_be_the_truth(tmp_path):
     with pytest.raises(InputError, match="cannot judge itself"):
         run(tmp_path, truth=Motion.prescribed)
-
-
-def test_the_smooth_kernel_refuses_measured_spectra(tmp_path):
-    with pytest.raises(InputError, match="smooth kernel would err"):
-        run(tmp_path, kernel=Kernel.smooth)

@@ -24,10 +24,10 @@ from scipy.stats import binom
 from threadpoolctl import threadpool_limits
 
 from claims import Claim
+from deboom.arrays import AXES
 from deboom.bench.compressor_truth import CalibrationLevel
 from deboom.bench.compressor_writer import write_operating_test
 from deboom.compressor.acceptance import (
-    DIRECTIONS,
     DYNAMIC,
     RISK,
     STATIC,
@@ -128,7 +128,7 @@ def _judged(level: CalibrationLevel, seed: int) -> Judged:
             on_limit += _both(measured, size, size)
             guards[name] = on_limit[-1].pass_guard / size
         stiffness: list[Verdict] = []
-        for place, direction in enumerate(DIRECTIONS):
+        for place, direction in enumerate(AXES):
             limit = StiffnessLimit(direction, BAND, Bounds(at_most=1.0))
             measured = stiffness_characteristic(kept, limit)
             size = np.abs(true.model.gain.at(measured.lines)) * true.model.stiffness[place, place]

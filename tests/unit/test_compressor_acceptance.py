@@ -18,11 +18,13 @@ from deboom.compressor.acceptance import (
     unbalance_characteristic,
 )
 from deboom.compressor.gain import GainFactor
+from deboom.compressor.hose_presence import HosePresence
 from deboom.compressor.identify import IdentifiedCompressor
 from deboom.compressor.model import CompressorModel
 from deboom.compressor.parameters import MinimalParameters
 from deboom.compressor.routes import CalibratedMeasurementRoute, UpdatedRoute
 from deboom.compressor.sources import ResidualBand
+from deboom.compressor.unbalance import Unbalance, UnbalanceOptions
 from deboom.errors import InputError
 from deboom.measurement.compressor_test import HoseState
 
@@ -132,6 +134,7 @@ def found(
     alarms=(),
     route=None,
     converged=True,
+    presence=(),
 ):
     """Build what `unbalance_characteristic` reads of an `Unbalance`."""
     covariance = np.diag([4.0, 1.0, 9.0, 9.0, 0.0, 0.0])
@@ -143,20 +146,28 @@ def found(
         remaining_chi=chi,
         residual_bands=(ResidualBand(90.0, 120.0, share, 5.0 if share else 1.0),),
     )
-    return SimpleNamespace(
-        chosen=SimpleNamespace(
-            sources=sources,
-            sweeps=(SimpleNamespace(sweep="one"),),
-            route=route or CalibratedMeasurementRoute(),
-            fit=SimpleNamespace(converged=converged),
-        ),
-        test=SimpleNamespace(
-            sweeps=(
-                SimpleNamespace(name="one", hoses=hoses),
-                SimpleNamespace(name="another", hoses=HoseState.STANDARD),
-            )
-        ),
+    route = route or CalibratedMeasurementRoute()
+    result = SimpleNamespace(
+        sources=sources,
+        sweeps=(SimpleNamespace(sweep="one"),),
+        route=route,
+        fit=SimpleNamespace(converged=converged),
+    )
+    sweeps = (
+        SimpleNamespace(name="one", hoses=hoses),
+        SimpleNamespace(name="another", hoses=HoseState.STANDARD),
+    )
+    return Unbalance(
+        test=SimpleNamespace(sweeps=sweeps),
         identification=SimpleNamespace(alarms=alarms),
+        options=UnbalanceOptions(routes=(route,), chosen=route),
+        motions=(),
+        sense=None,
+        routes=(result,),
+        state=None,
+        alarms=(),
+        notices=(),
+        hoses=presence,
     )
 
 
@@ -175,6 +186,7 @@ def test_the_size_of_an_unbalance_with_its_worst_direction():
     [
         ({"hoses": HoseState.STANDARD}, "run with long soft hoses"),
         ({"share": 0.08}, "8.0% of the load in 90-120 Hz comes from no rotor"),
+        ({"presence": (HosePresence("sweep one", 5.0, 0.3),)}, "they were attached"),
         ({"chi": 2.5}, "residuals are 2.50 times the noise"),
         ({"converged": False}, "no rotor, gas and mounts explain the sweeps"),
         ({"alarms": ("a subframe",), "route": UpdatedRoute()}, "choose route d"),

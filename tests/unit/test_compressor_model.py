@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
+from deboom.arrays import AXES
 from deboom.compressor.gain import (
     AmplitudeGain,
     GainFactor,
@@ -12,7 +13,7 @@ from deboom.compressor.gain import (
     gain_from_parameters,
     gain_parameters,
 )
-from deboom.compressor.model import MOTIONS, CompressorModel, modal_table, rigid_limit
+from deboom.compressor.model import CompressorModel, modal_table, rigid_limit
 from deboom.compressor.parameters import (
     IdenticalMountParameters,
     MinimalParameters,
@@ -85,10 +86,10 @@ def test_shapes_and_shares_of_a_body_on_a_mount_at_its_centre():
     table = modal_table(model)
     static = np.sqrt(np.diag(stiffness) / np.diag(model.mass_matrix)) / (2 * np.pi)
     for number, motion in enumerate(table.leading):
-        axis = MOTIONS.index(motion)
+        axis = AXES.index(motion)
         f = table.frequency[number]
         assert f == pytest.approx(static[axis] * np.sqrt(1.85 - 1 / (0.06 * f + 2.2)), rel=1e-10)
-    assert sorted(table.leading) == sorted(MOTIONS)
+    assert sorted(table.leading) == sorted(AXES)
     np.testing.assert_allclose(table.energy.sum(axis=0), 1, rtol=1e-12)
     coupled = modal_table(compressor())
     np.testing.assert_allclose(coupled.energy.sum(axis=0), 1, rtol=1e-9)
@@ -167,7 +168,7 @@ def hammered(rng, error=0.0):
     model = compressor()
     values = model.inertance(LINES[::20]) @ wrenches.T
     names = tuple(impact.name for impact in impacts)
-    return impacts, Frf(LINES[::20], values, MOTIONS, names, "(m/s^2)/N")
+    return impacts, Frf(LINES[::20], values, AXES, names, "(m/s^2)/N")
 
 
 @pytest.mark.parametrize("error", [0.0, 0.003])

@@ -35,12 +35,13 @@ from deboom.compressor.thesis_fit import (
 from deboom.compressor.virtual_point_fit import (
     START_GAIN,
     Bounds,
-    InertanceAndApparentMass,
-    WhitenedInertance,
+    Objective,
     fit_at_virtual_point,
     fit_by_slsqp,
     in_bands,
+    inertance_and_apparent_mass,
     linear_start,
+    whitened_inertance,
 )
 from deboom.errors import InputError
 from deboom.files.inertance_test import read_inertance_test
@@ -136,12 +137,12 @@ def measured(seed: int, scale: float, noise: float) -> tuple[RawInertance, np.nd
     return RawInertance(sensors, impacts, frf, deviation, 1e-12), errors
 
 
-def at_virtual_point(raw: RawInertance) -> WhitenedInertance:
+def at_virtual_point(raw: RawInertance) -> Objective:
     placement = Placement(raw.sensors, raw.impacts)
     zero = np.zeros(len(placement.names))
     response = np.linalg.pinv(placement.response_matrix(zero))
     excitation = np.linalg.pinv(placement.excitation_matrix(zero))
-    return WhitenedInertance(
+    return whitened_inertance(
         raw.frf.frequency,
         response @ raw.frf.values @ excitation.T,
         response,
@@ -214,7 +215,7 @@ def test_placement_derivatives() -> None:
         np.testing.assert_allclose(difference / 2e-6, analytic, atol=1e-8)
 
 
-def thesis_fit_data() -> tuple[WhitenedInertance, np.ndarray, np.ndarray]:
+def thesis_fit_data() -> tuple[Objective, np.ndarray, np.ndarray]:
     raw, _ = measured(1, 0.0, 1e-6)
     start = ThesisParameters().values_of(TRUTH, MOUNTS)
     tolerance = np.concatenate(
@@ -257,7 +258,7 @@ def test_both_optimisers_end_at_one_cost() -> None:
     data, truth, tolerance = thesis_fit_data()
     bounds = Bounds(truth - tolerance, truth + tolerance)
     start = truth + 0.3 * tolerance
-    objective = InertanceAndApparentMass(data.frequency, data.measured, LENGTH)
+    objective = inertance_and_apparent_mass(data.frequency, data.measured, LENGTH)
     squares = fit_at_virtual_point(ThesisParameters(), objective, start, bounds)
     programming = fit_by_slsqp(ThesisParameters(), objective, start, bounds)
     first = 0.5 * np.sum(

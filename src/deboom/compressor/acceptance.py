@@ -1,4 +1,4 @@
-"""Acceptance of deliveries: limits, characteristics and verdicts with their risk."""
+"""Acceptance of deliveries: limits, measured characteristics, and verdicts with their risk."""
 
 from __future__ import annotations
 
@@ -6,22 +6,24 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import Enum
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.special import ndtri
 
-from deboom.arrays import RealArray
+from deboom.arrays import AXES, RealArray, checked
 from deboom.compressor.identifiability import propagated_from
-from deboom.compressor.identify import ALARM
+from deboom.compressor.identify import ALARM, IdentifiedCompressor
+from deboom.compressor.model import CompressorModel
 from deboom.compressor.parameters import MinimalParameters
-from deboom.compressor.routes import CalibratedMeasurementRoute, MeasuredRoute
-from deboom.compressor.unbalance import hose_alarms
+from deboom.compressor.unbalance import Unbalance
 from deboom.errors import InputError
-from deboom.measurement.compressor_test import HoseState, freeze_field
+from deboom.measurement.compressor_test import HoseState
 
 RISK = 0.05
 """Of passing a part that breaks its limit, and of failing one that keeps it [1]."""
+STATIC, DYNAMIC = "static unbalance", "dynamic unbalance"
+LINES = 9
+"""In a band at most: rubber's stiffness is smooth over frequency."""
 
 
 class Decision(Enum):
@@ -39,6 +41,7 @@ class Bounds:
     Parameters
     ----------
     at_least, at_most : float or None
+        Lower and upper bound.
 
     Raises
     ------
@@ -66,7 +69,7 @@ class Bounds:
         return np.inf if self.at_most is None else self.at_most
 
 
-@dataclass(frozen=True, eq=False)
+@checked(values="n", deviations="n", lines="n")
 class Characteristic:
     """A measured property of a component.
 
@@ -99,10 +102,7 @@ class Characteristic:
     doubt: str = ""
 
     def __post_init__(self) -> None:
-        n = np.size(self.values)
-        for field in ("values", "deviations", "lines"):
-            freeze_field(self, field, (n,), self.name)
-        if n == 0 or not np.all(self.deviations > 0):
+        if self.values.size == 0 or not np.all(self.deviations > 0):
             raise InputError(f"{self.name}: no measurement is exact, state its standard deviation")
 
 
@@ -113,11 +113,13 @@ class Verdict:
     Parameters
     ----------
     name : str
-        Of the characteristic.
+        Name of the characteristic.
     decision : Decision
+        What is proven.
     bounds : Bounds
+        What must be kept.
     value, deviation : float
-        Of the line nearest to breaking its limit, counted in deviations.
+        At the line nearest to breaking its limit, counted in deviations.
     line : float
         Its frequency [Hz]; 0 where there is none.
     pass_guard, fail_guard : float
@@ -156,7 +158,7 @@ def judge(measured: Characteristic, bounds: Bounds, risk: float = RISK) -> Verdi
     Parameters
     ----------
     measured : Characteristic
-        Errors are normal, with the stated deviations.
+        Values whose errors are normal, with the stated deviations.
     bounds : Bounds
         In the unit of the characteristic.
     risk : float
@@ -218,38 +220,21 @@ def judge(measured: Characteristic, bounds: Bounds, risk: float = RISK) -> Verdi
 def overall(verdicts: Sequence[Verdict]) -> Decision:
     """Decide on the part: it passes with every limit and fails with any.
 
-    Parameters
-    ----------
-    verdicts : sequence of Verdict
-        At least one.
-
-    Returns
-    -------
-    Decision
-        A bad part passes with at most the risk of one limit; a good one fails with at most the
-        sum over all.
+    A bad part passes with at most the risk of one limit; a good one fails with at most the sum over
+    all.
 
     Raises
     ------
     InputError
         No verdict.
     """
-    found = {verdict.decision for verdict in verdicts}
-    if not found:
+    decisions = {verdict.decision for verdict in verdicts}
+    if not decisions:
         raise InputError("a part without limits can neither pass nor fail")
-    if Decision.FAIL in found:
-        return Decision.FAIL
-    return Decision.UNDECIDED if Decision.UNDECIDED in found else Decision.PASS
-
-
-if TYPE_CHECKING:
-    from deboom.arrays import RealArray
-    from deboom.compressor.identify import IdentifiedCompressor
-    from deboom.compressor.model import CompressorModel
-
-DIRECTIONS = ("x", "y", "z", "rx", "ry", "rz")
-LINES = 9
-"""In a band at most: rubber's stiffness is smooth over frequency."""
+    for decision in (Decision.FAIL, Decision.UNDECIDED):
+        if decision in decisions:
+            return decision
+    return Decision.PASS
 
 
 @dataclass(frozen=True)
@@ -259,7 +244,7 @@ class StiffnessLimit:
     Parameters
     ----------
     direction : str
-        Of `DIRECTIONS`, at the virtual point.
+        One of ``x y z rx ry rz`` at the virtual point.
     band : (float, float)
         Where it must be kept, ends included [Hz].
     bounds : Bounds
@@ -272,7 +257,7 @@ class StiffnessLimit:
 
     @property
     def name(self) -> str:
-        """In words."""
+        """Name in words."""
         low, high = self.band
         where = f"{low:g} Hz" if low == high else f"{low:g}–{high:g} Hz"
         return f"dynamic stiffness {self.direction}, {where}"
@@ -291,12 +276,13 @@ class ComponentLimits:
     Parameters
     ----------
     path : Path
-        Of the file that states it.
+        File that states it.
     risk : float
         Largest probability of passing a part that breaks a limit [1].
     static_unbalance, dynamic_unbalance : Bounds or None
         [kg m], [kg m²].
     stiffness : tuple of StiffnessLimit
+        Windows of the dynamic stiffness.
     """
 
     path: Path
@@ -306,12 +292,44 @@ class ComponentLimits:
     stiffness: tuple[StiffnessLimit, ...] = ()
 
 
+def component_verdicts(
+    found: Unbalance, kept: IdentifiedCompressor, limits: ComponentLimits
+) -> tuple[Verdict, ...]:
+    """Judge every limit of a compressor.
+
+    Parameters
+    ----------
+    found : Unbalance
+        Its chosen route's fit over all sweeps is judged.
+    kept : IdentifiedCompressor
+        From the hammer test: its stiffness is that of the mounts as struck.
+    limits : ComponentLimits
+        What must be kept.
+
+    Returns
+    -------
+    tuple of Verdict
+        In the order of the file: static, dynamic, then each stiffness.
+    """
+    verdicts = [
+        judge(unbalance_characteristic(found, name), bounds, limits.risk)
+        for name, bounds in ((STATIC, limits.static_unbalance), (DYNAMIC, limits.dynamic_unbalance))
+        if bounds is not None
+    ]
+    verdicts += [
+        judge(stiffness_characteristic(kept, limit), limit.bounds, limits.risk)
+        for limit in limits.stiffness
+    ]
+    return tuple(verdicts)
+
+
 def stiffness_characteristic(kept: IdentifiedCompressor, limit: StiffnessLimit) -> Characteristic:
     """Read the dynamic stiffness of one direction off an identified compressor.
 
     Parameters
     ----------
     kept : IdentifiedCompressor
+        From the hammer test.
     limit : StiffnessLimit
         Direction and band.
 
@@ -321,7 +339,7 @@ def stiffness_characteristic(kept: IdentifiedCompressor, limit: StiffnessLimit) 
         ``|v(f) K_dd|`` and its deviation from the whole covariance [N/m, N m/rad]; doubted where
         the model has an alarm, or no line was fitted below or above the band.
     """
-    place, lines = DIRECTIONS.index(limit.direction), limit.lines
+    place, lines = AXES.index(limit.direction), limit.lines
     parameters = MinimalParameters(kept.length, reference_frequency=kept.reference_frequency)
 
     def size(model: CompressorModel) -> RealArray:
@@ -337,62 +355,13 @@ def stiffness_characteristic(kept: IdentifiedCompressor, limit: StiffnessLimit) 
     )
 
 
-def _stiffness_doubt(kept: IdentifiedCompressor, limit: StiffnessLimit) -> str:
-    if kept.alarms:
-        return f"the identified model is not to be trusted: {kept.alarms[0]}"
-    low, high = min(low for low, _ in kept.bands), max(high for _, high in kept.bands)
-    if limit.band[0] < low or limit.band[1] > high:
-        return (
-            f"the hammer test was fitted in {low:g}–{high:g} Hz, which the limit leaves; strike "
-            "with a tip that excites that far, or state the limit within"
-        )
-    return ""
-
-
-if TYPE_CHECKING:
-    from deboom.compressor.identify import IdentifiedCompressor
-    from deboom.compressor.unbalance import Unbalance
-
-STATIC, DYNAMIC = "static unbalance", "dynamic unbalance"
-
-
-def component_verdicts(
-    found: Unbalance, kept: IdentifiedCompressor, limits: ComponentLimits
-) -> tuple[Verdict, ...]:
-    """Judge every limit.
-
-    Parameters
-    ----------
-    found : Unbalance
-        The fit of its chosen route over all sweeps is judged.
-    kept : IdentifiedCompressor
-        Of the hammer test: its stiffness is that of the mounts as struck.
-    limits : ComponentLimits
-
-    Returns
-    -------
-    tuple of Verdict
-        In the order of the file: static, dynamic, then each stiffness.
-    """
-    verdicts = []
-    for name, bounds in (
-        (STATIC, limits.static_unbalance),
-        (DYNAMIC, limits.dynamic_unbalance),
-    ):
-        if bounds is not None:
-            verdicts.append(judge(unbalance_characteristic(found, name), bounds, limits.risk))
-    for limit in limits.stiffness:
-        measured = stiffness_characteristic(kept, limit)
-        verdicts.append(judge(measured, limit.bounds, limits.risk))
-    return tuple(verdicts)
-
-
 def unbalance_characteristic(found: Unbalance, name: str) -> Characteristic:
     """Read an unbalance off the global fit of the chosen route.
 
     Parameters
     ----------
     found : Unbalance
+        All that the sweeps say.
     name : str
         `STATIC` or `DYNAMIC`.
 
@@ -417,28 +386,36 @@ def unbalance_characteristic(found: Unbalance, name: str) -> Characteristic:
     )
 
 
+def _stiffness_doubt(kept: IdentifiedCompressor, limit: StiffnessLimit) -> str:
+    """Say why the identified stiffness proves nothing; empty where it does."""
+    if kept.alarms:
+        return f"the identified model is not to be trusted: {kept.alarms[0]}"
+    low, high = min(low for low, _ in kept.bands), max(high for _, high in kept.bands)
+    if limit.band[0] < low or limit.band[1] > high:
+        return (
+            f"the hammer test was fitted in {low:g}–{high:g} Hz, which the limit leaves; strike "
+            "with a tip that excites that far, or state the limit within"
+        )
+    return ""
+
+
 def _unbalance_doubt(found: Unbalance) -> str:
     """Say why the fit over all sweeps proves nothing; it allows for mounts that changed."""
     result = found.chosen
-    used = tuple(
-        sweep for sweep in found.test.sweeps if sweep.name in {one.sweep for one in result.sweeps}
-    )
-    if any(sweep.hoses is HoseState.STANDARD for sweep in used):
+    if any(sweep.hoses is HoseState.STANDARD for sweep in found.used):
         return (
             "the sweeps were run with the hoses of the vehicle, which push back; run with long "
             "soft hoses and masses"
         )
-    hoses = hose_alarms(used, result.sources.residual_bands)
-    if hoses:
-        return hoses[0]
+    if found.hose_alarms:
+        return found.hose_alarms[0]
     chi = result.sources.remaining_chi
     if chi > ALARM or not result.fit.converged:
         return (
             f"no rotor, gas and mounts explain the sweeps, residuals are {chi:.2f} times the "
             "noise; look for hoses, loose sensors and a compressor that bends, and run again"
         )
-    measured = isinstance(result.route, MeasuredRoute | CalibratedMeasurementRoute)
-    if found.identification.alarms and not measured:
+    if found.identification.alarms and result.route.needs_model:
         return (
             f"route {result.route.letter} rests on a model that the hammer test refutes; choose "
             "route d, which needs no model of mounts and foundation"

@@ -1,10 +1,9 @@
-"""Forces of mounts and hoses on a body that answers."""
+"""Loads of mounts and hoses on a body that moves, and sweeps corrected for its motion."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
@@ -12,46 +11,41 @@ import numpy.typing as npt
 from deboom.arrays import ComplexArray, RealArray
 from deboom.compressor.hose_beams import hose_matrices
 from deboom.compressor.hose_evidence import motion_at_virtual_point, running_compressor
+from deboom.compressor.identify import Identification
+from deboom.compressor.model import applied
+from deboom.compressor.mount_shares import stiffness_of_mounts
 from deboom.errors import InputError
-from deboom.measurement.channels import Spectrum
-from deboom.measurement.compressor_test import CompressorMount, HoseState
+from deboom.measurement.channels import Frf, Spectrum
+from deboom.measurement.compressor_test import (
+    CompressorMount,
+    HoseDrawing,
+    HoseState,
+    OperatingSweep,
+    OperatingTest,
+)
 from deboom.measurement.electric_car import measured_lines
 from deboom.measurement.noise_transfer import POINT_LOADS
 from deboom.measurement.sensors import SENSOR_AXES
 from deboom.measurement.virtual_point import RIGID_MOTIONS
 from deboom.physics.rigid_body import forward_matrices
 
-AXES = 3
-"""Directions in which a mount pushes: it has no rotational stiffness of its own."""
+N_FORCE, N_WRENCH = 3, len(POINT_LOADS)
+"""Loads of a mount, which has no rotational stiffness of its own, and of a hose."""
 
-
-def stiffness_of_mounts(mounts: Sequence[CompressorMount]) -> RealArray:
-    """Return the stiffness of each mount in fixed axes, where the gain is 1.
-
-    Parameters
-    ----------
-    mounts : sequence of CompressorMount
-
-    Returns
-    -------
-    array, shape (n, 3, 3)
-        ``R diag(k) Rᵀ`` [N/m].
-    """
-    turn = np.array([mount.orientation for mount in mounts])
-    along = np.array([mount.stiffness for mount in mounts])[:, np.newaxis, :]
-    return np.asarray((turn * along) @ np.swapaxes(turn, 1, 2))
+StiffnessCurve = Callable[[RealArray], ComplexArray]
 
 
 def motion_at_mounts(
     mounts: Sequence[CompressorMount], displacement: npt.ArrayLike
 ) -> ComplexArray:
-    """Return how the compressor moves at each of its mounts.
+    """Compute the motion of the compressor at each of its mounts.
 
     Parameters
     ----------
     mounts : sequence of CompressorMount
+        Mounts where they stand, n of them.
     displacement : array, shape (n_frequency, 6)
-        Of the virtual point [m, rad].
+        Motion of the virtual point [m, rad].
 
     Returns
     -------
@@ -65,11 +59,12 @@ def motion_at_mounts(
 def mount_forces(
     mounts: Sequence[CompressorMount], factor: npt.ArrayLike, travel: npt.ArrayLike
 ) -> ComplexArray:
-    """Return the force of each mount on the body.
+    """Compute the force of each mount on the body.
 
     Parameters
     ----------
     mounts : sequence of CompressorMount
+        Mounts where the gain is 1, n of them.
     factor : complex array, shape (n_frequency,)
         Gain, and what the mounts have changed since it was found [1].
     travel : array, shape (n_frequency, 3 n)
@@ -86,35 +81,16 @@ def mount_forces(
     thesis leaves out.
     """
     apart = np.asarray(travel, dtype=complex)
-    by_mount = apart.reshape(len(apart), len(mounts), AXES)
-    forces = np.einsum("iab,fib->fia", stiffness_of_mounts(mounts), by_mount)
+    by_mount = apart.reshape(len(apart), len(mounts), N_FORCE)
+    forces = np.einsum("iab,fib->fia", stiffness_of_mounts(tuple(mounts)), by_mount)
     scale = np.asarray(factor, dtype=complex)[:, np.newaxis]
     return np.asarray(scale * forces.reshape(apart.shape))
 
 
 def load_at_virtual_point(mounts: Sequence[CompressorMount], forces: npt.ArrayLike) -> ComplexArray:
-    """Refer forces at the mounts to the virtual point.
-
-    Parameters
-    ----------
-    mounts : sequence of CompressorMount
-    forces : array, shape (n_frequency, 3 n)
-        [N].
-
-    Returns
-    -------
-    array, shape (n_frequency, 6)
-        [N, N m].
-    """
+    """Refer forces at the mounts (n_frequency, 3 n) to the virtual point, (n_frequency, 6)."""
     rows = forward_matrices(np.array([mount.position for mount in mounts]))
     return np.asarray(np.asarray(forces, dtype=complex) @ rows)
-
-
-if TYPE_CHECKING:
-    from deboom.measurement.channels import Frf
-    from deboom.measurement.compressor_test import CompressorMount, HoseDrawing
-
-N_WRENCH = len(POINT_LOADS)
 
 
 @dataclass(frozen=True, eq=False)
@@ -142,7 +118,7 @@ def body_receptance(
     mounts: Sequence[str],
     hoses: Sequence[str] = (),
 ) -> ComplexArray:
-    """Motion of the free body where mounts and hoses push, per load there.
+    """Compute motion of the free body where mounts and hoses push, per load there.
 
     Parameters
     ----------
@@ -164,7 +140,7 @@ def body_receptance(
         A point without accelerances, or a line that was not measured.
     """
     lines = np.asarray(frequency, dtype=float)
-    chosen = [(name, AXES) for name in mounts] + [(name, N_WRENCH) for name in hoses]
+    chosen = [(name, N_FORCE) for name in mounts] + [(name, N_WRENCH) for name in hoses]
     known = {name.rpartition(" ")[0] for name in accelerance.inputs}
     for name, _ in chosen:
         if name not in known:
@@ -193,16 +169,17 @@ def loads_by_measured_holders(
     Parameters
     ----------
     mounts : sequence of CompressorMount
+        Mounts where the gain is 1.
     factor : complex array, shape (n_frequency,)
-        On their stiffness [1].
+        Factor on their stiffness [1].
     displacement : array, shape (n_frequency, 6)
-        Of the compressor at its virtual point [m, rad].
+        Motion of the compressor at its virtual point [m, rad].
     holder : array, shape (n_frequency, 3 n_mount)
-        Of the body at the mounts [m].
+        Motion of the body at the mounts [m]; zeros leave it out.
     hoses : sequence of HoseDrawing
         None where long soft ones cut their paths.
     frequency : array, shape (n_frequency,)
-        With hoses [Hz].
+        Lines, with hoses [Hz].
     receptance : array, optional
         From `body_receptance`: how the body moves at the hoses' ends, where nothing was measured;
         without it these stand still.
@@ -218,17 +195,18 @@ def loads_by_measured_holders(
     """
     forces = mount_forces(mounts, factor, motion_at_mounts(mounts, displacement) - holder)
     if not hoses:
-        return _without_hoses(forces)
+        none: ComplexArray = np.zeros((len(forces), 0), dtype=complex)
+        return BodyLoads(forces, none, none)
     matrices = hose_matrices(hoses, frequency)
     free = matrices.body_load(displacement)
     if receptance is None:
         return BodyLoads(forces, free, np.zeros_like(free))
     n = forces.shape[1]
-    by_mounts = _times(receptance[:, n:, :n], forces)
-    own = receptance[:, n:, n:]
-    flexible = np.eye(own.shape[-1]) + matrices.body @ own
-    loads = _solved(flexible, free - _times(matrices.body, by_mounts))
-    return BodyLoads(forces, loads, by_mounts + _times(own, loads))
+    by_mounts = applied(receptance[:, n:, :n], forces)
+    at_ends = receptance[:, n:, n:]
+    flexible = np.eye(at_ends.shape[-1]) + matrices.body @ at_ends
+    loads = _solved(flexible, free - applied(matrices.body, by_mounts))
+    return BodyLoads(forces, loads, by_mounts + applied(at_ends, loads))
 
 
 def loads_by_predicted_holders(
@@ -256,69 +234,25 @@ def loads_by_predicted_holders(
     -----
     ``L = (1 + Z Y)⁻¹ S x``: every element pushes on the body with ``S x − Z b``, and ``b = Y L``.
     """
-    n = AXES * len(mounts)
+    n = N_FORCE * len(mounts)
     scale = np.asarray(factor, dtype=complex)[:, np.newaxis, np.newaxis]
     size = receptance.shape[-1]
     stiffness = np.zeros((scale.shape[0], size, size), dtype=complex)
-    for number, own in enumerate(stiffness_of_mounts(mounts)):
-        place = slice(AXES * number, AXES * (number + 1))
-        stiffness[:, place, place] = scale * own
+    for number, block in enumerate(stiffness_of_mounts(tuple(mounts))):
+        place = slice(N_FORCE * number, N_FORCE * (number + 1))
+        stiffness[:, place, place] = scale * block
     free = mount_forces(mounts, factor, motion_at_mounts(mounts, displacement))
     if hoses:
         matrices = hose_matrices(hoses, frequency)
         stiffness[:, n:, n:] = matrices.body
         free = np.hstack([free, matrices.body_load(displacement)])
     loads = _solved(np.eye(size) + stiffness @ receptance, free)
-    return BodyLoads(loads[:, :n], loads[:, n:], _times(receptance, loads)[:, n:])
-
-
-def loads_on_still_body(
-    mounts: Sequence[CompressorMount],
-    factor: npt.ArrayLike,
-    displacement: ComplexArray,
-    hoses: Sequence[HoseDrawing] = (),
-    frequency: npt.ArrayLike = (),
-) -> BodyLoads:
-    """Find the loads as if the body stood still: what leaving its motion out amounts to.
-
-    Parameters
-    ----------
-    mounts, factor, displacement, hoses, frequency
-        As for `loads_by_measured_holders`.
-
-    Returns
-    -------
-    BodyLoads
-    """
-    n = AXES * len(mounts)
-    still = np.zeros((len(displacement), n), dtype=complex)
-    return loads_by_measured_holders(mounts, factor, displacement, still, hoses, frequency)
-
-
-def _without_hoses(forces: ComplexArray) -> BodyLoads:
-    none: ComplexArray = np.zeros((len(forces), 0), dtype=complex)
-    return BodyLoads(forces, none, none)
-
-
-def _times(matrices: ComplexArray, vectors: ComplexArray) -> ComplexArray:
-    return np.asarray((matrices @ vectors[..., np.newaxis])[..., 0])
+    return BodyLoads(loads[:, :n], loads[:, n:], applied(receptance, loads)[:, n:])
 
 
 def _solved(matrices: ComplexArray, vectors: ComplexArray) -> ComplexArray:
+    """Solve line by line."""
     return np.asarray(np.linalg.solve(matrices, vectors[..., np.newaxis])[..., 0], dtype=complex)
-
-
-if TYPE_CHECKING:
-    from deboom.compressor.identify import Identification
-    from deboom.measurement.channels import Frf
-    from deboom.measurement.compressor_test import (
-        CompressorMount,
-        HoseDrawing,
-        OperatingSweep,
-        OperatingTest,
-    )
-
-StiffnessCurve = Callable[[RealArray], ComplexArray]
 
 
 @dataclass(frozen=True, eq=False)
@@ -351,9 +285,9 @@ def on_rigid_foundation(
     test : OperatingTest
         With accelerations on the body side of the mounts in every sweep.
     found : Identification
-        Of its hammer test, which stood on a rigid foundation.
+        Identification of its hammer test, which stood on a rigid foundation.
     mounts : sequence of CompressorMount
-        Called like the holders.
+        Mounts called like the holders.
     neighbours : Neighbours, optional
         Without it, what the body does through the hoses stays in the sweeps that have them.
     change : callable, optional
@@ -384,17 +318,7 @@ def on_rigid_foundation(
 
 
 def holder_displacement(sweep: OperatingSweep, mounts: Sequence[CompressorMount]) -> ComplexArray:
-    """Return how the body moves at the mounts.
-
-    Parameters
-    ----------
-    sweep : OperatingSweep
-    mounts : sequence of CompressorMount
-
-    Returns
-    -------
-    array, shape (n_frequency, 3 n)
-        x, y, z of each mount [m].
+    """Return the motion of the body at the mounts, shape (n_frequency, 3 n) [m].
 
     Raises
     ------
@@ -414,18 +338,7 @@ def holder_displacement(sweep: OperatingSweep, mounts: Sequence[CompressorMount]
 
 
 def displacement_at_virtual_point(sweep: OperatingSweep, found: Identification) -> ComplexArray:
-    """Return how the compressor moves, by the calibrated accelerometers.
-
-    Parameters
-    ----------
-    sweep : OperatingSweep
-    found : Identification
-
-    Returns
-    -------
-    array, shape (n_frequency, 6)
-        [m, rad].
-    """
+    """Return the motion of the compressor by its calibrated sensors, (n_frequency, 6) [m, rad]."""
     acceleration, _ = motion_at_virtual_point(sweep, found)
     return np.asarray(-acceleration / (2 * np.pi * sweep.frequency[:, np.newaxis]) ** 2)
 
@@ -437,6 +350,7 @@ def _corrected(
     neighbours: Neighbours | None,
     change: StiffnessCurve | None,
 ) -> OperatingSweep:
+    """Sweep as it would be on a rigid foundation."""
     lines, holder = sweep.frequency, holder_displacement(sweep, mounts)
     changed = np.zeros(lines.size, dtype=complex) if change is None else change(lines)
     factor = found.calibrated.model.gain.at(lines) * (1 + changed)
@@ -446,25 +360,19 @@ def _corrected(
     if neighbours is not None and neighbours.hoses and sweep.hoses is HoseState.STANDARD:
         hoses = neighbours.hoses
         matrices = hose_matrices(hoses, lines)
-        ends = loads_by_measured_holders(
-            mounts,
-            factor,
-            displacement_at_virtual_point(sweep, found),
-            holder,
-            hoses,
+        receptance = body_receptance(
+            neighbours.accelerance,
             lines,
-            body_receptance(
-                neighbours.accelerance,
-                lines,
-                [mount.name for mount in mounts],
-                [hose.name for hose in hoses],
-            ),
+            [mount.name for mount in mounts],
+            [hose.name for hose in hoses],
+        )
+        displacement = displacement_at_virtual_point(sweep, found)
+        ends = loads_by_measured_holders(
+            mounts, factor, displacement, holder, hoses, lines, receptance
         ).hose_ends
         load = load + matrices.compressor_load(np.zeros_like(load), ends)
         mass = mass - matrices.point / (2 * np.pi * lines[:, np.newaxis, np.newaxis]) ** 2
-    follows = np.linalg.solve(mass, load[:, :, np.newaxis])[:, :, 0]
-    calibrated = found.calibrated
-    seen = follows @ calibrated.placement.response_matrix(calibrated.errors).T
+    seen = _solved(mass, load) @ found.calibrated.response_matrix.T
     measured = sweep.acceleration
     return replace(
         sweep,

@@ -1,18 +1,20 @@
-"""Pressure in the cabin for any mounts, with its gradient."""
+"""Pressure in the cabin for any mounts of a compressor, with its gradient, travel and modes."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
 
-from deboom.arrays import ComplexArray, RealArray
+from deboom.arrays import BoolArray, ComplexArray, RealArray, checked, frozen_copy
+from deboom.compressor.hose_beams import HoseMatrices
+from deboom.compressor.unbalance_load import RotationSense, gyroscopic_mass
 from deboom.errors import InputError
 from deboom.measurement.compressor_test import CompressorMount
 from deboom.measurement.electric_car import (
+    ElectricCar,
     measured_lines,
     wrench_accelerance,
     wrench_noise_transfer,
@@ -27,11 +29,18 @@ from deboom.physics.rigid_body import (
     skew,
 )
 
-if TYPE_CHECKING:
-    from deboom.compressor.hose_beams import HoseMatrices
-    from deboom.compressor.unbalance_load import RotationSense
-    from deboom.measurement.compressor_test import CompressorMount
-    from deboom.measurement.electric_car import ElectricCar
+STIFFNESS_AXES = ("axial", "radial", "radial")
+"""Of the three stiffnesses of a round mount, as part numbers know them."""
+COORDINATES = ("x", "y", "z")
+DATUM = 100.0
+"""A mount that stands where it is drawn has this coordinate: places are counted from a plane so far
+before it, so that a tolerance can be a fraction of them [mm]."""
+MILLI = 1e-3
+GRAVITY = 9.80665
+"""Standard acceleration of free fall [m/s²]."""
+TRAVEL = "travel under 1 g"
+PART = 2**19
+"""Complex numbers of the matrices that are solved at a time: they stay near the processor."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,7 +50,7 @@ class FreeCompressor:
     Parameters
     ----------
     frequency : array, shape (f,)
-        Of the rotation [Hz].
+        Frequency of the rotation [Hz].
     dynamic_stiffness : array, shape (f, 6, 6)
         Of the free body with its turning rotor [N/m, N/rad, N m/rad].
     case_names : tuple of str, length c
@@ -63,7 +72,7 @@ def free_compressor(
     frequency: RealArray,
     loads: dict[str, ComplexArray],
 ) -> FreeCompressor:
-    """Put together a running compressor.
+    """Put together a running compressor, ``D = −ω² (M ± jJ skew(e_x))`` in the rotations.
 
     Parameters
     ----------
@@ -72,21 +81,17 @@ def free_compressor(
     rotor_inertia : float
         Polar moment of the rotor [kg m²].
     sense : RotationSense
+        Sense of the rotor.
     frequency : array, shape (f,)
-        [Hz].
+        Frequency of the rotation [Hz].
     loads : dict of str to array, shape (f, 6)
-        By name of the case [N, N m].
-
-    Notes
-    -----
-    ``D = −ω² (M ± jJ skew(e_x))`` in the rotations, see `RouteModel.with_rotor`.
+        Load of each case by its name [N, N m].
     """
-    mass = np.array(mass_matrix, dtype=complex)
-    mass[3:, 3:] += 1j * sense.value * rotor_inertia * skew([1.0, 0.0, 0.0])
-    squared = (2 * np.pi * np.asarray(frequency, dtype=float)) ** 2
+    lines = np.asarray(frequency, dtype=float)
+    mass = mass_matrix + gyroscopic_mass(rotor_inertia, sense)
     return FreeCompressor(
-        np.asarray(frequency, dtype=float),
-        np.multiply.outer(-squared, mass),
+        lines,
+        np.multiply.outer(-((2 * np.pi * lines) ** 2), mass),
         tuple(loads),
         np.array(list(loads.values()), dtype=complex),
     )
@@ -99,10 +104,11 @@ class BodySide:
     Parameters
     ----------
     name : str
-        Of the car.
+        Name of the car.
     frequency : array, shape (f,)
-        [Hz].
+        Lines [Hz].
     points : tuple of str
+        Names of the points, p of them.
     receptance : array, shape (f, 6 p, 6 p)
         Six motions per six loads of every point [m/N, 1/N, 1/(N m)].
     transfer : array, shape (f, 6 p)
@@ -144,6 +150,7 @@ def measured_body(
     Parameters
     ----------
     car : ElectricCar
+        Measured car.
     mounts : sequence of CompressorMount
         Called like points of the car; loads and motions are referred to where they stand.
     frequency : array, shape (f,)
@@ -161,10 +168,10 @@ def measured_body(
     moved = tuple(
         replace(point, position=places.get(point.name, point.position)) for point in car.points
     )
-    there = replace(car, points=moved)
+    at_mounts = replace(car, points=moved)
     points = (*places, *hoses)
-    transfer = wrench_noise_transfer(there, points).at(lines).transfer
-    accelerance = wrench_accelerance(there, points)
+    transfer = wrench_noise_transfer(at_mounts, points).at(lines).transfer
+    accelerance = wrench_accelerance(at_mounts, points)
     rows = measured_lines(accelerance.frequency, lines)
     squared = (2 * np.pi * lines)[:, np.newaxis, np.newaxis] ** 2
     return BodySide(
@@ -179,9 +186,11 @@ class CarSeam:
     Parameters
     ----------
     car : str
+        Name of the car.
     frequency : array, shape (f,)
-        [Hz].
+        Lines [Hz].
     case_names : tuple of str, length c
+        Names of the cases.
     free : array, shape (c, f, 6 m)
         Motion of the compressor over that of the body with nothing between them [m, rad].
     compliance : array, shape (f, 6 m, 6 m)
@@ -217,8 +226,9 @@ def car_seam(
     Parameters
     ----------
     running : FreeCompressor
+        Running compressor without mounts.
     positions : array, shape (m, 3)
-        Of the mounts, from the virtual point [m].
+        Places of the mounts, from the virtual point [m].
     body : BodySide
         At the m mounts and the ends of the hoses, in their order, same lines.
     hoses : HoseMatrices, optional
@@ -249,16 +259,19 @@ def car_seam(
             f"ends for {wanted // 6} hoses"
         )
     rigid = np.concatenate([shift_matrix(-place) for place in positions])
-    own = running.dynamic_stiffness
+    stiffness = running.dynamic_stiffness
     mounts, ends = slice(0, size), slice(size, size + n_ends)
     y = body.receptance
     onto = np.zeros((lines, n_ends, 6), dtype=complex)
-    held = np.zeros((lines, n_ends, n_ends), dtype=complex)
+    at_ends = np.zeros((lines, n_ends, n_ends), dtype=complex)
     if hoses is not None:
-        own, onto, held = own + hoses.point, hoses.transfer, hoses.body
+        stiffness, onto, at_ends = stiffness + hoses.point, hoses.transfer, hoses.body
     back = -np.swapaxes(onto, 1, 2)
     joined = np.block(
-        [[own, back], [-y[:, ends, ends] @ onto, np.eye(n_ends) + y[:, ends, ends] @ held]]
+        [
+            [stiffness, back],
+            [-y[:, ends, ends] @ onto, np.eye(n_ends) + y[:, ends, ends] @ at_ends],
+        ]
     )
     # columns: one per case, then one per load of a mount
     n_cases = len(running.case_names)
@@ -267,7 +280,7 @@ def car_seam(
     columns[:, :6, n_cases:] = -rigid.T
     columns[:, 6:, n_cases:] = y[:, ends, mounts]
     motion = np.linalg.solve(joined, columns)
-    hose_load = onto @ motion[:, :6] - held @ motion[:, 6:]
+    hose_load = onto @ motion[:, :6] - at_ends @ motion[:, 6:]
     relative = rigid @ motion[:, :6] - y[:, mounts, ends] @ hose_load
     relative[:, :, n_cases:] -= y[:, mounts, mounts]
     heard = np.einsum("fe,fec->fc", body.transfer[:, ends], hose_load)
@@ -283,22 +296,14 @@ def car_seam(
     )
 
 
-AXES = ("axial", "radial", "radial")
-"""Of the three stiffnesses of a round mount, as part numbers know them."""
-COORDINATES = ("x", "y", "z")
-DATUM = 100.0
-"""A mount that stands where it is drawn has this coordinate: places are counted from a plane so far
-before it, so that a tolerance can be a fraction of them [mm]."""
-MILLI = 1e-3
-
-
-@dataclass(frozen=True, eq=False)
+@checked(scaled="k s", moved="k s")
 class MountVariables:
     """Columns of a design of m mounts.
 
     Parameters
     ----------
     names, units : tuple of str, length k
+        Name and unit of each variable.
     scaled : bool array, shape (k, 3 m)
         Stiffnesses (axial and two radial of each mount) that each variable multiplies.
     moved : bool array, shape (k, 3 m)
@@ -313,24 +318,20 @@ class MountVariables:
 
     names: tuple[str, ...]
     units: tuple[str, ...]
-    scaled: npt.NDArray[np.bool_]
-    moved: npt.NDArray[np.bool_]
+    scaled: BoolArray
+    moved: BoolArray
 
     def __post_init__(self) -> None:
         count = len(self.names)
         if len(set(self.names)) < count or len(self.units) != count:
             raise InputError(f"the variables {list(self.names)} need a name and a unit each")
-        for name in ("scaled", "moved"):
-            mask = np.array(getattr(self, name), dtype=bool)
-            if mask.ndim != 2 or len(mask) != count or mask.shape[1] % 3:
-                raise InputError(
-                    f"'{name}' of {count} variables has shape {mask.shape}: give one row per "
-                    "variable and three columns per mount"
-                )
-            mask.setflags(write=False)
-            object.__setattr__(self, name, mask)
-        does = np.stack([self.scaled.any(axis=1), self.moved.any(axis=1)])
-        if self.scaled.shape != self.moved.shape or not np.all(does.sum(axis=0) == 1):
+        if len(self.scaled) != count or self.scaled.shape[1] % 3:
+            raise InputError(
+                f"the masks of {count} variables have shape {self.scaled.shape}: give one row per "
+                "variable and three columns per mount"
+            )
+        kinds = np.stack([self.scaled.any(axis=1), self.moved.any(axis=1)])
+        if not np.all(kinds.sum(axis=0) == 1):
             raise InputError("a variable either multiplies stiffnesses or is a coordinate")
         if np.any(self.moved.sum(axis=0) > 1) or np.any(self.moved.sum(axis=1) > 1):
             raise InputError("a coordinate has one variable, and a variable one coordinate")
@@ -374,29 +375,6 @@ class MountVariables:
         return array
 
 
-@dataclass
-class _Rows:
-    """Variables as they are put together."""
-
-    n_mounts: int
-    names: list[str] = field(default_factory=list)
-    units: list[str] = field(default_factory=list)
-    scaled: list[npt.NDArray[np.bool_]] = field(default_factory=list)
-    moved: list[npt.NDArray[np.bool_]] = field(default_factory=list)
-
-    def add(self, name: str, unit: str, *, scaled: Sequence[int] = (), moved: int = -1) -> None:
-        self.names.append(name)
-        self.units.append(unit)
-        columns = np.arange(3 * self.n_mounts)
-        self.scaled.append(np.isin(columns, scaled))
-        self.moved.append(columns == moved)
-
-    def variables(self) -> MountVariables:
-        return MountVariables(
-            tuple(self.names), tuple(self.units), np.array(self.scaled), np.array(self.moved)
-        )
-
-
 def mount_variables(
     mounts: Sequence[CompressorMount], *, identical: bool, pieces: bool, places: bool
 ) -> MountVariables:
@@ -405,7 +383,7 @@ def mount_variables(
     Parameters
     ----------
     mounts : sequence of CompressorMount
-        At least one.
+        At least one mount.
     identical : bool
         One part number for all: the factors ``mounts axial`` and ``mounts radial`` are common.
         Otherwise every mount has its own, ``mount 1 axial`` ….
@@ -419,31 +397,27 @@ def mount_variables(
     -------
     MountVariables
     """
-    rows = _Rows(len(mounts))
-    axes = list(dict.fromkeys(AXES))
-    columns = {
-        (number, axis): [3 * number + place for place, name in enumerate(AXES) if name == axis]
-        for number in range(len(mounts))
-        for axis in axes
-    }
+    columns = np.arange(3 * len(mounts))
+    axis_of, mount_of = np.tile(STIFFNESS_AXES, len(mounts)), columns // 3
+    axes = list(dict.fromkeys(STIFFNESS_AXES))
+    names: list[str] = []
+    scaled: list[BoolArray] = []
     if identical:
-        for axis in axes:
-            both = [column for (_, name), own in columns.items() if name == axis for column in own]
-            rows.add(f"mounts {axis}", "1", scaled=both)
+        names += [f"mounts {axis}" for axis in axes]
+        scaled += [axis_of == axis for axis in axes]
     if pieces or not identical:
-        for (number, axis), own in columns.items():
-            name = f"{mounts[number].name} {axis}"
-            rows.add(f"{name} piece" if identical else name, "1", scaled=own)
-    if places:
         for number, mount in enumerate(mounts):
-            for place, coordinate in enumerate(COORDINATES):
-                rows.add(f"{mount.name} {coordinate}", "mm", moved=3 * number + place)
-    return rows.variables()
-
-
-GRAVITY = 9.80665
-"""Standard acceleration of free fall [m/s²]."""
-TRAVEL = "travel under 1 g"
+            names += [f"{mount.name} {axis}{' piece' if identical else ''}" for axis in axes]
+            scaled += [(mount_of == number) & (axis_of == axis) for axis in axes]
+    n_scaled, n_moved = len(scaled), columns.size if places else 0
+    if places:
+        names += [f"{mount.name} {coordinate}" for mount in mounts for coordinate in COORDINATES]
+    return MountVariables(
+        tuple(names),
+        ("1",) * n_scaled + ("mm",) * n_moved,
+        np.vstack([*scaled, np.zeros((n_moved, columns.size), dtype=bool)]),
+        np.vstack([np.zeros((n_scaled, columns.size), dtype=bool), np.eye(columns.size)[:n_moved]]),
+    )
 
 
 @dataclass(frozen=True, eq=False)
@@ -453,13 +427,13 @@ class MountStatics:
     Parameters
     ----------
     variables : MountVariables
-        Places do not count here: mounts stand where they are drawn.
+        Columns of a design; places do not count: mounts stand where they are drawn.
     mounts : tuple of CompressorMount
-        At factor 1.
+        Mounts at factor 1.
     gain : float
         Stiffness that counts over that of `mounts` [1].
     mass : float
-        [kg]
+        Mass of the compressor [kg].
     centre : array, shape (3,)
         Centre of gravity, from the virtual point [m].
     mass_matrix : array, shape (6, 6)
@@ -485,7 +459,7 @@ class MountStatics:
 
     @property
     def response_names(self) -> tuple[str, ...]:
-        """Of `__call__`."""
+        """Name of the response of `__call__`."""
         return (TRAVEL,)
 
     def __call__(self, designs: npt.ArrayLike) -> RealArray:
@@ -513,7 +487,8 @@ class MountStatics:
         InputError
             As in `__call__`.
         """
-        rows = [rigid_body_modes(self.mass_matrix, one)[0] for one in self._stiffness(designs)]
+        stiffness = self._stiffness(designs)
+        rows = [rigid_body_modes(self.mass_matrix, matrix)[0] for matrix in stiffness]
         return np.array(rows).reshape(-1, 6)
 
     def _stiffness(self, designs: npt.ArrayLike) -> RealArray:
@@ -524,10 +499,6 @@ class MountStatics:
         static = np.array([mount.stiffness for mount in self.mounts])
         values = self.gain * factors.reshape(-1, *static.shape) * static
         return np.asarray(mount_stiffness_matrix(positions, values, turn), dtype=float)
-
-
-PART = 2**19
-"""Complex numbers of the matrices that are solved at a time: they stay near the processor."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -542,13 +513,13 @@ class CabinIndex:
     variables : MountVariables
         Columns of a design.
     mounts : tuple of CompressorMount, length m
-        As they are at factor 1, where they are drawn.
+        Mounts at factor 1, where they are drawn.
     gain : array, shape (f,)
         Dynamic over static stiffness of all mounts, in operation [1].
     seams : tuple of CarSeam
-        One per car; same lines, cases and mounts.
+        Seam of each car; same lines, cases and mounts.
     weights : tuple of float
-        Of the cases, not negative; kept normalised to a sum of 1 [1].
+        Weights of the cases, not negative; kept normalised to a sum of 1 [1].
 
     Raises
     ------
@@ -581,34 +552,38 @@ class CabinIndex:
     """Per case, car and line, (c, v f)."""
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "weights", _normalised(self.weights))
         self._check()
+        total = float(sum(self.weights))
+        weights = tuple(float(weight / total) for weight in self.weights)
+        object.__setattr__(self, "weights", weights)
         lines = self.frequency
-        one = float(sound_level.splv(sound_level.spl(np.ones(lines.size), lines)))
-        object.__setattr__(self, "one_pascal", one)
+        level = float(sound_level.splv(sound_level.spl(np.ones(lines.size), lines)))
+        object.__setattr__(self, "one_pascal", level)
         basis = self._basis()
-        first, second = self._pairs
         parts = []
-        for one_way, other in zip(first, second, strict=True):
-            part = [basis[one_way] @ seam.compliance @ basis[other].T for seam in self.seams]
-            if one_way != other:
+        for first, second in zip(*self._pairs, strict=True):
+            part = [basis[first] @ seam.compliance @ basis[second].T for seam in self.seams]
+            if first != second:
                 for number, seam in enumerate(self.seams):
-                    part[number] = part[number] + basis[other] @ seam.compliance @ basis[one_way].T
+                    part[number] = part[number] + basis[second] @ seam.compliance @ basis[first].T
             parts.append(np.concatenate(part))
         free = np.concatenate([seam.free for seam in self.seams], axis=1)
         transfer = np.concatenate([seam.transfer for seam in self.seams])
         prepared = {
             "gain": np.array(self.gain, dtype=complex),
             "compliance": np.array(parts),
-            "free": np.array([free @ one_way.T for one_way in basis]),
-            "transfer": np.array([transfer @ one_way.T for one_way in basis]),
+            "free": np.array([free @ rows.T for rows in basis]),
+            "transfer": np.array([transfer @ rows.T for rows in basis]),
             "direct": np.concatenate([seam.direct for seam in self.seams], axis=1),
         }
         for name, array in prepared.items():
-            array.setflags(write=False)
-            object.__setattr__(self, name, array)
+            object.__setattr__(self, name, frozen_copy(array))
 
     def _check(self) -> None:
+        """Refuse weights, seams, mounts and a gain that do not fit together."""
+        weights = self.weights
+        if not (all(np.isfinite(w) and w >= 0 for w in weights) and sum(weights) > 0):
+            raise InputError(f"weights {list(weights)}: give numbers of at least 0, one above 0")
         if not self.seams:
             raise InputError("a cabin index needs at least one car")
         first = self.seams[0]
@@ -621,9 +596,9 @@ class CabinIndex:
                 )
         if len({seam.car for seam in self.seams}) < len(self.seams):
             raise InputError(f"two cars have one name: {list(self.response_names)}")
-        if len(self.weights) != len(first.case_names):
+        if len(weights) != len(first.case_names):
             raise InputError(
-                f"{len(self.weights)} weights for the cases {list(first.case_names)}: one each"
+                f"{len(weights)} weights for the cases {list(first.case_names)}: one each"
             )
         size = 3 * len(self.mounts)
         if self.variables.scaled.shape[1] != size or first.transfer.shape[1] != 2 * size:
@@ -682,17 +657,17 @@ class CabinIndex:
         return int(self.frequency.size)
 
     def __call__(self, designs: npt.ArrayLike) -> RealArray:
-        """Return SPLV of each design in each car.
+        """Return SPLV of each design in each car, weighted over the cases.
 
         Parameters
         ----------
         designs : array_like, shape (n, k)
-            [units of the variables]
+            Designs [units of the variables].
 
         Returns
         -------
         array, shape (n, v)
-            [dB(A)]; mean of the cases.
+            [dB(A)].
 
         Raises
         ------
@@ -707,29 +682,29 @@ class CabinIndex:
         return total
 
     def levels(self, designs: npt.ArrayLike, case: str | None = None) -> RealArray:
-        """Return the sound pressure level of every line in one case.
+        """Return the sound pressure level of every line, (n, v, f) [dB(A)]; as `pressure`."""
+        return sound_level.spl(self.pressure(designs, case), self.frequency, axis=-1)
+
+    def pressure(self, designs: npt.ArrayLike, case: str | None = None) -> ComplexArray:
+        """Return the pressure at the ear of every car.
 
         Parameters
         ----------
         designs : array_like, shape (n, k)
-            [units of the variables]
+            Designs [units of the variables].
         case : str, optional
             By default the first one.
 
         Returns
         -------
         array, shape (n, v, f)
-            [dB(A)]
+            Complex peak [Pa].
 
         Raises
         ------
         InputError
             No such case; designs as in `__call__`.
         """
-        return sound_level.spl(self.pressure(designs, case), self.frequency, axis=-1)
-
-    def pressure(self, designs: npt.ArrayLike, case: str | None = None) -> ComplexArray:
-        """Return the pressure at the ear of every car, (n, v, f) [Pa]; arguments as `levels`."""
         array = self.variables.checked(designs)
         if case is not None and case not in self.case_names:
             raise InputError(f"no case {case!r} in the index: use one of {list(self.case_names)}")
@@ -747,12 +722,12 @@ class CabinIndex:
         Parameters
         ----------
         designs : array_like, shape (n, k)
-            [units of the variables]
+            Designs [units of the variables].
 
         Returns
         -------
         array, shape (n, v, k)
-            [dB(A) per unit of the variable]
+            [dB(A) per unit of the variable].
 
         Raises
         ------
@@ -793,7 +768,7 @@ class CabinIndex:
             change = np.einsum("fi,nfi->nf", self.transfer[place], loads)
             change -= np.einsum("nfi,nfij,nfj->nf", adjoint, turned, loads)
             change += np.einsum("nfi,cfi,ncf->nf", adjoint, self.free[place], weight)
-            result[:, :, column] = 1e-3 * change.reshape(by_car[:3]).real.sum(axis=2)
+            result[:, :, column] = MILLI * change.reshape(by_car[:3]).real.sum(axis=2)
         return np.asarray(result)
 
     def _parts(self, designs: RealArray) -> Iterator[slice]:
@@ -833,10 +808,3 @@ def _combined(factors: RealArray, parts: ComplexArray) -> ComplexArray:
     flat = parts.reshape(len(parts), -1).view(float)
     summed = (factors @ flat).view(complex)
     return np.asarray(summed.reshape(len(factors), *parts.shape[1:]), dtype=np.complex128)
-
-
-def _normalised(weights: Sequence[float]) -> tuple[float, ...]:
-    total = float(sum(weights))
-    if not (all(np.isfinite(weight) and weight >= 0 for weight in weights) and total > 0):
-        raise InputError(f"weights {list(weights)}: give numbers of at least 0, one above 0")
-    return tuple(float(weight / total) for weight in weights)

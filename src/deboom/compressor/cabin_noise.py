@@ -1,16 +1,15 @@
-"""Noise of a compressor in its car by every path, with its bands."""
+"""Noise of a running compressor in its car, path by path, with its bands."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
 
-from deboom.arrays import ComplexArray, RealArray
+from deboom.arrays import BoolArray, ComplexArray, RealArray
 from deboom.compressor.body_loads import (
     BodyLoads,
     Neighbours,
@@ -19,32 +18,44 @@ from deboom.compressor.body_loads import (
     holder_displacement,
     loads_by_measured_holders,
     loads_by_predicted_holders,
-    loads_on_still_body,
     on_rigid_foundation,
 )
-from deboom.compressor.hose_identification import HoseOptions, identify_hoses
-from deboom.compressor.mount_shares import STIFFNESS_NUMBERS, MountPrior, MountShares, mount_shares
+from deboom.compressor.gain import GainFactor
+from deboom.compressor.hose_identification import HoseIdentification, HoseOptions, identify_hoses
+from deboom.compressor.identify import Identification
+from deboom.compressor.mount_shares import (
+    STIFFNESS_NUMBERS,
+    MountPrior,
+    MountShares,
+    mount_shares,
+)
 from deboom.compressor.routes import UpdatedRoute
-from deboom.compressor.unbalance import UnbalanceOptions, unbalance
+from deboom.compressor.unbalance import Unbalance, UnbalanceOptions, unbalance
 from deboom.errors import InputError
-from deboom.measurement.compressor_test import HoseState
-from deboom.measurement.electric_car import wrench_accelerance, wrench_noise_transfer
+from deboom.measurement.channels import Frf
+from deboom.measurement.compressor_test import (
+    CompressorMount,
+    HoseDrawing,
+    HoseState,
+    OperatingSweep,
+)
+from deboom.measurement.electric_car import (
+    ElectricCar,
+    WrenchNoiseTransfer,
+    wrench_accelerance,
+    wrench_noise_transfer,
+)
 from deboom.measurement.noise_transfer import POINT_LOADS
 from deboom.physics.sound_level import spl
 from deboom.physics.transfer_path import contributions
 
-if TYPE_CHECKING:
-    from deboom.compressor.hose_identification import HoseIdentification
-    from deboom.compressor.identify import Identification
-    from deboom.compressor.unbalance import Unbalance
-    from deboom.measurement.channels import Frf
-    from deboom.measurement.compressor_test import CompressorMount, HoseDrawing
-    from deboom.measurement.electric_car import ElectricCar
-
-Step = Callable[[str], None]
-
+BAND = (20.0, 140.0)
+"""Of the thesis's figures 65 and 66 [Hz]."""
+CONFIDENCE = 0.9
 HOSE_PASSES = 2
 """With drawn, then with identified hoses: how the body moves them depends on what they are."""
+
+Step = Callable[[str], None]
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,8 +65,9 @@ class RunningInCar:
     Parameters
     ----------
     car : ElectricCar
+        Measured car.
     found : Identification
-        Of its hammer test.
+        Identification of its hammer test.
     shares : MountShares
         What each mount carries.
     accelerance : Frf
@@ -74,21 +86,14 @@ class RunningInCar:
     hoses: HoseIdentification | None
 
     def change(self, frequency: npt.ArrayLike) -> ComplexArray:
-        """Change of the mounts' stiffness since the hammer test, 0 where none is significant [1].
+        """Return the change of the mounts since the hammer test at lines [Hz], (n_frequency,) [1].
 
-        Parameters
-        ----------
-        frequency : array, shape (n_frequency,)
-            Of the rotation [Hz].
-
-        Returns
-        -------
-        array, shape (n_frequency,)
+        It is 0 where none is significant.
         """
-        return _change(self.source, np.asarray(frequency, dtype=float))
+        return _significant_change(self.source, np.asarray(frequency, dtype=float))
 
     def change_deviation(self, frequency: npt.ArrayLike) -> RealArray:
-        """1 σ of `change`, shape (n_frequency,) [1]."""
+        """Return 1 σ of `change`, shape (n_frequency,) [1]."""
         state = self.source.state
         lines = np.asarray(frequency, dtype=float)
         return np.asarray(np.interp(lines, state.frequency, state.curve_deviation))
@@ -98,6 +103,12 @@ class RunningInCar:
         """Reasons not to trust it, in words; empty where there are none."""
         of_hoses = () if self.hoses is None else self.hoses.alarms
         return (*self.source.alarms, *self.shares.alarms, *of_hoses)
+
+    def modelled_hoses(self, sweep: OperatingSweep) -> tuple[HoseDrawing, ...]:
+        """Return the hoses whose paths are part of the sound of a sweep."""
+        if self.hoses is None or sweep.hoses is not HoseState.STANDARD:
+            return ()
+        return self.hoses.hoses
 
 
 def running_in_car(
@@ -113,14 +124,16 @@ def running_in_car(
     Parameters
     ----------
     car : ElectricCar
+        Measured car.
     found : Identification
-        Of the hammer test on its compressor.
+        Identification of the hammer test on its compressor.
     prior : MountPrior, optional
-        Of single mounts; the places where the car's sheet has them replace those of the drawing.
+        Quality of the drawing of single mounts; the places where the car's sheet has them replace
+        those of the drawing.
     with_hoses : bool
         Whether standard hoses are identified; without, their paths are left out.
     step : callable of str, optional
-        Told what is being done, for progress.
+        Receiver of progress messages.
 
     Returns
     -------
@@ -136,7 +149,12 @@ def running_in_car(
     standard = bool(car.operation.with_hoses(HoseState.STANDARD))
     known = _struck_hoses(car) if with_hoses and standard else ()
     say("single mounts")
-    shares = mount_shares(found, _placed(car), _by_sheet(car, prior or MountPrior()))
+    prior = prior or MountPrior()
+    measured = car.tolerances.sensor_position
+    if measured > 0:
+        # places are as good as the smaller of drawing and tape measure
+        prior = replace(prior, position=min(prior.position, measured))
+    shares = mount_shares(found, _placed_mounts(car), prior)
     accelerance = wrench_accelerance(car)
     say("state of the mounts in operation")
     options = UnbalanceOptions(routes=(UpdatedRoute(),), chosen=UpdatedRoute())
@@ -144,7 +162,7 @@ def running_in_car(
     source = unbalance(test, found, options)
     if source.state.changed:
         # what the body does through them is known better now
-        change = partial(_change, source)
+        change = partial(_significant_change, source)
         test = on_rigid_foundation(car.operation, found, shares.mounts, change=change)
         source = unbalance(test, found, options)
     hoses: HoseIdentification | None = None
@@ -152,16 +170,19 @@ def running_in_car(
         seen = HoseOptions(sense=source.sense.sense)
         for number in range(HOSE_PASSES):
             say(f"hoses, pass {number + 1} of {HOSE_PASSES}")
-            beside = Neighbours(known, accelerance)
             still = on_rigid_foundation(
-                car.operation, found, shares.mounts, beside, partial(_change, source)
+                car.operation,
+                found,
+                shares.mounts,
+                Neighbours(known, accelerance),
+                partial(_significant_change, source),
             )
             hoses = identify_hoses(still, found, seen)
             known = hoses.hoses
     return RunningInCar(car, found, shares, accelerance, source, hoses)
 
 
-def _change(source: Unbalance, lines: RealArray) -> ComplexArray:
+def _significant_change(source: Unbalance, lines: RealArray) -> ComplexArray:
     """Change of the mounts as the sweeps show it, 0 where none is significant."""
     state = source.state
     if not state.changed:
@@ -169,7 +190,7 @@ def _change(source: Unbalance, lines: RealArray) -> ComplexArray:
     return np.asarray(np.interp(lines, state.frequency, state.curve))
 
 
-def _placed(car: ElectricCar) -> tuple[CompressorMount, ...]:
+def _placed_mounts(car: ElectricCar) -> tuple[CompressorMount, ...]:
     """Mounts of the drawing, where the car's sheet has them."""
     drawing = car.operation.hammer.drawing
     if drawing is None:
@@ -178,19 +199,13 @@ def _placed(car: ElectricCar) -> tuple[CompressorMount, ...]:
             "shows what a single mount carries: state directions and stiffness of the mounts"
         )
     drawn = {mount.name: mount for mount in drawing.mounts}
-    there = [point.name for point in car.mounts]
-    if sorted(drawn) != sorted(there):
+    names = [point.name for point in car.mounts]
+    if sorted(drawn) != sorted(names):
         raise InputError(
-            f"car {car.name}: the drawing has {', '.join(drawn)}, the car {', '.join(there)}: call "
+            f"car {car.name}: the drawing has {', '.join(drawn)}, the car {', '.join(names)}: call "
             "each mount by one name, and draw all of them"
         )
     return tuple(replace(drawn[point.name], position=point.position) for point in car.mounts)
-
-
-def _by_sheet(car: ElectricCar, prior: MountPrior) -> MountPrior:
-    """Places are as good as the smaller of drawing and tape measure."""
-    measured = car.tolerances.sensor_position
-    return replace(prior, position=min(prior.position, measured)) if measured > 0 else prior
 
 
 def _struck_hoses(car: ElectricCar) -> tuple[HoseDrawing, ...]:
@@ -211,15 +226,6 @@ def _struck_hoses(car: ElectricCar) -> tuple[HoseDrawing, ...]:
     return drawn
 
 
-if TYPE_CHECKING:
-    from deboom.compressor.cabin_noise import RunningInCar
-    from deboom.measurement.compressor_test import HoseDrawing, OperatingSweep
-    from deboom.measurement.electric_car import WrenchNoiseTransfer
-
-BAND = (20.0, 140.0)
-"""Of the thesis's figures 65 and 66 [Hz]."""
-
-
 @dataclass(frozen=True, eq=False)
 class SweepNoise:
     """Sound at the ear over the speed of one sweep, path by path.
@@ -227,21 +233,21 @@ class SweepNoise:
     Parameters
     ----------
     sweep : str
-        Its name.
+        Name of the sweep.
     hoses : HoseState
-        Of the sweep.
+        What was joined.
     pressure : float
-        Of the gas [Pa].
+        Pressure of the gas [Pa].
     frequency : array, shape (n_frequency,)
-        Of the rotation [Hz].
+        Frequency of the rotation [Hz].
     paths : tuple of str
         ``<point> x y z`` and, of hoses, ``mx my mz`` as well.
     loads : array, shape (n_frequency, n_path)
         On the body, complex peak [N, N m].
     contributions : array, shape (n_frequency, n_path)
-        Of each path to the sound, complex peak [Pa].
+        Sound of each path, complex peak [Pa].
     n_mount_paths : int
-        So many of the paths are those of the mounts; they come first.
+        Number of paths of the mounts; they come first.
     measured : array, shape (n_frequency,)
         At the ear, complex peak [Pa].
     still_body, predicted_body : array, shape (n_frequency,)
@@ -290,12 +296,50 @@ class SweepNoise:
         return np.asarray(self.contributions @ belongs)
 
     def level(self, pressure: npt.ArrayLike) -> RealArray:
-        """A-weighted level of any of the pressures, shape (n_frequency, ...) [dB(A)]."""
+        """Compute the A-weighted level of any of the pressures, (n_frequency, ...) [dB(A)]."""
         return spl(pressure, self.frequency)
 
 
+@dataclass(frozen=True, eq=False)
+class _Listening:
+    """What all syntheses of one sweep share: lines of the band, paths and the body."""
+
+    inside: BoolArray
+    lines: RealArray
+    hoses: tuple[HoseDrawing, ...]
+    paths: tuple[str, ...]
+    receptance: ComplexArray
+    holder: ComplexArray
+
+    @classmethod
+    def to(
+        cls, running: RunningInCar, sweep: OperatingSweep, band: tuple[float, float]
+    ) -> _Listening:
+        """Prepare a sweep; InputError where it has no line in the band."""
+        inside = (sweep.frequency >= band[0]) & (sweep.frequency <= band[1])
+        if not inside.any():
+            raise InputError(
+                f"sweep {sweep.name} goes from {sweep.frequency[0]:g} to {sweep.frequency[-1]:g} "
+                f"Hz and has no line between {band[0]:g} and {band[1]:g} Hz: choose another band"
+            )
+        lines = sweep.frequency[inside]
+        hoses = running.modelled_hoses(sweep)
+        mounts, ends = [m.name for m in running.shares.drawn], [hose.name for hose in hoses]
+        return cls(
+            inside,
+            lines,
+            hoses,
+            (
+                *(f"{name} {load}" for name in mounts for load in POINT_LOADS[:3]),
+                *(f"{name} {load}" for name in ends for load in POINT_LOADS),
+            ),
+            body_receptance(running.accelerance, lines, mounts, ends),
+            holder_displacement(sweep, running.shares.mounts)[inside],
+        )
+
+
 def cabin_noise(
-    there: RunningInCar,
+    running: RunningInCar,
     transfer: WrenchNoiseTransfer | None = None,
     band: tuple[float, float] = BAND,
 ) -> tuple[SweepNoise, ...]:
@@ -303,7 +347,7 @@ def cabin_noise(
 
     Parameters
     ----------
-    there : RunningInCar
+    running : RunningInCar
         Compressor, mounts and hoses.
     transfer : WrenchNoiseTransfer, optional
         Of the car; computed if left out.
@@ -325,97 +369,51 @@ def cabin_noise(
     ``p = Σ H_i F_i`` with ``F_i = v(f) (1 + δ) K_i (T_i x − y_i)`` of the mounts and the loads of
     the hoses as beams; thesis, 4.5, in which y and the hoses are missing.
     """
-    transfer = transfer or wrench_noise_transfer(there.car)
-    return tuple(_sweep(there, transfer, sweep, band) for sweep in there.car.operation.sweeps)
-
-
-def modelled_hoses(there: RunningInCar, sweep: OperatingSweep) -> tuple[HoseDrawing, ...]:
-    """Return hoses whose paths are part of the sound of a sweep."""
-    if there.hoses is None or sweep.hoses is not HoseState.STANDARD:
-        return ()
-    return there.hoses.hoses
-
-
-def path_names(there: RunningInCar, hoses: tuple[HoseDrawing, ...]) -> tuple[str, ...]:
-    """Name the paths of all mounts and of these hoses, as noise transfer functions do."""
-    return (
-        *(f"{mount.name} {load}" for mount in there.shares.drawn for load in POINT_LOADS[:3]),
-        *(f"{hose.name} {load}" for hose in hoses for load in POINT_LOADS),
+    transfer = transfer or wrench_noise_transfer(running.car)
+    return tuple(
+        _sweep_noise(running, transfer, sweep, band) for sweep in running.car.operation.sweeps
     )
 
 
-def lines_in_band(sweep: OperatingSweep, band: tuple[float, float]) -> npt.NDArray[np.bool_]:
-    """Mark the lines of a sweep that lie in a band, shape (n_frequency,).
-
-    Raises
-    ------
-    InputError
-        There is none.
-    """
-    inside = (sweep.frequency >= band[0]) & (sweep.frequency <= band[1])
-    if not inside.any():
-        raise InputError(
-            f"sweep {sweep.name} goes from {sweep.frequency[0]:g} to {sweep.frequency[-1]:g} Hz "
-            f"and has no line between {band[0]:g} and {band[1]:g} Hz: choose another band"
-        )
-    return np.asarray(inside)
-
-
-def _sweep(
-    there: RunningInCar,
+def _sweep_noise(
+    running: RunningInCar,
     transfer: WrenchNoiseTransfer,
     sweep: OperatingSweep,
     band: tuple[float, float],
 ) -> SweepNoise:
-    inside = lines_in_band(sweep, band)
-    lines = sweep.frequency[inside]
-    hoses = modelled_hoses(there, sweep)
-    mounts = there.shares.mounts
-    factor = there.found.calibrated.model.gain.at(lines) * (1 + there.change(lines))
-    displacement = displacement_at_virtual_point(sweep, there.found)[inside]
-    receptance = body_receptance(
-        there.accelerance,
-        lines,
-        [mount.name for mount in mounts],
-        [hose.name for hose in hoses],
-    )
-    holder = holder_displacement(sweep, mounts)[inside]
-    paths = path_names(there, hoses)
-    functions = transfer.at(lines).transfer.select(inputs=paths).values[:, 0]
+    """Synthesise one sweep: with the measured, with no and with the predicted body."""
+    part = _Listening.to(running, sweep, band)
+    lines, mounts = part.lines, running.shares.mounts
+    factor = running.found.calibrated.model.gain.at(lines) * (1 + running.change(lines))
+    displacement = displacement_at_virtual_point(sweep, running.found)[part.inside]
+    functions = transfer.at(lines).transfer.select(inputs=part.paths).values[:, 0]
 
     def heard(loads: BodyLoads) -> ComplexArray:
         return np.asarray(contributions(functions, np.hstack([loads.mounts, loads.hoses])))
 
     pushed = loads_by_measured_holders(
-        mounts, factor, displacement, holder, hoses, lines, receptance
+        mounts, factor, displacement, part.holder, part.hoses, lines, part.receptance
     )
-    still = loads_on_still_body(mounts, factor, displacement, hoses, lines)
-    predicted = loads_by_predicted_holders(mounts, factor, displacement, receptance, hoses, lines)
+    still = loads_by_measured_holders(
+        mounts, factor, displacement, np.zeros_like(part.holder), part.hoses, lines
+    )
+    predicted = loads_by_predicted_holders(
+        mounts, factor, displacement, part.receptance, part.hoses, lines
+    )
     assert sweep.sound is not None  # the door of a car has asked for it
     return SweepNoise(
         sweep=sweep.name,
         hoses=sweep.hoses,
         pressure=sweep.pressure,
         frequency=lines,
-        paths=paths,
+        paths=part.paths,
         loads=np.hstack([pushed.mounts, pushed.hoses]),
         contributions=heard(pushed),
         n_mount_paths=pushed.mounts.shape[1],
-        measured=sweep.sound.select([there.car.ear]).values[inside, 0],
+        measured=sweep.sound.select([running.car.ear]).values[part.inside, 0],
         still_body=heard(still).sum(axis=1),
         predicted_body=heard(predicted).sum(axis=1),
     )
-
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from deboom.compressor.cabin_noise import RunningInCar
-    from deboom.compressor.gain import GainFactor
-    from deboom.measurement.compressor_test import CompressorMount, HoseDrawing, OperatingSweep
-    from deboom.measurement.electric_car import WrenchNoiseTransfer
-
-CONFIDENCE = 0.9
 
 
 @dataclass(frozen=True, eq=False)
@@ -425,13 +423,13 @@ class NoiseBand:
     Parameters
     ----------
     sweep : str
-        Its name.
+        Name of the sweep.
     lower, upper : array, shape (n_frequency,)
         Of all paths [dB(A)].
     lower_mounts, upper_mounts : array, shape (n_frequency,)
         Of the mounts' paths alone [dB(A)].
     confidence : float
-        Of each line [1].
+        Confidence of each line [1].
     """
 
     sweep: str
@@ -454,7 +452,7 @@ class _Draw:
 
 
 def noise_bands(
-    there: RunningInCar,
+    running: RunningInCar,
     transfer: WrenchNoiseTransfer,
     band: tuple[float, float] = BAND,
     *,
@@ -466,7 +464,8 @@ def noise_bands(
 
     Parameters
     ----------
-    there : RunningInCar
+    running : RunningInCar
+        Compressor, mounts and hoses.
     transfer : WrenchNoiseTransfer
         Of the same car.
     band : (float, float)
@@ -476,7 +475,7 @@ def noise_bands(
     seed : int
         From 1.
     confidence : float
-        Of the band at each line [1].
+        Confidence of the band at each line [1].
 
     Returns
     -------
@@ -502,38 +501,34 @@ def noise_bands(
     if not 0 < confidence < 1:
         raise InputError(f"a confidence lies between 0 and 1, not at {confidence:g}")
     tails = (50 * (1 - confidence), 50 * (1 + confidence))
-    drawn = _draws(there, draws, seed)
+    drawn = _draws(running, draws, seed)
     bands = []
-    for number, sweep in enumerate(there.car.operation.sweeps):
+    for number, sweep in enumerate(running.car.operation.sweeps):
         generator = np.random.default_rng([seed, 2, number])
-        both = _levels(there, transfer, sweep, band, drawn, generator)
-        limits = np.percentile(both, tails, axis=0)
-        bands.append(
-            NoiseBand(
-                sweep.name, limits[0, 0], limits[1, 0], limits[0, 1], limits[1, 1], confidence
-            )
-        )
+        both = _levels(running, transfer, sweep, band, drawn, generator)
+        (lower, lower_mounts), (upper, upper_mounts) = np.percentile(both, tails, axis=0)
+        bands.append(NoiseBand(sweep.name, lower, upper, lower_mounts, upper_mounts, confidence))
     return tuple(bands)
 
 
-def _draws(there: RunningInCar, count: int, seed: int) -> list[_Draw]:
+def _draws(running: RunningInCar, count: int, seed: int) -> list[_Draw]:
     """Compressors, mounts, hoses and states of the mounts that agree with the measurements."""
-    calibrated = there.found.calibrated
+    calibrated = running.found.calibrated
     n = calibrated.values.size
     variance, directions = np.linalg.eigh(calibrated.covariance)
     spread = directions * np.sqrt(np.maximum(variance, 0.0))
-    hoses = [()] * count if there.hoses is None else there.hoses.samples(count, seed)
+    sampled = [()] * count if running.hoses is None else running.hoses.samples(count, seed)
     generator = np.random.default_rng([seed, 1])
     result = []
-    for own in hoses:
+    for hoses in sampled:
         off = spread @ generator.standard_normal(variance.size)
         forward = calibrated.placement.response_matrix(calibrated.errors + off[n:])
         result.append(
             _Draw(
                 gain=calibrated.parametrisation.model(calibrated.values + off[:n]).gain,
-                mounts=there.shares.at_random(off[:n][STIFFNESS_NUMBERS], generator),
+                mounts=running.shares.at_random(off[:n][STIFFNESS_NUMBERS], generator),
                 inverse=np.asarray(np.linalg.pinv(forward), dtype=float),
-                hoses=own,
+                hoses=hoses,
                 state=complex(*generator.standard_normal(2)) / np.sqrt(2),
             )
         )
@@ -541,7 +536,7 @@ def _draws(there: RunningInCar, count: int, seed: int) -> list[_Draw]:
 
 
 def _levels(
-    there: RunningInCar,
+    running: RunningInCar,
     transfer: WrenchNoiseTransfer,
     sweep: OperatingSweep,
     band: tuple[float, float],
@@ -549,25 +544,25 @@ def _levels(
     generator: np.random.Generator,
 ) -> RealArray:
     """Levels of all paths and of the mounts' alone, shape (n_draw, 2, n_frequency) [dB(A)]."""
-    inside = lines_in_band(sweep, band)
-    lines = sweep.frequency[inside]
-    known = modelled_hoses(there, sweep)
-    paths = path_names(there, known)
-    here = transfer.at(lines)
-    columns = [here.transfer.inputs.index(path) for path in paths]
-    functions, deviation = here.transfer.values[:, 0, columns], here.deviation[:, columns]
-    names = [mount.name for mount in there.shares.drawn]
-    receptance = body_receptance(there.accelerance, lines, names, [hose.name for hose in known])
-    holder = holder_displacement(sweep, there.shares.mounts)[inside]
+    part = _Listening.to(running, sweep, band)
+    lines = part.lines
+    at_lines = transfer.at(lines)
+    columns = [at_lines.transfer.inputs.index(path) for path in part.paths]
+    functions = at_lines.transfer.values[:, 0, columns]
+    deviation = at_lines.deviation[:, columns]
     square = (2 * np.pi * lines[:, np.newaxis]) ** 2
-    recorded = -sweep.acceleration.values[inside] / square
-    change, unsure = there.change(lines), there.change_deviation(lines)
+    recorded = -sweep.acceleration.values[part.inside] / square
+    change, unsure = running.change(lines), running.change_deviation(lines)
     levels = []
-    for one in drawn:
-        factor = one.gain.at(lines) * (1 + change + unsure * one.state)
-        hoses = one.hoses if known else ()
+    for draw in drawn:
         loads = loads_by_measured_holders(
-            one.mounts, factor, recorded @ one.inverse.T, holder, hoses, lines, receptance
+            draw.mounts,
+            draw.gain.at(lines) * (1 + change + unsure * draw.state),
+            recorded @ draw.inverse.T,
+            part.holder,
+            draw.hoses if part.hoses else (),
+            lines,
+            part.receptance,
         )
         error = generator.standard_normal((2, *deviation.shape)) / np.sqrt(2)
         heard = (functions + deviation * (error[0] + 1j * error[1])) * np.hstack(

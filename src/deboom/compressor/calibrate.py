@@ -1,22 +1,20 @@
-"""Self-calibration of a hammer test: sensitivities and places beside the model."""
+"""Self-calibration of a hammer test: compressor and placement errors out of the raw FRFs."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from deboom.arrays import ComplexArray, RealArray
-from deboom.compressor.placement import Placement
+from deboom.compressor.model import CompressorModel
+from deboom.compressor.parameters import Parametrisation
+from deboom.compressor.placement import Placement, RawInertance
 from deboom.errors import InputError
 from deboom.measurement.channels import Frf
-
-if TYPE_CHECKING:
-    from deboom.compressor.model import CompressorModel
-    from deboom.compressor.parameters import Parametrisation
-    from deboom.compressor.placement import RawInertance
-    from deboom.measurement.sensors import PlacementTolerances
+from deboom.measurement.compressor_test import InertanceTest
+from deboom.measurement.sensors import PlacementTolerances
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,16 +35,16 @@ class Prior:
 
 @dataclass(frozen=True)
 class WeighedMass:
-    """Mass of the compressor from a pair of scales.
-
-    Parameters
-    ----------
-    mass, deviation : float
-        With its standard deviation [kg].
-    """
+    """Mass of the compressor from a pair of scales and its standard deviation [kg]."""
 
     mass: float
     deviation: float
+
+    @classmethod
+    def of(cls, test: InertanceTest) -> WeighedMass | None:
+        """Return the weighed mass of a hammer test; None where nothing was weighed."""
+        mass = test.weighed_mass
+        return None if mass is None else cls(mass, test.weighed_mass_deviation)
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,11 +54,11 @@ class SelfCalibration:
     Parameters
     ----------
     parametrisation : Parametrisation
-        What `values` mean.
+        Meaning of `values`.
     values : array, shape (n_parameters,)
         Most probable parameters.
     placement : Placement
-        What `errors` mean.
+        Meaning of `errors`.
     errors : array, shape (n_errors,)
         Most probable placement errors.
     covariance : array, shape (n_parameters + n_errors, n_parameters + n_errors)
@@ -71,7 +69,7 @@ class SelfCalibration:
     residuals : array, shape (n_frequency, n_channel, n_impact)
         Complex, in units of the noise of one part [1].
     n_evaluations : int
-        Of the residuals.
+        Number of evaluations of the residuals.
     converged : bool
         False where the optimiser stopped for its number of evaluations.
     """
@@ -88,30 +86,32 @@ class SelfCalibration:
 
     @property
     def model(self) -> CompressorModel:
-        """The compressor that was found."""
+        """Identified compressor."""
         return self.parametrisation.model(self.values)
 
     @property
     def parameter_covariance(self) -> RealArray:
-        """Of the parameters alone, placement errors integrated out."""
+        """Covariance of the parameters alone, placement errors integrated out."""
         n = self.values.size
         return self.covariance[:n, :n]
 
+    @property
+    def response_matrix(self) -> RealArray:
+        """Motion of the virtual point → channels, as calibrated, shape (n_channel, 6) [1, m]."""
+        return self.placement.response_matrix(self.errors)
+
+    @property
+    def excitation_matrix(self) -> RealArray:
+        """Wrench of each impact per stated newton, as calibrated, shape (n_impact, 6) [1, m]."""
+        return self.placement.excitation_matrix(self.errors)
+
     def at_virtual_point(self, frf: ComplexArray) -> ComplexArray:
-        """Inertance at the virtual point by the placement that was found.
+        """Project raw FRFs of these sensors and impacts [1/kg] on the calibrated virtual point.
 
-        Parameters
-        ----------
-        frf : array, shape (n_frequency, n_channel, n_impact)
-            Raw, of the sensors and impacts of `placement` [1/kg].
-
-        Returns
-        -------
-        array, shape (n_frequency, 6, 6)
-            [1/kg, 1/(kg m), 1/(kg m²)].
+        The inertance has shape (n_frequency, 6, 6) [1/kg, 1/(kg m), 1/(kg m²)].
         """
-        response = np.linalg.pinv(self.placement.response_matrix(self.errors))
-        excitation = np.linalg.pinv(self.placement.excitation_matrix(self.errors))
+        response = np.linalg.pinv(self.response_matrix)
+        excitation = np.linalg.pinv(self.excitation_matrix)
         return np.asarray(response @ frf @ excitation.T)
 
 
@@ -130,17 +130,19 @@ def self_calibrate(
     Parameters
     ----------
     parametrisation : Parametrisation
+        Numbers of the compressor.
     raw : RawInertance
         Lines of the fit only.
     tolerances : PlacementTolerances
         1 σ of the errors; their expected value is 0.
     start : array, shape (n_parameters,)
-        Such as a fit at the virtual point.
+        Values to begin with, such as a fit at the virtual point.
     weighed : WeighedMass, optional
         Without it the hammer's gain is the only scale.
     prior : Prior, optional
-        Of the parameters.
+        Knowledge of the parameters.
     largest_evaluations : int
+        Evaluations of the residuals at which the optimiser stops.
 
     Returns
     -------
@@ -157,22 +159,7 @@ def self_calibrate(
 
     problem = _Problem(parametrisation, raw, tolerances, weighed, prior)
     first = np.concatenate([start, np.zeros(problem.errors_deviation.size)])
-    latest: dict[bytes, tuple[RealArray, RealArray]] = {}
-
-    def at(values: RealArray) -> tuple[RealArray, RealArray]:
-        # the optimiser asks for residuals and Jacobian of one point by turns: both cost one visit
-        key = values.tobytes()
-        if key not in latest:
-            latest.clear()
-            latest[key] = problem.compressed(values)
-        return latest[key]
-
-    def residuals_at(values: RealArray) -> RealArray:
-        return at(values)[0]
-
-    def jacobian_at(values: RealArray) -> RealArray:
-        return at(values)[1]
-
+    residuals_at, jacobian_at = evaluated_together(problem.compressed)
     scale = np.concatenate([problem.parameter_scale(first), problem.errors_deviation])
     result = least_squares(
         residuals_at,
@@ -203,6 +190,25 @@ def self_calibrate(
     )
 
 
+def evaluated_together(
+    compute: Callable[[RealArray], tuple[RealArray, RealArray]],
+) -> tuple[Callable[[RealArray], RealArray], Callable[[RealArray], RealArray]]:
+    """Split a function of residuals and Jacobian into two that share one evaluation per point.
+
+    An optimiser asks for residuals and Jacobian of one point by turns.
+    """
+    latest: dict[bytes, tuple[RealArray, RealArray]] = {}
+
+    def at(values: RealArray) -> tuple[RealArray, RealArray]:
+        key = values.tobytes()
+        if key not in latest:
+            latest.clear()
+            latest[key] = compute(values)
+        return latest[key]
+
+    return lambda values: at(values)[0], lambda values: at(values)[1]
+
+
 class _Problem:
     """Residuals and their derivatives; holds only what does not change from step to step."""
 
@@ -220,6 +226,7 @@ class _Problem:
         self.errors_deviation = self.placement.deviations(tolerances)
         self.weighed = weighed
         self.prior = prior
+        self.n = len(parametrisation.names)
         # noise of the hammer's signal is common to a column: whitened by a rank-one change
         column = raw.frf.values / raw.deviation
         size = np.linalg.norm(column, axis=1, keepdims=True)
@@ -228,10 +235,7 @@ class _Problem:
 
     def residuals(self, unknowns: RealArray) -> ComplexArray:
         """Whitened deviations of the raw FRFs, shape (n_frequency, n_channel, n_impact)."""
-        values, errors = np.split(unknowns, [len(self.parametrisation.names)])
-        inertance = self.parametrisation.model(values).inertance(self.raw.frf.frequency)
-        response = self.placement.response_matrix(errors)
-        excitation = self.placement.excitation_matrix(errors)
+        _, inertance, response, excitation = self._state(unknowns)
         deviation = response @ inertance @ excitation.T - self.raw.frf.values
         return self._white(deviation)
 
@@ -261,27 +265,28 @@ class _Problem:
     def parameter_scale(self, unknowns: RealArray) -> RealArray:
         """Step at which each parameter alone changes the cost by one."""
         normal, _, _ = self.normal_equations(unknowns)
-        n = len(self.parametrisation.names)
-        return np.asarray(1 / np.sqrt(np.diag(normal)[:n]))
+        return np.asarray(1 / np.sqrt(np.diag(normal)[: self.n]))
+
+    def _state(self, unknowns: RealArray) -> tuple[RealArray, ComplexArray, RealArray, RealArray]:
+        """Parameters; inertance, response and excitation matrices that the unknowns stand for."""
+        values, errors = np.split(unknowns, [self.n])
+        inertance = self.parametrisation.model(values).inertance(self.raw.frf.frequency)
+        response = self.placement.response_matrix(errors)
+        return values, inertance, response, self.placement.excitation_matrix(errors)
 
     def _jacobian(self, unknowns: RealArray) -> ComplexArray:
         """Whitened, shape (n_unknowns, n_frequency, n_channel, n_impact)."""
-        values, errors = np.split(unknowns, [len(self.parametrisation.names)])
-        lines = self.raw.frf.frequency
-        inertance = self.parametrisation.model(values).inertance(lines)
-        response = self.placement.response_matrix(errors)
-        excitation = self.placement.excitation_matrix(errors)
-        by_mass = self.parametrisation.sensitivities(values, lines)
+        values, inertance, response, excitation = self._state(unknowns)
+        by_mass = self.parametrisation.sensitivities(values, self.raw.frf.frequency)
+        by_response = self.placement.response_derivatives(unknowns[self.n :])
+        by_excitation = self.placement.excitation_derivatives(unknowns[self.n :])
         seen, pushed = response @ inertance, inertance @ excitation.T
-        n_values, n_lines = by_mass.shape[:2]
-        by_response = self.placement.response_derivatives(errors)
-        by_excitation = self.placement.excitation_derivatives(errors)
         jacobian = np.empty(
-            (n_values + len(errors), n_lines, response.shape[0], excitation.shape[0]), complex
+            (unknowns.size, by_mass.shape[1], len(response), len(excitation)), dtype=complex
         )
-        np.matmul(-(seen @ by_mass), pushed, out=jacobian[:n_values])
-        split = n_values + by_response.shape[0]
-        np.matmul(by_response[:, np.newaxis], pushed, out=jacobian[n_values:split])
+        np.matmul(-(seen @ by_mass), pushed, out=jacobian[: self.n])
+        split = self.n + by_response.shape[0]
+        np.matmul(by_response[:, np.newaxis], pushed, out=jacobian[self.n : split])
         transposed = np.swapaxes(by_excitation, -1, -2)[:, np.newaxis]
         np.matmul(seen, transposed, out=jacobian[split:])
         return self._white(jacobian)
@@ -294,7 +299,7 @@ class _Problem:
 
     def _priors(self, unknowns: RealArray) -> list[tuple[RealArray, RealArray]]:
         """Deviations from what was known, and their derivatives, both in units of 1 σ."""
-        n = len(self.parametrisation.names)
+        n = self.n
         values, errors = np.split(unknowns, [n])
         of_errors = np.zeros((errors.size, unknowns.size))
         of_errors[:, n:] = np.diag(1 / self.errors_deviation)
@@ -312,12 +317,6 @@ class _Problem:
         return rows
 
 
-if TYPE_CHECKING:
-    from deboom.compressor.calibrate import SelfCalibration
-    from deboom.compressor.placement import RawInertance
-    from deboom.measurement.sensors import PlacementTolerances
-
-
 @dataclass(frozen=True, eq=False)
 class HoldOut:
     """Measured FRFs that took no part in a fit, against its prediction.
@@ -325,11 +324,9 @@ class HoldOut:
     Parameters
     ----------
     what : str
-        What was held out, in words.
-    predicted : Frf
-        Of the identified compressor and placement [1/kg].
-    measured : Frf
-        [1/kg].
+        Lines or impacts held out, in words.
+    predicted, measured : Frf
+        By the identified compressor and placement, and by the test [1/kg].
     reduced_chi : float
         Rms deviation in units of the noise [1].
     relative_error : float
@@ -344,26 +341,11 @@ class HoldOut:
 
 
 def hold_out_lines(found: SelfCalibration, raw: RawInertance) -> HoldOut:
-    """Predict lines that were not fitted, with everything as it was found.
-
-    Parameters
-    ----------
-    found : SelfCalibration
-    raw : RawInertance
-        The held-out lines of the same sensors and impacts.
-
-    Returns
-    -------
-    HoldOut
-    """
-    predicted = (
-        found.placement.response_matrix(found.errors)
-        @ found.model.inertance(raw.frf.frequency)
-        @ found.placement.excitation_matrix(found.errors).T
-    )
+    """Predict lines of the same sensors and impacts that were not fitted."""
     lines = raw.frf.frequency
+    predicted = found.response_matrix @ found.model.inertance(lines) @ found.excitation_matrix.T
     what = f"{lines.size} lines from {lines[0]:g} to {lines[-1]:g} Hz"
-    return _compare(what, raw.frf, raw.deviation, predicted)
+    return _compared(what, raw.frf, raw.deviation, predicted)
 
 
 def hold_out_impacts(
@@ -374,10 +356,11 @@ def hold_out_impacts(
     Parameters
     ----------
     found : SelfCalibration
-        Fitted without these impacts.
+        Calibration without these impacts.
     raw : RawInertance
         All sensors of `found`; only the held-out impacts are judged.
     tolerances : PlacementTolerances
+        1 σ of gains, positions and angles.
 
     Returns
     -------
@@ -398,50 +381,41 @@ def hold_out_impacts(
     if not new:
         raise InputError("no impact is left that the identification did not see")
     placement = Placement(raw.sensors, raw.impacts)
-    n_channels, n_impacts = 3 * len(raw.sensors), len(raw.impacts)
+    n_impacts, hammer = len(raw.impacts), 9 * len(raw.sensors)
     errors = np.zeros(len(placement.names))
-    hammer = 3 * n_channels
     errors[: hammer + 1] = found.errors[: hammer + 1]
-    response = placement.response_matrix(errors)
-    seen = response @ found.model.inertance(raw.frf.frequency)
+    seen = placement.response_matrix(errors) @ found.model.inertance(raw.frf.frequency)
     deviations = placement.deviations(tolerances)
+
+    def gauss_newton_step(number: int, places: list[int]) -> RealArray:
+        noise = raw.deviation[:, :, number]
+        wrench = placement.excitation_matrix(errors)[number]
+        change = placement.excitation_derivatives(errors)[[k - hammer for k in places], number]
+        misfit = (raw.frf.values[:, :, number] - seen @ wrench) / noise
+        slopes = np.moveaxis(seen @ change.T, -1, 0) / noise
+        rows = np.concatenate([slopes.real.reshape(4, -1), slopes.imag.reshape(4, -1)], axis=1)
+        right = np.concatenate([misfit.real.ravel(), misfit.imag.ravel()])
+        prior = 1 / deviations[places] ** 2
+        normal = rows @ rows.T + np.diag(prior)
+        return np.asarray(np.linalg.solve(normal, rows @ right - prior * errors[places]))
+
     for number in new:
-        offsets = hammer + 1 + 2 * number
-        own = [offsets, offsets + 1, offsets + 2 * n_impacts, offsets + 2 * n_impacts + 1]
+        offset = hammer + 1 + 2 * number
+        places = [offset, offset + 1, offset + 2 * n_impacts, offset + 2 * n_impacts + 1]
         for _ in range(3):
-            errors[own] += _step(placement, seen, raw, errors, deviations, number, own)
+            errors[places] += gauss_newton_step(number, places)
     predicted = seen @ placement.excitation_matrix(errors).T
     names = [raw.impacts[number].name for number in new]
-    part = raw.frf.select(inputs=names)
-    return _compare(
-        f"impacts {', '.join(names)}", part, raw.deviation[:, :, new], predicted[:, :, new]
+    return _compared(
+        f"impacts {', '.join(names)}",
+        raw.frf.select(inputs=names),
+        raw.deviation[:, :, new],
+        predicted[:, :, new],
     )
 
 
-def _step(
-    placement: Placement,
-    seen: ComplexArray,
-    raw: RawInertance,
-    errors: RealArray,
-    deviations: RealArray,
-    number: int,
-    own: list[int],
-) -> RealArray:
-    """Gauss-Newton step of one impact's offsets and tilts, within their tolerances."""
-    hammer = 9 * len(raw.sensors)
-    noise = raw.deviation[:, :, number]
-    wrench = placement.excitation_matrix(errors)[number]
-    change = placement.excitation_derivatives(errors)[[k - hammer for k in own], number]
-    misfit = (raw.frf.values[:, :, number] - seen @ wrench) / noise
-    slopes = np.moveaxis(seen @ change.T, -1, 0) / noise
-    rows = np.concatenate([slopes.real.reshape(4, -1), slopes.imag.reshape(4, -1)], axis=1)
-    right = np.concatenate([misfit.real.ravel(), misfit.imag.ravel()])
-    prior = 1 / deviations[own] ** 2
-    normal = rows @ rows.T + np.diag(prior)
-    return np.asarray(np.linalg.solve(normal, rows @ right - prior * errors[own]))
-
-
-def _compare(what: str, measured: Frf, noise: RealArray, predicted: ComplexArray) -> HoldOut:
+def _compared(what: str, measured: Frf, noise: RealArray, predicted: ComplexArray) -> HoldOut:
+    """Rms deviations in units of the noise and of the measured FRFs."""
     deviation = predicted - measured.values
     frf = Frf(measured.frequency, predicted, measured.outputs, measured.inputs, measured.unit)
     return HoldOut(

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from deboom.arrays import ComplexArray, RealArray
+from deboom.arrays import ComplexArray, RealArray, checked
 from deboom.errors import InputError
 from deboom.measurement.compressor_test import CompressorMount
 from deboom.physics.forced_response import (
@@ -27,7 +27,15 @@ GAIN_PARAMETERS = (
     "imaginary slope",
     "imaginary offset",
 )
-"""Order of the derivatives of `GainFactor.derivatives`."""
+"""Order of `GainFactor.values`."""
+GAIN_SHAPE_NAMES = ("ln rise", "ln slope", "loss limit", "ln loss rise", "ln loss slope")
+"""Order of the five numbers that leave the scale of the gain to the stiffness."""
+RELAXATIONS = (0.5, 0.25, 0.12, 0.06)
+"""Shares of a step, tried in turn: the next one where the one before swings without end."""
+STEPS_PER_SHARE = 250
+"""Steps allowed, times the inverse of the share."""
+TOLERANCE = 1e-11
+"""Largest relative change of an amplitude at the end [1]."""
 
 
 @dataclass(frozen=True)
@@ -50,9 +58,8 @@ class HyperbolicGain:
 
     Notes
     -----
-    ``v(f) = limit − 1/(slope·f + offset)``: thesis, eq. 56 and 57. The frequency is in hertz: in
-    eq. 56 the name ω stands for it, and the offset, there called ω₀, has no unit. Used from 10 to
-    150 Hz; it says nothing outside.
+    ``v(f) = limit − 1/(slope·f + offset)`` with f in hertz: thesis, eq. 56 and 57. Valid from 10
+    to 150 Hz.
     """
 
     limit: float
@@ -63,33 +70,11 @@ class HyperbolicGain:
         _refuse_pole(self, "a gain factor", "s", "falls with frequency")
 
     def at(self, frequency: npt.ArrayLike) -> RealArray:
-        """Value at each line.
-
-        Parameters
-        ----------
-        frequency : array, shape (n_frequency,)
-            [Hz].
-
-        Returns
-        -------
-        array, shape (n_frequency,)
-            [1].
-        """
+        """Compute the value at lines [Hz], shape (n_frequency,) [1]."""
         return self.limit - 1 / (self.slope * np.asarray(frequency, dtype=float) + self.offset)
 
     def derivatives(self, frequency: npt.ArrayLike) -> RealArray:
-        """Differentiate the value with respect to limit, slope and offset.
-
-        Parameters
-        ----------
-        frequency : array, shape (n_frequency,)
-            [Hz].
-
-        Returns
-        -------
-        array, shape (3, n_frequency)
-            [1, Hz, 1].
-        """
+        """Differentiate by limit, slope and offset, shape (3, n_frequency) [1, Hz, 1]."""
         lines = np.asarray(frequency, dtype=float)
         squared = (self.slope * lines + self.offset) ** 2
         return np.stack([np.ones_like(lines), lines / squared, 1 / squared])
@@ -115,13 +100,7 @@ class GainFactor:
 
     @classmethod
     def of(cls, values: npt.ArrayLike) -> GainFactor:
-        """Gain factor from six numbers in the order of `GAIN_PARAMETERS`.
-
-        Parameters
-        ----------
-        values : array, shape (6,)
-            Real limit, slope, offset, imaginary limit, slope, offset [1, s, 1, 1, s, 1].
-        """
+        """Make a gain factor of six numbers in the order of `GAIN_PARAMETERS`."""
         numbers = [float(value) for value in np.asarray(values, dtype=float)]
         return cls(HyperbolicGain(*numbers[:3]), HyperbolicGain(*numbers[3:]))
 
@@ -132,44 +111,22 @@ class GainFactor:
         return np.array([number for p in parts for number in (p.limit, p.slope, p.offset)])
 
     def at(self, frequency: npt.ArrayLike) -> ComplexArray:
-        """Value at each line.
-
-        Parameters
-        ----------
-        frequency : array, shape (n_frequency,)
-            [Hz].
-
-        Returns
-        -------
-        array, shape (n_frequency,)
-            Complex [1].
-        """
+        """Compute the complex value at lines [Hz], shape (n_frequency,) [1]."""
         return np.asarray(self.real.at(frequency) + 1j * self.imaginary.at(frequency))
 
     def derivatives(self, frequency: npt.ArrayLike) -> ComplexArray:
-        """Differentiate the value, one row per entry of `GAIN_PARAMETERS`.
-
-        Parameters
-        ----------
-        frequency : array, shape (n_frequency,)
-            [Hz].
-
-        Returns
-        -------
-        array, shape (6, n_frequency)
-            Complex [1, Hz, 1, 1, Hz, 1].
-        """
+        """Differentiate by each entry of `GAIN_PARAMETERS`, shape (6, n_frequency)."""
         return np.concatenate(
             [self.real.derivatives(frequency), 1j * self.imaginary.derivatives(frequency)]
         )
 
     def expected_loss(self, frequency: npt.ArrayLike) -> RealArray:
-        """Imaginary part that causality ties to the real one, ``(π/2) dv'/d ln f``.
+        """Compute the imaginary part that causality ties to the real one, ``(π/2) dv'/d ln f``.
 
         Parameters
         ----------
         frequency : array, shape (n_frequency,)
-            [Hz].
+            Lines [Hz].
 
         Returns
         -------
@@ -216,18 +173,7 @@ class AmplitudeGain:
         _refuse_pole(self, "an amplitude gain", "1/m", "does not fall with amplitude")
 
     def at(self, amplitude: npt.ArrayLike) -> RealArray:
-        """Value at each amplitude.
-
-        Parameters
-        ----------
-        amplitude : array, any shape
-            Peak displacement of the mount, from 0 [m].
-
-        Returns
-        -------
-        array, shape of `amplitude`
-            [1].
-        """
+        """Compute the value at peak displacements of the mount [m], same shape [1]."""
         return self.limit + 1 / (self.slope * np.asarray(amplitude, dtype=float) + self.offset)
 
 
@@ -242,16 +188,13 @@ def _refuse_pole(gain: HyperbolicGain | AmplitudeGain, what: str, unit: str, fau
         )
 
 
-GAIN_SHAPE_NAMES = ("ln rise", "ln slope", "loss limit", "ln loss rise", "ln loss slope")
-
-
 def gain_from_parameters(values: npt.ArrayLike, reference: float) -> GainFactor:
     """Build the gain factor whose real part is 1 at the reference line.
 
     Parameters
     ----------
     values : array, shape (5,)
-        In the order of `GAIN_SHAPE_NAMES` [1, ln Hz⁻¹, 1, 1, ln Hz⁻¹].
+        Numbers in the order of `GAIN_SHAPE_NAMES` [1, ln Hz⁻¹, 1, 1, ln Hz⁻¹].
     reference : float
         Line at which the real part is 1 [Hz].
 
@@ -281,29 +224,16 @@ def gain_from_parameters(values: npt.ArrayLike, reference: float) -> GainFactor:
 def gain_derivatives(
     values: npt.ArrayLike, reference: float, frequency: npt.ArrayLike
 ) -> ComplexArray:
-    """Differentiate the gain of `gain_from_parameters`.
-
-    Parameters
-    ----------
-    values, reference
-        As there.
-    frequency : array, shape (n_frequency,)
-        [Hz].
-
-    Returns
-    -------
-    array, shape (5, n_frequency)
-        Complex, per unit of each parameter.
-    """
+    """Differentiate the gain of `gain_from_parameters` by its numbers, shape (5, n_frequency)."""
     lines = np.asarray(frequency, dtype=float)
     numbers = np.asarray(values, dtype=float)
     rise, slope, loss_rise, loss_slope = np.exp(numbers[[0, 1, 3, 4]])
-    here, there = slope * lines + 1, slope * reference + 1
+    at_line, at_reference = slope * lines + 1, slope * reference + 1
     loss = loss_slope * lines + 1
-    by_slope = slope * (lines / here**2 - reference / there**2)
+    by_slope = slope * (lines / at_line**2 - reference / at_reference**2)
     return np.stack(
         [
-            rise * (1 / there - 1 / here) + 0j,
+            rise * (1 / at_reference - 1 / at_line) + 0j,
             rise * by_slope + 0j,
             np.full(lines.shape, 1j),
             -1j * loss_rise / loss,
@@ -313,19 +243,7 @@ def gain_derivatives(
 
 
 def gain_parameters(gain: GainFactor, reference: float) -> RealArray:
-    """Find the five numbers of a gain factor, whatever its scale.
-
-    Parameters
-    ----------
-    gain : GainFactor
-    reference : float
-        Line at which the real part becomes 1 [Hz].
-
-    Returns
-    -------
-    array, shape (5,)
-        In the order of `GAIN_SHAPE_NAMES`.
-    """
+    """Find the five numbers of a gain factor of any scale, inverse of `gain_from_parameters`."""
     scale = float(gain.real.at(reference))
     return np.array(
         [
@@ -338,14 +256,6 @@ def gain_parameters(gain: GainFactor, reference: float) -> RealArray:
     )
 
 
-RELAXATIONS = (0.5, 0.25, 0.12, 0.06)
-"""Shares of a step, tried in turn: the next one where the one before swings without end."""
-STEPS_PER_SHARE = 250
-"""Steps allowed, times the inverse of the share."""
-TOLERANCE = 1e-11
-"""Largest relative change of an amplitude at the end [1]."""
-
-
 @dataclass(frozen=True)
 class AmplitudeFactor:
     """Softening of real and imaginary part of one mount's stiffness.
@@ -353,54 +263,37 @@ class AmplitudeFactor:
     Parameters
     ----------
     real, imaginary : AmplitudeGain
-        Factors on the parts of the gain over frequency.
-
-    Notes
-    -----
-    Second brackets of the thesis's eq. 54 and 55.
+        Factors on the parts of the gain over frequency: second brackets of the thesis's eq. 54, 55.
     """
 
     real: AmplitudeGain
     imaginary: AmplitudeGain
 
     def on(self, gain: ComplexArray, amplitude: RealArray) -> ComplexArray:
-        """Gain over frequency and amplitude.
-
-        Parameters
-        ----------
-        gain : array, shape (n_frequency,)
-            Of `GainFactor.at` [1].
-        amplitude : array, shape (n_frequency,)
-            Of the mount [m].
-
-        Returns
-        -------
-        array, shape (n_frequency,)
-            Complex [1].
-        """
+        """Scale a gain [1] by the mount's amplitudes [m], shape (n_frequency,)."""
         return np.asarray(
             gain.real * self.real.at(amplitude) + 1j * gain.imag * self.imaginary.at(amplitude)
         )
 
 
-@dataclass(frozen=True, eq=False)
+@checked(frequency="f", displacement="f 6", amplitude="f m", gain="f m", stiffness="f 6 6")
 class AmplitudeResponse:
     """Motion in which every mount is as stiff as its own amplitude makes it.
 
     Parameters
     ----------
     frequency : array, shape (n_frequency,)
-        [Hz].
+        Lines [Hz].
     displacement : array, shape (n_frequency, 6)
-        Of the virtual point, complex amplitudes [m, rad].
+        Motion of the virtual point, complex peak [m, rad].
     amplitude : array, shape (n_frequency, n_mount)
-        Of each mount [m].
+        Displacement of each mount [m].
     gain : array, shape (n_frequency, n_mount)
-        Of each mount, complex [1].
+        Complex gain of each mount [1].
     stiffness : array, shape (n_frequency, 6, 6)
-        At the virtual point, in this motion [N/m, N/rad, N m/rad].
+        Stiffness at the virtual point in this motion [N/m, N/rad, N m/rad].
     iterations : int
-        Needed by the slowest line.
+        Steps of the slowest line.
     """
 
     frequency: RealArray
@@ -410,15 +303,9 @@ class AmplitudeResponse:
     stiffness: ComplexArray
     iterations: int
 
-    def __post_init__(self) -> None:
-        for name in ("frequency", "displacement", "amplitude", "gain", "stiffness"):
-            array = np.array(getattr(self, name))
-            array.setflags(write=False)
-            object.__setattr__(self, name, array)
-
     @property
     def acceleration(self) -> ComplexArray:
-        """Of the virtual point, shape (n_frequency, 6) [m/s², rad/s²]."""
+        """Acceleration of the virtual point, shape (n_frequency, 6) [m/s², rad/s²]."""
         omega = 2 * np.pi * self.frequency[:, np.newaxis]
         return np.asarray(-(omega**2) * self.displacement)
 
@@ -438,17 +325,17 @@ def amplitude_response(
     Parameters
     ----------
     mass_matrix : array, shape (6, 6)
-        At the virtual point [kg, kg m, kg m²].
+        Mass matrix at the virtual point [kg, kg m, kg m²].
     mounts : sequence of CompressorMount
-        At least one.
+        At least one mount.
     gain : GainFactor
-        Over frequency, common to all mounts.
+        Gain over frequency, common to all mounts.
     softening : sequence of AmplitudeFactor
-        One per mount.
+        Factor of each mount.
     force : array, shape (n_frequency, 6)
         Complex amplitudes [N, N m].
     frequency : array, shape (n_frequency,)
-        Above 0 [Hz].
+        Lines above 0 [Hz].
     start : float
         Amplitude to begin with [m].
 
@@ -467,7 +354,7 @@ def amplitude_response(
     -----
     Thesis, eq. 52-55, where ``s = |s(ω)|`` is left open: here ``s_i = |T_i s_VP|``, the root of the
     sum of squares of the three complex amplitudes at mount i (at most √2 times the true stroke,
-    exact for motion along a line). The equation is implicit, since the motion needs the stiffness:
+    exact for motion along a line). The motion needs the stiffness and the stiffness the motion:
     damped fixed point on the logarithm of the amplitudes. Rubber, which softens by some ten
     percent per decade, has one solution, found in 40 to 60 steps from any start.
     """
@@ -485,7 +372,7 @@ def amplitude_response(
 
     def gains(strokes: RealArray) -> ComplexArray:
         amplitude = _amplitudes(strokes)
-        parts = [one.on(over_frequency, amplitude[:, i]) for i, one in enumerate(softening)]
+        parts = [factor.on(over_frequency, amplitude[:, i]) for i, factor in enumerate(softening)]
         return np.stack(parts, axis=1)
 
     def stiffness(strokes: RealArray) -> ComplexArray:
@@ -507,19 +394,19 @@ def amplitude_response(
 
     for relaxation in RELAXATIONS[:-1]:
         try:
-            found = steady(relaxation)
+            state = steady(relaxation)
             break
         except ConvergenceError:
             continue
     else:
-        found = steady(RELAXATIONS[-1])
+        state = steady(RELAXATIONS[-1])
     return AmplitudeResponse(
         lines,
-        found.displacement,
-        _amplitudes(found.amplitude),
-        gains(found.amplitude),
-        stiffness(found.amplitude),
-        found.iterations,
+        state.displacement,
+        _amplitudes(state.amplitude),
+        gains(state.amplitude),
+        stiffness(state.amplitude),
+        state.iterations,
     )
 
 

@@ -1,9 +1,11 @@
-"""What sweeps and hammer tests say about hoses."""
+"""What sweeps and hammer tests with and without hoses say about the stiffness of the hoses."""
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, NamedTuple, Protocol
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -11,10 +13,15 @@ import numpy.typing as npt
 from deboom.arrays import ComplexArray, RealArray
 from deboom.compressor.placement import deviation_from_coherence
 from deboom.compressor.routes import FactorOverFrequency
-from deboom.compressor.unbalance_load import RotationSense
+from deboom.compressor.unbalance_load import RotationSense, gyroscopic_mass
+from deboom.compressor.virtual_point_fit import thinned
 from deboom.errors import InputError
-from deboom.measurement.compressor_test import HoseState, OperatingSweep, OperatingTest
-from deboom.physics.rigid_body import skew
+from deboom.measurement.compressor_test import (
+    HoseState,
+    InertanceTest,
+    OperatingSweep,
+    OperatingTest,
+)
 
 if TYPE_CHECKING:
     from deboom.compressor.identify import Identification
@@ -24,6 +31,8 @@ SAME_PRESSURE = 0.02
 SAME_LINE = 1e-6
 """Lines that differ by less than this part are one."""
 SMALLEST_LINES = 10
+HIT_SCATTER = 5e-4
+"""Of the hits around their mark, per axis, 1 σ [m]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,13 +42,13 @@ class RunningCompressor:
     Parameters
     ----------
     frequency : array, shape (n_frequency,)
-        Of the rotation [Hz].
+        Frequency of the rotation [Hz].
     apparent_mass : array, shape (n_frequency, 6, 6)
         At the virtual point [kg, kg m, kg m²].
     mounts : array, shape (n_frequency, 6, 6)
         Part of the mounts, ``(1 + δ) v K/ω²`` [kg, kg m, kg m²].
     length : float
-        At which a rotation counts as much as a translation [m].
+        Length at which a rotation counts as much as a translation [m].
     """
 
     frequency: RealArray
@@ -61,14 +70,15 @@ def running_compressor(
     Parameters
     ----------
     found : Identification
+        Compressor of the hammer test.
     frequency : array, shape (n_frequency,)
-        Above 0 [Hz].
+        Lines above 0 [Hz].
     change : complex array, shape (n_frequency,) or ()
-        δ of the mounts' dynamic stiffness against the hammer test, as the unbalance room finds it
-        [1].
+        δ of the mounts' dynamic stiffness against the hammer test [1].
     rotor_inertia : float, optional
         Polar moment of the rotor; without it the gyroscopic moment is left out [kg m²].
     sense : RotationSense
+        Sense of the rotor.
 
     Returns
     -------
@@ -80,11 +90,9 @@ def running_compressor(
     """
     lines = np.asarray(frequency, dtype=float)
     model = found.calibrated.model
-    factor = model.gain.at(lines) * (1 + np.asarray(change)) / (2 * np.pi * lines) ** 2
-    mounts = factor[:, np.newaxis, np.newaxis] * model.stiffness
-    mass = model.mass_matrix - mounts
-    if rotor_inertia is not None:
-        mass[:, 3:, 3:] += 1j * sense.value * rotor_inertia * skew([1.0, 0.0, 0.0])
+    factor = (1 + np.asarray(change)) * np.ones(lines.size)
+    mounts = factor[:, np.newaxis, np.newaxis] * model.mount_part(lines)
+    mass = model.mass_matrix - mounts + gyroscopic_mass(rotor_inertia, sense)
     return RunningCompressor(lines, mass, mounts, found.length)
 
 
@@ -95,15 +103,15 @@ class SweepPair:
     Parameters
     ----------
     soft_name, standard_name : str
-        Of the sweeps.
+        Names of the sweeps.
     pressure : float
-        [Pa].
+        Pressure of the gas [Pa].
     frequency : array, shape (n_frequency,)
         Lines of both [Hz].
     soft, standard : array, shape (n_frequency, 6)
-        [m/s², rad/s²].
-    soft_covariance, standard_covariance : array, shape (n_frequency, 6, 6)
-        Of the real as of the imaginary part.
+        Accelerations [m/s², rad/s²].
+    covariance : array, shape (n_frequency, 6, 6)
+        Of the difference of both, of the real as of the imaginary part.
     inverse : array, shape (6, n_channel)
         Channels → motion of the virtual point, by which they were found.
     """
@@ -114,8 +122,7 @@ class SweepPair:
     frequency: RealArray
     soft: ComplexArray
     standard: ComplexArray
-    soft_covariance: RealArray
-    standard_covariance: RealArray
+    covariance: RealArray
     inverse: RealArray
 
 
@@ -127,6 +134,7 @@ def sweep_pairs(
     Parameters
     ----------
     test : OperatingTest
+        Sweeps of the running compressor.
     found : Identification
         With the accelerometers of the sweeps.
     band : (float, float)
@@ -150,14 +158,28 @@ def sweep_pairs(
     pairs = []
     for standard in test.with_hoses(HoseState.STANDARD):
         partners = [
-            (soft, _common(soft, standard, band))
+            (soft, _common_lines(soft, standard, band))
             for soft in test.with_hoses(HoseState.SOFT)
             if abs(soft.pressure / standard.pressure - 1) < SAME_PRESSURE
         ]
-        partners = [one for one in partners if one[1][0].size >= SMALLEST_LINES]
-        if partners:
-            soft, lines = max(partners, key=lambda one: one[1][0].size)
-            pairs.append(_pair(soft, standard, lines, found))
+        partners = [(soft, lines) for soft, lines in partners if lines[0].size >= SMALLEST_LINES]
+        if not partners:
+            continue
+        soft, (first, second) = max(partners, key=lambda partner: partner[1][0].size)
+        motion, covariance = motion_at_virtual_point(soft, found)
+        other, other_covariance = motion_at_virtual_point(standard, found)
+        pairs.append(
+            SweepPair(
+                soft.name,
+                standard.name,
+                standard.pressure,
+                soft.frequency[first],
+                motion[first],
+                other[second],
+                covariance[first] + other_covariance[second],
+                _calibrated_inverse(found),
+            )
+        )
     if not pairs:
         raise InputError(
             f"{test.name}: no pressure was run with standard and with soft hoses over common lines "
@@ -175,12 +197,14 @@ def motion_at_virtual_point(
     Parameters
     ----------
     sweep : OperatingSweep
+        Accelerations of the running compressor.
     found : Identification
+        With the calibration of the accelerometers.
 
     Returns
     -------
     motion : array, shape (n_frequency, 6)
-        [m/s², rad/s²].
+        Acceleration [m/s², rad/s²].
     covariance : array, shape (n_frequency, 6, 6)
         Of the real as of the imaginary part.
 
@@ -194,84 +218,25 @@ def motion_at_virtual_point(
             f"sweep {sweep.name} has other accelerometers than {found.test.name}: the "
             "sensors must stay where they were struck"
         )
-    inverse = calibrated_inverse(found)
+    inverse = _calibrated_inverse(found)
     covariance = (inverse * sweep.deviation[:, np.newaxis] ** 2) @ inverse.T
     return np.asarray(sweep.acceleration.values @ inverse.T), np.asarray(covariance)
 
 
-def calibrated_inverse(found: Identification) -> RealArray:
-    """Channels → motion of the virtual point, as the hammer test calibrated them.
-
-    Parameters
-    ----------
-    found : Identification
-
-    Returns
-    -------
-    array, shape (6, n_channel)
-        [1, 1/m].
-    """
-    calibrated = found.calibrated
-    return np.asarray(np.linalg.pinv(calibrated.placement.response_matrix(calibrated.errors)))
+def _calibrated_inverse(found: Identification) -> RealArray:
+    """Channels → motion of the virtual point, as the hammer test calibrated them [1, 1/m]."""
+    return np.asarray(np.linalg.pinv(found.calibrated.response_matrix))
 
 
-def _common(
+def _common_lines(
     soft: OperatingSweep, standard: OperatingSweep, band: tuple[float, float]
 ) -> tuple[npt.NDArray[np.intp], npt.NDArray[np.intp]]:
-    """Find the lines that both sweeps have: their indices in each of them."""
-    own, other = soft.frequency, standard.frequency
-    nearest = np.abs(other - own[:, np.newaxis]).argmin(axis=1)
-    same = np.abs(other[nearest] / own - 1) < SAME_LINE
-    kept = np.flatnonzero(same & (own >= band[0]) & (own <= band[1]))
+    """Lines that both sweeps have: their indices in each of them."""
+    lines, other = soft.frequency, standard.frequency
+    nearest = np.abs(other - lines[:, np.newaxis]).argmin(axis=1)
+    same = np.abs(other[nearest] / lines - 1) < SAME_LINE
+    kept = np.flatnonzero(same & (lines >= band[0]) & (lines <= band[1]))
     return kept, nearest[kept]
-
-
-def _pair(
-    soft: OperatingSweep,
-    standard: OperatingSweep,
-    lines: tuple[npt.NDArray[np.intp], npt.NDArray[np.intp]],
-    found: Identification,
-) -> SweepPair:
-    motion, covariance = motion_at_virtual_point(soft, found)
-    other, other_covariance = motion_at_virtual_point(standard, found)
-    first, second = lines
-    return SweepPair(
-        soft.name,
-        standard.name,
-        standard.pressure,
-        soft.frequency[first],
-        motion[first],
-        other[second],
-        covariance[first],
-        other_covariance[second],
-        calibrated_inverse(found),
-    )
-
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from deboom.compressor.hose_evidence import RunningCompressor, SweepPair
-    from deboom.compressor.identify import Identification
-    from deboom.measurement.compressor_test import InertanceTest, OperatingTest
-
-HIT_SCATTER = 5e-4
-"""Of the hits around their mark, per axis, 1 σ [m]."""
-
-
-class Residuals(NamedTuple):
-    """Deviations in units of their noise, and their derivatives.
-
-    Parameters
-    ----------
-    values : array, shape (n,)
-        Complex, both parts of unit deviation [1].
-    slopes : array, shape (n_hose_number + n_nuisance, n)
-        By the numbers of the hoses, then by the nuisances.
-    """
-
-    values: ComplexArray
-    slopes: ComplexArray
 
 
 class Changes(NamedTuple):
@@ -292,58 +257,75 @@ class Changes(NamedTuple):
     excitation: RealArray
 
 
-class HoseEvidence(Protocol):
+class HoseEvidence(ABC):
     """A measurement with hoses beside one without, as a function of the hoses' stiffness."""
 
+    frequency: RealArray
+    """Lines at which the stiffness is wanted, shape (n_frequency,) [Hz]."""
+    nuisance_deviations: RealArray
+    """1 σ of what is estimated along and of no interest, shape (n_nuisance,)."""
+
     @property
+    @abstractmethod
     def name(self) -> str:
         """Such as ``hammer tests``."""
-        ...
 
-    @property
-    def frequency(self) -> RealArray:
-        """Lines at which the stiffness is wanted, shape (n_frequency,) [Hz]."""
-        ...
-
-    @property
-    def nuisance_deviations(self) -> RealArray:
-        """1 σ of what is estimated along and of no interest, shape (n_nuisance,)."""
-        ...
-
+    @abstractmethod
     def residuals(
         self, stiffness: ComplexArray, slopes: ComplexArray, nuisances: RealArray
-    ) -> Residuals:
-        """Compare with a stiffness (n_frequency, 6, 6) and its slopes (k, n_frequency, 6, 6)."""
-        ...
+    ) -> tuple[ComplexArray, ComplexArray]:
+        """Compare with a stiffness of the hoses.
 
+        Parameters
+        ----------
+        stiffness : array, shape (n_frequency, 6, 6)
+            At the virtual point [N/m, N/rad, N m/rad].
+        slopes : array, shape (k, n_frequency, 6, 6)
+            Its derivatives by the numbers of the hoses.
+        nuisances : array, shape (n_nuisance,)
+            Numbers of no interest.
+
+        Returns
+        -------
+        values : array, shape (n,)
+            Complex deviations, both parts in units of their noise [1].
+        slopes : array, shape (k + n_nuisance, n)
+            By the numbers of the hoses, then by the nuisances.
+        """
+
+    @abstractmethod
     def by_identification(
         self, stiffness: ComplexArray, nuisances: RealArray, changes: Changes
     ) -> ComplexArray:
         """Differentiate the residuals by errors of the identification, shape (k, n)."""
-        ...
+
+    @property
+    def squared(self) -> RealArray:
+        """ω² of the lines, shape (n_frequency, 1, 1) [1/s²]."""
+        return ((2 * np.pi * self.frequency) ** 2)[:, np.newaxis, np.newaxis]
 
 
 @dataclass(frozen=True, eq=False)
-class HammerEvidence:
+class HammerEvidence(HoseEvidence):
     """Inertance with hoses less inertance without, in coordinates of white noise.
 
     Parameters
     ----------
     frequency : array, shape (n_frequency,)
-        [Hz].
+        Lines [Hz].
     difference : array, shape (n_frequency, 6, 6)
         ``Q_Vᵀ (Y_with − Y_without) Q_U``, with the calibrated ``V = Q_V R_V``, ``U = Q_U R_U``
         [1/kg].
     deviation : array, shape (n_frequency,)
         Of the real as of the imaginary part of each entry [1/kg].
     apparent_mass : array, shape (n_frequency, 6, 6)
-        Of the identified compressor without hoses [kg, kg m, kg m²].
+        Identified compressor without hoses [kg, kg m, kg m²].
     response, excitation : array, shape (6, 6)
         R_V and R_U [1, m].
     channels, impacts : array, shape (n_channel, 6) and (n_impact, 6)
         Q_V and Q_U [1].
-    scatter : float
-        Of the middle of each impact's hits between the two tests, 1 σ [m].
+    nuisance_deviations : array, shape (18,)
+        Moments per newton by hits that strike elsewhere the second time, 1 σ [m].
 
     Notes
     -----
@@ -360,54 +342,49 @@ class HammerEvidence:
     excitation: RealArray
     channels: RealArray
     impacts: RealArray
-    scatter: float
+    nuisance_deviations: RealArray
 
     @property
     def name(self) -> str:
-        """For statements."""
+        """Name in statements."""
         return "hammer tests"
-
-    @property
-    def nuisance_deviations(self) -> RealArray:
-        """Of the moments per newton [m]."""
-        return np.full(18, self.scatter)
 
     def residuals(
         self, stiffness: ComplexArray, slopes: ComplexArray, nuisances: RealArray
-    ) -> Residuals:
-        """See `HoseEvidence`; ``H_with = (AM − K_h/ω²)⁻¹``."""
-        squared = ((2 * np.pi * self.frequency) ** 2)[:, np.newaxis, np.newaxis]
-        with_hoses = np.linalg.inv(self.apparent_mass - stiffness / squared)
-        without = np.linalg.inv(self.apparent_mass)
+    ) -> tuple[ComplexArray, ComplexArray]:
+        """Compare with ``H_with = (AM − K_h/ω²)⁻¹``; see `HoseEvidence`."""
+        with_hoses, without = self._inertances(stiffness)
         seen, struck = self.response @ with_hoses, self._struck(nuisances)
         predicted = seen @ struck.T - self.response @ without @ self.excitation.T
         scale = self.deviation[:, np.newaxis, np.newaxis]
-        by_hose = seen @ (slopes / squared) @ (with_hoses @ struck.T)
+        by_hose = seen @ (slopes / self.squared) @ (with_hoses @ struck.T)
         by_scatter = np.zeros((6, 3, *seen.shape), dtype=complex)
         for impact in range(6):
             by_scatter[impact, :, :, :, impact] = np.moveaxis(seen[:, :, 3:], -1, 0)
         derivatives = np.concatenate([by_hose, by_scatter.reshape(18, *seen.shape)]) / scale
         deviation: ComplexArray = (predicted - self.difference) / scale
-        return Residuals(
-            deviation.reshape(-1),
-            np.asarray(derivatives.reshape(derivatives.shape[0], -1), dtype=complex),
-        )
+        rows = np.asarray(derivatives.reshape(len(derivatives), -1), dtype=complex)
+        return deviation.reshape(-1), rows
 
     def by_identification(
         self, stiffness: ComplexArray, nuisances: RealArray, changes: Changes
     ) -> ComplexArray:
-        """See `HoseEvidence`; both inertances answer."""
-        squared = ((2 * np.pi * self.frequency) ** 2)[:, np.newaxis, np.newaxis]
-        with_hoses = np.linalg.inv(self.apparent_mass - stiffness / squared)
-        without = np.linalg.inv(self.apparent_mass)
+        """Differentiate by errors of the identification; both inertances answer."""
+        with_hoses, without = self._inertances(stiffness)
         by_mass = without @ changes.apparent_mass @ without
         by_mass -= with_hoses @ changes.apparent_mass @ with_hoses
-        own, struck = with_hoses - without, self._struck(nuisances).T
+        difference, struck = with_hoses - without, self._struck(nuisances).T
         seen = (self.channels.T @ changes.response)[:, np.newaxis]
         moved = np.swapaxes(self.impacts.T @ changes.excitation, -1, -2)[:, np.newaxis]
-        change = (self.response @ by_mass + seen @ own) @ struck + self.response @ own @ moved
+        change = (self.response @ by_mass + seen @ difference) @ struck
+        change = change + self.response @ difference @ moved
         scaled = change / self.deviation[:, np.newaxis, np.newaxis]
         return np.asarray(scaled.reshape(scaled.shape[0], -1))
+
+    def _inertances(self, stiffness: ComplexArray) -> tuple[ComplexArray, ComplexArray]:
+        """Inertance with hoses and without, shape (n_frequency, 6, 6) each."""
+        with_hoses = np.linalg.inv(self.apparent_mass - stiffness / self.squared)
+        return np.asarray(with_hoses), np.asarray(np.linalg.inv(self.apparent_mass))
 
     def _struck(self, nuisances: RealArray) -> RealArray:
         """R_U with the hits where they struck the second time."""
@@ -421,22 +398,19 @@ def hammer_evidence(
     *,
     band: tuple[float, float],
     largest_lines: int,
-    scatter: float = HIT_SCATTER,
 ) -> HammerEvidence:
     """Compare two hammer tests of one compressor.
 
     Parameters
     ----------
     without, with_hoses : InertanceTest
-        Same sensors, impacts and lines.
+        Tests of the same sensors, impacts and lines.
     found : Identification
-        Identified from `without`.
+        Compressor identified from `without`.
     band : (float, float)
         Lines that are used [Hz].
     largest_lines : int
-        Denser ones are thinned evenly.
-    scatter : float
-        Of single hits around their mark, per axis, 1 σ [m].
+        Number of lines; denser ones are thinned evenly.
 
     Returns
     -------
@@ -458,15 +432,12 @@ def hammer_evidence(
         raise InputError(
             f"{without.name} and {with_hoses.name} have other lines: record both with one setting"
         )
-    kept = np.flatnonzero((lines >= band[0]) & (lines <= band[1]))
+    kept = thinned(np.flatnonzero((lines >= band[0]) & (lines <= band[1])), largest_lines)
     if not kept.size:
         raise InputError(f"{without.name} has no line between {band[0]:g} and {band[1]:g} Hz")
-    if kept.size > largest_lines:
-        spread = np.linspace(0, kept.size - 1, largest_lines)
-        kept = kept[np.round(spread).astype(int)]
     calibrated = found.calibrated
-    seen, response = np.linalg.qr(calibrated.placement.response_matrix(calibrated.errors))
-    struck, excitation = np.linalg.qr(calibrated.placement.excitation_matrix(calibrated.errors))
+    channels, response = np.linalg.qr(calibrated.response_matrix)
+    impacts, excitation = np.linalg.qr(calibrated.excitation_matrix)
     change = (with_hoses.frf.values - without.frf.values)[kept]
     variance = sum(
         np.mean(
@@ -478,26 +449,29 @@ def hammer_evidence(
     floor = (1e-9 * np.abs(without.frf.values).max()) ** 2
     return HammerEvidence(
         lines[kept],
-        np.asarray(seen.T @ change @ struck),
+        np.asarray(channels.T @ change @ impacts),
         np.sqrt(np.maximum(variance, floor)),
         calibrated.model.apparent_mass(lines[kept]),
         response,
         excitation,
-        seen,
-        struck,
-        scatter * float(np.sqrt(hits)),
+        channels,
+        impacts,
+        np.full(18, HIT_SCATTER * np.sqrt(hits)),
     )
 
 
 @dataclass(frozen=True, eq=False)
-class SweepEvidence:
+class SweepEvidence(HoseEvidence):
     """Motion with standard hoses as predicted from that with soft ones at one pressure.
 
     Parameters
     ----------
+    frequency : array, shape (n_frequency,)
+        Lines of the pair [Hz].
     pair : SweepPair
+        Both motions.
     state : RunningCompressor
-        At its lines.
+        Compressor at their lines.
     whitening : array, shape (n_frequency, 6, 6)
         ``L⁻¹`` of the covariance of both motions.
     basis : array, shape (n_unknown, n_frequency)
@@ -511,6 +485,7 @@ class SweepEvidence:
     the apparent mass counts in the product ``AM⁻¹ K_h`` only.
     """
 
+    frequency: RealArray
     pair: SweepPair
     state: RunningCompressor
     whitening: RealArray
@@ -519,40 +494,31 @@ class SweepEvidence:
 
     @property
     def name(self) -> str:
-        """For statements."""
+        """Name in statements."""
         return f"sweeps {self.pair.standard_name} and {self.pair.soft_name}"
-
-    @property
-    def frequency(self) -> RealArray:
-        """Of the pair [Hz]."""
-        return self.pair.frequency
 
     def residuals(
         self, stiffness: ComplexArray, slopes: ComplexArray, nuisances: RealArray
-    ) -> Residuals:
-        """See `HoseEvidence`."""
-        squared = ((2 * np.pi * self.frequency) ** 2)[:, np.newaxis, np.newaxis]
-        change = nuisances @ self.basis
+    ) -> tuple[ComplexArray, ComplexArray]:
+        """Compare with the motion of standard hoses; see `HoseEvidence`."""
         mounts = self.state.mounts
-        now = self.state.apparent_mass - change[:, np.newaxis, np.newaxis] * mounts
-        coupled = np.linalg.solve(now, stiffness / squared)
+        now = self._apparent_mass(nuisances)
+        coupled = np.linalg.solve(now, stiffness / self.squared)
         answer = np.linalg.inv(np.eye(6) - coupled)
         predicted = answer @ self.pair.soft[..., np.newaxis]
         deviation = self.whitening @ (predicted - self.pair.standard[..., np.newaxis])
         pushed = self.whitening @ answer @ np.linalg.inv(now)
-        by_hose = (pushed @ ((slopes / squared) @ predicted))[..., 0]
+        by_hose = (pushed @ ((slopes / self.squared) @ predicted))[..., 0]
         by_change = (pushed @ mounts @ (coupled @ predicted))[..., 0]
         derivatives = np.concatenate([by_hose, self.basis[:, :, np.newaxis] * by_change])
-        return Residuals(deviation.reshape(-1), derivatives.reshape(derivatives.shape[0], -1))
+        return deviation.reshape(-1), derivatives.reshape(len(derivatives), -1)
 
     def by_identification(
         self, stiffness: ComplexArray, nuisances: RealArray, changes: Changes
     ) -> ComplexArray:
-        """See `HoseEvidence`; ``∂a = (AM − K_h/ω²)⁻¹ ∂AM (a_soft − a)``, ``∂V⁺ = −V⁺ ∂V V⁺``."""
-        squared = ((2 * np.pi * self.frequency) ** 2)[:, np.newaxis, np.newaxis]
-        change = nuisances @ self.basis
-        now = self.state.apparent_mass - change[:, np.newaxis, np.newaxis] * self.state.mounts
-        loaded = now - stiffness / squared
+        """Differentiate ``a = (AM − K_h/ω²)⁻¹ AM a_soft``, with ``∂V⁺ = −V⁺ ∂V V⁺``."""
+        now = self._apparent_mass(nuisances)
+        loaded = now - stiffness / self.squared
         soft, standard = (
             motion[..., np.newaxis] for motion in (self.pair.soft, self.pair.standard)
         )
@@ -561,13 +527,17 @@ class SweepEvidence:
         answer = np.linalg.solve(loaded, pushed + now @ (misread @ soft)) - misread @ standard
         return np.asarray((self.whitening @ answer).reshape(answer.shape[0], -1))
 
+    def _apparent_mass(self, nuisances: RealArray) -> ComplexArray:
+        """Apparent mass with the change of the mounts, shape (n_frequency, 6, 6)."""
+        change = nuisances @ self.basis
+        return self.state.apparent_mass - change[:, np.newaxis, np.newaxis] * self.state.mounts
+
 
 def sweep_evidence(
     test: OperatingTest,
     found: Identification,
     *,
     band: tuple[float, float],
-    mounts: FactorOverFrequency | None = None,
     sense: RotationSense = RotationSense.POSITIVE,
 ) -> tuple[SweepEvidence, ...]:
     """Compare sweeps with standard and with soft hoses at each pressure that has both.
@@ -575,12 +545,11 @@ def sweep_evidence(
     Parameters
     ----------
     test : OperatingTest
+        Sweeps of the running compressor.
     found : Identification
         From its hammer test without hoses.
     band : (float, float)
         Lines that are used [Hz].
-    mounts : FactorOverFrequency, optional
-        How the mounts may differ from the hammer test; estimated along.
     sense : RotationSense
         Of the rotor, for its gyroscopic moment.
 
@@ -593,32 +562,31 @@ def sweep_evidence(
     InputError
         No pressure with both.
     """
-    mounts = mounts or FactorOverFrequency()
-    result = []
-    for pair in sweep_pairs(test, found, band):
-        state = running_compressor(
-            found, pair.frequency, rotor_inertia=test.rotor_inertia, sense=sense
+    mounts = FactorOverFrequency()
+    return tuple(
+        SweepEvidence(
+            pair.frequency,
+            pair,
+            running_compressor(
+                found, pair.frequency, rotor_inertia=test.rotor_inertia, sense=sense
+            ),
+            np.asarray(np.linalg.inv(np.linalg.cholesky(pair.covariance)), dtype=float),
+            mounts.basis(pair.frequency),
+            mounts.deviations,
         )
-        noise = pair.soft_covariance + pair.standard_covariance
-        result.append(
-            SweepEvidence(
-                pair,
-                state,
-                np.asarray(np.linalg.inv(np.linalg.cholesky(noise)), dtype=float),
-                mounts.basis(pair.frequency),
-                mounts.deviations,
-            )
-        )
-    return tuple(result)
+        for pair in sweep_pairs(test, found, band)
+    )
 
 
-def stack(parts: Sequence[Residuals], first: int) -> tuple[RealArray, RealArray]:
+def stack(
+    parts: Sequence[tuple[ComplexArray, ComplexArray]], first: int
+) -> tuple[RealArray, RealArray]:
     """Put residuals of several measurements of the same hoses below each other, real.
 
     Parameters
     ----------
-    parts : sequence of Residuals
-        Each with nuisances of its own.
+    parts : sequence of tuples
+        Values and slopes of `HoseEvidence.residuals`, each with nuisances of its own.
     first : int
         Number of the hoses' numbers, which all share.
 
@@ -627,14 +595,12 @@ def stack(parts: Sequence[Residuals], first: int) -> tuple[RealArray, RealArray]
     values : array, shape (n,)
     jacobian : array, shape (n, first + n_nuisance)
     """
-    sizes = [part.slopes.shape[0] - first for part in parts]
-    values, rows = [], []
-    at = first
-    for part, size in zip(parts, sizes, strict=True):
-        block = np.zeros((2 * part.values.size, first + sum(sizes)))
-        real = np.ascontiguousarray(part.slopes).view(float).T
+    sizes = [len(slopes) - first for _, slopes in parts]
+    rows, at = [], first
+    for (values, slopes), size in zip(parts, sizes, strict=True):
+        block = np.zeros((2 * values.size, first + sum(sizes)))
+        real = np.ascontiguousarray(slopes).view(float).T
         block[:, :first], block[:, at : at + size] = real[:, :first], real[:, first:]
         at += size
-        values.append(part.values.view(float))
         rows.append(block)
-    return np.concatenate(values), np.concatenate(rows)
+    return np.concatenate([values.view(float) for values, _ in parts]), np.concatenate(rows)

@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from deboom.arrays import RealArray
+from deboom.compressor.calibrate import evaluated_together
 from deboom.compressor.hose_beams import (
     BEAM_NUMBERS,
     PLACE_NUMBERS,
@@ -24,16 +25,20 @@ from deboom.compressor.hose_beams import (
     point_derivatives,
     separation_statement,
 )
-from deboom.compressor.hose_evidence import Changes, hammer_evidence, stack, sweep_evidence
+from deboom.compressor.hose_evidence import (
+    Changes,
+    HoseEvidence,
+    hammer_evidence,
+    stack,
+    sweep_evidence,
+)
 from deboom.compressor.identifiability import Knowledge, knowledge
 from deboom.compressor.unbalance_load import RotationSense
 from deboom.errors import InputError
-from deboom.measurement.compressor_test import HoseDrawing, HoseState
+from deboom.measurement.compressor_test import HoseDrawing, HoseState, OperatingTest
 
 if TYPE_CHECKING:
-    from deboom.compressor.hose_evidence import HoseEvidence
     from deboom.compressor.identify import Identification
-    from deboom.measurement.compressor_test import OperatingTest
 
 ALARM = 1.5
 """Reduced χ above which the hoses are not the beams that were fitted."""
@@ -72,7 +77,7 @@ class HosePrior:
     angle : float
         Of the direction, each way [rad].
     length : float
-        Of its logarithm [1].
+        Of the logarithm of the length [1].
 
     Raises
     ------
@@ -93,7 +98,7 @@ class HosePrior:
 
     @property
     def deviations(self) -> RealArray:
-        """In the order of `NUMBERS`, shape (11,)."""
+        """1 σ in the order of `NUMBERS`, shape (11,)."""
         beam = np.full(len(BEAM_NUMBERS), self.beam)
         place = [*[self.position] * 3, *[self.angle] * 2, self.length]
         return np.concatenate([beam, place])
@@ -113,10 +118,11 @@ class HoseOptions:
         Lines of the sweeps that are used: below 50 Hz mounts that soften with their motion, which
         the hoses change, look like hoses [Hz].
     largest_lines : int
-        Of the hammer tests.
+        Number of lines of the hammer tests.
     prior : HosePrior
+        Quality of the drawing.
     sense : RotationSense
-        Of the rotor in the sweeps.
+        Sense of the rotor in the sweeps.
 
     Raises
     ------
@@ -148,14 +154,15 @@ class HoseIdentification:
     drawn, hoses : tuple of HoseDrawing
         Before and after.
     numbers : array, shape (n, 11)
-        What `changed_hose` makes of the one to get the other.
+        What `changed_hose` makes of the drawn hoses to get the identified ones.
     covariance : array, shape (11 n, 11 n)
         Posterior, nuisances integrated out.
     known : Knowledge
         Posterior against prior.
     reduced_chi : tuple of (str, float)
-        Per measurement, residuals over noise [1].
+        Residuals over noise of each measurement [1].
     converged : bool
+        False where the optimiser stopped for its number of evaluations.
     """
 
     drawn: tuple[HoseDrawing, ...]
@@ -180,7 +187,7 @@ class HoseIdentification:
     @property
     def alarms(self) -> tuple[str, ...]:
         """Reasons not to trust it, in words; empty where there are none."""
-        found = [
+        alarms = [
             f"The {name} are missed by {chi:.2f} times their noise (alarm at {ALARM:g}): the hoses "
             "are not straight uniform beams, or something else changed with them."
             for name, chi in self.reduced_chi
@@ -193,10 +200,10 @@ class HoseIdentification:
             if size > LARGEST_STRETCH
         ]
         if far:
-            found.append(f"Further from the drawing than its tolerances allow: {', '.join(far)}.")
+            alarms.append(f"Further from the drawing than its tolerances allow: {', '.join(far)}.")
         if not self.converged:
-            found.append("The identification of the hoses stopped before it converged.")
-        return tuple(found)
+            alarms.append("The identification of the hoses stopped before it converged.")
+        return tuple(alarms)
 
     @property
     def statements(self) -> tuple[str, ...]:
@@ -214,6 +221,7 @@ class HoseIdentification:
         Parameters
         ----------
         n : int
+            Number of draws.
         seed : int
             From 1.
 
@@ -246,6 +254,7 @@ def identify_hoses(
     found : Identification
         From the hammer test without hoses.
     options : HoseOptions, optional
+        Measurements, lines and prior.
 
     Returns
     -------
@@ -255,6 +264,16 @@ def identify_hoses(
     ------
     InputError
         No drawing; no hammer test with hoses, no pair of sweeps.
+
+    Notes
+    -----
+    ``H = (AM − K_h/ω²)⁻¹`` with and without hoses; sweeps: ``(AM − K_h/ω²) a_standard =
+    AM a_soft``.
+    Maximum of the posterior by `scipy.optimize.least_squares`; derivatives by the numbers of the
+    beams and by the nuisances are analytic, those by the place of a hose differences of the exact
+    element. Ports, directions and lengths are estimated along, so that a drawing that is wrong
+    by millimetres and degrees costs little. Compressor and placement stay as identified; their
+    covariance C adds ``G C Gᵀ`` with ``G = (JᵀJ)⁻¹ Jᵀ ∂r/∂θ``.
     """
     options = options or HoseOptions()
     wanted = options.source or _available(test)
@@ -276,93 +295,53 @@ def identify_hoses(
         )
     if wanted is not HoseSource.HAMMER:
         evidence += sweep_evidence(test, found, band=options.sweep_band, sense=options.sense)
-    best = fit_hoses(test.hoses, evidence, options.prior, found)
+    zero = np.zeros((len(test.hoses), len(NUMBERS)))
+    best = _fit(test.hoses, evidence, options.prior, found, zero)
     if best.worst_chi > ALARM:
         # one resonance may have been taken for another: look from stiffer and from softer hoses
         for signs in itertools.product((-1.0, 1.0), repeat=len(test.hoses)):
-            start = np.outer(signs, OTHER_START)
-            best = min(
-                best,
-                fit_hoses(test.hoses, evidence, options.prior, found, start),
-                key=lambda one: one.worst_chi,
-            )
+            other = _fit(test.hoses, evidence, options.prior, found, np.outer(signs, OTHER_START))
+            best = min(best, other, key=lambda fit: fit.worst_chi)
     return best
 
 
-def fit_hoses(
+def _fit(
     drawn: tuple[HoseDrawing, ...],
     evidence: Sequence[HoseEvidence],
     prior: HosePrior,
     found: Identification,
-    start: RealArray | None = None,
+    start: RealArray,
 ) -> HoseIdentification:
-    """Fit hoses to any evidence.
-
-    Parameters
-    ----------
-    drawn : tuple of HoseDrawing
-        What the prior is about.
-    evidence : sequence of HoseEvidence
-        At least one.
-    prior : HosePrior
-    found : Identification
-        Whose own uncertainty widens that of the hoses.
-    start : array, shape (n, 11), optional
-        Numbers where the search starts; by default at the drawing.
-
-    Returns
-    -------
-    HoseIdentification
-
-    Raises
-    ------
-    InputError
-        No drawing.
-
-    Notes
-    -----
-    Maximum of the posterior by `scipy.optimize.least_squares`; derivatives by the numbers of the
-    beams and by the nuisances are analytic, those by the place of a hose differences of the exact
-    element. Ports, directions and lengths are estimated along, so that a drawing that is wrong
-    by millimetres and degrees costs little. Compressor and placement are held as identified; their
-    covariance C adds ``G C Gᵀ`` with ``G = (JᵀJ)⁻¹ Jᵀ ∂r/∂θ``.
-    """
+    """Most probable hoses, searched from the numbers `start`, shape (n, 11)."""
     from scipy.optimize import least_squares
 
-    hose_matrices(drawn, [1.0])
+    hose_matrices(drawn, [1.0])  # refuses hoses that are not drawn, or drawn twice
     n = len(drawn) * len(NUMBERS)
-    sizes = [one.nuisance_deviations.size for one in evidence]
+    sizes = [part.nuisance_deviations.size for part in evidence]
     hose_deviations = np.tile(prior.deviations, len(drawn))
-    deviations = np.concatenate([hose_deviations, *(one.nuisance_deviations for one in evidence)])
+    deviations = np.concatenate([hose_deviations, *(part.nuisance_deviations for part in evidence)])
 
-    def nuisances_of(unknowns: RealArray) -> list[RealArray]:
-        return np.split(unknowns[n:], np.cumsum(sizes)[:-1])
-
-    latest: dict[bytes, tuple[RealArray, RealArray]] = {}
-
-    def at(unknowns: RealArray) -> tuple[RealArray, RealArray]:
-        # the optimiser asks for residuals and Jacobian of one point by turns: both cost one visit
-        key = unknowns.tobytes()
-        if key not in latest:
-            latest.clear()
-            latest[key] = measured(unknowns)
-        return latest[key]
+    def split(unknowns: RealArray) -> tuple[RealArray, list[RealArray]]:
+        nuisances = np.split(unknowns[n:], np.cumsum(sizes)[:-1])
+        return unknowns[:n].reshape(len(drawn), -1), nuisances
 
     def measured(unknowns: RealArray) -> tuple[RealArray, RealArray]:
-        numbers = unknowns[:n].reshape(len(drawn), -1)
+        numbers, nuisances = split(unknowns)
         hoses = _changed(drawn, numbers)
         slopes = {
-            one.frequency.tobytes(): point_derivatives(drawn, numbers, one.frequency).reshape(
+            part.frequency.tobytes(): point_derivatives(drawn, numbers, part.frequency).reshape(
                 n, -1, 6, 6
             )
-            for one in evidence
+            for part in evidence
         }
         values, jacobian = stack(
             [
-                one.residuals(
-                    hose_matrices(hoses, one.frequency).point, slopes[one.frequency.tobytes()], own
+                part.residuals(
+                    hose_matrices(hoses, part.frequency).point,
+                    slopes[part.frequency.tobytes()],
+                    own,
                 )
-                for one, own in zip(evidence, nuisances_of(unknowns), strict=True)
+                for part, own in zip(evidence, nuisances, strict=True)
             ],
             n,
         )
@@ -371,43 +350,41 @@ def fit_hoses(
             np.concatenate([jacobian, np.diag(1 / deviations)]),
         )
 
-    def residuals_at(unknowns: RealArray) -> RealArray:
-        return at(unknowns)[0]
-
-    def jacobian_at(unknowns: RealArray) -> RealArray:
-        return at(unknowns)[1]
-
-    first = np.zeros(deviations.size)
-    if start is not None:
-        first[:n] = start.reshape(-1)
+    residuals_at, jacobian_at = evaluated_together(measured)
     result = least_squares(
         residuals_at,
-        first,
+        np.concatenate([start.reshape(-1), np.zeros(sum(sizes))]),
         jac=jacobian_at,
         x_scale=deviations,
         max_nfev=LARGEST_EVALUATIONS,
     )
-    values, jacobian = at(result.x)
-    numbers = result.x[:n].reshape(len(drawn), -1)
+    values, jacobian = measured(result.x)
+    numbers, nuisances = split(result.x)
     hoses = _changed(drawn, numbers)
-    by_error = _by_identification(evidence, nuisances_of(result.x), hoses, found)
-    own = np.linalg.inv((jacobian * deviations).T @ (jacobian * deviations))
-    own *= np.outer(deviations, deviations)
-    moved = own[:n] @ jacobian[: by_error.shape[0]].T @ by_error
-    covariance = own[:n, :n] + moved @ found.calibrated.covariance @ moved.T
+    by_error = _by_identification(evidence, nuisances, hoses, found)
+    posterior = np.linalg.inv((jacobian * deviations).T @ (jacobian * deviations))
+    posterior *= np.outer(deviations, deviations)
+    moved = posterior[:n] @ jacobian[: by_error.shape[0]].T @ by_error
+    covariance = posterior[:n, :n] + moved @ found.calibrated.covariance @ moved.T
     names = tuple(f"{hose.name} {number}" for hose in drawn for number in NUMBERS)
+    reduced_chi, at = [], 0
+    for part in evidence:
+        end = at + 12 * part.frequency.size
+        reduced_chi.append((part.name, float(np.sqrt(np.mean(values[at:end] ** 2)))))
+        at = end
     return HoseIdentification(
         tuple(drawn),
         hoses,
         numbers,
         covariance,
         knowledge(names, covariance, hose_deviations),
-        _reduced_chi(evidence, values),
+        tuple(reduced_chi),
         bool(result.status > 0),
     )
 
 
 def _changed(drawn: Sequence[HoseDrawing], numbers: RealArray) -> tuple[HoseDrawing, ...]:
+    """Hoses moved by their numbers, shape (n, 11)."""
     return tuple(changed_hose(hose, row) for hose, row in zip(drawn, numbers, strict=True))
 
 
@@ -428,28 +405,17 @@ def _by_identification(
     excitation = np.zeros((n + n_errors, *by_excitation.shape[1:]))
     response[n:split], excitation[split:] = by_response, by_excitation
     rows = []
-    for one, own in zip(evidence, nuisances, strict=True):
-        mass = np.zeros((n + n_errors, one.frequency.size, 6, 6), dtype=complex)
-        mass[:n] = calibrated.parametrisation.sensitivities(calibrated.values, one.frequency)
-        stiffness = hose_matrices(hoses, one.frequency).point
-        change = one.by_identification(stiffness, own, Changes(mass, response, excitation))
+    for part, own in zip(evidence, nuisances, strict=True):
+        mass = np.zeros((n + n_errors, part.frequency.size, 6, 6), dtype=complex)
+        mass[:n] = calibrated.parametrisation.sensitivities(calibrated.values, part.frequency)
+        stiffness = hose_matrices(hoses, part.frequency).point
+        change = part.by_identification(stiffness, own, Changes(mass, response, excitation))
         rows.append(np.ascontiguousarray(change).view(float).T)
     return np.concatenate(rows)
 
 
-def _reduced_chi(
-    evidence: Sequence[HoseEvidence], values: RealArray
-) -> tuple[tuple[str, float], ...]:
-    """Split the residuals by measurement."""
-    result, at = [], 0
-    for one in evidence:
-        own = values[at : at + 12 * one.frequency.size]
-        at += own.size
-        result.append((one.name, float(np.sqrt(np.mean(own**2)))))
-    return tuple(result)
-
-
 def _available(test: OperatingTest) -> HoseSource:
+    """Whatever was measured with and without hoses."""
     pairs = test.with_hoses(HoseState.STANDARD) and test.with_hoses(HoseState.SOFT)
     if test.hammer_with_hoses is None:
         return HoseSource.SWEEPS

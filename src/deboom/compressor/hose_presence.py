@@ -8,26 +8,43 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
+from scipy.stats import gamma
 
-from deboom.arrays import ComplexArray, RealArray, RealOrComplexArray
+from deboom.arrays import ComplexArray, RealArray
 from deboom.compressor.hose_beams import changed_hose, hose_matrices, point_derivatives
-from deboom.compressor.hose_evidence import motion_at_virtual_point, running_compressor, sweep_pairs
+from deboom.compressor.hose_evidence import (
+    RunningCompressor,
+    SweepPair,
+    motion_at_virtual_point,
+    running_compressor,
+    sweep_pairs,
+)
 from deboom.compressor.hose_identification import HosePrior
+from deboom.compressor.model import applied
 from deboom.compressor.routes import FactorOverFrequency
 from deboom.compressor.unbalance_load import RotationSense, gas_columns, rotor_columns
-from deboom.errors import InputError
+from deboom.compressor.virtual_point_fit import thinned
+from deboom.measurement.channels import Frf
+from deboom.measurement.compressor_test import HoseDrawing, OperatingSweep, OperatingTest
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from deboom.compressor.hose_evidence import RunningCompressor, SweepPair
     from deboom.compressor.identify import Identification
-    from deboom.measurement.compressor_test import OperatingTest
 
 REACTION_BANDS = ((30.0, 60.0), (60.0, 90.0), (90.0, 120.0), (120.0, 150.0))
 """In which the reaction is judged; the upper end belongs to the last only [Hz]."""
 CONFIDENCE = 0.99
 """Share of tests without hoses that stay below the floor."""
+ALARM = 1.5
+"""Misfit without hoses above which something besides rotor, gas and mounts is at work."""
+EXPLAINED = 0.4
+"""Part of the squared misfit that the drawn hoses must take away to count as its cause."""
+MODEL_ERROR = 0.01
+"""Relative error that compressor and placement bring into load or inertance, 1 σ [1]."""
+REFINEMENTS = 12
+SMALLEST_SHARE = 0.5
+SOUGHT_IN = (20.0, 150.0)
+"""Lines on which hoses are looked for [Hz]."""
+SMALLEST_LINES, LARGEST_LINES = 20, 48
 
 
 @dataclass(frozen=True)
@@ -37,7 +54,7 @@ class ReactionBand:
     Parameters
     ----------
     low, high : float
-        [Hz].
+        Band [Hz].
     share : float
         Root mean square over the lines of the reaction over the source's load, noise taken off [1].
     floor : float
@@ -76,7 +93,7 @@ class HoseReaction:
     Parameters
     ----------
     pair : SweepPair
-        What it was found from.
+        Sweeps with soft and with standard hoses.
     source : array, shape (n_frequency, 6)
         Load of rotor and gas at the virtual point [N, N m].
     reaction : array, shape (n_frequency, 6)
@@ -103,21 +120,20 @@ def hose_reactions(
     *,
     change: Callable[[RealArray], ComplexArray] | None = None,
     sense: RotationSense = RotationSense.POSITIVE,
-    bands: tuple[tuple[float, float], ...] = REACTION_BANDS,
 ) -> tuple[HoseReaction, ...]:
     """Find the reaction of the hoses at each pressure that was run with and without them.
 
     Parameters
     ----------
     test : OperatingTest
+        Sweeps of the running compressor.
     found : Identification
         From its hammer test without hoses.
     change : callable, optional
         Lines (n_frequency,) [Hz] → δ of the mounts' stiffness in operation, complex [1]; none by
         default.
     sense : RotationSense
-    bands : tuple of (float, float)
-        In which it is judged [Hz].
+        Sense of the rotor.
 
     Returns
     -------
@@ -128,33 +144,30 @@ def hose_reactions(
     InputError
         No pressure with standard and soft hoses.
     """
-    result = []
-    for pair in sweep_pairs(test, found):
-        state = running_compressor(
-            found,
-            pair.frequency,
-            change=0.0 if change is None else change(pair.frequency),
-            rotor_inertia=test.rotor_inertia,
-            sense=sense,
+    return tuple(
+        hose_reaction(
+            pair,
+            running_compressor(
+                found,
+                pair.frequency,
+                change=0.0 if change is None else change(pair.frequency),
+                rotor_inertia=test.rotor_inertia,
+                sense=sense,
+            ),
         )
-        result.append(hose_reaction(pair, state, bands))
-    return tuple(result)
+        for pair in sweep_pairs(test, found)
+    )
 
 
-def hose_reaction(
-    pair: SweepPair,
-    state: RunningCompressor,
-    bands: tuple[tuple[float, float], ...] = REACTION_BANDS,
-) -> HoseReaction:
+def hose_reaction(pair: SweepPair, state: RunningCompressor) -> HoseReaction:
     """Take the reaction of the hoses out of two sweeps.
 
     Parameters
     ----------
     pair : SweepPair
+        Motion with soft and with standard hoses.
     state : RunningCompressor
-        At the lines of the pair.
-    bands : tuple of (float, float)
-        In which it is judged [Hz].
+        Compressor at the lines of the pair.
 
     Returns
     -------
@@ -169,31 +182,28 @@ def hose_reaction(
     the variance of that quadratic form (Satterthwaite 1946).
     """
     source, reaction = (
-        np.asarray((state.apparent_mass @ motion[..., np.newaxis])[..., 0])
-        for motion in (pair.soft, pair.standard - pair.soft)
+        applied(state.apparent_mass, motion) for motion in (pair.soft, pair.standard - pair.soft)
     )
     adjoint = np.swapaxes(state.apparent_mass.conj(), -1, -2)
-    noise = pair.soft_covariance + pair.standard_covariance
-    covariance = np.asarray(state.apparent_mass @ noise @ adjoint)
+    covariance = np.asarray(state.apparent_mass @ pair.covariance @ adjoint)
     weight = np.repeat([1.0, 1 / state.length], 3)
     size = np.linalg.norm(source * weight, axis=1)
     share = np.linalg.norm(reaction * weight, axis=1) / size
     # both parts carry the covariance, and the quadratic form adds them up
     scaled = 2 * covariance * np.outer(weight, weight) / size[:, np.newaxis, np.newaxis] ** 2
     judged = []
-    for low, high in bands:
-        last = high == max(top for _, top in bands)
+    for low, high in REACTION_BANDS:
+        last = high == REACTION_BANDS[-1][1]
         lines = (pair.frequency >= low) & (
             (pair.frequency <= high) if last else (pair.frequency < high)
         )
         if lines.any():
-            judged.append(_band(low, high, share[lines], scaled[lines]))
+            judged.append(_reaction_band(low, high, share[lines], scaled[lines]))
     return HoseReaction(pair, source, reaction, covariance, share, tuple(judged))
 
 
-def _band(low: float, high: float, share: RealArray, scaled: ComplexArray) -> ReactionBand:
-    from scipy.stats import gamma
-
+def _reaction_band(low: float, high: float, share: RealArray, scaled: ComplexArray) -> ReactionBand:
+    """Rms share in a band, and the floor that noise alone reaches."""
     n = share.size
     mean = float(np.trace(scaled, axis1=1, axis2=2).real.mean())
     variance = float(np.sum(np.abs(scaled) ** 2)) / n**2
@@ -202,22 +212,6 @@ def _band(low: float, high: float, share: RealArray, scaled: ComplexArray) -> Re
     return ReactionBand(
         low, high, float(np.sqrt(max(squared - mean, 0.0))), floor, float(np.sqrt(squared))
     )
-
-
-if TYPE_CHECKING:
-    from deboom.compressor.identify import Identification
-    from deboom.measurement.compressor_test import HoseDrawing, OperatingSweep
-
-ALARM = 1.5
-"""Misfit without hoses above which something besides rotor, gas and mounts is at work."""
-EXPLAINED = 0.4
-"""Part of the squared misfit that the drawn hoses must take away to count as its cause."""
-MODEL_ERROR = 0.01
-"""Relative error that compressor and placement bring into load or inertance, 1 σ [1]."""
-REFINEMENTS = 12
-SMALLEST_SHARE = 0.5
-SMALLEST_LINES = 20
-LARGEST_LINES = 48
 
 
 @dataclass(frozen=True)
@@ -232,7 +226,8 @@ class HosePresence:
         Of the best explanation without hoses, in units of noise and of one percent of the signal
         [1].
     misfit_with_hoses : float
-        Of the best one with hoses that are near the drawn ones [1].
+        Of the best one with hoses that are near the drawn ones; as `misfit` where nothing is left
+        to explain [1].
     """
 
     where: str
@@ -278,34 +273,31 @@ def hoses_in_sweep(
     *,
     rotor_inertia: float | None = None,
     sense: RotationSense = RotationSense.POSITIVE,
-    prior: HosePrior | None = None,
-    band: tuple[float, float] = (20.0, 150.0),
-) -> HosePresence:
+) -> HosePresence | None:
     """Look for the drawn hoses in one sweep, whatever it is said to be.
 
     Parameters
     ----------
     sweep : OperatingSweep
+        Accelerations of the running compressor.
     hoses : sequence of HoseDrawing
-        At least one.
+        At least one hose.
     found : Identification
-        Of the hammer test without hoses.
+        From the hammer test without hoses.
     rotor_inertia : float, optional
-        [kg m²]
+        Polar moment of the rotor [kg m²].
     sense : RotationSense
-    prior : HosePrior, optional
-        How well the hoses are known.
-    band : (float, float)
-        Lines that are used [Hz].
+        Sense of the rotor.
 
     Returns
     -------
-    HosePresence
+    HosePresence or None
+        None where fewer than 20 lines lie in `SOUGHT_IN`.
 
     Raises
     ------
     InputError
-        No drawing, other sensors, or fewer than 20 lines in the band.
+        No drawing, or other sensors.
 
     Notes
     -----
@@ -315,10 +307,12 @@ def hoses_in_sweep(
     and repeated where these end.
     """
     motion, covariance = motion_at_virtual_point(sweep, found)
-    kept = _lines(sweep.frequency, band, f"sweep {sweep.name}")
+    kept = _sought(sweep.frequency)
+    if kept.size < SMALLEST_LINES:
+        return None
     lines, motion, covariance = sweep.frequency[kept], motion[kept], covariance[kept]
     state = running_compressor(found, lines, rotor_inertia=rotor_inertia, sense=sense)
-    load = _applied(state.apparent_mass, motion)
+    load = applied(state.apparent_mass, motion)
     weight = np.repeat([1.0, 1 / state.length], 3)
     adjoint = np.swapaxes(state.apparent_mass.conj(), -1, -2)
     model = (MODEL_ERROR * np.linalg.norm(load * weight, axis=1)) ** 2 / 6
@@ -328,47 +322,49 @@ def hoses_in_sweep(
     gas = np.broadcast_to(gas_columns(sense), (lines.size, 6, 3))
     source = np.moveaxis(np.concatenate([rotor_columns(lines, sense), gas], axis=2), -1, 0)
     change = FactorOverFrequency()
-    by_mounts = change.basis(lines)[..., np.newaxis] * _applied(state.mounts, motion)
+    by_mounts = change.basis(lines)[..., np.newaxis] * applied(state.mounts, motion)
     free = np.concatenate([source, 1j * source, by_mounts])
-    deviations = np.concatenate([np.full(2 * len(source), np.inf), change.deviations])
+
+    def white(loads: ComplexArray) -> ComplexArray:
+        return np.asarray((whiten @ loads[..., np.newaxis])[..., 0])
+
     return _presence(
         f"sweep {sweep.name}",
-        _applied(whiten, load),
-        (_applied(whiten, free), deviations),
-        lambda stiffness: _applied(whiten, _applied(stiffness, motion)),
-        (tuple(hoses), lines, prior or HosePrior()),
+        white(load),
+        white(free),
+        np.concatenate([np.full(2 * len(source), np.inf), change.deviations]),
+        lambda stiffness: white(applied(stiffness, motion)),
+        hoses,
+        lines,
     )
 
 
 def hoses_in_hammer_test(
-    found: Identification,
-    hoses: Sequence[HoseDrawing],
-    *,
-    prior: HosePrior | None = None,
-    band: tuple[float, float] = (20.0, 150.0),
-) -> HosePresence:
+    name: str, inertance: Frf, length: float, hoses: Sequence[HoseDrawing]
+) -> HosePresence | None:
     """Look for the drawn hoses in a hammer test that is said to be without them.
 
     Parameters
     ----------
-    found : Identification
-        Of that test; only its inertance by the position sheet is used, since hoses that were
-        overlooked have spoilt the rest.
+    name : str
+        Name of the test.
+    inertance : Frf
+        At the virtual point by the position sheet, since hoses that were overlooked spoil every
+        calibration [1/kg, 1/(kg m), 1/(kg m²)].
+    length : float
+        Characteristic length by which rotations are scaled [m].
     hoses : sequence of HoseDrawing
-        At least one.
-    prior : HosePrior, optional
-        How well the hoses are known.
-    band : (float, float)
-        Lines that are used [Hz].
+        At least one hose.
 
     Returns
     -------
-    HosePresence
+    HosePresence or None
+        None where fewer than 20 lines lie in `SOUGHT_IN`.
 
     Raises
     ------
     InputError
-        No drawing, or fewer than 20 lines in the band.
+        No drawing.
 
     Notes
     -----
@@ -377,58 +373,54 @@ def hoses_in_hammer_test(
     parts of three powers of the frequency, so that misplaced sensors and any rubber fit; hoses that
     resonate do not.
     """
-    kept = _lines(found.inertance.frequency, band, f"hammer test {found.test.name}")
-    if kept.size > LARGEST_LINES:
-        kept = kept[np.round(np.linspace(0, kept.size - 1, LARGEST_LINES)).astype(int)]
-    lines, inertance = found.inertance.frequency[kept], found.inertance.values[kept]
-    weight = np.repeat([1.0, found.length], 3)
-    scaled = inertance * np.outer(weight, weight)
+    kept = _sought(inertance.frequency)
+    if kept.size < SMALLEST_LINES:
+        return None
+    kept = thinned(kept, LARGEST_LINES)
+    lines = inertance.frequency[kept]
+    weight = np.outer(*(np.repeat([1.0, length], 3),) * 2)
+    scaled = inertance.values[kept] * weight
     noise = MODEL_ERROR * np.linalg.norm(scaled, axis=(1, 2), keepdims=True) / 6
     basis = np.eye(36).reshape(36, 1, 6, 6)
     octaves = np.log2(lines / lines.mean())
     real = np.stack([octaves**power for power in range(3)]) * (lines.mean() / lines) ** 2
     rubber = np.concatenate([real, 1j * real])
-    held = (rubber[:, np.newaxis, :, np.newaxis, np.newaxis] * basis).reshape(-1, lines.size, 6, 6)
-    whole = np.broadcast_to(basis, (36, lines.size, 6, 6))
-    free = scaled @ np.concatenate([whole, held]) @ scaled / noise
-
-    def by_stiffness(stiffness: ComplexArray) -> ComplexArray:
-        own = stiffness / np.outer(weight, weight)
-        return np.asarray(-(scaled @ own @ scaled) / noise)
-
-    return _presence(
-        f"hammer test {found.test.name}",
-        np.asarray(scaled / noise),
-        (np.asarray(free, dtype=complex), np.full(len(free), np.inf)),
-        by_stiffness,
-        (tuple(hoses), lines, prior or HosePrior()),
+    mounts = (rubber[:, np.newaxis, :, np.newaxis, np.newaxis] * basis).reshape(
+        -1, lines.size, 6, 6
     )
+    body = np.broadcast_to(basis, (36, lines.size, 6, 6))
+    free = scaled @ np.concatenate([body, mounts]) @ scaled / noise
+    return _presence(
+        f"hammer test {name}",
+        np.asarray(scaled / noise),
+        np.asarray(free, dtype=complex),
+        np.full(len(free), np.inf),
+        lambda stiffness: np.asarray(-(scaled @ (stiffness / weight) @ scaled) / noise),
+        hoses,
+        lines,
+    )
+
+
+def _sought(frequency: RealArray) -> npt.NDArray[np.intp]:
+    """Lines on which hoses are looked for."""
+    return np.flatnonzero((frequency >= SOUGHT_IN[0]) & (frequency <= SOUGHT_IN[1]))
 
 
 def _presence(
     where: str,
     target: ComplexArray,
-    free: tuple[ComplexArray, RealArray],
+    columns: ComplexArray,
+    known: RealArray,
     by_stiffness: Callable[[ComplexArray], ComplexArray],
-    drawn: tuple[tuple[HoseDrawing, ...], RealArray, HosePrior],
+    hoses: Sequence[HoseDrawing],
+    lines: RealArray,
 ) -> HosePresence:
     """Fit a share of the hoses beside all else that the target may be.
 
-    Parameters
-    ----------
-    where : str
-        For the statement.
-    target : array, shape (...)
-        Of white noise with unit deviation in both parts [1].
-    free : (array, shape (k, ...), array, shape (k,))
-        Real columns that need no hose, and their prior deviations.
-    by_stiffness : callable
-        ``K_h/ω²`` (p, n_frequency, 6, 6) → columns (p, ...).
-    drawn : (tuple of HoseDrawing, array, HosePrior)
-        Hoses, lines [Hz] and how well the hoses are known.
+    The target (...) has white noise of unit deviation in both parts. The real columns (k, ...) need
+    no hose, with prior deviations `known` (k,); `by_stiffness` makes columns (p, ...) of ``K_h/ω²``
+    (p, n_frequency, 6, 6).
     """
-    columns, known = free
-    hoses, lines, prior = drawn
     squared = ((2 * np.pi * lines) ** 2)[:, np.newaxis, np.newaxis]
     explained = np.vstack([_real(columns).T, np.diag(1 / known)])
     directions, _ = np.linalg.qr(explained / np.linalg.norm(explained, axis=0))
@@ -442,31 +434,33 @@ def _presence(
         return beside(_real(by_stiffness(np.asarray(stiffness / squared, dtype=complex))))
 
     (left,) = beside(_real(target[np.newaxis]))
-    numbers = np.zeros((len(hoses), prior.deviations.size))
+    size = left.size - known.size
+    prior = HosePrior().deviations
+    numbers = np.zeros((len(hoses), prior.size))
     squares = float(left @ left)
     best = squares
-    for _ in range(REFINEMENTS):
+    misfit = float(np.sqrt(squares / size))
+    for _ in range(REFINEMENTS if misfit > ALARM else 0):
         now = [changed_hose(hose, row) for hose, row in zip(hoses, numbers, strict=True)]
-        own = columns_of(hose_matrices(now, lines).point[np.newaxis])
+        whole = columns_of(hose_matrices(now, lines).point[np.newaxis])
         slopes = point_derivatives(hoses, numbers, lines).reshape(-1, lines.size, 6, 6)
-        missed, share, step = _step(np.vstack([own, columns_of(slopes)]), left, numbers, prior)
+        missed, share, step = _step(np.vstack([whole, columns_of(slopes)]), left, numbers, prior)
         best = min(best, missed)
         if share <= 0:
             # hoses that are not there have no numbers
             break
         # resonances that are passed over make whole steps swing
         numbers = numbers + step / 2
-    size = left.size - known.size
-    return HosePresence(where, float(np.sqrt(squares / size)), float(np.sqrt(best / size)))
+    return HosePresence(where, misfit, float(np.sqrt(best / size)))
 
 
 def _step(
-    columns: RealArray, left: RealArray, numbers: RealArray, prior: HosePrior
+    columns: RealArray, left: RealArray, numbers: RealArray, prior: RealArray
 ) -> tuple[float, float, RealArray]:
-    """Solve for the share and a step (n_hose, 11), held to the drawing; also the squares missed."""
-    deviations = np.tile(prior.deviations, len(numbers))
-    held = np.hstack([np.zeros((deviations.size, 1)), np.diag(1 / deviations)])
-    matrix = np.vstack([columns.T, held])
+    """Squares missed, share of the hoses and step of their numbers, shape (n_hose, 11)."""
+    deviations = np.tile(prior, len(numbers))
+    near_drawing = np.hstack([np.zeros((deviations.size, 1)), np.diag(1 / deviations)])
+    matrix = np.vstack([columns.T, near_drawing])
     right = np.concatenate([left, -numbers.reshape(-1) / deviations])
     unit = np.linalg.norm(matrix, axis=0)
     values = np.linalg.lstsq(matrix / unit, right)[0] / unit
@@ -474,24 +468,9 @@ def _step(
     share = float(values[0])
     # far from the true numbers the share comes out too small; hoses are whole or not there
     step = values[1:].reshape(numbers.shape) / max(share, SMALLEST_SHARE)
-    limited = np.clip(step, -prior.deviations, prior.deviations)
-    return missed, share, np.asarray(limited)
-
-
-def _lines(frequency: RealArray, band: tuple[float, float], where: str) -> npt.NDArray[np.intp]:
-    """Find the lines of a band."""
-    kept = np.flatnonzero((frequency >= band[0]) & (frequency <= band[1]))
-    if kept.size < SMALLEST_LINES:
-        raise InputError(
-            f"{where}: fewer than {SMALLEST_LINES} lines lie between {band[0]:g} and {band[1]:g} "
-            "Hz: hoses cannot be told from rotor and mounts there"
-        )
-    return kept
-
-
-def _applied(matrices: RealOrComplexArray, motion: ComplexArray) -> ComplexArray:
-    return np.asarray((matrices @ motion[..., np.newaxis])[..., 0], dtype=complex)
+    return missed, share, np.asarray(np.clip(step, -prior, prior))
 
 
 def _real(columns: ComplexArray) -> RealArray:
+    """Real and imaginary parts by turns, one row per column, shape (k, n)."""
     return np.ascontiguousarray(columns.reshape(columns.shape[0], -1)).view(float)

@@ -1,16 +1,18 @@
-"""What a measurement says about a compressor: combinations seen, quantities."""
+"""What a measurement says of a compressor: combinations seen, quantities and their deviations."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
+from scipy.linalg import qr
 
-from deboom.arrays import ComplexArray, RealArray
-from deboom.compressor.parameters import AXES, INERTIA_ENTRIES, INERTIA_NAMES
+from deboom.arrays import AXES, ComplexArray, RealArray
+from deboom.compressor.calibrate import SelfCalibration
+from deboom.compressor.model import CompressorModel
+from deboom.compressor.parameters import INERTIA_ENTRIES, INERTIA_NAMES
 from deboom.errors import InputError
 
 RANK_TOLERANCE = 1e-9
@@ -22,6 +24,12 @@ ALONE = 0.9
 NAMED = 0.2
 """Smallest entry, relative to the largest, that is named in a combination."""
 STRONG_CORRELATION = 0.8
+REFERENCE_FREQUENCY = 20.0
+"""Line at which the stiffness is stated: there the real part of the gain is 1 [Hz]."""
+GAIN_LINES = np.array([10.0, 30.0, 100.0])
+"""Lines at which the gain is stated [Hz]."""
+_STEP = 1e-3
+"""Of the differences, in posterior standard deviations: far below curvature, far above rounding."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,15 +65,15 @@ class Identifiability:
     Parameters
     ----------
     names : tuple of str
-        Of the parameters.
+        Names of the parameters.
     singular_values : array, shape (n_parameters,)
         Of the Jacobian with its columns in units of the tolerances, decreasing [1].
     rank : int
-        How many combinations the measurement sees.
+        Number of combinations that the measurement sees.
     participation : array, shape (n_parameters,)
         Share of each parameter in the null space: 1 is invisible, 0 is free of it [1].
     null_space : tuple of NullDirection
-        One per invisible combination, in its sparsest form.
+        Invisible combinations in their sparsest form.
     """
 
     names: tuple[str, ...]
@@ -89,9 +97,9 @@ def identifiability(
     Parameters
     ----------
     names : tuple of str
-        One per parameter.
+        Names of the parameters.
     jacobian : array, shape (n_residuals, n_parameters)
-        Of weighted residuals.
+        Derivatives of weighted residuals.
     tolerances : array, shape (n_parameters,)
         Step by which each parameter may change, such as its bound or its 1 σ; makes metres and
         newtons comparable.
@@ -118,7 +126,7 @@ def identifiability(
     rank = int(np.sum(values > RANK_TOLERANCE * values[0]))
     null = right[rank:]
     participation = np.sum(null**2, axis=0)
-    directions = tuple(_direction(names, row) for row in _sparse_rows(null))
+    directions = tuple(_null_direction(names, row) for row in _sparse_rows(null))
     return Identifiability(names, values, rank, participation, directions)
 
 
@@ -129,10 +137,11 @@ class Knowledge:
     Parameters
     ----------
     names : tuple of str
+        Names of the parameters.
     posterior, prior : array, shape (n_parameters,)
         1 σ after and before; infinite where nothing was known.
     correlation : array, shape (n_parameters, n_parameters)
-        After [1].
+        Correlation after the measurement [1].
     """
 
     names: tuple[str, ...]
@@ -161,59 +170,9 @@ class Knowledge:
 
 
 def knowledge(names: tuple[str, ...], covariance: RealArray, prior: RealArray) -> Knowledge:
-    """Compare a posterior covariance with the prior deviations.
-
-    Parameters
-    ----------
-    names : tuple of str
-        One per parameter.
-    covariance : array, shape (n_parameters, n_parameters)
-        Posterior.
-    prior : array, shape (n_parameters,)
-        1 σ before the measurement; infinite where nothing was known.
-
-    Returns
-    -------
-    Knowledge
-    """
+    """Compare a posterior covariance with prior deviations, infinite where nothing was known."""
     posterior = np.sqrt(np.diag(covariance))
-    correlation = covariance / np.outer(posterior, posterior)
-    return Knowledge(names, posterior, np.asarray(prior, dtype=float), correlation)
-
-
-def _sparse_rows(null: RealArray) -> RealArray:
-    """Turn a basis of the null space so that each row moves few parameters.
-
-    Reduced row echelon form with the pivots chosen by size: every pivot parameter takes part in one
-    row only.
-    """
-    rows = null.copy()
-    for number in range(rows.shape[0]):
-        remaining = np.abs(rows[number:])
-        pivot_row, pivot = np.unravel_index(int(np.argmax(remaining)), remaining.shape)
-        rows[[number, number + int(pivot_row)]] = rows[[number + int(pivot_row), number]]
-        rows[number] /= rows[number, pivot]
-        others = np.arange(rows.shape[0]) != number
-        rows[others] -= np.outer(rows[others, pivot], rows[number])
-    return rows
-
-
-def _direction(names: tuple[str, ...], row: RealArray) -> NullDirection:
-    size = np.abs(row)
-    order = [int(n) for n in np.argsort(-size) if size[n] > NAMED * size.max()]
-    return NullDirection(tuple(names[n] for n in order), row[order] / size.max())
-
-
-if TYPE_CHECKING:
-    from deboom.compressor.calibrate import SelfCalibration
-    from deboom.compressor.model import CompressorModel
-
-REFERENCE_FREQUENCY = 20.0
-"""Line at which the stiffness is stated: there the real part of the gain is 1 [Hz]."""
-_MOTIONS = (*AXES, "rx", "ry", "rz")
-_STIFFNESS = [(row, column) for row in range(6) for column in range(row, 6)]
-_STEP = 1e-3
-"""Of the differences, in posterior standard deviations: far below curvature, far above rounding."""
+    return Knowledge(names, posterior, prior, covariance / np.outer(posterior, posterior))
 
 
 @dataclass(frozen=True, eq=False)
@@ -223,9 +182,9 @@ class Quantities:
     Parameters
     ----------
     names, units : tuple of str
-        One per quantity.
+        Name and unit of each quantity.
     values : array, shape (n,)
-        Of these units.
+        Quantities in these units.
     """
 
     names: tuple[str, ...]
@@ -239,6 +198,7 @@ def quantities(model: CompressorModel) -> Quantities:
     Parameters
     ----------
     model : CompressorModel
+        Identified or true compressor.
 
     Returns
     -------
@@ -248,58 +208,35 @@ def quantities(model: CompressorModel) -> Quantities:
         reference [1].
     """
     scale = float(model.gain.real.at(REFERENCE_FREQUENCY))
-    stiffness = scale * model.stiffness
-    lines = np.array([10.0, 30.0, 100.0])
-    gain = model.gain.at(lines) / scale
-    translation = [(row, column) for row, column in _STIFFNESS if column < 3]
-    coupling = [(row, column) for row, column in _STIFFNESS if row < 3 <= column]
-    rotation = [(row, column) for row, column in _STIFFNESS if row >= 3]
-    entries = [*translation, *coupling, *rotation]
-    per_mm = [1e-3] * len(translation) + [1.0] * (len(coupling) + len(rotation))
-    return Quantities(
-        (
-            "mass",
-            *(f"centre {axis}" for axis in AXES),
-            *INERTIA_NAMES,
-            *(f"K {_MOTIONS[row]} {_MOTIONS[column]}" for row, column in entries),
-            *(f"Re gain at {line:g} Hz" for line in lines),
-            *(f"Im gain at {line:g} Hz" for line in lines),
-        ),
-        (
-            "kg",
-            *("mm",) * 3,
-            *("kg cm²",) * 6,
-            *("N/mm",) * len(translation),
-            *("N/rad",) * len(coupling),
-            *("N m/rad",) * len(rotation),
-            *("1",) * 6,
-        ),
-        np.concatenate(
-            [
-                [model.mass],
-                1e3 * model.centre,
-                [1e4 * model.inertia[entry] for entry in INERTIA_ENTRIES],
-                [factor * stiffness[entry] for factor, entry in zip(per_mm, entries, strict=True)],
-                gain.real,
-                gain.imag,
-            ]
-        ),
-    )
+    gain = model.gain.at(GAIN_LINES) / scale
+    rows: list[tuple[str, str, float]] = [("mass", "kg", model.mass)]
+    rows += [
+        (f"centre {axis}", "mm", 1e3 * value)
+        for axis, value in zip(AXES[:3], model.centre, strict=True)
+    ]
+    rows += [
+        (name, "kg cm²", 1e4 * model.inertia[entry])
+        for name, entry in zip(INERTIA_NAMES, INERTIA_ENTRIES, strict=True)
+    ]
+    blocks = (("N/mm", 1e-3, 0, 0), ("N/rad", 1.0, 0, 3), ("N m/rad", 1.0, 3, 3))
+    for unit, factor, first_row, first_column in blocks:
+        rows += [
+            (f"K {AXES[row]} {AXES[column]}", unit, factor * (scale * model.stiffness[row, column]))
+            for row in range(first_row, first_row + 3)
+            for column in range(max(row, first_column), first_column + 3)
+        ]
+    for part, values in (("Re", gain.real), ("Im", gain.imag)):
+        rows += [
+            (f"{part} gain at {line:g} Hz", "1", value)
+            for line, value in zip(GAIN_LINES, values, strict=True)
+        ]
+    names, units, numbers = zip(*rows, strict=True)
+    return Quantities(names, units, np.array(numbers, dtype=float))
 
 
 def quantity_deviations(found: SelfCalibration) -> RealArray:
-    """Propagate the posterior to the quantities.
-
-    Parameters
-    ----------
-    found : SelfCalibration
-
-    Returns
-    -------
-    array, shape (n,)
-        Standard deviations, of the units of `quantities`.
-    """
-    return np.sqrt(np.diag(propagated(found, lambda model: quantities(model).values)))
+    """Propagate the posterior to the standard deviations of `quantities`, shape (n,)."""
+    return np.sqrt(np.diag(_propagated(found, lambda model: quantities(model).values)))
 
 
 def gain_deviation(found: SelfCalibration, frequency: npt.ArrayLike) -> ComplexArray:
@@ -308,8 +245,9 @@ def gain_deviation(found: SelfCalibration, frequency: npt.ArrayLike) -> ComplexA
     Parameters
     ----------
     found : SelfCalibration
+        Compressor with its posterior.
     frequency : array, shape (n_frequency,)
-        [Hz].
+        Lines [Hz].
 
     Returns
     -------
@@ -323,15 +261,8 @@ def gain_deviation(found: SelfCalibration, frequency: npt.ArrayLike) -> ComplexA
         values = model.gain.at(lines) / model.gain.real.at(REFERENCE_FREQUENCY)
         return np.concatenate([values.real, values.imag])
 
-    real, imaginary = np.split(np.sqrt(np.diag(propagated(found, gain))), 2)
+    real, imaginary = np.split(np.sqrt(np.diag(_propagated(found, gain))), 2)
     return np.asarray(real + 1j * imaginary)
-
-
-def propagated(found: SelfCalibration, of: Callable[[CompressorModel], RealArray]) -> RealArray:
-    """Covariance of any function of the model, to first order; see `propagated_from`."""
-    return propagated_from(
-        found.parametrisation.model, found.values, found.parameter_covariance, of
-    )
 
 
 def propagated_from(
@@ -340,20 +271,23 @@ def propagated_from(
     covariance: RealArray,
     of: Callable[[CompressorModel], RealArray],
 ) -> RealArray:
-    """Covariance of any function of a model whose parameters have a covariance, to first order.
+    """Propagate the covariance of a model's parameters to any function of it, to first order.
 
     Parameters
     ----------
     model : callable
         Parameters → model.
     values : array, shape (n_parameters,)
+        Parameters.
     covariance : array, shape (n_parameters, n_parameters)
+        Covariance of the parameters.
     of : callable
         Model → array, shape (n,).
 
     Returns
     -------
     array, shape (n, n)
+        Covariance of the function.
     """
     unit = np.sqrt(np.diag(covariance))
     slopes = []
@@ -364,3 +298,26 @@ def propagated_from(
         slopes.append((above - below) / (2 * _STEP))
     columns = np.stack(slopes, axis=1)
     return np.asarray(columns @ (covariance / np.outer(unit, unit)) @ columns.T)
+
+
+def _propagated(found: SelfCalibration, of: Callable[[CompressorModel], RealArray]) -> RealArray:
+    """Covariance of any function of the calibrated model."""
+    model = found.parametrisation.model
+    return propagated_from(model, found.values, found.parameter_covariance, of)
+
+
+def _sparse_rows(null: RealArray) -> RealArray:
+    """Turn a basis of the null space (n, n_parameters) so that each row moves few parameters.
+
+    Reduced row echelon form: every pivot parameter takes part in one row only. Pivots are the
+    parameters with the largest share in the null space, whatever its basis.
+    """
+    _, pivots = qr(null, mode="r", pivoting=True)
+    return np.asarray(np.linalg.solve(null[:, np.sort(pivots[: len(null)])], null))
+
+
+def _null_direction(names: tuple[str, ...], row: RealArray) -> NullDirection:
+    """Name the parameters that take part, the largest share first."""
+    size = np.abs(row)
+    order = [int(n) for n in np.argsort(-size) if size[n] > NAMED * size.max()]
+    return NullDirection(tuple(names[n] for n in order), row[order] / size.max())

@@ -1,16 +1,15 @@
-"""Identification of a compressor from its hammer test."""
+"""Identification of a compressor from its hammer test, step by step."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
 
-from deboom.arrays import RealArray
+from deboom.arrays import BoolArray, RealArray, checked
 from deboom.compressor.calibrate import (
     HoldOut,
     Prior,
@@ -20,6 +19,7 @@ from deboom.compressor.calibrate import (
     hold_out_lines,
     self_calibrate,
 )
+from deboom.compressor.hose_presence import HosePresence, hoses_in_hammer_test
 from deboom.compressor.identifiability import Knowledge, knowledge
 from deboom.compressor.model import (
     CompressorModel,
@@ -34,15 +34,17 @@ from deboom.compressor.virtual_point_fit import (
     START_GAIN,
     THESIS_BANDS,
     Bounds,
+    Objective,
     PointFit,
-    WhitenedInertance,
     fit_at_virtual_point,
     in_bands,
     linear_start,
+    thinned,
+    whitened_inertance,
 )
 from deboom.errors import InputError
 from deboom.measurement.channels import Frf
-from deboom.measurement.compressor_test import InertanceTest
+from deboom.measurement.compressor_test import HoseDrawing, InertanceTest
 from deboom.measurement.culprit import (
     Diagnosis,
     Exchange,
@@ -63,6 +65,12 @@ from deboom.measurement.virtual_point import (
 )
 from deboom.physics.frf import FrfForm, mac
 
+ALARM = 1.5
+"""Reduced χ above this: flexible receiver, hoses, wrong symmetry; do not trust the model."""
+GAIN_DEVIATION = (0.6, 0.8, 0.15, 0.8, 0.8)
+"""How widely rubbers differ from `START_GAIN`, 1 σ, in the order of `GAIN_SHAPE_NAMES`."""
+SANE_DEVIATIONS = 6.0
+"""Deviations of the gain's shape within which it may move in the fit at the virtual point."""
 SHEET_FAULTS = (Fault.SIGN, Fault.AXES)
 """Faults that no tolerance explains."""
 PLAUSIBLE_DENSITY = (50.0, 2e4)
@@ -73,193 +81,14 @@ WRONG_SCALE = 2.0
 """Factor by which no tolerance and no flexible body moves the mass from that of the scales."""
 MISPLACED = 5.0
 """Standard deviations of its tolerance beyond which something is not where the sheet has it."""
-
-
-def sheet_tolerances(stated: PlacementTolerances) -> Tolerances:
-    """Tolerances of the sheet as the search for the culprit takes them.
-
-    Parameters
-    ----------
-    stated : PlacementTolerances
-        Of sensors and impacts.
-
-    Returns
-    -------
-    Tolerances
-        The larger of each pair.
-    """
-    return Tolerances(
-        sensor_position=max(stated.sensor_position, stated.impact_position),
-        sensor_angle=max(stated.sensor_angle, stated.impact_angle),
-        sensor_gain=max(stated.sensor_gain, stated.hammer_gain),
-        sensor_cross_axis=0.0,
-    )
-
-
-def refuse_different_units(test: InertanceTest) -> None:
-    """Refuse a sheet whose sensors and impacts are not in one unit of length.
-
-    Parameters
-    ----------
-    test : InertanceTest
-
-    Raises
-    ------
-    InputError
-        One group spreads over many times the size of the other.
-    """
-    sensors = _spread([sensor.position for sensor in test.sensors])
-    impacts = _spread([impact.position for impact in test.impacts])
-    if not 1 / DIFFERENT_UNITS < sensors / impacts < DIFFERENT_UNITS:
-        raise InputError(
-            f"{test.name}: the sensors lie {sensors:.3g} m from their middle and the impacts "
-            f"{impacts:.3g} m: one of the two is in another unit of length, look at the headers of "
-            "the position sheet"
-        )
-
-
-def refuse_sheet_faults(
-    test: InertanceTest, response: VirtualPoint, excitation: VirtualPoint
-) -> None:
-    """Refuse a reversed or a swapped channel or impact, and name it.
-
-    Parameters
-    ----------
-    test : InertanceTest
-    response, excitation : VirtualPoint
-        As the position sheet has them.
-
-    Raises
-    ------
-    InputError
-        A channel or impact of the wrong sign, swapped axes of a sensor, two channels, sensors or
-        impacts exchanged.
-    """
-    tolerances = sheet_tolerances(test.tolerances)
-    _refuse_fault(
-        test,
-        culprit_of_responses(response, test.frf, tolerances),
-        exchanged_responses(response, test.frf),
-        "sensor",
-    )
-    _refuse_fault(
-        test,
-        culprit_of_excitation(excitation, test.frf, tolerances),
-        exchanged_impacts(excitation, test.frf),
-        "impact",
-    )
-
-
-def refuse_implausible_body(test: InertanceTest, model: CompressorModel, length: float) -> None:
-    """Refuse a body that no unit of length or force explains.
-
-    Parameters
-    ----------
-    test : InertanceTest
-    model : CompressorModel
-        Of the linear start.
-    length : float
-        Its radius of gyration [m].
-
-    Raises
-    ------
-    InputError
-        A density outside `PLAUSIBLE_DENSITY`: lengths in mm read as m make inertias a million times
-        too large.
-    """
-    density = model.mass / (4 / 3 * math.pi * (length * math.sqrt(5 / 2)) ** 3)
-    low, high = PLAUSIBLE_DENSITY
-    if not low <= density <= high:
-        raise InputError(
-            f"{test.name}: {model.mass:.3g} kg with a radius of gyration of {length:.3g} m has a "
-            f"density of {density:.2g} kg/m³: check the length unit of the position sheet and the "
-            "units of the FRFs"
-        )
-
-
-def refuse_wrong_scale(test: InertanceTest, model: CompressorModel) -> None:
-    """Refuse FRFs whose mass is not that of the scales.
-
-    Parameters
-    ----------
-    test : InertanceTest
-        Nothing is checked where the body was not weighed.
-    model : CompressorModel
-        Fitted without the weighed mass.
-
-    Raises
-    ------
-    InputError
-        A mass off by a factor that only a wrong unit explains, such as g read as m/s².
-    """
-    if test.weighed_mass is None:
-        return
-    ratio = model.mass / test.weighed_mass
-    if not 1 / WRONG_SCALE < ratio < WRONG_SCALE:
-        raise InputError(
-            f"{test.name}: the FRFs belong to {model.mass:.3g} kg, the scales say "
-            f"{test.weighed_mass:.3g} kg, {ratio:.3g} times apart: check units and sensitivities "
-            "of hammer and accelerometers (g or m/s²)"
-        )
-
-
-def misplaced(found: SelfCalibration, tolerances: PlacementTolerances) -> tuple[str, ...]:
-    """Name what came out beyond its tolerance.
-
-    Parameters
-    ----------
-    found : SelfCalibration
-    tolerances : PlacementTolerances
-        1 σ.
-
-    Returns
-    -------
-    tuple of str
-        Such as ``A3 position y (-56 σ)``, the worst first.
-    """
-    scores: RealArray = found.errors / found.placement.deviations(tolerances)
-    worst = np.argsort(-np.abs(scores))
-    return tuple(
-        f"{found.placement.names[n]} ({scores[n]:+.0f} σ)"
-        for n in worst
-        if abs(scores[n]) > MISPLACED
-    )
-
-
-def _refuse_fault(
-    test: InertanceTest, diagnosis: Diagnosis, exchange: Exchange | None, what: str
-) -> None:
-    """Refuse the better of two explanations: one item at fault, or two exchanged."""
-    suspect = diagnosis.suspect
-    named = diagnosis.named and suspect is not None and suspect.fault in SHEET_FAULTS
-    left = suspect.residual_undone / diagnosis.residual_of_all if named and suspect else np.inf
-    if exchange is not None and exchange.left / exchange.disagreement < left:
-        raise InputError(
-            f"{test.name}: {exchange.verdict}. Mend the position sheet or the cables and start "
-            "again"
-        )
-    if named and suspect is not None:
-        raise InputError(
-            f"{what} {suspect.name} contradicts all others: {diagnosis.verdict}. Mend the position "
-            "sheet and start again"
-        )
-
-
-def _spread(places: Sequence[RealArray]) -> float:
-    """Mean distance from the middle [m]."""
-    points = np.array(places)
-    return float(np.mean(np.linalg.norm(points - points.mean(axis=0), axis=1)))
-
-
-ALARM = 1.5
-"""Reduced χ above this: flexible receiver, hoses, wrong symmetry; do not trust the model."""
-GAIN_DEVIATION = (0.6, 0.8, 0.15, 0.8, 0.8)
-"""How widely rubbers differ from `START_GAIN`, 1 σ, in the order of `GAIN_SHAPE_NAMES`."""
-SANE_DEVIATIONS = 6.0
-"""Of these that the gain's shape may move in the fit at the virtual point."""
+MASS_LINE = 60.0
+"""Line from which the load of the mounts is some percent of the body's inertia [Hz]."""
+SMALLEST_LINES, LARGEST_LINES = 12, 48
+"""Lines of a calibration from the mass line."""
+STIFFNESS_DEVIATION = 0.3
+"""Of each entry of K_VP over its own size or that of the diagonal: what 60 Hz leave open [1]."""
 
 Step = Callable[[str], None]
-LineMask: TypeAlias = npt.NDArray[np.bool_]
 
 
 @dataclass(frozen=True)
@@ -271,7 +100,8 @@ class IdentifyOptions:
     bands : tuple of (float, float)
         Lines of the fit [Hz]; the thesis's by default.
     largest_lines : int
-        Of the fit; denser lines are thinned evenly, since placement and not noise limits it.
+        Number of lines of the fit; denser lines are thinned evenly, since placement and not noise
+        limits it.
     smallest_coherence : float
         Median over the lines of the fit below which nothing is identified [1].
     held_out : int
@@ -305,11 +135,11 @@ class Identification:
     Parameters
     ----------
     test : InertanceTest
-        What was measured.
+        Hammer test.
     length : float
         Characteristic length, the radius of gyration, by which rotations are scaled [m].
     quality : tuple of QualityCheck
-        In their order.
+        Checks of the FRFs.
     response, excitation : VirtualPoint
         As the position sheet has them.
     inertance : Frf
@@ -327,9 +157,13 @@ class Identification:
     known : Knowledge
         Posterior against prior.
     modes : ModalTable
+        Rigid-body modes.
     rigid : RigidLimit
+        Drift of the mass line.
     held_out : tuple of HoldOut
         Other lines; other impacts.
+    hoses : HosePresence or None
+        Search for the drawn hoses in the test; None where none are drawn.
     """
 
     test: InertanceTest
@@ -339,7 +173,7 @@ class Identification:
     excitation: VirtualPoint
     inertance: Frf
     raw: RawInertance
-    fitted: LineMask
+    fitted: BoolArray
     start: RealArray
     point: PointFit
     calibrated: SelfCalibration
@@ -347,46 +181,63 @@ class Identification:
     modes: ModalTable
     rigid: RigidLimit
     held_out: tuple[HoldOut, ...]
+    hoses: HosePresence | None = None
+
+    @property
+    def whitened(self) -> Objective:
+        """Inertance at the virtual point on the lines of the fit, in units of its noise."""
+        part = self.raw.select(self.fitted)
+        return _whitened(part, self.inertance.values[self.fitted], self.response, self.excitation)
 
     @property
     def alarms(self) -> tuple[str, ...]:
         """Reasons not to trust the model, in words; empty where there are none."""
-        found = []
+        alarms = []
+        if self.hoses is not None and self.hoses.visible:
+            alarms.append(self.hoses.statement)
         if self.calibrated.reduced_chi > ALARM:
-            found.append(
+            alarms.append(
                 f"The residuals are {self.calibrated.reduced_chi:.2f} times the noise (alarm at "
                 f"{ALARM:g}): a flexible receiver, hoses, or mounts that differ in their gain."
             )
         for check in self.held_out:
             if check.reduced_chi > ALARM:
-                found.append(
+                alarms.append(
                     f"Held out, {check.what} are missed by {check.reduced_chi:.2f} times the noise "
                     f"(alarm at {ALARM:g}), {check.relative_error:.1%} of their size."
                 )
         off = misplaced(self.calibrated, self.test.tolerances)
         if off:
-            found.append(
+            alarms.append(
                 f"Further from the sheet than its tolerances allow: {', '.join(off[:4])}"
                 + (f" and {len(off) - 4} more." if len(off) > 4 else ".")
             )
         if not self.rigid.is_rigid:
-            found.append(self.rigid.statement)
+            alarms.append(self.rigid.statement)
         if not self.calibrated.converged:
-            found.append("The self-calibration stopped before it converged.")
-        return tuple(found)
+            alarms.append("The self-calibration stopped before it converged.")
+        return tuple(alarms)
 
 
 def identify(
-    test: InertanceTest, options: IdentifyOptions | None = None, step: Step | None = None
+    test: InertanceTest,
+    options: IdentifyOptions | None = None,
+    step: Step | None = None,
+    *,
+    hoses: Sequence[HoseDrawing] = (),
 ) -> Identification:
     """Identify mass, centre of gravity, inertia, stiffness and gain of a mounted compressor.
 
     Parameters
     ----------
     test : InertanceTest
+        Hammer test without hoses.
     options : IdentifyOptions, optional
+        Lines, checks and prior of the rubber.
     step : callable of str, optional
-        Told what is being done, for progress.
+        Receiver of progress messages.
+    hoses : sequence of HoseDrawing
+        Hoses of the vehicle as drawn: an alarm is raised where they show in the test.
 
     Returns
     -------
@@ -402,68 +253,53 @@ def identify(
     options = options or IdentifyOptions()
     say = step or (lambda _: None)
     say("virtual point and quality")
-    refuse_different_units(test)
-    fitted = _lines(test, options)
-    _require_coherence(test, fitted, options)
+    _refuse_different_units(test)
+    fitted = _lines_of_fit(test, options)
+    _refuse_low_coherence(test, fitted, options)
     response = virtual_point(sensor_geometry(test.sensors))
     excitation = virtual_point(impact_geometry(test.impacts))
     refuse_sheet_faults(test, response, excitation)
+    tolerances = _sheet_tolerances(test.tolerances)
     quality = quality_of_frf(
-        response,
-        excitation,
-        test.frf,
-        FrfForm.INERTANCE,
-        tolerances=sheet_tolerances(test.tolerances),
+        response, excitation, test.frf, FrfForm.INERTANCE, tolerances=tolerances
     )
     inertance = virtual_point_frf(test.frf, response=response, excitation=excitation)
-    raw = RawInertance(
-        test.sensors,
-        test.impacts,
-        test.frf,
-        np.maximum(
-            deviation_from_coherence(test.frf, test.coherence, test.n_averages),
-            1e-9 * np.abs(test.frf.values).max(),
-        ),
-    )
+    deviation = deviation_from_coherence(test.frf, test.coherence, test.n_averages)
+    floor = 1e-9 * np.abs(test.frf.values).max()
+    raw = RawInertance(test.sensors, test.impacts, test.frf, np.maximum(deviation, floor))
     say("linear start")
     parametrisation, start = _start(test, inertance, fitted)
     say("fit at the virtual point")
     part = raw.select(fitted)
-    objective = WhitenedInertance(
-        part.frf.frequency,
-        inertance.values[fitted],
-        response.inverse,
-        excitation.inverse,
-        np.sqrt(np.mean(part.deviation**2, axis=(1, 2))),
-    )
-    prior = _prior(options)
-    point = fit_at_virtual_point(parametrisation, objective, start, _sane(prior, start))
-    refuse_wrong_scale(test, point.model)
+    objective = _whitened(part, inertance.values[fitted], response, excitation)
+    prior = _gain_prior(options)
+    point = fit_at_virtual_point(parametrisation, objective, start, _sane_bounds(prior, start))
+    _refuse_wrong_scale(test, point.model)
     say("self-calibration")
-    weighed = (
-        WeighedMass(test.weighed_mass, test.weighed_mass_deviation)
-        if test.weighed_mass is not None
-        else None
-    )
-    calibrated = self_calibrate(
-        parametrisation, part, test.tolerances, point.values, weighed=weighed, prior=prior
-    )
+
+    def calibrate(measured: RawInertance, values: RealArray) -> SelfCalibration:
+        return self_calibrate(
+            parametrisation,
+            measured,
+            test.tolerances,
+            values,
+            weighed=WeighedMass.of(test),
+            prior=prior,
+        )
+
+    calibrated = calibrate(part, point.values)
     held_out: list[HoldOut] = []
-    between = _between(test.frf.frequency, options) & ~fitted
+    lowest, highest = min(b[0] for b in options.bands), max(b[1] for b in options.bands)
+    between = (test.frf.frequency >= lowest) & (test.frf.frequency <= highest) & ~fitted
     if between.any():
         held_out.append(hold_out_lines(calibrated, raw.select(between)))
     if options.held_out:
         say("prediction of held-out impacts")
         out = [impact.name for impact in test.impacts[:: options.held_out]]
-        without = self_calibrate(
-            parametrisation,
-            part.without(out),
-            test.tolerances,
-            calibrated.values,
-            weighed=weighed,
-            prior=prior,
-        )
+        without = calibrate(part.without(out), calibrated.values)
         held_out.append(hold_out_impacts(without, part, test.tolerances))
+    # by the sheet: the calibration explains part of a flexible body by placement
+    by_sheet = np.linalg.inv(inertance.values)
     return Identification(
         test,
         parametrisation.length,
@@ -478,62 +314,115 @@ def identify(
         calibrated,
         knowledge(parametrisation.names, calibrated.parameter_covariance, prior.deviations),
         modal_table(calibrated.model),
-        rigid_limit(
-            # by the sheet: the calibration explains part of a flexible body by placement
-            calibrated.model,
-            inertance.frequency,
-            np.linalg.inv(inertance.values),
-        ),
+        rigid_limit(calibrated.model, inertance.frequency, by_sheet),
         tuple(held_out),
+        hoses_in_hammer_test(test.name, inertance, parametrisation.length, hoses)
+        if hoses
+        else None,
     )
 
 
-def _lines(test: InertanceTest, options: IdentifyOptions) -> LineMask:
+def calibration_of(found: Identification, above: float = MASS_LINE) -> SelfCalibration:
+    """Choose the calibration of sensors and impacts that can be trusted.
+
+    Parameters
+    ----------
+    found : Identification
+        Identification of the hammer test.
+    above : float
+        First line of the mass line [Hz].
+
+    Returns
+    -------
+    SelfCalibration
+        That of the identification; where its model of mounts on rigid ground raised its alarm, one
+        from the lines above alone, in which mounts and ground hardly take part.
+
+    Raises
+    ------
+    InputError
+        An alarm, and too few lines above.
+
+    Notes
+    -----
+    A subframe's resonance that the model does not know is otherwise explained by sensors out of
+    place, and that error goes into every load.
+    """
+    worst = max([found.calibrated.reduced_chi, *(held.reduced_chi for held in found.held_out)])
+    if worst <= ALARM:
+        return found.calibrated
+    lines = np.flatnonzero(found.raw.frf.frequency >= above)
+    if lines.size < SMALLEST_LINES:
+        raise InputError(
+            f"{found.test.name}: mounts on rigid ground do not explain the hammer test, and only "
+            f"{lines.size} of its lines lie above {above:g} Hz, where they hardly matter: measure "
+            "up to 150 Hz"
+        )
+    marked = np.zeros(found.raw.frf.frequency.size, dtype=bool)
+    marked[thinned(lines, LARGEST_LINES)] = True
+    free = N_MASS + N_STIFFNESS
+    start = found.point.values
+    stiffness = np.maximum(np.abs(start[N_MASS:free]), 1.0) * STIFFNESS_DEVIATION
+    prior = Prior(
+        np.concatenate([start[:free], START_GAIN]),
+        np.concatenate([np.full(N_MASS, np.inf), stiffness, GAIN_DEVIATION]),
+    )
+    return self_calibrate(
+        found.calibrated.parametrisation,
+        found.raw.select(marked),
+        found.test.tolerances,
+        start,
+        weighed=WeighedMass.of(found.test),
+        prior=prior,
+    )
+
+
+def _lines_of_fit(test: InertanceTest, options: IdentifyOptions) -> BoolArray:
     """Mark the lines of the fit: in the bands, thinned evenly."""
     marked = np.flatnonzero(in_bands(test.frf.frequency, options.bands))
-    if marked.size > options.largest_lines:
-        spread = np.linspace(0, marked.size - 1, options.largest_lines)
-        marked = marked[np.round(spread).astype(int)]
     lines = np.zeros(test.frf.frequency.size, dtype=bool)
-    lines[marked] = True
+    lines[thinned(marked, options.largest_lines)] = True
     return lines
 
 
-def _between(frequency: RealArray, options: IdentifyOptions) -> LineMask:
-    """Mark the lines from the lowest to the highest band."""
-    low, high = min(b[0] for b in options.bands), max(b[1] for b in options.bands)
-    return np.asarray((frequency >= low) & (frequency <= high))
-
-
-def _require_coherence(test: InertanceTest, lines: LineMask, options: IdentifyOptions) -> None:
-    median = np.median(test.coherence[lines], axis=0)
-    middle = float(np.median(median))
-    if middle < options.smallest_coherence:
-        channel, impact = np.unravel_index(int(np.argmin(median)), median.shape)
-        raise InputError(
-            f"{test.name}: the median coherence is {middle:.2f}, below "
-            f"{options.smallest_coherence:g}; the worst is {test.frf.outputs[int(channel)]} at "
-            f"{test.frf.inputs[int(impact)]}: repeat the hits, nothing is identified from these"
-        )
+def _whitened(
+    part: RawInertance, inertance: npt.ArrayLike, response: VirtualPoint, excitation: VirtualPoint
+) -> Objective:
+    """Inertance at the virtual point in units of its noise, sensors of one noise each line."""
+    return whitened_inertance(
+        part.frf.frequency,
+        np.asarray(inertance),
+        response.inverse,
+        excitation.inverse,
+        np.sqrt(np.mean(part.deviation**2, axis=(1, 2))),
+    )
 
 
 def _start(
-    test: InertanceTest, inertance: Frf, fitted: LineMask
+    test: InertanceTest, inertance: Frf, fitted: BoolArray
 ) -> tuple[MinimalParameters, RealArray]:
     """Linear start with the radius of gyration as characteristic length."""
-    places = np.array([sensor.position for sensor in test.sensors])
-    length = float(np.mean(np.linalg.norm(places - places.mean(axis=0), axis=1)))
+    length = _spread([sensor.position for sensor in test.sensors])
     lines, values = inertance.frequency[fitted], inertance.values[fitted]
     for _ in range(2):
         parametrisation = MinimalParameters(length)
         start = linear_start(parametrisation, lines, values)
         model = parametrisation.model(start)
         length = float(np.sqrt(np.trace(model.inertia) / (3 * model.mass)))
-    refuse_implausible_body(test, model, length)
+    _refuse_implausible_body(test, model, length)
     return parametrisation, parametrisation.values_of(model)
 
 
-def _sane(prior: Prior, start: RealArray) -> Bounds:
+def _gain_prior(options: IdentifyOptions) -> Prior:
+    """Nothing is known but the shape of the gain."""
+    free = N_MASS + N_STIFFNESS
+    return Prior(
+        np.concatenate([np.zeros(free), START_GAIN]),
+        np.concatenate([np.full(free, np.inf), options.gain_deviation]),
+    )
+
+
+def _sane_bounds(prior: Prior, start: RealArray) -> Bounds:
     """Bounds of the gain's shape only, so far out that they hold no rubber.
 
     Misplaced sensors leave the shape so free that a fit without prior may run off to infinity.
@@ -547,16 +436,133 @@ def _sane(prior: Prior, start: RealArray) -> Bounds:
     )
 
 
-def _prior(options: IdentifyOptions) -> Prior:
-    free = N_MASS + N_STIFFNESS
-    return Prior(
-        np.concatenate([np.zeros(free), START_GAIN]),
-        np.concatenate([np.full(free, np.inf), options.gain_deviation]),
+def misplaced(found: SelfCalibration, tolerances: PlacementTolerances) -> tuple[str, ...]:
+    """Name what came out beyond its tolerance, such as ``A3 position y (-56 σ)``, worst first."""
+    scores: RealArray = found.errors / found.placement.deviations(tolerances)
+    worst = np.argsort(-np.abs(scores))
+    return tuple(
+        f"{found.placement.names[n]} ({scores[n]:+.0f} σ)"
+        for n in worst
+        if abs(scores[n]) > MISPLACED
     )
 
 
-if TYPE_CHECKING:
-    from deboom.compressor.identify import Identification
+def refuse_sheet_faults(
+    test: InertanceTest, response: VirtualPoint, excitation: VirtualPoint
+) -> None:
+    """Refuse a reversed or a swapped channel or impact, and name it.
+
+    Parameters
+    ----------
+    test : InertanceTest
+        Hammer test.
+    response, excitation : VirtualPoint
+        As the position sheet has them.
+
+    Raises
+    ------
+    InputError
+        A channel or impact of the wrong sign, swapped axes of a sensor, two channels, sensors or
+        impacts exchanged.
+    """
+    tolerances = _sheet_tolerances(test.tolerances)
+    _refuse_fault(
+        test,
+        culprit_of_responses(response, test.frf, tolerances),
+        exchanged_responses(response, test.frf),
+        "sensor",
+    )
+    _refuse_fault(
+        test,
+        culprit_of_excitation(excitation, test.frf, tolerances),
+        exchanged_impacts(excitation, test.frf),
+        "impact",
+    )
+
+
+def _refuse_fault(
+    test: InertanceTest, diagnosis: Diagnosis, exchange: Exchange | None, what: str
+) -> None:
+    """Refuse the better of two explanations: one item at fault, or two exchanged."""
+    suspect = diagnosis.suspect
+    named = diagnosis.named and suspect is not None and suspect.fault in SHEET_FAULTS
+    left = suspect.residual_undone / diagnosis.residual_of_all if named and suspect else np.inf
+    if exchange is not None and exchange.left / exchange.disagreement < left:
+        raise InputError(
+            f"{test.name}: {exchange.verdict}. Mend the position sheet or the cables and start "
+            "again"
+        )
+    if named and suspect is not None:
+        raise InputError(
+            f"{what} {suspect.name} contradicts all others: {diagnosis.verdict}. Mend the position "
+            "sheet and start again"
+        )
+
+
+def _sheet_tolerances(stated: PlacementTolerances) -> Tolerances:
+    """Larger of sensors' and impacts' tolerances, as the search for the culprit takes them."""
+    return Tolerances(
+        sensor_position=max(stated.sensor_position, stated.impact_position),
+        sensor_angle=max(stated.sensor_angle, stated.impact_angle),
+        sensor_gain=max(stated.sensor_gain, stated.hammer_gain),
+        sensor_cross_axis=0.0,
+    )
+
+
+def _refuse_different_units(test: InertanceTest) -> None:
+    """Refuse a sheet whose sensors and impacts are not in one unit of length."""
+    sensors = _spread([sensor.position for sensor in test.sensors])
+    impacts = _spread([impact.position for impact in test.impacts])
+    if not 1 / DIFFERENT_UNITS < sensors / impacts < DIFFERENT_UNITS:
+        raise InputError(
+            f"{test.name}: the sensors lie {sensors:.3g} m from their middle and the impacts "
+            f"{impacts:.3g} m: one of the two is in another unit of length, look at the headers of "
+            "the position sheet"
+        )
+
+
+def _refuse_low_coherence(test: InertanceTest, lines: BoolArray, options: IdentifyOptions) -> None:
+    """Refuse hits whose median coherence is too low, and name the worst pair."""
+    median = np.median(test.coherence[lines], axis=0)
+    middle = float(np.median(median))
+    if middle < options.smallest_coherence:
+        channel, impact = np.unravel_index(int(np.argmin(median)), median.shape)
+        raise InputError(
+            f"{test.name}: the median coherence is {middle:.2f}, below "
+            f"{options.smallest_coherence:g}; the worst is {test.frf.outputs[int(channel)]} at "
+            f"{test.frf.inputs[int(impact)]}: repeat the hits, nothing is identified from these"
+        )
+
+
+def _refuse_implausible_body(test: InertanceTest, model: CompressorModel, length: float) -> None:
+    """Refuse a density that no body has: lengths in mm read as m make inertias a million times."""
+    density = model.mass / (4 / 3 * math.pi * (length * math.sqrt(5 / 2)) ** 3)
+    low, high = PLAUSIBLE_DENSITY
+    if not low <= density <= high:
+        raise InputError(
+            f"{test.name}: {model.mass:.3g} kg with a radius of gyration of {length:.3g} m has a "
+            f"density of {density:.2g} kg/m³: check the length unit of the position sheet and the "
+            "units of the FRFs"
+        )
+
+
+def _refuse_wrong_scale(test: InertanceTest, model: CompressorModel) -> None:
+    """Refuse FRFs whose mass is not that of the scales, such as g read as m/s²."""
+    if test.weighed_mass is None:
+        return
+    ratio = model.mass / test.weighed_mass
+    if not 1 / WRONG_SCALE < ratio < WRONG_SCALE:
+        raise InputError(
+            f"{test.name}: the FRFs belong to {model.mass:.3g} kg, the scales say "
+            f"{test.weighed_mass:.3g} kg, {ratio:.3g} times apart: check units and sensitivities "
+            "of hammer and accelerometers (g or m/s²)"
+        )
+
+
+def _spread(places: Sequence[RealArray]) -> float:
+    """Mean distance from the middle [m]."""
+    points = np.array(places)
+    return float(np.mean(np.linalg.norm(points - points.mean(axis=0), axis=1)))
 
 
 def frac(
@@ -565,14 +571,14 @@ def frac(
     frequency: npt.ArrayLike,
     band: tuple[float, float],
 ) -> RealArray:
-    """Frequency response assurance criterion of each entry in a band.
+    """Compute the frequency response assurance criterion of each entry in a band.
 
     Parameters
     ----------
     measured, identified : array, shape (n_frequency, 6, 6)
         Inertance or apparent mass, each in its SI units.
     frequency : array, shape (n_frequency,)
-        [Hz].
+        Lines [Hz].
     band : (float, float)
         From, to, both included [Hz].
 
@@ -590,86 +596,79 @@ def frac(
     return mac(np.asarray(measured)[lines], np.asarray(identified)[lines])
 
 
-def measured_modes(found: Identification) -> ModalTable:
-    """Modes of the linear estimate of mass and stiffness, which knows no calibration.
+def modal_likeness(found: Identification) -> RealArray:
+    """Compare measured (rows) and identified (columns) mode shapes at the accelerometers by MAC.
 
     Parameters
     ----------
     found : Identification
+        Identification of the hammer test.
 
     Returns
     -------
-    ModalTable
-        Of a direct parameter estimation from the inertance as the position sheet has it; only the
-        gain, whose shape a linear estimate cannot give, is the identified one.
+    array, shape (6, 6)
+        MAC [1]. At the channels, translations and rotations have one unit.
 
     Raises
     ------
     InputError
         A linear estimate with a negative stiffness.
+
+    Notes
+    -----
+    The measured modes are those of the linear start from the inertance as the position sheet has
+    it; only the gain, whose shape a linear estimate cannot give, is the identified one.
     """
-    parametrisation = found.point.parametrisation
-    own = np.concatenate([found.start[:-5], found.point.values[-5:]])
-    return modal_table(parametrisation.model(own))
-
-
-def modal_likeness(found: Identification) -> RealArray:
-    """MAC of measured (rows) and identified (columns) mode shapes at the accelerometers.
-
-    Parameters
-    ----------
-    found : Identification
-
-    Returns
-    -------
-    array, shape (6, 6)
-        [1]. At the channels, translations and rotations have one unit.
-    """
-    measured = found.response.forward @ measured_modes(found).shapes
+    direct = np.concatenate([found.start[:-5], found.point.values[-5:]])
+    measured_modes = modal_table(found.point.parametrisation.model(direct))
+    measured = found.response.forward @ measured_modes.shapes
     identified = found.response.forward @ found.modes.shapes
     return mac(measured[:, :, np.newaxis], identified[:, np.newaxis, :])
 
 
-if TYPE_CHECKING:
-    from deboom.compressor.identify import Identification
-    from deboom.compressor.model import CompressorModel
-
-
-@dataclass(frozen=True, eq=False)
+@checked(
+    values="p",
+    covariance="p p",
+    response="c 6",
+    excitation="i 6",
+    placement_errors="e",
+    placement_deviations="e",
+)
 class IdentifiedCompressor:
-    """An identified compressor, its uncertainty, and the sensors that it was seen with.
+    """An identified compressor, its uncertainty, and the placement that the test revealed.
 
     Parameters
     ----------
     name : str
-        Of the test.
+        Name of the test.
     model : CompressorModel
         About the origin of the position sheet, which is the virtual point.
     length : float
         Characteristic length of the parameters [m].
     reference_frequency : float
-        Where the real part of the gain is 1 [Hz].
+        Line at which the real part of the gain is 1 [Hz].
     parameter_names : tuple of str
-        Of `MinimalParameters`, in its order.
+        Names of `MinimalParameters`, in its order.
     values : array, shape (n,)
-        Of the parameters [1].
+        Parameters [1].
     covariance : array, shape (n, n)
         Posterior, placement errors integrated out [1].
     channels : tuple of str
-        Of the accelerometers.
+        Channels of the accelerometers.
     response : array, shape (n_channel, 6)
         Motion at the virtual point → channels, as calibrated [1, m].
     impacts : tuple of str
+        Names of the impacts.
     excitation : array, shape (n_impact, 6)
         Wrench at the virtual point per newton of the hammer, as calibrated [1, m].
     placement_names : tuple of str
-        Of the placement errors.
+        Names of the placement errors.
     placement_errors, placement_deviations : array, shape (n_errors,)
         As found, and their posterior standard deviations [1, m, rad].
     reduced_chi : float
         Residuals over noise [1].
     bands : tuple of (float, float)
-        That were fitted [Hz].
+        Fitted bands [Hz].
     alarms : tuple of str
         Reasons not to trust it; empty where there are none.
     inputs_sha256 : mapping of str to str
@@ -701,21 +700,14 @@ class IdentifiedCompressor:
     inputs_sha256: Mapping[str, str]
 
     def __post_init__(self) -> None:
-        n, n_errors = len(self.parameter_names), len(self.placement_names)
-        shapes = {
-            "values": (n,),
-            "covariance": (n, n),
-            "response": (len(self.channels), 6),
-            "excitation": (len(self.impacts), 6),
-            "placement_errors": (n_errors,),
-            "placement_deviations": (n_errors,),
-        }
-        for field, shape in shapes.items():
-            array = np.array(getattr(self, field), dtype=float)
-            if array.shape != shape or not np.all(np.isfinite(array)):
-                raise InputError(f"{field} of compressor {self.name} needs {shape} finite numbers")
-            array.setflags(write=False)
-            object.__setattr__(self, field, array)
+        for field, names in (
+            ("values", self.parameter_names),
+            ("response", self.channels),
+            ("excitation", self.impacts),
+            ("placement_errors", self.placement_names),
+        ):
+            if len(getattr(self, field)) != len(names):
+                raise InputError(f"{field} of compressor {self.name} needs {len(names)} rows")
 
 
 def identified_compressor(
@@ -728,10 +720,11 @@ def identified_compressor(
     Parameters
     ----------
     found : Identification
+        Identification of the hammer test.
     bands : tuple of (float, float)
-        That were fitted [Hz].
+        Fitted bands [Hz].
     inputs_sha256 : mapping of str to str
-        Of the files of the test.
+        Hashes of the files of the test.
 
     Returns
     -------
@@ -748,9 +741,9 @@ def identified_compressor(
         values=calibrated.values,
         covariance=calibrated.parameter_covariance,
         channels=found.test.frf.outputs,
-        response=calibrated.placement.response_matrix(calibrated.errors),
+        response=calibrated.response_matrix,
         impacts=found.test.frf.inputs,
-        excitation=calibrated.placement.excitation_matrix(calibrated.errors),
+        excitation=calibrated.excitation_matrix,
         placement_names=calibrated.placement.names,
         placement_errors=calibrated.errors,
         placement_deviations=np.sqrt(np.diag(calibrated.covariance)[n:]),
@@ -758,78 +751,4 @@ def identified_compressor(
         bands=bands,
         alarms=found.alarms,
         inputs_sha256=inputs_sha256,
-    )
-
-
-if TYPE_CHECKING:
-    from deboom.compressor.identify import Identification
-
-MASS_LINE = 60.0
-"""Where the load of the mounts has fallen to some percent of the body's inertia [Hz]."""
-SMALLEST_LINES = 12
-LARGEST_LINES = 48
-STIFFNESS_DEVIATION = 0.3
-"""Of each entry of K_VP over its own size or that of the diagonal: what 60 Hz leave open [1]."""
-
-
-def calibration_of(found: Identification, above: float = MASS_LINE) -> SelfCalibration:
-    """Choose the calibration of sensors and impacts that can be trusted.
-
-    Parameters
-    ----------
-    found : Identification
-    above : float
-        First line of the mass line [Hz].
-
-    Returns
-    -------
-    SelfCalibration
-        That of the identification; where its model of mounts on rigid ground raised its alarm, one
-        from the lines above alone, in which mounts and ground hardly take part.
-
-    Raises
-    ------
-    InputError
-        An alarm, and too few lines above.
-
-    Notes
-    -----
-    A subframe's resonance that the model does not know is otherwise explained by sensors out of
-    place, and that error goes into every load.
-    """
-    if max([found.calibrated.reduced_chi, *(one.reduced_chi for one in found.held_out)]) <= ALARM:
-        return found.calibrated
-    lines = np.flatnonzero(found.raw.frf.frequency >= above)
-    if lines.size < SMALLEST_LINES:
-        raise InputError(
-            f"{found.test.name}: mounts on rigid ground do not explain the hammer test, and only "
-            f"{lines.size} of its lines lie above {above:g} Hz, where they hardly matter: measure "
-            "up to 150 Hz"
-        )
-    if lines.size > LARGEST_LINES:
-        lines = lines[np.round(np.linspace(0, lines.size - 1, LARGEST_LINES)).astype(int)]
-    marked = np.zeros(found.raw.frf.frequency.size, dtype=bool)
-    marked[lines] = True
-    parametrisation, start = found.calibrated.parametrisation, found.point.values
-    free = N_MASS + N_STIFFNESS
-    prior = Prior(
-        np.concatenate([start[:free], START_GAIN]),
-        np.concatenate(
-            [
-                np.full(N_MASS, np.inf),
-                np.maximum(np.abs(start[N_MASS:free]), 1.0) * STIFFNESS_DEVIATION,
-                GAIN_DEVIATION,
-            ]
-        ),
-    )
-    weighed = found.test.weighed_mass
-    return self_calibrate(
-        parametrisation,
-        found.raw.select(marked),
-        found.test.tolerances,
-        start,
-        weighed=None
-        if weighed is None
-        else WeighedMass(weighed, found.test.weighed_mass_deviation),
-        prior=prior,
     )

@@ -1,4 +1,4 @@
-"""The rigid compressor on its mounts: model, modes and rigid limit."""
+"""The rigid compressor on its mounts: apparent mass, inertance, modes and rigid limit."""
 
 from __future__ import annotations
 
@@ -8,14 +8,25 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from deboom.arrays import ComplexArray, RealArray
+from deboom.arrays import AXES, ComplexArray, RealArray, RealOrComplexArray, checked
 from deboom.compressor.gain import GainFactor
 from deboom.errors import InputError
-from deboom.measurement.compressor_test import CompressorMount, freeze_field
+from deboom.measurement.compressor_test import CompressorMount
 from deboom.physics.rigid_body import mass_matrix, mount_stiffness_matrix, rigid_body_modes
 
 TRIANGLE_TOLERANCE = 1e-9
 """How far, relative to the largest, principal moments may break the triangle inequality."""
+SMALLEST_LINES = 8
+GRID = 1001
+"""Steps in which the rigid limit is looked for, in f² from 0 to the highest line."""
+NEARNESS = tuple(np.linspace(0.0, 0.95, 39))
+"""Squared ratios of the highest line to the body's first resonance."""
+_LARGEST_STEPS = 200
+
+
+def applied(matrices: RealOrComplexArray, vectors: RealOrComplexArray) -> ComplexArray:
+    """Multiply matrices, shape (..., n, a, b), with vectors, shape (n, b), line by line."""
+    return np.asarray(np.einsum("...fab,fb->...fa", matrices, vectors), dtype=complex)
 
 
 def mounts_at_virtual_point(mounts: Sequence[CompressorMount]) -> RealArray:
@@ -24,12 +35,12 @@ def mounts_at_virtual_point(mounts: Sequence[CompressorMount]) -> RealArray:
     Parameters
     ----------
     mounts : sequence of CompressorMount
-        At least one.
+        At least one mount.
 
     Returns
     -------
     array, shape (6, 6)
-        Symmetric [N/m, N/rad, N m/rad].
+        Symmetric stiffness [N/m, N/rad, N m/rad].
 
     Notes
     -----
@@ -47,22 +58,22 @@ def mounts_at_virtual_point(mounts: Sequence[CompressorMount]) -> RealArray:
     )
 
 
-@dataclass(frozen=True, eq=False)
+@checked(centre="3", inertia="3 3", stiffness="6 6")
 class CompressorModel:
     """Rigid body, static stiffness at the virtual point and one gain factor.
 
     Parameters
     ----------
     mass : float
-        [kg].
+        Mass [kg].
     centre : array, shape (3,)
         Centre of gravity, from the virtual point [m].
     inertia : array, shape (3, 3)
-        About the centre of gravity, products with their sign as matrix elements [kg m²].
+        Inertia about the centre of gravity, products with their sign as matrix elements [kg m²].
     stiffness : array, shape (6, 6)
         K_VP, static, real and symmetric [N/m, N/rad, N m/rad].
     gain : GainFactor
-        Common to all mounts; ``v(f) K_VP`` is the dynamic stiffness.
+        Gain common to all mounts; ``v(f) K_VP`` is the dynamic stiffness.
 
     Raises
     ------
@@ -78,9 +89,6 @@ class CompressorModel:
     gain: GainFactor
 
     def __post_init__(self) -> None:
-        freeze_field(self, "centre", (3,), "the compressor")
-        freeze_field(self, "inertia", (3, 3), "the compressor")
-        freeze_field(self, "stiffness", (6, 6), "the compressor")
         for matrix, name in ((self.inertia, "inertia"), (self.stiffness, "stiffness")):
             if not np.allclose(matrix, matrix.T, rtol=0, atol=1e-9 * np.abs(matrix).max()):
                 raise InputError(f"the {name} of the compressor is not symmetric")
@@ -103,22 +111,28 @@ class CompressorModel:
         mounts: Sequence[CompressorMount],
         gain: GainFactor,
     ) -> CompressorModel:
-        """Compressor whose stiffness is that of its mounts; see `mounts_at_virtual_point`."""
+        """Make a compressor whose stiffness is that of its mounts."""
         stiffness = mounts_at_virtual_point(mounts)
         return cls(mass, np.asarray(centre), np.asarray(inertia), stiffness, gain)
 
     @property
     def mass_matrix(self) -> RealArray:
-        """At the virtual point, shape (6, 6) [kg, kg m, kg m²]."""
+        """Mass matrix at the virtual point, shape (6, 6) [kg, kg m, kg m²]."""
         return mass_matrix(self.mass, self.inertia, self.centre)
 
+    def mount_part(self, frequency: npt.ArrayLike) -> ComplexArray:
+        """Compute what the mounts take off the mass matrix, ``v K_VP/ω²``, (n_frequency, 6, 6)."""
+        lines = np.asarray(frequency, dtype=float)
+        factor = self.gain.at(lines) / (2 * np.pi * lines) ** 2
+        return np.asarray(factor[:, np.newaxis, np.newaxis] * self.stiffness)
+
     def apparent_mass(self, frequency: npt.ArrayLike) -> ComplexArray:
-        """Force per acceleration at the virtual point.
+        """Compute force per acceleration at the virtual point.
 
         Parameters
         ----------
         frequency : array, shape (n_frequency,)
-            Above 0 [Hz].
+            Lines above 0 [Hz].
 
         Returns
         -------
@@ -135,38 +149,16 @@ class CompressorModel:
         ``AM = M − v(f) K_VP/ω²``, from the thesis's eq. 48-61 with the sign of its damping term
         mended.
         """
-        lines = np.asarray(frequency, dtype=float)
-        if np.any(lines <= 0):
+        if np.any(np.asarray(frequency, dtype=float) <= 0):
             raise InputError("a line at 0 Hz has no apparent mass: start above it")
-        factor = self.gain.at(lines) / (2 * np.pi * lines) ** 2
-        return np.asarray(self.mass_matrix - factor[:, np.newaxis, np.newaxis] * self.stiffness)
+        return np.asarray(self.mass_matrix - self.mount_part(frequency))
 
     def inertance(self, frequency: npt.ArrayLike) -> ComplexArray:
-        """Acceleration per force at the virtual point, by direct inversion line by line.
-
-        Parameters
-        ----------
-        frequency : array, shape (n_frequency,)
-            Above 0 [Hz].
-
-        Returns
-        -------
-        array, shape (n_frequency, 6, 6)
-            [1/kg, 1/(kg m), 1/(kg m²)].
-
-        Raises
-        ------
-        InputError
-            As `apparent_mass`.
-        """
+        """Compute acceleration per force, the inverse of `apparent_mass` line by line."""
         return np.asarray(np.linalg.inv(self.apparent_mass(frequency)))
 
 
-MOTIONS = ("x", "y", "z", "rx", "ry", "rz")
-_LARGEST_STEPS = 200
-
-
-@dataclass(frozen=True, eq=False)
+@checked(frequency="6", loss_factor="6", shapes="6 6", energy="6 6")
 class ModalTable:
     """Natural frequencies, loss factors and shapes.
 
@@ -175,9 +167,9 @@ class ModalTable:
     frequency : array, shape (6,)
         Undamped, where the stiffness is that of the mode's own frequency [Hz].
     loss_factor : array, shape (6,)
-        Imaginary over real part of the gain there [1].
+        Imaginary over real part of the gain at that frequency [1].
     shapes : array, shape (6, 6)
-        One mode per column, mass-normalised.
+        Mass-normalised, one mode per column.
     energy : array, shape (6, 6)
         Share of each motion in the kinetic energy, one mode per column; coupling through the mass
         matrix can make a share negative [1].
@@ -191,7 +183,7 @@ class ModalTable:
     @property
     def leading(self) -> tuple[str, ...]:
         """Motion with the largest share of each mode."""
-        return tuple(MOTIONS[int(np.argmax(column))] for column in self.energy.T)
+        return tuple(AXES[int(np.argmax(column))] for column in self.energy.T)
 
 
 def modal_table(model: CompressorModel) -> ModalTable:
@@ -200,6 +192,7 @@ def modal_table(model: CompressorModel) -> ModalTable:
     Parameters
     ----------
     model : CompressorModel
+        Compressor on its mounts.
 
     Returns
     -------
@@ -226,21 +219,14 @@ def modal_table(model: CompressorModel) -> ModalTable:
         frequency = following
         if settled:
             break
-    gain_there = model.gain.at(frequency)
+    dynamic = model.gain.at(frequency)
     energy = shapes * (model.mass_matrix @ shapes)
-    return ModalTable(frequency, gain_there.imag / gain_there.real, shapes, energy)
-
-
-SMALLEST_LINES = 8
-GRID = 1001
-"""Steps in which the limit is looked for, in f² from 0 to the highest line."""
-NEARNESS = tuple(np.linspace(0.0, 0.95, 39))
-"""Of the body's first resonance, as the squared ratio of the highest line to it."""
+    return ModalTable(frequency, dynamic.imag / dynamic.real, shapes, energy)
 
 
 @dataclass(frozen=True)
 class RigidLimit:
-    """Drift of the measured mass line.
+    """Drift of the measured mass line: up to which frequency the compressor is rigid.
 
     Parameters
     ----------
@@ -249,7 +235,7 @@ class RigidLimit:
         of the 6×6 matrix relative to the mass matrix, rotations scaled by the radius of gyration
         [1].
     deviation : float
-        Its standard deviation, from the scatter of the lines [1].
+        Standard deviation of the drift, from the scatter of the lines [1].
     holds_to : float
         Frequency at which the drift reaches the tolerance; infinite where it never does [Hz].
     tolerance : float
@@ -295,9 +281,9 @@ def rigid_limit(
     Parameters
     ----------
     model : CompressorModel
-        Its mounts are taken off before.
+        Model whose mounts are taken off before.
     frequency : array, shape (n_frequency,)
-        [Hz].
+        Lines [Hz].
     apparent_mass : array, shape (n_frequency, 6, 6)
         Measured, at the virtual point [kg, kg m, kg m²].
     above : float
@@ -330,38 +316,37 @@ def rigid_limit(
             "cannot be judged"
         )
     lines = lines[judged]
-    mounts = (model.gain.at(lines) / (2 * np.pi * lines) ** 2)[:, np.newaxis, np.newaxis]
-    left = np.asarray(apparent_mass)[judged].real + (mounts * model.stiffness).real
+    left = np.asarray(apparent_mass)[judged].real + model.mount_part(lines).real
     length = np.sqrt(np.trace(model.inertia) / (3 * model.mass))
     scale = np.repeat([1.0, 1 / length], 3)
     elements = (left * np.outer(scale, scale)).reshape(lines.size, 36)
     squared = (lines / lines[-1]) ** 2
-    fits = [_fit(squared, elements, nearness) for nearness in NEARNESS]
+    fits = [_drift_fit(squared, elements, nearness) for nearness in NEARNESS]
     best = int(np.argmin([scatter for *_, scatter in fits]))
     level, growth, spread, scatter = fits[best]
     deviation = float(np.sqrt(scatter * spread) / level)
     # at the highest line itself the growth is that of the fitted law
-    drift = float(growth / level * _law(1.0, NEARNESS[best]))
+    drift = float(growth / level * _drift_law(1.0, NEARNESS[best]))
     seen = drift > 3 * deviation and drift > tolerance
     grid = np.linspace(0, 1, GRID)
-    beyond = growth / level * _law(grid, NEARNESS[best]) > tolerance
+    beyond = growth / level * _drift_law(grid, NEARNESS[best]) > tolerance
     holds_to = float(lines[-1] * np.sqrt(grid[np.argmax(beyond)])) if seen else np.inf
     return RigidLimit(drift, deviation, holds_to, tolerance, float(lines[-1]))
 
 
-def _law(squared: npt.ArrayLike, nearness: float) -> RealArray:
+def _drift_law(squared: npt.ArrayLike, nearness: float) -> RealArray:
     """Growth ``f²/(1 − (f/f_n)²)`` with f and f_n relative to the highest line."""
     share = np.asarray(squared, dtype=float)
     return np.asarray(share / (1 - nearness * share))
 
 
-def _fit(
+def _drift_fit(
     squared: RealArray, elements: RealArray, nearness: float
 ) -> tuple[float, float, float, float]:
     """Norms of constant and growth, variance of the growth at the top over that of a line."""
-    columns = np.stack([np.ones_like(squared), _law(squared, nearness)], axis=1)
+    columns = np.stack([np.ones_like(squared), _drift_law(squared, nearness)], axis=1)
     fit, *_ = np.linalg.lstsq(columns, elements)
     scatter = float(np.sum((elements - columns @ fit) ** 2)) / (squared.size - 2)
-    variance = np.linalg.inv(columns.T @ columns)[1, 1] * float(_law(1.0, nearness)) ** 2
+    variance = np.linalg.inv(columns.T @ columns)[1, 1] * float(_drift_law(1.0, nearness)) ** 2
     level, growth = np.linalg.norm(fit, axis=1)
     return float(level), float(growth), float(variance), scatter

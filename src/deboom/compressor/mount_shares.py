@@ -1,18 +1,17 @@
-"""Stiffness that each mount has in operation."""
+"""Stiffness of single mounts: shares of the whole, and softening with their own stroke."""
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 import numpy.typing as npt
 from scipy.optimize import least_squares
 from scipy.stats import chi2
 
-from deboom.arrays import ComplexArray, RealArray
-from deboom.compressor.body_loads import stiffness_of_mounts
+from deboom.arrays import ComplexArray, RealArray, checked
+from deboom.compressor.identify import Identification
 from deboom.compressor.model import mounts_at_virtual_point
 from deboom.compressor.parameters import (
     N_MASS,
@@ -20,12 +19,10 @@ from deboom.compressor.parameters import (
     MinimalParameters,
     mount_stiffness_derivatives,
 )
+from deboom.compressor.routes import StiffnessChange
 from deboom.errors import InputError
-from deboom.measurement.compressor_test import CompressorMount, freeze_field
+from deboom.measurement.compressor_test import CompressorMount
 from deboom.physics.rigid_body import forward_matrices
-
-if TYPE_CHECKING:
-    from deboom.compressor.identify import Identification
 
 STIFFNESS_NUMBERS = slice(N_MASS, N_MASS + N_STIFFNESS)
 """Places of K_VP among the numbers of `MinimalParameters`."""
@@ -35,6 +32,12 @@ EXACT = 1e-8
 """Variance over the largest one below which a combination of numbers counts as exact [1]."""
 SMALLEST_PROBABILITY = 1e-3
 """Of test and drawing together, below which mounts of a kind are refuted."""
+REFERENCE_STROKE = 20e-6
+"""From which decades are counted, about the middle of what a compressor does [m]."""
+SMALLEST_STROKE = 1e-7
+"""Below it no rubber softens, and a mount at rest has no logarithm [m]."""
+DEVIATIONS = (0.3, 0.3, 0.2)
+"""1 σ of change, slope per decade and curvature per decade², real and imaginary part [1]."""
 
 
 @dataclass(frozen=True)
@@ -65,30 +68,30 @@ class MountPrior:
     scale: float = 0.5
 
     def __post_init__(self) -> None:
-        for name in ("position", "angle", "stiffness", "scale"):
-            value = getattr(self, name)
+        for field in fields(self):
+            value = getattr(self, field.name)
             if not (math.isfinite(value) and value > 0):
-                raise InputError(f"the deviation of a mount's {name} must be positive")
+                raise InputError(f"the deviation of a mount's {field.name} must be positive")
 
 
-@dataclass(frozen=True, eq=False)
+@checked(values="n", by_test="n 20", by_drawing="n k", covariance="n n", prior_deviations="n")
 class MountShares:
     """Single mounts, and how uncertain it is what each of them carries.
 
     Parameters
     ----------
     drawn : tuple of CompressorMount
-        Where `values` count from.
-    values : array, shape (9 n + 1,)
+        Mounts that `values` count from, m of them.
+    values : array, shape (n,) with n = 9 m + 1
         Per mount shift [m], turn [rad] and logarithm of the ratio of its stiffness [1]; last the
         logarithm of a common ratio [1].
-    by_test : array, shape (9 n + 1, 20)
+    by_test : array, shape (n, 20)
         Change of `values` per change of the test's K_VP, in numbers of `MinimalParameters`.
-    by_drawing : array, shape (9 n + 1, k)
+    by_drawing : array, shape (n, k)
         The same per error of the drawing, in its 1 σ.
-    covariance : array, shape (9 n + 1, 9 n + 1)
-        Of `values`.
-    prior_deviations : array, shape (9 n + 1,)
+    covariance : array, shape (n, n)
+        Covariance of `values`.
+    prior_deviations : array, shape (n,)
         1 σ of `values` before the test.
     identical : bool
         Whether all are one round part.
@@ -108,29 +111,18 @@ class MountShares:
     identical_probability: float
     probability: float
 
-    def __post_init__(self) -> None:
-        n = PER_MOUNT * len(self.drawn) + 1
-        for field, shape in (
-            ("values", (n,)),
-            ("by_test", (n, N_STIFFNESS)),
-            ("by_drawing", (n, np.shape(self.by_drawing)[-1])),
-            ("covariance", (n, n)),
-            ("prior_deviations", (n,)),
-        ):
-            freeze_field(self, field, shape, "shares of the mounts")
-
     @property
     def mounts(self) -> tuple[CompressorMount, ...]:
         """Mounts as found, stiffness where the real part of the gain is 1."""
-        return moved_mounts(self.drawn, self.values)
+        return _moved_mounts(self.drawn, self.values)
 
     @property
     def deviations(self) -> RealArray:
-        """1 σ of place, angles and ln stiffness, shape (n, 9) [m, rad, 1]."""
-        n = len(self.drawn)
-        variance = np.diag(self.covariance)[:-1].reshape(n, PER_MOUNT).copy()
+        """1 σ of place, angles and ln stiffness, shape (m, 9) [m, rad, 1]."""
+        m = len(self.drawn)
+        variance = np.diag(self.covariance)[:-1].reshape(m, PER_MOUNT).copy()
         # the stiffness of a mount is its own ratio times the common one
-        with_common = self.covariance[:-1, -1].reshape(n, PER_MOUNT)
+        with_common = self.covariance[:-1, -1].reshape(m, PER_MOUNT)
         variance[:, 6:] += 2 * with_common[:, 6:] + self.covariance[-1, -1]
         return np.asarray(np.sqrt(np.maximum(variance, 0.0)))
 
@@ -169,7 +161,7 @@ class MountShares:
         stiffness : array, shape (20,)
             Change of the test's K_VP in this draw, in numbers of `MinimalParameters` [1].
         generator : numpy Generator
-            Of the drawing's errors.
+            Source of the drawing's errors.
 
         Returns
         -------
@@ -177,7 +169,7 @@ class MountShares:
         """
         of_drawing = self.by_drawing @ generator.standard_normal(self.by_drawing.shape[1])
         of_test = self.by_test @ np.asarray(stiffness, dtype=float)
-        return moved_mounts(self.drawn, self.values + of_test + of_drawing)
+        return _moved_mounts(self.drawn, self.values + of_test + of_drawing)
 
 
 def mount_shares(
@@ -190,10 +182,11 @@ def mount_shares(
     Parameters
     ----------
     found : Identification
-        With K_VP and its covariance.
+        K_VP and its covariance.
     drawn : tuple of CompressorMount
         At least two; their positions may be measured ones, with a `prior` that fits.
     prior : MountPrior, optional
+        Quality of the drawing.
 
     Returns
     -------
@@ -217,17 +210,17 @@ def mount_shares(
     if len(drawn) < 2:
         raise InputError("a compressor on fewer than two mounts has nothing to share")
     prior = prior or MountPrior()
-    wanted = _Wanted.of(found)
-    any_mounts = _numbers(len(drawn), prior)
-    one_part = wanted.shared(_round(drawn), _of_a_kind(any_mounts, len(drawn)))
+    per_mount = np.repeat([prior.position, prior.angle, prior.stiffness], 3)
+    any_mounts = np.diag([*np.tile(per_mount, len(drawn)), prior.scale])
+    whiten = _whitening(found)
+    one_part = _agreeing(found, _round(drawn), _of_a_kind(any_mounts, len(drawn)), whiten)
     identical = one_part.probability >= SMALLEST_PROBABILITY
-    best = one_part if identical else wanted.shared(drawn, any_mounts)
+    best = one_part if identical else _agreeing(found, drawn, any_mounts, whiten)
     posterior = np.linalg.inv(best.slopes.T @ best.slopes + np.eye(best.slopes.shape[1]))
-    by_test = best.numbers @ posterior @ best.slopes.T @ wanted.whiten
     return MountShares(
         drawn=best.drawn,
         values=best.values,
-        by_test=by_test,
+        by_test=best.numbers @ posterior @ best.slopes.T @ whiten,
         by_drawing=best.numbers @ posterior,
         covariance=best.numbers @ posterior @ best.numbers.T,
         prior_deviations=np.sqrt(np.sum(best.numbers**2, axis=1)),
@@ -237,7 +230,7 @@ def mount_shares(
     )
 
 
-def moved_mounts(
+def _moved_mounts(
     drawn: tuple[CompressorMount, ...], values: RealArray
 ) -> tuple[CompressorMount, ...]:
     """Shift, turn and stiffen mounts; see `MountShares` for the numbers."""
@@ -255,7 +248,7 @@ def moved_mounts(
 
 @dataclass(frozen=True, eq=False)
 class _Best:
-    """Mounts that agree best, and derivatives there by standard normal numbers."""
+    """Mounts that agree best, and whitened derivatives there by standard normal numbers."""
 
     drawn: tuple[CompressorMount, ...]
     numbers: RealArray
@@ -264,65 +257,52 @@ class _Best:
     probability: float
 
 
-@dataclass(frozen=True, eq=False)
-class _Wanted:
-    """K_VP of the test, and what makes its error white."""
+def _whitening(found: Identification) -> RealArray:
+    """Matrix that makes the error of the test's K_VP white, shape (20, 20)."""
+    covariance = found.calibrated.parameter_covariance[STIFFNESS_NUMBERS, STIFFNESS_NUMBERS]
+    variance, directions = np.linalg.eigh(covariance)
+    # an exact test has directions without any error: a valley too narrow to walk along
+    kept = np.maximum(variance, EXACT * variance[-1])
+    return np.asarray(directions.T / np.sqrt(kept)[:, np.newaxis])
 
-    to_numbers: RealArray
-    found: RealArray
-    whiten: RealArray
 
-    @classmethod
-    def of(cls, found: Identification) -> _Wanted:
-        basis = MinimalParameters(found.length).stiffness_basis.reshape(N_STIFFNESS, -1)
-        own = found.calibrated.parameter_covariance[STIFFNESS_NUMBERS, STIFFNESS_NUMBERS]
-        variance, directions = np.linalg.eigh(own)
-        # an exact test has directions without any error: a valley too narrow to walk along
-        kept = np.maximum(variance, EXACT * variance[-1])
-        return cls(
-            np.asarray(np.linalg.pinv(basis), dtype=float),
-            found.calibrated.values[STIFFNESS_NUMBERS],
-            directions.T / np.sqrt(kept)[:, np.newaxis],
-        )
+def _agreeing(
+    found: Identification,
+    drawn: tuple[CompressorMount, ...],
+    numbers: RealArray,
+    whiten: RealArray,
+) -> _Best:
+    """Fit mounts ``numbers @ z`` away from the drawing, z standard normal beforehand."""
+    basis = MinimalParameters(found.length).stiffness_basis.reshape(N_STIFFNESS, -1)
+    to_numbers = np.asarray(np.linalg.pinv(basis), dtype=float)
+    wanted = found.calibrated.values[STIFFNESS_NUMBERS]
 
-    def shared(self, drawn: tuple[CompressorMount, ...], numbers: RealArray) -> _Best:
-        """Fit mounts ``numbers @ z`` away from the drawing, z standard normal beforehand."""
+    def residuals(z: RealArray) -> RealArray:
+        stiffness = mounts_at_virtual_point(_moved_mounts(drawn, numbers @ z))
+        return np.concatenate([whiten @ (stiffness.reshape(-1) @ to_numbers - wanted), z])
 
-        def residuals(z: RealArray) -> RealArray:
-            stiffness = mounts_at_virtual_point(moved_mounts(drawn, numbers @ z))
-            off = stiffness.reshape(-1) @ self.to_numbers - self.found
-            return np.concatenate([self.whiten @ off, z])
+    def slopes(z: RealArray) -> RealArray:
+        by_value = _derivatives(_moved_mounts(drawn, numbers @ z))
+        return np.vstack([whiten @ (by_value @ to_numbers).T @ numbers, np.eye(z.size)])
 
-        def slopes(z: RealArray) -> RealArray:
-            by_value = _derivatives(moved_mounts(drawn, numbers @ z))
-            return np.vstack(
-                [self.whiten @ (by_value @ self.to_numbers).T @ numbers, np.eye(z.size)]
-            )
-
-        solved = least_squares(residuals, np.zeros(numbers.shape[1]), slopes)
-        return _Best(
-            drawn,
-            numbers,
-            numbers @ solved.x,
-            slopes(solved.x)[:N_STIFFNESS],
-            float(chi2.sf(2 * solved.cost, N_STIFFNESS)),
-        )
+    solved = least_squares(residuals, np.zeros(numbers.shape[1]), slopes)
+    return _Best(
+        drawn,
+        numbers,
+        numbers @ solved.x,
+        slopes(solved.x)[:N_STIFFNESS],
+        float(chi2.sf(2 * solved.cost, N_STIFFNESS)),
+    )
 
 
 def _derivatives(mounts: tuple[CompressorMount, ...]) -> RealArray:
-    """K_VP by the numbers of `MountShares`, shape (9 n + 1, 36)."""
+    """K_VP by the numbers of `MountShares`, shape (9 m + 1, 36)."""
     rows = []
     for mount in mounts:
         each = mount_stiffness_derivatives(mount)
         each[6:] *= mount.stiffness[:, np.newaxis, np.newaxis]
         rows.append(each.reshape(PER_MOUNT, -1))
     return np.vstack([*rows, np.sum([row[6:].sum(axis=0) for row in rows], axis=0)])
-
-
-def _numbers(n_mount: int, prior: MountPrior) -> RealArray:
-    """Numbers of any mounts per standard normal number, shape (9 n + 1, 9 n + 1)."""
-    own = np.repeat([prior.position, prior.angle, prior.stiffness], 3)
-    return np.diag([*np.tile(own, n_mount), prior.scale])
 
 
 def _of_a_kind(numbers: RealArray, n_mount: int) -> RealArray:
@@ -346,25 +326,21 @@ def _power(probability: float) -> str:
     return "below 1e-12" if probability < 1e-12 else f"{probability:.0e}"
 
 
-if TYPE_CHECKING:
-    from deboom.compressor.identify import Identification
-
-REFERENCE_STROKE = 20e-6
-"""From which decades are counted, about the middle of what a compressor does [m]."""
-SMALLEST_STROKE = 1e-7
-"""Below it no rubber softens, and a mount at rest has no logarithm [m]."""
-DEVIATIONS = (0.3, 0.3, 0.2)
-"""1 σ of change, slope per decade and curvature per decade², real and imaginary part [1]."""
+def stiffness_of_mounts(mounts: tuple[CompressorMount, ...]) -> RealArray:
+    """Compute the stiffness of each mount in fixed axes, ``R diag(k) Rᵀ``, (n, 3, 3) [N/m]."""
+    turn = np.array([mount.orientation for mount in mounts])
+    along = np.array([mount.stiffness for mount in mounts])[:, np.newaxis, :]
+    return np.asarray((turn * along) @ np.swapaxes(turn, 1, 2))
 
 
-@dataclass(frozen=True, eq=False)
-class SofteningMounts:
+@checked(positions="n 3", stiffness="n 6 6")
+class SofteningMounts(StiffnessChange):
     """Factor ``1 + δ(s_i)`` on each mount, a parabola over the logarithm of its own stroke s_i.
 
     Parameters
     ----------
     positions : array, shape (n, 3)
-        Of the mounts, from the virtual point [m].
+        Places of the mounts, from the virtual point [m].
     stiffness : array, shape (n, 6, 6)
         What each of them adds to K_VP [N/m, N/rad, N m/rad].
 
@@ -384,18 +360,13 @@ class SofteningMounts:
     positions: RealArray
     stiffness: RealArray
 
-    def __post_init__(self) -> None:
-        n = len(self.positions)
-        freeze_field(self, "positions", (n, 3), "softening mounts")
-        freeze_field(self, "stiffness", (n, 6, 6), "softening mounts")
-
     def strokes(self, frequency: RealArray, motion: ComplexArray) -> RealArray:
-        """Largest distance of each mount from rest over a turn.
+        """Compute the largest distance of each mount from rest over a turn.
 
         Parameters
         ----------
         frequency : array, shape (n_frequency,)
-            [Hz].
+            Lines [Hz].
         motion : array, shape (n_frequency, 6)
             Acceleration of the virtual point [m/s², rad/s²].
 
@@ -425,18 +396,18 @@ class SofteningMounts:
 
     @property
     def deviations(self) -> RealArray:
-        """Of both parts of a, of b and of c."""
+        """1 σ of both parts of a, of b and of c, shape (6,) [1]."""
         return np.repeat(DEVIATIONS, 2)
 
     def change_at(self, values: RealArray, stroke: npt.ArrayLike) -> ComplexArray:
-        """Change δ of a mount's stiffness.
+        """Compute the change δ of a mount's stiffness.
 
         Parameters
         ----------
         values : array, shape (6,)
             The unknowns [1].
         stroke : array, any shape
-            [m].
+            Stroke of the mount [m].
 
         Returns
         -------
@@ -453,6 +424,7 @@ def softening_mounts(found: Identification) -> SofteningMounts | None:
     Parameters
     ----------
     found : Identification
+        Identification of the hammer test.
 
     Returns
     -------
@@ -477,6 +449,6 @@ def softening_mounts(found: Identification) -> SofteningMounts | None:
 
 
 def _powers(stroke: npt.ArrayLike) -> RealArray:
-    """Of the decades above `REFERENCE_STROKE`: zeroth, first and second."""
+    """Zeroth, first and second power of the decades above `REFERENCE_STROKE`."""
     decades = np.log10(np.maximum(stroke, SMALLEST_STROKE) / REFERENCE_STROKE)
     return np.stack([np.ones_like(decades), decades, decades**2])

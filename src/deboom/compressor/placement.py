@@ -1,33 +1,36 @@
-"""Inertance as measured, impact by impact, and where sensors and impacts lie."""
+"""What a hammer test gives to the identification: raw FRFs, their noise, errors of placement."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
 
-from deboom.arrays import RealArray
+from deboom.arrays import BoolArray, RealArray, checked
 from deboom.compressor.parameters import rotation_derivative
 from deboom.errors import InputError
 from deboom.measurement.channels import Frf
+from deboom.measurement.compressor_test import check_enough
 from deboom.measurement.sensors import SENSOR_AXES, Impact, PlacementTolerances, Sensor
 from deboom.physics.rigid_body import forward_matrix, rotation_matrix, skew
 
+SMOOTHING_LINES = 9
+"""Lines over which the noise of a few hits is averaged: one line alone knows it to ±30 %."""
 _UNIT_VECTORS = np.eye(3)
 
 
 @dataclass(frozen=True, eq=False)
 class Placement:
-    """Errors of placement and calibration as unknowns.
+    """Sensors and impacts as they may really be: gains, positions and angles off the sheet.
 
     Parameters
     ----------
     sensors : tuple of Sensor
-        n of them, as the position sheet has them.
+        Sensors of the position sheet, n of them.
     impacts : tuple of Impact
-        m of them, as the position sheet has them.
+        Impacts of the position sheet, m of them.
 
     Notes
     -----
@@ -40,7 +43,7 @@ class Placement:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """One per unknown."""
+        """Name of each unknown."""
         per_sensor = [
             f"{sensor.name} {what} {axis}"
             for what in ("gain", "position", "angle")
@@ -70,22 +73,26 @@ class Placement:
         )
 
     def response_matrix(self, errors: RealArray) -> RealArray:
-        """Motion of the virtual point → channels, shape (3 n, 6)."""
-        gain, offset, angle, _, _ = self._parts(errors)
+        """Compute motion of the virtual point → channels, shape (3 n, 6)."""
+        gain, offset, angle = self._of_sensors(errors)
         blocks = [
             (1 + gain[i])[:, np.newaxis]
-            * (self._turn(i, angle[i]).T @ forward_matrix(sensor.position + offset[i]))
+            * (
+                (sensor.orientation @ rotation_matrix(angle[i])).T
+                @ forward_matrix(sensor.position + offset[i])
+            )
             for i, sensor in enumerate(self.sensors)
         ]
         return np.concatenate(blocks)
 
     def response_derivatives(self, errors: RealArray) -> RealArray:
         """Differentiate `response_matrix` by gains, offsets and angles, shape (9 n, 3 n, 6)."""
-        gain, offset, angle, _, _ = self._parts(errors)
+        gain, offset, angle = self._of_sensors(errors)
         n = len(self.sensors)
         result = np.zeros((3, n, 3, n, 3, 6))
         for i, sensor in enumerate(self.sensors):
-            turn, forward = self._turn(i, angle[i]), forward_matrix(sensor.position + offset[i])
+            turn = sensor.orientation @ rotation_matrix(angle[i])
+            forward = forward_matrix(sensor.position + offset[i])
             seen, factor = turn.T @ forward, (1 + gain[i])[:, np.newaxis]
             for axis in range(3):
                 result[0, i, axis, i, axis] = seen[axis]
@@ -96,7 +103,7 @@ class Placement:
         return result.reshape(9 * n, 3 * n, 6)
 
     def excitation_matrix(self, errors: RealArray) -> RealArray:
-        """Wrench of each impact per newton that the hammer states, shape (m, 6)."""
+        """Compute the wrench of each impact per newton that the hammer states, shape (m, 6)."""
         gain = errors[9 * len(self.sensors)]
         wrenches = np.stack([wrench for wrench, _ in self._wrenches(errors)])
         return np.asarray(wrenches / (1 + gain))
@@ -112,21 +119,17 @@ class Placement:
             result[1 + 2 * (m + i) : 3 + 2 * (m + i), i] = factor * changes[2:]
         return result
 
-    def _parts(self, errors: RealArray) -> tuple[RealArray, ...]:
-        n, m = len(self.sensors), len(self.impacts)
-        gain, offset, angle = errors[: 9 * n].reshape(3, n, 3)
-        impact_offset, tilt = errors[9 * n + 1 :].reshape(2, m, 2)
-        return gain, offset, angle, impact_offset, tilt
-
-    def _turn(self, sensor: int, angle: RealArray) -> RealArray:
-        return np.asarray(self.sensors[sensor].orientation @ rotation_matrix(angle))
+    def _of_sensors(self, errors: RealArray) -> RealArray:
+        """Gains, offsets and angles, shape (3, n, 3)."""
+        n = len(self.sensors)
+        return errors[: 9 * n].reshape(3, n, 3)
 
     def _wrenches(self, errors: RealArray) -> list[tuple[RealArray, RealArray]]:
         """Find the unit wrench of each impact, shape (6,), and its derivatives, shape (4, 6)."""
-        *_, offsets, tilts = self._parts(errors)
+        offsets, tilts = errors[9 * len(self.sensors) + 1 :].reshape(2, len(self.impacts), 2)
         result = []
         for impact, offset, tilt in zip(self.impacts, offsets, tilts, strict=True):
-            across = tangents(impact.direction)
+            across = _tangents(impact.direction)
             position = impact.position + offset @ across
             leaning = impact.direction + tilt @ across
             length = np.linalg.norm(leaning)
@@ -143,30 +146,15 @@ class Placement:
         return result
 
 
-def tangents(direction: RealArray) -> RealArray:
-    """Two unit vectors across a direction.
-
-    Parameters
-    ----------
-    direction : array, shape (3,)
-        Unit vector [1].
-
-    Returns
-    -------
-    array, shape (2, 3)
-        Right-handed with the direction [1].
-    """
+def _tangents(direction: RealArray) -> RealArray:
+    """Two unit vectors across a unit vector, right-handed with it, shape (2, 3) [1]."""
     least = _UNIT_VECTORS[int(np.argmin(np.abs(direction)))]
     first = np.cross(direction, least)
     first /= np.linalg.norm(first)
     return np.stack([first, np.cross(direction, first)])
 
 
-SMOOTHING_LINES = 9
-"""Lines over which the noise of a few hits is averaged: one line alone knows it to ±30 %."""
-
-
-@dataclass(frozen=True, eq=False)
+@checked(deviation="f c i")
 class RawInertance:
     """FRFs from every impact to every channel, and how well they are known.
 
@@ -175,15 +163,15 @@ class RawInertance:
     sensors : tuple of Sensor
         Triaxial accelerometers, as the position sheet has them.
     impacts : tuple of Impact
-        As the position sheet has them.
+        Impacts, as the position sheet has them.
     frf : Frf
         Outputs are the channels of the sensors in their order, inputs the impacts [1/kg].
     deviation : array, shape (n_frequency, n_channel, n_impact)
         Standard deviation of the real and of the imaginary part that differs from channel to
         channel [1/kg].
     force_deviation : float
-        Standard deviation, relative, of the real and of the imaginary part that all channels of
-        one impact share at a line: the noise of the hammer's signal [1].
+        Relative standard deviation of the real and of the imaginary part that all channels of one
+        impact share at a line: the noise of the hammer's signal [1].
 
     Raises
     ------
@@ -199,85 +187,45 @@ class RawInertance:
     force_deviation: float = 0.001
 
     def __post_init__(self) -> None:
+        check_enough(self.sensors, self.impacts)
         channels = tuple(name for sensor in self.sensors for name in sensor.channels)
-        if len(self.sensors) < 3:
-            raise InputError(
-                f"{len(self.sensors)} triaxial accelerometers do not see all six motions of a "
-                "body: use at least three that are not on a line"
-            )
-        if len(self.impacts) < 6:
-            raise InputError(
-                f"{len(self.impacts)} impacts do not excite all six motions of a body: use at "
-                "least six of different places and directions"
-            )
         if self.frf.outputs != channels:
             raise InputError("the FRFs' outputs are not the channels of the position sheet")
         if self.frf.inputs != tuple(impact.name for impact in self.impacts):
             raise InputError("the FRFs' inputs are not the impacts of the position sheet")
-        deviation = np.array(self.deviation, dtype=float)
-        if deviation.shape != self.frf.values.shape:
+        if self.deviation.shape != self.frf.values.shape:
             raise InputError("state the deviation of each FRF at each line")
-        if not np.all(deviation > 0):
+        if not np.all(self.deviation > 0):
             raise InputError("the deviation of an FRF must be positive: no measurement is exact")
-        deviation.setflags(write=False)
-        object.__setattr__(self, "deviation", deviation)
 
-    def select(self, lines: npt.NDArray[np.bool_]) -> RawInertance:
-        """Keep the marked lines.
-
-        Parameters
-        ----------
-        lines : bool array, shape (n_frequency,)
-
-        Returns
-        -------
-        RawInertance
-        """
-        frf = Frf(
-            self.frf.frequency[lines],
-            self.frf.values[lines],
-            self.frf.outputs,
-            self.frf.inputs,
-            self.frf.unit,
-        )
-        return RawInertance(
-            self.sensors, self.impacts, frf, self.deviation[lines], self.force_deviation
-        )
+    def select(self, lines: BoolArray) -> RawInertance:
+        """Keep the marked lines."""
+        frf = replace(self.frf, frequency=self.frf.frequency[lines], values=self.frf.values[lines])
+        return replace(self, frf=frf, deviation=self.deviation[lines])
 
     def without(self, names: Sequence[str]) -> RawInertance:
-        """Leave impacts out.
-
-        Parameters
-        ----------
-        names : sequence of str
-            Of the impacts; at least six must stay.
-
-        Returns
-        -------
-        RawInertance
-        """
+        """Leave impacts of these names out; at least six must stay."""
         kept = [n for n, impact in enumerate(self.impacts) if impact.name not in set(names)]
         impacts = tuple(self.impacts[n] for n in kept)
-        frf = self.frf.select(inputs=[impact.name for impact in impacts])
-        deviation = self.deviation[:, :, kept]
-        return RawInertance(self.sensors, impacts, frf, deviation, self.force_deviation)
+        return replace(
+            self,
+            impacts=impacts,
+            frf=self.frf.select(inputs=[impact.name for impact in impacts]),
+            deviation=self.deviation[:, :, kept],
+        )
 
 
-def deviation_from_coherence(
-    frf: Frf, coherence: npt.ArrayLike, n_averages: int, channels_per_group: Sequence[int] = ()
-) -> RealArray:
+def deviation_from_coherence(frf: Frf, coherence: npt.ArrayLike, n_averages: int) -> RealArray:
     """Estimate the noise of each FRF from the coherence of few hits.
 
     Parameters
     ----------
     frf : Frf
-        [1/kg].
+        FRFs of channels of one kind [1/kg].
     coherence : array, shape (n_frequency, n_channel, n_impact)
         Ordinary coherence of `n_averages` hits [1].
     n_averages : int
-        From 2.
-    channels_per_group : sequence of int, optional
-        Numbers of neighbouring channels with equal noise; all of them by default.
+        Number of hits, from 2.
 
     Returns
     -------
@@ -293,7 +241,7 @@ def deviation_from_coherence(
     -----
     ``σ² = |H|² (1 − γ²)/(2 n γ²)`` (Bendat and Piersol, eq. 9.52) per FRF. Few hits know it badly,
     but the noise of the response is the same for all channels of a kind and smooth over frequency:
-    the median over a group and a running mean over `SMOOTHING_LINES` lines take its place. The
+    the mean over the channels and a running mean over `SMOOTHING_LINES` lines take its place. The
     factor ``n/(n−1)`` mends the bias of the coherence of n hits.
     """
     if n_averages < 2:
@@ -304,14 +252,8 @@ def deviation_from_coherence(
     values = np.clip(np.asarray(coherence, dtype=float), 1e-6, 1 - 1e-12)
     variance = np.abs(frf.values) ** 2 * (1 - values) / (2 * n_averages * values)
     variance *= n_averages / (n_averages - 1)
-    groups = tuple(channels_per_group) or (variance.shape[1],)
-    smooth = np.empty_like(variance)
-    first = 0
-    for size in groups:
-        part = variance[:, first : first + size].mean(axis=1)
-        smooth[:, first : first + size] = _running_mean(part)[:, np.newaxis]
-        first += size
-    return np.asarray(np.sqrt(smooth))
+    smooth = _running_mean(variance.mean(axis=1))[:, np.newaxis]
+    return np.sqrt(np.broadcast_to(smooth, variance.shape))
 
 
 def _running_mean(values: RealArray) -> RealArray:

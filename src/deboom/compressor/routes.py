@@ -1,56 +1,84 @@
-"""Routes from motion in operation to the load at the virtual point."""
+"""Routes from measured accelerations to the load inside: which apparent mass, which sensors."""
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any, Protocol, TypeVar, cast
+from typing import TYPE_CHECKING, Any, ClassVar, TypeVar, cast
 
 import numpy as np
 import numpy.typing as npt
 
 from deboom.arrays import ComplexArray, RealArray
+from deboom.compressor.calibrate import SelfCalibration
+from deboom.compressor.model import applied
 from deboom.compressor.placement import Placement
-from deboom.compressor.unbalance_load import RotationSense
+from deboom.compressor.unbalance_load import RotationSense, gyroscopic_mass
 from deboom.errors import InputError
 from deboom.measurement.channels import Spectrum
+from deboom.measurement.compressor_test import OperatingSweep
 from deboom.measurement.quality import RigidConsistency, response_consistency
 from deboom.measurement.virtual_point import VirtualPoint, motion_at_point
-from deboom.physics.rigid_body import skew
+
+if TYPE_CHECKING:
+    from deboom.compressor.identify import Identification
+
+ROUNDING = 1e-13
+"""Relative to the largest, of eigenvalues of a covariance [1]."""
+
+_Array = TypeVar("_Array", bound=np.ndarray[Any, Any])
 
 
-class StiffnessChange(Protocol):
-    """Change of the mounts, linear in real unknowns that are 0 for none."""
+class StiffnessChange(ABC):
+    """How the mounts in operation may differ from those struck: linear in unknowns, 0 for none."""
 
+    @property
+    @abstractmethod
+    def deviations(self) -> RealArray:
+        """1 σ of each unknown before the sweep, shape (n_unknown,) [1]."""
+
+    @abstractmethod
     def matrices(
         self, frequency: RealArray, mounts: ComplexArray, motion: ComplexArray
     ) -> ComplexArray:
-        """Part of the apparent mass that each unknown takes away.
+        """Compute the part of the apparent mass that each unknown takes away.
 
         Parameters
         ----------
         frequency : array, shape (n_frequency,)
-            [Hz].
+            Lines [Hz].
         mounts : array, shape (n_frequency, 6, 6)
             Part of the mounts as they were struck, ``v K/ω²`` [kg, kg m, kg m²].
         motion : array, shape (n_frequency, 6)
-            Of the virtual point in the sweep in question [m/s², rad/s²].
+            Acceleration of the virtual point in the sweep in question [m/s², rad/s²].
 
         Returns
         -------
         array, shape (n_unknown, n_frequency, 6, 6)
             [kg, kg m, kg m²].
         """
-        ...
 
-    @property
-    def deviations(self) -> RealArray:
-        """1 σ of each unknown, beforehand, shape (n_unknown,) [1]."""
-        ...
+
+class _CommonFactor(StiffnessChange):
+    """One complex factor ``1 + δ`` on all mounts, however they move."""
+
+    @abstractmethod
+    def basis(self, frequency: RealArray) -> ComplexArray:
+        """Compute δ per unknown, shape (n_unknown, n_frequency) [1]."""
+
+    def matrices(
+        self,
+        frequency: RealArray,
+        mounts: ComplexArray,
+        motion: ComplexArray,  # noqa: ARG002  only a law over the stroke needs it
+    ) -> ComplexArray:
+        """Scale the mounts by each unknown."""
+        return np.asarray(self.basis(frequency)[..., np.newaxis, np.newaxis] * mounts)
 
 
 @dataclass(frozen=True)
-class OneFactor:
+class OneFactor(_CommonFactor):
     """One complex factor ``1 + δ`` at every speed: another temperature or preload.
 
     Parameters
@@ -70,26 +98,17 @@ class OneFactor:
         _refuse_certainty(self.deviation)
 
     def basis(self, frequency: RealArray) -> ComplexArray:
-        """δ per unknown: one, and the imaginary unit, shape (2, n_frequency)."""
-        return parts_by_turns(np.ones((1, frequency.size)))
-
-    def matrices(
-        self,
-        frequency: RealArray,
-        mounts: ComplexArray,
-        motion: ComplexArray,  # noqa: ARG002  only a law over the stroke needs it
-    ) -> ComplexArray:
-        """Scale the mounts, however they move."""
-        return np.asarray(self.basis(frequency)[..., np.newaxis, np.newaxis] * mounts)
+        """Return one and the imaginary unit, shape (2, n_frequency)."""
+        return _real_and_imaginary(np.ones((1, frequency.size)))
 
     @property
     def deviations(self) -> RealArray:
-        """Of both parts of δ."""
+        """1 σ of both parts of δ, shape (2,) [1]."""
         return np.full(2, self.deviation)
 
 
 @dataclass(frozen=True)
-class FactorOverFrequency:
+class FactorOverFrequency(_CommonFactor):
     """A complex factor common to all speeds, and one more at each knot, linear between them.
 
     Parameters
@@ -114,46 +133,26 @@ class FactorOverFrequency:
             raise InputError("a stiffness factor over frequency needs two rising knots at least")
         _refuse_certainty(self.common, self.at_knot)
 
-    def hats(self, frequency: RealArray) -> RealArray:
-        """One hat around each knot, shape (n_knot, n_frequency)."""
-        return np.array([np.interp(frequency, self.knots, row) for row in np.eye(len(self.knots))])
-
     def basis(self, frequency: RealArray) -> ComplexArray:
-        """δ per unknown, shape (2 + 2 n_knot, n_frequency)."""
-        return parts_by_turns(np.vstack([np.ones(frequency.size), self.hats(frequency)]))
-
-    def matrices(
-        self,
-        frequency: RealArray,
-        mounts: ComplexArray,
-        motion: ComplexArray,  # noqa: ARG002  only a law over the stroke needs it
-    ) -> ComplexArray:
-        """Scale the mounts, however they move."""
-        return np.asarray(self.basis(frequency)[..., np.newaxis, np.newaxis] * mounts)
+        """Compute δ per unknown, a hat around each knot, shape (2 + 2 n_knot, n_frequency)."""
+        hats = [np.interp(frequency, self.knots, row) for row in np.eye(len(self.knots))]
+        return _real_and_imaginary(np.vstack([np.ones(frequency.size), *hats]))
 
     @property
     def deviations(self) -> RealArray:
-        """Of both parts of the common δ, then of those of each knot."""
+        """1 σ of both parts of the common δ, then of those of each knot [1]."""
         return np.repeat([self.common, *(self.at_knot for _ in self.knots)], 2)
 
 
-def parts_by_turns(basis: RealArray) -> ComplexArray:
+def _real_and_imaginary(basis: RealArray) -> ComplexArray:
     """Double each row: once for the real, once for the imaginary part of its factor."""
     return np.asarray(np.stack([basis, 1j * basis], axis=1).reshape(-1, basis.shape[-1]))
 
 
-def static_part(mounts: ComplexArray) -> RealArray:
-    """Take the phase, which all entries share, off ``v K/ω²``, shape (n_frequency, 6, 6)."""
-    trace = np.trace(mounts, axis1=1, axis2=2)
-    return np.asarray((mounts * (np.abs(trace) / trace)[:, np.newaxis, np.newaxis]).real)
-
-
 def _refuse_certainty(*deviations: float) -> None:
+    """Refuse a deviation that is not positive."""
     if not min(deviations) > 0:
         raise InputError("a change of the mounts that is to be found needs a deviation above 0")
-
-
-_Array = TypeVar("_Array", bound=np.ndarray[Any, Any])
 
 
 @dataclass(frozen=True, eq=False)
@@ -167,11 +166,11 @@ class HammerNoise:
     inverse : array, shape (6, n_impact)
         ``U⁺``.
     deviation : array, shape (n_frequency, n_channel, n_impact)
-        Of real and imaginary part of each FRF [1/kg].
+        Standard deviation of real and imaginary part of each FRF [1/kg].
     columns : array, shape (n_frequency, 6, n_impact)
         ``AM V⁺ Y``: wrench of each impact as the test shows it.
     force_deviation : float
-        Relative, of the hammer's signal [1].
+        Relative noise of the hammer's signal [1].
     """
 
     seen: ComplexArray
@@ -189,24 +188,24 @@ class HammerNoise:
             columns=self.columns[lines],
         )
 
-    def covariance(self, one: ComplexArray, other: ComplexArray) -> ComplexArray:
-        """Of two loads that were found with the same measured matrix, per part.
+    def covariance(self, load: ComplexArray, other: ComplexArray) -> ComplexArray:
+        """Compute the covariance per part of two loads found with the same measured matrix.
 
         Parameters
         ----------
-        one, other : array, shape (n_frequency, 6)
+        load, other : array, shape (n_frequency, 6)
             Loads [N, N m].
 
         Returns
         -------
         array, shape (n_frequency, 6, 6)
-            Half of ``E[e_one e_otherᴴ]``.
+            Half of ``E[e_load e_otherᴴ]``.
 
         Notes
         -----
         ``δF = −AM V⁺ δY (U⁺)ᵀ F``.
         """
-        first, second = one @ self.inverse, other @ self.inverse
+        first, second = load @ self.inverse, other @ self.inverse
         product = first * second.conj()
         spread = np.einsum("fci,fi->fc", self.deviation**2, product)
         of_channels = np.einsum("fac,fc,fbc->fab", self.seen, spread, self.seen.conj())
@@ -221,7 +220,7 @@ class RouteModel:
     Parameters
     ----------
     frequency : array, shape (n_frequency,)
-        [Hz].
+        Lines [Hz].
     inverse : array, shape (6, n_channel)
         Channels → motion of the virtual point.
     apparent_mass : array, shape (n_frequency, 6, 6)
@@ -244,26 +243,235 @@ class RouteModel:
     noise: HammerNoise | None
 
     def with_rotor(self, inertia: float, sense: RotationSense) -> RouteModel:
-        """Add the gyroscopic moment of the turning rotor, which a struck compressor lacks.
+        """Add the gyroscopic moment of the rotor [kg m²], which a struck compressor lacks."""
+        return replace(self, apparent_mass=self.apparent_mass + gyroscopic_mass(inertia, sense))
 
-        Parameters
-        ----------
-        inertia : float
-            Polar moment of the rotor [kg m²].
-        sense : RotationSense
 
-        Returns
-        -------
-        RouteModel
+@dataclass(frozen=True, eq=False)
+class RouteBasis:
+    """What routes are made of.
 
-        Notes
-        -----
-        ``M = I θ̈ + θ̇ × h`` with the spin ``h = J ω e_x`` and ``θ̇ = θ̈/(jω)``: the rotational block
-        of the apparent mass at first order gains ``+j J skew(e_x)``, whatever the speed.
-        """
-        mass = np.array(self.apparent_mass)
-        mass[:, 3:, 3:] += 1j * sense.value * inertia * skew([1.0, 0.0, 0.0])
-        return replace(self, apparent_mass=mass)
+    Parameters
+    ----------
+    identification : Identification
+        Identification of the hammer test.
+    calibration : SelfCalibration
+        Sensors and impacts in use: that of the identification, or one from the mass line alone
+        where the foundation is not rigid.
+    """
+
+    identification: Identification
+    calibration: SelfCalibration
+
+    def mounts(self, frequency: RealArray) -> ComplexArray:
+        """Compute the mounts' part of the apparent mass, ``v K/ω²``, (n_frequency, 6, 6)."""
+        return self.identification.calibrated.model.mount_part(frequency)
+
+
+class Route(ABC):
+    """One way to the load inside."""
+
+    letter: str
+    """Under which tables and figures list it."""
+    update: StiffnessChange | None
+    """Change of the mounts that is fitted to the sweep and taken into the load, if any."""
+    needs_model: ClassVar[bool] = True
+    """Whether it rests on a model of mounts and foundation."""
+
+    @property
+    @abstractmethod
+    def title(self) -> str:
+        """What it does, in words."""
+
+    @abstractmethod
+    def model(self, basis: RouteBasis, frequency: RealArray) -> RouteModel:
+        """Return apparent mass and sensors at these lines [Hz], with what is uncertain in them."""
+
+
+@dataclass(frozen=True)
+class MeasuredRoute(Route):
+    """Measured apparent mass, everything as the position sheet has it (thesis, 4.4.1).
+
+    Notes
+    -----
+    Errors of the accelerometers cancel, since test and sweep share them; those of the hammer and
+    its places stay. The band takes them as large as the tolerances.
+    """
+
+    letter: str = "a"
+    title: str = "measured apparent mass (thesis)"
+    update: None = field(default=None, init=False)
+    needs_model: ClassVar[bool] = False
+
+    def model(self, basis: RouteBasis, frequency: RealArray) -> RouteModel:
+        """Return the measured matrix by the sheet's places."""
+        placement = basis.calibration.placement
+        zero = np.zeros(len(placement.names))
+        tolerances = placement.deviations(basis.identification.test.tolerances)
+        return _measured(basis, frequency, placement, zero, np.diag(tolerances**2))
+
+
+@dataclass(frozen=True)
+class PointModelRoute(Route):
+    """Model fitted at the virtual point, everything as the position sheet has it.
+
+    Notes
+    -----
+    Nothing cancels: the sensors' errors enter twice. Its band takes the errors of sensors and
+    impacts as independent of the fit, which is what a fit that cannot absorb them would leave.
+    """
+
+    letter: str = "b"
+    title: str = "model at the virtual point"
+    update: None = field(default=None, init=False)
+
+    def model(self, basis: RouteBasis, frequency: RealArray) -> RouteModel:
+        """Return the model of the fit at the virtual point."""
+        found, placement = basis.identification, basis.calibration.placement
+        zero = np.zeros(len(placement.names))
+        inverse = _pseudo_inverse(placement.response_matrix(zero))
+        mass = found.point.model.apparent_mass(frequency)
+        slopes = np.concatenate(
+            [
+                -mass @ (inverse @ placement.response_derivatives(zero))[:, np.newaxis],
+                _by_impact(placement, zero) @ mass,
+            ]
+        )
+        scale = placement.deviations(found.test.tolerances)
+        by_error = np.asarray(slopes * scale[:, np.newaxis, np.newaxis, np.newaxis], dtype=complex)
+        return RouteModel(frequency, inverse, mass, by_error, basis.mounts(frequency), None)
+
+
+@dataclass(frozen=True)
+class CalibratedModelRoute(Route):
+    """Self-calibrated model and sensors with their joint posterior."""
+
+    letter: str = "c"
+    title: str = "self-calibrated model"
+    update: None = field(default=None, init=False)
+
+    def model(self, basis: RouteBasis, frequency: RealArray) -> RouteModel:
+        """Return the calibrated model and sensors."""
+        calibration = basis.identification.calibrated
+        placement, errors = calibration.placement, calibration.errors
+        inverse = _pseudo_inverse(calibration.response_matrix)
+        mass = calibration.model.apparent_mass(frequency)
+        seen = inverse @ placement.response_derivatives(errors)
+        slopes = np.concatenate(
+            [
+                calibration.parametrisation.sensitivities(calibration.values, frequency),
+                -mass @ seen[:, np.newaxis],
+            ]
+        )
+        n = slopes.shape[0]
+        by_error = _standardised(slopes, calibration.covariance[:n, :n])
+        return RouteModel(frequency, inverse, mass, by_error, basis.mounts(frequency), None)
+
+
+@dataclass(frozen=True)
+class CalibratedMeasurementRoute(Route):
+    """Measured apparent mass by self-calibrated sensors and impacts: the default.
+
+    Notes
+    -----
+    Needs no model of mounts or foundation, only a rigid body: the accelerometers' errors cancel
+    and those of the hammer were found.
+    """
+
+    letter: str = "d"
+    title: str = "measured apparent mass, self-calibrated"
+    update: None = field(default=None, init=False)
+    needs_model: ClassVar[bool] = False
+
+    def model(self, basis: RouteBasis, frequency: RealArray) -> RouteModel:
+        """Return the measured matrix with the posterior of the placement."""
+        calibration = basis.calibration
+        n = calibration.values.size
+        covariance = calibration.covariance[n:, n:]
+        return _measured(basis, frequency, calibration.placement, calibration.errors, covariance)
+
+
+@dataclass(frozen=True)
+class UpdatedRoute(Route):
+    """Another route, with the stiffness of the mounts brought up to date by the sweep itself.
+
+    Parameters
+    ----------
+    base : Route
+        Route whose mounts are updated.
+    update : StiffnessChange
+        What may have changed; `OneFactor` is the smallest change, knots follow softening mounts.
+    """
+
+    base: Route = field(default_factory=CalibratedModelRoute)
+    update: StiffnessChange = field(default_factory=FactorOverFrequency)
+    letter: str = "e"
+
+    @property
+    def title(self) -> str:
+        """Title of the base, with its update."""
+        return f"{self.base.title}, mounts updated"
+
+    def model(self, basis: RouteBasis, frequency: RealArray) -> RouteModel:
+        """Return the model of the base: the update comes with the sweep."""
+        return self.base.model(basis, frequency)
+
+
+def _measured(
+    basis: RouteBasis,
+    frequency: RealArray,
+    placement: Placement,
+    errors: RealArray,
+    covariance: RealArray,
+) -> RouteModel:
+    """Measured apparent mass by the placement with these errors, known to this covariance."""
+    raw = basis.identification.raw
+    inverse = _pseudo_inverse(placement.response_matrix(errors))
+    of_impacts = _pseudo_inverse(placement.excitation_matrix(errors))
+    hammer_lines = raw.frf.frequency
+    measured = inverse @ raw.frf.values @ of_impacts.T
+    mass: ComplexArray = np.asarray(np.linalg.inv(measured), dtype=complex)
+    at = between_lines(hammer_lines, frequency)
+    # the dynamic stiffness ω² AM runs smoothly through resonances, the inertance does not
+    square = (2 * np.pi * hammer_lines)[:, np.newaxis, np.newaxis] ** 2
+    mass_at_lines: ComplexArray = (
+        at(square * mass) / (2 * np.pi * frequency)[:, np.newaxis, np.newaxis] ** 2
+    )
+    slopes = _by_impact(placement, errors) @ mass_at_lines
+    n = 9 * len(placement.sensors)
+    noise = HammerNoise(
+        seen=mass_at_lines @ inverse,
+        inverse=of_impacts,
+        deviation=at(raw.deviation),
+        columns=at(mass @ (inverse @ raw.frf.values)),
+        force_deviation=raw.force_deviation,
+    )
+    by_error = _standardised(slopes, covariance[n:, n:])
+    return RouteModel(frequency, inverse, mass_at_lines, by_error, basis.mounts(frequency), noise)
+
+
+def _pseudo_inverse(matrix: RealArray) -> RealArray:
+    return np.asarray(np.linalg.pinv(matrix), dtype=float)
+
+
+def _by_impact(placement: Placement, errors: RealArray) -> ComplexArray:
+    """Change of a load by the hammer's gain, offsets and tilts, shape (1 + 4 m, 1, 6, 6).
+
+    A matrix measured with wrong impacts is wrong by the same factor at every line.
+    """
+    inverse = np.linalg.pinv(placement.excitation_matrix(errors))
+    change = inverse @ placement.excitation_derivatives(errors)
+    return np.asarray(np.swapaxes(change, -1, -2)[:, np.newaxis], dtype=complex)
+
+
+def _standardised(slopes: ComplexArray, covariance: RealArray) -> ComplexArray:
+    """Turn slopes by correlated errors into slopes by independent ones of unit deviation."""
+    scale = np.sqrt(np.diag(covariance))
+    values, vectors = np.linalg.eigh(covariance / np.outer(scale, scale))
+    # a posterior of very exact data is singular up to rounding: what is certain has no slope
+    kept = values > ROUNDING * values[-1]
+    factor = scale[:, np.newaxis] * vectors[:, kept] * np.sqrt(values[kept])
+    return np.asarray(np.tensordot(factor, slopes, axes=(0, 0)))
 
 
 def between_lines(measured: RealArray, wanted: RealArray) -> Callable[[_Array], _Array]:
@@ -274,7 +482,7 @@ def between_lines(measured: RealArray, wanted: RealArray) -> Callable[[_Array], 
     measured : array, shape (n,)
         Rising lines [Hz].
     wanted : array, shape (m,)
-        Within them [Hz].
+        Lines within them [Hz].
 
     Returns
     -------
@@ -302,11 +510,6 @@ def between_lines(measured: RealArray, wanted: RealArray) -> Callable[[_Array], 
     return interpolated
 
 
-if TYPE_CHECKING:
-    from deboom.compressor.routes import RouteModel
-    from deboom.measurement.compressor_test import OperatingSweep
-
-
 @dataclass(frozen=True, eq=False)
 class OperatingLoad:
     """Motion and load over the speed of one sweep, with the mounts as they were struck.
@@ -314,17 +517,17 @@ class OperatingLoad:
     Parameters
     ----------
     name : str
-        Of the sweep.
+        Name of the sweep.
     pressure : float
-        [Pa].
+        Pressure of the gas [Pa].
     frequency : array, shape (n_frequency,)
-        Of the rotation [Hz].
+        Frequency of the rotation [Hz].
     lines : int array, shape (n_frequency,)
-        Of the route's model.
+        Their indices among the lines of the route's model.
     deviation : array, shape (n_frequency, n_channel)
         Of the real and of the imaginary part of each accelerometer [m/s²].
     motion : array, shape (n_frequency, 6)
-        Of the virtual point, ``V⁺ a`` [m/s², rad/s²].
+        Acceleration of the virtual point, ``V⁺ a`` [m/s², rad/s²].
     load : array, shape (n_frequency, 6)
         ``AM V⁺ a`` [N, N m].
     """
@@ -339,14 +542,8 @@ class OperatingLoad:
 
     def select(self, lines: npt.NDArray[np.intp]) -> OperatingLoad:
         """Keep these lines, given by their indices."""
-        return replace(
-            self,
-            frequency=self.frequency[lines],
-            lines=self.lines[lines],
-            deviation=self.deviation[lines],
-            motion=self.motion[lines],
-            load=self.load[lines],
-        )
+        names = ("frequency", "lines", "deviation", "motion", "load")
+        return replace(self, **{name: getattr(self, name)[lines] for name in names})
 
 
 def operating_load(model: RouteModel, sweep: OperatingSweep) -> OperatingLoad:
@@ -355,8 +552,9 @@ def operating_load(model: RouteModel, sweep: OperatingSweep) -> OperatingLoad:
     Parameters
     ----------
     model : RouteModel
-        Its lines hold those of the sweep.
+        Route at the lines of the sweep, and possibly others.
     sweep : OperatingSweep
+        Accelerations of the running compressor.
 
     Returns
     -------
@@ -382,15 +580,16 @@ def operating_load(model: RouteModel, sweep: OperatingSweep) -> OperatingLoad:
 def noise_covariance(
     model: RouteModel, loads: Sequence[OperatingLoad], apparent_mass: Sequence[ComplexArray]
 ) -> ComplexArray:
-    """Covariance of the noise of loads at one set of lines, which they share.
+    """Compute the covariance of the noise of loads at one set of lines, which they share.
 
     Parameters
     ----------
     model : RouteModel
+        Route of the loads.
     loads : sequence of OperatingLoad
-        n of them, all with the same lines.
+        Loads of n sweeps, all with the same lines.
     apparent_mass : sequence of array, shape (n_frequency, 6, 6)
-        One per load, with the mounts as they are then [kg, kg m, kg m²].
+        Apparent mass in each sweep, with the mounts as they are then [kg, kg m, kg m²].
 
     Returns
     -------
@@ -405,24 +604,25 @@ def noise_covariance(
     n = len(loads)
     blocks = np.zeros((lines.size, n, 6, n, 6), dtype=complex)
     noise = None if model.noise is None else model.noise.select(lines)
-    for i, (one, mass) in enumerate(zip(loads, apparent_mass, strict=True)):
+    for i, (load, mass) in enumerate(zip(loads, apparent_mass, strict=True)):
         seen = mass @ model.inverse
-        weighted = seen * one.deviation[:, np.newaxis, :] ** 2
+        weighted = seen * load.deviation[:, np.newaxis, :] ** 2
         blocks[:, i, :, i] = weighted @ np.swapaxes(seen, 1, 2).conj()
         for j, other in enumerate(loads):
             if noise is not None:
-                blocks[:, i, :, j] += noise.covariance(one.load, other.load)
+                blocks[:, i, :, j] += noise.covariance(load.load, other.load)
     return blocks.reshape(lines.size, 6 * n, 6 * n)
 
 
 def mount_covariance(model: RouteModel, loads: Sequence[OperatingLoad]) -> ComplexArray:
-    """Covariance of loads whose mounts have changed in a way that nothing describes.
+    """Compute the covariance of loads whose mounts have changed in a way that nothing describes.
 
     Parameters
     ----------
     model : RouteModel
+        Route of the loads.
     loads : sequence of OperatingLoad
-        n of them, all with the same lines.
+        Loads of n sweeps, all with the same lines.
 
     Returns
     -------
@@ -434,22 +634,15 @@ def mount_covariance(model: RouteModel, loads: Sequence[OperatingLoad]) -> Compl
     ``K → K½ (1 + E) K½`` with independent entries of E, so that each direction changes by itself:
     ``(sᴴ A s) A`` with ``A = |v| K/ω²``. The mounts are the same in all sweeps.
     """
-    held = static_part(model.mounts[loads[0].lines])
+    mounts = model.mounts[loads[0].lines]
+    # all entries of v K/ω² share one phase
+    trace = np.trace(mounts, axis1=1, axis2=2)
+    static = (mounts * (np.abs(trace) / trace)[:, np.newaxis, np.newaxis]).real
     motions = np.stack([load.motion for load in loads], axis=1)
-    strain = motions @ held @ np.swapaxes(motions, 1, 2).conj()
+    strain = motions @ static @ np.swapaxes(motions, 1, 2).conj()
     n = len(loads)
-    blocks = strain[:, :, np.newaxis, :, np.newaxis] * held[:, np.newaxis, :, np.newaxis, :]
-    return np.asarray(blocks.reshape(len(held), 6 * n, 6 * n))
-
-
-def applied(matrices: ComplexArray, motion: ComplexArray) -> ComplexArray:
-    """Multiply matrices, shape (..., n, 6, 6), with vectors, shape (n, 6)."""
-    return np.asarray(np.einsum("...fab,fb->...fa", matrices, motion))
-
-
-if TYPE_CHECKING:
-    from deboom.compressor.calibrate import SelfCalibration
-    from deboom.measurement.compressor_test import OperatingSweep
+    blocks = strain[:, :, np.newaxis, :, np.newaxis] * static[:, np.newaxis, :, np.newaxis, :]
+    return np.asarray(blocks.reshape(len(static), 6 * n, 6 * n))
 
 
 @dataclass(frozen=True, eq=False)
@@ -475,16 +668,17 @@ class OperatingMotion:
 
 
 def operating_motion(
-    sweep: OperatingSweep, sheet: VirtualPoint, calibrated: SelfCalibration
+    sweep: OperatingSweep, sheet: VirtualPoint, calibration: SelfCalibration
 ) -> OperatingMotion:
     """Project the channels of a sweep on the motions of a rigid body.
 
     Parameters
     ----------
     sweep : OperatingSweep
+        Accelerations of the running compressor.
     sheet : VirtualPoint
         Of its accelerometers, as the position sheet has them.
-    calibrated : SelfCalibration
+    calibration : SelfCalibration
         Gains, places and angles that the hammer test revealed.
 
     Returns
@@ -501,274 +695,13 @@ def operating_motion(
     Thesis, eq. 27 and figure 52. A consistency that rises with the calibration shows that the
     errors were those of the sheet and not a body that bends.
     """
-    forward = calibrated.placement.response_matrix(calibrated.errors)
-    found = replace(
-        sheet, forward=forward, inverse=np.asarray(np.linalg.pinv(forward), dtype=float)
-    )
+    forward = calibration.response_matrix
+    calibrated = replace(sheet, forward=forward, inverse=_pseudo_inverse(forward))
     measured = sweep.acceleration
     return OperatingMotion(
         sweep.name,
         motion_at_point(sheet, measured),
-        motion_at_point(found, measured),
+        motion_at_point(calibrated, measured),
         response_consistency(sheet, measured),
-        response_consistency(found, measured),
+        response_consistency(calibrated, measured),
     )
-
-
-if TYPE_CHECKING:
-    from deboom.arrays import ComplexArray, RealArray
-    from deboom.compressor.calibrate import SelfCalibration
-    from deboom.compressor.identify import Identification
-
-ROUNDING = 1e-13
-"""Relative to the largest, of eigenvalues of a covariance [1]."""
-
-
-class Route(Protocol):
-    """One way to the load inside."""
-
-    @property
-    def letter(self) -> str:
-        """Under which tables and figures list it."""
-        ...
-
-    @property
-    def title(self) -> str:
-        """What it does, in words."""
-        ...
-
-    @property
-    def update(self) -> StiffnessChange | None:
-        """Change of the mounts that is fitted to the sweep and taken into the load, if any."""
-        ...
-
-    def model(self, basis: RouteBasis, frequency: RealArray) -> RouteModel:
-        """Apparent mass and sensors at these lines, with what is uncertain in them."""
-        ...
-
-
-@dataclass(frozen=True, eq=False)
-class RouteBasis:
-    """What routes are made of.
-
-    Parameters
-    ----------
-    identification : Identification
-        Of the hammer test.
-    calibration : SelfCalibration
-        Whose sensors and impacts are used: that of the identification, or one from the mass line
-        alone where the foundation is not rigid.
-    """
-
-    identification: Identification
-    calibration: SelfCalibration
-
-
-@dataclass(frozen=True)
-class MeasuredRoute:
-    """Measured apparent mass, everything as the position sheet has it (thesis, 4.4.1).
-
-    Notes
-    -----
-    Errors of the accelerometers cancel, since test and sweep share them; those of the hammer and
-    its places stay.
-    """
-
-    letter: str = "a"
-    title: str = "measured apparent mass (thesis)"
-    update: None = field(default=None, init=False)
-
-    def model(self, basis: RouteBasis, frequency: RealArray) -> RouteModel:
-        """Measured matrix, with placement errors as large as the tolerances."""
-        found = basis.identification
-        placement = basis.calibration.placement
-        zero = np.zeros(len(placement.names))
-        tolerances = np.diag(placement.deviations(found.test.tolerances) ** 2)
-        return _measured(basis, frequency, placement, zero, tolerances)
-
-
-@dataclass(frozen=True)
-class PointModelRoute:
-    """Model fitted at the virtual point, everything as the position sheet has it.
-
-    Notes
-    -----
-    Nothing cancels: the sensors' errors enter twice. Its band takes the errors of sensors and
-    impacts as independent of the fit, which is what a fit that cannot absorb them would leave.
-    """
-
-    letter: str = "b"
-    title: str = "model at the virtual point"
-    update: None = field(default=None, init=False)
-
-    def model(self, basis: RouteBasis, frequency: RealArray) -> RouteModel:
-        """Model of the fit at the virtual point."""
-        found, placement = basis.identification, basis.calibration.placement
-        zero = np.zeros(len(placement.names))
-        forward = placement.response_matrix(zero)
-        inverse = _pseudo_inverse(forward)
-        mass = found.point.model.apparent_mass(frequency)
-        slopes = np.concatenate(
-            [
-                -mass @ (inverse @ placement.response_derivatives(zero))[:, np.newaxis],
-                _by_impact(placement, zero) @ mass,
-            ]
-        )
-        scale = placement.deviations(found.test.tolerances)
-        return RouteModel(
-            frequency,
-            inverse,
-            mass,
-            np.asarray(slopes * scale[:, np.newaxis, np.newaxis, np.newaxis], dtype=complex),
-            _mounts(found, frequency),
-            None,
-        )
-
-
-@dataclass(frozen=True)
-class CalibratedModelRoute:
-    """Self-calibrated model and sensors."""
-
-    letter: str = "c"
-    title: str = "self-calibrated model"
-    update: None = field(default=None, init=False)
-
-    def model(self, basis: RouteBasis, frequency: RealArray) -> RouteModel:
-        """Model and sensors with their joint posterior."""
-        calibration = basis.identification.calibrated
-        placement, errors = calibration.placement, calibration.errors
-        inverse = _pseudo_inverse(placement.response_matrix(errors))
-        mass = calibration.model.apparent_mass(frequency)
-        seen = inverse @ placement.response_derivatives(errors)
-        slopes = np.concatenate(
-            [
-                calibration.parametrisation.sensitivities(calibration.values, frequency),
-                -mass @ seen[:, np.newaxis],
-            ]
-        )
-        n = slopes.shape[0]
-        return RouteModel(
-            frequency,
-            inverse,
-            mass,
-            _standardised(slopes, calibration.covariance[:n, :n]),
-            _mounts(basis.identification, frequency),
-            None,
-        )
-
-
-@dataclass(frozen=True)
-class CalibratedMeasurementRoute:
-    """Measured apparent mass by self-calibrated sensors and impacts: the default.
-
-    Notes
-    -----
-    Needs no model of mounts or foundation, only a rigid body: the accelerometers' errors cancel
-    and those of the hammer were found.
-    """
-
-    letter: str = "d"
-    title: str = "measured apparent mass, self-calibrated"
-    update: None = field(default=None, init=False)
-
-    def model(self, basis: RouteBasis, frequency: RealArray) -> RouteModel:
-        """Measured matrix, with the posterior of the placement."""
-        calibration = basis.calibration
-        n = calibration.values.size
-        covariance = calibration.covariance[n:, n:]
-        return _measured(basis, frequency, calibration.placement, calibration.errors, covariance)
-
-
-@dataclass(frozen=True)
-class UpdatedRoute:
-    """Another route, with the stiffness of the mounts brought up to date by the sweep itself.
-
-    Parameters
-    ----------
-    base : Route
-    update : StiffnessChange
-        What may have changed; `OneFactor` is the smallest change, knots follow softening mounts.
-    """
-
-    base: Route = field(default_factory=CalibratedModelRoute)
-    update: StiffnessChange = field(default_factory=FactorOverFrequency)
-    letter: str = "e"
-
-    @property
-    def title(self) -> str:
-        """Of the base, with its update."""
-        return f"{self.base.title}, mounts updated"
-
-    def model(self, basis: RouteBasis, frequency: RealArray) -> RouteModel:
-        """As the base: the update comes with the sweep."""
-        return self.base.model(basis, frequency)
-
-
-def _measured(
-    basis: RouteBasis,
-    frequency: RealArray,
-    placement: Placement,
-    errors: RealArray,
-    covariance: RealArray,
-) -> RouteModel:
-    """Measured apparent mass by the placement with these errors, known to this covariance."""
-    raw = basis.identification.raw
-    inverse = _pseudo_inverse(placement.response_matrix(errors))
-    of_impacts = _pseudo_inverse(placement.excitation_matrix(errors))
-    hammer_lines = raw.frf.frequency
-    measured = inverse @ raw.frf.values @ of_impacts.T
-    mass: ComplexArray = np.asarray(np.linalg.inv(measured), dtype=complex)
-    at = between_lines(hammer_lines, frequency)
-    # the dynamic stiffness ω² AM runs smoothly through resonances, the inertance does not
-    square = (2 * np.pi * hammer_lines)[:, np.newaxis, np.newaxis] ** 2
-    mass_here: ComplexArray = (
-        at(square * mass) / (2 * np.pi * frequency)[:, np.newaxis, np.newaxis] ** 2
-    )
-    slopes = _by_impact(placement, errors) @ mass_here
-    n = 9 * len(placement.sensors)
-    noise = HammerNoise(
-        seen=mass_here @ inverse,
-        inverse=of_impacts,
-        deviation=at(raw.deviation),
-        columns=at(mass @ (inverse @ raw.frf.values)),
-        force_deviation=raw.force_deviation,
-    )
-    return RouteModel(
-        frequency,
-        inverse,
-        mass_here,
-        _standardised(slopes, covariance[n:, n:]),
-        _mounts(basis.identification, frequency),
-        noise,
-    )
-
-
-def _pseudo_inverse(matrix: RealArray) -> RealArray:
-    return np.asarray(np.linalg.pinv(matrix), dtype=float)
-
-
-def _by_impact(placement: Placement, errors: RealArray) -> ComplexArray:
-    """Change of a load by the hammer's gain, offsets and tilts, shape (1 + 4 m, 1, 6, 6).
-
-    A matrix measured with wrong impacts is wrong by the same factor at every line.
-    """
-    inverse = np.linalg.pinv(placement.excitation_matrix(errors))
-    change = inverse @ placement.excitation_derivatives(errors)
-    return np.asarray(np.swapaxes(change, -1, -2)[:, np.newaxis], dtype=complex)
-
-
-def _mounts(found: Identification, frequency: RealArray) -> ComplexArray:
-    """Part of the apparent mass that the mounts have, ``v K/ω²``, shape (n_frequency, 6, 6)."""
-    model = found.calibrated.model
-    factor = model.gain.at(frequency) / (2 * np.pi * frequency) ** 2
-    return np.asarray(factor[:, np.newaxis, np.newaxis] * model.stiffness)
-
-
-def _standardised(slopes: ComplexArray, covariance: RealArray) -> ComplexArray:
-    """Turn slopes by correlated errors into slopes by independent ones of unit deviation."""
-    scale = np.sqrt(np.diag(covariance))
-    values, vectors = np.linalg.eigh(covariance / np.outer(scale, scale))
-    # a posterior of very exact data is singular up to rounding: what is certain has no slope
-    kept = values > ROUNDING * values[-1]
-    factor = scale[:, np.newaxis] * vectors[:, kept] * np.sqrt(values[kept])
-    return np.asarray(np.tensordot(factor, slopes, axes=(0, 0)))

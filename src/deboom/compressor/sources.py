@@ -1,68 +1,45 @@
-"""Unbalance and gas of a compressor with their bands, and the curve over speed."""
+"""Unbalance and gas of a compressor as one set of numbers, and line by line with their bands."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from statistics import NormalDist
-from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
 
-from deboom.arrays import ComplexArray, RealArray, RealOrComplexArray
+from deboom.arrays import BoolArray, ComplexArray, RealArray, RealOrComplexArray
 from deboom.compressor.identify import ALARM
-from deboom.compressor.routes import OperatingLoad, applied, mount_covariance, noise_covariance
-from deboom.compressor.source_fit import N_ROTOR
-from deboom.compressor.unbalance_load import GAS_NAMES, GAS_UNITS, N_GAS, gas_columns, rotor_columns
-
-PASCAL_PER_BAR = 1e5
-
-
-def case_name(pressure: float) -> str:
-    """Name a pressure [Pa], such as ``7.5 bar``."""
-    return f"{pressure / PASCAL_PER_BAR:g} bar"
-
-
-def source_loads(found: Sources, frequency: npt.ArrayLike) -> dict[str, ComplexArray]:
-    """Return what turns and what the gas does, as one load per pressure.
-
-    Parameters
-    ----------
-    found : Sources
-        From all speeds and pressures at once.
-    frequency : array, shape (f,)
-        Of the rotation [Hz].
-
-    Returns
-    -------
-    dict of str to array, shape (f, 6)
-        Such as ``7.5 bar`` → complex peak at the virtual point [N, N m].
-
-    Notes
-    -----
-    Thesis, eq. 36 and 38: unbalances grow with ω² and are the same at every pressure, gas forces do
-    neither.
-    """
-    rotor = rotor_columns(frequency, found.sense) @ np.array(
-        [found.static.value, found.dynamic.value]
-    )
-    gas = gas_columns(found.sense)
-    return {
-        case_name(one.pressure): rotor
-        + gas @ np.array([one.axial.value, one.moment.value, one.rotating.value])
-        for one in found.gas
-    }
-
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from deboom.compressor.routes import OperatingLoad
-    from deboom.compressor.source_fit import SourceFit
-    from deboom.compressor.unbalance_load import RotationSense
+from deboom.compressor.model import applied
+from deboom.compressor.routes import (
+    OperatingLoad,
+    RouteModel,
+    mount_covariance,
+    noise_covariance,
+)
+from deboom.compressor.source_fit import SourceFit
+from deboom.compressor.unbalance_load import (
+    GAS_NAMES,
+    GAS_UNITS,
+    N_GAS,
+    RotationSense,
+    gas_columns,
+    rotor_columns,
+)
 
 RESIDUAL_BANDS = ((20.0, 40.0), (40.0, 60.0), (60.0, 90.0), (90.0, 120.0), (120.0, 150.0))
 """In which the rest is looked at [Hz]."""
+NEIGHBOURS = 5
+"""Lines over which residuals are averaged: one line alone says little."""
+ROTATING_GAS = 2
+"""Position of the rotating gas force among the gas forces."""
+PASCAL_PER_BAR = 1e5
+_CAUSES = (
+    "mostly because the mounts in operation are not those that were struck, or may not be",
+    "mostly because places and gains of impacts and sensors are not known better",
+    "mostly because of noise in sweep and hammer test",
+)
 
 
 @dataclass(frozen=True)
@@ -72,11 +49,13 @@ class Estimate:
     Parameters
     ----------
     value : complex
+        Most probable value.
     deviation : float
-        Of its amplitude, 1 σ.
+        1 σ of its amplitude.
     lower, upper : float
         Confidence interval of its amplitude.
     unit : str
+        Unit of all of them.
     """
 
     value: complex
@@ -106,12 +85,12 @@ class GasEstimate:
 
 @dataclass(frozen=True)
 class ResidualBand:
-    """What neither rotor nor gas nor mounts explain.
+    """What neither rotor nor gas nor mounts explain in a band.
 
     Parameters
     ----------
     low, high : float
-        [Hz].
+        Band [Hz].
     share : float
         Rms of the rest over rms of the load, rotations scaled by the radius of gyration, noise
         taken off [1].
@@ -132,14 +111,15 @@ class Sources:
     Parameters
     ----------
     sense : RotationSense
+        Sense of the rotor.
     static, dynamic : Estimate
         Unbalance [kg m], [kg m²].
     gas : tuple of GasEstimate
-        One per pressure, rising.
+        Gas forces of each pressure, rising.
     names, units : tuple of str
         Of all complex numbers: both unbalances, then the gas of each pressure.
     values : array, shape (n,)
-        Of them.
+        All complex numbers.
     covariance : array, shape (2 n, 2 n)
         Of their real and imaginary parts by turns.
     reduced_chi : float
@@ -147,6 +127,7 @@ class Sources:
     remaining_chi : float
         The same, with what the mounts do beyond a common factor taken for noise [1].
     residual_bands : tuple of ResidualBand
+        What is left in each band.
     """
 
     sense: RotationSense
@@ -170,25 +151,20 @@ def sources(
     Parameters
     ----------
     fit : SourceFit
+        Fit of all sweeps.
     loads : sequence of OperatingLoad
-        That were fitted.
+        Loads that were fitted.
     length : float
         Characteristic length by which moments are scaled [m].
     confidence : float
-        Of the intervals [1].
+        Confidence of the intervals [1].
 
     Returns
     -------
     Sources
     """
-    gas = fit.gas_values
-    values = np.concatenate([fit.rotor, gas.ravel()])
-    own = slice(0, fit.gas_slice.stop)
-    by_gas = fit.gas_derivatives().reshape(fit.n_gas, -1)
-    slopes = np.zeros((2 * values.size, own.stop))
-    slopes[:N_ROTOR, :N_ROTOR] = np.eye(N_ROTOR)
-    slopes[N_ROTOR::2, N_ROTOR:], slopes[N_ROTOR + 1 :: 2, N_ROTOR:] = by_gas.real.T, by_gas.imag.T
-    covariance = slopes @ fit.covariance[own, own] @ slopes.T
+    values = np.concatenate([fit.rotor, fit.gas_values.ravel()])
+    covariance = fit.covariance[: 2 * values.size, : 2 * values.size]
     names = ["static unbalance", "dynamic unbalance"]
     units = ["kg m", "kg m²"]
     for pressure in fit.pressure:
@@ -199,6 +175,8 @@ def sources(
         _estimate(complex(value), covariance[2 * i : 2 * i + 2, 2 * i : 2 * i + 2], unit, quantile)
         for i, (value, unit) in enumerate(zip(values, units, strict=True))
     ]
+    white = np.concatenate([part[np.isfinite(part)] for part in fit.whitened])
+    bands = [_residual_band(fit, loads, length, low, high) for low, high in RESIDUAL_BANDS]
     return Sources(
         fit.sense,
         estimates[0],
@@ -212,16 +190,49 @@ def sources(
         values,
         covariance,
         fit.reduced_chi,
-        _remaining_chi(fit),
-        tuple(
-            band
-            for low, high in RESIDUAL_BANDS
-            if (band := _residual_band(fit, loads, length, low, high)) is not None
-        ),
+        float(np.sqrt(np.mean(np.abs(white) ** 2) / 2)),
+        tuple(band for band in bands if band is not None),
     )
 
 
+def case_name(pressure: float) -> str:
+    """Name a pressure [Pa], such as ``7.5 bar``."""
+    return f"{pressure / PASCAL_PER_BAR:g} bar"
+
+
+def source_loads(found: Sources, frequency: npt.ArrayLike) -> dict[str, ComplexArray]:
+    """Compute the load of rotor and gas at any speed, pressure by pressure.
+
+    Parameters
+    ----------
+    found : Sources
+        Numbers from all speeds and pressures at once.
+    frequency : array, shape (n_frequency,)
+        Frequency of the rotation [Hz].
+
+    Returns
+    -------
+    dict of str to array, shape (n_frequency, 6)
+        Such as ``7.5 bar`` → complex peak at the virtual point [N, N m].
+
+    Notes
+    -----
+    Thesis, eq. 36 and 38: unbalances grow with ω² and are the same at every pressure, gas forces do
+    neither.
+    """
+    rotor = rotor_columns(frequency, found.sense) @ np.array(
+        [found.static.value, found.dynamic.value]
+    )
+    columns = gas_columns(found.sense)
+    return {
+        case_name(gas.pressure): rotor
+        + columns @ np.array([gas.axial.value, gas.moment.value, gas.rotating.value])
+        for gas in found.gas
+    }
+
+
 def _estimate(value: complex, covariance: RealArray, unit: str, quantile: float) -> Estimate:
+    """State a number with the confidence interval of its amplitude."""
     along = np.array([value.real, value.imag]) / abs(value)
     deviation = float(np.sqrt(along @ covariance @ along))
     amplitude = abs(value)
@@ -234,14 +245,10 @@ def _estimate(value: complex, covariance: RealArray, unit: str, quantile: float)
     )
 
 
-def _remaining_chi(fit: SourceFit) -> float:
-    white = np.concatenate([part[np.isfinite(part)] for part in fit.whitened])
-    return float(np.sqrt(np.mean(np.abs(white) ** 2) / 2))
-
-
 def _residual_band(
     fit: SourceFit, loads: Sequence[OperatingLoad], length: float, low: float, high: float
 ) -> ResidualBand | None:
+    """Rest in one band; None where it holds no line."""
     scale = np.repeat([1.0, 1 / length], 3)
     rest, whole, chi = [], [], []
     for load, residual, white in zip(loads, fit.residuals, fit.whitened, strict=True):
@@ -249,24 +256,14 @@ def _residual_band(
         rest.append((scale * residual[lines]).ravel())
         whole.append((scale * load.load[lines]).ravel())
         chi.append(white[lines].ravel())
-    if sum(part.size for part in chi) == 0:
+    count = sum(part.size for part in chi)
+    if count == 0:
         return None
     squares = [float(np.sum(np.abs(np.concatenate(parts)) ** 2)) for parts in (rest, whole, chi)]
-    mean = squares[2] / (2 * sum(part.size for part in chi))
-    beyond = max(1 - 1 / mean, 0.0)
-    return ResidualBand(
-        low, high, float(np.sqrt(beyond * squares[0] / squares[1])), float(np.sqrt(mean))
-    )
-
-
-if TYPE_CHECKING:
-    from deboom.compressor.routes import RouteModel
-    from deboom.compressor.source_fit import SourceFit
-
-NEIGHBOURS = 5
-"""Lines over which residuals are averaged: one line alone says little."""
-ROTATING_GAS = 2
-"""Position of the rotating gas force among the gas forces."""
+    mean = squares[2] / (2 * count)
+    beyond_noise = max(1 - 1 / mean, 0.0)
+    share = float(np.sqrt(beyond_noise * squares[0] / squares[1]))
+    return ResidualBand(low, high, share, float(np.sqrt(mean)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -276,11 +273,12 @@ class Distrust:
     Parameters
     ----------
     lines : bool array, shape (n_frequency,)
+        Lines in question.
     text : str
         The reason, in words.
     """
 
-    lines: npt.NDArray[np.bool_]
+    lines: BoolArray
     text: str
 
 
@@ -291,7 +289,7 @@ class Band:
     Parameters
     ----------
     value : array, shape (n_frequency,)
-        Complex.
+        Complex value.
     lower, upper : array, shape (n_frequency,)
         Of its amplitude; an error that is known to be there widens one side only.
     noise, placement, mounts : array, shape (n_frequency,)
@@ -311,7 +309,7 @@ class Band:
 
     @property
     def relative(self) -> RealArray:
-        """Of `half` over the amplitude, shape (n_frequency,) [1]."""
+        """Largest error over the amplitude, shape (n_frequency,) [1]."""
         return np.asarray(self.half / np.abs(self.value))
 
 
@@ -322,21 +320,22 @@ class UnbalanceCurve:
     Parameters
     ----------
     frequency : array, shape (n_frequency,)
-        Of the rotation [Hz].
+        Frequency of the rotation [Hz].
     from_y, from_z : Band
         Out of the load along or about y, along or about z.
     both : Band
         Their mean, each weighted with its own variance.
     trusted : bool array, shape (n_frequency,)
+        Lines that can be trusted.
     reasons : tuple of Distrust
-        For the lines that are not.
+        For the lines that cannot.
     """
 
     frequency: RealArray
     from_y: Band
     from_z: Band
     both: Band
-    trusted: npt.NDArray[np.bool_]
+    trusted: BoolArray
     reasons: tuple[Distrust, ...]
 
     @property
@@ -359,13 +358,15 @@ class LoadUncertainty:
     Parameters
     ----------
     model : RouteModel
+        Route of the load.
     load : OperatingLoad
+        Load of one sweep.
     fit : SourceFit
-        Of all sweeps by the same route.
+        Fit of all sweeps by the same route.
     updated : bool
         Whether the change of the mounts that the fit found is taken into the load.
     confidence : float
-        Of the bands [1].
+        Confidence of the bands [1].
     """
 
     def __init__(
@@ -389,8 +390,10 @@ class LoadUncertainty:
         self.slopes = applied(model.by_error[:, load.lines], load.motion)
         self.by_change = applied(change, load.motion)
         pressure = int(np.searchsorted(fit.pressure, load.pressure))
-        self.by_gas = fit.gas_derivatives()[:, pressure, ROTATING_GAS]
         self.rotating_gas = fit.gas_values[pressure, ROTATING_GAS]
+        # by real and imaginary part of the gas forces of every pressure
+        self.by_gas = np.zeros((*fit.gas_values.shape, 2), dtype=complex)
+        self.by_gas[pressure, ROTATING_GAS] = 1, 1j
 
     def band(self, weights: RealOrComplexArray, gas: RealOrComplexArray | None = None) -> Band:
         """Propagate everything to a combination of the six loads.
@@ -398,9 +401,9 @@ class LoadUncertainty:
         Parameters
         ----------
         weights : array, shape (n_frequency, 6)
-            Of the loads.
+            Weights of the loads.
         gas : array, shape (n_frequency,), optional
-            Of the rotating gas force, which is taken off.
+            Weight of the rotating gas force, which is taken off.
 
         Returns
         -------
@@ -413,23 +416,20 @@ class LoadUncertainty:
         found. The last is correlated with the second, since both were found together. A load that
         leaves the change out is wrong by a known amount, which is added to one side.
         """
-        taken_off = 0 if gas is None else gas * self.rotating_gas
-        value = np.einsum("fa,fa->f", weights, self.load) - taken_off
+        gas = np.zeros(len(weights)) if gas is None else gas
+        value = np.einsum("fa,fa->f", weights, self.load) - gas * self.rotating_gas
         along = (value / np.abs(value)).conj()
         variance, of_mounts = (
             np.einsum("fa,fab,fb->f", weights, covariance, weights.conj()).real
             for covariance in (self.noise, self.mismatch)
         )
         placement = _along(along, weights, self.slopes)
-        mounts = _along(along, weights, self.by_change)
-        by_gas = np.zeros((self.by_gas.size, value.size))
-        if gas is not None:
-            by_gas = (along * gas * self.by_gas[:, np.newaxis]).real
+        by_gas = (along * gas * self.by_gas.reshape(-1, 1)).real
+        rest = np.concatenate([by_gas, _along(along, weights, self.by_change)])
         fit = self.fit
-        own = slice(fit.gas_slice.start, fit.change_slice.stop)
-        rest = np.concatenate([by_gas, mounts])
-        of_rest = of_mounts + _quadratic(rest, fit.line_covariance[own, own], rest)
-        cross = _quadratic(placement, fit.line_covariance[fit.error_slice, own], rest)
+        others = slice(fit.gas_slice.start, fit.change_slice.stop)
+        of_rest = of_mounts + _quadratic(rest, fit.line_covariance[others, others], rest)
+        cross = _quadratic(placement, fit.line_covariance[fit.error_slice, others], rest)
         of_placement = np.sum(placement**2, axis=0)
         total = np.sqrt(np.maximum(variance + of_placement + of_rest + 2 * cross, variance))
         known = along * np.einsum("fa,fa->f", weights, self.known)
@@ -446,9 +446,9 @@ class LoadUncertainty:
         )
 
 
-def _quadratic(one: RealArray, covariance: RealArray, other: RealArray) -> RealArray:
+def _quadratic(slopes: RealArray, covariance: RealArray, other: RealArray) -> RealArray:
     """Covariance of two amplitudes, each a sum of slopes times unknowns, shape (n_frequency,)."""
-    return np.asarray(np.einsum("kf,kl,lf->f", one, covariance, other, optimize=True))
+    return np.asarray(np.einsum("kf,kl,lf->f", slopes, covariance, other, optimize=True))
 
 
 def _along(along: ComplexArray, weights: RealOrComplexArray, slopes: ComplexArray) -> RealArray:
@@ -464,15 +464,16 @@ def unbalance_curve(
     *,
     gas: RealOrComplexArray | None = None,
     largest_uncertainty: float,
-    unexplained: npt.NDArray[np.bool_],
+    unexplained: BoolArray,
 ) -> UnbalanceCurve:
     """Make the curve of one unbalance and mark what cannot be trusted.
 
     Parameters
     ----------
     uncertainty : LoadUncertainty
+        Load of one sweep with its errors.
     frequency : array, shape (n_frequency,)
-        [Hz].
+        Lines [Hz].
     from_y, from_z : array, shape (n_frequency, 6)
         Weights of the loads, in y and in z.
     gas : array, shape (n_frequency,), optional
@@ -493,8 +494,7 @@ def unbalance_curve(
         share[:, np.newaxis] * from_y + (1 - share)[:, np.newaxis] * from_z, gas
     )
     wide = (both.relative > largest_uncertainty) & ~unexplained
-    shares = np.array([both.mounts, both.placement, both.noise])
-    cause = np.argmax(shares, axis=0)
+    cause = np.argmax([both.mounts, both.placement, both.noise], axis=0)
     reasons = []
     for number, words in enumerate(_CAUSES):
         lines = wide & (cause == number)
@@ -505,11 +505,12 @@ def unbalance_curve(
     if unexplained.any():
         text = f"{_where(frequency, unexplained)}: the load is not that of a rotor, gas and mounts"
         reasons.append(Distrust(unexplained, f"{text}: look for hoses and loose parts"))
-    trusted = ~(wide | unexplained)
-    return UnbalanceCurve(frequency, bands[0], bands[1], both, trusted, tuple(reasons))
+    return UnbalanceCurve(
+        frequency, bands[0], bands[1], both, ~(wide | unexplained), tuple(reasons)
+    )
 
 
-def unexplained_lines(whitened: ComplexArray) -> npt.NDArray[np.bool_]:
+def unexplained_lines(whitened: ComplexArray) -> BoolArray:
     """Mark lines whose residuals are no noise.
 
     Parameters
@@ -532,14 +533,7 @@ def unexplained_lines(whitened: ComplexArray) -> npt.NDArray[np.bool_]:
     return np.asarray(mean > ALARM**2)
 
 
-_CAUSES = (
-    "mostly because the mounts in operation are not those that were struck, or may not be",
-    "mostly because places and gains of impacts and sensors are not known better",
-    "mostly because of noise in sweep and hammer test",
-)
-
-
-def _where(frequency: RealArray, lines: npt.NDArray[np.bool_]) -> str:
+def _where(frequency: RealArray, lines: BoolArray) -> str:
     """State lines as ranges."""
     picked = np.flatnonzero(lines)
     runs = np.split(picked, np.flatnonzero(np.diff(picked) > 1) + 1)

@@ -1,18 +1,23 @@
-"""The parametrisations of the thesis and of identical mounts, fitted to a test."""
+"""The thesis's 44 numbers and identical round mounts, fitted to a hammer test."""
 
 from __future__ import annotations
 
 import math
 import time
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-from deboom.arrays import ComplexArray, RealArray
+from deboom.arrays import RealArray
 from deboom.compressor.calibrate import Prior, SelfCalibration, WeighedMass, self_calibrate
 from deboom.compressor.gain import GAIN_SHAPE_NAMES, gain_from_parameters
-from deboom.compressor.identifiability import Identifiability, Knowledge, identifiability, knowledge
+from deboom.compressor.identifiability import (
+    Identifiability,
+    Knowledge,
+    identifiability,
+    knowledge,
+)
+from deboom.compressor.identify import Identification
 from deboom.compressor.model import CompressorModel
 from deboom.compressor.parameters import (
     N_MASS,
@@ -23,16 +28,13 @@ from deboom.compressor.parameters import (
 from deboom.compressor.virtual_point_fit import (
     START_GAIN,
     Bounds,
-    InertanceAndApparentMass,
     PointFit,
-    WhitenedInertance,
     fit_at_virtual_point,
     fit_by_slsqp,
+    inertance_and_apparent_mass,
+    real_columns,
 )
-
-if TYPE_CHECKING:
-    from deboom.compressor.identify import Identification
-    from deboom.measurement.compressor_test import Drawing
+from deboom.measurement.compressor_test import CompressorMount, Drawing
 
 POSITION_BOUND = 0.0126
 """[m]; the thesis states 12.5 mm, and its table 11 has a change of 12.51 mm."""
@@ -50,6 +52,12 @@ MASS_BOUND = 0.5
 GAIN_BOUND = 0.6
 """Relative, and 0.3 of v_rel; the thesis states none."""
 SCALE_BOUND = 0.3
+OFFSET_DEVIATION = 6.3e-3
+"""1 σ of a mount's place against its drawing: half the thesis's bound [m]."""
+TILT_DEVIATION = math.radians(2.5)
+"""1 σ of a mount's tilt against its drawing: half the thesis's bound [rad]."""
+WORSE = 1.05
+"""Reduced χ, against that of any mounts, from which identical mounts are refuted."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,19 +67,19 @@ class ThesisFit:
     Parameters
     ----------
     start : array, shape (44,)
-        From the drawing, of the units of the parametrisation.
+        From the drawing, in the units of the parametrisation.
     bounds : Bounds
         The thesis's, with its misprints mended.
     fit : PointFit
-        By least squares.
+        Fit by least squares.
     seconds : float
-        That it took [s].
+        Time of the fit [s].
     reference : PointFit or None
-        By sequential quadratic programming, near to the thesis's method.
+        Fit by sequential quadratic programming, near to the thesis's method.
     reference_seconds : float
-        [s]; 0 without it.
+        Time of the reference, 0 without it [s].
     seen : Identifiability
-        Of the Jacobian at the result: rank and null space.
+        Rank and null space of the Jacobian at the result.
     known : Knowledge
         Bounds as 1 σ before; all that the self-calibrated test adds after.
     """
@@ -87,17 +95,7 @@ class ThesisFit:
 
 
 def thesis_start(drawing: Drawing) -> tuple[ThesisParameters, RealArray]:
-    """Start values: the drawing, and the gain of a medium rubber.
-
-    Parameters
-    ----------
-    drawing : Drawing
-
-    Returns
-    -------
-    tuple of ThesisParameters and array, shape (n_parameters,)
-        44 values for three mounts.
-    """
+    """Start from the drawing with the gain of a medium rubber; 44 values for three mounts."""
     mounts = drawing.mounts
     parametrisation = ThesisParameters(tuple(mount.name for mount in mounts))
     drawn = CompressorModel.on_mounts(
@@ -107,18 +105,7 @@ def thesis_start(drawing: Drawing) -> tuple[ThesisParameters, RealArray]:
 
 
 def thesis_bounds(drawing: Drawing, start: RealArray) -> Bounds:
-    """Bounds of the thesis around the start, its misprints mended.
-
-    Parameters
-    ----------
-    drawing : Drawing
-    start : array, shape (n_parameters,)
-        From `thesis_start`.
-
-    Returns
-    -------
-    Bounds
-    """
+    """Set the bounds of the thesis around the start, its misprints mended."""
     n = 3 * len(drawing.mounts)
     width = np.concatenate(
         [
@@ -144,7 +131,7 @@ def fit_thesis_parameters(
     Parameters
     ----------
     found : Identification
-        Gives the inertance at the virtual point, as the position sheet has it, and the lines.
+        Inertance at the virtual point, as the position sheet has it, and the lines.
     drawing : Drawing
         Start and middle of the bounds.
     with_reference : bool
@@ -163,7 +150,7 @@ def fit_thesis_parameters(
     """
     parametrisation, start = thesis_start(drawing)
     bounds = thesis_bounds(drawing, start)
-    objective = InertanceAndApparentMass(
+    objective = inertance_and_apparent_mass(
         found.inertance.frequency[found.fitted], found.inertance.values[found.fitted], found.length
     )
     begin = time.perf_counter()
@@ -192,30 +179,11 @@ def _posterior(found: Identification, fit: PointFit, prior: RealArray) -> RealAr
     # at the same compressor, where one set of changes lies wholly within the other
     by_minimal = minimal.sensitivities(minimal.values_of(fit.model), lines)
     unit = np.sqrt(np.diag(found.calibrated.parameter_covariance))
-    columns = _real(by_minimal) * unit
-    change = np.linalg.lstsq(columns, _real(by_thesis) * prior, rcond=None)[0]
+    columns = real_columns(by_minimal) * unit
+    change = np.linalg.lstsq(columns, real_columns(by_thesis) * prior, rcond=None)[0]
     scaled = found.calibrated.parameter_covariance / np.outer(unit, unit)
     information = change.T @ np.linalg.solve(scaled, change) + np.eye(prior.size)
     return np.asarray(np.linalg.inv(information) * np.outer(prior, prior))
-
-
-def _real(derivatives: ComplexArray) -> RealArray:
-    """One column per parameter, real over imaginary parts."""
-    flat = derivatives.reshape(derivatives.shape[0], -1)
-    return np.concatenate([flat.real, flat.imag], axis=1).T
-
-
-if TYPE_CHECKING:
-    from deboom.arrays import RealArray
-    from deboom.compressor.identify import Identification
-    from deboom.measurement.compressor_test import CompressorMount, Drawing
-
-OFFSET_DEVIATION = 6.3e-3
-"""1 σ of a mount's place against its drawing: half the thesis's bound [m]."""
-TILT_DEVIATION = math.radians(2.5)
-"""1 σ of a mount's tilt against its drawing: half the thesis's bound [rad]."""
-WORSE = 1.05
-"""Reduced χ, against that of any mounts, from which identical mounts are refuted."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -225,9 +193,9 @@ class IdenticalFit:
     Parameters
     ----------
     drawn : tuple of CompressorMount
-        Where the drawing has them.
+        Mounts where the drawing has them.
     calibrated : SelfCalibration
-        With `IdenticalMountParameters`.
+        Calibration with `IdenticalMountParameters`.
     chi_ratio : float
         Reduced χ over that of the minimal parameters, which allow any mounts [1].
     """
@@ -261,7 +229,7 @@ def fit_identical_mounts(found: Identification, drawing: Drawing) -> IdenticalFi
     Parameters
     ----------
     found : Identification
-        Of any mounts; where this one starts.
+        Identification with any mounts, where this one starts.
     drawing : Drawing
         Places and tilts are counted from it.
 
@@ -279,39 +247,31 @@ def fit_identical_mounts(found: Identification, drawing: Drawing) -> IdenticalFi
     at_reference = np.trace(found.calibrated.model.stiffness[:3, :3]) / stiffness.sum()
     common = np.log(at_reference * np.array([stiffness[:, 0].mean(), stiffness[:, 1:].mean()]))
     start = np.concatenate([values[:N_MASS], np.zeros(5 * n), common, gain])
-    part = found.raw.select(found.fitted)
-    objective = WhitenedInertance(
-        part.frf.frequency,
-        found.inertance.values[found.fitted],
-        found.response.inverse,
-        found.excitation.inverse,
-        np.sqrt(np.mean(part.deviation**2, axis=(1, 2))),
-    )
-    width = np.concatenate(
-        [
-            np.full(N_MASS, np.inf),
-            np.full(3 * n, 2 * OFFSET_DEVIATION),
-            np.full(2 * n, 2 * TILT_DEVIATION),
-            np.full(2 + gain.size, np.inf),
-        ]
-    )
-    bounds = Bounds(start - width, start + width)
-    point = fit_at_virtual_point(parametrisation, objective, start, bounds)
-    prior = Prior(
-        np.concatenate([np.zeros(N_MASS + 5 * n + 2), START_GAIN]),
-        np.concatenate(
+
+    def deviations(of_gain: RealArray) -> RealArray:
+        return np.concatenate(
             [
                 np.full(N_MASS, np.inf),
                 np.full(3 * n, OFFSET_DEVIATION),
                 np.full(2 * n, TILT_DEVIATION),
                 np.full(2, np.inf),
-                found.known.prior[-len(GAIN_SHAPE_NAMES) :],
+                of_gain,
             ]
-        ),
+        )
+
+    width = 2 * deviations(np.full(gain.size, np.inf))
+    bounds = Bounds(start - width, start + width)
+    point = fit_at_virtual_point(parametrisation, found.whitened, start, bounds)
+    prior = Prior(
+        np.concatenate([np.zeros(N_MASS + 5 * n + 2), START_GAIN]),
+        deviations(found.known.prior[-gain.size :]),
     )
-    mass = found.test.weighed_mass
-    weighed = None if mass is None else WeighedMass(mass, found.test.weighed_mass_deviation)
     calibrated = self_calibrate(
-        parametrisation, part, found.test.tolerances, point.values, weighed=weighed, prior=prior
+        parametrisation,
+        found.raw.select(found.fitted),
+        found.test.tolerances,
+        point.values,
+        weighed=WeighedMass.of(found.test),
+        prior=prior,
     )
     return IdenticalFit(drawn, calibrated, calibrated.reduced_chi / found.calibrated.reduced_chi)

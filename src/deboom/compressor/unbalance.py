@@ -1,16 +1,17 @@
-"""Unbalance of a compressor from its sweeps by every route."""
+"""Unbalance and gas forces of a running compressor from its sweeps, by every route."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-from deboom.arrays import ComplexArray, RealArray
-from deboom.compressor.identify import ALARM, calibration_of
+from deboom.arrays import BoolArray, ComplexArray, RealArray
+from deboom.compressor.hose_presence import HosePresence, hoses_in_sweep
+from deboom.compressor.identify import ALARM, Identification, calibration_of
+from deboom.compressor.model import ModalTable
 from deboom.compressor.mount_shares import SofteningMounts, softening_mounts
 from deboom.compressor.routes import (
     CalibratedMeasurementRoute,
@@ -23,6 +24,7 @@ from deboom.compressor.routes import (
     PointModelRoute,
     Route,
     RouteBasis,
+    RouteModel,
     UpdatedRoute,
     operating_load,
     operating_motion,
@@ -37,22 +39,20 @@ from deboom.compressor.source_fit import (
 )
 from deboom.compressor.sources import (
     LoadUncertainty,
+    ResidualBand,
     Sources,
     UnbalanceCurve,
     sources,
     unbalance_curve,
     unexplained_lines,
 )
-from deboom.compressor.unbalance_load import GasLaw, GasPerPressure
+from deboom.compressor.unbalance_load import RotationSense
 from deboom.errors import InputError
 from deboom.measurement.channels import Spectrum
 from deboom.measurement.compressor_test import HoseState, OperatingSweep, OperatingTest
 
-if TYPE_CHECKING:
-    from deboom.compressor.model import ModalTable
-    from deboom.compressor.source_fit import MountState
-    from deboom.compressor.sources import ResidualBand, Sources
-
+AGREEMENT_ABOVE = 50.0
+"""Where the agreement of y and z is judged: above the rigid-body modes [Hz]."""
 BEYOND_MODES = 1.5
 """Times the highest rigid-body mode: from there on the body's inertia carries the load [1]."""
 SMALLEST_LINES = 8
@@ -61,225 +61,7 @@ HOSES_ABOVE = 60.0
 VISIBLE_SHARE = 0.02
 """Of the load from which a rest is that of hoses [1]."""
 
-
-def sweeps_of(
-    test: OperatingTest, hoses: HoseState | None
-) -> tuple[tuple[OperatingSweep, ...], list[str]]:
-    """Choose the sweeps that show the load best.
-
-    Parameters
-    ----------
-    test : OperatingTest
-    hoses : HoseState or None
-        Wanted; by default soft ones before standard ones.
-
-    Returns
-    -------
-    sweeps : tuple of OperatingSweep
-    notices : list of str
-
-    Raises
-    ------
-    InputError
-        No sweep with the hoses that are wanted.
-    """
-    if hoses is not None:
-        sweeps = test.with_hoses(hoses)
-        if not sweeps:
-            raise InputError(f"{test.name}: there is no sweep with {hoses.value} hoses")
-        return sweeps, []
-    for state in (HoseState.ABSENT, HoseState.SOFT):
-        if test.with_hoses(state):
-            return test.with_hoses(state), []
-    return test.with_hoses(HoseState.STANDARD), [
-        "There is no sweep with soft hoses: what the standard hoses do to the compressor is part "
-        "of the loads."
-    ]
-
-
-def within_hammer_test(
-    sweeps: Sequence[OperatingSweep], hammer: RealArray
-) -> tuple[tuple[OperatingSweep, ...], list[str]]:
-    """Leave out lines that the hammer test did not measure.
-
-    Parameters
-    ----------
-    sweeps : sequence of OperatingSweep
-    hammer : array, shape (n,)
-        Its lines [Hz].
-
-    Returns
-    -------
-    sweeps : tuple of OperatingSweep
-    notices : list of str
-        What was left out.
-
-    Raises
-    ------
-    InputError
-        A sweep that the hammer test hardly covers.
-    """
-    kept, notices = [], []
-    for sweep in sweeps:
-        inside = (sweep.frequency >= hammer[0]) & (sweep.frequency <= hammer[-1])
-        if np.count_nonzero(inside) < SMALLEST_LINES:
-            raise InputError(
-                f"sweep {sweep.name} has {np.count_nonzero(inside)} lines within the hammer test's "
-                f"{hammer[0]:g} to {hammer[-1]:g} Hz, at least {SMALLEST_LINES} are needed: strike "
-                "and run over the same range, in steps of 1 Hz or so"
-            )
-        if not inside.all():
-            notices.append(
-                f"Sweep {sweep.name}: {np.count_nonzero(~inside)} lines outside of the hammer "
-                f"test's {hammer[0]:g} to {hammer[-1]:g} Hz are left out."
-            )
-            sweep = replace(
-                sweep,
-                acceleration=_lines(sweep.acceleration, inside),
-                deviation=sweep.deviation[inside],
-                holder=None if sweep.holder is None else _lines(sweep.holder, inside),
-                sound=None if sweep.sound is None else _lines(sweep.sound, inside),
-            )
-        kept.append(sweep)
-    return tuple(kept), notices
-
-
-def refuse_resonant_sweep(sweeps: Sequence[OperatingSweep], modes: ModalTable) -> None:
-    """Refuse sweeps that never leave the rigid-body resonances.
-
-    Parameters
-    ----------
-    sweeps : sequence of OperatingSweep
-    modes : ModalTable
-
-    Raises
-    ------
-    InputError
-        Too few lines above the modes.
-    """
-    highest = float(np.max(modes.frequency))
-    for sweep in sweeps:
-        above = np.count_nonzero(sweep.frequency >= BEYOND_MODES * highest)
-        if above < min(SMALLEST_LINES, sweep.frequency.size):
-            raise InputError(
-                f"sweep {sweep.name} ends at {sweep.speed[-1]:.0f} 1/min and never leaves the "
-                f"resonances of the mounted compressor, the highest of which lies at {highest:.1f} "
-                f"Hz: {above} lines above {60 * BEYOND_MODES * highest:.0f} 1/min do not tell an "
-                f"unbalance from a mount, at least {SMALLEST_LINES} are needed"
-            )
-
-
-def hose_alarms(sweeps: Sequence[OperatingSweep], bands: Sequence[ResidualBand]) -> list[str]:
-    """Report loads that look like hoses.
-
-    Parameters
-    ----------
-    sweeps : sequence of OperatingSweep
-        That were fitted.
-    bands : sequence of ResidualBand
-        What the fit left.
-
-    Returns
-    -------
-    list of str
-        In words; empty where there is nothing.
-    """
-    seen = [
-        band
-        for band in bands
-        if band.low >= HOSES_ABOVE and band.share > VISIBLE_SHARE and band.reduced_chi > ALARM
-    ]
-    if not seen:
-        return []
-    worst = max(seen, key=lambda band: band.share)
-    text = (
-        f"{worst.share:.1%} of the load in {worst.low:g}-{worst.high:g} Hz comes from no rotor and "
-        "no gas, as it does with hoses joined"
-    )
-    if all(sweep.hoses is not HoseState.STANDARD for sweep in sweeps):
-        text += (
-            f", though these are reported as {sweeps[0].hoses.value}: check what was joined, and "
-            "how long and soft it is"
-        )
-    return [f"{text}. The state of the mounts cannot be told apart from them."]
-
-
-def load_alarms(
-    sweeps: Sequence[OperatingSweep], found: Sources, mismatch: float, state: MountState
-) -> list[str]:
-    """Report what rotor, gas and mounts as struck do not explain.
-
-    Parameters
-    ----------
-    sweeps : sequence of OperatingSweep
-        That were fitted.
-    found : Sources
-    mismatch : float
-        Change of the mounts that no common factor describes, 1 σ per direction [1].
-    state : MountState
-
-    Returns
-    -------
-    list of str
-        In words; empty where there is nothing.
-    """
-    alarms = hose_alarms(sweeps, found.residual_bands)
-    if alarms:
-        return alarms
-    if state.changed:
-        alarms.append(state.statement)
-    if found.remaining_chi > ALARM:
-        alarms.append(
-            f"The loads differ from rotor, gas and mounts by {found.remaining_chi:.1f} times their "
-            f"noise (alarm at {ALARM:g})."
-        )
-    elif found.reduced_chi > ALARM:
-        alarms.append(
-            f"One factor for all mounts misses the loads by {found.reduced_chi:.1f} times their "
-            f"noise (alarm at {ALARM:g}): the mounts have changed by some {mismatch:.1%} per "
-            "direction besides, as they do where they soften with their own motion. The numbers "
-            "of all speeds together allow for it."
-        )
-    return alarms
-
-
-def unsettled_alarms(letters: Iterable[str]) -> list[str]:
-    """Report fits that did not come to an end.
-
-    Parameters
-    ----------
-    letters : iterable of str
-        Of their routes.
-
-    Returns
-    -------
-    list of str
-        In words; empty where every fit did.
-    """
-    routes = ", ".join(letters)
-    if not routes:
-        return []
-    return [
-        f"The fit over all sweeps did not settle by route {routes}: its numbers and intervals are "
-        "not to be trusted."
-    ]
-
-
-def _lines(spectrum: Spectrum, lines: np.ndarray) -> Spectrum:
-    return Spectrum(
-        spectrum.frequency[lines], spectrum.values[lines], spectrum.channels, spectrum.unit
-    )
-
-
-if TYPE_CHECKING:
-    from deboom.compressor.identify import Identification
-    from deboom.compressor.routes import RouteModel
-    from deboom.compressor.unbalance_load import RotationSense
-    from deboom.measurement.compressor_test import HoseState, OperatingSweep, OperatingTest
-
 Step = Callable[[str], None]
-AGREEMENT_ABOVE = 50.0
-"""Where the agreement of y and z is judged: above the rigid-body modes [Hz]."""
 
 
 @dataclass(frozen=True)
@@ -289,22 +71,20 @@ class UnbalanceOptions:
     Parameters
     ----------
     routes : tuple of Route
-        All that are compared.
+        Routes that are compared.
     chosen : Route
         The one that results are taken from; among `routes`.
     state : FactorOverFrequency
         What the mounts may have done between hammer test and operation; routes without update take
         it as uncertainty.
-    gas : GasLaw
-        How the gas forces at several pressures hang together.
     hoses : HoseState or None
         Sweeps to be used; by default those with soft hoses, or, where there are none, the others.
     expected_sense : RotationSense or None
-        Of the data sheet.
+        Sense of rotation on the data sheet.
     band : (float, float)
         Lines of the global fit [Hz].
     confidence : float
-        Of all bands and intervals [1].
+        Confidence of all bands and intervals [1].
     largest_uncertainty : float
         Half band over amplitude above which a line is not trusted [1].
     by_stroke : bool
@@ -326,7 +106,6 @@ class UnbalanceOptions:
     )
     chosen: Route = field(default_factory=CalibratedMeasurementRoute)
     state: FactorOverFrequency = field(default_factory=FactorOverFrequency)
-    gas: GasLaw = field(default_factory=GasPerPressure)
     hoses: HoseState | None = None
     expected_sense: RotationSense | None = None
     band: tuple[float, float] = (17.0, 150.0)
@@ -346,17 +125,18 @@ class UnbalanceOptions:
 
 @dataclass(frozen=True, eq=False)
 class SweepUnbalance:
-    """Line by line, for one sweep and one route.
+    """Unbalance line by line, for one sweep and one route.
 
     Parameters
     ----------
     sweep : str
-        Its name.
+        Name of the sweep.
     pressure : float
-        [Pa].
+        Pressure of the gas [Pa].
     hoses : HoseState
+        What was joined.
     frequency : array, shape (n_frequency,)
-        Of the rotation [Hz].
+        Frequency of the rotation [Hz].
     load : array, shape (n_frequency, 6)
         At the virtual point, complex peak [N, N m].
     load_lower, load_upper : array, shape (n_frequency, 6)
@@ -380,7 +160,7 @@ class SweepUnbalance:
 
     @property
     def speed(self) -> RealArray:
-        """Of the rotation, shape (n_frequency,) [1/min]."""
+        """Speed of the rotation, shape (n_frequency,) [1/min]."""
         return np.asarray(60.0 * self.frequency)
 
 
@@ -391,6 +171,7 @@ class RouteResult:
     Parameters
     ----------
     route : Route
+        Way to the load inside.
     sweeps : tuple of SweepUnbalance
         Line by line.
     sources : Sources
@@ -412,18 +193,25 @@ class Unbalance:
     Parameters
     ----------
     test : OperatingTest
+        Sweeps of the running compressor.
     identification : Identification
+        Identification of its hammer test.
     options : UnbalanceOptions
+        Routes and bands.
     motions : tuple of OperatingMotion
-        One per sweep that was used.
+        Motion in each sweep that was used.
     sense : SenseOfRotation
+        Sense of the rotor.
     routes : tuple of RouteResult
         In the order of the options.
     state : MountState
+        Mounts in operation against those struck.
     alarms : tuple of str
         Reasons not to trust the results, in words; empty where there are none.
     notices : tuple of str
         What was decided on the way.
+    hoses : tuple of HosePresence
+        Search for the drawn hoses in sweeps that are said to be without them.
     """
 
     test: OperatingTest
@@ -435,11 +223,30 @@ class Unbalance:
     state: MountState
     alarms: tuple[str, ...]
     notices: tuple[str, ...]
+    hoses: tuple[HosePresence, ...] = ()
 
     @property
     def chosen(self) -> RouteResult:
         """Result of the chosen route."""
         return self.by_letter(self.options.chosen.letter)
+
+    @property
+    def used(self) -> tuple[OperatingSweep, ...]:
+        """Sweeps that were used."""
+        names = {sweep.sweep for sweep in self.chosen.sweeps}
+        return tuple(sweep for sweep in self.test.sweeps if sweep.name in names)
+
+    @property
+    def hose_alarms(self) -> tuple[str, ...]:
+        """Hoses that show in the sweeps whatever their label says, in words; empty without."""
+        shown = tuple(hose.statement for hose in self.hoses if hose.visible)
+        return shown or hose_alarms(self.used, self.chosen.sources.residual_bands)
+
+    @property
+    def hoses_seen(self) -> bool:
+        """Whether the sweeps in use had the vehicle's hoses, by their label or by their loads."""
+        joined = any(sweep.hoses is HoseState.STANDARD for sweep in self.used)
+        return joined or bool(self.hose_alarms)
 
     @property
     def agreement(self) -> str:
@@ -485,11 +292,13 @@ def unbalance(
     Parameters
     ----------
     test : OperatingTest
+        Sweeps of the running compressor.
     identification : Identification
-        Of its hammer test without hoses.
+        Identification of its hammer test without hoses.
     options : UnbalanceOptions, optional
+        Routes and bands.
     step : callable of str, optional
-        Told what is being done, for progress.
+        Receiver of progress messages.
 
     Returns
     -------
@@ -526,14 +335,12 @@ def unbalance(
     )
     say("calibration")
     basis = RouteBasis(identification, calibration_of(identification))
-    alarms = list(identification.alarms)
     if basis.calibration is not identification.calibrated:
         notices.append(
             "The foundation is not rigid: sensors and impacts are calibrated by the mass line "
             f"alone, which has a reduced χ of {basis.calibration.reduced_chi:.2f}."
         )
     frequency = np.unique(np.concatenate([sweep.frequency for sweep in used]))
-    solve = partial(fit_source, gas=options.gas, band=options.band)
     say("sense of rotation")
     chosen = options.chosen.model(basis, frequency)
     sense = sense_of_rotation(
@@ -542,18 +349,21 @@ def unbalance(
     results = []
     for route in options.routes:
         say(f"route {route.letter}: {route.title}")
-        model = _turning(route.model(basis, frequency), test, sense.sense)
+        model = route.model(basis, frequency)
+        if test.rotor_inertia is not None:
+            model = model.with_rotor(test.rotor_inertia, sense.sense)
         loads = [operating_load(model, sweep) for sweep in used]
-        factor = solve(model, loads, sense.sense, change=route.update or options.state)
+        solve = partial(fit_source, model, loads, sense.sense, band=options.band)
+        factor = solve(route.update or options.state)
         fit = factor
         if route.update is not None and options.by_stroke and factor.mismatch > 0:
             say(f"route {route.letter}: mounts that soften with their own stroke")
             by_stroke = softening_mounts(identification)
             if by_stroke is not None:
-                softened = solve(model, loads, sense.sense, change=by_stroke)
+                softened = solve(by_stroke)
                 if softened.converged and softened.schwarz < factor.schwarz:
                     fit = softened
-                    notices.append(_softening(route, by_stroke, softened, factor, loads))
+                    notices.append(_softening_notice(route, by_stroke, softened, factor, loads))
         results.append(
             RouteResult(
                 route,
@@ -566,18 +376,19 @@ def unbalance(
             )
         )
         if route == options.chosen:
-            common = solve(model, loads, sense.sense, change=OneFactor())
-            resolved = (
-                factor
-                if factor.change == options.state
-                else solve(model, loads, sense.sense, change=options.state)
-            )
+            common = solve(OneFactor())
+            resolved = factor if factor.change == options.state else solve(options.state)
     state = mount_state(
         common, resolved, options.state, identification.calibrated.model.gain, frequency
     )
-    result = next(one for one in results if one.route == options.chosen)
-    alarms += load_alarms(used, result.sources, result.fit.mismatch, state)
-    alarms += unsettled_alarms(one.route.letter for one in results if not one.fit.converged)
+    result = next(result for result in results if result.route == options.chosen)
+    hoses = _hoses_in_sweeps(used, test, identification, sense.sense)
+    shown = [hose.statement for hose in hoses if hose.visible]
+    alarms = [*identification.alarms]
+    alarms += shown or load_alarms(used, result.sources, result.fit.mismatch, state)
+    alarms += _unsettled_alarms(
+        result.route.letter for result in results if not result.fit.converged
+    )
     return Unbalance(
         test,
         identification,
@@ -588,16 +399,37 @@ def unbalance(
         state,
         tuple(alarms),
         tuple(notices),
+        hoses,
     )
 
 
-def _softening(
+def _hoses_in_sweeps(
+    sweeps: Sequence[OperatingSweep],
+    test: OperatingTest,
+    identification: Identification,
+    sense: RotationSense,
+) -> tuple[HosePresence, ...]:
+    """Search for the drawn hoses in the sweeps that are said to be without them."""
+    if not test.hoses:
+        return ()
+    presences = [
+        hoses_in_sweep(
+            sweep, test.hoses, identification, rotor_inertia=test.rotor_inertia, sense=sense
+        )
+        for sweep in sweeps
+        if sweep.hoses is not HoseState.STANDARD
+    ]
+    return tuple(presence for presence in presences if presence is not None)
+
+
+def _softening_notice(
     route: Route,
     mounts: SofteningMounts,
     fit: SourceFit,
     factor: SourceFit,
     loads: Sequence[OperatingLoad],
 ) -> str:
+    """Say that mounts which soften explain the sweeps better, and by how much they do."""
     strokes = np.concatenate([mounts.strokes(load.frequency, load.motion) for load in loads])
     ends = np.array([strokes.min(), strokes.max()])
     small, large = np.abs(1 + mounts.change_at(fit.line_values[fit.change_slice], ends))
@@ -607,12 +439,6 @@ def _softening(
         f"{factor.reduced_chi:.1f}). From {1e6 * ends[0]:.0f} to {1e6 * ends[1]:.0f} µm their "
         f"dynamic stiffness changes by {large / small - 1:+.0%}."
     )
-
-
-def _turning(model: RouteModel, test: OperatingTest, sense: RotationSense) -> RouteModel:
-    if test.rotor_inertia is None:
-        return model
-    return model.with_rotor(test.rotor_inertia, sense)
 
 
 def _line_by_line(
@@ -652,4 +478,171 @@ def _line_by_line(
         curve(*static),
         curve(np.asarray(-turn * entry[:, 4]), entry[:, 5]),
         curve(*static, gas=1 / square),
+    )
+
+
+def sweeps_of(
+    test: OperatingTest, hoses: HoseState | None
+) -> tuple[tuple[OperatingSweep, ...], list[str]]:
+    """Choose the sweeps that show the load best, with notices.
+
+    Parameters
+    ----------
+    test : OperatingTest
+        Sweeps of the running compressor.
+    hoses : HoseState or None
+        Wanted hoses; by default soft ones before standard ones.
+
+    Raises
+    ------
+    InputError
+        No sweep with the hoses that are wanted.
+    """
+    if hoses is not None:
+        sweeps = test.with_hoses(hoses)
+        if not sweeps:
+            raise InputError(f"{test.name}: there is no sweep with {hoses.value} hoses")
+        return sweeps, []
+    for state in (HoseState.ABSENT, HoseState.SOFT):
+        if test.with_hoses(state):
+            return test.with_hoses(state), []
+    return test.with_hoses(HoseState.STANDARD), [
+        "There is no sweep with soft hoses: what the standard hoses do to the compressor is part "
+        "of the loads."
+    ]
+
+
+def within_hammer_test(
+    sweeps: Sequence[OperatingSweep], hammer: RealArray
+) -> tuple[tuple[OperatingSweep, ...], list[str]]:
+    """Leave out lines that the hammer test did not measure, with notices of what was left out.
+
+    Parameters
+    ----------
+    sweeps : sequence of OperatingSweep
+        Sweeps of the running compressor.
+    hammer : array, shape (n,)
+        Lines of the hammer test [Hz].
+
+    Raises
+    ------
+    InputError
+        A sweep that the hammer test hardly covers.
+    """
+    kept, notices = [], []
+    for sweep in sweeps:
+        inside = (sweep.frequency >= hammer[0]) & (sweep.frequency <= hammer[-1])
+        if np.count_nonzero(inside) < SMALLEST_LINES:
+            raise InputError(
+                f"sweep {sweep.name} has {np.count_nonzero(inside)} lines within the hammer test's "
+                f"{hammer[0]:g} to {hammer[-1]:g} Hz, at least {SMALLEST_LINES} are needed: strike "
+                "and run over the same range, in steps of 1 Hz or so"
+            )
+        if not inside.all():
+            notices.append(
+                f"Sweep {sweep.name}: {np.count_nonzero(~inside)} lines outside of the hammer "
+                f"test's {hammer[0]:g} to {hammer[-1]:g} Hz are left out."
+            )
+            sweep = replace(
+                sweep,
+                acceleration=_lines_of(sweep.acceleration, inside),
+                deviation=sweep.deviation[inside],
+                holder=None if sweep.holder is None else _lines_of(sweep.holder, inside),
+                sound=None if sweep.sound is None else _lines_of(sweep.sound, inside),
+            )
+        kept.append(sweep)
+    return tuple(kept), notices
+
+
+def _lines_of(spectrum: Spectrum, lines: BoolArray) -> Spectrum:
+    return replace(spectrum, frequency=spectrum.frequency[lines], values=spectrum.values[lines])
+
+
+def refuse_resonant_sweep(sweeps: Sequence[OperatingSweep], modes: ModalTable) -> None:
+    """Refuse sweeps that never leave the rigid-body resonances, with an InputError."""
+    highest = float(np.max(modes.frequency))
+    for sweep in sweeps:
+        above = np.count_nonzero(sweep.frequency >= BEYOND_MODES * highest)
+        if above < min(SMALLEST_LINES, sweep.frequency.size):
+            raise InputError(
+                f"sweep {sweep.name} ends at {sweep.speed[-1]:.0f} 1/min and never leaves the "
+                f"resonances of the mounted compressor, the highest of which lies at {highest:.1f} "
+                f"Hz: {above} lines above {60 * BEYOND_MODES * highest:.0f} 1/min do not tell an "
+                f"unbalance from a mount, at least {SMALLEST_LINES} are needed"
+            )
+
+
+def hose_alarms(sweeps: Sequence[OperatingSweep], bands: Sequence[ResidualBand]) -> tuple[str, ...]:
+    """Report loads that look like hoses, in words; empty where there is nothing.
+
+    Parameters
+    ----------
+    sweeps : sequence of OperatingSweep
+        Sweeps that were fitted.
+    bands : sequence of ResidualBand
+        What the fit left.
+    """
+    seen = [
+        band
+        for band in bands
+        if band.low >= HOSES_ABOVE and band.share > VISIBLE_SHARE and band.reduced_chi > ALARM
+    ]
+    if not seen:
+        return ()
+    worst = max(seen, key=lambda band: band.share)
+    text = (
+        f"{worst.share:.1%} of the load in {worst.low:g}-{worst.high:g} Hz comes from no rotor and "
+        "no gas, as it does with hoses joined"
+    )
+    if all(sweep.hoses is not HoseState.STANDARD for sweep in sweeps):
+        text += (
+            f", though these are reported as {sweeps[0].hoses.value}: check what was joined, and "
+            "how long and soft it is"
+        )
+    return (f"{text}. The state of the mounts cannot be told apart from them.",)
+
+
+def load_alarms(
+    sweeps: Sequence[OperatingSweep], found: Sources, mismatch: float, state: MountState
+) -> tuple[str, ...]:
+    """Report what rotor, gas and mounts as struck do not explain, in words.
+
+    Parameters
+    ----------
+    sweeps : sequence of OperatingSweep
+        Sweeps that were fitted.
+    found : Sources
+        Numbers of the fit.
+    mismatch : float
+        Change of the mounts that no common factor describes, 1 σ per direction [1].
+    state : MountState
+        Mounts in operation against those struck.
+    """
+    hoses = hose_alarms(sweeps, found.residual_bands)
+    if hoses:
+        return hoses
+    alarms = [state.statement] if state.changed else []
+    if found.remaining_chi > ALARM:
+        alarms.append(
+            f"The loads differ from rotor, gas and mounts by {found.remaining_chi:.1f} times their "
+            f"noise (alarm at {ALARM:g})."
+        )
+    elif found.reduced_chi > ALARM:
+        alarms.append(
+            f"One factor for all mounts misses the loads by {found.reduced_chi:.1f} times their "
+            f"noise (alarm at {ALARM:g}): the mounts have changed by some {mismatch:.1%} per "
+            "direction besides, as they do where they soften with their own motion. The numbers "
+            "of all speeds together allow for it."
+        )
+    return tuple(alarms)
+
+
+def _unsettled_alarms(letters: Iterable[str]) -> tuple[str, ...]:
+    """Report fits that did not come to an end, by the letters of their routes."""
+    routes = ", ".join(letters)
+    if not routes:
+        return ()
+    return (
+        f"The fit over all sweeps did not settle by route {routes}: its numbers and intervals are "
+        "not to be trusted.",
     )

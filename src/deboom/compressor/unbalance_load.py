@@ -1,17 +1,19 @@
-"""Load of a rotor and of its gas at the virtual point."""
+"""Load of a rotor and of its gas at the virtual point, and the gyroscopic moment of the rotor."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
 from enum import Enum
-from typing import Protocol
 
 import numpy as np
 import numpy.typing as npt
 
-from deboom.arrays import ComplexArray, RealArray
+from deboom.arrays import ComplexArray
 from deboom.errors import InputError
+from deboom.physics.rigid_body import skew
+
+GAS_NAMES = ("axial gas force", "gas moment", "rotating gas force")
+GAS_UNITS = ("N", "N m", "N")
+N_GAS = len(GAS_NAMES)
 
 
 class RotationSense(Enum):
@@ -29,7 +31,7 @@ def unbalance_load(
     frequency: npt.ArrayLike,
     sense: RotationSense = RotationSense.POSITIVE,
 ) -> ComplexArray:
-    """Load of first order at a virtual point on the rotor's axis.
+    """Compute the load of first order at a virtual point on the rotor's axis.
 
     Parameters
     ----------
@@ -37,11 +39,11 @@ def unbalance_load(
         Unbalance of each source (crank, orbiting scroll, balance weight) as a rotating vector: its
         argument is the angle from y towards z in the sense of rotation, complex [kg m].
     arm : array, shape (n_source,)
-        Of each source along x, from the virtual point [m].
+        Distance of each source along x, from the virtual point [m].
     frequency : array, shape (n_frequency,)
-        Of the rotation [Hz].
+        Frequency of the rotation [Hz].
     sense : RotationSense
-        About x.
+        Sense about x.
 
     Returns
     -------
@@ -70,27 +72,9 @@ def unbalance_load(
     return np.asarray(squared[:, np.newaxis] * directions)
 
 
-GAS_NAMES = ("axial gas force", "gas moment", "rotating gas force")
-GAS_UNITS = ("N", "N m", "N")
-N_GAS = len(GAS_NAMES)
-
-
 def rotor_columns(frequency: npt.ArrayLike, sense: RotationSense) -> ComplexArray:
-    """Load per static and per dynamic unbalance.
+    """Compute the load per static and per dynamic unbalance, shape (n_frequency, 6, 2) [1/s²].
 
-    Parameters
-    ----------
-    frequency : array, shape (n_frequency,)
-        Of the rotation [Hz].
-    sense : RotationSense
-
-    Returns
-    -------
-    array, shape (n_frequency, 6, 2)
-        Columns of ``u`` [1/s²] and of ``u_d`` [1/s²].
-
-    Notes
-    -----
     Thesis, eq. 36; see `unbalance_load`.
     """
     # an unbalance of 1 on an arm of 0, and the pair (1, −1) on arms 1 and 0
@@ -100,11 +84,12 @@ def rotor_columns(frequency: npt.ArrayLike, sense: RotationSense) -> ComplexArra
 
 
 def gas_columns(sense: RotationSense) -> ComplexArray:
-    """Load per axial gas force, per gas moment and per rotating gas force.
+    """Compute the load per axial gas force, per gas moment and per rotating gas force.
 
     Parameters
     ----------
     sense : RotationSense
+        Sense about x.
 
     Returns
     -------
@@ -122,86 +107,22 @@ def gas_columns(sense: RotationSense) -> ComplexArray:
     return columns
 
 
-class GasLaw(Protocol):
-    """How gas forces at several pressures hang together; its unknowns are real numbers."""
-
-    def start(self, pressure: RealArray) -> RealArray:
-        """Unknowns to begin with, shape (n_unknown,)."""
-        ...
-
-    def gas(self, unknowns: RealArray) -> ComplexArray:
-        """Axial force, moment and rotating force, shape (n_pressure, 3) [N, N m, N]."""
-        ...
-
-    def derivatives(self, unknowns: RealArray) -> ComplexArray:
-        """Differentiate `gas`, shape (n_unknown, n_pressure, 3)."""
-        ...
-
-
-@dataclass(frozen=True)
-class GasPerPressure:
-    """Every pressure has its own gas forces: nothing is assumed."""
-
-    def start(self, pressure: RealArray) -> RealArray:
-        """No gas; real and imaginary part of three numbers per pressure."""
-        return np.zeros(2 * N_GAS * pressure.size)
-
-    def gas(self, unknowns: RealArray) -> ComplexArray:
-        """Take real and imaginary parts by turns, shape (n_pressure, 3)."""
-        return np.ascontiguousarray(unknowns).view(complex).reshape(-1, N_GAS)
-
-    def derivatives(self, unknowns: RealArray) -> ComplexArray:
-        """Differentiate `gas`: ones and imaginary units."""
-        n = unknowns.size
-        return np.eye(n).view(complex).reshape(n, -1, N_GAS)
-
-
-@dataclass(frozen=True)
-class ProportionalGas:
-    """All three gas forces grow by one real factor from pressure to pressure.
-
-    Notes
-    -----
-    The last unknowns are the factors of all pressures but the first; they begin as the ratio of the
-    pressures.
-    """
-
-    def start(self, pressure: RealArray) -> RealArray:
-        """No gas at the first pressure, and the ratios of the others to it."""
-        return np.concatenate([np.zeros(2 * N_GAS), pressure[1:] / pressure[0]])
-
-    def gas(self, unknowns: RealArray) -> ComplexArray:
-        """Scale the gas forces at the first pressure, shape (n_pressure, 3)."""
-        first = np.ascontiguousarray(unknowns[: 2 * N_GAS]).view(complex)
-        return np.asarray(np.multiply.outer(np.append(1.0, unknowns[2 * N_GAS :]), first))
-
-    def derivatives(self, unknowns: RealArray) -> ComplexArray:
-        """Differentiate `gas`, shape (n_unknown, n_pressure, 3)."""
-        n, n_first = unknowns.size, 2 * N_GAS
-        factor = np.append(1.0, unknowns[n_first:])
-        result = np.zeros((n, factor.size, N_GAS), dtype=complex)
-        parts = np.eye(n_first).view(complex)
-        result[:n_first] = factor[:, np.newaxis] * parts[:, np.newaxis]
-        first = np.ascontiguousarray(unknowns[:n_first]).view(complex)
-        for number in range(1, factor.size):
-            result[n_first + number - 1, number] = first
-        return result
-
-
-def pressures(values: Sequence[float]) -> tuple[RealArray, npt.NDArray[np.intp]]:
-    """Sort the pressures of all sweeps.
+def gyroscopic_mass(rotor_inertia: float | None, sense: RotationSense) -> ComplexArray:
+    """Compute what a turning rotor adds to the apparent mass at first order, shape (6, 6) [kg m²].
 
     Parameters
     ----------
-    values : sequence of float
-        One per sweep [Pa].
+    rotor_inertia : float or None
+        Polar moment of the rotor; None leaves the gyroscopic moment out [kg m²].
+    sense : RotationSense
+        Sense about x.
 
-    Returns
-    -------
-    pressure : array, shape (n_pressure,)
-        Each once, rising [Pa].
-    index : int array, shape (n_sweep,)
-        Which of them each sweep has.
+    Notes
+    -----
+    ``M = I θ̈ + θ̇ × h`` with the spin ``h = J ω e_x`` and ``θ̇ = θ̈/(jω)``: the rotational block
+    gains ``+j J skew(e_x)``, whatever the speed.
     """
-    pressure, index = np.unique(np.asarray(values, dtype=float), return_inverse=True)
-    return pressure, index.reshape(-1)
+    mass = np.zeros((6, 6), dtype=complex)
+    if rotor_inertia is not None:
+        mass[3:, 3:] = 1j * sense.value * rotor_inertia * skew([1.0, 0.0, 0.0])
+    return mass

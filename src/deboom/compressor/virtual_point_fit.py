@@ -1,18 +1,20 @@
-"""Fit of a compressor's model to inertance at the virtual point."""
+"""Fit of a compressor's model to inertance at the virtual point, with its linear start."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal, NamedTuple, Protocol
+from typing import Literal, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
-from deboom.arrays import ComplexArray, RealArray
+from deboom.arrays import BoolArray, ComplexArray, RealArray
 from deboom.compressor.gain import gain_from_parameters
+from deboom.compressor.model import CompressorModel
 from deboom.compressor.parameters import (
     MinimalParameters,
+    Parametrisation,
     mass_matrix_of_pseudo_inertia,
     parameters_of_pseudo_inertia,
 )
@@ -20,23 +22,22 @@ from deboom.errors import InputError
 
 THESIS_BANDS = ((10.0, 30.0), (100.0, 150.0))
 """Around the rigid-body modes, and on the mass line [Hz]."""
+BAND_SPLIT = 60.0
+"""Lines below and above are weighted by sizes of their own in the thesis's objective [Hz]."""
+AT_BOUND = 1e-3
+"""A parameter this near its bound, relative to the width of its bounds, counts as held by it."""
+START_GAIN = (np.log(0.35), np.log(0.03), 0.27, np.log(0.25), np.log(0.05))
+"""A rubber of medium stiffening and loss, in the order of `GAIN_SHAPE_NAMES`."""
+SMALLEST_SPREAD = 1e-3
+"""Smallest eigenvalue of the scaled pseudo-inertia against its largest one."""
+PASSES = 3
+_PSEUDO_ENTRIES = [(i, j) for i in range(4) for j in range(i, 4)]
 
 
 def in_bands(
     frequency: npt.ArrayLike, bands: tuple[tuple[float, float], ...] = THESIS_BANDS
-) -> npt.NDArray[np.bool_]:
-    """Mark the lines inside any of the bands.
-
-    Parameters
-    ----------
-    frequency : array, shape (n_frequency,)
-        [Hz].
-    bands : tuple of (float, float)
-        Each from, to, both included [Hz].
-
-    Returns
-    -------
-    bool array, shape (n_frequency,)
+) -> BoolArray:
+    """Mark the lines inside any of the bands, ends included, shape (n_frequency,).
 
     Raises
     ------
@@ -51,39 +52,69 @@ def in_bands(
     return np.asarray(np.logical_or.reduce(marks))
 
 
-class Objective(Protocol):
-    """Weighted complex deviations of a model from a measurement at the virtual point."""
-
-    @property
-    def frequency(self) -> RealArray:
-        """Lines, shape (n_frequency,) [Hz]."""
-        ...
-
-    def residuals(self, apparent: ComplexArray, inertance: ComplexArray) -> ComplexArray:
-        """Weigh the deviations of a model's matrices, shape (n_frequency, 6, 6) each.
-
-        The result has shape (n_term, n_frequency, 6, 6).
-        """
-        ...
-
-    def derivatives(self, apparent: ComplexArray, inertance: ComplexArray) -> ComplexArray:
-        """Weigh derivatives of the matrices, shape (n_parameters, n_frequency, 6, 6) each.
-
-        The result has shape (n_parameters, n_term, n_frequency, 6, 6).
-        """
-        ...
+def thinned(places: npt.NDArray[np.intp], largest: int) -> npt.NDArray[np.intp]:
+    """Keep at most `largest` of the places, spread evenly."""
+    if places.size <= largest:
+        return places
+    kept = np.round(np.linspace(0, places.size - 1, largest)).astype(int)
+    return np.asarray(places[kept])
 
 
 @dataclass(frozen=True, eq=False)
-class WhitenedInertance:
-    """Inertance at the virtual point, in units of its own noise.
+class Objective:
+    """Weighted complex deviations of a model from a measurement at the virtual point.
 
     Parameters
     ----------
     frequency : array, shape (n_frequency,)
-        [Hz].
+        Lines [Hz].
     measured : array, shape (n_frequency, 6, 6)
-        [1/kg, 1/(kg m), 1/(kg m²)].
+        Inertance [1/kg, 1/(kg m), 1/(kg m²)].
+    left, right : array, shape (6, 6)
+        Matrices that weigh the inertance Y as ``left Y rightᵀ``, and the apparent mass by their
+        inverses.
+    weight : array, shape (n_frequency,)
+        Weight of the inertance at each line.
+    mass_weight : array, shape (n_frequency,), optional
+        Weight of the apparent mass at each line; None leaves it out.
+    """
+
+    frequency: RealArray
+    measured: ComplexArray
+    left: RealArray
+    right: RealArray
+    weight: RealArray
+    mass_weight: RealArray | None = None
+
+    def residuals(self, apparent: ComplexArray, inertance: ComplexArray) -> ComplexArray:
+        """Weigh the deviations of a model's matrices, shape (n_term, n_frequency, 6, 6)."""
+        return self.derivatives(apparent - np.linalg.inv(self.measured), inertance - self.measured)
+
+    def derivatives(self, apparent: ComplexArray, inertance: ComplexArray) -> ComplexArray:
+        """Weigh changes of both matrices (..., n_frequency, 6, 6), terms before the lines."""
+        by_line = (slice(None), np.newaxis, np.newaxis)
+        terms: list[ComplexArray] = [self.left @ inertance @ self.right.T * self.weight[by_line]]
+        if self.mass_weight is not None:
+            left, right = np.linalg.inv(self.left).T, np.linalg.inv(self.right)
+            terms.append(np.asarray(left @ apparent @ right * self.mass_weight[by_line]))
+        return np.stack(terms, axis=-4)
+
+
+def whitened_inertance(
+    frequency: RealArray,
+    measured: ComplexArray,
+    response_inverse: RealArray,
+    excitation_inverse: RealArray,
+    deviation: RealArray,
+) -> Objective:
+    """Weigh the inertance at the virtual point in units of its own noise.
+
+    Parameters
+    ----------
+    frequency : array, shape (n_frequency,)
+        Lines [Hz].
+    measured : array, shape (n_frequency, 6, 6)
+        Inertance [1/kg, 1/(kg m), 1/(kg m²)].
     response_inverse : array, shape (6, n_channel)
         Pseudo-inverse that made the six responses.
     excitation_inverse : array, shape (6, n_impact)
@@ -91,114 +122,230 @@ class WhitenedInertance:
     deviation : array, shape (n_frequency,)
         Standard deviation of the real and of the imaginary part of a raw FRF [1/kg].
 
+    Returns
+    -------
+    Objective
+
     Notes
     -----
     Independent noise of the raw FRFs is coloured by the two pseudo-inverses P and Q; it is white
     again in ``C_P⁻¹ Y_VP C_Q⁻ᵀ`` with ``C_P C_Pᵀ = P Pᵀ``.
     """
-
-    frequency: RealArray
-    measured: ComplexArray
-    response_inverse: RealArray
-    excitation_inverse: RealArray
-    deviation: RealArray
-
-    def residuals(
-        self,
-        apparent: ComplexArray,  # noqa: ARG002  both matrices go to every objective
-        inertance: ComplexArray,
-    ) -> ComplexArray:
-        """Weigh the deviations of the inertance, shape (1, n_frequency, 6, 6)."""
-        return self._white(inertance - self.measured)[np.newaxis]
-
-    def derivatives(
-        self,
-        apparent: ComplexArray,  # noqa: ARG002  both matrices go to every objective
-        inertance: ComplexArray,
-    ) -> ComplexArray:
-        """Weigh the derivatives of the inertance."""
-        return self._white(inertance)[:, np.newaxis]
-
-    def _white(self, values: ComplexArray) -> ComplexArray:
-        left = np.linalg.inv(np.linalg.cholesky(self.response_inverse @ self.response_inverse.T))
-        right = np.linalg.inv(
-            np.linalg.cholesky(self.excitation_inverse @ self.excitation_inverse.T)
-        )
-        return np.asarray(left @ values @ right.T / self.deviation[:, np.newaxis, np.newaxis])
+    left, right = (
+        np.linalg.inv(np.linalg.cholesky(inverse @ inverse.T))
+        for inverse in (response_inverse, excitation_inverse)
+    )
+    return Objective(frequency, measured, left, right, 1 / deviation)
 
 
-@dataclass(frozen=True, eq=False)
-class InertanceAndApparentMass:
-    """Inertance and apparent mass together, each against its size in the band: the thesis.
+def inertance_and_apparent_mass(
+    frequency: RealArray, measured: ComplexArray, length: float
+) -> Objective:
+    """Weigh inertance and apparent mass together, each against its size in the band: the thesis.
 
     Parameters
     ----------
     frequency : array, shape (n_frequency,)
-        [Hz].
+        Lines [Hz].
     measured : array, shape (n_frequency, 6, 6)
         Inertance [1/kg, 1/(kg m), 1/(kg m²)].
     length : float
         Characteristic length that makes rotations and displacements comparable [m].
-    split : float
-        Lines below and above it are weighted by sizes of their own [Hz].
+
+    Returns
+    -------
+    Objective
 
     Notes
     -----
     Thesis, section 4.4: complex deviations of both matrices in 10-30 and 100-150 Hz. Each entry is
-    scaled by the length, each band by its root mean square over all entries.
+    scaled by the length, each side of `BAND_SPLIT` by its root mean square over all entries.
+    """
+    unit = np.repeat([1.0, length], 3)
+    scale = np.outer(unit, unit)
+    low = frequency < BAND_SPLIT
+    weights = []
+    for values in (measured * scale, np.linalg.inv(measured) / scale):
+        weight = np.empty(frequency.shape)
+        for band in (low, ~low):
+            if band.any():
+                weight[band] = 1 / np.sqrt(np.mean(np.abs(values[band]) ** 2))
+        weights.append(weight)
+    return Objective(frequency, measured, np.diag(unit), np.diag(unit), *weights)
+
+
+class Bounds(NamedTuple):
+    """Smallest and largest value of each parameter, shape (n_parameters,) each."""
+
+    lower: RealArray
+    upper: RealArray
+
+
+@dataclass(frozen=True, eq=False)
+class PointFit:
+    """Result of a fit at the virtual point.
+
+    Parameters
+    ----------
+    parametrisation : Parametrisation
+        Meaning of `values`.
+    values : array, shape (n_parameters,)
+        Parameters in their units.
+    cost : float
+        Half the sum of the squared residuals [1].
+    jacobian : array, shape (n_residuals, n_parameters)
+        Jacobian of the real residuals at `values`.
+    n_evaluations : int
+        Number of evaluations of the residuals.
+    at_bound : tuple of str
+        Names of the parameters that a bound holds.
+    converged : bool
+        False where the optimiser stopped for its number of evaluations.
     """
 
-    frequency: RealArray
-    measured: ComplexArray
-    length: float
-    split: float = 60.0
+    parametrisation: Parametrisation
+    values: RealArray
+    cost: float
+    jacobian: RealArray
+    n_evaluations: int
+    at_bound: tuple[str, ...]
+    converged: bool
 
-    def residuals(self, apparent: ComplexArray, inertance: ComplexArray) -> ComplexArray:
-        """Weigh the deviations of both matrices, shape (2, n_frequency, 6, 6)."""
-        by_inertance, by_mass = self._weights()
-        return np.stack(
-            [
-                by_inertance * (inertance - self.measured),
-                by_mass * (apparent - np.linalg.inv(self.measured)),
-            ]
-        )
-
-    def derivatives(self, apparent: ComplexArray, inertance: ComplexArray) -> ComplexArray:
-        """Weigh the derivatives of both matrices."""
-        by_inertance, by_mass = self._weights()
-        return np.stack([by_inertance * inertance, by_mass * apparent], axis=1)
-
-    def _weights(self) -> tuple[RealArray, RealArray]:
-        unit = np.outer(*(np.repeat([1.0, self.length], 3),) * 2)
-        low = self.frequency < self.split
-        weights = []
-        for values, scale in ((self.measured, unit), (np.linalg.inv(self.measured), 1 / unit)):
-            weight = np.empty(self.frequency.shape)
-            for band in (low, ~low):
-                if band.any():
-                    size = np.sqrt(np.mean(np.abs(values[band] * scale) ** 2))
-                    weight[band] = 1 / size
-            weights.append(weight[:, np.newaxis, np.newaxis] * scale)
-        return weights[0], weights[1]
+    @property
+    def model(self) -> CompressorModel:
+        """Fitted compressor."""
+        return self.parametrisation.model(self.values)
 
 
-START_GAIN = (np.log(0.35), np.log(0.03), 0.27, np.log(0.25), np.log(0.05))
-"""A rubber of medium stiffening and loss, in the order of `GAIN_SHAPE_NAMES`."""
-SMALLEST_SPREAD = 1e-3
-"""Smallest eigenvalue of the scaled pseudo-inertia against its largest one."""
-PASSES = 3
-_PSEUDO_ENTRIES = [(i, j) for i in range(4) for j in range(i, 4)]
+def fit_at_virtual_point(
+    parametrisation: Parametrisation,
+    objective: Objective,
+    start: RealArray,
+    bounds: Bounds | None = None,
+    largest_evaluations: int = 200,
+) -> PointFit:
+    """Fit by nonlinear least squares with the analytic Jacobian.
+
+    Parameters
+    ----------
+    parametrisation : Parametrisation
+        Numbers of the compressor.
+    objective : Objective
+        Measurement and weights.
+    start : array, shape (n_parameters,)
+        Values inside the bounds.
+    bounds : Bounds, optional
+        Without them the parameters are free.
+    largest_evaluations : int
+        Evaluations of the residuals at which the optimiser stops.
+
+    Returns
+    -------
+    PointFit
+
+    Raises
+    ------
+    InputError
+        A start outside its bounds.
+    """
+    from scipy.optimize import least_squares
+
+    if bounds is None:
+        bounds = Bounds(np.full(start.shape, -np.inf), np.full(start.shape, np.inf))
+    outside = (start < bounds.lower) | (start > bounds.upper)
+    if outside.any():
+        name = parametrisation.names[int(np.flatnonzero(outside)[0])]
+        raise InputError(f"the start value of {name} lies outside its bounds")
+    residuals, jacobian = _real_functions(parametrisation, objective)
+    width = bounds.upper - bounds.lower
+    scale: RealArray | Literal["jac"] = width / 2 if np.isfinite(width).all() else "jac"
+    result = least_squares(
+        residuals,
+        start,
+        jac=jacobian,
+        bounds=(bounds.lower, bounds.upper),
+        x_scale=scale,
+        method="trf",
+        max_nfev=largest_evaluations,
+        xtol=1e-8,
+        ftol=1e-8,
+        gtol=1e-8,
+    )
+    return PointFit(
+        parametrisation,
+        result.x,
+        float(result.cost),
+        np.asarray(result.jac),
+        int(result.nfev),
+        _names_at_bound(parametrisation, result.x, bounds),
+        bool(result.status > 0),
+    )
+
+
+def fit_by_slsqp(
+    parametrisation: Parametrisation,
+    objective: Objective,
+    start: RealArray,
+    bounds: Bounds,
+    largest_iterations: int = 300,
+) -> PointFit:
+    """Fit by sequential quadratic programming, near to the spreadsheet's GRG method of the thesis.
+
+    Parameters
+    ----------
+    parametrisation, objective, start, bounds
+        As for `fit_at_virtual_point`.
+    largest_iterations : int
+        Iterations at which the optimiser stops.
+
+    Returns
+    -------
+    PointFit
+
+    Notes
+    -----
+    A reference only: it needs several times more evaluations than least squares, because it sees
+    the sum of the squares instead of each residual.
+    """
+    from scipy.optimize import minimize
+
+    residuals, jacobian = _real_functions(parametrisation, objective)
+    middle, half = (bounds.upper + bounds.lower) / 2, (bounds.upper - bounds.lower) / 2
+
+    def cost(scaled: RealArray) -> tuple[float, RealArray]:
+        values = middle + half * scaled
+        deviation = residuals(values)
+        return 0.5 * float(deviation @ deviation), half * (jacobian(values).T @ deviation)
+
+    result = minimize(
+        cost,
+        (start - middle) / half,
+        jac=True,
+        bounds=[(-1.0, 1.0)] * start.size,
+        method="SLSQP",
+        options={"maxiter": largest_iterations, "ftol": 1e-9},
+    )
+    values = middle + half * result.x
+    return PointFit(
+        parametrisation,
+        values,
+        float(result.fun),
+        jacobian(values),
+        int(result.nfev),
+        _names_at_bound(parametrisation, values, bounds),
+        bool(result.success),
+    )
 
 
 def linear_start(
     parametrisation: MinimalParameters, frequency: npt.ArrayLike, inertance: npt.ArrayLike
 ) -> RealArray:
-    """Estimate mass and stiffness by weighted linear least squares.
+    """Estimate mass and stiffness by weighted linear least squares, without any drawing.
 
     Parameters
     ----------
     parametrisation : MinimalParameters
-        Gives the characteristic length and the scale of the stiffness.
+        Characteristic length and scale of the stiffness.
     frequency : array, shape (n_frequency,)
         Above 0, with lines both near and above the rigid-body modes [Hz].
     inertance : array, shape (n_frequency, 6, 6)
@@ -244,7 +391,8 @@ def linear_start(
         np.eye(6) / np.linalg.norm(scaled, axis=(1, 2))[:, np.newaxis, np.newaxis]
     )
     for _ in range(PASSES):
-        columns, right = _real_rows(weight @ terms), _real_rows((weight @ unity)[np.newaxis])
+        columns = real_columns(weight @ terms)
+        right = real_columns((weight @ unity)[np.newaxis])
         solution = np.linalg.lstsq(columns, right[:, 0])[0]
         apparent = sum(
             factor[:, np.newaxis, np.newaxis] * np.tensordot(part, basis, axes=1)
@@ -261,6 +409,41 @@ def linear_start(
     gain[2] *= loss / typical
     gain[3] += np.log(max(loss, 0.05 * typical) / typical)
     return np.concatenate([_mass_numbers(mass, parametrisation.length), real, gain])
+
+
+def real_columns(terms: ComplexArray) -> RealArray:
+    """Write each term (n_term, ...) as one column, real over imaginary parts."""
+    flat = terms.reshape(terms.shape[0], -1)
+    return np.concatenate([flat.real, flat.imag], axis=1).T
+
+
+def _real_functions(
+    parametrisation: Parametrisation, objective: Objective
+) -> tuple[Callable[[RealArray], RealArray], Callable[[RealArray], RealArray]]:
+    """Real residuals and their Jacobian as functions of the parameters."""
+
+    def residuals(values: RealArray) -> RealArray:
+        apparent = parametrisation.model(values).apparent_mass(objective.frequency)
+        deviations = objective.residuals(apparent, np.asarray(np.linalg.inv(apparent)))
+        return real_columns(deviations[np.newaxis])[:, 0]
+
+    def jacobian(values: RealArray) -> RealArray:
+        inertance = parametrisation.model(values).inertance(objective.frequency)
+        by_mass = parametrisation.sensitivities(values, objective.frequency)
+        by_inertance = -(inertance @ by_mass @ inertance)
+        return real_columns(objective.derivatives(by_mass, by_inertance))
+
+    return residuals, jacobian
+
+
+def _names_at_bound(
+    parametrisation: Parametrisation, values: RealArray, bounds: Bounds
+) -> tuple[str, ...]:
+    """Names of the parameters that lie at one of their bounds."""
+    width = bounds.upper - bounds.lower
+    near = np.minimum(values - bounds.lower, bounds.upper - values) < AT_BOUND * width
+    held = near & np.isfinite(width)
+    return tuple(name for name, at in zip(parametrisation.names, held, strict=True) if at)
 
 
 def _pseudo_basis(length: float) -> RealArray:
@@ -286,217 +469,3 @@ def _mass_numbers(entries: RealArray, length: float) -> RealArray:
     possible = (vectors * np.maximum(values, SMALLEST_SPREAD * values.max())) @ vectors.T
     unit = np.array([length, length, length, 1.0])
     return parameters_of_pseudo_inertia(possible * np.outer(unit, unit), length)
-
-
-def _real_rows(terms: ComplexArray) -> RealArray:
-    """One column per term, real over imaginary rows."""
-    flat = terms.reshape(terms.shape[0], -1)
-    return np.concatenate([flat.real, flat.imag], axis=1).T
-
-
-if TYPE_CHECKING:
-    from deboom.compressor.model import CompressorModel
-    from deboom.compressor.parameters import Parametrisation
-    from deboom.compressor.virtual_point_fit import Objective
-
-AT_BOUND = 1e-3
-"""A parameter this near its bound, relative to the width of its bounds, counts as held by it."""
-
-
-class Bounds(NamedTuple):
-    """Smallest and largest value of each parameter, shape (n_parameters,) each."""
-
-    lower: RealArray
-    upper: RealArray
-
-
-@dataclass(frozen=True, eq=False)
-class PointFit:
-    """Result of a fit at the virtual point.
-
-    Parameters
-    ----------
-    parametrisation : Parametrisation
-        What `values` mean.
-    values : array, shape (n_parameters,)
-        Of the units of the parametrisation.
-    cost : float
-        Half the sum of the squared residuals [1].
-    jacobian : array, shape (n_residuals, n_parameters)
-        Of the real residuals at `values`.
-    n_residuals : int
-        Real numbers fitted.
-    n_evaluations : int
-        Of the residuals.
-    at_bound : tuple of str
-        Names of the parameters that a bound holds.
-    converged : bool
-        False where the optimiser stopped for its number of evaluations.
-    """
-
-    parametrisation: Parametrisation
-    values: RealArray
-    cost: float
-    jacobian: RealArray
-    n_residuals: int
-    n_evaluations: int
-    at_bound: tuple[str, ...]
-    converged: bool
-
-    @property
-    def model(self) -> CompressorModel:
-        """The compressor that was found."""
-        return self.parametrisation.model(self.values)
-
-
-def fit_at_virtual_point(
-    parametrisation: Parametrisation,
-    objective: Objective,
-    start: RealArray,
-    bounds: Bounds | None = None,
-    largest_evaluations: int = 200,
-) -> PointFit:
-    """Fit by nonlinear least squares with the analytic Jacobian.
-
-    Parameters
-    ----------
-    parametrisation : Parametrisation
-    objective : Objective
-    start : array, shape (n_parameters,)
-        Inside the bounds.
-    bounds : Bounds, optional
-        Without them the parameters are free.
-    largest_evaluations : int
-        Of the residuals.
-
-    Returns
-    -------
-    PointFit
-
-    Raises
-    ------
-    InputError
-        A start outside its bounds.
-    """
-    from scipy.optimize import least_squares
-
-    if bounds is None:
-        bounds = Bounds(np.full(start.shape, -np.inf), np.full(start.shape, np.inf))
-    outside = (start < bounds.lower) | (start > bounds.upper)
-    if outside.any():
-        name = parametrisation.names[int(np.flatnonzero(outside)[0])]
-        raise InputError(f"the start value of {name} lies outside its bounds")
-    residuals, jacobian = _functions(parametrisation, objective)
-    width = bounds.upper - bounds.lower
-    scale: RealArray | Literal["jac"] = width / 2 if np.isfinite(width).all() else "jac"
-    result = least_squares(
-        residuals,
-        start,
-        jac=jacobian,
-        bounds=(bounds.lower, bounds.upper),
-        x_scale=scale,
-        method="trf",
-        max_nfev=largest_evaluations,
-        xtol=1e-8,
-        ftol=1e-8,
-        gtol=1e-8,
-    )
-    return PointFit(
-        parametrisation,
-        result.x,
-        float(result.cost),
-        np.asarray(result.jac),
-        int(result.fun.size),
-        int(result.nfev),
-        _names_at_bound(parametrisation, result.x, bounds),
-        bool(result.status > 0),
-    )
-
-
-def fit_by_slsqp(
-    parametrisation: Parametrisation,
-    objective: Objective,
-    start: RealArray,
-    bounds: Bounds,
-    largest_iterations: int = 300,
-) -> PointFit:
-    """Fit by sequential quadratic programming, near to the spreadsheet's GRG method of the thesis.
-
-    Parameters
-    ----------
-    parametrisation, objective, start, bounds
-        As `fit_at_virtual_point`.
-    largest_iterations : int
-
-    Returns
-    -------
-    PointFit
-
-    Notes
-    -----
-    A reference only: it needs several times more evaluations than least squares, because it sees
-    the sum of the squares instead of each residual.
-    """
-    from scipy.optimize import minimize
-
-    residuals, jacobian = _functions(parametrisation, objective)
-    middle, half = (bounds.upper + bounds.lower) / 2, (bounds.upper - bounds.lower) / 2
-
-    def cost(scaled: RealArray) -> tuple[float, RealArray]:
-        values = middle + half * scaled
-        deviation = residuals(values)
-        return 0.5 * float(deviation @ deviation), half * (jacobian(values).T @ deviation)
-
-    result = minimize(
-        cost,
-        (start - middle) / half,
-        jac=True,
-        bounds=[(-1.0, 1.0)] * start.size,
-        method="SLSQP",
-        options={"maxiter": largest_iterations, "ftol": 1e-9},
-    )
-    values = middle + half * result.x
-    final = jacobian(values)
-    return PointFit(
-        parametrisation,
-        values,
-        float(result.fun),
-        final,
-        final.shape[0],
-        int(result.nfev),
-        _names_at_bound(parametrisation, values, bounds),
-        bool(result.success),
-    )
-
-
-def _functions(
-    parametrisation: Parametrisation, objective: Objective
-) -> tuple[Callable[[RealArray], RealArray], Callable[[RealArray], RealArray]]:
-    """Real residuals and their Jacobian as functions of the parameters."""
-
-    def residuals(values: RealArray) -> RealArray:
-        apparent = parametrisation.model(values).apparent_mass(objective.frequency)
-        return _real(objective.residuals(apparent, np.asarray(np.linalg.inv(apparent))))
-
-    def jacobian(values: RealArray) -> RealArray:
-        inertance = parametrisation.model(values).inertance(objective.frequency)
-        by_mass = parametrisation.sensitivities(values, objective.frequency)
-        by_inertance = -(inertance @ by_mass @ inertance)
-        weighed = objective.derivatives(by_mass, by_inertance)
-        return np.stack([_real(one) for one in weighed], axis=1)
-
-    return residuals, jacobian
-
-
-def _real(values: ComplexArray) -> RealArray:
-    """Real over imaginary parts of all entries."""
-    return np.concatenate([values.real.ravel(), values.imag.ravel()])
-
-
-def _names_at_bound(
-    parametrisation: Parametrisation, values: RealArray, bounds: Bounds
-) -> tuple[str, ...]:
-    width = bounds.upper - bounds.lower
-    near = np.minimum(values - bounds.lower, bounds.upper - values) < AT_BOUND * width
-    held = near & np.isfinite(width)
-    return tuple(name for name, at in zip(parametrisation.names, held, strict=True) if at)

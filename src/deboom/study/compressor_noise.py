@@ -174,7 +174,7 @@ def noise_of_car(
     with threadpool_limits(1):
         step("identification of the compressor")
         if found is None:
-            found = identify(car.operation.hammer, plan.identify)
+            found = identify(car.operation.hammer, plan.identify, hoses=car.operation.hoses)
         there = running_in_car(car, found, with_hoses=plan.with_hoses, step=step)
         step("synthesis")
         transfer = wrench_noise_transfer(car)

@@ -491,7 +491,9 @@ def mounted_fleet(
     weights_of(question.pressures, list(measured))  # before the work begins
     with threadpool_limits(1):  # its matrices are too small to share
         step("identification of the compressor")
-        found = identify(first.operation.hammer, IdentifyOptions(held_out=0))
+        found = identify(
+            first.operation.hammer, IdentifyOptions(held_out=0), hoses=first.operation.hoses
+        )
         running = running_in_car(first, found, with_hoses=with_hoses, step=step)
         step("seams")
         lines = question.lines

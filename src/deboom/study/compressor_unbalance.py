@@ -52,7 +52,6 @@ from deboom.compressor.unbalance import (
     RouteResult,
     Unbalance,
     UnbalanceOptions,
-    hose_alarms,
     unbalance,
 )
 from deboom.errors import InputError
@@ -279,7 +278,7 @@ class MeasuredUnbalance:
     @property
     def mounts_changed(self) -> str:
         """``yes`` or ``no``; ``unknown`` with hoses in the data, which look like other mounts."""
-        if hoses_seen(self.found):
+        if self.found.hoses_seen:
             return "unknown"
         return "yes" if self.found.state.changed else "no"
 
@@ -345,7 +344,7 @@ def measured_unbalance(
         truth = read_unbalance_truth(folder)
         hashes = hash_files(test.hammer.input_files, folder)
         options = _identify_options(plan, hashes)
-        hammer = identify(test.hammer, options, step)
+        hammer = identify(test.hammer, options, step, hoses=test.hoses)
         kept = identified_compressor(hammer, options.bands, hashes)
         found = with_route(unbalance(test, hammer, plan.unbalance, step), plan.route)
         step("hoses")
@@ -395,21 +394,13 @@ def with_route(found: Unbalance, wanted: str) -> Unbalance:
     if wanted == AUTOMATIC:
         # an update of the mounts is worth as much as the model that it updates, and hoses that
         # push back look like other mounts
-        sound = not (found.identification.alarms or hoses_seen(found))
+        sound = not (found.identification.alarms or found.hoses_seen)
         updated = found.state.changed and sound and "e" in letters
         wanted = "e" if updated else found.chosen.route.letter
     if wanted not in letters:
         raise InputError(f"there is no route '{wanted}': choose {AUTOMATIC}, {', '.join(letters)}")
     route = found.by_letter(wanted).route
     return replace(found, options=replace(found.options, chosen=route))
-
-
-def hoses_seen(found: Unbalance) -> bool:
-    """Whether the sweeps that were used had the vehicle's hoses, by their name or their loads."""
-    names = {sweep.sweep for sweep in found.chosen.sweeps}
-    used = [sweep for sweep in found.test.sweeps if sweep.name in names]
-    joined = any(sweep.hoses is HoseState.STANDARD for sweep in used)
-    return joined or bool(hose_alarms(used, found.chosen.sources.residual_bands))
 
 
 def _with_hoses(
@@ -589,7 +580,7 @@ def _evaluated(
     assert truth is not None
     with threadpool_limits(1):
         if struck is None:
-            struck = identify(test.hammer, IdentifyOptions(held_out=0))
+            struck = identify(test.hammer, IdentifyOptions(held_out=0), hoses=test.hoses)
         return unbalance(test, struck, options), truth
 
 

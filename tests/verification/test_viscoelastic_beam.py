@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from numpy.polynomial import Chebyshev
 from scipy.optimize import brentq
 
 from deboom.errors import InputError
@@ -75,10 +76,11 @@ def test_static_limits():
 def test_clamped_and_free_natural_frequencies(number):
     """Free: the receptance has a pole. Clamped: the stiffness. Both solve cos x cosh x = 1."""
     expected = frequency_of(number)
-    bent = np.ix_(BENDING, BENDING)
-    free = root(
-        lambda line: 1 / np.linalg.inv(beam_stiffness(LOSSLESS, [line])[0][bent])[0, 0], expected
-    )
+    # at the pole itself the stiffness is singular, too: the inverse is interpolated from beside it
+    lines = expected * (1 + 0.03 * np.cos(np.pi * (np.arange(10) + 0.5) / 10))
+    receptance = np.linalg.inv(beam_stiffness(LOSSLESS, lines)[:, *np.ix_(BENDING, BENDING)])
+    smooth = Chebyshev.fit(lines, 1 / receptance[:, 0, 0].real, 9)
+    (free,) = (z.real for z in smooth.roots() if abs(z / expected - 1) < 0.03 and z.imag == 0)
     assert free == pytest.approx(expected, rel=1e-8)
     pole = root(lambda line: 1 / beam_stiffness(LOSSLESS, [line])[0, 5, 11], expected)
     assert pole == pytest.approx(expected, rel=1e-8)

@@ -58,12 +58,16 @@ def main() -> int:
     cache = options.cache.resolve()
     base = cache / revision[:12]
     tree = _base_tree(base, revision)
-    new = cache / "work" / ROOT.as_posix().strip("/").replace("/", "_")
+    new = cache / "trees" / ROOT.as_posix().strip("/").replace("/", "_")
     missing = [s for s in wanted if not _is_kept(base / "runs" / s.name / "log", s)]
     _run(missing, "steps", tree, base / "runs", base / "runs", options.jobs)
     if options.base_only:
         return 0
-    own = [s for s in wanted if s in chosen or any(("%", s.name) in c.needs for c in wanted)]
+    own = (
+        []
+        if options.kept
+        else [s for s in wanted if s in chosen or any(("%", s.name) in c.needs for c in wanted)]
+    )
     _run(own, "new", ROOT, new / "runs", base / "runs", options.jobs)
     return _report(chosen, tree, base, new, Map(Path(__file__).with_name("map.toml")), options.kind)
 
@@ -74,6 +78,7 @@ def _options() -> argparse.Namespace:
     parser.add_argument("--only", action="append", help="pattern of scenarios; repeatable")
     parser.add_argument("--list", action="store_true", help="names of the scenarios")
     parser.add_argument("--base-only", action="store_true", help="fill the base's results only")
+    parser.add_argument("--kept", action="store_true", help="compare what ran last, run nothing")
     parser.add_argument("--kind", action="append", choices=KINDS, help="only such differences")
     parser.add_argument("--cache", type=Path, default=ROOT / "build" / "same")
     parser.add_argument("-j", dest="jobs", type=int, default=2, help="processes")

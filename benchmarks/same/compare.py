@@ -23,11 +23,15 @@ RELATIVE = 1e-9
 FLOOR = 1e-14
 """Numbers below are zero."""
 
+BLOCKS = "p|h[1-6]|li|tr|div|section|figcaption|summary|title|br|t[dh]|d[dt]"
+"""Elements whose words are a line of their own."""
+
 SNIPPETS = 6
 """Differences that are shown of one text."""
 
 UNSTEADY = re.compile(
-    r"(^|[./ _])seconds|time \[s\]|^environment|^study_text|^inputs_sha256|(^|\.)created"
+    r"(^|[./ _])seconds|wall_time_s|time \[s\]|"
+    r"^environment|^study_text|^inputs_sha256|(^|\.)created"
 )
 """Keys and columns that hold times, versions or texts of the source."""
 
@@ -36,14 +40,16 @@ UNCOMPARED = (".lock", "cpu.txt", "steps.txt", "state.npz", "inputs.json")
 
 _RUN = re.compile(r"\d{4}-\d\d-\d\d_\d{6}_seed(\d+)(_\d+)?")
 _PASSING = (
+    (re.compile(r"^(git|wall time \[s\]): .*"), r"\1: …"),
     (_RUN, r"RUN_seed\1"),
     (re.compile(r"\d{4}-\d\d-\d\d[ T]\d\d:\d\d(:\d\d)?([.]\d+)?( ?UTC|Z|[+]00:00)?"), "TIME"),
     (re.compile(r"\b\d{4}-\d\d-\d\d\b"), "DATE"),
     (re.compile(r"\b[0-9a-f]{12,64}\b"), "HASH"),
     (re.compile(r"\b\d+([.]\d+)?\s?(s|ms|min|h|seconds?|minutes?)\b(?!/)"), "DURATION"),
     (re.compile(r"\b\d+ of \d+ designs|\b\d+ designs/s"), "RATE"),
-    (re.compile(r"(\.\./)+[\w./-]*?(?=studies/|work/)"), "TREE/"),
-    (re.compile(r"\bTREE/studies"), "studies"),
+    (re.compile(r"(\.\./)+[\w./-]*/work/"), ""),
+    (re.compile(r"((\.\./)+[\w./-]*?|TREE/)(?=studies/)"), ""),
+    (re.compile(r"tcp://[\w.:]+"), "ADDRESS"),
 )
 
 
@@ -166,6 +172,10 @@ class Comparison:
     def _name(self, name: str) -> str:
         return self.renames.renamed(self.scenario, name)
 
+    def _old(self, value: object) -> str:
+        """Return a text of the base as the work tree would have it."""
+        return self._name(self.base.settled(str(value)))
+
     def _of(self, file: str, item: str, kind: str, text: str) -> Difference:
         return Difference(self.scenario, file, item, kind, text)
 
@@ -211,10 +221,9 @@ class Comparison:
             numbers = [pd.to_numeric(v).to_numpy(dtype=float) for v in (before, after)]
         except ValueError:
             pairs = [
-                (self.base.settled(a), self.new.settled(b))
-                for a, b in zip(before, after, strict=True)
+                (self._old(a), self.new.settled(str(b))) for a, b in zip(before, after, strict=True)
             ]
-            unequal = [(row, a, b) for row, (a, b) in enumerate(pairs) if self._name(a) != b]
+            unequal = [(row, a, b) for row, (a, b) in enumerate(pairs) if a != b]
             if unequal:
                 row, a, b = unequal[0]
                 some = f"row {row}: {a!r}, now {b!r} ({len(unequal)} of {len(pairs)} rows)"
@@ -249,9 +258,10 @@ class Comparison:
 
     def _trees(self, file: str, before: Any, after: Any) -> Iterator[Difference]:
         """Compare nested mappings and lists."""
-        flat = [_leaves("", tree) for tree in (before, after)]
-        olds = {self._name(self.base.settled(key)): value for key, value in flat[0]}
-        news = {self.new.settled(key): value for key, value in flat[1]}
+        olds, news = (dict(_leaves("", tree)) for tree in (before, after))
+        if olds.keys() != news.keys():
+            olds = {self._name(self.base.settled(key)): value for key, value in olds.items()}
+            news = {self.new.settled(key): value for key, value in news.items()}
         for key in sorted(olds.keys() | news.keys()):
             if UNSTEADY.search(key):
                 continue
@@ -262,11 +272,11 @@ class Comparison:
             a, b = olds[key], news[key]
             if isinstance(a, np.ndarray) and isinstance(b, np.ndarray):
                 yield from self._arrays(file, key, a, b)
-            elif str(self._name(self.base.settled(str(a)))) != self.new.settled(str(b)):
+            elif str(a) != str(b) and self._old(a) != self.new.settled(str(b)):
                 yield self._of(file, key, "words", f"{a!r:.100}, now {b!r:.100}")
 
     def _words(self, file: str, before: list[str], after: list[str]) -> Iterator[Difference]:
-        a = [self._name(self.base.settled(line)) for line in before]
+        a = [self._old(line) for line in before]
         b = [self.new.settled(line) for line in after]
         shown = 0
         for tag, i, j, k, m in difflib.SequenceMatcher(None, a, b, autojunk=False).get_opcodes():
@@ -300,11 +310,8 @@ class Comparison:
 def page_words(text: str) -> list[str]:
     """Return the visible words of a page, a line per block."""
     text = re.sub(r"(?is)<(script|style|svg)\b.*?</\1>", " ", text)
-    text = re.sub(
-        r"(?i)</?(p|h\d|li|tr|div|section|figcaption|summary|title|br|td|th|dt|dd)\b[^>]*>",
-        "\n",
-        text,
-    )
+    text = re.sub(r"(?i)</(th|dt)>\s*<(td|dd)\b[^>]*>", ": ", text)
+    text = re.sub(rf"(?i)</?({BLOCKS})\b[^>]*>", "\n", text)
     text = html.unescape(re.sub(r"(?s)<[^>]+>", "", text))
     return [" ".join(line.split()) for line in text.splitlines() if line.strip()]
 

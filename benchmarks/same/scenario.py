@@ -27,7 +27,7 @@ from typing import Any
 
 REFERENCE = re.compile(r"(?<!\S)([@%])([\w-]+)")
 SETTLED = {
-    "COLUMNS": "100",
+    "COLUMNS": "1000",
     "LC_ALL": "C.UTF-8",
     "NO_COLOR": "1",
     "OPENBLAS_NUM_THREADS": "1",

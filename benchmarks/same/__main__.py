@@ -181,8 +181,8 @@ def _report(
             places = {
                 (folder / "work").as_posix(): "HERE",
                 source.as_posix(): "TREE",
-                (base / "runs").as_posix(): "BASE",
-                runs.as_posix(): "SIDE",
+                (base / "runs").as_posix(): "RUNS",
+                runs.as_posix(): "RUNS",
             }
             places |= {place.lstrip("/"): name for place, name in places.items()}
             sides.append(Side(folder, places))

@@ -38,6 +38,9 @@ UNSTEADY = re.compile(
 UNCOMPARED = (".lock", "cpu.txt", "steps.txt", "state.npz", "inputs.json")
 """Files of the search's and of our own book-keeping: hashes, times, states of generators."""
 
+PROGRESS = re.compile(r"%\||it/s|\x1b|: \d+/\d+( |$)")
+"""Lines that tell how far a command is."""
+
 _RUN = re.compile(r"\d{4}-\d\d-\d\d_\d{6}_seed(\d+)(_\d+)?")
 _PASSING = (
     (re.compile(r"^(git|wall time \[s\]): .*"), r"\1: …"),
@@ -326,9 +329,7 @@ def _lines(path: Path) -> list[str]:
     """Return the lines of a text without progress bars."""
     text = path.read_bytes().decode("utf-8", "replace")
     lines = re.split(r"[\r\n]+", text)
-    return [
-        line.rstrip() for line in lines if line.strip() and not re.search(r"%\||it/s|\x1b", line)
-    ]
+    return [line.rstrip() for line in lines if line.strip() and not PROGRESS.search(line)]
 
 
 def _json(path: Path) -> Any:

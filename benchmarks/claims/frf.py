@@ -23,7 +23,6 @@ from deboom.files.hammer_test import (
 )
 from deboom.files.tables import parse_unit
 from deboom.measurement.channels import Frf
-from deboom.measurement.frf_estimate import imported_estimate, require_coherence
 from deboom.measurement.impact_test import (
     HammerMeasurement,
     HammerOptions,
@@ -31,6 +30,7 @@ from deboom.measurement.impact_test import (
     hammer_frf,
     hammer_frfs,
 )
+from deboom.measurement.modal import require_coherence
 from deboom.physics.frf import (
     LARGEST_VALID_ERROR,
     CrossSpectra,
@@ -72,7 +72,7 @@ def analyzer() -> list[Claim]:
         values = export["Hf_chan_2"][lines, None, None]
         frf = Frf(export["Freq_domain"][lines], values, ("out",), ("in",), "V/V")
         try:
-            require_coherence(imported_estimate(frf, printed[lines, None, None]), (5.0, 400.0))
+            require_coherence(frf, printed[lines, None, None], (5.0, 400.0))
         except InputError as reason:
             refused.append(str(reason).split("median coherence ")[1][:4])
     return [

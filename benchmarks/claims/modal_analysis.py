@@ -28,10 +28,10 @@ from deboom.files.vehicle import read_vehicle
 from deboom.measurement.channels import Frf
 from deboom.measurement.modal import (
     LARGE_ERROR,
+    ModalModel,
     modal_model,
     pole_clusters,
     poles_over_orders,
-    pressure_of_modes,
 )
 from deboom.physics.frf import FrfForm
 from deboom.study.synthesis_validation import ModalPart, modal_part, truth_mac
@@ -113,6 +113,24 @@ def _case(
         at_panels[:N_MODES],
         others,
     )
+
+
+def pressure_of_modes(
+    reciprocal: ModalModel, direct: ModalModel, accelerance: ModalModel, ear: str
+) -> np.ndarray:
+    """Find what the modes bring to the ear without asking any panel, shape (n_mode,).
+
+    With ``φ`` of the body, the ear's share G in a mode and ``m = 2jω_d``: ``a/Q̇ ∝ −φ_c G/m``,
+    ``p/F ∝ G φ_i/m``, ``a/F ∝ φ_c φ_i/m``. The first two over the third, by least squares over all
+    channels and forces, are ``−G²/m``, which is what the panels add up to.
+    """
+    channels = [reciprocal.outputs.index(name) for name in accelerance.outputs]
+    blows = [direct.inputs.index(name) for name in accelerance.inputs]
+    moved = reciprocal.residues[:, channels, reciprocal.inputs.index(ear)]
+    heard = direct.residues[:, direct.outputs.index(ear)][:, blows]
+    product = moved[:, :, np.newaxis] * heard[:, np.newaxis, :]
+    both = accelerance.residues
+    return np.sum(both.conj() * product, axis=(1, 2)) / np.sum(np.abs(both) ** 2, axis=(1, 2))
 
 
 def claims() -> list[Claim]:

@@ -78,7 +78,8 @@ def checked_array(
         asked = ", ".join(str(sizes.get(word, word)) for word in words)
         raise InputError(f"{item}: shape ({asked}) is needed, not {array.shape}")
     if finite and array.dtype.kind in "fc" and not np.all(np.isfinite(array)):
-        raise InputError(f"{item}: a number is not finite")
+        where = tuple(int(index) for index in np.argwhere(~np.isfinite(array))[0])
+        raise InputError(f"{item}: a number is not finite at index {where}")
     array.setflags(write=False)
     return array
 

@@ -11,8 +11,8 @@ from deboom.measurement.sensors import (
     Sensor,
     SensorKind,
     Tolerances,
-    forward_matrix_of,
 )
+from deboom.measurement.virtual_point import sensor_geometry
 from deboom.mounts.mount import Mount
 from deboom.physics.rigid_body import forward_matrices, mass_matrix, rotation_matrix
 
@@ -160,7 +160,7 @@ def operating_run(rig, ramp, generator):
     motion, side, force, _ = steady_state(ramp)
     acceleration = -OMEGA_2[:, None] * np.hstack(
         [
-            motion @ forward_matrix_of(ACCELEROMETERS).T,
+            motion @ sensor_geometry(ACCELEROMETERS).forward.T,
             *[np.outer(side, sensor.orientation[0]) for sensor in SIDES],
         ]
     )

@@ -188,7 +188,7 @@ def test_blocks_that_do_not_fit_are_named(folder, change, words):
 
 def test_a_clock_that_starts_with_the_block(folder):
     rewritten(folder, lambda fs: [replaced(f, abscissa=f.abscissa - f.abscissa[0]) for f in fs])
-    assert read_hammer_test(folder).measurement("I3").pretrigger == PRETRIGGER
+    assert read_hammer_test(folder).measurements[2].pretrigger == PRETRIGGER
 
 
 def test_what_cannot_be_written(tmp_path):

@@ -12,12 +12,10 @@ from deboom.measurement.campaign import (
     ShakerRun,
     StaticCurve,
     TimeRun,
-    rising_lines,
     rising_runs,
-    torque_slope,
 )
 from deboom.measurement.channels import Frf, LoadCase, Spectrum
-from deboom.measurement.sensors import SENSOR_CATALOGUE, Tolerances, sensor_model
+from deboom.measurement.sensors import SENSOR_CATALOGUE, Tolerances
 
 LINES = np.array([20.0, 21.0, 22.0])
 
@@ -47,27 +45,22 @@ def run(**new):
 
 def test_the_catalogue_holds_the_sensors_of_the_thesis():
     # thesis, tables 4 and 5 and section 4.4
-    charge = sensor_model("B&K 4321")
+    charge = SENSOR_CATALOGUE["B&K 4321"]
     assert np.array(charge.sensitivity) * 9.80665 == pytest.approx(9.81e-12)
     assert charge.gain_tolerance == 0.02
     assert charge.cross_axis == (0.010, 0.012, 0.004)
     assert charge.frequency_range == (0.1, 12000.0)
-    assert np.array(sensor_model("B&K 4326").sensitivity) * 9.80665 == pytest.approx(3e-12)
-    assert sensor_model("B&K 4326").gain_tolerance == 0.15
-    assert sensor_model("Kistler 9077C").sensitivity == (-4.2e-12, -4.2e-12, -2e-12)
-    assert sensor_model("Kistler 9077C").noise_floor == 0.01
-    assert sensor_model("PCB 356A").sensitivity == (10.2e-3,) * 3
-    assert sensor_model("PCB 086D05").sensitivity == (0.23e-3,)
+    assert np.array(SENSOR_CATALOGUE["B&K 4326"].sensitivity) * 9.80665 == pytest.approx(3e-12)
+    assert SENSOR_CATALOGUE["B&K 4326"].gain_tolerance == 0.15
+    assert SENSOR_CATALOGUE["Kistler 9077C"].sensitivity == (-4.2e-12, -4.2e-12, -2e-12)
+    assert SENSOR_CATALOGUE["Kistler 9077C"].noise_floor == 0.01
+    assert SENSOR_CATALOGUE["PCB 356A"].sensitivity == (10.2e-3,) * 3
+    assert SENSOR_CATALOGUE["PCB 086D05"].sensitivity == (0.23e-3,)
     for name, model in SENSOR_CATALOGUE.items():
         assert model.name == name
         assert model.source.startswith("Thesis")
         assert model.quantity_unit in ("m/s^2", "N")
     assert charge.cross_axis_deviation[0] == pytest.approx(0.01 / np.sqrt(3))
-
-
-def test_an_unknown_model_is_refused_with_those_there_are():
-    with pytest.raises(InputError, match=r"'B&K 4322' is not in the catalogue, use B&K 4321, "):
-        sensor_model("B&K 4322")
 
 
 @pytest.mark.parametrize(
@@ -80,7 +73,7 @@ def test_an_unknown_model_is_refused_with_those_there_are():
 )
 def test_models_that_make_no_sense_are_refused(new, says):
     with pytest.raises(InputError, match=says):
-        dataclasses.replace(sensor_model("PCB 356A"), **new)
+        dataclasses.replace(SENSOR_CATALOGUE["PCB 356A"], **new)
 
 
 def test_default_tolerances_are_those_of_a_good_bench():
@@ -109,11 +102,6 @@ def test_a_run_owns_its_arrays():
 @pytest.mark.parametrize(
     ("new", "says"),
     [
-        ({"engine_torque": np.zeros(2)}, r"engine_torque has shape \(2,\), expected \(3,\)"),
-        (
-            {"engine_torque": np.array([0.0, np.nan, 1.0])},
-            "engine_torque holds a value",
-        ),
         ({"static_force_names": ("EnM x",)}, r"static_force has shape \(3, 2\), expected \(3, 1\)"),
         ({"acceleration": spectrum("g")}, r"acceleration is in g, expected m/s\^2"),
         ({"cell_force": spectrum("kN")}, "cell force is in kN, expected N"),
@@ -123,6 +111,12 @@ def test_a_run_owns_its_arrays():
 def test_runs_that_do_not_fit_together_are_refused(new, says):
     with pytest.raises(InputError, match=f"run g5_wot220: {says}"):
         run(**new)
+
+
+@pytest.mark.parametrize("torque", [np.zeros(2), np.array([0.0, np.nan, 1.0])])
+def test_a_torque_that_does_not_fit_a_run_is_refused(torque):
+    with pytest.raises(InputError, match="g5_wot220"):
+        run(engine_torque=torque)
 
 
 def response(source="EnM x", unit="N/N"):
@@ -145,7 +139,7 @@ def test_static_curves_must_go_one_way():
     assert not curve.force.flags.writeable
     with pytest.raises(InputError, match="static curve TSM x of M1: its deflection must increase"):
         StaticCurve("TSM", "x", "M1", np.array([1e-3, 1e-3]), np.array([-75.0, 75.0]), 0.03)
-    with pytest.raises(InputError, match="force has shape"):
+    with pytest.raises(InputError, match="static curve TSM x of M1: force: shape"):
         StaticCurve("TSM", "x", "M1", np.array([0.0, 1e-3]), np.zeros(3), 0.03)
 
 
@@ -175,28 +169,12 @@ def time_run(**new):
 
 def test_time_runs_hold_one_sample_per_channel_and_instant():
     assert not time_run().cell_force.flags.writeable
-    with pytest.raises(InputError, match=r"engine_torque has shape \(3,\), expected \(4,\)"):
+    with pytest.raises(InputError, match=r"t: engine_torque: shape \(4\)"):
         time_run(engine_torque=np.zeros(3))
     with pytest.raises(InputError, match=r"cell_force has shape \(4, 1\), expected \(4, 2\)"):
         time_run(cell_force=np.zeros((4, 1)))
-    with pytest.raises(InputError, match="tacho holds a value that is not finite"):
+    with pytest.raises(InputError, match="t: tacho: a number is not finite"):
         time_run(tacho=np.full(4, np.inf))
-
-
-TIME = np.linspace(0, 90, 241)
-
-
-def test_the_slope_of_a_straight_line_is_exact_up_to_the_ends():
-    uneven = np.sort(np.random.default_rng(1).uniform(0, 90, 241))
-    slope, gain = torque_slope(uneven, 50 - 3.5 * uneven, 9.0)
-    np.testing.assert_allclose(slope, -3.5, rtol=1e-9)
-    assert np.all(gain > 0)
-
-
-def test_the_noise_gain_is_the_scatter_of_the_slope():
-    generator = np.random.default_rng(2)
-    slopes = np.array([torque_slope(TIME, generator.normal(size=241), 9.0)[0] for _ in range(2000)])
-    np.testing.assert_allclose(slopes.std(axis=0), torque_slope(TIME, TIME, 9.0)[1], rtol=0.1)
 
 
 def test_runs_are_chosen_by_their_stated_direction():
@@ -215,27 +193,6 @@ def test_runs_without_direction_or_with_falling_torque_only_are_refused():
         rising_runs(["a", "b"], {"a": RunDirection.RISING})
     with pytest.raises(InputError, match="all have falling torque: measure a run with rising"):
         rising_runs(["a", "a"], {"a": RunDirection.FALLING})
-
-
-def test_a_run_of_falling_torque_only_is_refused():
-    with pytest.raises(InputError, match="only falls: measure a run with rising torque"):
-        rising_lines(TIME, 220 - 2 * TIME, 9.0, 1.0)
-
-
-@pytest.mark.parametrize(
-    ("time", "torque", "window", "noise", "words"),
-    [
-        (TIME, TIME[:-1], 9.0, 1.0, "differ"),
-        (TIME[::-1], TIME, 9.0, 1.0, "must increase"),
-        (TIME, np.where(TIME == 0, np.nan, TIME), 9.0, 1.0, "not finite"),
-        (TIME, TIME, 1.0, 1.0, "five are needed"),
-        (TIME, TIME, 9.0, 0.0, "noise is above 0"),
-        ([], [], 9.0, 1.0, "differ"),
-    ],
-)
-def test_records_without_sense_are_refused(time, torque, window, noise, words):
-    with pytest.raises(InputError, match=words):
-        rising_lines(time, torque, window, noise)
 
 
 FREQUENCY = np.array([20.0, 20.5, 21.0])
@@ -276,8 +233,8 @@ def test_a_run_without_torque_is_fine_until_the_torque_is_needed():
     ("torque", "words"),
     [
         (np.ones(2), r"shape \(2,\), expected one value for each of 3 lines"),
-        (np.ones((3, 1)), r"shape \(3, 1\)"),
-        (np.array([1.0, np.nan, 1.0]), "at 20.5 Hz is not finite"),
+        (np.ones((3, 1)), "g5: engine_torque: shape"),
+        (np.array([1.0, np.nan, 1.0]), "g5: engine_torque: a number is not finite"),
     ],
 )
 def test_a_torque_that_does_not_fit_is_refused(torque, words):

@@ -70,7 +70,7 @@ def test_a_drawing_is_a_body_on_mounts():
     assert replace(TEST, drawing=drawing).drawing.mounts[0].name == "mount 1"
     with pytest.raises(InputError, match="mount 1: a static stiffness must be positive"):
         replace(mount, stiffness=np.array([1.0, 0.0, 1.0]))
-    with pytest.raises(InputError, match="position has shape"):
+    with pytest.raises(InputError, match="mount 1: position: shape"):
         replace(mount, position=np.zeros(2))
     with pytest.raises(InputError, match="the mass is 0 kg"):
         replace(drawing, mass=0.0)

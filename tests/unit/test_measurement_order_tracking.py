@@ -95,10 +95,10 @@ def test_what_a_spectrum_states():
 @pytest.mark.parametrize(
     ("values", "rate", "channels", "message"),
     [
-        (np.zeros((5, 2)), 10.0, ("a",), r"1 channels has shape \(n_sample, 1\), not \(5, 2\)"),
-        (np.zeros((0, 1)), 10.0, ("a",), "not"),
+        (np.zeros((5, 2)), 10.0, ("a",), "1 channel names for 2 channel columns"),
+        (np.zeros((0, 1)), 10.0, ("a",), "has no samples"),
         (np.zeros((5, 1)), 0.0, ("a",), "a sampling rate of 0.0 Hz is not positive"),
-        (np.array([[0.0], [np.nan]]), 10.0, ("a",), "channel a is not finite at sample 1"),
+        (np.array([[0.0], [np.nan]]), 10.0, ("a",), r"not finite at index \(1, 0\)"),
         (np.zeros((5, 2)), 10.0, ("a", "a"), r"duplicated channel \['a'\]"),
     ],
 )

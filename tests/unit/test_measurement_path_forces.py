@@ -178,10 +178,10 @@ ONE = np.ones((3, 4))
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        ((VALUES[:, :4], ONE[:2], PLAIN), "do not belong together"),
-        ((VALUES[:, :4], ONE * np.nan, PLAIN), "responses of the inversion is not finite"),
+        ((VALUES[:, :4], ONE[:2], PLAIN), "responses: shape"),
+        ((VALUES[:, :4], ONE * np.nan, PLAIN), "responses: a number is not finite"),
         ((VALUES[:, :4], ONE, PLAIN, np.zeros(4)), "above 0"),
-        ((VALUES[:, :4], ONE, PLAIN, np.ones(3)), "one standard deviation per indicator"),
+        ((VALUES[:, :4], ONE, PLAIN, np.ones(3)), "noise of the indicators: shape"),
         ((VALUES[:, :2], ONE[:, :2]), "2 unknown forces from as many indicators"),
     ],
 )

@@ -5,7 +5,7 @@ import pytest
 
 from deboom.errors import InputError
 from deboom.measurement.channels import Frf, Spectrum
-from deboom.measurement.culprit import Fault, culprit_of_responses, motion_states
+from deboom.measurement.culprit import Fault, culprit_of_responses, find_culprit
 from deboom.measurement.quality import (
     QualityLimits,
     geometric_consistency,
@@ -208,7 +208,7 @@ def test_small_pairs_are_not_accused():
 def test_channels_and_lines_must_agree(hammer):
     _, response, _, _ = hammer
     with pytest.raises(InputError, match="18 channels need lines of shape"):
-        motion_states(response.geometry, np.ones((4, 17)))
+        find_culprit(response.geometry, np.ones((4, 17)), EXACT)
 
 
 def test_silent_repeats_agree():

@@ -7,18 +7,18 @@ import pytest
 
 from deboom.errors import InputError
 from deboom.measurement.channels import Frf, Spectrum
-from deboom.measurement.sensors import Impact, Sensor, SensorKind, forward_matrix_of
+from deboom.measurement.sensors import Impact, Sensor, SensorKind
 from deboom.measurement.virtual_point import (
     ChannelGeometry,
     conditioning,
     impact_geometry,
     load_at_point,
-    motion_at_mounts,
     motion_at_point,
     sensor_geometry,
     virtual_point,
     virtual_point_frf,
 )
+from deboom.physics.rigid_body import forward_matrices
 
 PLACES = {"A1": (0.1, 0, 0), "A2": (0, 0.1, 0), "A3": (0, 0, 0.1), "A4": (-0.1, 0.02, 0.03)}
 
@@ -42,7 +42,8 @@ def test_forward_matrix_is_that_of_the_position_sheet():
     quarter = np.array([[0.0, -1, 0], [1, 0, 0], [0, 0, 1]])
     sheet = [*sensors("A1", "A2", "A3"), sensor("A4", PLACES["A4"], turn=quarter)]
     geometry = sensor_geometry(sheet)
-    assert geometry.forward == pytest.approx(forward_matrix_of(sheet), abs=1e-16)
+    stacked = forward_matrices([s.position for s in sheet], [s.orientation for s in sheet])
+    assert geometry.forward == pytest.approx(stacked, abs=1e-16)
     assert geometry.channels[:4] == ("A1 x", "A1 y", "A1 z", "A2 x")
     assert geometry.owners[:4] == ("A1", "A1", "A1", "A2")
     assert list(geometry.rows_of("A2")) == [3, 4, 5]
@@ -54,7 +55,7 @@ def test_values_are_frozen_copies():
     geometry = sensor_geometry(sensors())
     point = virtual_point(geometry)
     arrays = (
-        *(geometry.levers, geometry.weights, geometry.directions),
+        *(geometry.levers, geometry.forward, geometry.directions),
         *(point.inverse, point.forward, point.conditioning.redundancy),
     )
     for array in arrays:
@@ -137,15 +138,8 @@ def test_a_channel_without_redundancy_is_seen():
     ("call", "words"),
     [
         (lambda: sensor_geometry(sensors(), switched_off=("A9 x",)), "no channels .'A9 x'."),
-        (lambda: sensor_geometry(sensors(), weights={"A9 x": 1.0}), "no channels .'A9 x'."),
-        (lambda: sensor_geometry(sensors(), weights={"A1 x": 0.0}), "switch a channel off"),
         (lambda: sensor_geometry(sensors("A1", "A1")), "duplicated sensor"),
         (lambda: sensor_geometry(sensors(), (0.0, 0.0)), "three coordinates"),
-        (lambda: sensor_geometry(sensors(), flexible_modes={"b": [1.0]}), "12 channels need"),
-        (
-            lambda: sensor_geometry(sensors(), flexible_modes={"rx": np.ones(12)}),
-            "duplicated motion",
-        ),
         (
             lambda: sensor_geometry([*sensors(), sensor("C1", (0, 0, 0), SensorKind.FORCE_CELL)]),
             "sensors of one kind",
@@ -153,7 +147,7 @@ def test_a_channel_without_redundancy_is_seen():
         (lambda: conditioning(sensor_geometry([])), "all of them are switched off"),
         (lambda: conditioning(sensor_geometry([sensor("A1", (0, 0, 0))])), "at the virtual point"),
         (lambda: Impact("I1", (0, 0, 0), (0, 0, 2.0)), "length 2"),
-        (lambda: Impact("I1", (0, 0), (0, 0, 1.0)), "three finite numbers"),
+        (lambda: Impact("I1", (0, 0), (0, 0, 1.0)), "I1: position: shape"),
     ],
 )
 def test_bad_sheets_are_refused_in_words(call, words):
@@ -163,24 +157,11 @@ def test_bad_sheets_are_refused_in_words(call, words):
 
 def test_geometry_checks_its_own_shapes():
     geometry = sensor_geometry(sensors())
-    with pytest.raises(InputError, match="levers needs finite numbers"):
+    with pytest.raises(InputError, match="directions: shape"):
         replace(geometry, levers=np.zeros((2, 3)))
     with pytest.raises(InputError, match="2 owners for 12 channels"):
         replace(geometry, owners=("A1", "A2"))
     assert isinstance(geometry, ChannelGeometry)
-
-
-def test_a_mode_that_imitates_a_rigid_motion_is_refused():
-    rotation = sensor_geometry(sensors()).forward[:, 4]
-    with pytest.raises(InputError, match="flexible mode swing"):
-        virtual_point(sensor_geometry(sensors(), flexible_modes={"swing": 3 * rotation}))
-
-
-def test_flexible_modes_are_known_at_the_sensors_only():
-    shape = np.random.default_rng(2).normal(size=12)
-    point = virtual_point(sensor_geometry(sensors(), flexible_modes={"bending": shape}))
-    with pytest.raises(InputError, match="known at the sensors only"):
-        motion_at_mounts(point, spectrum(point.channels), {"EnM": (0, 0, 0)})
 
 
 def test_impacts_are_channels_of_their_own():
@@ -190,11 +171,9 @@ def test_impacts_are_channels_of_their_own():
             (place, direction) for place in PLACES.values() for direction in np.eye(3)
         )
     ]
-    geometry = impact_geometry(impacts, switched_off=("I3",), weights={"I4": 2.0})
+    geometry = impact_geometry(impacts)
     assert geometry.channels == geometry.owners
-    assert len(geometry.channels) == 11
-    assert geometry.weights[3] == 2.0
-    assert geometry.loads == ("fx", "fy", "fz", "mx", "my", "mz")
+    assert len(geometry.channels) == 12
     load = geometry.forward[1]
     assert load == pytest.approx([0, 1, 0, *np.cross(PLACES["A1"], [0, 1, 0])])
 

@@ -21,8 +21,8 @@ from deboom.measurement.measured_vehicle import (
     Method,
     body_motion,
     mount_deflection,
+    path_accelerance,
     path_noise_transfer,
-    point_accelerance,
     point_noise_transfer,
 )
 from deboom.measurement.virtual_point import virtual_point, virtual_point_frf
@@ -105,7 +105,7 @@ def test_exact_accelerometers_give_motion_and_deflection_back(exact):
 def test_forces_by_inversion_of_exact_accelerances_are_the_true_ones(exact):
     folder, vehicle = exact
     run, true = vehicle.run("g5_wot220"), truth(folder, "g5_wot220")
-    matrix = point_accelerance(vehicle).select(inputs=true["channels"].tolist())
+    matrix = path_accelerance(vehicle).select(inputs=true["channels"].tolist())
     indicators = run.acceleration.select(matrix.outputs).values
     # 8 modes and a patch of its own at every force: 11 forces are seen by 45 channels
     found = np.array(
@@ -116,8 +116,8 @@ def test_forces_by_inversion_of_exact_accelerances_are_the_true_ones(exact):
     )
     assert np.abs(found - true["force"]).max() < 1e-6 * np.abs(true["force"]).max()
     without = replace(vehicle, accelerance=None)
-    with pytest.raises(InputError, match="forces cannot be found by inversion"):
-        point_accelerance(without)
+    with pytest.raises(InputError, match="no force can be found by inversion"):
+        path_accelerance(without)
 
 
 def test_time_blocks_of_the_hammer_give_the_functions_of_the_folder(exact):

@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 
 from deboom.errors import InputError
 from deboom.measurement.channels import Frf
-from deboom.measurement.frf_estimate import Estimator, imported_estimate, require_coherence
-from deboom.measurement.impact_test import ForceWindow, HammerOptions, hammer_frf
+from deboom.measurement.impact_test import Estimator, ForceWindow, HammerOptions, hammer_frf
+from deboom.measurement.modal import require_coherence
 from deboom.physics.frf import (
     CrossSpectra,
     SpectrumScaling,
@@ -140,15 +140,17 @@ def test_nothing_is_identified_from_it(export):
     assert gamma2.mean() == pytest.approx(0.34, abs=0.01)
     possible = gamma2[:, 0, 0] <= 1
     frf = Frf(export["Freq_domain"][possible], values[possible], ("out",), ("in",), "V/V")
-    estimate = imported_estimate(frf, gamma2[possible])
-    # the line at 0 Hz is not part of it
-    assert estimate.frequency[0] == 0.3125
+    band = (5.0, 400.0)
     with pytest.raises(InputError, match=r"'out' to input 'in': median coherence 0\.3\d from 5 to"):
-        require_coherence(estimate, (5.0, 400.0))
+        require_coherence(frf, gamma2[possible], band)
+    whole = Frf(export["Freq_domain"], values, ("out",), ("in",), "V/V")
+    if gamma2.max() > 1:
+        with pytest.raises(InputError, match="is not from 0 to 1; leave such lines out"):
+            require_coherence(whole, gamma2, band)
     with pytest.raises(InputError, match="has no coherence"):
-        require_coherence(imported_estimate(frf), (5.0, 400.0))
+        require_coherence(frf, np.full(gamma2[possible].shape, np.nan), band)
     # the figure is the reason, not the data set
-    require_coherence(estimate, (5.0, 400.0), smallest=0.1)
+    require_coherence(frf, gamma2[possible], band, smallest=0.1)
 
 
 TRUTH = np.array([[2.0 + 1j, -0.5 + 0.2j], [0.3j, 1.5], [-1.0 + 0.4j, 0.7 - 0.9j]])

@@ -1,35 +1,29 @@
-"""Spectra, frequency response functions, time records."""
+"""Spectra, frequency response functions, time records and load cases with names of their channels.
+
+Names are doubled nowhere, numbers are finite, and lines increase; else InputError.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import TypeVar
 
 import numpy as np
-import numpy.typing as npt
 
-from deboom.arrays import ComplexArray, RealArray
+from deboom.arrays import ComplexArray, RealArray, checked
 from deboom.errors import InputError
 
-_T = TypeVar("_T", bound=np.generic)
 
-
-def _frozen_copy(array: npt.NDArray[_T]) -> npt.NDArray[_T]:
-    """Copy first: freezing in place would freeze the caller's array."""
-    copy = array.copy()
-    copy.setflags(write=False)
-    return copy
-
-
-def _checked_names(names: Sequence[str], count: int, what: str) -> tuple[str, ...]:
-    names = tuple(names)
-    if len(names) != count:
-        raise InputError(f"{len(names)} {what} names for {count} {what} columns: {list(names)}")
+def refuse_doubled(names: Sequence[str], what: str) -> None:
+    """Refuse names that occur twice."""
     doubled = sorted({name for name in names if names.count(name) > 1})
     if doubled:
         raise InputError(f"duplicated {what} {doubled}: every {what} needs a name of its own")
-    return names
+
+
+def _check_names(names: Sequence[str], count: int, what: str) -> None:
+    if len(names) != count:
+        raise InputError(f"{len(names)} {what} names for {count} {what} columns: {list(names)}")
+    refuse_doubled(names, what)
 
 
 def _positions(wanted: Sequence[str], names: tuple[str, ...], what: str) -> list[int]:
@@ -39,39 +33,16 @@ def _positions(wanted: Sequence[str], names: tuple[str, ...], what: str) -> list
     return [names.index(name) for name in wanted]
 
 
-def _checked_frequency(frequency: npt.ArrayLike) -> RealArray:
-    values = np.asarray(frequency, dtype=float)
-    if values.ndim != 1 or values.size == 0:
-        raise InputError(f"a frequency axis has one dimension, this one has shape {values.shape}")
-    if not np.all(np.isfinite(values)) or np.any(np.diff(values) <= 0):
+def _check_lines(frequency: RealArray) -> None:
+    if frequency.size == 0 or np.any(np.diff(frequency) <= 0):
         raise InputError("frequencies must be finite and increase from line to line")
-    return _frozen_copy(values)
-
-
-def _checked_values(values: npt.ArrayLike, what: str) -> ComplexArray:
-    array = np.asarray(values, dtype=complex)
-    bad = ~np.isfinite(array)
-    if bad.any():
-        where = tuple(int(i) for i in np.argwhere(bad)[0])
-        raise InputError(f"{what} is not finite at index {where} (line, channel, ...)")
-    return _frozen_copy(array)
 
 
 def unit_of_response(function: str, source: str) -> str:
     """Return the unit of a frequency response function times what goes into it.
 
-    Parameters
-    ----------
-    function : str
-        Such as ``Pa/N`` or ``(m/s^2)/N``.
-    source : str
-        Such as ``N``.
-
-    Returns
-    -------
-    str
-        What stands over `source`, such as ``Pa`` or ``m/s^2``; where it does not stand under the
-        function, both units with a dot.
+    ``Pa/N`` times ``N`` is ``Pa``, ``(m/s^2)/N`` times ``N`` is ``m/s^2``; where the source does
+    not stand under the function, the result is both units with a dot.
     """
     for below in (f"/{source}", f"/({source})"):
         if function.endswith(below):
@@ -80,25 +51,20 @@ def unit_of_response(function: str, source: str) -> str:
     return f"{function}·{source}"
 
 
-@dataclass(frozen=True, eq=False)
+@checked(frequency="f", values="f c")
 class Spectrum:
     """Complex spectra of several channels of one unit.
 
     Parameters
     ----------
     frequency : array, shape (n_frequency,)
-        Increasing [Hz].
+        Increasing lines [Hz].
     values : array, shape (n_frequency, n_channel)
         Complex peak amplitudes, factor e^{+jωt} [unit].
     channels : sequence of str
         Name of each column.
     unit : str
         SI unit of all columns.
-
-    Raises
-    ------
-    InputError
-        Shapes that disagree, duplicated names, values that are not finite.
     """
 
     frequency: RealArray
@@ -107,17 +73,8 @@ class Spectrum:
     unit: str
 
     def __post_init__(self) -> None:
-        frequency = _checked_frequency(self.frequency)
-        values = _checked_values(self.values, "spectrum")
-        if values.ndim != 2 or values.shape[0] != frequency.size:
-            raise InputError(
-                f"a spectrum has shape (n_frequency, n_channel) = ({frequency.size}, n), "
-                f"not {values.shape}"
-            )
-        object.__setattr__(self, "frequency", frequency)
-        object.__setattr__(self, "values", values)
-        names = _checked_names(self.channels, values.shape[1], "channel")
-        object.__setattr__(self, "channels", names)
+        _check_lines(self.frequency)
+        _check_names(self.channels, self.values.shape[1], "channel")
 
     def select(self, channels: Sequence[str]) -> Spectrum:
         """Return the spectrum of the named channels, in the order asked for."""
@@ -125,25 +82,20 @@ class Spectrum:
         return Spectrum(self.frequency, self.values[:, columns], tuple(channels), self.unit)
 
 
-@dataclass(frozen=True, eq=False)
+@checked(frequency="f", values="f o i")
 class Frf:
     """A matrix of frequency response functions whose outputs and inputs have names.
 
     Parameters
     ----------
     frequency : array, shape (n_frequency,)
-        Increasing [Hz].
+        Increasing lines [Hz].
     values : array, shape (n_frequency, n_output, n_input)
         Complex response per unit input [unit].
     outputs, inputs : sequence of str
         Names of the rows and of the columns.
     unit : str
         SI unit, such as ``Pa/N``.
-
-    Raises
-    ------
-    InputError
-        Shapes that disagree, duplicated names, values that are not finite.
     """
 
     frequency: RealArray
@@ -153,19 +105,9 @@ class Frf:
     unit: str
 
     def __post_init__(self) -> None:
-        frequency = _checked_frequency(self.frequency)
-        values = _checked_values(self.values, "frequency response function")
-        if values.ndim != 3 or values.shape[0] != frequency.size:
-            raise InputError(
-                "a matrix of frequency response functions has shape (n_frequency, n_output, "
-                f"n_input) = ({frequency.size}, n, m), not {values.shape}"
-            )
-        object.__setattr__(self, "frequency", frequency)
-        object.__setattr__(self, "values", values)
-        outputs = _checked_names(self.outputs, values.shape[1], "output")
-        object.__setattr__(self, "outputs", outputs)
-        inputs = _checked_names(self.inputs, values.shape[2], "input")
-        object.__setattr__(self, "inputs", inputs)
+        _check_lines(self.frequency)
+        _check_names(self.outputs, self.values.shape[1], "output")
+        _check_names(self.inputs, self.values.shape[2], "input")
 
     def select(
         self, outputs: Sequence[str] | None = None, inputs: Sequence[str] | None = None
@@ -192,28 +134,22 @@ class Frf:
         return Spectrum(self.frequency, values, self.outputs, unit)
 
 
-@dataclass(frozen=True, eq=False)
+@checked(values="s c")
 class TimeRecord:
     """Channels of one unit, sampled together.
 
     Parameters
     ----------
     values : array, shape (n_sample, n_channel)
-        [unit].
+        Samples [unit].
     rate : float
-        Samples per second [Hz].
+        Samples per second, above 0 [Hz].
     channels : sequence of str
         Name of each column.
     unit : str
         SI unit of all columns.
     start : float
         Time of the first sample on the clock of the tacho [s].
-
-    Raises
-    ------
-    InputError
-        Shapes that disagree, duplicated names, a rate that is not positive, or a value that is not
-        finite.
     """
 
     values: RealArray
@@ -223,28 +159,14 @@ class TimeRecord:
     start: float = 0.0
 
     def __post_init__(self) -> None:
-        values = np.array(self.values, dtype=float)
-        channels = tuple(self.channels)
-        if values.ndim != 2 or values.shape[1] != len(channels) or values.size == 0:
-            raise InputError(
-                f"a time record of {len(channels)} channels has shape (n_sample, "
-                f"{len(channels)}), not {values.shape}"
-            )
-        doubled = sorted({name for name in channels if channels.count(name) > 1})
-        if doubled:
-            raise InputError(f"duplicated channel {doubled}: every channel needs a name of its own")
+        _check_names(self.channels, self.values.shape[1], "channel")
+        if not self.values.size:
+            raise InputError(f"a time record of the channels {list(self.channels)} has no samples")
         if not self.rate > 0:
             raise InputError(f"a sampling rate of {self.rate} Hz is not positive")
-        bad = ~np.isfinite(values)
-        if bad.any():
-            sample, channel = (int(i) for i in np.argwhere(bad)[0])
-            raise InputError(f"channel {channels[channel]} is not finite at sample {sample}")
-        values.setflags(write=False)
-        object.__setattr__(self, "values", values)
-        object.__setattr__(self, "channels", channels)
 
 
-@dataclass(frozen=True, eq=False)
+@checked(engine_torque="f")
 class LoadCase:
     """Operating displacement and force spectra of one run, along one engine order.
 
@@ -253,7 +175,7 @@ class LoadCase:
     name : str
         Short key, such as ``g5_wot220``.
     title : str
-        What a reader calls it, such as ``5th gear, full load, 220 Nm``.
+        Title for a reader, such as ``5th gear, full load, 220 Nm``.
     gear : int
         Gear of the run.
     total_ratio : float
@@ -263,16 +185,11 @@ class LoadCase:
     order : float
         Engine order of the spectra [1]; ``f = order * rpm / 60``.
     displacement : Spectrum
-        At the virtual points, columns ``<mount> [<piece>] <axis>`` [m].
+        Displacement at the virtual points, columns ``<mount> [<piece>] <axis>`` [m].
     force : Spectrum
-        On the receiver at the virtual points, the same columns [N].
-    engine_torque : array, shape (f,), optional
+        Force on the receiver there, the same columns and lines [N].
+    engine_torque : array, shape (n_frequency,), optional
         Quasi-static engine torque at every line [N m]; None where it was not recorded.
-
-    Raises
-    ------
-    InputError
-        Displacement and force of different lines or channels; not one finite torque per line.
     """
 
     name: str
@@ -286,35 +203,31 @@ class LoadCase:
     engine_torque: RealArray | None = None
 
     def __post_init__(self) -> None:
+        problem = ""
         if self.displacement.channels != self.force.channels:
-            raise InputError(
-                f"load case {self.name}: displacement channels "
-                f"{list(self.displacement.channels)} and force channels "
+            problem = (
+                f"displacement channels {list(self.displacement.channels)} and force channels "
                 f"{list(self.force.channels)} differ"
             )
-        if not np.array_equal(self.displacement.frequency, self.force.frequency):
-            raise InputError(
-                f"load case {self.name}: the frequency axes of displacement and force differ"
+        elif not np.array_equal(self.displacement.frequency, self.force.frequency):
+            problem = "the frequency axes of displacement and force differ"
+        elif self.displacement.unit != "m":
+            problem = f"displacement is in {self.displacement.unit}, expected m"
+        elif self.force.unit != "N":
+            problem = f"force is in {self.force.unit}, expected N"
+        elif self.engine_torque is not None and len(self.engine_torque) != len(self.force.values):
+            problem = (
+                f"engine torque of shape {self.engine_torque.shape}, expected one value for each "
+                f"of {len(self.force.values)} lines"
             )
-        for spectrum, unit, what in (
-            (self.displacement, "m", "displacement"),
-            (self.force, "N", "force"),
-        ):
-            if spectrum.unit != unit:
-                raise InputError(
-                    f"load case {self.name}: {what} is in {spectrum.unit}, expected {unit}"
-                )
-        if self.engine_torque is not None:
-            self._keep_torque(self.engine_torque)
+        if problem:
+            raise InputError(f"load case {self.name}: {problem}")
 
     @property
     def wheel_torque(self) -> RealArray:
-        """Engine torque times total ratio, the preload of the mounts, shape (f,) [N m].
+        """Engine torque times total ratio, the preload of the mounts, shape (n_frequency,) [N m].
 
-        Raises
-        ------
-        InputError
-            The engine torque of this run was not recorded.
+        A run whose engine torque was not recorded raises InputError.
         """
         if self.engine_torque is None:
             raise InputError(
@@ -322,18 +235,3 @@ class LoadCase:
                 "torque_table in platform.toml"
             )
         return self.engine_torque * self.total_ratio
-
-    def _keep_torque(self, torque: RealArray) -> None:
-        values = np.array(torque, dtype=float)
-        if values.shape != self.displacement.frequency.shape:
-            raise InputError(
-                f"load case {self.name}: engine torque of shape {values.shape}, expected one value "
-                f"for each of {self.displacement.frequency.size} lines"
-            )
-        if not np.isfinite(values).all():
-            line = self.displacement.frequency[np.argmin(np.isfinite(values))]
-            raise InputError(
-                f"load case {self.name}: the engine torque at {line:g} Hz is not finite"
-            )
-        values.setflags(write=False)
-        object.__setattr__(self, "engine_torque", values)

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from deboom.arrays import RealArray
+from deboom.arrays import RealArray, checked
 from deboom.errors import InputError
 from deboom.measurement.channels import Frf, Spectrum
 from deboom.measurement.sensors import Impact, PlacementTolerances, Sensor
@@ -19,27 +19,23 @@ ACCELERATION_PER_FORCE = "(m/s^2)/N"
 """Unit of an inertance at points, as the FRF estimators state it; equal to 1/kg."""
 
 SMALLEST_SENSORS, SMALLEST_IMPACTS = 3, 6
+"""Triaxial sensors and impacts that six motions of a body need at least."""
 
 
-@dataclass(frozen=True, eq=False)
+@checked(position="3", rotation="3", stiffness="3")
 class CompressorMount:
     """One rubber mount: its place, its direction, its three static stiffnesses.
 
     Parameters
     ----------
     name : str
-        Such as ``mount 1``.
+        Name, such as ``mount 1``.
     position : array, shape (3,)
         Elastic centre, from the virtual point, the origin of the position sheet [m].
     rotation : array, shape (3,)
-        Of the mount's axes about the fixed axes x, then y, then z [rad]; local x is axial.
+        Rotation of the mount's axes about the fixed axes x, then y, then z [rad]; local x is axial.
     stiffness : array, shape (3,)
-        Static, along the axial and the two radial axes [N/m].
-
-    Raises
-    ------
-    InputError
-        Not three finite numbers, or a stiffness that is not positive.
+        Static stiffness along the axial and the two radial axes, above 0 [N/m].
     """
 
     name: str
@@ -48,8 +44,6 @@ class CompressorMount:
     stiffness: RealArray
 
     def __post_init__(self) -> None:
-        for field in ("position", "rotation", "stiffness"):
-            freeze_field(self, field, (3,), self.name)
         if np.any(self.stiffness <= 0):
             raise InputError(f"{self.name}: a static stiffness must be positive")
 
@@ -59,24 +53,21 @@ class CompressorMount:
         return rotation_matrix(self.rotation)
 
 
-@dataclass(frozen=True, eq=False)
+@checked(centre="3", inertia="3 3")
 class Drawing:
     """The body as drawn: where an identification may start.
 
     Parameters
     ----------
     mass : float
-        [kg].
+        Mass, above 0 [kg].
     centre : array, shape (3,)
         Centre of gravity, from the origin of the position sheet [m].
     inertia : array, shape (3, 3)
-        About the centre of gravity, products with their sign as matrix elements [kg m²].
+        Inertia about the centre of gravity, products with their sign as matrix elements; symmetric,
+        positive definite [kg m²].
     mounts : tuple of CompressorMount
-
-    Raises
-    ------
-    InputError
-        Shapes, a mass that is not positive, an inertia that is not symmetric or not positive.
+        Mounts of the body.
     """
 
     mass: float
@@ -85,8 +76,6 @@ class Drawing:
     mounts: tuple[CompressorMount, ...]
 
     def __post_init__(self) -> None:
-        freeze_field(self, "centre", (3,), "drawing")
-        freeze_field(self, "inertia", (3, 3), "drawing")
         if not self.mass > 0:
             raise InputError(f"drawing: the mass is {self.mass:g} kg, it must be positive")
         if not np.allclose(self.inertia, self.inertia.T, rtol=1e-6, atol=0):
@@ -99,7 +88,7 @@ class Drawing:
             )
 
 
-@dataclass(frozen=True, eq=False)
+@checked(coherence="f c i")
 class InertanceTest:
     """FRFs from every impact to every accelerometer channel, and what is known besides.
 
@@ -110,18 +99,18 @@ class InertanceTest:
     sensors : tuple of Sensor
         Triaxial accelerometers of the position sheet.
     impacts : tuple of Impact
-        Of the position sheet.
+        Impacts of the position sheet.
     frf : Frf
         Outputs are the channels of the sensors in their order, inputs the impacts
-        [`ACCELERATION_PER_FORCE`].
+        [`ACCELERATION_PER_FORCE`]; no line at 0 Hz.
     coherence : array, shape (n_frequency, n_channel, n_impact)
-        Ordinary, of the hits of an impact [1].
+        Ordinary coherence of the hits of an impact, 0 … 1 [1].
     n_averages : int
         Hits per impact, the fewest where they differ.
     tolerances : PlacementTolerances
-        What gains, positions and angles are stated with.
+        Tolerances of gains, positions and angles.
     weighed_mass : float or None
-        Of the body from a pair of scales; None if it was not weighed [kg].
+        Mass of the body from a pair of scales; None if it was not weighed [kg].
     weighed_mass_deviation : float
         1 σ; 0 if it was not weighed [kg].
     drawing : Drawing or None
@@ -163,11 +152,7 @@ class InertanceTest:
             raise InputError(
                 "the FRFs have a line at 0 Hz, where accelerometers measure nothing: leave it out"
             )
-        freeze_field(self, "coherence", self.frf.values.shape, "coherence")
-        if np.any((self.coherence < 0) | (self.coherence > 1 + 1e-9)):
-            raise InputError("a coherence lies between 0 and 1: this is another function")
-        if self.n_averages < 1:
-            raise InputError(f"{self.n_averages} hits per impact: an FRF needs at least one")
+        check_coherence(self.coherence, self.frf, self.n_averages, self.name)
         if self.weighed_mass is not None and not (
             self.weighed_mass > 0
             and self.weighed_mass_deviation > 0
@@ -177,13 +162,7 @@ class InertanceTest:
 
 
 def check_enough(sensors: tuple[Sensor, ...], impacts: tuple[Impact, ...]) -> None:
-    """Refuse a test that cannot see or excite all six motions of a body.
-
-    Raises
-    ------
-    InputError
-        Fewer than three triaxial sensors or six impacts.
-    """
+    """Refuse a test that cannot see or excite all six motions of a body."""
     if len(sensors) < SMALLEST_SENSORS:
         raise InputError(
             f"{len(sensors)} triaxial accelerometers do not see all six motions of a body: use at "
@@ -196,15 +175,16 @@ def check_enough(sensors: tuple[Sensor, ...], impacts: tuple[Impact, ...]) -> No
         )
 
 
-def freeze_field(owner: object, field: str, shape: tuple[int, ...], who: str) -> None:
-    """Replace an array field by a checked, read-only copy."""
-    array = np.array(getattr(owner, field), dtype=float)
-    if array.shape != shape:
-        raise InputError(f"{who}: {field} has shape {array.shape}, expected {shape}")
-    if not np.all(np.isfinite(array)):
-        raise InputError(f"{who}: {field} holds a value that is not finite")
-    array.setflags(write=False)
-    object.__setattr__(owner, field, array)
+def check_coherence(coherence: RealArray, frf: Frf, n_averages: int, name: str) -> None:
+    """Refuse a coherence that does not belong to its functions, or no average."""
+    if coherence.shape != frf.values.shape:
+        raise InputError(
+            f"{name}: coherence has shape {coherence.shape}, expected {frf.values.shape}"
+        )
+    if np.any((coherence < 0) | (coherence > 1 + 1e-9)):
+        raise InputError(f"{name}: a coherence lies between 0 and 1: this is another function")
+    if n_averages < 1:
+        raise InputError(f"{name}: {n_averages} hits per impact: an FRF needs at least one")
 
 
 class HoseState(Enum):
@@ -218,33 +198,29 @@ class HoseState(Enum):
     """Long soft hoses with masses on them, which cut the path through the hoses."""
 
 
-@dataclass(frozen=True, eq=False)
+@checked(deviation="f c")
 class OperatingSweep:
-    """First order of one run-up at one pressure.
+    """First order of one run-up of a running compressor at one pressure.
 
     Parameters
     ----------
     name : str
-        Such as ``standard 7.5 bar``.
+        Name, such as ``standard 7.5 bar``.
     hoses : HoseState
+        Hoses of the sweep.
     pressure : float
-        Of the gas at the outlet [Pa].
+        Pressure of the gas at the outlet, above 0 [Pa].
     acceleration : Spectrum
         One line per rotational frequency, channels of the accelerometers on the compressor;
         complex peak, the phase from the pulse of the tacho, which stands at the rotor's y axis
         [m/s^2].
     deviation : array, shape (n_frequency, n_channel)
-        Standard deviation of the real and of the imaginary part of `acceleration` [m/s^2].
+        Standard deviation of the real and of the imaginary part of `acceleration`, above 0 [m/s^2].
     holder : Spectrum or None
         The same of triaxial accelerometers on the body side of the mounts, ``<mount> x`` …
         [m/s^2]; None where there were none.
     sound : Spectrum or None
         The same of microphones [Pa]; None where there were none.
-
-    Raises
-    ------
-    InputError
-        A pressure or a deviation that is not positive, shapes or lines that do not fit together.
     """
 
     name: str
@@ -256,55 +232,53 @@ class OperatingSweep:
     sound: Spectrum | None = None
 
     def __post_init__(self) -> None:
+        problem = ""
         if not self.pressure > 0:
-            raise InputError(f"sweep {self.name}: the pressure must be positive")
-        freeze_field(self, "deviation", self.acceleration.values.shape, f"sweep {self.name}")
-        if not np.all(self.deviation > 0):
-            raise InputError(f"sweep {self.name}: no spectrum is exact, state its deviation")
+            problem = "the pressure must be positive"
+        elif self.deviation.shape != self.acceleration.values.shape:
+            problem = (
+                f"deviation has shape {self.deviation.shape}, expected "
+                f"{self.acceleration.values.shape}"
+            )
+        elif not np.all(self.deviation > 0):
+            problem = "no spectrum is exact, state its deviation"
         for what, spectrum in (("holder", self.holder), ("sound", self.sound)):
-            if spectrum is not None and not np.array_equal(
-                spectrum.frequency, self.acceleration.frequency
-            ):
-                raise InputError(f"sweep {self.name}: {what} has other lines than the compressor")
+            if spectrum is not None and not np.array_equal(spectrum.frequency, self.frequency):
+                problem = problem or f"{what} has other lines than the compressor"
+        if problem:
+            raise InputError(f"sweep {self.name}: {problem}")
 
     @property
     def frequency(self) -> RealArray:
-        """Of the rotation, shape (n_frequency,) [Hz]."""
+        """Frequency of the rotation, shape (n_frequency,) [Hz]."""
         return self.acceleration.frequency
 
     @property
     def speed(self) -> RealArray:
-        """Of the rotation, shape (n_frequency,) [1/min]."""
+        """Speed of the rotation, shape (n_frequency,) [1/min]."""
         return np.asarray(60.0 * self.frequency)
 
 
-@dataclass(frozen=True, eq=False)
+@checked(position="3", direction="3")
 class HoseDrawing:
     """A hose as drawn and catalogued: a straight uniform beam from the compressor to the body.
 
     Parameters
     ----------
     name : str
-        Such as ``suction hose``.
+        Name, such as ``suction hose``.
     position : array, shape (3,)
-        Of the port on the compressor, from the virtual point [m].
+        Port on the compressor, from the virtual point [m].
     direction : array, shape (3,)
-        From the port to the body, of any length [1].
-    length : float
-        [m]
+        Direction from the port to the body, of any length but 0 [1].
+    length, line_mass : float
+        Length [m] and mass per length [kg/m].
     tension, torsion, bending : float
         EA [N], GJ and EI [N m²], as a supplier may state them: start values.
-    line_mass : float
-        [kg/m]
     loss_factor : float
-        Of all three stiffnesses [1].
+        Loss factor of all three stiffnesses [1].
     torsion_radius : float
         Radius of gyration of the section about its axis [m].
-
-    Raises
-    ------
-    InputError
-        Numbers that are not positive, or a direction of no length.
     """
 
     name: str
@@ -319,19 +293,10 @@ class HoseDrawing:
     torsion_radius: float
 
     def __post_init__(self) -> None:
-        freeze_field(self, "position", (3,), self.name)
-        freeze_field(self, "direction", (3,), self.name)
         if not np.linalg.norm(self.direction) > 0:
             raise InputError(f"{self.name}: the direction has no length")
-        for field in (
-            "length",
-            "tension",
-            "torsion",
-            "bending",
-            "line_mass",
-            "loss_factor",
-            "torsion_radius",
-        ):
+        stiffness = ("tension", "torsion", "bending")
+        for field in ("length", *stiffness, "line_mass", "loss_factor", "torsion_radius"):
             if not getattr(self, field) > 0:
                 raise InputError(f"{self.name}: {field} must be positive")
 
@@ -345,21 +310,17 @@ class OperatingTest:
     name : str
         Title of the test.
     hammer : InertanceTest
-        Without hoses, compressor off.
+        Test without hoses, compressor off.
     hammer_with_hoses : InertanceTest or None
-        With the standard hoses, compressor off; same sensors and impacts.
+        Test with the standard hoses, compressor off; same sensors and impacts.
     sweeps : tuple of OperatingSweep
-        At least one.
+        At least one sweep, with the accelerometers of the hammer test.
     rotor_inertia : float or None
         Polar moment of the rotor, from its data sheet [kg m²]; None where not known.
     hoses : tuple of HoseDrawing
         Empty where no drawing exists.
     input_files : tuple of Path
-
-    Raises
-    ------
-    InputError
-        No sweep, doubled names, or a sweep whose channels are not the hammer test's.
+        Every file that was read.
     """
 
     name: str
@@ -395,3 +356,14 @@ class OperatingTest:
     def with_hoses(self, state: HoseState) -> tuple[OperatingSweep, ...]:
         """Sweeps with these hoses, in their order."""
         return tuple(sweep for sweep in self.sweeps if sweep.hoses is state)
+
+
+def freeze_field(owner: object, field: str, shape: tuple[int, ...], who: str) -> None:
+    """Replace an array field by a checked, read-only copy."""
+    array = np.array(getattr(owner, field), dtype=float)
+    if array.shape != shape:
+        raise InputError(f"{who}: {field} has shape {array.shape}, expected {shape}")
+    if not np.all(np.isfinite(array)):
+        raise InputError(f"{who}: {field} holds a value that is not finite")
+    array.setflags(write=False)
+    object.__setattr__(owner, field, array)

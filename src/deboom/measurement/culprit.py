@@ -1,11 +1,16 @@
-"""The one sensor that contradicts all others, by name, and what is likely to be wrong with it."""
+"""The one sensor that contradicts all others, by name, and what is likely to be wrong with it.
+
+Each sensor is left out in turn. The one without which the rest agrees is confronted with a table of
+hypotheses: reversed, dead, wrong sensitivity, swapped axes, wrong position, wrong orientation; each
+is the forward matrix that the body would have if the fault were a fact. Exchanged cables contradict
+the rest at two places and are searched for by themselves.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from enum import Enum
-from functools import cached_property
 from itertools import combinations, permutations, product
 from types import MappingProxyType
 
@@ -21,348 +26,8 @@ from deboom.measurement.virtual_point import (
     ChannelGeometry,
     VirtualPoint,
     channel_values,
-    characteristic_length,
-    column_scale,
 )
 from deboom.physics.rigid_body import forward_matrices
-
-
-def error_variance(
-    geometry: ChannelGeometry, motion: RealArray, tolerances: Tolerances
-) -> RealArray:
-    """Variance of each channel's error, summed over several states of motion.
-
-    Parameters
-    ----------
-    geometry : ChannelGeometry
-        n channels, seen from the virtual point.
-    motion : array, shape (n_motion, n_state)
-        Of the virtual point.
-    tolerances : Tolerances
-        Of the sensors; the noise floor, an absolute value, is left out.
-
-    Returns
-    -------
-    array, shape (n,)
-        In the squared unit of the channels.
-
-    Notes
-    -----
-    To first order, with the acceleration b of the sensor and the angular acceleration α: a gain
-    error adds ``g d·b``, an angle ``φ·(d × b)``, the cross-axis sensitivity ``κ`` times the two
-    other axes, an offset ``δ·(d × α)``.
-    """
-    own = np.sum((geometry.forward @ motion) ** 2, axis=1)
-    here = np.einsum("cab,bs->cas", forward_matrices(geometry.levers).reshape(-1, 3, 6), motion[:6])
-    norm = np.sum(here**2, axis=(1, 2))
-    across = np.maximum(norm - own, 0.0)
-    turning = np.cross(geometry.directions[:, np.newaxis, :], motion[3:6].T[np.newaxis, :, :])
-    swing = np.sum(turning**2, axis=(1, 2))
-    return np.asarray(
-        (tolerances.sensor_gain**2 + tolerances.acceleration_own**2) * own
-        + (tolerances.sensor_angle**2 + tolerances.sensor_cross_axis**2) * across
-        + tolerances.acceleration_norm**2 * norm
-        + tolerances.sensor_position**2 * swing
-    )
-
-
-LARGEST_TILT = 30.0
-"""Rotation beyond which an orientation is more likely a mix-up of axes [degrees]."""
-
-
-class Fault(Enum):
-    """Kinds of fault that can be told apart."""
-
-    SIGN = "reversed sign"
-    DEAD = "dead channel"
-    AXES = "swapped axes"
-    GAIN = "wrong sensitivity"
-    OFFSET = "wrong position"
-    TILT = "wrong orientation"
-    UNEXPLAINED = "unexplained"
-
-
-FITTED = 4
-"""Complexity of a fault with a fitted size; that of a mix-up is the number of channels changed."""
-
-
-@dataclass(frozen=True, eq=False)
-class FaultFit:
-    """One explanation of a sensor's disagreement.
-
-    Parameters
-    ----------
-    fault : Fault
-        Its kind.
-    channels : tuple of str
-        Channels concerned.
-    detail : str
-        Its size, in words.
-    forward : array, shape (n_channel, n_motion)
-        Forward matrix of all channels with the fault taken as a fact.
-    complexity : int
-        By which equally good explanations are ranked, the simplest first.
-    """
-
-    fault: Fault
-    channels: tuple[str, ...]
-    detail: str
-    forward: RealArray
-    complexity: int
-
-
-def fault_fits(
-    geometry: ChannelGeometry,
-    rows: npt.NDArray[np.intp],
-    measured: RealArray,
-    motion: RealArray,
-) -> Iterator[FaultFit]:
-    """Fit every kind of fault to one sensor or impact.
-
-    Parameters
-    ----------
-    geometry : ChannelGeometry
-        What the position sheet says of all channels.
-    rows : array of int
-        Channels of the suspect.
-    measured : array, shape (len(rows), n)
-        What they show, in n states of motion.
-    motion : array, shape (n_motion, n)
-        What the other channels say of the motion at the virtual point in these states.
-
-    Notes
-    -----
-    Once the motion is known from the others, the factor of a channel and the offset of a sensor are
-    linear least squares, its rotation is a Procrustes problem, and of the ways to mix up three
-    axes there are 48. A sensor with channels switched off is not asked for axes and orientation; a
-    single channel of a triaxial sensor, which the others cannot do without, only for its factor.
-    """
-    expected = geometry.forward[rows] @ motion
-    for row, shown, wanted in zip(rows, measured, expected, strict=True):
-        energy = float(wanted @ wanted)
-        if energy > 0:
-            yield from _factors(geometry, int(row), float(shown @ wanted) / energy)
-    if len(rows) == len(SENSOR_AXES):
-        yield from _axes(geometry, rows)
-        yield from _tilt(geometry, rows, measured, motion)
-    if len(rows) == len(geometry.rows_of(geometry.owners[rows[0]])):
-        yield _offset(geometry, rows, measured - expected, motion)
-
-
-def _factors(geometry: ChannelGeometry, row: int, fitted: float) -> Iterator[FaultFit]:
-    """One channel reversed, dead, or of another sensitivity."""
-    detail = f"shows {fitted:.3g} times what the others imply"
-    for fault, factor, complexity in (
-        (Fault.SIGN, -1.0, 1),
-        (Fault.DEAD, 0.0, 1),
-        (Fault.GAIN, fitted, FITTED),
-    ):
-        forward = geometry.forward.copy()
-        forward[row] *= factor
-        yield FaultFit(fault, (geometry.channels[row],), detail, forward, complexity)
-
-
-def _axes(geometry: ChannelGeometry, rows: npt.NDArray[np.intp]) -> Iterator[FaultFit]:
-    """All ways to mix up three axes and their signs that change more than one channel."""
-    channels = [geometry.channels[row] for row in rows]
-    for order, signs in product(permutations(range(3)), product((1, -1), repeat=3)):
-        changed = [axis for axis in range(3) if (order[axis], signs[axis]) != (axis, 1)]
-        if len(changed) < 2:
-            continue
-        forward = geometry.forward.copy()
-        forward[rows] = np.array(signs)[:, np.newaxis] * forward[rows[list(order)]]
-        carried = [
-            f"{channels[axis]} carries {'' if signs[axis] > 0 else '−'}{SENSOR_AXES[order[axis]]}"
-            for axis in changed
-        ]
-        names = tuple(channels[axis] for axis in changed)
-        yield FaultFit(Fault.AXES, names, ", ".join(carried), forward, complexity=len(changed))
-
-
-def _offset(
-    geometry: ChannelGeometry,
-    rows: npt.NDArray[np.intp],
-    excess: RealArray,
-    motion: RealArray,
-) -> FaultFit:
-    """Offset δ: an excess ``d · (ω × δ) = (d × ω) · δ`` in each state of motion."""
-    directions = geometry.directions[rows]
-    system = np.cross(directions[:, np.newaxis, :], motion[3:6].T[np.newaxis, :, :])
-    offset = np.linalg.lstsq(system.reshape(-1, 3), excess.ravel(), rcond=None)[0]
-    levers = geometry.levers.copy()
-    levers[rows] += offset
-    x, y, z = 1e3 * offset
-    detail = (
-        f"sits {np.linalg.norm(1e3 * offset):.1f} mm from where the position sheet says, by "
-        f"({x:+.1f}, {y:+.1f}, {z:+.1f}) mm"
-    )
-    channels = tuple(geometry.channels[row] for row in rows)
-    return FaultFit(
-        Fault.OFFSET, channels, detail, replace(geometry, levers=levers).forward, FITTED
-    )
-
-
-def _tilt(
-    geometry: ChannelGeometry,
-    rows: npt.NDArray[np.intp],
-    measured: RealArray,
-    motion: RealArray,
-) -> Iterator[FaultFit]:
-    """Rotation between sheet and sensor, by the Procrustes problem of the two accelerations."""
-    directions = geometry.directions[rows]
-    here = forward_matrices(geometry.levers[rows[:1]]) @ motion[:6]
-    left, _, right = np.linalg.svd(directions.T @ measured @ here.T)
-    proper = np.diag([1.0, 1.0, np.linalg.det(left @ right)])
-    rotation = left @ proper @ right
-    degrees = np.degrees(np.arccos(np.clip((np.trace(rotation) - 1.0) / 2.0, -1.0, 1.0)))
-    if degrees > LARGEST_TILT:
-        return
-    turned = geometry.directions.copy()
-    turned[rows] = directions @ rotation
-    yield FaultFit(
-        Fault.TILT,
-        tuple(geometry.channels[row] for row in rows),
-        f"is turned by {degrees:.1f}° against the position sheet",
-        replace(geometry, directions=turned).forward,
-        FITTED,
-    )
-
-
-Rows = npt.NDArray[np.intp]
-
-
-@dataclass(frozen=True, eq=False)
-class LeftOut:
-    """One sensor or impact, or one channel that its sensor can be without.
-
-    Parameters
-    ----------
-    name : str
-        Of the sensor, impact or channel.
-    rows : array of int
-        Channels left out.
-    remaining : float
-        Mean squared disagreement of the others, per degree of freedom left, relative to the mean
-        squared signal [1].
-    """
-
-    name: str
-    rows: Rows
-    remaining: float
-
-
-@dataclass(frozen=True, eq=False)
-class MotionStates:
-    """What n channels show in a few states of motion; made by `motion_states`.
-
-    Parameters
-    ----------
-    geometry : ChannelGeometry
-        Where the channels sit.
-    values : array, shape (n, n_state)
-        What they show, so scaled that their mean squared sum over the states is 1.
-    """
-
-    geometry: ChannelGeometry
-    values: RealArray
-
-    @cached_property
-    def _root_weights(self) -> RealArray:
-        return np.asarray(np.sqrt(self.geometry.weights / self.geometry.weights.mean()))
-
-    @cached_property
-    def _scale(self) -> RealArray:
-        return column_scale(self.geometry, characteristic_length(self.geometry))
-
-    def others(self, rows: Rows) -> Rows:
-        """Return the channels beside these."""
-        return np.setdiff1d(np.arange(len(self.geometry.channels)), rows)
-
-    def disagreement(self, forward: RealArray, rows: Rows | None = None) -> float:
-        """Mean squared residual of a forward matrix, per degree of freedom left.
-
-        Parameters
-        ----------
-        forward : array, shape (n, n_motion)
-            That of the position sheet, or of a supposed fault.
-        rows : array of int, optional
-            Channels to look at; by default all.
-
-        Returns
-        -------
-        float
-            Relative to the mean squared signal [1]; infinite where the channels do not
-            overdetermine the motion.
-        """
-        rows = self.others(np.array([], dtype=np.intp)) if rows is None else rows
-        root_weights = self._root_weights[rows, np.newaxis]
-        n_channel, n_motion = len(rows), forward.shape[1]
-        if n_channel <= n_motion:
-            return float("inf")
-        left, singular, _ = np.linalg.svd(
-            root_weights * forward[rows] / self._scale, full_matrices=False
-        )
-        if singular[-1] * SINGULAR < singular[0]:
-            return float("inf")
-        seen = root_weights * self.values[rows]
-        residual = seen - left @ (left.T @ seen)
-        return float(np.sum(residual**2) / (n_channel - n_motion))
-
-    def inverse_without(self, rows: Rows) -> RealArray:
-        """Return all channels but these → motion, shape (n_motion, n − len(rows))."""
-        rest = self.others(rows)
-        weighted = self._root_weights[rest, np.newaxis] * self.geometry.forward[rest] / self._scale
-        return np.asarray(
-            np.linalg.pinv(weighted) * self._root_weights[rest] / self._scale[:, np.newaxis]
-        )
-
-    def leave_one_out(self) -> tuple[LeftOut, ...]:
-        """Leave out each sensor, or each of its channels where the rest cannot do without it."""
-        found = []
-        for owner in dict.fromkeys(self.geometry.owners):
-            rows = self.geometry.rows_of(owner)
-            found.append(self._left_out(owner, rows))
-            if not np.isfinite(found[-1].remaining) and len(rows) > 1:
-                channels = self.geometry.channels
-                found.extend(self._left_out(channels[row], np.array([row])) for row in rows)
-        return tuple(item for item in found if np.isfinite(item.remaining))
-
-    def _left_out(self, name: str, rows: Rows) -> LeftOut:
-        return LeftOut(name, rows, self.disagreement(self.geometry.forward, self.others(rows)))
-
-
-def motion_states(geometry: ChannelGeometry, channels: npt.ArrayLike) -> MotionStates:
-    """Reduce many measured lines to at most n real states of motion that hold all they do.
-
-    Parameters
-    ----------
-    geometry : ChannelGeometry
-        Where n channels sit.
-    channels : array, shape (n_line, n)
-        What they show, complex, one row per line and excitation; each row counts alike.
-
-    Raises
-    ------
-    InputError
-        Shapes that disagree, or no signal.
-
-    Notes
-    -----
-    The triangle R of a QR factorisation of the stacked real and imaginary parts has the same
-    products ``RᵀR`` as the data, and so the same residuals.
-    """
-    values = np.asarray(channels, dtype=complex)
-    n = len(geometry.channels)
-    if values.ndim != 2 or values.shape[1] != n:
-        raise InputError(f"{n} channels need lines of shape (n_line, {n}), not {values.shape}")
-    size = np.sqrt(np.average(np.abs(values) ** 2, axis=1, weights=geometry.weights))
-    moving = size > 0
-    if not np.any(moving):
-        raise InputError("no channel shows any signal: nothing can be said about a culprit")
-    alike = values[moving] / size[moving, np.newaxis]
-    triangle = np.linalg.qr(np.vstack([alike.real, alike.imag]))[1]
-    return MotionStates(geometry, triangle.T / np.sqrt(np.count_nonzero(moving)))
-
 
 STANDS_OUT = 0.7
 """A suspect stands out if the rest disagrees by less than this share (squared) of all together."""
@@ -379,6 +44,26 @@ disagreement (squared), or by less than this factor; then the simpler one is cho
 BEYOND_DOUBT = 0.15
 """What a reversed or dead channel, once undone, may leave of the disagreement (rms) to be named
 where no whole sensor can be left out."""
+LARGEST_TILT = 30.0
+"""Rotation beyond which an orientation is more likely a mix-up of axes [degrees]."""
+FITTED = 4
+"""Complexity of a fault with a fitted size; that of a mix-up is the number of channels changed."""
+HALVED = 0.5
+"""An exchange is named if, undone, less than this share of the disagreement (rms) is left."""
+
+_Rows = npt.NDArray[np.intp]
+
+
+class Fault(Enum):
+    """Kinds of fault that can be told apart."""
+
+    SIGN = "reversed sign"
+    DEAD = "dead channel"
+    AXES = "swapped axes"
+    GAIN = "wrong sensitivity"
+    OFFSET = "wrong position"
+    TILT = "wrong orientation"
+    UNEXPLAINED = "unexplained"
 
 
 @dataclass(frozen=True)
@@ -396,7 +81,7 @@ class Suspect:
     detail : str
         Size of the fault, in words.
     significance : float
-        Its contradiction to the rest over what the tolerances of all sensors let expect, rms [1].
+        Contradiction to the rest over what the tolerances of all sensors let expect, rms [1].
     residual_undone : float
         Rms disagreement of all channels with the fault undone, relative to the rms signal [1].
     """
@@ -438,16 +123,16 @@ class Diagnosis:
 def culprit_of_responses(
     point: VirtualPoint, measured: Spectrum | Frf, tolerances: Tolerances
 ) -> Diagnosis:
-    """Find the sensor that contradicts all others.
+    """Find the sensor that contradicts all others; see `find_culprit`.
 
     Parameters
     ----------
     point : VirtualPoint
-        Of the motion sensors.
+        Virtual point of the motion sensors.
     measured : Spectrum or Frf
         Their spectra, or frequency response functions with them as outputs.
     tolerances : Tolerances
-        Of placement and calibration: what is within them is nobody's fault.
+        Tolerances of placement and calibration: what is within them is nobody's fault.
 
     Raises
     ------
@@ -456,29 +141,17 @@ def culprit_of_responses(
 
     Notes
     -----
-    See `find_culprit`. Impacts in 18 directions let the six motions vary independently; an engine
-    order moves the body in few of them, and a fault that does not show in these stays hidden.
+    Impacts in 18 directions let the six motions vary independently; an engine order moves the body
+    in few of them, and a fault that does not show in these stays hidden.
     """
     lines = channel_values(point, measured).reshape(-1, len(point.channels))
     return find_culprit(point.geometry, lines, tolerances)
 
 
 def culprit_of_excitation(point: VirtualPoint, measured: Frf, tolerances: Tolerances) -> Diagnosis:
-    """Find the impact that contradicts all others; see `culprit_of_responses`.
+    """Find the impact, an input of `measured`, that contradicts all others.
 
-    Parameters
-    ----------
-    point : VirtualPoint
-        Of the points of excitation, which are inputs of `measured`.
-    measured : Frf
-        Frequency response functions.
-    tolerances : Tolerances
-        Those of the sensors are taken for the impacts as well.
-
-    Raises
-    ------
-    InputError
-        A missing impact, or no signal.
+    As `culprit_of_responses`; tolerances of the sensors are taken for the impacts as well.
     """
     rows = measured.select(inputs=point.channels).values
     return find_culprit(point.geometry, rows.reshape(-1, len(point.channels)), tolerances)
@@ -492,11 +165,11 @@ def find_culprit(
     Parameters
     ----------
     geometry : ChannelGeometry
-        Where n channels sit.
+        Places of n channels.
     channels : array, shape (n_line, n)
-        What they show, complex; each row (line and excitation) counts alike.
+        Complex values; each row (line and excitation) counts alike.
     tolerances : Tolerances
-        Of placement and calibration.
+        Tolerances of placement and calibration.
 
     Raises
     ------
@@ -512,8 +185,8 @@ def find_culprit(
     explain the contradiction equally well the simplest is reported. With three triaxial sensors
     nothing can be left out but single channels; then only a reversed or dead channel is named.
     """
-    states = motion_states(geometry, channels)
-    items = states.leave_one_out()
+    states = _motion_states(geometry, channels)
+    items = _leave_one_out(states)
     of_all = states.disagreement(geometry.forward)
     residual = float(np.sqrt(of_all))
     without = MappingProxyType({item.name: float(np.sqrt(item.remaining)) for item in items})
@@ -551,27 +224,109 @@ def find_culprit(
     return Diagnosis(residual, without, suspect, True, verdict)
 
 
-def _explain(states: MotionStates, item: LeftOut, excess: float, tolerances: Tolerances) -> Suspect:
+@dataclass(frozen=True, eq=False)
+class _MotionStates:
+    """What n channels show in a few states of motion, mean squared sum over the states 1."""
+
+    geometry: ChannelGeometry
+    values: RealArray
+
+    def others(self, rows: _Rows) -> _Rows:
+        """Channels beside these."""
+        return np.setdiff1d(np.arange(len(self.geometry.channels)), rows)
+
+    def disagreement(self, forward: RealArray, rows: _Rows | None = None) -> float:
+        """Mean squared residual of some channels per degree of freedom, relative to the signal.
+
+        Infinite where the channels do not overdetermine the motion.
+        """
+        rows = np.arange(len(forward)) if rows is None else rows
+        n_channel, n_motion = len(rows), forward.shape[1]
+        if n_channel <= n_motion:
+            return float("inf")
+        scaled = forward[rows] / self.geometry.scale
+        left, singular, _ = np.linalg.svd(scaled, full_matrices=False)
+        if singular[-1] * SINGULAR < singular[0]:
+            return float("inf")
+        seen = self.values[rows]
+        residual = seen - left @ (left.T @ seen)
+        return float(np.sum(residual**2) / (n_channel - n_motion))
+
+    def inverse_without(self, rows: _Rows) -> RealArray:
+        """All channels but these → motion."""
+        scale = self.geometry.scale
+        rest = self.geometry.forward[self.others(rows)]
+        return np.asarray(np.linalg.pinv(rest / scale) / scale[:, np.newaxis])
+
+
+def _motion_states(geometry: ChannelGeometry, channels: npt.ArrayLike) -> _MotionStates:
+    """Reduce many measured lines to at most n real states of motion that hold all they do.
+
+    The triangle R of a QR factorisation of the stacked real and imaginary parts has the same
+    products ``RᵀR`` as the data, and so the same residuals.
+    """
+    values = np.asarray(channels, dtype=complex)
+    n = len(geometry.channels)
+    if values.ndim != 2 or values.shape[1] != n:
+        raise InputError(f"{n} channels need lines of shape (n_line, {n}), not {values.shape}")
+    size = np.sqrt(np.mean(np.abs(values) ** 2, axis=1))
+    moving = size > 0
+    if not np.any(moving):
+        raise InputError("no channel shows any signal: nothing can be said about a culprit")
+    alike = values[moving] / size[moving, np.newaxis]
+    triangle = np.linalg.qr(np.vstack([alike.real, alike.imag]))[1]
+    return _MotionStates(geometry, triangle.T / np.sqrt(np.count_nonzero(moving)))
+
+
+@dataclass(frozen=True, eq=False)
+class _LeftOut:
+    """One sensor, impact or channel left out, and the mean squared disagreement of the others."""
+
+    name: str
+    rows: _Rows
+    remaining: float
+
+
+def _leave_one_out(states: _MotionStates) -> list[_LeftOut]:
+    """Leave out each sensor, or each of its channels where the rest cannot do without it."""
+    geometry = states.geometry
+
+    def left_out(name: str, rows: _Rows) -> _LeftOut:
+        return _LeftOut(name, rows, states.disagreement(geometry.forward, states.others(rows)))
+
+    items = []
+    for owner in dict.fromkeys(geometry.owners):
+        rows = geometry.rows_of(owner)
+        items.append(left_out(owner, rows))
+        if not np.isfinite(items[-1].remaining) and len(rows) > 1:
+            items += [left_out(geometry.channels[row], np.array([row])) for row in rows]
+    return [item for item in items if np.isfinite(item.remaining)]
+
+
+def _explain(
+    states: _MotionStates, item: _LeftOut, excess: float, tolerances: Tolerances
+) -> Suspect:
     """Fit all faults to the suspect and choose the simplest of the best."""
+    geometry = states.geometry
     motion = states.inverse_without(item.rows) @ states.values[states.others(item.rows)]
     significance = _significance(states, item, tolerances)
     share, factor = EXPLAINED
     explained = max(item.remaining + (1.0 - share) * excess, factor * item.remaining)
-    fits = [
-        (states.disagreement(fit.forward), fit)
-        for fit in fault_fits(states.geometry, item.rows, states.values[item.rows], motion)
+    tried = [
+        (states.disagreement(hypothesis.forward), hypothesis)
+        for hypothesis in _hypotheses(geometry, item.rows, states.values[item.rows], motion)
     ]
-    best = min((left for left, _ in fits), default=np.inf)
+    best = min((left for left, _ in tried), default=np.inf)
     if best <= explained:
         share, factor = AS_GOOD
-        equal = [pair for pair in fits if pair[0] <= max(best + share * excess, factor * best)]
+        equal = [pair for pair in tried if pair[0] <= max(best + share * excess, factor * best)]
         left, fit = min(equal, key=lambda pair: (pair[1].complexity, pair[0]))
         undone = float(np.sqrt(left))
         return Suspect(item.name, fit.fault, fit.channels, fit.detail, significance, undone)
     # at least say whether one channel alone carries the disagreement
     alone = {
-        states.geometry.channels[row]: states.disagreement(
-            states.geometry.forward, states.others(np.array([row]))
+        geometry.channels[row]: states.disagreement(
+            geometry.forward, states.others(np.array([row]))
         )
         for row in item.rows
     }
@@ -582,7 +337,7 @@ def _explain(states: MotionStates, item: LeftOut, excess: float, tolerances: Tol
     return Suspect(item.name, Fault.UNEXPLAINED, channels, detail, significance, undone)
 
 
-def _significance(states: MotionStates, item: LeftOut, tolerances: Tolerances) -> float:
+def _significance(states: _MotionStates, item: _LeftOut, tolerances: Tolerances) -> float:
     """Rms of the contradiction to the rest, in standard deviations by the tolerances of all."""
     forward, rest = states.geometry.forward, states.others(item.rows)
     inverse = states.inverse_without(item.rows)
@@ -597,8 +352,145 @@ def _significance(states: MotionStates, item: LeftOut, tolerances: Tolerances) -
     return float(np.sqrt(squared / len(item.rows)))
 
 
-HALVED = 0.5
-"""An exchange is named if, undone, less than this share of the disagreement (rms) is left."""
+def error_variance(
+    geometry: ChannelGeometry, motion: RealArray, tolerances: Tolerances
+) -> RealArray:
+    """Return the variance of each channel's error, summed over several states of motion.
+
+    Parameters
+    ----------
+    geometry : ChannelGeometry
+        Places of n channels, seen from the virtual point.
+    motion : array, shape (6, n_state)
+        Motion of the virtual point.
+    tolerances : Tolerances
+        Tolerances of the sensors; the noise floor, an absolute value, is left out.
+
+    Returns
+    -------
+    array, shape (n,)
+        Variance in the squared unit of the channels.
+
+    Notes
+    -----
+    To first order, with the acceleration b of the sensor and the angular acceleration α: a gain
+    error adds ``g d·b``, an angle ``φ·(d × b)``, the cross-axis sensitivity ``κ`` times the two
+    other axes, an offset ``δ·(d × α)``.
+    """
+    along = np.sum((geometry.forward @ motion) ** 2, axis=1)
+    at_channel = forward_matrices(geometry.levers).reshape(-1, 3, 6)
+    norm = np.sum(np.einsum("cab,bs->cas", at_channel, motion) ** 2, axis=(1, 2))
+    across = np.maximum(norm - along, 0.0)
+    turning = np.cross(geometry.directions[:, np.newaxis, :], motion[3:].T[np.newaxis, :, :])
+    swing = np.sum(turning**2, axis=(1, 2))
+    return np.asarray(
+        (tolerances.sensor_gain**2 + tolerances.acceleration_own**2) * along
+        + (tolerances.sensor_angle**2 + tolerances.sensor_cross_axis**2) * across
+        + tolerances.acceleration_norm**2 * norm
+        + tolerances.sensor_position**2 * swing
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class _Hypothesis:
+    """One explanation of a sensor's disagreement: the forward matrix with the fault as a fact."""
+
+    fault: Fault
+    channels: tuple[str, ...]
+    detail: str
+    forward: RealArray
+    complexity: int
+
+
+def _hypotheses(
+    geometry: ChannelGeometry, rows: _Rows, measured: RealArray, motion: RealArray
+) -> Iterator[_Hypothesis]:
+    """Fit every kind of fault to one sensor or impact, in states of motion that the others tell.
+
+    Once the motion is known, the factor of a channel and the offset of a sensor are linear least
+    squares, its rotation is a Procrustes problem, and of the ways to mix up three axes there are
+    48. A sensor with channels switched off is not asked for axes and orientation; a single channel
+    of a triaxial sensor, which the others cannot do without, only for its factor.
+    """
+    expected = geometry.forward[rows] @ motion
+    for row, shown, wanted in zip(rows, measured, expected, strict=True):
+        energy = float(wanted @ wanted)
+        if energy > 0:
+            yield from _factors(geometry, int(row), float(shown @ wanted) / energy)
+    if len(rows) == len(SENSOR_AXES):
+        yield from _mixed_axes(geometry, rows)
+        yield from _tilt(geometry, rows, measured, motion)
+    if len(rows) == len(geometry.rows_of(geometry.owners[rows[0]])):
+        yield _offset(geometry, rows, measured - expected, motion)
+
+
+def _factors(geometry: ChannelGeometry, row: int, fitted: float) -> Iterator[_Hypothesis]:
+    """One channel reversed, dead, or of another sensitivity."""
+    detail = f"shows {fitted:.3g} times what the others imply"
+    for fault, factor, complexity in (
+        (Fault.SIGN, -1.0, 1),
+        (Fault.DEAD, 0.0, 1),
+        (Fault.GAIN, fitted, FITTED),
+    ):
+        forward = geometry.forward.copy()
+        forward[row] *= factor
+        yield _Hypothesis(fault, (geometry.channels[row],), detail, forward, complexity)
+
+
+def _mixed_axes(geometry: ChannelGeometry, rows: _Rows) -> Iterator[_Hypothesis]:
+    """All ways to mix up three axes and their signs that change more than one channel."""
+    channels = [geometry.channels[row] for row in rows]
+    for order, signs in product(permutations(range(3)), product((1, -1), repeat=3)):
+        changed = [axis for axis in range(3) if (order[axis], signs[axis]) != (axis, 1)]
+        if len(changed) < 2:
+            continue
+        forward = geometry.forward.copy()
+        forward[rows] = np.array(signs)[:, np.newaxis] * forward[rows[list(order)]]
+        carried = [
+            f"{channels[axis]} carries {'' if signs[axis] > 0 else '−'}{SENSOR_AXES[order[axis]]}"
+            for axis in changed
+        ]
+        names = tuple(channels[axis] for axis in changed)
+        yield _Hypothesis(Fault.AXES, names, ", ".join(carried), forward, len(changed))
+
+
+def _offset(
+    geometry: ChannelGeometry, rows: _Rows, excess: RealArray, motion: RealArray
+) -> _Hypothesis:
+    """Offset δ: an excess ``d · (ω × δ) = (d × ω) · δ`` in each state of motion."""
+    directions = geometry.directions[rows]
+    system = np.cross(directions[:, np.newaxis, :], motion[3:].T[np.newaxis, :, :])
+    offset = np.linalg.lstsq(system.reshape(-1, 3), excess.ravel(), rcond=None)[0]
+    levers = geometry.levers.copy()
+    levers[rows] += offset
+    x, y, z = 1e3 * offset
+    detail = (
+        f"sits {np.linalg.norm(1e3 * offset):.1f} mm from where the position sheet says, by "
+        f"({x:+.1f}, {y:+.1f}, {z:+.1f}) mm"
+    )
+    channels = tuple(geometry.channels[row] for row in rows)
+    moved = replace(geometry, levers=levers)
+    return _Hypothesis(Fault.OFFSET, channels, detail, moved.forward, FITTED)
+
+
+def _tilt(
+    geometry: ChannelGeometry, rows: _Rows, measured: RealArray, motion: RealArray
+) -> Iterator[_Hypothesis]:
+    """Rotation between sheet and sensor, by the Procrustes problem of the two accelerations."""
+    directions = geometry.directions[rows]
+    at_sensor = forward_matrices(geometry.levers[rows[:1]]) @ motion
+    left, _, right = np.linalg.svd(directions.T @ measured @ at_sensor.T)
+    proper = np.diag([1.0, 1.0, np.linalg.det(left @ right)])
+    rotation = left @ proper @ right
+    degrees = np.degrees(np.arccos(np.clip((np.trace(rotation) - 1.0) / 2.0, -1.0, 1.0)))
+    if degrees > LARGEST_TILT:
+        return
+    turned = geometry.directions.copy()
+    turned[rows] = directions @ rotation
+    channels = tuple(geometry.channels[row] for row in rows)
+    detail = f"is turned by {degrees:.1f}° against the position sheet"
+    forward = replace(geometry, directions=turned).forward
+    yield _Hypothesis(Fault.TILT, channels, detail, forward, FITTED)
 
 
 @dataclass(frozen=True)
@@ -609,10 +501,9 @@ class Exchange:
     ----------
     first, second : str
         Channels, or whole sensors or impacts.
-    disagreement : float
-        Rms of what no rigid motion explains, relative to the rms signal [1].
-    left : float
-        The same with the exchange undone [1].
+    disagreement, left : float
+        Rms of what no rigid motion explains, relative to the rms signal, as measured and with the
+        exchange undone [1].
     """
 
     first: str
@@ -635,48 +526,26 @@ def exchanged_responses(point: VirtualPoint, measured: Frf) -> Exchange | None:
     Parameters
     ----------
     point : VirtualPoint
-        Of the motion sensors.
+        Virtual point of the motion sensors.
     measured : Frf
-        With their channels as outputs.
+        Functions with all their channels as outputs, else InputError.
 
     Returns
     -------
     Exchange or None
         None where no exchange halves the disagreement.
 
-    Raises
-    ------
-    InputError
-        A missing channel.
-
     Notes
     -----
     An exchange contradicts the rest at two places, so that no single sensor can be left out to make
-    the rest agree (`deboom.measurement.culprit` finds nothing). With a right sheet every exchange
-    makes matters worse, whatever the tolerances. Two axes of one sensor are a matter of `culprit`.
+    the rest agree (`find_culprit` finds nothing). With a right sheet every exchange makes matters
+    worse, whatever the tolerances. Two axes of one sensor are a matter of `find_culprit`.
     """
     return _best_exchange(point, channel_values(point, measured).reshape(-1, len(point.channels)))
 
 
 def exchanged_impacts(point: VirtualPoint, measured: Frf) -> Exchange | None:
-    """Find two impacts that were exchanged; see `exchanged_responses`.
-
-    Parameters
-    ----------
-    point : VirtualPoint
-        Of the impacts.
-    measured : Frf
-        With them as inputs.
-
-    Returns
-    -------
-    Exchange or None
-
-    Raises
-    ------
-    InputError
-        A missing impact.
-    """
+    """Find two impacts, inputs of `measured`, that were exchanged; see `exchanged_responses`."""
     values = measured.select(inputs=point.channels).values
     return _best_exchange(point, values.reshape(-1, len(point.channels)))
 
@@ -693,27 +562,27 @@ def _best_exchange(point: VirtualPoint, states: ComplexArray) -> Exchange | None
     before = left(list(range(len(energy))))
     if before < PERFECT:
         return None
-    tried = [(left(order), names) for names, order in _orders(point)]
+    tried = [(left(order), names) for names, order in _exchanges(point.geometry)]
     after, (first, second) = min(tried, default=(before, ("", "")))
     return Exchange(first, second, before, after) if after < HALVED * before else None
 
 
-def _orders(point: VirtualPoint) -> Iterator[tuple[tuple[str, str], list[int]]]:
+def _exchanges(geometry: ChannelGeometry) -> Iterator[tuple[tuple[str, str], list[int]]]:
     """Order of the channels after each exchange of two channels or of two whole sensors."""
-    owners = point.geometry.owners
-    rows = {name: [n for n, owner in enumerate(owners) if owner == name] for name in owners}
+    owners, channels = geometry.owners, geometry.channels
+    rows = {owner: [int(row) for row in geometry.rows_of(owner)] for owner in owners}
     pairs = [
-        ((point.channels[a], point.channels[b]), [a], [b])
+        ((channels[a], channels[b]), [a], [b])
         for a, b in combinations(range(len(owners)), 2)
         if owners[a] != owners[b]
     ]
     pairs += [
-        ((one, other), rows[one], rows[other])
-        for one, other in combinations(rows, 2)
-        if len(rows[one]) == len(rows[other]) > 1
+        (sensors, rows[sensors[0]], rows[sensors[1]])
+        for sensors in combinations(rows, 2)
+        if len(rows[sensors[0]]) == len(rows[sensors[1]]) > 1
     ]
-    for names, these, those in pairs:
+    for names, first, second in pairs:
         order = list(range(len(owners)))
-        for a, b in zip(these, those, strict=True):
+        for a, b in zip(first, second, strict=True):
             order[a], order[b] = b, a
         yield names, order

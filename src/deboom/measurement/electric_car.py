@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from enum import Enum
 from pathlib import Path
 from types import MappingProxyType
@@ -11,16 +10,16 @@ from types import MappingProxyType
 import numpy as np
 import numpy.typing as npt
 
-from deboom.arrays import ComplexArray, RealArray
+from deboom.arrays import ComplexArray, RealArray, checked
 from deboom.errors import InputError
-from deboom.measurement.channels import Frf
+from deboom.measurement.channels import Frf, refuse_doubled
 from deboom.measurement.compressor_test import (
     ACCELERATION_PER_FORCE,
     SMALLEST_IMPACTS,
     SMALLEST_SENSORS,
     OperatingSweep,
     OperatingTest,
-    freeze_field,
+    check_coherence,
 )
 from deboom.measurement.noise_transfer import (
     POINT_LOADS,
@@ -31,11 +30,14 @@ from deboom.measurement.quality import RigidConsistency, excitation_consistency
 from deboom.measurement.sensors import SENSOR_AXES, Impact, PlacementTolerances, Sensor
 from deboom.measurement.virtual_point import (
     RIGID_MOTIONS,
-    ChannelGeometry,
+    VirtualPoint,
     impact_geometry,
     sensor_geometry,
     virtual_point,
 )
+
+SAME_LINE = 1e-6
+"""Largest relative distance of a line that was asked for from a measured one [1]."""
 
 
 class PointKind(Enum):
@@ -45,26 +47,22 @@ class PointKind(Enum):
     HOSE = "hose"
 
 
-@dataclass(frozen=True, eq=False)
+@checked(position="3")
 class TransferPoint:
     """One place where the compressor or a hose meets the body.
 
     Parameters
     ----------
     name : str
-        Such as ``mount 1``; a mount is called like the holder of the sweeps.
+        Name, such as ``mount 1``; a mount is called like the holder of the sweeps.
     kind : PointKind
+        Mount or hose.
     position : array, shape (3,)
         Elastic centre of the mount, or end of the hose, from the compressor's virtual point [m].
     sensors : tuple of Sensor
         Triaxial accelerometers on the body around it, at least three.
     impacts : tuple of Impact
-        Of the hammer on the body around it, more than six to be overdetermined.
-
-    Raises
-    ------
-    InputError
-        Too few sensors or impacts for six motions, or a position of another shape.
+        Impacts of the hammer on the body around it, at least six, more to be overdetermined.
     """
 
     name: str
@@ -74,7 +72,6 @@ class TransferPoint:
     impacts: tuple[Impact, ...]
 
     def __post_init__(self) -> None:
-        freeze_field(self, "position", (3,), self.name)
         if len(self.sensors) < SMALLEST_SENSORS:
             raise InputError(
                 f"{self.name}: {len(self.sensors)} triaxial accelerometers do not see all six "
@@ -88,25 +85,29 @@ class TransferPoint:
 
     @property
     def channels(self) -> tuple[str, ...]:
-        """Of its accelerometers."""
+        """Channels of its accelerometers."""
         return tuple(channel for sensor in self.sensors for channel in sensor.channels)
 
     @property
     def impact_names(self) -> tuple[str, ...]:
-        """Of its impacts."""
+        """Names of its impacts."""
         return tuple(impact.name for impact in self.impacts)
 
+    def struck(self) -> VirtualPoint:
+        """Return the virtual point of its impacts."""
+        return virtual_point(impact_geometry(self.impacts, self.position))
 
-@dataclass(frozen=True, eq=False)
+
+@checked(coherence="f e i")
 class ElectricCar:
     """Everything measured on one electric car and its compressor.
 
     Parameters
     ----------
     name : str
-        Such as ``EV-1``.
+        Name, such as ``EV-1``.
     operation : OperatingTest
-        The compressor struck on its rig, and run in the car with holders and ear.
+        Compressor struck on its rig, and run in the car with holders and ear.
     points : tuple of TransferPoint
         All mounts, and the hose ends that were measured.
     ear : str
@@ -114,15 +115,16 @@ class ElectricCar:
     pressure : Frf
         Output is the ear, inputs are the impacts of all points, in their order; struck with the
         compressor taken out [Pa/N].
-    coherence : array, shape (f, 1, n_impact)
-        Ordinary, of the hits of every impact [1].
+    coherence : array, shape (n_frequency, 1, n_impact)
+        Ordinary coherence of the hits of every impact [1].
     n_averages : int
         Hits per impact.
     accelerance : Frf
         Outputs are the channels of all points' sensors, inputs as above [(m/s^2)/N].
     tolerances : PlacementTolerances
-        Of everything on the body.
+        Tolerances of everything on the body.
     input_files : tuple of Path
+        Every file that was read.
 
     Raises
     ------
@@ -143,9 +145,7 @@ class ElectricCar:
     input_files: tuple[Path, ...] = ()
 
     def __post_init__(self) -> None:
-        names = [point.name for point in self.points]
-        if len(set(names)) < len(names):
-            raise InputError(f"car {self.name}: two points have one name: {names}")
+        refuse_doubled([point.name for point in self.points], f"point of car {self.name}")
         impacts = tuple(name for point in self.points for name in point.impact_names)
         channels = tuple(name for point in self.points for name in point.channels)
         for frf, unit, outputs in (
@@ -153,36 +153,28 @@ class ElectricCar:
             (self.accelerance, ACCELERATION_PER_FORCE, channels),
         ):
             if frf.unit != unit:
-                raise InputError(
-                    f"car {self.name}: functions in '{frf.unit}' where {unit} is needed: convert "
-                    "them"
-                )
+                raise self._error(f"functions in '{frf.unit}' where {unit} is needed: convert them")
             if frf.inputs != impacts or frf.outputs != outputs:
-                raise InputError(
-                    f"car {self.name}: the functions in {unit} are not those of the points' "
-                    "sensors, impacts and ear"
+                raise self._error(
+                    f"the functions in {unit} are not those of the points' sensors, impacts and ear"
                 )
         if not np.array_equal(self.pressure.frequency, self.accelerance.frequency):
-            raise InputError(f"car {self.name}: pressure and acceleration have different lines")
-        freeze_field(self, "coherence", self.pressure.values.shape, f"car {self.name}: coherence")
-        if np.any((self.coherence < 0) | (self.coherence > 1 + 1e-9)):
-            raise InputError(f"car {self.name}: a coherence lies between 0 and 1")
-        if self.n_averages < 1:
-            raise InputError(f"car {self.name}: {self.n_averages} hits per impact, at least one")
+            raise self._error("pressure and acceleration have different lines")
+        check_coherence(self.coherence, self.pressure, self.n_averages, f"car {self.name}")
         for sweep in self.operation.sweeps:
             self._check_sweep(sweep)
 
     def _check_sweep(self, sweep: OperatingSweep) -> None:
         name = sweep.name
         if sweep.sound is None or self.ear not in sweep.sound.channels:
-            raise InputError(
-                f"car {self.name}: sweep {name} has no pressure at '{self.ear}', where the noise "
-                "transfer functions end: record that microphone, or name the right ear"
+            raise self._error(
+                f"sweep {name} has no pressure at '{self.ear}', where the noise transfer "
+                "functions end: record that microphone, or name the right ear"
             )
         if sweep.holder is None:
-            raise InputError(
-                f"car {self.name}: sweep {name} has no accelerations on the body side of the "
-                "mounts: the force of a mount needs both of its sides"
+            raise self._error(
+                f"sweep {name} has no accelerations on the body side of the mounts: the force of "
+                "a mount needs both of its sides"
             )
         held = list(dict.fromkeys(c.rpartition(" ")[0] for c in sweep.holder.channels))
         struck = [point.name for point in self.mounts]
@@ -191,18 +183,21 @@ class ElectricCar:
             held = [mount.name for mount in drawing.mounts]
         without = [mount for mount in held if mount not in struck]
         if without:
-            raise InputError(
-                f"car {self.name}: noise transfer functions for {', '.join(struck) or 'no mount'}, "
-                f"but the compressor stands on {', '.join(held)}: measure {', '.join(without)} as "
+            raise self._error(
+                f"noise transfer functions for {', '.join(struck) or 'no mount'}, but the "
+                f"compressor stands on {', '.join(held)}: measure {', '.join(without)} as "
                 "well, for a sum over some of the mounts is no cabin noise"
             )
         for mount in struck:
             missing = [a for a in SENSOR_AXES if f"{mount} {a}" not in sweep.holder.channels]
             if missing:
-                raise InputError(
-                    f"car {self.name}: sweep {name} has no body-side acceleration of {mount} along "
+                raise self._error(
+                    f"sweep {name} has no body-side acceleration of {mount} along "
                     f"{', '.join(missing)}: record it"
                 )
+
+    def _error(self, sentence: str) -> InputError:
+        return InputError(f"car {self.name}: {sentence}")
 
     @property
     def mounts(self) -> tuple[TransferPoint, ...]:
@@ -214,27 +209,20 @@ class ElectricCar:
         """Ends of the hoses."""
         return tuple(point for point in self.points if point.kind is PointKind.HOSE)
 
-    def point(self, name: str) -> TransferPoint:
-        """Return a point by its name.
-
-        Raises
-        ------
-        InputError
-            No such point.
-        """
-        for point in self.points:
-            if point.name == name:
-                return point
-        raise InputError(
-            f"car {self.name}: no point '{name}', there are {[one.name for one in self.points]}"
-        )
+    def chosen(self, names: Sequence[str] | None) -> tuple[TransferPoint, ...]:
+        """Return points by their names, all of them for None; an unknown one raises InputError."""
+        if names is None:
+            return self.points
+        known = {point.name: point for point in self.points}
+        if not names:
+            raise self._error("no point to refer functions to: name at least one")
+        missing = [name for name in names if name not in known]
+        if missing:
+            raise self._error(f"no point '{', '.join(missing)}', there are {list(known)}")
+        return tuple(known[name] for name in names)
 
 
-SAME_LINE = 1e-6
-"""Largest relative distance of a line that was asked for from a measured one [1]."""
-
-
-@dataclass(frozen=True, eq=False)
+@checked(deviation="f i")
 class WrenchNoiseTransfer:
     """Pressure at the ear per force and moment at every point.
 
@@ -242,11 +230,11 @@ class WrenchNoiseTransfer:
     ----------
     transfer : Frf
         Output is the ear, inputs ``<point> x y z`` [Pa/N] and ``mx my mz`` [Pa/(N m)].
-    deviation : array, shape (f, n_input)
+    deviation : array, shape (n_frequency, n_input)
         Root of the mean square modulus of the error, in the unit of each column.
     consistency : mapping of str to RigidConsistency
-        Point to that of its impacts, by the accelerations around it: how well one rigid patch
-        explains them.
+        Point to the consistency of its impacts, by the accelerations around it: how well one rigid
+        patch explains them.
     """
 
     transfer: Frf
@@ -254,26 +242,13 @@ class WrenchNoiseTransfer:
     consistency: Mapping[str, RigidConsistency]
 
     def __post_init__(self) -> None:
-        lines, _, inputs = self.transfer.values.shape
-        freeze_field(self, "deviation", (lines, inputs), "wrench noise transfer")
         object.__setattr__(self, "consistency", MappingProxyType(dict(self.consistency)))
 
     def at(self, frequency: npt.ArrayLike) -> WrenchNoiseTransfer:
-        """Return these lines only; the consistency is that of all.
-
-        Raises
-        ------
-        InputError
-            A line that was not measured: nothing is interpolated.
-        """
-        rows = measured_lines(self.transfer.frequency, np.asarray(frequency, dtype=float))
-        chosen = Frf(
-            np.asarray(frequency, dtype=float),
-            self.transfer.values[rows],
-            self.transfer.outputs,
-            self.transfer.inputs,
-            self.transfer.unit,
-        )
+        """Return these measured lines only; the consistency is that of all."""
+        wanted, whole = np.asarray(frequency, dtype=float), self.transfer
+        rows = measured_lines(whole.frequency, wanted)
+        chosen = Frf(wanted, whole.values[rows], whole.outputs, whole.inputs, whole.unit)
         return WrenchNoiseTransfer(chosen, self.deviation[rows], self.consistency)
 
 
@@ -285,12 +260,9 @@ def wrench_noise_transfer(
     Parameters
     ----------
     car : ElectricCar
+        Measured car.
     points : sequence of str, optional
-        All of the car if left out.
-
-    Returns
-    -------
-    WrenchNoiseTransfer
+        Names of the points; all of the car if left out.
 
     Raises
     ------
@@ -302,19 +274,22 @@ def wrench_noise_transfer(
     ``Y_VP = Y (U⁺)ᵀ`` by least squares (van der Seijs et al., 2017). Errors to first order: the
     noise of a function has the mean square modulus ``|H|² (1 − γ²)/(n γ²)``; an impact that
     lies δr off pushes with the moment ``δr × d`` besides, one that leans by δd with ``δd`` and
-    ``r × δd``; each of these is multiplied with the found functions of the point and goes through
+    ``r × δd``; each of these is multiplied with the functions of the point and goes through
     ``U⁺``. The gain of the hammer, and the place of the point itself, are common to its impacts.
     """
-    chosen = _chosen(car, points)
+    chosen = car.chosen(points)
     geometries = {point.name: impact_geometry(point.impacts, point.position) for point in chosen}
     transfer = noise_transfer_at_points(car.pressure, geometries)
-    deviations, consistency = [], {}
-    for number, point in enumerate(chosen):
-        found = transfer.values[:, 0, len(POINT_LOADS) * number : len(POINT_LOADS) * (number + 1)]
-        deviations.append(_deviation(car, point, geometries[point.name], found))
-        consistency[point.name] = excitation_consistency(
-            virtual_point(geometries[point.name]), car.accelerance.select(outputs=point.channels)
+    per_point = np.split(transfer.values[:, 0], len(chosen), axis=1)
+    deviations = [
+        _deviation(car, point, values) for point, values in zip(chosen, per_point, strict=True)
+    ]
+    consistency = {
+        point.name: excitation_consistency(
+            point.struck(), car.accelerance.select(outputs=point.channels)
         )
+        for point in chosen
+    }
     return WrenchNoiseTransfer(transfer, np.hstack(deviations), consistency)
 
 
@@ -324,27 +299,23 @@ def wrench_accelerance(car: ElectricCar, points: Sequence[str] | None = None) ->
     Parameters
     ----------
     car : ElectricCar
+        Measured car.
     points : sequence of str, optional
-        All of the car if left out.
+        Names of the points; all of the car if left out.
 
     Returns
     -------
     Frf
         Outputs ``<point> x`` … ``rz``, inputs ``<point> x y z mx my mz`` [(m/s^2)/N], per metre for
-        each rotation or moment.
-
-    Raises
-    ------
-    InputError
-        No point, or no such one; sensors or impacts that do not determine it.
+        each rotation or moment. Errors as of `wrench_noise_transfer`, with the sensors.
 
     Notes
     -----
     ``Y_VP = V⁺ Y (U⁺)ᵀ``, block by block.
     """
-    chosen = _chosen(car, points)
+    chosen = car.chosen(points)
     seen = [virtual_point(sensor_geometry(point.sensors, point.position)) for point in chosen]
-    struck = [virtual_point(impact_geometry(point.impacts, point.position)) for point in chosen]
+    struck = [point.struck() for point in chosen]
     blocks = [
         [
             response.inverse
@@ -363,37 +334,27 @@ def wrench_accelerance(car: ElectricCar, points: Sequence[str] | None = None) ->
     )
 
 
-def _chosen(car: ElectricCar, points: Sequence[str] | None) -> tuple[TransferPoint, ...]:
-    if points is None:
-        return car.points
-    if not points:
-        raise InputError(f"car {car.name}: no point to refer functions to: name at least one")
-    return tuple(car.point(name) for name in points)
-
-
-def _deviation(
-    car: ElectricCar, point: TransferPoint, geometry: ChannelGeometry, found: ComplexArray
-) -> RealArray:
-    """Root mean square modulus of the error of six functions, shape (f, 6)."""
+def _deviation(car: ElectricCar, point: TransferPoint, functions: ComplexArray) -> RealArray:
+    """Root mean square modulus of the error of six functions (n_frequency, 6) of a point."""
     columns = [car.pressure.inputs.index(name) for name in point.impact_names]
     measured = np.abs(car.pressure.values[:, 0, columns]) ** 2
     coherence = np.maximum(car.coherence[:, 0, columns], np.finfo(float).tiny)
     variance = measured * (1 - coherence) / (car.n_averages * coherence)
-    force, moment = found[:, :3], found[:, 3:]
-    tolerances = car.tolerances
+    force, moment = functions[:, :3], functions[:, 3:]
+    struck, tolerances = point.struck(), car.tolerances
+    directions = struck.geometry.directions
     # what a force at the lever r gives: N_f + N_m × r, a vector over the direction of the force
-    per_force = force[:, None] + np.cross(moment[:, None], geometry.levers)
-    for across in _across(geometry.directions):
+    per_force = force[:, None] + np.cross(moment[:, None], struck.geometry.levers)
+    for across in _across(directions):
         leaning = np.einsum("fia,ia->fi", per_force, across)
-        off = moment @ np.cross(across, geometry.directions).T
+        off = moment @ np.cross(across, directions).T
         variance = variance + np.abs(tolerances.impact_angle * leaning) ** 2
         variance = variance + np.abs(tolerances.impact_position * off) ** 2
-    inverse = virtual_point(geometry).inverse
-    common = np.abs(tolerances.hammer_gain * found) ** 2
+    common = np.abs(tolerances.hammer_gain * functions) ** 2
     # a load that truly acts beside the stated point turns about it as well
     turning = np.abs(moment) ** 2
     common[:, :3] += tolerances.sensor_position**2 * (turning.sum(axis=1)[:, None] - turning)
-    return np.asarray(np.sqrt(variance @ (inverse.T**2) + common))
+    return np.asarray(np.sqrt(variance @ (struck.inverse.T**2) + common))
 
 
 def _across(directions: RealArray) -> tuple[RealArray, RealArray]:
@@ -405,23 +366,9 @@ def _across(directions: RealArray) -> tuple[RealArray, RealArray]:
 
 
 def measured_lines(measured: RealArray, wanted: RealArray) -> npt.NDArray[np.intp]:
-    """Return the places of some lines among the measured ones.
+    """Return the places of wanted lines (n,) among the measured ones (n_frequency,) [Hz].
 
-    Parameters
-    ----------
-    measured : array, shape (n_frequency,)
-        Lines of noise transfer functions [Hz].
-    wanted : array, shape (n,)
-        [Hz].
-
-    Returns
-    -------
-    int array, shape (n,)
-
-    Raises
-    ------
-    InputError
-        A line that was not measured: nothing is interpolated.
+    A line that was not measured raises InputError: nothing is interpolated.
     """
     nearest = np.argmin(np.abs(measured[:, None] - wanted), axis=0)
     far = np.abs(measured[nearest] - wanted) > SAME_LINE * wanted

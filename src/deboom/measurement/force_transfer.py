@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 import numpy.typing as npt
 
-from deboom.arrays import ComplexArray, RealArray
+from deboom.arrays import ComplexArray, RealArray, checked
 from deboom.errors import InputError
 from deboom.measurement.campaign import AXES, Campaign, ShakerRun
 from deboom.measurement.channels import Frf, Spectrum
@@ -28,14 +28,21 @@ NO_LENGTH = 1.0
 """Characteristic length of a matrix without moments: it has nothing to scale [m]."""
 
 
-@dataclass(frozen=True, eq=False)
+@checked(
+    position="3",
+    frequency="f",
+    response="f n n",
+    matrix="n n",
+    frequency_dependence="n n",
+    drift="n n",
+)
 class ForceTransferMatrix:
     """Load on the cells per load at the virtual point, and how constant it is.
 
     Parameters
     ----------
     mount, piece : str
-        Where; the piece of a single one is ``""``.
+        Mount and piece; the piece of a single one is ``""``.
     cells : tuple of Sensor
         Force cells below the mount; their forces are added.
     position : array, shape (3,)
@@ -55,11 +62,11 @@ class ForceTransferMatrix:
         Largest deviation of one repeat's mean over the lines from `matrix`, relative to the same
         norm [1]; 0 for a single repeat, which cannot show any.
     repeats : tuple of int, length n
-        How often each column was measured.
+        Number of measurements of each column.
     residual : float
         Rms deviation of all lines and repeats from `matrix`, relative to its rms column norm [1].
     condition_number : float
-        Of `matrix`, with moments scaled by `length` [1].
+        Condition number of `matrix`, with moments scaled by `length` [1].
     """
 
     mount: str
@@ -76,19 +83,6 @@ class ForceTransferMatrix:
     residual: float
     condition_number: float
 
-    def __post_init__(self) -> None:
-        for name in (
-            "position",
-            "frequency",
-            "response",
-            "matrix",
-            "frequency_dependence",
-            "drift",
-        ):
-            array = np.array(getattr(self, name))
-            array.setflags(write=False)
-            object.__setattr__(self, name, array)
-
     @property
     def has_moments(self) -> bool:
         """Whether moments are part of it."""
@@ -96,7 +90,7 @@ class ForceTransferMatrix:
 
     def channels(self) -> tuple[str, ...]:
         """Names of the force at the virtual point, ``<mount> [<piece>] <axis>``."""
-        return tuple(_point_name(self.mount, self.piece, axis) for axis in AXES)
+        return tuple(_name(self.mount, self.piece, axis) for axis in AXES)
 
 
 def force_transfer_matrix(
@@ -107,16 +101,16 @@ def force_transfer_matrix(
     *,
     band: Band | None = None,
 ) -> ForceTransferMatrix:
-    """3×3 force transfer matrix of one mount out of its shaker runs.
+    """Return the 3×3 force transfer matrix of one mount out of its shaker runs.
 
     Parameters
     ----------
     runs : sequence of ShakerRun
-        Those of other mounts and pieces are not looked at; one or more repeats per axis.
+        Shaker runs, one or more repeats per axis; other mounts and pieces are not looked at.
     cells : sequence of Sensor
         All force cells below the mount (piece).
     mount, piece : str
-        Where.
+        Mount and piece.
     band : (float, float), optional
         Lines to average, from and to [Hz]; by default all.
 
@@ -130,174 +124,31 @@ def force_transfer_matrix(
     -----
     Column a holds the summed cell forces per force of the shaker along a (thesis, eq. 29 and
     figure 17). A tilted shaker or a wrong force of it is part of the result: its effect belongs
-    into the error budget. Moments are left out; what that costs says `level_without_moments`.
+    into the error budget. Moments are left out; what that costs shows `moment_transfer_matrix`.
     """
-    name = _point_name(mount, piece)
-    own = [run for run in runs if (run.mount, run.piece) == (mount, piece)]
-    missing = [axis for axis in AXES if axis not in {run.axis for run in own}]
+    name = _name(mount, piece)
+    chosen = [run for run in runs if (run.mount, run.piece) == (mount, piece)]
+    missing = [axis for axis in AXES if axis not in {run.axis for run in chosen}]
     if missing:
         raise InputError(
             f"mount {name}: there is no shaker run along {', '.join(missing)}; a force transfer "
             "matrix needs x, y and z, measure the missing direction"
         )
-    numbers = [(run.axis, run.repeat) for run in own]
+    numbers = [(run.axis, run.repeat) for run in chosen]
     doubled = sorted({number for number in numbers if numbers.count(number) > 1})
     if doubled:
         raise InputError(f"mount {name}: shaker runs {doubled} (axis, repeat) occur twice")
     middle = np.mean([cell.position for cell in cells], axis=0) if cells else np.zeros(3)
     columns = [
         [
-            cell_load(run.response, cells, middle, name)[:, :3, 0]
-            for run in sorted(own, key=lambda run: run.repeat)
+            _cell_load(run.response, cells, middle, name)[:, :3, 0]
+            for run in sorted(chosen, key=lambda run: run.repeat)
             if run.axis == axis
         ]
         for axis in AXES
     ]
-    frequency = common_lines([run.response for run in own], name)
-    return averaged_matrix(
-        columns, frequency, cells, mount, piece, position=middle, length=NO_LENGTH, band=band
-    )
-
-
-def operating_force(transfer: ForceTransferMatrix, cell_force: Spectrum) -> Spectrum:
-    """Force at the virtual point out of the cells in operation, ``FTM⁻¹ F_cells``.
-
-    Parameters
-    ----------
-    transfer : ForceTransferMatrix
-        Of the mount.
-    cell_force : Spectrum
-        Holds at least the channels of its cells [N].
-
-    Returns
-    -------
-    Spectrum
-        Channels ``<mount> [<piece>] <axis>`` [N]; a matrix with moments gives the same three, freed
-        from the moments' share.
-
-    Raises
-    ------
-    InputError
-        A missing cell channel.
-    """
-    load = load_at_point(transfer.cells, cell_force, transfer.position).values
-    if transfer.has_moments:
-        scale = load_scale(transfer.length)
-        scaled = transfer.matrix * np.outer(scale, 1 / scale)
-        solved = np.linalg.solve(scaled, (load * scale)[..., np.newaxis])
-        force = np.asarray(solved[:, :3, 0], dtype=complex)
-    else:
-        force = force_at_virtual_point(transfer.matrix, load[:, :3])
-    return Spectrum(cell_force.frequency, force, transfer.channels(), cell_force.unit)
-
-
-def averaged_matrix(
-    columns: Sequence[Sequence[ComplexArray]],
-    frequency: RealArray,
-    cells: Sequence[Sensor],
-    mount: str,
-    piece: str,
-    *,
-    position: RealArray,
-    length: float,
-    band: Band | None,
-) -> ForceTransferMatrix:
-    """Average the measured columns over lines and repeats, and judge how constant they are.
-
-    Parameters
-    ----------
-    columns : sequence of sequence of array, shape (n_frequency, n)
-        For each of n loads, one or more repeats of what the cells show [1, m, 1/m].
-    frequency : array, shape (n_frequency,)
-        [Hz].
-    cells, mount, piece, position, length
-        As in `ForceTransferMatrix`.
-    band : (float, float) or None
-        Lines to average, from and to [Hz].
-
-    Raises
-    ------
-    InputError
-        No line in the band, or a matrix without an inverse.
-    """
-    name = _point_name(mount, piece)
-    lower, upper = band or (-np.inf, np.inf)
-    used = (frequency >= lower) & (frequency <= upper)
-    if not np.any(used):
-        raise InputError(f"mount {name}: no line of its shaker runs lies in {lower}–{upper} Hz")
-    stacks = [np.stack(repeats)[:, used] for repeats in columns]
-    response = np.stack([stack.mean(axis=0) for stack in stacks], axis=2)
-    matrix = response.mean(axis=0)
-    scale = load_scale(length)[: len(columns)]
-    singular = np.linalg.svd(matrix * np.outer(scale, 1 / scale), compute_uv=False)
-    if singular[-1] <= singular[0] * np.finfo(float).eps * len(columns):
-        raise InputError(
-            f"mount {name}: the force transfer matrix has no inverse, the cells do not tell the "
-            "directions of its shaker runs apart"
-        )
-    relative = scale[:, np.newaxis] / np.linalg.norm(scale[:, np.newaxis] * matrix, axis=0)
-    scatter, drift = [], []
-    for column, stack in enumerate(stacks):
-        deviation = relative[:, column] * (stack - matrix[:, column])
-        scatter.append(np.mean(np.sum(np.abs(deviation) ** 2, axis=2)))
-        drift.append(np.abs(deviation.mean(axis=1)).max(axis=0))
-    return ForceTransferMatrix(
-        mount=mount,
-        piece=piece,
-        cells=tuple(cells),
-        position=position,
-        length=length,
-        frequency=frequency[used],
-        response=response,
-        matrix=matrix,
-        frequency_dependence=np.abs(response - matrix).max(axis=0) * relative,
-        drift=np.stack(drift, axis=1),
-        repeats=tuple(len(stack) for stack in stacks),
-        residual=float(np.sqrt(np.mean(scatter))),
-        condition_number=float(singular[0] / singular[-1]),
-    )
-
-
-def cell_load(
-    response: Frf, cells: Sequence[Sensor], position: npt.ArrayLike, name: str
-) -> ComplexArray:
-    """Add the cells' forces and moments per input, shape (n_frequency, 6, n_input).
-
-    Raises
-    ------
-    InputError
-        No cell, or one that was not measured.
-    """
-    if not cells:
-        raise InputError(f"mount {name}: there is no force cell below it")
-    geometry = sensor_geometry(cells, position)
-    missing = [channel for channel in geometry.channels if channel not in response.outputs]
-    if missing:
-        raise InputError(f"mount {name}: a shaker run lacks the cell channels {missing}")
-    return np.asarray(geometry.forward.T @ response.select(outputs=geometry.channels).values)
-
-
-def common_lines(responses: Sequence[Frf], name: str) -> RealArray:
-    """Return the frequency axis that all responses share [Hz].
-
-    Raises
-    ------
-    InputError
-        They do not share one.
-    """
-    frequency = responses[0].frequency
-    if any(not np.array_equal(frequency, response.frequency) for response in responses):
-        raise InputError(f"mount {name}: its shaker runs have different frequency lines")
-    return frequency
-
-
-def load_scale(length: float) -> RealArray:
-    """Weight of three forces and three moments at which they are comparable [1, 1/m]."""
-    return np.array([1.0] * 3 + [1 / length] * 3)
-
-
-def _point_name(*parts: str) -> str:
-    return " ".join(filter(None, parts))
+    frequency = _common_lines([run.response for run in chosen], name)
+    return _averaged(columns, frequency, cells, (mount, piece), middle, NO_LENGTH, band)
 
 
 def force_transfer_matrix_with_moments(
@@ -310,7 +161,7 @@ def force_transfer_matrix_with_moments(
     *,
     band: Band | None = None,
 ) -> ForceTransferMatrix:
-    """6×6 force transfer matrix of one mount out of pushes about its virtual point.
+    """Return the 6×6 force transfer matrix of one mount out of pushes about its virtual point.
 
     Parameters
     ----------
@@ -323,9 +174,9 @@ def force_transfer_matrix_with_moments(
         All force cells below the mount; three or more that are not on one line. Two do not show
         the moment about the line that joins them.
     mount, piece : str
-        Where.
+        Mount and piece.
     position : array, shape (3,)
-        The virtual point [m].
+        Virtual point [m].
     band : (float, float), optional
         Lines to average, from and to [Hz]; by default all.
 
@@ -340,10 +191,9 @@ def force_transfer_matrix_with_moments(
     ``FTM = S Y (U⁺)ᵀ``: S adds the cells' forces and moments about the virtual point, U⁺ is the
     virtual point transformation of the pushes. Only the force block is dimensionless.
     """
-    name = " ".join(filter(None, (mount, piece)))
+    name = _name(mount, piece)
     if not repeats:
         raise InputError(f"mount {name}: there is no measurement for its force transfer matrix")
-    frequency = common_lines(repeats, name)
     shown = conditioning(sensor_geometry(cells, position))
     if not shown.complete:
         raise InputError(
@@ -352,34 +202,26 @@ def force_transfer_matrix_with_moments(
         )
     pushed = virtual_point(impact_geometry(pushes, position))
     loads = [
-        cell_load(repeat.select(inputs=pushed.channels), cells, position, name) @ pushed.inverse.T
+        _cell_load(repeat.select(inputs=pushed.channels), cells, position, name) @ pushed.inverse.T
         for repeat in repeats
     ]
-    return averaged_matrix(
-        [[load[:, :, column] for load in loads] for column in range(len(RIGID_LOADS))],
-        frequency,
-        cells,
-        mount,
-        piece,
-        position=np.asarray(position, dtype=float),
-        length=pushed.conditioning.length,
-        band=band,
-    )
+    columns = [[load[:, :, column] for load in loads] for column in range(len(RIGID_LOADS))]
+    frequency, length = _common_lines(repeats, name), pushed.conditioning.length
+    place = np.asarray(position, dtype=float)
+    return _averaged(columns, frequency, cells, (mount, piece), place, length, band)
 
 
 def moment_transfer_matrix(
     campaign: Campaign, mount: str, piece: str = "", *, band: Band | None = None
 ) -> ForceTransferMatrix:
-    """6×6 force transfer matrix of one mount out of a campaign's shaker runs and pushes.
+    """Return the 6×6 force transfer matrix of one mount out of a campaign.
 
     Parameters
     ----------
     campaign : Campaign
-        Its shaker runs push at the virtual point, its pushes beside it.
-    mount, piece : str
-        Where.
-    band : (float, float), optional
-        Lines to average, from and to [Hz]; by default all.
+        Campaign whose shaker runs push at the virtual point, and whose pushes do beside it.
+    mount, piece, band
+        As for `force_transfer_matrix`.
 
     Raises
     ------
@@ -387,7 +229,7 @@ def moment_transfer_matrix(
         No such mount, no push beside its virtual point, repeats that differ in number, and as
         `force_transfer_matrix_with_moments`.
     """
-    name = " ".join(filter(None, (mount, piece)))
+    name = _name(mount, piece)
     places = {
         (known.name, known_piece): position
         for known in campaign.mounts
@@ -396,6 +238,12 @@ def moment_transfer_matrix(
     if (mount, piece) not in places:
         raise InputError(f"campaign {campaign.name}: there is no mount '{name}'")
     position = np.array(places[mount, piece])
+    beside = [run for run in campaign.pushes if (run.mount, run.piece) == (mount, piece)]
+    if not beside:
+        raise InputError(
+            f"campaign {campaign.name}: there is no push beside the virtual point of mount {name}, "
+            "without which no moment is known"
+        )
     pushes: dict[str, Impact] = {}
     answers: dict[int, list[Frf]] = {}
     for run in campaign.shaker_runs:
@@ -403,26 +251,19 @@ def moment_transfer_matrix(
             (point,) = run.response.inputs
             pushes[point] = Impact(point, position, np.eye(3)[AXES.index(run.axis)])
             answers.setdefault(run.repeat, []).append(run.response)
-    beside = [run for run in campaign.pushes if (run.mount, run.piece) == (mount, piece)]
-    if not beside:
-        raise InputError(
-            f"campaign {campaign.name}: there is no push beside the virtual point of mount {name}, "
-            "without which no moment is known"
-        )
-    for one in beside:
-        pushes[one.push.name] = one.push
-        answers.setdefault(one.repeat, []).append(one.response)
-    incomplete = [repeat for repeat, found in answers.items() if len(found) != len(pushes)]
+    for push in beside:
+        pushes[push.push.name] = push.push
+        answers.setdefault(push.repeat, []).append(push.response)
+    incomplete = [repeat for repeat, parts in answers.items() if len(parts) != len(pushes)]
     if incomplete:
         raise InputError(
             f"campaign {campaign.name}, mount {name}: repeats {incomplete} lack some of the pushes "
             f"{list(pushes)}: measure them as well, or leave these repeats out"
         )
-    cells = campaign.sensors_of(SensorKind.FORCE_CELL, (mount,), piece)
     return force_transfer_matrix_with_moments(
         tuple(pushes.values()),
-        [_side_by_side(found, name) for found in answers.values()],
-        cells,
+        [_side_by_side(parts, name) for parts in answers.values()],
+        campaign.sensors_of(SensorKind.FORCE_CELL, (mount,), piece),
         mount,
         position,
         piece,
@@ -430,27 +271,8 @@ def moment_transfer_matrix(
     )
 
 
-def _side_by_side(answers: Sequence[Frf], name: str) -> Frf:
-    """One matrix out of the columns of several pushes."""
-    frequency = common_lines(answers, name)
-    first = answers[0]
-    return Frf(
-        frequency,
-        np.concatenate([one.select(outputs=first.outputs).values for one in answers], axis=2),
-        first.outputs,
-        tuple(name for one in answers for name in one.inputs),
-        first.unit,
-    )
-
-
 def without_moments(transfer: ForceTransferMatrix) -> ForceTransferMatrix:
-    """Leave the moments of a force transfer matrix out: its 3×3 block of forces.
-
-    Raises
-    ------
-    InputError
-        A matrix without moments.
-    """
+    """Leave the moments of a 6×6 force transfer matrix out: its 3×3 block of forces."""
     if not transfer.has_moments:
         raise InputError(
             f"mount {transfer.mount}: its force transfer matrix has no moments to leave out"
@@ -468,29 +290,118 @@ def without_moments(transfer: ForceTransferMatrix) -> ForceTransferMatrix:
     )
 
 
-def level_without_moments(transfer: ForceTransferMatrix, cell_force: Spectrum) -> RealArray:
-    """Level that leaving the moments out adds to the force of each path.
+def operating_force(transfer: ForceTransferMatrix, cell_force: Spectrum) -> Spectrum:
+    """Return the force at the virtual point out of the cells in operation, ``FTM⁻¹ F_cells``.
 
     Parameters
     ----------
     transfer : ForceTransferMatrix
-        With moments.
+        Force transfer matrix of the mount.
     cell_force : Spectrum
-        In operation [N].
+        Spectra of at least the channels of its cells, else InputError [N].
 
     Returns
     -------
-    array, shape (n_frequency, 3)
-        ``20 lg |F_3×3 / F_6×6|`` along x, y, z [dB]: so much the path's contribution to the sound
-        pressure changes as well.
-
-    Raises
-    ------
-    InputError
-        A matrix without moments, a missing cell channel, or a force of exactly 0.
+    Spectrum
+        Channels ``<mount> [<piece>] <axis>`` [N]; a matrix with moments gives the same three, freed
+        from the moments' share.
     """
-    without = operating_force(without_moments(transfer), cell_force).values
-    force = operating_force(transfer, cell_force).values
-    if np.any(force == 0) or np.any(without == 0):
-        raise InputError(f"mount {transfer.mount}: a force of exactly 0 has no level")
-    return np.asarray(20 * np.log10(np.abs(without / force)))
+    load = load_at_point(transfer.cells, cell_force, transfer.position).values
+    if transfer.has_moments:
+        scale = _load_scale(transfer.length)
+        scaled = transfer.matrix * np.outer(scale, 1 / scale)
+        solved = np.linalg.solve(scaled, (load * scale)[..., np.newaxis])
+        force = np.asarray(solved[:, :3, 0], dtype=complex)
+    else:
+        force = force_at_virtual_point(transfer.matrix, load[:, :3])
+    return Spectrum(cell_force.frequency, force, transfer.channels(), cell_force.unit)
+
+
+def _averaged(
+    columns: Sequence[Sequence[ComplexArray]],
+    frequency: RealArray,
+    cells: Sequence[Sensor],
+    place: tuple[str, str],
+    position: RealArray,
+    length: float,
+    band: Band | None,
+) -> ForceTransferMatrix:
+    """Average the repeats (n_frequency, n) of n loads over lines and repeats, and judge them."""
+    name = _name(*place)
+    lower, upper = band or (-np.inf, np.inf)
+    used = (frequency >= lower) & (frequency <= upper)
+    if not np.any(used):
+        raise InputError(f"mount {name}: no line of its shaker runs lies in {lower}–{upper} Hz")
+    stacks = [np.stack(repeats)[:, used] for repeats in columns]
+    response = np.stack([stack.mean(axis=0) for stack in stacks], axis=2)
+    matrix = response.mean(axis=0)
+    scale = _load_scale(length)[: len(columns)]
+    singular = np.linalg.svd(matrix * np.outer(scale, 1 / scale), compute_uv=False)
+    if singular[-1] <= singular[0] * np.finfo(float).eps * len(columns):
+        raise InputError(
+            f"mount {name}: the force transfer matrix has no inverse, the cells do not tell the "
+            "directions of its shaker runs apart"
+        )
+    relative = scale[:, np.newaxis] / np.linalg.norm(scale[:, np.newaxis] * matrix, axis=0)
+    scatter, drift = [], []
+    for column, stack in enumerate(stacks):
+        deviation = relative[:, column] * (stack - matrix[:, column])
+        scatter.append(np.mean(np.sum(np.abs(deviation) ** 2, axis=2)))
+        drift.append(np.abs(deviation.mean(axis=1)).max(axis=0))
+    return ForceTransferMatrix(
+        mount=place[0],
+        piece=place[1],
+        cells=tuple(cells),
+        position=position,
+        length=length,
+        frequency=frequency[used],
+        response=response,
+        matrix=matrix,
+        frequency_dependence=np.abs(response - matrix).max(axis=0) * relative,
+        drift=np.stack(drift, axis=1),
+        repeats=tuple(len(stack) for stack in stacks),
+        residual=float(np.sqrt(np.mean(scatter))),
+        condition_number=float(singular[0] / singular[-1]),
+    )
+
+
+def _cell_load(
+    response: Frf, cells: Sequence[Sensor], position: npt.ArrayLike, name: str
+) -> ComplexArray:
+    """Sum of the cells' forces and moments per input, shape (n_frequency, 6, n_input)."""
+    if not cells:
+        raise InputError(f"mount {name}: there is no force cell below it")
+    geometry = sensor_geometry(cells, position)
+    missing = [channel for channel in geometry.channels if channel not in response.outputs]
+    if missing:
+        raise InputError(f"mount {name}: a shaker run lacks the cell channels {missing}")
+    return np.asarray(geometry.forward.T @ response.select(outputs=geometry.channels).values)
+
+
+def _common_lines(responses: Sequence[Frf], name: str) -> RealArray:
+    """Frequency axis that all responses share [Hz]."""
+    frequency = responses[0].frequency
+    if any(not np.array_equal(frequency, response.frequency) for response in responses):
+        raise InputError(f"mount {name}: its shaker runs have different frequency lines")
+    return frequency
+
+
+def _side_by_side(answers: Sequence[Frf], name: str) -> Frf:
+    """One matrix out of the columns of several pushes."""
+    first = answers[0]
+    return Frf(
+        _common_lines(answers, name),
+        np.concatenate([part.select(outputs=first.outputs).values for part in answers], axis=2),
+        first.outputs,
+        tuple(name for part in answers for name in part.inputs),
+        first.unit,
+    )
+
+
+def _load_scale(length: float) -> RealArray:
+    """Weight of three forces and three moments at which they are comparable [1, 1/m]."""
+    return np.array([1.0] * 3 + [1 / length] * 3)
+
+
+def _name(*parts: str) -> str:
+    return " ".join(filter(None, parts))

@@ -1,29 +1,36 @@
-"""Impact tests: hits checked, chosen, windowed and averaged to FRFs."""
+"""Impact tests: hits checked, chosen, windowed and averaged to FRFs with their random error."""
 
 from __future__ import annotations
 
 import math
-from collections import Counter
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from enum import Enum
 
 import numpy as np
 import numpy.typing as npt
 from scipy.signal import find_peaks
 
-from deboom.arrays import RealArray
+from deboom.arrays import ComplexArray, RealArray, checked
 from deboom.errors import InputError
-from deboom.measurement.frf_estimate import (
-    BlockRecord,
-    Estimator,
-    FrfEstimate,
-    chosen_blocks,
-    estimated,
-    join_estimates,
-    summary,
-)
+from deboom.measurement.channels import Frf, refuse_doubled
 from deboom.measurement.sensors import Impact, Sensor
-from deboom.physics.frf import SpectrumScaling, cross_spectra, exponential_window, force_window
+from deboom.physics.frf import (
+    SpectrumScaling,
+    coherence,
+    cross_spectra,
+    exponential_window,
+    force_window,
+    h1,
+    h2,
+    hv,
+    magnitude_error,
+)
+
+USABLE_SHARE = 2.0 / 2.56
+"""Share of the lines up to half the sampling rate: beyond, anti-aliasing filters work."""
+NOISE_PEAKS = 5.0
+"""Peaks of a noise reach this many times its rms; lower second peaks say nothing."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,13 +42,11 @@ class HammerMeasurement:
     impact : str
         Name of the point, such as ``I07`` or ``EnM x``: the input of the FRF.
     force : array, shape (n_hit, n_sample)
-        Positive along the direction of the impact [N].
+        Force, positive along the direction of the impact [N].
     response : array, shape (n_hit, n_sample, n_channel)
-        [units].
-    channels : sequence of str
-        Name of each response.
-    units : sequence of str
-        SI unit of each response.
+        Responses [units].
+    channels, units : sequence of str
+        Name and SI unit of each response.
     rate : float
         Samples per second [Hz].
     pretrigger : float
@@ -84,9 +89,7 @@ class HammerMeasurement:
                 f"are no hits of {len(channels)} channels, shapes (n_hit, n_sample) and (n_hit, "
                 "n_sample, n_channel)"
             )
-        doubled = sorted(name for name, count in Counter(channels).items() if count > 1)
-        if doubled:
-            raise self._error(f"duplicated channel {doubled}: every channel needs its own name")
+        refuse_doubled(channels, f"channel of impact {self.impact}")
         if len(units) != len(channels) or len(ranges) != len(channels):
             raise self._error(
                 f"{len(channels)} channels, {len(units)} units and {len(ranges)} ranges: state "
@@ -99,14 +102,16 @@ class HammerMeasurement:
                 f"a rate of {self.rate} Hz and a pretrigger of {self.pretrigger} s do not fit "
                 f"blocks of {self.n_sample} samples"
             )
-        self._refuse_not_finite()
+        together = np.concatenate([self.force[:, :, np.newaxis], self.response], axis=2)
+        bad = ~np.isfinite(together)
+        if bad.any():
+            hit, sample, column = (int(i) for i in np.argwhere(bad)[0])
+            raise self._error(
+                f"hit {hit + 1}: channel '{('force', *channels)[column]}' is not finite at sample "
+                f"{sample}: leave the hit out or export it again"
+            )
         if not np.any(self.force):
             raise self._error("no force in any hit: is the hammer's channel the right one?")
-
-    @property
-    def n_hit(self) -> int:
-        """Number of hits."""
-        return int(self.force.shape[0])
 
     @property
     def n_sample(self) -> int:
@@ -117,30 +122,6 @@ class HammerMeasurement:
     def n_before(self) -> int:
         """Samples that are surely before the push: a trigger comes on its rise."""
         return int(0.8 * self.pretrigger * self.rate)
-
-    def select(self, channels: Sequence[str]) -> HammerMeasurement:
-        """Return the measurement with the named responses only, in the order asked for.
-
-        Raises
-        ------
-        InputError
-            A name that is not there.
-        """
-        missing = [name for name in channels if name not in self.channels]
-        if missing:
-            raise self._error(f"no channel named {missing}; there are {list(self.channels)}")
-        columns = [self.channels.index(name) for name in channels]
-        return HammerMeasurement(
-            impact=self.impact,
-            force=self.force,
-            response=self.response[:, :, columns],
-            channels=tuple(channels),
-            units=tuple(self.units[i] for i in columns),
-            rate=self.rate,
-            pretrigger=self.pretrigger,
-            force_range=self.force_range,
-            ranges=tuple(self.ranges[i] for i in columns),
-        )
 
     def _error(self, sentence: str) -> InputError:
         return InputError(f"impact {self.impact}: {sentence}")
@@ -161,17 +142,6 @@ class HammerMeasurement:
         stacked.setflags(write=False)
         return stacked
 
-    def _refuse_not_finite(self) -> None:
-        together = np.concatenate([self.force[:, :, np.newaxis], self.response], axis=2)
-        bad = ~np.isfinite(together)
-        if bad.any():
-            hit, sample, column = (int(i) for i in np.argwhere(bad)[0])
-            name = ("force", *self.channels)[column]
-            raise self._error(
-                f"hit {hit + 1}: channel '{name}' is not finite at sample {sample}: leave the hit "
-                "out or export it again"
-            )
-
 
 @dataclass(frozen=True, eq=False)
 class HammerTest:
@@ -180,12 +150,12 @@ class HammerTest:
     Parameters
     ----------
     title : str
-        Of the test.
-    impacts : sequence of Impact
+        Title of the test.
+    impacts : tuple of Impact
         Points that were struck.
-    sensors : sequence of Sensor
-        With a position; responses without one, such as ears, have no entry.
-    measurements : sequence of HammerMeasurement
+    sensors : tuple of Sensor
+        Sensors with a position; responses without one, such as ears, have no entry.
+    measurements : tuple of HammerMeasurement
         One per impact, in the order of the impacts.
 
     Raises
@@ -200,8 +170,6 @@ class HammerTest:
     measurements: tuple[HammerMeasurement, ...]
 
     def __post_init__(self) -> None:
-        for name in ("impacts", "sensors", "measurements"):
-            object.__setattr__(self, name, tuple(getattr(self, name)))
         struck = [impact.name for impact in self.impacts]
         measured = [measurement.impact for measurement in self.measurements]
         if struck != measured or len(set(struck)) != len(struck):
@@ -221,24 +189,6 @@ class HammerTest:
                     f"{measurement.impact}: measure them or take them off the sheet"
                 )
 
-    def measurement(self, impact: str) -> HammerMeasurement:
-        """Return the hits of one impact.
-
-        Raises
-        ------
-        InputError
-            No such impact.
-        """
-        for measurement in self.measurements:
-            if measurement.impact == impact:
-                return measurement
-        known = [measurement.impact for measurement in self.measurements]
-        raise InputError(f"{self.title}: no impact named '{impact}'; there are {known}")
-
-
-NOISE_PEAKS = 5.0
-"""Peaks of a noise reach this many times its rms; lower second peaks say nothing."""
-
 
 @dataclass(frozen=True)
 class HitChecks:
@@ -247,18 +197,13 @@ class HitChecks:
     Parameters
     ----------
     double_hit : float
-        Largest second push, over the main one [1].
+        Largest second push, over the main one, above 0 to 1 [1].
     overload : float
-        Largest value of a channel, over its range [1].
+        Largest value of a channel, over its range, above 0 to 1 [1].
     smallest_force : float
         Least peak force; a hit is never accepted without any [N].
     latest : float
-        Time by which the main push has its peak, over the duration of the block [1].
-
-    Raises
-    ------
-    InputError
-        A limit that makes no sense.
+        Time by which the main push has its peak, over the duration of the block, above 0 to 1 [1].
     """
 
     double_hit: float = 0.05
@@ -275,22 +220,41 @@ class HitChecks:
             )
 
 
+@dataclass(frozen=True)
+class HitRecord:
+    """What became of one hit.
+
+    Parameters
+    ----------
+    number : int
+        Number from 1, in the order measured.
+    peak : float
+        Largest force [N].
+    reasons : tuple of str
+        Reasons to leave it out of the average; empty when used.
+    """
+
+    number: int
+    peak: float
+    reasons: tuple[str, ...] = ()
+
+    @property
+    def used(self) -> bool:
+        """Whether it is part of the average."""
+        return not self.reasons
+
+
 def check_hits(
     measurement: HammerMeasurement, checks: HitChecks | None = None
-) -> tuple[BlockRecord, ...]:
-    """Judge every hit.
+) -> tuple[HitRecord, ...]:
+    """Judge every hit, in their order.
 
     Parameters
     ----------
     measurement : HammerMeasurement
-        n hits.
+        Hits on one point.
     checks : HitChecks, optional
         Limits; by default `HitChecks()`.
-
-    Returns
-    -------
-    tuple of BlockRecord
-        One per hit, in their order.
 
     Notes
     -----
@@ -308,14 +272,14 @@ def check_hits(
             *_force_faults(measurement, push, loudest, limits),
             *_overloads(measurement, index, limits.overload),
         ]
-        records.append(BlockRecord(index + 1, float(push.max()), not reasons, tuple(reasons)))
+        records.append(HitRecord(index + 1, float(push.max()), tuple(reasons)))
     return tuple(records)
 
 
 def _force_faults(
     measurement: HammerMeasurement, push: RealArray, loudest: float, limits: HitChecks
 ) -> list[str]:
-    peak = float(push.max())
+    peak, main = float(push.max()), int(np.argmax(push))
     before = push[: measurement.n_before]
     noise = float(np.sqrt(np.mean(before**2))) if before.size else 0.0
     # a hammer that was not used shows noise: far below the other hits, or no peak above its own
@@ -331,28 +295,23 @@ def _force_faults(
     else:
         # zeros around it: a push at the block's edge is a peak, too
         peaks, _ = find_peaks(np.pad(push, 1), height=threshold, prominence=threshold)
-        others = [int(i) - 1 for i in peaks if i - 1 != int(np.argmax(push))]
+        others = [int(i) - 1 for i in peaks if i - 1 != main]
         if others:
             second = max(others, key=lambda i: push[i])
-            apart = (second - int(np.argmax(push))) / measurement.rate
+            apart = (second - main) / measurement.rate
             faults.append(
                 f"double hit: {100 * push[second] / peak:.0f} % again, {1e3 * apart:.1f} ms from "
                 "the main push"
             )
-    at = int(np.argmax(push)) / measurement.rate
-    duration = measurement.n_sample / measurement.rate
+    at, duration = main / measurement.rate, measurement.n_sample / measurement.rate
     if at > limits.latest * duration:
         faults.append(f"late: its peak comes {at:.3g} s into a block of {duration:.3g} s")
     return faults
 
 
 def _overloads(measurement: HammerMeasurement, index: int, limit: float) -> list[str]:
-    peaks = np.concatenate(
-        [
-            [np.abs(measurement.force[index]).max()],
-            np.abs(measurement.response[index]).max(axis=0),
-        ]
-    )
+    force, responses = measurement.force[index], measurement.response[index]
+    peaks = (np.abs(force).max(), *np.abs(responses).max(axis=0))
     names = ("force", *measurement.channels)
     units = ("N", *measurement.units)
     ranges = (measurement.force_range, *measurement.ranges)
@@ -363,6 +322,51 @@ def _overloads(measurement: HammerMeasurement, index: int, limit: float) -> list
     ]
 
 
+def _chosen_hits(
+    records: Sequence[HitRecord], numbers: Sequence[int] | None, count: int | None
+) -> tuple[HitRecord, ...]:
+    """Mark what a choice by number or by count leaves out; what was rejected stays rejected."""
+    known = [record.number for record in records]
+    wanted = known if numbers is None else list(numbers)
+    if not set(wanted) <= set(known) or len(set(wanted)) != len(wanted):
+        raise InputError(f"hits {list(wanted)}: choose among {known}, each once")
+    if count is not None and count < 1:
+        raise InputError(f"{count} hits cannot be averaged: choose at least 1")
+    chosen: list[HitRecord] = []
+    for record in records:
+        n_used = sum(earlier.used for earlier in chosen)
+        if record.number not in wanted:
+            record = replace(record, reasons=(*record.reasons, "not chosen"))
+        elif record.used and count is not None and n_used == count:
+            record = replace(record, reasons=(f"after the first {count} good hits",))
+        chosen.append(record)
+    n_used = sum(record.used for record in chosen)
+    if count is not None and n_used < count:
+        raise InputError(
+            f"{count} good hits were asked for, there are {n_used}: {_summary(records)}"
+        )
+    return tuple(chosen)
+
+
+def _summary(records: Sequence[HitRecord]) -> str:
+    """One sentence on which hits were rejected and why."""
+    rejected = [
+        f"hit {record.number}: {', '.join(record.reasons)}" for record in records if not record.used
+    ]
+    return "; ".join(rejected) if rejected else f"all {len(records)} hits are good"
+
+
+class Estimator(Enum):
+    """How spectra become an FRF: where the noise is decides."""
+
+    H1 = "noise in the responses"
+    H2 = "noise in the excitation"
+    HV = "noise in both, the same share of each"
+
+
+_ESTIMATE = {Estimator.H1: h1, Estimator.H2: h2, Estimator.HV: hv}
+
+
 @dataclass(frozen=True)
 class ForceWindow:
     """Part of the block in which the hammer may touch; the force outside is taken for noise.
@@ -370,9 +374,9 @@ class ForceWindow:
     Parameters
     ----------
     before, after : float
-        Flat from so long before the trigger until so long after it [s].
+        Duration of the flat part before and after the trigger [s].
     taper : float
-        Cosine at both ends [s].
+        Duration of the cosine at both ends [s].
     """
 
     before: float
@@ -389,7 +393,7 @@ class HammerOptions:
     estimator : Estimator
         H1 by default: a hammer's force cell is quieter than the responses.
     force_window : ForceWindow, optional
-        By default none.
+        Window of the force; by default none.
     time_constant : float, optional
         τ of an exponential window on force and response; by default none [s]. It moves every pole
         by 1/τ; the result states it as `added_decay_rate`, and the values are left as measured.
@@ -397,14 +401,9 @@ class HammerOptions:
         First and last frequency of the result [Hz]; by default from above 0 to rate/2.56, above
         which anti-aliasing filters work.
     minimum_hits : int
-        Fewer good hits are refused. With 1, allow an FRF whose coherence is not known.
+        Fewest good hits, at least 1. With 1, allow an FRF whose coherence is not known.
     checks : HitChecks
         Limits of a good hit.
-
-    Raises
-    ------
-    InputError
-        Less than one hit.
     """
 
     estimator: Estimator = Estimator.H1
@@ -419,6 +418,74 @@ class HammerOptions:
             raise InputError(f"an FRF needs at least one hit, not {self.minimum_hits}")
 
 
+@checked(frequency="f", values="f o i", coherence="f o i ?", random_error="f o i ?")
+class FrfEstimate:
+    """FRFs as measured with a hammer, with coherence and random error entry by entry.
+
+    Parameters
+    ----------
+    frequency : array, shape (n_frequency,)
+        Increasing lines above 0 [Hz].
+    values : array, shape (n_frequency, n_output, n_input)
+        Functions, e^{+jωt} [output unit / N].
+    outputs, inputs : tuple of str
+        Names of the rows and of the columns.
+    units : tuple of str
+        SI units of the rows.
+    coherence, random_error : array, shape (n_frequency, n_output, n_input)
+        Ordinary coherence, and relative standard deviation of |H| by chance [1]. NaN is not known:
+        one hit only. Bias is not in the error.
+    n_averages : tuple of int, one per input
+        Number of hits.
+    added_decay_rate : float
+        1/τ of an exponential window: the values are those of a body whose poles lie this much
+        further left, and stay so until poles are corrected [1/s].
+    records : tuple of tuple of HitRecord, one per input
+        Hits used and rejected.
+    """
+
+    frequency: RealArray
+    values: ComplexArray
+    outputs: tuple[str, ...]
+    inputs: tuple[str, ...]
+    units: tuple[str, ...]
+    coherence: RealArray
+    random_error: RealArray
+    n_averages: tuple[int, ...]
+    added_decay_rate: float
+    records: tuple[tuple[HitRecord, ...], ...]
+
+    @property
+    def frf(self) -> Frf:
+        """The values as a matrix of one unit; outputs of several units raise InputError."""
+        units = sorted(set(self.units))
+        if len(units) > 1:
+            raise InputError(f"FRFs in units {units}: select outputs of one unit first")
+        above = f"({units[0]})" if "/" in units[0] else units[0]
+        return Frf(self.frequency, self.values, self.outputs, self.inputs, f"{above}/N")
+
+    def select(
+        self, outputs: Sequence[str] | None = None, inputs: Sequence[str] | None = None
+    ) -> FrfEstimate:
+        """Return the named rows and columns, in the order asked for; None keeps them all."""
+        part = Frf(self.frequency, self.values, self.outputs, self.inputs, "").select(
+            outputs, inputs
+        )
+        rows = [self.outputs.index(name) for name in part.outputs]
+        columns = [self.inputs.index(name) for name in part.inputs]
+        return replace(
+            self,
+            values=part.values,
+            outputs=part.outputs,
+            inputs=part.inputs,
+            units=tuple(self.units[i] for i in rows),
+            coherence=self.coherence[:, rows][:, :, columns],
+            random_error=self.random_error[:, rows][:, :, columns],
+            n_averages=tuple(self.n_averages[i] for i in columns),
+            records=tuple(self.records[i] for i in columns),
+        )
+
+
 def hammer_frf(
     measurement: HammerMeasurement,
     options: HammerOptions | None = None,
@@ -426,7 +493,7 @@ def hammer_frf(
     hits: Sequence[int] | None = None,
     count: int | None = None,
 ) -> FrfEstimate:
-    """FRFs of all responses to one impact.
+    """Estimate the FRFs of all responses to one impact.
 
     Parameters
     ----------
@@ -437,7 +504,7 @@ def hammer_frf(
     hits : sequence of int, optional
         Numbers of the hits to choose from, 1 is the first; by default all.
     count : int, optional
-        How many good ones of them to average, the first ones; by default all.
+        Number of good ones of them to average, the first ones; by default all.
 
     Returns
     -------
@@ -456,7 +523,7 @@ def hammer_frf(
     a step of it. Spectra are energy densities: an impact has energy, no power.
     """
     options = HammerOptions() if options is None else options
-    records = chosen_blocks(check_hits(measurement, options.checks), hits, count)
+    records = _chosen_hits(check_hits(measurement, options.checks), hits, count)
     used = [record.number - 1 for record in records if record.used]
     if len(used) < options.minimum_hits:
         why = ""
@@ -464,58 +531,75 @@ def hammer_frf(
             why = "; the coherence of one hit is 1 whatever was measured, and says nothing"
         raise InputError(
             f"impact {measurement.impact}: {len(used)} of {len(records)} hits can be averaged, "
-            f"{options.minimum_hits} are needed ({summary(records)}){why}: strike again"
+            f"{options.minimum_hits} are needed ({_summary(records)}){why}: strike again"
         )
-    force = _without_offset(measurement.force[used][:, :, np.newaxis], measurement)
-    response = _without_offset(measurement.response[used], measurement)
-    decay = np.ones(measurement.n_sample)
+    decay, added_decay_rate = np.ones(measurement.n_sample), 0.0
     if options.time_constant is not None:
         decay = exponential_window(
             measurement.n_sample, measurement.rate, options.time_constant, measurement.pretrigger
         )
+        added_decay_rate = 1.0 / options.time_constant
     spectra = cross_spectra(
-        force,
-        response,
+        _without_offset(measurement.force[used][:, :, np.newaxis], measurement),
+        _without_offset(measurement.response[used], measurement),
         measurement.rate,
         input_window=decay * _touching(measurement, used, options.force_window),
         output_window=decay,
         scaling=SpectrumScaling.ENERGY_DENSITY,
     )
-    return estimated(
-        spectra,
+    low, high = options.band or (0.0, USABLE_SHARE * spectra.frequency[-1])
+    # sensors do not measure 0 Hz, and a quotient of two offsets is no FRF
+    lines = (spectra.frequency >= low) & (spectra.frequency <= high) & (spectra.frequency > 0)
+    if not lines.any():
+        raise InputError(
+            f"no line from {low:g} Hz to {high:g} Hz: the blocks give "
+            f"{spectra.frequency[1]:g} Hz to {spectra.frequency[-1]:g} Hz"
+        )
+    part = spectra.on_lines(lines)
+    values = _ESTIMATE[options.estimator](part)
+    coherent = error = np.full(values.shape, np.nan)
+    if len(used) > 1:
+        coherent = coherence(part)
+        error = magnitude_error(coherent, len(used))
+    return FrfEstimate(
+        frequency=part.frequency,
+        values=values,
         outputs=measurement.channels,
         inputs=(measurement.impact,),
-        output_units=measurement.units,
-        input_units=("N",),
-        estimator=options.estimator,
-        band=options.band,
-        n_averages=len(used),
-        added_decay_rate=0.0 if options.time_constant is None else 1.0 / options.time_constant,
-        records=records,
+        units=measurement.units,
+        coherence=coherent,
+        random_error=error,
+        n_averages=(len(used),),
+        added_decay_rate=added_decay_rate,
+        records=(records,),
     )
 
 
 def hammer_frfs(test: HammerTest, options: HammerOptions | None = None) -> FrfEstimate:
-    """FRFs of all responses to all impacts of a test, one column per impact.
+    """Estimate the FRFs of all responses to all impacts of a test, one column per impact.
 
-    Parameters
-    ----------
-    test : HammerTest
-        With the same responses at each impact.
-    options : HammerOptions, optional
-        By default `HammerOptions()`.
-
-    Returns
-    -------
-    FrfEstimate
-        All good hits averaged.
-
-    Raises
-    ------
-    InputError
-        As `hammer_frf` and `join_estimates`; the impact is named.
+    Errors as of `hammer_frf`, with the impact; outputs, lines or windows that differ from impact to
+    impact raise InputError.
     """
-    return join_estimates([hammer_frf(one, options) for one in test.measurements])
+    estimates = [hammer_frf(measurement, options) for measurement in test.measurements]
+    if not estimates:
+        raise InputError(f"{test.title}: no impact to estimate functions of: give at least one")
+    first = estimates[0]
+    for other in estimates[1:]:
+        name = f"{test.title}: input {other.inputs[0]} and input {first.inputs[0]}"
+        if (other.outputs, other.units) != (first.outputs, first.units):
+            raise InputError(f"{name} have other outputs: measure the same ones")
+        if not np.array_equal(other.frequency, first.frequency):
+            raise InputError(f"{name} have other frequency lines: use one rate and block length")
+    return replace(
+        first,
+        values=np.concatenate([estimate.values for estimate in estimates], axis=2),
+        coherence=np.concatenate([estimate.coherence for estimate in estimates], axis=2),
+        random_error=np.concatenate([estimate.random_error for estimate in estimates], axis=2),
+        inputs=tuple(estimate.inputs[0] for estimate in estimates),
+        n_averages=tuple(estimate.n_averages[0] for estimate in estimates),
+        records=tuple(estimate.records[0] for estimate in estimates),
+    )
 
 
 def _without_offset(blocks: RealArray, measurement: HammerMeasurement) -> RealArray:

@@ -9,13 +9,11 @@ from types import MappingProxyType
 
 import numpy as np
 
-from deboom.arrays import ComplexArray
 from deboom.errors import InputError
 from deboom.measurement.campaign import MeasuredMount
 from deboom.measurement.channels import Frf, Spectrum
 from deboom.measurement.modal import PanelMeasurement
 from deboom.measurement.noise_transfer import (
-    POINT_LOADS,
     noise_transfer_at_points,
     noise_transfer_of_paths,
     reciprocal_noise_transfer,
@@ -28,13 +26,12 @@ from deboom.measurement.virtual_point import (
     motion_at_point,
     sensor_geometry,
     virtual_point,
-    virtual_point_frf,
 )
 from deboom.physics.dynamic_stiffness import displacement_from_acceleration
 
 
 class Method(Enum):
-    """How noise transfer functions were acquired."""
+    """How noise transfer functions were acquired: hammer or loudspeaker."""
 
     DIRECT = "direct"
     RECIPROCAL = "reciprocal"
@@ -47,19 +44,17 @@ class VehicleRun:
     Parameters
     ----------
     name : str
-        Such as ``g5_wot220``.
+        Name, such as ``g5_wot220``.
     gear : int
-        From 1.
+        Gear, from 1.
     total_ratio : float
         Engine speed over wheel speed [1].
     torque_limit : float
-        Of the engine [N m].
+        Limit of the engine [N m].
     order : float
         Engine order of the spectra [1].
-    pressure : Spectrum
-        At the ears, complex peak [Pa].
-    acceleration : Spectrum
-        Of all accelerometers, in sensor axes [m/s²].
+    pressure, acceleration : Spectrum
+        Pressure at the ears [Pa], and all accelerometers in sensor axes [m/s²], complex peak.
     """
 
     name: str
@@ -78,15 +73,15 @@ class MeasuredVehicle:
     Parameters
     ----------
     name, group : str
-        Such as ``U06-1`` and ``U06``.
+        Names, such as ``U06-1`` and ``U06``.
     ears : tuple of str
-        Such as ``driver ear``.
+        Names, such as ``driver ear``.
     mounts : tuple of MeasuredMount
-        All, with pieces and positions [m].
+        All mounts, with pieces and positions [m].
     body_sensors : mapping of str to tuple of Sensor
         Point (``TSM``, ``Du left``) to the accelerometers on the body around it.
     source_sensors : tuple of Sensor
-        On the other side of the mounts: powertrain, wheel ends.
+        Sensors on the other side of the mounts: powertrain, wheel ends.
     powertrain_mounts : tuple of str
         Mounts whose source side is the one rigid powertrain; every other piece has a source sensor
         of its own.
@@ -100,7 +95,7 @@ class MeasuredVehicle:
         Outputs are the channels of the body sensors, inputs the blows [(m/s²)/N]; None where the
         accelerometers were not recorded.
     runs : tuple of VehicleRun
-        Assembled, on the road.
+        Runs of the assembled vehicle on the road.
     panels : PanelMeasurement or None
         Panels of the cabin under the loudspeaker; None where nobody measured them.
     """
@@ -126,15 +121,23 @@ class MeasuredVehicle:
     @property
     def points(self) -> tuple[str, ...]:
         """Every mount, or every piece of it, such as ``TSM``, ``Du left``."""
-        return tuple(_point(mount, piece) for mount in self.mounts for piece in mount.pieces)
+        return tuple(self._positions())
 
     def position(self, point: str) -> tuple[float, float, float]:
         """Return the virtual point of a mount or piece [m]."""
-        for mount in self.mounts:
-            for piece, position in zip(mount.pieces, mount.positions, strict=True):
-                if _point(mount, piece) == point:
-                    return position
-        raise InputError(f"vehicle {self.name}: no point '{point}', there are {list(self.points)}")
+        positions = self._positions()
+        if point not in positions:
+            raise InputError(
+                f"vehicle {self.name}: no point '{point}', there are {list(positions)}"
+            )
+        return positions[point]
+
+    def _positions(self) -> dict[str, tuple[float, float, float]]:
+        return {
+            f"{mount.name} {piece}".strip(): position
+            for mount in self.mounts
+            for piece, position in zip(mount.pieces, mount.positions, strict=True)
+        }
 
     def geometry(self, point: str, method: Method) -> ChannelGeometry:
         """Return the blows, or the body accelerometers, around a point."""
@@ -144,13 +147,7 @@ class MeasuredVehicle:
         return sensor_geometry(self.body_sensors.get(point, ()), position)
 
     def run(self, name: str) -> VehicleRun:
-        """Return a run by its name.
-
-        Raises
-        ------
-        InputError
-            No such run.
-        """
+        """Return a run by its name; an unknown one raises InputError."""
         for run in self.runs:
             if run.name == name:
                 return run
@@ -159,22 +156,10 @@ class MeasuredVehicle:
         )
 
 
-def _point(mount: MeasuredMount, piece: str) -> str:
-    return f"{mount.name} {piece}".strip()
-
-
 def point_noise_transfer(
     vehicle: MeasuredVehicle, method: Method, points: Sequence[str] | None = None
 ) -> Frf:
-    """Return the noise transfer functions of all six loads at the virtual points.
-
-    Parameters
-    ----------
-    vehicle : MeasuredVehicle
-    method : Method
-        Hammer or loudspeaker.
-    points : sequence of str, optional
-        All of the vehicle if left out.
+    """Return the noise transfer functions of all six loads at virtual points, by default all.
 
     Returns
     -------
@@ -198,134 +183,12 @@ def path_noise_transfer(vehicle: MeasuredVehicle, method: Method, ear: str) -> F
     Frf
         Output is the ear, inputs ``<mount> <axis>`` as a platform names them [Pa/N].
     """
-    paths = {
-        f"{mount.name} {axis}": [f"{_point(mount, piece)} {axis}" for piece in mount.pieces]
-        for mount in vehicle.mounts
-        for axis in mount.transfer_axes
-    }
-    return noise_transfer_of_paths(point_noise_transfer(vehicle, method), paths, ear)
-
-
-def point_accelerance(vehicle: MeasuredVehicle, points: Sequence[str] | None = None) -> Frf:
-    """Return the accelerations on the body per load at the virtual points, for force inversion.
-
-    Parameters
-    ----------
-    vehicle : MeasuredVehicle
-    points : sequence of str, optional
-        All of the vehicle if left out.
-
-    Returns
-    -------
-    Frf
-        Outputs are the channels of the body sensors, inputs ``<point> x y z`` [(m/s²)/N] and
-        ``mx my mz`` [(m/s²)/(N m)].
-
-    Raises
-    ------
-    InputError
-        A vehicle whose accelerations were not recorded under the hammer.
-    """
-    if vehicle.accelerance is None:
-        raise InputError(
-            f"vehicle {vehicle.name}: the hammer's file holds no accelerations: forces cannot be "
-            "found by inversion, measure the body sensors with the hammer"
-        )
-    wanted = vehicle.points if points is None else points
-    blocks = []
-    for point in wanted:
-        excitation = virtual_point(vehicle.geometry(point, Method.DIRECT))
-        blocks.append(virtual_point_frf(vehicle.accelerance, excitation=excitation).values)
-    return Frf(
-        vehicle.accelerance.frequency,
-        np.concatenate(blocks, axis=2),
-        vehicle.accelerance.outputs,
-        tuple(f"{point} {load}" for point in wanted for load in POINT_LOADS),
-        vehicle.accelerance.unit,
-    )
-
-
-def body_motion(vehicle: MeasuredVehicle, run: VehicleRun) -> Spectrum:
-    """Return the acceleration of the body at every virtual point.
-
-    Returns
-    -------
-    Spectrum
-        Channels ``<point> x`` … ``<point> rz`` [m/s²], rotations [rad/s²].
-    """
-    parts = [
-        motion_at_point(virtual_point(vehicle.geometry(point, Method.RECIPROCAL)), run.acceleration)
-        for point in vehicle.points
-    ]
-    names = [
-        f"{point} {name}"
-        for point, part in zip(vehicle.points, parts, strict=True)
-        for name in part.channels
-    ]
-    return _beside(parts, names)
-
-
-def source_motion(vehicle: MeasuredVehicle, run: VehicleRun) -> Spectrum:
-    """Return the acceleration of the source side at every virtual point.
-
-    Returns
-    -------
-    Spectrum
-        Channels ``<point> x``, ``y``, ``z`` [m/s²]. The powertrain moves as one rigid body; another
-        source, such as a wheel end, is taken to move as its one sensor does.
-
-    Raises
-    ------
-    InputError
-        Too few sensors on the powertrain, or not one on another source.
-    """
-    on_powertrain = [s for s in vehicle.source_sensors if s.mount in vehicle.powertrain_mounts]
-    body = virtual_point(sensor_geometry(on_powertrain))
-    parts, names = [], []
-    for point in vehicle.points:
-        names += [f"{point} {axis}" for axis in SENSOR_AXES]
-        if point in vehicle.powertrain_mounts:
-            parts.append(motion_at_mounts(body, run.acceleration, {point: vehicle.position(point)}))
-            continue
-        own = [s for s in vehicle.source_sensors if f"{s.mount} {s.piece}".strip() == point]
-        if len(own) != 1:
-            raise InputError(
-                f"vehicle {vehicle.name}: {len(own)} source sensors at {point}: it needs one"
-            )
-        seen = run.acceleration.select(own[0].channels)
-        turned = seen.values @ own[0].orientation.T
-        parts.append(Spectrum(seen.frequency, turned, own[0].channels, seen.unit))
-    return _beside(parts, names)
-
-
-def mount_deflection(vehicle: MeasuredVehicle, run: VehicleRun) -> Spectrum:
-    """Return how far each mount is deflected: source side against body side.
-
-    Returns
-    -------
-    Spectrum
-        Channels ``<point> x``, ``y``, ``z`` [m]; times the mount's stiffness it is the force on the
-        body.
-    """
-    source = source_motion(vehicle, run)
-    relative = source.values - body_motion(vehicle, run).select(source.channels).values
-    displacement = displacement_from_acceleration(relative, source.frequency)
-    return Spectrum(source.frequency, displacement, source.channels, "m")
-
-
-def _beside(parts: Sequence[Spectrum], names: Sequence[str]) -> Spectrum:
-    values = np.hstack([part.values for part in parts])
-    return Spectrum(parts[0].frequency, values, tuple(names), parts[0].unit)
+    points = point_noise_transfer(vehicle, method)
+    return noise_transfer_of_paths(points, piece_paths(vehicle.mounts), ear)
 
 
 def piece_paths(mounts: Sequence[MeasuredMount]) -> dict[str, tuple[str, ...]]:
-    """Return the paths into a body with what they consist of.
-
-    Returns
-    -------
-    dict of str to tuple of str
-        Path ``<mount> <axis>`` to its pieces ``<mount> [<piece>] <axis>``, for all transfer axes.
-    """
+    """Return the paths ``<mount> <axis>`` into a body with their pieces, for all transfer axes."""
     return {
         f"{mount.name} {axis}": mount.channels(axis)
         for mount in mounts
@@ -339,18 +202,14 @@ def path_accelerance(vehicle: MeasuredVehicle) -> Frf:
     Parameters
     ----------
     vehicle : MeasuredVehicle
-        With accelerances from its hammer test.
+        Vehicle with accelerances from its hammer test, and blows around every path, else
+        InputError.
 
     Returns
     -------
     Frf
         Outputs are the channels of all body sensors, inputs the pieces of `piece_paths`
         [(m/s²)/N]: the matrix of `path_forces.forces_by_inversion`.
-
-    Raises
-    ------
-    InputError
-        Accelerometers that were not recorded, or a path without blows around it.
 
     Notes
     -----
@@ -363,15 +222,16 @@ def path_accelerance(vehicle: MeasuredVehicle) -> Frf:
             f"vehicle {vehicle.name}: the accelerometers were not recorded in its hammer test, so "
             "no force can be found by inversion: use the stiffness of the mounts"
         )
-    columns = []
     wanted = [piece for pieces in piece_paths(vehicle.mounts).values() for piece in pieces]
-    at_points: dict[str, ComplexArray] = {}
-    for piece in wanted:
-        name, _, axis = piece.rpartition(" ")
-        if name not in at_points:
-            point = virtual_point(vehicle.geometry(name, Method.DIRECT))
-            at_points[name] = measured.select(inputs=point.channels).values @ point.inverse.T
-        columns.append(at_points[name][:, :, SENSOR_AXES.index(axis)])
+    at_points = {}
+    for point in dict.fromkeys(piece.rpartition(" ")[0] for piece in wanted):
+        excitation = virtual_point(vehicle.geometry(point, Method.DIRECT))
+        blows = measured.select(inputs=excitation.channels).values
+        at_points[point] = blows @ excitation.inverse.T
+    columns = [
+        at_points[point][:, :, SENSOR_AXES.index(axis)]
+        for point, _, axis in (piece.rpartition(" ") for piece in wanted)
+    ]
     values = np.stack(columns, axis=2)
     return Frf(measured.frequency, values, measured.outputs, tuple(wanted), measured.unit)
 
@@ -382,7 +242,7 @@ def summed_over_pieces(force: Spectrum, paths: Mapping[str, Sequence[str]]) -> S
     Parameters
     ----------
     force : Spectrum
-        One channel per piece; further ones are not looked at [N].
+        One channel per piece, else InputError; further ones are not looked at [N].
     paths : mapping of str to sequence of str
         Path to its pieces, from `piece_paths`.
 
@@ -390,11 +250,6 @@ def summed_over_pieces(force: Spectrum, paths: Mapping[str, Sequence[str]]) -> S
     -------
     Spectrum
         One channel per path [N], for noise transfer functions per newton of the summed force.
-
-    Raises
-    ------
-    InputError
-        A piece without force.
     """
     for path, pieces in paths.items():
         missing = [piece for piece in pieces if piece not in force.channels]
@@ -402,3 +257,65 @@ def summed_over_pieces(force: Spectrum, paths: Mapping[str, Sequence[str]]) -> S
             raise InputError(f"path {path} has no force of {missing}, there are {force.channels}")
     columns = [force.select(pieces).values.sum(axis=1) for pieces in paths.values()]
     return Spectrum(force.frequency, np.column_stack(columns), tuple(paths), force.unit)
+
+
+def body_motion(vehicle: MeasuredVehicle, run: VehicleRun) -> Spectrum:
+    """Return the acceleration of the body at every virtual point.
+
+    Returns
+    -------
+    Spectrum
+        Channels ``<point> x`` … ``<point> rz`` [m/s²], rotations [rad/s²].
+    """
+    parts = {
+        point: motion_at_point(
+            virtual_point(vehicle.geometry(point, Method.RECIPROCAL)), run.acceleration
+        )
+        for point in vehicle.points
+    }
+    names = [f"{point} {name}" for point, part in parts.items() for name in part.channels]
+    return _beside(list(parts.values()), names)
+
+
+def _source_motion(vehicle: MeasuredVehicle, run: VehicleRun) -> Spectrum:
+    """Acceleration of the source side at every virtual point, channels ``<point> x y z`` [m/s²].
+
+    The powertrain moves as one rigid body; another source, such as a wheel end, is taken to move as
+    its one sensor does.
+    """
+    on_powertrain = [s for s in vehicle.source_sensors if s.mount in vehicle.powertrain_mounts]
+    body = virtual_point(sensor_geometry(on_powertrain))
+    parts = []
+    for point in vehicle.points:
+        if point in vehicle.powertrain_mounts:
+            parts.append(motion_at_mounts(body, run.acceleration, {point: vehicle.position(point)}))
+            continue
+        sensors = [s for s in vehicle.source_sensors if f"{s.mount} {s.piece}".strip() == point]
+        if len(sensors) != 1:
+            raise InputError(
+                f"vehicle {vehicle.name}: {len(sensors)} source sensors at {point}: it needs one"
+            )
+        seen = run.acceleration.select(sensors[0].channels)
+        turned = seen.values @ sensors[0].orientation.T
+        parts.append(Spectrum(seen.frequency, turned, seen.channels, seen.unit))
+    return _beside(parts, [f"{point} {axis}" for point in vehicle.points for axis in SENSOR_AXES])
+
+
+def mount_deflection(vehicle: MeasuredVehicle, run: VehicleRun) -> Spectrum:
+    """Return how far each mount is deflected: source side against body side.
+
+    Returns
+    -------
+    Spectrum
+        Channels ``<point> x``, ``y``, ``z`` [m]; times the mount's stiffness it is the force on the
+        body. Too few sensors on a source raise InputError.
+    """
+    source = _source_motion(vehicle, run)
+    relative = source.values - body_motion(vehicle, run).select(source.channels).values
+    displacement = displacement_from_acceleration(relative, source.frequency)
+    return Spectrum(source.frequency, displacement, source.channels, "m")
+
+
+def _beside(parts: Sequence[Spectrum], names: Sequence[str]) -> Spectrum:
+    values = np.hstack([part.values for part in parts])
+    return Spectrum(parts[0].frequency, values, tuple(names), parts[0].unit)

@@ -12,14 +12,28 @@ import numpy as np
 import numpy.typing as npt
 from scipy.linalg import toeplitz
 
-from deboom.arrays import ComplexArray, RealArray
+from deboom.arrays import BoolArray, ComplexArray, IntArray, RealArray, checked
 from deboom.errors import InputError
 from deboom.measurement.channels import Frf
-from deboom.measurement.frf_estimate import FrfEstimate, require_coherence
 from deboom.physics.frf import FrfForm, mac
 
 LARGEST_DAMPING = 0.3
-"""Poles damped more than this belong to the polynomial, not to a structure [1]."""
+"""Damping ratio above which a pole belongs to the polynomial, not to a structure [1]."""
+SMALLEST_ORDER = 4
+LARGEST_ORDER = 20
+"""Beyond, more poles belong to the noise than to a body below 140 Hz; judgement."""
+LARGEST_CONDITION = 1e14
+"""Condition number of the numerators' normal equations that double precision just carries [1]."""
+LARGE_ERROR = 0.05
+"""Error of a rebuilt FRF that has missed something: a mode, the form, a band too narrow [1]."""
+SMALLEST_COHERENCE = 0.8
+"""Median over the band: five hits then err by 18 % at random, close to where the formula ends."""
+PRESSURE_PER_VOLUME_ACCELERATION = "Pa/(m^3/s^2)"
+_FORM_NAMES = {
+    FrfForm.RECEPTANCE: "receptance",
+    FrfForm.MOBILITY: "mobility",
+    FrfForm.INERTANCE: "accelerance",
+}
 
 
 @dataclass(frozen=True)
@@ -28,10 +42,8 @@ class StabilityLimits:
 
     Parameters
     ----------
-    frequency : float
-        Relative change [1].
-    damping : float
-        Relative change [1]. Damping scatters ten times as much as frequency; twice that keeps the
+    frequency, damping : float
+        Relative changes [1]. Damping scatters ten times as much as frequency; twice that keeps the
         weak modes of a body at 3 % noise.
     """
 
@@ -39,27 +51,27 @@ class StabilityLimits:
     damping: float = 0.2
 
 
-@dataclass(frozen=True, eq=False)
+@checked(pole="p", stable="p")
 class StabilisationChart:
     """Every pole of every order inside a band.
 
     Parameters
     ----------
     order : int array, shape (n_pole,)
-        Of the polynomial [1].
+        Order of the polynomial [1].
     pole : array, shape (n_pole,)
-        Complex, ``−ζω₀ + jω₀√(1−ζ²)`` [rad/s].
+        Complex poles, ``−ζω₀ + jω₀√(1−ζ²)`` [rad/s].
     stable : bool array, shape (n_pole,)
         Whether the order below has a pole of nearly equal frequency and damping.
     orders : tuple of int
         All orders computed, increasing.
     band : tuple of float
-        From, to [Hz].
+        First and last frequency [Hz].
     """
 
-    order: npt.NDArray[np.int64]
+    order: IntArray
     pole: ComplexArray
-    stable: npt.NDArray[np.bool_]
+    stable: BoolArray
     orders: tuple[int, ...]
     band: tuple[float, float]
 
@@ -106,94 +118,85 @@ def stabilisation_chart(
     band: tuple[float, float],
     limits: StabilityLimits | None = None,
 ) -> StabilisationChart:
-    """Keep the poles that a structure may have and mark the stable ones.
+    """Keep the poles [rad/s] of each order that a structure may have and mark the stable ones.
 
-    Parameters
-    ----------
-    poles_by_order : dict of int to array, shape (n,)
-        Poles of each polynomial order [rad/s].
-    band : tuple of float
-        From, to [Hz].
-    limits : StabilityLimits, optional
-
-    Returns
-    -------
-    StabilisationChart
-
-    Notes
-    -----
     Dropped by rule: poles at 0 Hz or outside the band, with negative or excessive damping, the
     conjugates, and duplicates of one order.
     """
     limits = limits or StabilityLimits()
-    numbers: list[int] = []
-    kept: list[complex] = []
-    stable: list[bool] = []
+    rows: list[tuple[int, complex, bool]] = []
     below = np.empty(0, dtype=complex)
     for order in sorted(poles_by_order):
         possible = _physical(poles_by_order[order], band)
-        for pole in possible:
-            numbers.append(order)
-            kept.append(complex(pole))
-            stable.append(_has_twin(pole, below, limits))
+        rows += [(order, complex(pole), _has_twin(pole, below, limits)) for pole in possible]
         below = possible
     return StabilisationChart(
-        np.array(numbers, dtype=np.int64),
-        np.array(kept, dtype=complex),
-        np.array(stable, dtype=bool),
+        np.array([order for order, _, _ in rows], dtype=np.int64),
+        np.array([pole for _, pole, _ in rows], dtype=complex),
+        np.array([stable for _, _, stable in rows], dtype=bool),
         tuple(sorted(poles_by_order)),
         band,
     )
 
 
+def _physical(poles: ComplexArray, band: tuple[float, float]) -> ComplexArray:
+    """Poles above 0 Hz inside the band with positive, moderate damping, each once."""
+    frequency = np.abs(poles) / (2 * np.pi)
+    inside = (frequency >= band[0]) & (frequency <= band[1]) & (frequency > 0)
+    damping = -poles.real / np.where(inside, np.abs(poles), 1.0)
+    inside &= (poles.imag > 0) & (damping > 0) & (damping < LARGEST_DAMPING)
+    kept = poles[inside]
+    kept = kept[np.argsort(np.abs(kept))]
+    apart = np.ones(kept.size, dtype=bool)
+    apart[1:] = np.abs(np.diff(kept)) > 1e-6 * np.abs(kept[1:])
+    return np.asarray(kept[apart])
+
+
+def _has_twin(pole: complex, others: ComplexArray, limits: StabilityLimits) -> bool:
+    near = np.abs(np.abs(others) - abs(pole)) <= limits.frequency * abs(pole)
+    damping, theirs = -pole.real / abs(pole), -others.real / np.abs(others)
+    return bool(np.any(near & (np.abs(theirs - damping) <= limits.damping * damping)))
+
+
 def pole_clusters(
     chart: StabilisationChart, width: float = 0.01, smallest_share: float = 0.25
 ) -> tuple[PoleCluster, ...]:
-    """Gather the stable poles into modes.
+    """Gather the stable poles into modes, increasing in frequency.
 
     Parameters
     ----------
     chart : StabilisationChart
+        Poles of all orders.
     width : float
         Largest relative gap in frequency between neighbours of one cluster [1]. Where modes lie
         closer, so that one order has two poles in a cluster, it is divided at its widest gap.
     smallest_share : float
         Part of the orders that must agree [1].
 
-    Returns
-    -------
-    tuple of PoleCluster
-        Increasing in frequency.
-
     Raises
     ------
     InputError
         No cluster: a band without modes, too low an order, or too much noise.
     """
-    frequency, damping = chart.frequency[chart.stable], chart.damping[chart.stable]
-    order = chart.order[chart.stable]
-    sequence = np.argsort(frequency)
-    frequency, damping, order = frequency[sequence], damping[sequence], order[sequence]
+    sequence = np.flatnonzero(chart.stable)
+    sequence = sequence[np.argsort(chart.frequency[sequence])]
+    frequency, damping = chart.frequency[sequence], chart.damping[sequence]
+    order = chart.order[sequence]
     cuts = np.flatnonzero(np.diff(frequency) > width * frequency[1:]) + 1
-    groups = [
-        part
-        for members in np.split(np.arange(frequency.size), cuts)
-        for part in _one_pole_per_order(members, frequency, order)
-    ]
     clusters = []
-    for members in groups:
-        share = len(set(order[members].tolist())) / len(chart.orders)
-        if members.size == 0 or share < smallest_share:
-            continue
-        clusters.append(
-            PoleCluster(
-                float(np.median(frequency[members])),
-                float(np.std(frequency[members])),
-                float(np.median(damping[members])),
-                float(np.std(damping[members])),
-                share,
-            )
-        )
+    for group in np.split(np.arange(frequency.size), cuts):
+        for members in _one_pole_per_order(group, frequency, order):
+            share = len(set(order[members].tolist())) / len(chart.orders)
+            if members.size and share >= smallest_share:
+                clusters.append(
+                    PoleCluster(
+                        float(np.median(frequency[members])),
+                        float(np.std(frequency[members])),
+                        float(np.median(damping[members])),
+                        float(np.std(damping[members])),
+                        share,
+                    )
+                )
     if not clusters:
         low, high = chart.band
         raise InputError(
@@ -204,7 +207,7 @@ def pole_clusters(
 
 
 def _one_pole_per_order(
-    members: npt.NDArray[np.intp], frequency: RealArray, order: npt.NDArray[np.int64]
+    members: npt.NDArray[np.intp], frequency: RealArray, order: IntArray
 ) -> list[npt.NDArray[np.intp]]:
     """Divide a cluster at its widest gap until no order has two poles in a part."""
     if len(set(order[members].tolist())) == members.size:
@@ -217,119 +220,14 @@ def _one_pole_per_order(
     ]
 
 
-def _physical(poles: ComplexArray, band: tuple[float, float]) -> ComplexArray:
-    """Poles above 0 Hz inside the band with positive, moderate damping, each once."""
-    frequency = np.abs(poles) / (2 * np.pi)
-    inside = (frequency >= band[0]) & (frequency <= band[1]) & (frequency > 0)
-    damping = -poles.real / np.where(inside, np.abs(poles), 1.0)
-    inside &= (poles.imag > 0) & (damping > 0) & (damping < LARGEST_DAMPING)
-    found = poles[inside]
-    found = found[np.argsort(np.abs(found))]
-    apart = np.ones(found.size, dtype=bool)
-    apart[1:] = np.abs(np.diff(found)) > 1e-6 * np.abs(found[1:])
-    return np.asarray(found[apart])
-
-
-def _has_twin(pole: complex, others: ComplexArray, limits: StabilityLimits) -> bool:
-    near = np.abs(np.abs(others) - abs(pole)) <= limits.frequency * abs(pole)
-    damping, theirs = -pole.real / abs(pole), -others.real / np.abs(others)
-    return bool(np.any(near & (np.abs(theirs - damping) <= limits.damping * damping)))
-
-
-def mac_matrix(first: npt.ArrayLike, second: npt.ArrayLike) -> RealArray:
-    """Compare every shape of one set with every shape of another.
-
-    Parameters
-    ----------
-    first : array, shape (n_first, n_output)
-        Real or complex, of any scale.
-    second : array, shape (n_second, n_output)
-        The same outputs in the same order; outputs of one unit, since the largest ones count.
-
-    Returns
-    -------
-    array, shape (n_first, n_second)
-        Modal assurance criterion [1].
-
-    Raises
-    ------
-    InputError
-        Other numbers of outputs, or a shape that is zero.
-    """
-    rows, columns = np.atleast_2d(first), np.atleast_2d(second)
-    if rows.shape[1] != columns.shape[1]:
-        raise InputError(
-            f"shapes of {rows.shape[1]} and of {columns.shape[1]} outputs cannot be compared: give "
-            "the same outputs in the same order"
-        )
-    return mac(rows.T[:, :, np.newaxis], columns.T[:, np.newaxis, :])
-
-
-def phase_collinearity(shapes: npt.ArrayLike) -> RealArray:
-    """Find how nearly the entries of each shape share one phase, or its opposite (MPC).
-
-    Parameters
-    ----------
-    shapes : array, shape (..., n_output)
-        Complex.
-
-    Returns
-    -------
-    array, shape (...)
-        1 for a real shape times any factor, 0 for a wave that only travels [1].
-
-    Notes
-    -----
-    Without the mean removed, after Pappa, Elliott and Schenk (1993)::
-
-        MPC = ((Sxx − Syy)² + 4 Sxy²) / (Sxx + Syy)²,  S of real and imaginary parts
-
-    which equals ``|φᵀφ|² / (φᴴφ)²``. A body whose damping is spread like its mass and stiffness has
-    real shapes; noise and modes that overlap lower it.
-    """
-    values = np.asarray(shapes, dtype=complex)
-    alike = np.abs(np.sum(values**2, axis=-1)) ** 2
-    return np.asarray(alike / np.sum(np.abs(values) ** 2, axis=-1) ** 2)
-
-
-def in_common_phase(shapes: npt.ArrayLike) -> ComplexArray:
-    """Turn each shape to the phase in which it is as real as it can be, largest entry positive.
-
-    Parameters
-    ----------
-    shapes : array, shape (..., n_output)
-        Complex.
-
-    Returns
-    -------
-    array, shape (..., n_output)
-        Largest entry of size 1; what stays imaginary is what travels.
-    """
-    values = np.asarray(shapes, dtype=complex)
-    turned = values * np.exp(-0.5j * np.angle(np.sum(values**2, axis=-1, keepdims=True)))
-    place = np.abs(turned).argmax(axis=-1)[..., np.newaxis]
-    largest = np.take_along_axis(turned, place, axis=-1)
-    sign = np.where(largest.real < 0, -1.0, 1.0)
-    return np.asarray(sign * turned / np.abs(largest))
-
-
-SMALLEST_ORDER = 4
-LARGEST_ORDER = 20
-"""Beyond, more poles belong to the noise than to a body below 140 Hz; judgement."""
-
-LARGEST_CONDITION = 1e14
-"""Of the normal equations of the numerators, close to what double precision carries [1]."""
-
-LARGE_ERROR = 0.05
-"""From here on a rebuilt FRF has missed something: a mode, the form, a band too narrow [1]."""
-_FORM_NAMES = {
-    FrfForm.RECEPTANCE: "receptance",
-    FrfForm.MOBILITY: "mobility",
-    FrfForm.INERTANCE: "accelerance",
-}
-
-
-@dataclass(frozen=True, eq=False)
+@checked(
+    residues="m o i",
+    shapes="m o",
+    lower_residual="o i",
+    upper_residual="o i",
+    rank_one="m",
+    error="o i",
+)
 class ModalModel:
     """Modes of a structure and how well they rebuild what was measured.
 
@@ -338,9 +236,9 @@ class ModalModel:
     clusters : tuple of PoleCluster
         One per mode.
     form : FrfForm
-        Of the FRF.
+        Form of the FRF.
     outputs, inputs : tuple of str
-        As in the FRF.
+        Names as in the FRF.
     residues : array, shape (n_mode, n_output, n_input)
         Complex modal constants of the receptance-like form.
     shapes : array, shape (n_mode, n_output)
@@ -351,7 +249,7 @@ class ModalModel:
         Share of the residues' energy that is one shape times one participation; far below 1 two
         modes share a pole [1].
     rebuilt : Frf
-        From modes and residuals, on the lines of the fit.
+        FRF from modes and residuals, on the lines of the fit.
     error : array, shape (n_output, n_input)
         Rms deviation of the rebuilt FRF from the measured one over the rms of the latter; near 1
         where a channel shows noise only [1].
@@ -399,8 +297,70 @@ class ModalModel:
         )
 
 
+def require_coherence(
+    frf: Frf,
+    coherence: npt.ArrayLike,
+    band: tuple[float, float],
+    smallest: float = SMALLEST_COHERENCE,
+) -> None:
+    """Refuse to go on with FRFs that are not a response to their input.
+
+    Parameters
+    ----------
+    frf : Frf
+        Functions to be identified from.
+    coherence : array, shape (n_frequency, n_output, n_input)
+        Ordinary coherence; multiple coherence where several inputs acted; NaN is not known [1].
+    band : (float, float)
+        First and last frequency that the identification uses [Hz].
+    smallest : float
+        Least median of the coherence over the band, of every output and input [1]. The median:
+        dips at antiresonances and at nodes are no fault.
+
+    Raises
+    ------
+    InputError
+        The worst output and input and its coherence, or which of them have none; a coherence of
+        another shape or outside 0 … 1; no line in the band.
+    """
+    low, high = band
+    given = np.asarray(coherence, dtype=float)
+    if given.shape != frf.values.shape:
+        raise InputError(
+            f"a coherence of shape {given.shape} does not belong to FRFs of shape "
+            f"{frf.values.shape}"
+        )
+    lines = (frf.frequency >= low) & (frf.frequency <= high)
+    if not lines.any():
+        raise InputError(f"no line from {low:g} Hz to {high:g} Hz to judge the coherence by")
+    outside = np.argwhere((given < 0) | (given > 1))
+    if outside.size:
+        line, o, i = outside[0]
+        raise InputError(
+            f"output '{frf.outputs[o]}' to input '{frf.inputs[i]}': a coherence of "
+            f"{given[line, o, i]:.4g} at {frf.frequency[line]:g} Hz is not from 0 to 1; leave "
+            "such lines out, and ask how auto and cross spectra were averaged"
+        )
+    median = np.median(given[lines], axis=0)
+    o, i = np.unravel_index(int(np.argmin(median)), median.shape)
+    pair = f"output '{frf.outputs[o]}' to input '{frf.inputs[i]}'"
+    if np.isnan(median[o, i]):
+        raise InputError(
+            f"{pair} has no coherence (one average, or exported without it), so nothing tells it "
+            "from noise: average at least two blocks, or export the coherence beside it"
+        )
+    if median[o, i] < smallest:
+        n_low = int(np.sum(median < smallest))
+        raise InputError(
+            f"{pair}: median coherence {median[o, i]:.2f} from {low:g} to {high:g} Hz is below "
+            f"{smallest:g}, most of it is no response to this input ({n_low} of {median.size} "
+            "functions): find the cable, the range or the second source and measure again, nothing "
+            "is identified from it"
+        )
+
+
 def poles_over_orders(
-    frf: Frf | FrfEstimate,
+    frf: Frf,
     form: FrfForm,
     band: tuple[float, float],
     largest_order: int | None = None,
@@ -410,27 +370,25 @@ def poles_over_orders(
 
     Parameters
     ----------
-    frf : Frf or FrfEstimate
-        Equidistant lines on whole multiples of their step; every pair of output and input takes
-        part. An estimate must be coherent.
+    frf : Frf
+        Functions on equidistant lines at whole multiples of their step; every pair of output and
+        input takes part. Judge their coherence first: `require_coherence`.
     form : FrfForm
-        What the FRF is, a ratio of displacement, velocity or acceleration.
+        Form of the FRF, a ratio of displacement, velocity or acceleration.
     band : tuple of float
-        From, to; lines outside are not used [Hz].
+        First and last frequency; lines outside are not used [Hz].
     largest_order : int, optional
-        Of the polynomial; twice as many poles. Left out, as high as the band carries, 20 at most.
+        Order of the polynomial; twice as many poles. Left out, as high as the band carries, 20 at
+        most.
     limits : StabilityLimits, optional
-
-    Returns
-    -------
-    StabilisationChart
+        By default `StabilityLimits()`.
 
     Raises
     ------
     InputError
-        sdypy-EMA is not installed; FRFs without coherence; lines that are not equidistant; a band
-        outside the lines or with fewer lines than unknowns; an order that the band does not carry;
-        apparent mass or another inverse form.
+        sdypy-EMA is not installed; lines that are not equidistant; a band outside the lines or with
+        fewer lines than unknowns; an order that the band does not carry; apparent mass or another
+        inverse form.
 
     Notes
     -----
@@ -442,10 +400,9 @@ def poles_over_orders(
     The lines below the band are unknown to the polynomial in ``z``, whose numerators are fixed by
     the band alone: the closer the band begins to its end, the lower the order that it carries.
     """
-    measured = _coherent(frf, band)
     if largest_order is None:
-        largest_order = _order_carried(measured, band)
-    model = _ema_model(measured, form, band, largest_order)
+        largest_order = _order_carried(frf, band)
+    model = _ema_model(frf, form, band, largest_order)
     model.get_poles("lscf", show_progress=False)
     by_order = {
         len(poles) // 2: np.asarray(poles, dtype=complex)
@@ -456,27 +413,16 @@ def poles_over_orders(
 
 
 def modal_model(
-    frf: Frf | FrfEstimate,
-    form: FrfForm,
-    band: tuple[float, float],
-    clusters: Sequence[PoleCluster],
+    frf: Frf, form: FrfForm, band: tuple[float, float], clusters: Sequence[PoleCluster]
 ) -> ModalModel:
     """Estimate modal constants and residuals for known poles, and rebuild the FRF from them.
 
     Parameters
     ----------
-    frf : Frf or FrfEstimate
-        As for the poles.
-    form : FrfForm
-        What the FRF is.
-    band : tuple of float
-        From, to; lines of the fit [Hz].
+    frf, form, band
+        As for `poles_over_orders`.
     clusters : sequence of PoleCluster
-        The modes to keep.
-
-    Returns
-    -------
-    ModalModel
+        Modes to keep.
 
     Raises
     ------
@@ -496,7 +442,6 @@ def modal_model(
             raise InputError(
                 f"two modes share the pole at {first.frequency:.2f} Hz: keep one of them"
             )
-    frf = _coherent(frf, band)
     model = _ema_model(frf, form, band, SMALLEST_ORDER)
     chosen = SimpleNamespace(
         pole_ind=[[0, number] for number in range(len(kept))],
@@ -522,26 +467,19 @@ def modal_model(
     deviation = np.sum(np.abs(values - measured) ** 2, axis=0)
     energy = np.sum(np.abs(measured) ** 2, axis=0)
     return ModalModel(
-        kept,
-        form,
-        frf.outputs,
-        frf.inputs,
-        residues,
-        leading / largest,
-        np.asarray(model.LR).reshape(pairs),
-        np.asarray(model.UR).reshape(pairs),
-        singular[:, 0] ** 2 / np.sum(singular**2, axis=1),
-        Frf(frf.frequency[lines], values, frf.outputs, frf.inputs, frf.unit),
-        np.sqrt(deviation / np.where(energy > 0, energy, 1.0)),
-        float(np.sqrt(deviation.sum() / energy.sum())),
+        clusters=kept,
+        form=form,
+        outputs=frf.outputs,
+        inputs=frf.inputs,
+        residues=residues,
+        shapes=leading / largest,
+        lower_residual=np.asarray(model.LR).reshape(pairs),
+        upper_residual=np.asarray(model.UR).reshape(pairs),
+        rank_one=singular[:, 0] ** 2 / np.sum(singular**2, axis=1),
+        rebuilt=Frf(frf.frequency[lines], values, frf.outputs, frf.inputs, frf.unit),
+        error=np.sqrt(deviation / np.where(energy > 0, energy, 1.0)),
+        total_error=float(np.sqrt(deviation.sum() / energy.sum())),
     )
-
-
-def _coherent(frf: Frf | FrfEstimate, band: tuple[float, float]) -> Frf:
-    if isinstance(frf, Frf):
-        return frf
-    require_coherence(frf, band)
-    return frf.frf
 
 
 def _lines_of(frf: Frf, band: tuple[float, float]) -> tuple[int, int, float]:
@@ -630,27 +568,84 @@ def _ema_model(frf: Frf, form: FrfForm, band: tuple[float, float], order: int) -
     )
 
 
-PRESSURE_PER_VOLUME_ACCELERATION = "Pa/(m^3/s^2)"
+def mac_matrix(first: npt.ArrayLike, second: npt.ArrayLike) -> RealArray:
+    """Return the modal assurance criterion of every shape of one set with every one of another.
+
+    Parameters
+    ----------
+    first : array, shape (n_first, n_output)
+        Real or complex shapes, of any scale.
+    second : array, shape (n_second, n_output)
+        Shapes of the same outputs in the same order, all of one unit, since the largest ones count.
+
+    Returns
+    -------
+    array, shape (n_first, n_second)
+        Criterion [1]; other numbers of outputs, or a shape that is zero, raise InputError.
+    """
+    rows, columns = np.atleast_2d(first), np.atleast_2d(second)
+    if rows.shape[1] != columns.shape[1]:
+        raise InputError(
+            f"shapes of {rows.shape[1]} and of {columns.shape[1]} outputs cannot be compared: give "
+            "the same outputs in the same order"
+        )
+    return mac(rows.T[:, :, np.newaxis], columns.T[:, np.newaxis, :])
 
 
-@dataclass(frozen=True, eq=False)
+def phase_collinearity(shapes: npt.ArrayLike) -> RealArray:
+    """Return how nearly the entries of each shape share one phase, or its opposite (MPC).
+
+    Parameters
+    ----------
+    shapes : array, shape (..., n_output)
+        Complex shapes.
+
+    Returns
+    -------
+    array, shape (...)
+        1 for a real shape times any factor, 0 for a wave that only travels [1].
+
+    Notes
+    -----
+    Without the mean removed, after Pappa, Elliott and Schenk (1993), ``|φᵀφ|² / (φᴴφ)²``. A body
+    whose damping is spread like its mass and stiffness has real shapes; noise and modes that
+    overlap lower it.
+    """
+    values = np.asarray(shapes, dtype=complex)
+    alike = np.abs(np.sum(values**2, axis=-1)) ** 2
+    return np.asarray(alike / np.sum(np.abs(values) ** 2, axis=-1) ** 2)
+
+
+def in_common_phase(shapes: npt.ArrayLike) -> ComplexArray:
+    """Turn each shape, (..., n_output), to the phase in which it is as real as it can be.
+
+    The largest entry is positive and of size 1; what stays imaginary is what travels.
+    """
+    values = np.asarray(shapes, dtype=complex)
+    turned = values * np.exp(-0.5j * np.angle(np.sum(values**2, axis=-1, keepdims=True)))
+    place = np.abs(turned).argmax(axis=-1)[..., np.newaxis]
+    largest = np.take_along_axis(turned, place, axis=-1)
+    sign = np.where(largest.real < 0, -1.0, 1.0)
+    return np.asarray(sign * turned / np.abs(largest))
+
+
+@checked(positions="p 3", normals="p 3", areas="p")
 class PanelMeasurement:
     """Panels of the trimmed body, with the loudspeaker at each ear in turn.
 
     Parameters
     ----------
     names : tuple of str
-        Such as ``trunk floor``.
+        Names, such as ``trunk floor``.
     positions : array, shape (n_panel, 3)
-        Of the accelerometers [m].
+        Positions of the accelerometers [m].
     normals : array, shape (n_panel, 3)
         Unit vectors into the cabin [1].
     areas : array, shape (n_panel,)
-        With which the motion of each accelerometer changes the volume of the cabin [m²].
-    motion : Frf
-        Outputs are the panels, inputs the ears: acceleration inwards [(m/s²)/(m³/s²)].
-    pressure : Frf
-        Outputs are the panels, inputs the ears [Pa/(m³/s²)].
+        Areas with which the motion of each accelerometer changes the volume of the cabin [m²].
+    motion, pressure : Frf
+        Outputs are the panels, inputs the ears: acceleration inwards [(m/s²)/(m³/s²)] and pressure
+        at the panel [Pa/(m³/s²)].
     """
 
     names: tuple[str, ...]
@@ -660,21 +655,17 @@ class PanelMeasurement:
     motion: Frf
     pressure: Frf
 
-    def __post_init__(self) -> None:
-        for name in ("positions", "normals", "areas"):
-            array = np.array(getattr(self, name), dtype=float)
-            array.setflags(write=False)
-            object.__setattr__(self, name, array)
 
-
-@dataclass(frozen=True, eq=False)
+@checked(frequency="m", values="m p")
 class PanelContributions:
     """Pressure at one ear from each panel, mode by mode.
 
     Parameters
     ----------
     ear : str
+        Name of the ear.
     panels : tuple of str
+        Names of the panels.
     frequency : array, shape (n_mode,)
         Natural frequencies [Hz].
     values : array, shape (n_mode, n_panel)
@@ -709,13 +700,11 @@ def panel_contributions(
     Parameters
     ----------
     model : ModalModel
-        Outputs hold the panels, inputs the ear; of accelerations per volume acceleration.
+        Model of accelerations per volume acceleration; outputs hold the panels, inputs the ear.
     panels : PanelMeasurement
+        Areas of the panels and pressure at them.
     ear : str
-
-    Returns
-    -------
-    PanelContributions
+        Name of the ear.
 
     Raises
     ------
@@ -751,50 +740,3 @@ def panel_contributions(
     constants = model.residues[:, rows, model.inputs.index(ear)]
     squared = -((2 * np.pi * at) ** 2)[:, np.newaxis]
     return PanelContributions(ear, panels.names, at, squared * at_modes * panels.areas * constants)
-
-
-def pressure_of_modes(
-    reciprocal: ModalModel, direct: ModalModel, accelerance: ModalModel, ear: str
-) -> ComplexArray:
-    """Find what the modes bring to the ear without asking any panel.
-
-    Compared with `PanelContributions.pressure` it tells whether a panel has been forgotten.
-
-    Parameters
-    ----------
-    reciprocal : ModalModel
-        Inputs hold the ear: accelerations on the body per volume acceleration.
-    direct : ModalModel
-        Outputs hold the ear: pressure per force.
-    accelerance : ModalModel
-        Outputs as in `reciprocal`, inputs as in `direct`: accelerations per force, whatever was
-        measured of both.
-    ear : str
-
-    Returns
-    -------
-    array, shape (n_mode,)
-        As `PanelContributions.pressure` [Pa/(m³/s²) · 1/s].
-
-    Raises
-    ------
-    InputError
-        Models of different numbers of modes.
-
-    Notes
-    -----
-    With ``φ`` of the body, the ear's share G in a mode and ``m = 2jω_d``: ``a/Q̇ ∝ −φ_c G/m``,
-    ``p/F ∝ G φ_i/m``, ``a/F ∝ φ_c φ_i/m``. The first two over the third, by least squares over all
-    channels and forces, are ``−G²/m``, which is what the panels add up to.
-    """
-    if not len(reciprocal.clusters) == len(direct.clusters) == len(accelerance.clusters):
-        raise InputError("the three modal models have different modes: fit them to the same poles")
-    channels = [reciprocal.outputs.index(name) for name in accelerance.outputs]
-    blows = [direct.inputs.index(name) for name in accelerance.inputs]
-    moved = reciprocal.residues[:, channels, reciprocal.inputs.index(ear)]
-    heard = direct.residues[:, direct.outputs.index(ear)][:, blows]
-    product = moved[:, :, np.newaxis] * heard[:, np.newaxis, :]
-    both = accelerance.residues
-    return np.asarray(
-        np.sum(both.conj() * product, axis=(1, 2)) / np.sum(np.abs(both) ** 2, axis=(1, 2))
-    )

@@ -28,18 +28,14 @@ def reciprocal_noise_transfer(measured: Frf) -> Frf:
     ----------
     measured : Frf
         Outputs are accelerometer channels, inputs are ears; acceleration along the channel per
-        volume acceleration of the source, positive out of the loudspeaker [(m/s²)/(m³/s²)].
+        volume acceleration of the source, positive out of the loudspeaker [(m/s²)/(m³/s²)];
+        another unit, such as that of a volume velocity, raises InputError.
 
     Returns
     -------
     Frf
         Outputs are the ears, inputs the channels: pressure at the ear per force along each channel
         [Pa/N].
-
-    Raises
-    ------
-    InputError
-        Another unit: volume velocity, or a voltage nobody has calibrated.
 
     Notes
     -----
@@ -77,8 +73,7 @@ def noise_transfer_at_points(measured: Frf, points: Mapping[str, ChannelGeometry
     Raises
     ------
     InputError
-        No point, a channel that was not measured, channels that do not determine all six loads,
-        flexible modes.
+        No point, a channel that was not measured, channels that do not determine all six loads.
 
     Notes
     -----
@@ -92,46 +87,10 @@ def noise_transfer_at_points(measured: Frf, points: Mapping[str, ChannelGeometry
     blocks, names = [], []
     for name, geometry in points.items():
         point = virtual_point(geometry)
-        if geometry.mode_names:
-            raise InputError(f"virtual point {name}: give rigid motions only, no flexible modes")
         blocks.append(measured.select(inputs=point.channels).values @ point.inverse.T)
         names += [f"{name} {load}" for load in POINT_LOADS]
     values = np.concatenate(blocks, axis=2)
     return Frf(measured.frequency, values, measured.outputs, tuple(names), measured.unit)
-
-
-def join_noise_transfer(parts: Sequence[Frf]) -> Frf:
-    """Put noise transfer functions of several sessions side by side.
-
-    Parameters
-    ----------
-    parts : sequence of Frf
-        Of the same ears, on the same lines, of different inputs [Pa/N].
-
-    Raises
-    ------
-    InputError
-        No part; ears, lines or units that differ; an input that comes twice.
-    """
-    if not parts:
-        raise InputError("no noise transfer function to join: give at least one")
-    first = parts[0]
-    for part in parts:
-        _check_unit(part)
-        if part.outputs != first.outputs:
-            raise InputError(
-                f"noise transfer functions of different microphones are mixed: "
-                f"{list(first.outputs)} and {list(part.outputs)}; select() one ear of all of them"
-            )
-        if not np.array_equal(part.frequency, first.frequency):
-            raise InputError("the noise transfer functions to join have different frequency lines")
-    return Frf(
-        first.frequency,
-        np.concatenate([part.values for part in parts], axis=2),
-        first.outputs,
-        tuple(name for part in parts for name in part.inputs),
-        first.unit,
-    )
 
 
 def noise_transfer_of_paths(
@@ -142,7 +101,7 @@ def noise_transfer_of_paths(
     Parameters
     ----------
     points : Frf
-        At virtual points, from `noise_transfer_at_points`.
+        Noise transfer functions at virtual points, from `noise_transfer_at_points`.
     paths : mapping of str to sequence of str
         Path ``<mount> <axis>`` to the inputs that share its force evenly: one, or one per piece,
         such as ``Du x`` to ``Du left x`` and ``Du right x``.

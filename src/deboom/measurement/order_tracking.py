@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy.interpolate import CubicSpline
 
-from deboom.arrays import ComplexArray, RealArray
+from deboom.arrays import BoolArray, ComplexArray, RealArray, checked
 from deboom.errors import InputError
 from deboom.measurement.campaign import OperatingRun, TimeRun
 from deboom.measurement.channels import Spectrum, TimeRecord
@@ -31,9 +31,20 @@ from deboom.physics.order_tracking import (
 
 STATIC_SHARE = 8.0
 """Lowest frequency of an order over the bandwidth of what counts as quasi-static beside it."""
+STATIC_BANDWIDTH = 1.0
+"""Bandwidth of what counts as quasi-static: an order above 4 Hz passes by less than 1 % [Hz]."""
+BESIDE = 0.25
+"""Distance of an order that a four-stroke engine, with half orders alone, does not have."""
+SWEEP_STEP = 1.0
+"""Distance of the lines of a compressor's sweep [Hz]."""
+SWEEP_BANDWIDTH = 3.0
+"""Full half-power width of the Vold-Kalman filter of a compressor's sweep [Hz]."""
+SWEEP_ORDERS = (1.0, 2.0, 3.0, 1.5)
+"""Orders of a sweep: the first, two of the pulsation of the gas, and 1.5, where a rotor and what it
+pumps have whole orders and all that shows is noise."""
 
 
-@dataclass(frozen=True, eq=False)
+@checked(rpm="f", time="f", bandwidth="f", noise_bandwidth="f", sweep_rate="f", settled="f")
 class OrderSpectrum:
     """One order over engine speed, with what it can resolve.
 
@@ -44,13 +55,13 @@ class OrderSpectrum:
     rpm : array, shape (n_line,)
         Speed of each line [1/min].
     time : array, shape (n_line,)
-        When the run passed it [s].
+        Time at which the run passed it [s].
     spectrum : Spectrum
         Complex peak amplitudes, phase to the tacho's zero mark, over ``order · rpm / 60``.
     bandwidth : array, shape (n_line,)
         Full half-power width about the order: what lies nearer is not separated [Hz].
     noise_bandwidth : array, shape (n_line,)
-        For `order_tracking_resolution.noise_amplitude` [Hz].
+        Noise bandwidth, for `physics.order_tracking.noise_amplitude` [Hz].
     sweep_rate : array, shape (n_line,)
         Rate of change of the order's frequency [Hz/s].
     settled : array of bool, shape (n_line,)
@@ -64,13 +75,7 @@ class OrderSpectrum:
     bandwidth: RealArray
     noise_bandwidth: RealArray
     sweep_rate: RealArray
-    settled: npt.NDArray[np.bool_]
-
-    def __post_init__(self) -> None:
-        for field in ("rpm", "time", "bandwidth", "noise_bandwidth", "sweep_rate", "settled"):
-            array = np.array(getattr(self, field))
-            array.setflags(write=False)
-            object.__setattr__(self, field, array)
+    settled: BoolArray
 
     @property
     def smear(self) -> RealArray:
@@ -86,23 +91,20 @@ def computed_order_spectrum(
     *,
     revolutions: float = 8.0,
 ) -> OrderSpectrum:
-    """Order spectrum by computed order tracking: angular resampling and a Hann window.
+    """Return an order spectrum by computed order tracking: angular resampling and a Hann window.
 
     Parameters
     ----------
     record : TimeRecord
+        Time records.
     shaft : ShaftAngle
-        On the same clock.
+        Shaft on the same clock.
     order : float
         Cycles per revolution [1].
     rpm : array, shape (n_line,)
         Speeds of the lines, increasing [1/min]; the run itself may rise or fall.
     revolutions : float
         Length of the window [rev]; a multiple of 4 separates half orders.
-
-    Returns
-    -------
-    OrderSpectrum
 
     Raises
     ------
@@ -115,7 +117,7 @@ def computed_order_spectrum(
     A force that rises with the torque would leak into the windows, so the quasi-static part is
     taken out first; 4e-5 of the order goes with it.
     """
-    speeds, time = _lines(shaft, rpm)
+    speeds, time = _times_of_lines(shaft, rpm)
     samples, values, rate = _prepared(record, shaft, order, 0.0)
     angle = shaft.angle(samples) / (2 * np.pi)
     reach = revolutions / 2
@@ -151,17 +153,14 @@ def vold_kalman_spectra(
     bandwidth: npt.ArrayLike,
     poles: int = 2,
 ) -> tuple[OrderSpectrum, ...]:
-    """Order spectra by a Vold-Kalman filter that solves all orders together.
+    """Return order spectra by a Vold-Kalman filter that solves all orders together.
 
     Parameters
     ----------
-    record : TimeRecord
-    shaft : ShaftAngle
-        On the same clock.
+    record, shaft, rpm
+        As for `computed_order_spectrum`.
     orders : sequence of float
         Cycles per revolution, each positive [1]; name every strong order, not only the wanted one.
-    rpm : array, shape (n_line,)
-        Speeds of the lines, increasing [1/min]; the run itself may rise or fall.
     bandwidth : float or array, shape (n_order,)
         Full half-power width about each order [Hz].
     poles : int
@@ -183,8 +182,16 @@ def vold_kalman_spectra(
     The quasi-static part of the record, such as the static force on a cell, is solved together with
     the orders, so that it does not leak into them.
     """
-    widths = _widths(orders, bandwidth)
-    speeds, time = _lines(shaft, rpm)
+    if len(orders) == 0 or min(orders) <= 0:
+        raise InputError(f"orders {list(orders)} are not positive: give cycles per revolution")
+    widths = np.asarray(bandwidth, dtype=float)
+    if widths.shape not in {(), (len(orders),)} or not np.all(widths > 0):
+        raise InputError(
+            f"bandwidths {widths.tolist()} Hz for {len(orders)} orders: give one above 0 Hz, or "
+            "one for each order"
+        )
+    widths = np.broadcast_to(widths, len(orders))
+    speeds, time = _times_of_lines(shaft, rpm)
     samples, values, rate = _prepared(record, shaft, max(orders), widths.max())
     _refuse_lines_outside(shaft, speeds, time, samples, "its line")
     phase = shaft.angle(samples)[:, np.newaxis] * np.concatenate([[0.0], orders])
@@ -210,53 +217,34 @@ def vold_kalman_spectra(
 def quasi_static(
     record: TimeRecord, shaft: ShaftAngle, rpm: npt.ArrayLike, *, bandwidth: float
 ) -> RealArray:
-    """Slow part of a record at the lines of an order spectrum: static force, torque.
+    """Return the slow part of a record at the lines of an order spectrum: static force, torque.
 
     Parameters
     ----------
-    record : TimeRecord
-    shaft : ShaftAngle
-        On the same clock.
-    rpm : array, shape (n_line,)
-        Speeds of the lines, increasing [1/min].
+    record, shaft, rpm
+        As for `computed_order_spectrum`.
     bandwidth : float
-        Half of it is the highest frequency that counts as slow; far below the lowest order [Hz].
+        Twice the highest frequency that counts as slow; far below the lowest order [Hz].
 
     Returns
     -------
     array, shape (n_line, n_channel)
-        [unit of the record].
-
-    Raises
-    ------
-    InputError
-        A speed that the run does not pass or the record does not hold.
+        Values [unit of the record]; a speed that the run does not pass or the record does not hold
+        raises InputError.
 
     Notes
     -----
     The Vold-Kalman filter at order 0, two poles: what oscillates at f passes by
     ``1/(1 + 0.41 (2f/bandwidth)⁴)``.
     """
-    speeds, time = _lines(shaft, rpm)
+    speeds, time = _times_of_lines(shaft, rpm)
     samples, values, rate = _cut(record, shaft, SAMPLES_PER_PERIOD * bandwidth)
     _refuse_lines_outside(shaft, speeds, time, samples, "its line")
     slow = vold_kalman(values, np.zeros((samples.size, 1)), rate, bandwidth)[:, 0].real
     return np.asarray(CubicSpline(samples, slow)(time))
 
 
-def _widths(orders: Sequence[float], bandwidth: npt.ArrayLike) -> RealArray:
-    if len(orders) == 0 or min(orders) <= 0:
-        raise InputError(f"orders {list(orders)} are not positive: give cycles per revolution")
-    widths = np.asarray(bandwidth, dtype=float)
-    if widths.shape not in {(), (len(orders),)} or not np.all(widths > 0):
-        raise InputError(
-            f"bandwidths {widths.tolist()} Hz for {len(orders)} orders: give one above 0 Hz, or "
-            "one for each order"
-        )
-    return np.broadcast_to(widths, len(orders))
-
-
-def _lines(shaft: ShaftAngle, rpm: npt.ArrayLike) -> tuple[RealArray, RealArray]:
+def _times_of_lines(shaft: ShaftAngle, rpm: npt.ArrayLike) -> tuple[RealArray, RealArray]:
     speeds = np.asarray(rpm, dtype=float)
     if speeds.ndim != 1 or speeds.size == 0 or np.any(np.diff(speeds) <= 0):
         raise InputError("the speeds of an order spectrum must be a list that increases")
@@ -306,13 +294,6 @@ def _spectrum(
     return Spectrum(frequency_of_order(rpm, order), amplitudes, record.channels, record.unit)
 
 
-STATIC_BANDWIDTH = 1.0
-"""Of what counts as quasi-static: an order above 4 Hz passes by less than 1 % [Hz]."""
-
-BESIDE = 0.25
-"""A four-stroke engine has half orders alone: a quarter order beside one there is none."""
-
-
 class OrderTracking(Enum):
     """How an order is taken out of a time record."""
 
@@ -322,14 +303,14 @@ class OrderTracking(Enum):
 
 @dataclass(frozen=True)
 class TrackingOptions:
-    """How a run over time is tracked.
+    """How a run over time is tracked; widths, window, step and orders are positive.
 
     Parameters
     ----------
     method : OrderTracking
         Vold-Kalman filter, or angular resampling with a Hann window.
     bandwidth : float
-        Of the Vold-Kalman filter, full half-power width [Hz].
+        Full half-power width of the Vold-Kalman filter [Hz].
     revolutions : float
         Length of the Hann window [rev]; a multiple of 4 separates half orders.
     other_orders : tuple of float or None
@@ -338,12 +319,7 @@ class TrackingOptions:
     lowest_rpm, highest_rpm : float or None
         Range of the lines [1/min]; by default all that the record holds with a settled filter.
     rpm_step : float
-        Between the lines [1/min].
-
-    Raises
-    ------
-    InputError
-        A width, window, step or order that is not positive, or an empty range.
+        Distance of the lines [1/min].
     """
 
     method: OrderTracking = OrderTracking.VOLD_KALMAN
@@ -380,9 +356,9 @@ class TrackedRun:
     run : OperatingRun
         Spectra of the dominant order, engine torque and static force over its lines.
     order : OrderSpectrum
-        Of the accelerations: lines, bandwidth, smear.
+        Order spectrum of the accelerations: lines, bandwidth, smear.
     shaft : ShaftAngle
-        From the repaired tacho.
+        Shaft from the repaired tacho.
     acceleration_beside, force_beside : float
         Amplitude that shows a quarter order beside the dominant one, where a four-stroke engine has
         none, relative to the dominant one (rms over lines, median over channels) [1]: what noise
@@ -427,13 +403,9 @@ def tracked_run(
     time_run : TimeRun
         Channels, tacho, torque and static forces over time.
     options : TrackingOptions
-        How.
+        Method, resolution and lines.
     name : str, optional
-        Of the operating run; that of the time run if left out.
-
-    Returns
-    -------
-    TrackedRun
+        Name of the operating run; that of the time run if left out.
 
     Raises
     ------
@@ -454,10 +426,9 @@ def tracked_run(
 
 def _tracked(time_run: TimeRun, options: TrackingOptions, name: str) -> TrackedRun:
     rate = time_run.sample_rate
-    shaft = shaft_angle(
-        repair_pulses(pulse_times(time_run.tacho, rate), time_run.pulses_per_revolution)
-    )
-    rpm = _lines_2(shaft, options)
+    pulses = pulse_times(time_run.tacho, rate)
+    shaft = shaft_angle(repair_pulses(pulses, time_run.pulses_per_revolution))
+    rpm = _lines(shaft, options)
     acceleration = TimeRecord(time_run.acceleration, rate, time_run.acceleration_channels, "m/s^2")
     force = TimeRecord(time_run.cell_force, rate, time_run.cell_force_channels, "N")
     of_motion, beside_motion = _spectra(acceleration, shaft, time_run.order, rpm, options)
@@ -484,20 +455,14 @@ def _tracked(time_run: TimeRun, options: TrackingOptions, name: str) -> TrackedR
         static_force=np.reshape(static, (len(static), rpm.size)).T,
         static_force_names=time_run.static_force_names,
     )
-    return TrackedRun(
-        run,
-        of_motion,
-        shaft,
-        _share(beside_motion, of_motion),
-        _share(beside_force, of_force),
-    )
+    beside = _share(beside_motion, of_motion), _share(beside_force, of_force)
+    return TrackedRun(run, of_motion, shaft, *beside)
 
 
-def _lines_2(shaft: ShaftAngle, options: TrackingOptions) -> RealArray:
+def _lines(shaft: ShaftAngle, options: TrackingOptions) -> RealArray:
     """Speeds at multiples of the step, within the range asked for or that the filter settles in."""
-    step = options.rpm_step
     if options.method is OrderTracking.VOLD_KALMAN:
-        ends = np.array([shaft.begin + 1 / options.bandwidth, shaft.end - 1 / options.bandwidth])
+        ends = _settled(shaft, options.bandwidth)
     else:
         turned = shaft.angle([shaft.begin, shaft.end]) / (2 * np.pi)
         # half a window, and one revolution for the ends of the resampling
@@ -506,19 +471,33 @@ def _lines_2(shaft: ShaftAngle, options: TrackingOptions) -> RealArray:
         ends = np.interp(
             [turned[0] + reach, turned[1] - reach], shaft.angle(times) / (2 * np.pi), times
         )
+    _refuse_too_short(shaft, ends)
+    # an uneven speed may lie beyond that of the first or the last pulse for a while
+    low, high = np.clip(np.sort(shaft.rpm(ends)), *np.sort(shaft.rpm([shaft.begin, shaft.end])))
+    low = low if options.lowest_rpm is None else options.lowest_rpm
+    high = high if options.highest_rpm is None else options.highest_rpm
+    return _multiples(low, high, options.rpm_step, "1/min")
+
+
+def _settled(shaft: ShaftAngle, bandwidth: float) -> RealArray:
+    """First and last time at which a Vold-Kalman filter has settled [s]."""
+    return np.array([shaft.begin + 1 / bandwidth, shaft.end - 1 / bandwidth])
+
+
+def _refuse_too_short(shaft: ShaftAngle, ends: RealArray) -> None:
     if not ends[0] < ends[1]:
         raise InputError(
             f"its {shaft.end - shaft.begin:.2f} s are too short for the filter: take a larger "
             "bandwidth, fewer revolutions, or measure for longer"
         )
-    # an uneven speed may lie beyond that of the first or the last pulse for a while
-    low, high = np.clip(np.sort(shaft.rpm(ends)), *np.sort(shaft.rpm([shaft.begin, shaft.end])))
-    low = low if options.lowest_rpm is None else options.lowest_rpm
-    high = high if options.highest_rpm is None else options.highest_rpm
+
+
+def _multiples(low: float, high: float, step: float, unit: str) -> RealArray:
+    """Whole multiples of a step from low to high, at least two of them."""
     first, last = np.ceil(low / step - 1e-9), np.floor(high / step + 1e-9)
     if last <= first:
         raise InputError(
-            f"fewer than two lines lie between {low:.1f} and {high:.1f} 1/min in steps of "
+            f"fewer than two lines lie between {low:.1f} and {high:.1f} {unit} in steps of "
             f"{step:g}: take a smaller step, or a wider range"
         )
     return np.asarray(step * np.arange(first, last + 1))
@@ -534,19 +513,19 @@ def _spectra(
     """Spectrum of the order, and of what shows beside it."""
     beside = order + BESIDE
     if options.method is OrderTracking.RESAMPLING:
-        found, empty = (
+        of_order, of_beside = (
             computed_order_spectrum(record, shaft, q, rpm, revolutions=options.revolutions)
             for q in (order, beside)
         )
-        return found, empty
+        return of_order, of_beside
     others = options.other_orders
     if others is None:
         others = (0.5, 2 * order, 4 * order)
     rest: Sequence[float] = [q for q in dict.fromkeys(others) if q not in (order, beside)]
-    found, *_, empty = vold_kalman_spectra(
+    of_order, *_, of_beside = vold_kalman_spectra(
         record, shaft, (order, *rest, beside), rpm, bandwidth=options.bandwidth
     )
-    return found, empty
+    return of_order, of_beside
 
 
 def _share(beside: OrderSpectrum, order: OrderSpectrum) -> float:
@@ -556,19 +535,9 @@ def _share(beside: OrderSpectrum, order: OrderSpectrum) -> float:
     return float(np.median(rms[0][alive] / rms[1][alive])) if alive.any() else 0.0
 
 
-LINE_STEP = 1.0
-"""Between the lines [Hz]."""
-BANDWIDTH = 3.0
-"""Of the Vold-Kalman filter, full half-power width [Hz]."""
-OTHER_ORDERS = (2.0, 3.0)
-"""Solved together with the first: pulsation of the gas."""
-BESIDE_3 = 1.5
-"""A rotor and what it pumps have whole orders: what shows here is noise."""
-
-
 @dataclass(frozen=True, eq=False)
 class TrackedSweep:
-    """First order of several records of one run-up.
+    """First order of several records of one run-up of a compressor.
 
     Parameters
     ----------
@@ -589,14 +558,14 @@ def tracked_sweep(tacho: RealArray, records: Sequence[TimeRecord]) -> TrackedSwe
     Parameters
     ----------
     tacho : array, shape (n_sample,)
-        On the samples of the records; the rising edge marks the angle.
+        Signal on the samples of the records; the rising edge marks the angle.
     records : sequence of TimeRecord
-        Of one rate.
+        Records of one rate.
 
     Returns
     -------
     TrackedSweep
-        Lines at whole multiples of `LINE_STEP` where the filter has settled.
+        Lines at whole multiples of `SWEEP_STEP` where the filter has settled.
 
     Raises
     ------
@@ -611,35 +580,16 @@ def tracked_sweep(tacho: RealArray, records: Sequence[TimeRecord]) -> TrackedSwe
     Valid for slow runs: within the filter's third of a second the speed must change by less than a
     resonance is wide, and lines that are passed within it share their noise. 1 Hz/s is slow.
     """
-    rate = records[0].rate
-    shaft = shaft_angle(repair_pulses(pulse_times(tacho, rate), 1))
-    rpm = 60.0 * _lines_3(shaft)
-    found = [
-        vold_kalman_spectra(record, shaft, (1.0, *OTHER_ORDERS, BESIDE_3), rpm, bandwidth=BANDWIDTH)
+    shaft = shaft_angle(repair_pulses(pulse_times(tacho, records[0].rate), 1))
+    ends = _settled(shaft, SWEEP_BANDWIDTH)
+    _refuse_too_short(shaft, ends)
+    low, high = np.sort(shaft.rpm(ends)) / 60.0
+    rpm = 60.0 * _multiples(low, high, SWEEP_STEP, "Hz")
+    tracked = [
+        vold_kalman_spectra(record, shaft, SWEEP_ORDERS, rpm, bandwidth=SWEEP_BANDWIDTH)
         for record in records
     ]
-    return TrackedSweep(
-        tuple(first.spectrum for first, *_ in found),
-        tuple(
-            np.sqrt(np.mean(np.abs(beside.spectrum.values) ** 2, axis=0) / 2)
-            for *_, beside in found
-        ),
-    )
-
-
-def _lines_3(shaft: ShaftAngle) -> RealArray:
-    """Within what the filter has settled in, and that the run passes."""
-    ends = np.array([shaft.begin + 1 / BANDWIDTH, shaft.end - 1 / BANDWIDTH])
-    if not ends[0] < ends[1]:
-        raise InputError(
-            f"its {shaft.end - shaft.begin:.2f} s are too short for a filter of {BANDWIDTH:g} Hz: "
-            "measure for longer"
-        )
-    low, high = np.sort(shaft.rpm(ends)) / 60.0
-    first, last = np.ceil(low / LINE_STEP - 1e-9), np.floor(high / LINE_STEP + 1e-9)
-    if last <= first:
-        raise InputError(
-            f"it runs from {60 * low:.0f} to {60 * high:.0f} 1/min, which holds fewer than two "
-            f"lines of {LINE_STEP:g} Hz: run up further"
-        )
-    return np.asarray(LINE_STEP * np.arange(first, last + 1))
+    noise = [
+        np.sqrt(np.mean(np.abs(beside.spectrum.values) ** 2, axis=0) / 2) for *_, beside in tracked
+    ]
+    return TrackedSweep(tuple(first.spectrum for first, *_ in tracked), tuple(noise))

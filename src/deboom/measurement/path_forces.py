@@ -1,4 +1,21 @@
-"""Forces at the paths of a vehicle, by four ways, and their on-board validation."""
+"""Forces at the paths of a vehicle, by the four ways of transfer path analysis, and their check.
+
+===========================  =============================================  ======================
+way                          needs                                          transfer functions
+===========================  =============================================  ======================
+`forces_by_inversion`        accelerances of the receiver on its own        of the same receiver
+`forces_by_mount_stiffness`  stiffness of the mounts, motion of both ends   of the same receiver
+`blocked_forces_in_situ`     accelerances of the assembled bodies           of assembled bodies
+`blocked_forces_on_rig`      receptance of the source, cells and motion     of assembled bodies
+===========================  =============================================  ======================
+
+The first two are classical: the forces belong to the vehicle in which they were measured. The last
+two are component-based: blocked forces belong to the source with its mounts, and to every vehicle.
+`validate_on_board` asks whether forces explain responses that took no part in finding them.
+
+Channels that are missing, and other lines or units, raise InputError; further channels are not
+looked at.
+"""
 
 from __future__ import annotations
 
@@ -7,7 +24,7 @@ from enum import Enum
 
 import numpy as np
 
-from deboom.arrays import RealArray
+from deboom.arrays import ComplexArray, RealArray, checked
 from deboom.errors import InputError
 from deboom.measurement.channels import Frf, Spectrum, unit_of_response
 from deboom.physics.force_inversion import (
@@ -21,7 +38,7 @@ from deboom.physics.transfer_path import blocked_force_on_rig, mount_force
 
 
 class Receiver(Enum):
-    """In which state the receiver's transfer functions belong with the forces."""
+    """State of the receiver whose transfer functions belong with the forces."""
 
     UNCOUPLED = "receiver on its own"
     ASSEMBLED = "source and receiver joined"
@@ -63,7 +80,7 @@ def forces_by_inversion(
     accelerance : Frf
         Indicators per force at the paths, source removed; of any response, ``<unit>/N``.
     response : Spectrum
-        The same indicators in operation [unit]; further channels are not looked at.
+        The same indicators in operation [unit].
     inversion : Inversion
         Regularisation.
     noise : array, shape (n_indicator,) or (n_frequency, n_indicator), optional
@@ -72,8 +89,7 @@ def forces_by_inversion(
     Raises
     ------
     InputError
-        An indicator that was not measured, other lines or units, a line at 0 Hz, more unknown
-        forces than indicators, singular positions.
+        A line at 0 Hz, more unknown forces than indicators, singular positions.
     """
     return _inverted(accelerance, response, inversion, noise, Receiver.UNCOUPLED)
 
@@ -90,17 +106,8 @@ def blocked_forces_in_situ(
     ----------
     accelerance : Frf
         Indicators on the receiver per force at the interface, source mounted; ``<unit>/N``.
-    response : Spectrum
-        The same indicators in operation [unit]; further channels are not looked at.
-    inversion : Inversion
-        Regularisation.
-    noise : array, shape (n_indicator,) or (n_frequency, n_indicator), optional
-        Standard deviation of the responses [unit].
-
-    Raises
-    ------
-    InputError
-        As `forces_by_inversion`.
+    response, inversion, noise
+        As for `forces_by_inversion`, with its errors.
 
     Notes
     -----
@@ -124,24 +131,14 @@ def forces_by_mount_stiffness(
     stiffness : Spectrum
         Complex dynamic stiffness, one channel per path [N/m].
     source, receiver : Spectrum
-        Displacement above and below each mount; the same channels, further ones are not looked
-        at [m].
-
-    Raises
-    ------
-    InputError
-        A path without motion, other lines or units.
+        Displacement above and below each mount; the same channels [m].
     """
-    ends = []
-    for spectrum, what in ((source, "source"), (receiver, "receiver")):
-        _refuse_other_lines(stiffness.frequency, spectrum.frequency, f"{what} displacement")
-        _refuse_missing(stiffness.channels, spectrum.channels, f"{what} displacement")
-        _refuse_other_unit(spectrum.unit, "m", f"{what} displacement")
-        ends.append(spectrum.select(stiffness.channels).values)
     _refuse_other_unit(stiffness.unit, "N/m", "mount stiffness")
-    values = mount_force(stiffness.values, *ends)
-    force = Spectrum(stiffness.frequency, values, stiffness.channels, "N")
-    return PathForces(force, Receiver.UNCOUPLED)
+    paths, lines = stiffness.channels, stiffness.frequency
+    above = _of_paths(source, paths, lines, "m", "source displacement")
+    below = _of_paths(receiver, paths, lines, "m", "receiver displacement")
+    values = mount_force(stiffness.values, above, below)
+    return PathForces(Spectrum(lines, values, paths, "N"), Receiver.UNCOUPLED)
 
 
 def blocked_forces_on_rig(
@@ -152,40 +149,26 @@ def blocked_forces_on_rig(
     Parameters
     ----------
     receptance : Frf
-        Of the source (with its mounts) on its own, at the interface; outputs and inputs are the
-        paths, in one order [m/N].
-    cell_force : Spectrum
-        On the rig, one channel per path; further ones are not looked at [N].
-    displacement : Spectrum
-        Of the interface, one channel per path; further ones are not looked at [m].
-
-    Raises
-    ------
-    InputError
-        Outputs and inputs that differ, a path that was not measured, other lines or units.
+        Receptance of the source (with its mounts) on its own, at the interface; outputs and inputs
+        are the paths, in one order [m/N].
+    cell_force, displacement : Spectrum
+        Force on the rig [N] and motion of the interface [m], one channel per path.
 
     Notes
     -----
     Thesis, eq. 11, ``f_bl = g_LC + Y_A⁻¹ u``; u is zero on a rigid rig.
     """
-    paths = receptance.inputs
+    paths, lines = receptance.inputs, receptance.frequency
     if receptance.outputs != paths:
         raise InputError(
             f"the source's receptance has outputs {list(receptance.outputs)} and inputs "
             f"{list(paths)}: select() the same paths in the same order"
         )
     _refuse_other_unit(receptance.unit, "m/N", "source's receptance")
-    measured = []
-    for spectrum, unit, what in (
-        (cell_force, "N", "cell force"),
-        (displacement, "m", "interface displacement"),
-    ):
-        _refuse_other_lines(receptance.frequency, spectrum.frequency, what)
-        _refuse_missing(paths, spectrum.channels, what)
-        _refuse_other_unit(spectrum.unit, unit, what)
-        measured.append(spectrum.select(paths).values)
-    values = blocked_force_on_rig(receptance.values, *measured)
-    return PathForces(Spectrum(receptance.frequency, values, paths, "N"), Receiver.ASSEMBLED)
+    cells = _of_paths(cell_force, paths, lines, "N", "cell force")
+    moved = _of_paths(displacement, paths, lines, "m", "interface displacement")
+    values = blocked_force_on_rig(receptance.values, cells, moved)
+    return PathForces(Spectrum(lines, values, paths, "N"), Receiver.ASSEMBLED)
 
 
 def _inverted(
@@ -195,51 +178,49 @@ def _inverted(
     noise: RealArray | None,
     receiver: Receiver,
 ) -> PathForces:
-    _refuse_other_lines(accelerance.frequency, response.frequency, "response of the indicators")
-    _refuse_missing(accelerance.outputs, response.channels, "response of the indicators")
     explained = unit_of_response(accelerance.unit, "N")
     if explained != response.unit:
         raise InputError(
             f"forces times transfer functions in {accelerance.unit} are {explained}, the responses "
             f"of the indicators are in {response.unit}: convert one of them first"
         )
-    if response.frequency[0] <= 0:
+    lines, indicators = accelerance.frequency, accelerance.outputs
+    measured = _of_paths(response, indicators, lines, explained, "response of the indicators")
+    if lines[0] <= 0:
         raise InputError(
             "the line at 0 Hz has no acceleration to invert: leave it out of the transfer "
             "functions and of the responses"
         )
-    inverted = invert_for_forces(
-        accelerance.values,
-        response.select(accelerance.outputs).values,
-        inversion,
-        noise,
-        accelerance.inputs,
-    )
-    force = Spectrum(response.frequency, inverted.force, accelerance.inputs, "N")
-    return PathForces(force, receiver, accelerance.outputs, inverted)
+    paths = accelerance.inputs
+    inverted = invert_for_forces(accelerance.values, measured, inversion, noise, paths)
+    force = Spectrum(lines, inverted.force, paths, "N")
+    return PathForces(force, receiver, indicators, inverted)
 
 
-def _refuse_missing(wanted: tuple[str, ...], found: tuple[str, ...], what: str) -> None:
-    missing = [name for name in wanted if name not in found]
-    if missing:
-        raise InputError(f"no {what} of {missing}, there are {list(found)}")
-
-
-def _refuse_other_lines(wanted: RealArray, found: RealArray, what: str) -> None:
-    if not np.array_equal(wanted, found):
+def _of_paths(
+    measured: Spectrum, wanted: tuple[str, ...], lines: RealArray, unit: str, what: str
+) -> ComplexArray:
+    """Values of the wanted channels on the given lines and in the given unit."""
+    if not np.array_equal(lines, measured.frequency):
+        other = measured.frequency
         raise InputError(
-            f"the {what} has other frequency lines ({found.size} from {found[0]:g} to "
-            f"{found[-1]:g} Hz) than the rest ({wanted.size} from {wanted[0]:g} to "
-            f"{wanted[-1]:g} Hz): bring both to the same lines, nothing is interpolated here"
+            f"the {what} has other frequency lines ({other.size} from {other[0]:g} to "
+            f"{other[-1]:g} Hz) than the rest ({lines.size} from {lines[0]:g} to "
+            f"{lines[-1]:g} Hz): bring both to the same lines, nothing is interpolated here"
         )
+    missing = [name for name in wanted if name not in measured.channels]
+    if missing:
+        raise InputError(f"no {what} of {missing}, there are {list(measured.channels)}")
+    _refuse_other_unit(measured.unit, unit, what)
+    return measured.select(wanted).values
 
 
-def _refuse_other_unit(found: str, wanted: str, what: str) -> None:
-    if found != wanted:
-        raise InputError(f"the {what} is in {found}, expected {wanted}: convert it first")
+def _refuse_other_unit(unit: str, wanted: str, what: str) -> None:
+    if unit != wanted:
+        raise InputError(f"the {what} is in {unit}, expected {wanted}: convert it first")
 
 
-@dataclass(frozen=True, eq=False)
+@checked(relative_error="c", corr_f="c", corr_s="c", error_by_line="f")
 class OnBoardValidation:
     """Predicted and measured response of sensors kept out of the inversion.
 
@@ -262,12 +243,6 @@ class OnBoardValidation:
     corr_s: RealArray
     error_by_line: RealArray
 
-    def __post_init__(self) -> None:
-        for name in ("relative_error", "corr_f", "corr_s", "error_by_line"):
-            array = np.array(getattr(self, name), dtype=float)
-            array.setflags(write=False)
-            object.__setattr__(self, name, array)
-
 
 def validate_on_board(transfer: Frf, forces: PathForces, measured: Spectrum) -> OnBoardValidation:
     """Compare what forces predict at validation sensors with what was measured there.
@@ -278,15 +253,14 @@ def validate_on_board(transfer: Frf, forces: PathForces, measured: Spectrum) -> 
         Validation sensors per force, one input per path; of the receiver in the state that goes
         with the forces.
     forces : PathForces
-        To be judged.
+        Forces to be judged.
     measured : Spectrum
-        The same sensors in operation; further channels are not looked at.
+        The same sensors in operation.
 
     Raises
     ------
     InputError
-        A sensor that was an indicator of the inversion, one that was not measured or is silent,
-        paths, lines or units that differ.
+        A sensor that was an indicator of the inversion, one that was not measured or is silent.
 
     Notes
     -----
@@ -314,11 +288,8 @@ def validate_on_board(transfer: Frf, forces: PathForces, measured: Spectrum) -> 
     kept = measured.select(transfer.outputs)
     if not np.array_equal(kept.frequency, predicted.frequency):
         raise InputError("the validation sensors and the forces have different frequency lines")
-    silent = [
-        name
-        for name, column in zip(kept.channels, kept.values.T, strict=True)
-        if not np.any(column)
-    ]
+    size = np.linalg.norm(kept.values, axis=0)
+    silent = [name for name, norm in zip(kept.channels, size, strict=True) if norm == 0]
     if silent:
         raise InputError(f"the validation sensors {silent} measured nothing: check their cables")
     difference = predicted.values - kept.values
@@ -326,7 +297,7 @@ def validate_on_board(transfer: Frf, forces: PathForces, measured: Spectrum) -> 
     return OnBoardValidation(
         predicted=predicted,
         measured=kept,
-        relative_error=np.linalg.norm(difference, axis=0) / np.linalg.norm(kept.values, axis=0),
+        relative_error=np.linalg.norm(difference, axis=0) / size,
         corr_f=corr_f(predicted.values, kept.values),
         corr_s=corr_s(predicted.values, kept.values),
         error_by_line=np.linalg.norm(difference, axis=1) / np.where(by_line > 0, by_line, 1.0),

@@ -1,4 +1,12 @@
-"""Quality report of a virtual point, in the order in which a laboratory repairs things."""
+"""Quality report of a virtual point, in the order in which a laboratory repairs things.
+
+Conditioning, before anything is measured; coherence of repeats; geometric consistency; specific
+and overall consistency; reciprocity; passivity; and leave-one-out, which names the culprit.
+
+Two consistencies compare what channels measured with what the body's motion, estimated from all of
+them, makes of it: the thesis's geometric one is an error, 0 is perfect; van der Seijs's rigid one a
+coherence, 1 is perfect.
+"""
 
 from __future__ import annotations
 
@@ -8,7 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from deboom.arrays import ComplexArray, RealArray
+from deboom.arrays import ComplexArray, RealArray, checked
 from deboom.errors import InputError
 from deboom.measurement.channels import Frf, Spectrum
 from deboom.measurement.culprit import (
@@ -32,310 +40,13 @@ from deboom.physics.frf import FrfForm, convert
 CHANCE = 0.5
 """Mean of `likeness` for two numbers that have nothing to do with each other."""
 
-
-def likeness(first: npt.ArrayLike, second: npt.ArrayLike, axis: int | None = None) -> RealArray:
-    """Coherence criterion of two complex quantities that should be equal.
-
-    Parameters
-    ----------
-    first, second : array
-        Of one shape.
-    axis : int, optional
-        Axis over which energies are summed; by default each number stands for itself.
-
-    Returns
-    -------
-    array
-        1 if equal, 0 if opposite, 0.5 if one of them is zero and on average 0.5 if they are
-        unrelated [1]; 1 where both are zero.
-
-    Raises
-    ------
-    InputError
-        Shapes that differ.
-
-    Notes
-    -----
-    ``|a + b|² / 2 (|a|² + |b|²)``: van der Seijs's coherence of two responses, the number that
-    pyFBS averages over lines for reciprocity and specific consistency. Equal amplitudes 60° apart
-    give 0.75, so does a factor of 3.7 in phase.
-    """
-    a, b = np.asarray(first, dtype=complex), np.asarray(second, dtype=complex)
-    if a.shape != b.shape:
-        raise InputError(f"shapes {a.shape} and {b.shape} differ")
-    together, apart = np.abs(a + b) ** 2, np.abs(a) ** 2 + np.abs(b) ** 2
-    if axis is not None:
-        together, apart = together.sum(axis=axis), apart.sum(axis=axis)
-    silent = apart == 0
-    return np.asarray(np.where(silent, 1.0, together / np.where(silent, 1.0, 2.0 * apart)))
-
-
-def repeat_coherence(repeats: Sequence[npt.ArrayLike]) -> RealArray:
-    """How well repeats of one measurement agree.
-
-    Parameters
-    ----------
-    repeats : sequence of array, shape (...)
-        At least two; complex, of one shape.
-
-    Returns
-    -------
-    array, shape (...)
-        1 if all are equal; on average 1/n for n repeats of nothing but noise [1].
-
-    Raises
-    ------
-    InputError
-        Fewer than two repeats, or shapes that differ.
-
-    Notes
-    -----
-    ``|Σ x|² / n Σ |x|²``: the coherence between a constant excitation and the response.
-    """
-    arrays = [np.asarray(repeat, dtype=complex) for repeat in repeats]
-    if len(arrays) < 2:
-        raise InputError("repeatability needs at least two repeats of the measurement")
-    shapes = sorted({array.shape for array in arrays})
-    if len(shapes) > 1:
-        raise InputError(f"repeats of one measurement have one shape, not {shapes}")
-    stacked = np.stack(arrays)
-    energy = len(arrays) * np.sum(np.abs(stacked) ** 2, axis=0)
-    common = np.abs(stacked.sum(axis=0)) ** 2
-    silent = energy == 0
-    return np.asarray(np.where(silent, 1.0, common / np.where(silent, 1.0, energy)))
-
-
-@dataclass(frozen=True, eq=False)
-class RigidConsistency:
-    """What is left of the channels after projection on the motions of the virtual point.
-
-    Parameters
-    ----------
-    frequency : array, shape (n_frequency,)
-        [Hz].
-    channels : tuple of str
-        Sensor channels or impacts.
-    overall : array, shape (n_frequency,)
-        Norm of the projected over norm of the measured channels, 0 … 1 [1].
-    specific : array, shape (n_frequency, n_channel)
-        Coherence of projected and measured channel, 0 … 1 [1]; 0.5 if nothing is left of it.
-    """
-
-    frequency: RealArray
-    channels: tuple[str, ...]
-    overall: RealArray
-    specific: RealArray
-
-    def __post_init__(self) -> None:
-        for name in ("frequency", "overall", "specific"):
-            array = np.array(getattr(self, name), dtype=float)
-            array.setflags(write=False)
-            object.__setattr__(self, name, array)
-
-
-def geometric_consistency(point: VirtualPoint, measured: Spectrum | Frf) -> dict[str, float]:
-    """Geometric consistency of the thesis: the mean error of each channel.
-
-    Parameters
-    ----------
-    point : VirtualPoint
-        Of the motion sensors.
-    measured : Spectrum or Frf
-        Of their channels, or with them as outputs; then every line of every input is a line.
-
-    Returns
-    -------
-    mapping of channel name to float
-        0 is perfect; above 0.02 a channel deserves a look [1].
-
-    Raises
-    ------
-    InputError
-        A missing channel, or no signal.
-
-    Notes
-    -----
-    ``Corr = Σ_f (|Re e| + |Im e|) / (2 M max(|Re a|, |Im a|))`` over M lines, with the error
-    ``e = a − V V⁺ a`` and the maximum over all channels and lines. Thesis, 3.2.3; its formula sums
-    the differences without absolute values, which its text and its meaning ask for: errors of
-    opposite sign would cancel.
-    """
-    values = channel_values(point, measured).reshape(-1, len(point.channels))
-    error = values - point.reproject(values)
-    largest = max(np.abs(values.real).max(), np.abs(values.imag).max())
-    _refuse_silence(largest)
-    mean = np.mean(np.abs(error.real) + np.abs(error.imag), axis=0) / (2 * largest)
-    return {name: float(value) for name, value in zip(point.channels, mean, strict=True)}
-
-
-def response_consistency(point: VirtualPoint, measured: Spectrum | Frf) -> RigidConsistency:
-    """Consistency of the motion sensors (van der Seijs).
-
-    Parameters
-    ----------
-    point : VirtualPoint
-        Of the motion sensors.
-    measured : Spectrum or Frf
-        Of their channels, or with them as outputs; energies are summed over the inputs.
-
-    Raises
-    ------
-    InputError
-        A missing channel, or a line without any signal.
-
-    Notes
-    -----
-    ``u_f = V V⁺ u``. The overall value is taken in the norm in which the projection is orthogonal,
-    ``√(uᴴ W u)``, so that it never exceeds 1, whatever the weights.
-    """
-    return _consistency(point, measured.frequency, channel_values(point, measured))
-
-
-def excitation_consistency(point: VirtualPoint, measured: Frf) -> RigidConsistency:
-    """Consistency of the points of excitation (van der Seijs).
-
-    Parameters
-    ----------
-    point : VirtualPoint
-        Of the points of excitation, which are inputs of `measured`.
-    measured : Frf
-        Energies are summed over its outputs.
-
-    Raises
-    ------
-    InputError
-        A missing impact, or a line without any signal.
-
-    Notes
-    -----
-    ``y_f = y (U U⁺)ᵀ``: the same projection as for responses, because each row of a rigid body's
-    matrix is ``y = c Uᵀ``. With weights the transposed order, found elsewhere, is wrong: a rigid
-    body would not come back as itself.
-    """
-    return _consistency(point, measured.frequency, measured.select(inputs=point.channels).values)
-
-
-def _consistency(
-    point: VirtualPoint, frequency: RealArray, values: ComplexArray
-) -> RigidConsistency:
-    """Of values of shape (n_frequency, n_other, n_channel)."""
-    weights = point.geometry.weights
-
-    def energy(channels: ComplexArray) -> npt.NDArray[np.float64]:
-        return np.asarray(np.einsum("foc,c->f", np.abs(channels) ** 2, weights))
-
-    projected = point.reproject(values)
-    measured = energy(values)
-    for line, value in zip(frequency, measured, strict=True):
-        _refuse_silence(float(value), f" at {line:g} Hz")
-    return RigidConsistency(
-        frequency=frequency,
-        channels=point.channels,
-        overall=np.sqrt(energy(projected) / measured),
-        specific=likeness(projected, values, axis=1),
-    )
-
-
-def _refuse_silence(largest: float, where: str = "") -> None:
-    if largest == 0:
-        raise InputError(f"no channel shows any signal{where}: there is nothing to be consistent")
-
+HALFWAY = (1.0 + CHANCE) / 2.0
+"""Likeness halfway between equal functions and two that have nothing to do with each other."""
 
 SLACK = 0.05
 """Power given, relative to the largest mobility, that noise on a weakly damped body explains."""
 
 ROTATIONS = (*RIGID_MOTIONS[3:], *RIGID_LOADS[3:])
-
-
-@dataclass(frozen=True, eq=False)
-class Passivity:
-    """Power that a driving point takes.
-
-    Parameters
-    ----------
-    frequency : array, shape (n_frequency,)
-        [Hz].
-    names : tuple of str
-        Degrees of freedom, by their output.
-    margin : array, shape (n_frequency,)
-        Least power over all forces of one size, −1 … 1; negative where power comes out [1].
-    driving_point : array, shape (n_frequency, n)
-        Share of its apparent power that each degree of freedom takes when pushed alone, −1 … 1
-        (cosine of the phase between force and velocity) [1].
-    """
-
-    frequency: RealArray
-    names: tuple[str, ...]
-    margin: RealArray
-    driving_point: RealArray
-
-    def __post_init__(self) -> None:
-        for name in ("frequency", "margin", "driving_point"):
-            array = np.array(getattr(self, name), dtype=float)
-            array.setflags(write=False)
-            object.__setattr__(self, name, array)
-
-    @property
-    def active_share(self) -> float:
-        """Share of the lines at which more power comes out than noise explains [1]."""
-        return float(np.mean(self.margin < -SLACK))
-
-    @property
-    def worst(self) -> str:
-        """The degree of freedom that takes the least power when pushed alone."""
-        return self.names[int(np.argmin(self.driving_point.mean(axis=0)))]
-
-
-def passivity(frf: Frf, form: FrfForm, length: float) -> Passivity:
-    """Check the sign of the power at a driving point.
-
-    Parameters
-    ----------
-    frf : Frf
-        Output i and input i are one degree of freedom; outputs named rx ry rz (mx my mz of an
-        inverse form) are rotations.
-    form : FrfForm
-        Motion per force, or force per motion.
-    length : float
-        Characteristic length by which rotations are made comparable with translations [m].
-
-    Raises
-    ------
-    InputError
-        A matrix that is not square, a line at 0 Hz where it is divided by, a length that is not
-        positive, or a driving point function that is 0.
-
-    Notes
-    -----
-    The power ``½ Re Fᴴ v = ½ Fᴴ Y F`` is positive for every F if and only if the Hermitian part of
-    the mobility Y (or of the impedance) has no negative eigenvalue; the margin is the smallest one
-    over the norm of Y. For one degree of freedom: the phase of an inertance lies within 0 … 180°.
-    """
-    n_output, n_input = frf.values.shape[1:]
-    if n_output != n_input:
-        raise InputError(f"passivity needs as many inputs as outputs, not {n_output} by {n_input}")
-    if not length > 0:
-        raise InputError(f"a characteristic length is positive, not {length} m")
-    target = FrfForm.IMPEDANCE if form.is_inverse else FrfForm.MOBILITY
-    values = convert(frf.values, frf.frequency, form, target)
-    turning = np.isin(frf.outputs, ROTATIONS)
-    scale = np.where(turning, 1 / length if form.is_inverse else length, 1.0)
-    values = values * np.outer(scale, scale)
-    diagonal = np.einsum("fii->fi", values)
-    if np.any(diagonal == 0):
-        where = frf.outputs[int(np.argwhere(diagonal == 0)[0, 1])]
-        raise InputError(f"the driving point function of {where} is 0: passivity needs it")
-    hermitian = (values + np.swapaxes(values, 1, 2).conj()) / 2
-    return Passivity(
-        frequency=frf.frequency,
-        names=frf.outputs,
-        margin=np.linalg.eigvalsh(hermitian)[:, 0] / np.linalg.norm(values, ord=2, axis=(1, 2)),
-        driving_point=diagonal.real / np.abs(diagonal),
-    )
-
-
-HALFWAY = (1.0 + CHANCE) / 2.0
-"""Between two functions that are equal and two that have nothing to do with each other."""
 
 
 @dataclass(frozen=True)
@@ -370,18 +81,20 @@ class QualityLimits:
     active_share: float = 0.05
 
 
+DEFAULT_LIMITS = QualityLimits()
+DEFAULT_TOLERANCES = Tolerances()
+
+
 @dataclass(frozen=True)
 class QualityCheck:
-    """One check.
+    """One check: a number, its limit, and who is to blame.
 
     Parameters
     ----------
     name : str
-        What was checked.
-    number : float or None
-        Its figure [1]; None where the data do not allow the check.
-    limit : float or None
-        Its limit.
+        Name of the check.
+    number, limit : float or None
+        Figure and its limit [1]; None where the data do not allow the check.
     at_most : bool
         Whether the limit is an upper one.
     passed : bool or None
@@ -398,43 +111,34 @@ class QualityCheck:
     culprit: str
 
 
-def at_most(name: str, figures: Mapping[str, float], limit: float) -> QualityCheck:
+def _at_most(name: str, figures: Mapping[str, float], limit: float) -> QualityCheck:
     """Check the largest of several figures, by channel or pair, against an upper limit."""
     culprit = max(figures, key=lambda key: figures[key])
     number = float(figures[culprit])
     return QualityCheck(name, number, limit, True, number <= limit, culprit)
 
 
-def at_least(name: str, figures: Mapping[str, float], limit: float) -> QualityCheck:
+def _at_least(name: str, figures: Mapping[str, float], limit: float) -> QualityCheck:
     """Check the smallest of several figures, by channel or pair, against a lower limit."""
     culprit = min(figures, key=lambda key: figures[key])
     number = float(figures[culprit])
     return QualityCheck(name, number, limit, False, number >= limit, culprit)
 
 
-def not_checked(name: str, missing: str) -> QualityCheck:
-    """List a check that the data do not allow."""
+def _not_checked(name: str, missing: str) -> QualityCheck:
     return QualityCheck(name, None, None, True, None, missing)
 
 
 def quality_table(checks: Sequence[QualityCheck]) -> list[dict[str, object]]:
-    """Return the checks as rows of a table for a report.
-
-    Parameters
-    ----------
-    checks : sequence of QualityCheck
-
-    Returns
-    -------
-    list of dict
-        Columns ``check``, ``number [1]``, ``limit``, ``verdict`` and ``worst``.
-    """
+    """Return the checks as rows of a table: check, number [1], limit, verdict and worst."""
     verdicts = {True: "kept", False: "look here", None: "not checked"}
     return [
         {
             "check": check.name,
             "number [1]": check.number,
-            "limit": _limit(check),
+            "limit": ""
+            if check.limit is None
+            else f"{'≤' if check.at_most else '≥'} {check.limit:.3g}",
             "verdict": verdicts[check.passed],
             "worst": check.culprit,
         }
@@ -442,13 +146,339 @@ def quality_table(checks: Sequence[QualityCheck]) -> list[dict[str, object]]:
     ]
 
 
-def _limit(check: QualityCheck) -> str:
-    if check.limit is None:
-        return ""
-    return f"{'≤' if check.at_most else '≥'} {check.limit:.3g}"
+def quality_of_sheet(
+    geometry: ChannelGeometry, what: str = "sensors", limits: QualityLimits = DEFAULT_LIMITS
+) -> tuple[QualityCheck, ...]:
+    """Judge a position sheet before anything is measured, by scaled conditioning and redundancy.
+
+    A sheet that misses a motion is reported, not refused. Checks are named after `what`, sensors or
+    impacts.
+    """
+    state = conditioning(geometry)
+    return (
+        _at_most(
+            f"conditioning of {what}, length {1e3 * state.length:.0f} mm",
+            {state.worst_seen: state.condition_number},
+            limits.condition_number,
+        ),
+        _at_least(
+            f"redundancy of {what}",
+            dict(zip(geometry.channels, state.redundancy, strict=True)),
+            limits.redundancy,
+        ),
+    )
 
 
-@dataclass(frozen=True, eq=False)
+def quality_in_operation(
+    point: VirtualPoint,
+    measured: Spectrum,
+    *,
+    repeats: Sequence[Spectrum] = (),
+    tolerances: Tolerances = DEFAULT_TOLERANCES,
+    limits: QualityLimits = DEFAULT_LIMITS,
+) -> tuple[QualityCheck, ...]:
+    """Judge the virtual point of a body in operation.
+
+    Parameters
+    ----------
+    point : VirtualPoint
+        Virtual point of the motion sensors.
+    measured : Spectrum
+        One run.
+    repeats : sequence of Spectrum
+        The same run again, phase referred to the same event; may be empty.
+    tolerances : Tolerances
+        Tolerances of placement and calibration.
+    limits : QualityLimits
+        Limits of the checks.
+
+    Returns
+    -------
+    tuple of QualityCheck
+        All checks in their order; those that need a known force are listed as not checked.
+
+    Raises
+    ------
+    InputError
+        A missing channel, repeats of other lines, or lines without signal.
+    """
+    missing = "needs frequency response functions"
+    return (
+        *quality_of_sheet(point.geometry, "sensors", limits),
+        _coherence(point, (measured, *repeats), limits),
+        *_consistency_checks(point, measured, limits),
+        _not_checked("reciprocity", missing),
+        _not_checked("passivity", missing),
+        _leave_one_out("sensors", culprit_of_responses(point, measured, tolerances)),
+    )
+
+
+def quality_of_frf(
+    response: VirtualPoint,
+    excitation: VirtualPoint,
+    measured: Frf,
+    form: FrfForm,
+    *,
+    repeats: Sequence[Frf] = (),
+    tolerances: Tolerances = DEFAULT_TOLERANCES,
+    limits: QualityLimits = DEFAULT_LIMITS,
+) -> tuple[QualityCheck, ...]:
+    """Judge a virtual point that was hit and watched.
+
+    Parameters
+    ----------
+    response, excitation : VirtualPoint
+        Virtual points of the motion sensors and of the points of excitation.
+    measured : Frf
+        Channels as outputs, impacts as inputs.
+    form : FrfForm
+        Motion per force.
+    repeats, tolerances, limits
+        As for `quality_in_operation`; tolerances of the sensors are taken for the impacts as well.
+
+    Returns
+    -------
+    tuple of QualityCheck
+        All checks in their order. Reciprocity and passivity are those of a driving point, not
+        checked if the two virtual points are apart.
+
+    Raises
+    ------
+    InputError
+        A missing channel or impact, repeats of other lines, or lines without signal.
+    """
+    used = measured.select(response.channels, excitation.channels)
+    again = [repeat.select(used.outputs, used.inputs) for repeat in repeats]
+    return (
+        *quality_of_sheet(response.geometry, "sensors", limits),
+        *quality_of_sheet(excitation.geometry, "impacts", limits),
+        _coherence(response, (used, *again), limits),
+        *_consistency_checks(response, used, limits),
+        *_rigid_checks("impacts", excitation_consistency(excitation, used), limits),
+        *_driving_point_checks(response, excitation, used, form, limits),
+        _leave_one_out("sensors", culprit_of_responses(response, used, tolerances)),
+        _leave_one_out("impacts", culprit_of_excitation(excitation, used, tolerances)),
+    )
+
+
+def _coherence(
+    point: VirtualPoint, runs: Sequence[Spectrum | Frf], limits: QualityLimits
+) -> QualityCheck:
+    name = "coherence of repeats"
+    if len(runs) < 2:
+        return _not_checked(name, "needs the same measurement twice")
+    values = repeat_coherence([channel_values(point, run) for run in runs])
+    means = values.mean(axis=(0, 1))
+    return _at_least(name, dict(zip(point.channels, means, strict=True)), limits.repeat_coherence)
+
+
+def _consistency_checks(
+    point: VirtualPoint, measured: Spectrum | Frf, limits: QualityLimits
+) -> tuple[QualityCheck, ...]:
+    figures = geometric_consistency(point, measured)
+    return (
+        _at_most("geometric consistency (error)", figures, limits.geometric_consistency),
+        *_rigid_checks("sensors", response_consistency(point, measured), limits),
+    )
+
+
+def _rigid_checks(
+    what: str, consistency: RigidConsistency, limits: QualityLimits
+) -> tuple[QualityCheck, ...]:
+    means = consistency.specific.mean(axis=0)
+    specific = dict(zip(consistency.channels, means, strict=True))
+    worst_line = consistency.frequency[int(np.argmin(consistency.overall))]
+    # of unrelated channels the projection keeps n_motion / n_channel of the energy
+    by_chance = np.sqrt(len(RIGID_MOTIONS) / len(specific))
+    return (
+        _at_least(f"specific consistency of {what}", specific, limits.specific_consistency),
+        _at_least(
+            f"overall consistency of {what}, mean",
+            {f"least at {worst_line:g} Hz": float(consistency.overall.mean())},
+            float((1.0 + by_chance) / 2.0),
+        ),
+    )
+
+
+def _driving_point_checks(
+    response: VirtualPoint,
+    excitation: VirtualPoint,
+    measured: Frf,
+    form: FrfForm,
+    limits: QualityLimits,
+) -> tuple[QualityCheck, ...]:
+    if not np.allclose(response.geometry.position, excitation.geometry.position):
+        missing = "needs responses and excitation at one virtual point"
+        return _not_checked("reciprocity", missing), _not_checked("passivity", missing)
+    at_point = virtual_point_frf(measured, response=response, excitation=excitation)
+    pair, value = reciprocity(at_point).worst()
+    power = passivity(at_point, form, response.conditioning.length)
+    return (
+        _at_least("reciprocity", {pair: value}, limits.reciprocity),
+        _at_most(
+            "passivity (share of active lines)",
+            {power.worst: power.active_share},
+            limits.active_share,
+        ),
+    )
+
+
+def _leave_one_out(what: str, diagnosis: Diagnosis) -> QualityCheck:
+    """Contradiction of the first suspect over what the tolerances let expect."""
+    name = f"leave-one-out of {what} (contradiction over tolerance)"
+    if not diagnosis.residual_without:
+        return _not_checked(name, diagnosis.verdict)
+    number = diagnosis.suspect.significance if diagnosis.suspect else 0.0
+    passed = not diagnosis.named
+    return QualityCheck(name, number, SIGNIFICANT, True, passed, diagnosis.verdict)
+
+
+def likeness(first: npt.ArrayLike, second: npt.ArrayLike, axis: int | None = None) -> RealArray:
+    """Return the coherence criterion of two complex quantities that should be equal.
+
+    Parameters
+    ----------
+    first, second : array
+        Quantities of one shape.
+    axis : int, optional
+        Axis over which energies are summed; by default each number stands for itself.
+
+    Returns
+    -------
+    array
+        1 if equal, 0 if opposite, 0.5 if one of them is zero and on average 0.5 if they are
+        unrelated [1]; 1 where both are zero.
+
+    Notes
+    -----
+    ``|a + b|² / 2 (|a|² + |b|²)``: van der Seijs's coherence of two responses, the number that
+    pyFBS averages over lines for reciprocity and specific consistency. Equal amplitudes 60° apart
+    give 0.75, so does a factor of 3.7 in phase.
+    """
+    a, b = np.asarray(first, dtype=complex), np.asarray(second, dtype=complex)
+    if a.shape != b.shape:
+        raise InputError(f"shapes {a.shape} and {b.shape} differ")
+    together, apart = np.abs(a + b) ** 2, np.abs(a) ** 2 + np.abs(b) ** 2
+    if axis is not None:
+        together, apart = together.sum(axis=axis), apart.sum(axis=axis)
+    return _share(together, 2.0 * apart)
+
+
+def repeat_coherence(repeats: Sequence[npt.ArrayLike]) -> RealArray:
+    """Return how well repeats of one measurement agree, shape of one repeat [1].
+
+    Notes
+    -----
+    ``|Σ x|² / n Σ |x|²``, the coherence between a constant excitation and the response: 1 if all
+    are equal, on average 1/n for n repeats of nothing but noise. Fewer than two repeats, or shapes
+    that differ, raise InputError.
+    """
+    arrays = [np.asarray(repeat, dtype=complex) for repeat in repeats]
+    if len(arrays) < 2:
+        raise InputError("repeatability needs at least two repeats of the measurement")
+    shapes = sorted({array.shape for array in arrays})
+    if len(shapes) > 1:
+        raise InputError(f"repeats of one measurement have one shape, not {shapes}")
+    stacked = np.stack(arrays)
+    energy = len(arrays) * np.sum(np.abs(stacked) ** 2, axis=0)
+    return _share(np.abs(stacked.sum(axis=0)) ** 2, energy)
+
+
+def _share(part: RealArray, whole: RealArray) -> RealArray:
+    """Quotient of energies; 1 where there is none."""
+    silent = whole == 0
+    return np.asarray(np.where(silent, 1.0, part / np.where(silent, 1.0, whole)))
+
+
+@checked(frequency="f", overall="f", specific="f c")
+class RigidConsistency:
+    """What is left of the channels after projection on the motions of the virtual point.
+
+    Parameters
+    ----------
+    frequency : array, shape (n_frequency,)
+        Lines [Hz].
+    channels : tuple of str
+        Sensor channels or impacts.
+    overall : array, shape (n_frequency,)
+        Norm of the projected over norm of the measured channels, 0 … 1 [1].
+    specific : array, shape (n_frequency, n_channel)
+        Coherence of projected and measured channel, 0 … 1 [1]; 0.5 if nothing is left of it.
+    """
+
+    frequency: RealArray
+    channels: tuple[str, ...]
+    overall: RealArray
+    specific: RealArray
+
+
+def geometric_consistency(point: VirtualPoint, measured: Spectrum | Frf) -> dict[str, float]:
+    """Return the geometric consistency of the thesis: the mean error of each channel.
+
+    Parameters
+    ----------
+    point : VirtualPoint
+        Virtual point of the motion sensors.
+    measured : Spectrum or Frf
+        Spectra of their channels, or functions with them as outputs; then every line of every input
+        is a line. A missing channel, or no signal, raises InputError.
+
+    Returns
+    -------
+    dict of channel name to float
+        0 is perfect; above 0.02 a channel deserves a look [1].
+
+    Notes
+    -----
+    ``Corr = Σ_f (|Re e| + |Im e|) / (2 M max(|Re a|, |Im a|))`` over M lines, with the error
+    ``e = a − V V⁺ a`` and the maximum over all channels and lines. Thesis, 3.2.3; its formula sums
+    the differences without absolute values, which its text and its meaning ask for: errors of
+    opposite sign would cancel.
+    """
+    values = channel_values(point, measured).reshape(-1, len(point.channels))
+    error = values - point.reproject(values)
+    largest = max(np.abs(values.real).max(), np.abs(values.imag).max())
+    if largest == 0:
+        raise InputError("no channel shows any signal: there is nothing to be consistent")
+    mean = np.mean(np.abs(error.real) + np.abs(error.imag), axis=0) / (2 * largest)
+    return {name: float(value) for name, value in zip(point.channels, mean, strict=True)}
+
+
+def response_consistency(point: VirtualPoint, measured: Spectrum | Frf) -> RigidConsistency:
+    """Return the consistency of the motion sensors (van der Seijs), ``u_f = V V⁺ u``.
+
+    Energies of functions are summed over the inputs. A missing channel, or a line without any
+    signal, raises InputError.
+    """
+    return _consistency(point, measured.frequency, channel_values(point, measured))
+
+
+def excitation_consistency(point: VirtualPoint, measured: Frf) -> RigidConsistency:
+    """Return the consistency of the points of excitation (van der Seijs), ``y_f = y (U U⁺)ᵀ``.
+
+    The same projection as for responses, because each row of a rigid body's matrix is ``y = c Uᵀ``.
+    Energies are summed over the outputs. A missing impact, or a line without any signal, raises
+    InputError.
+    """
+    return _consistency(point, measured.frequency, measured.select(inputs=point.channels).values)
+
+
+def _consistency(
+    point: VirtualPoint, frequency: RealArray, values: ComplexArray
+) -> RigidConsistency:
+    """Consistency of values of shape (n_frequency, n_other, n_channel)."""
+    projected = point.reproject(values)
+    energy, kept = (np.sum(np.abs(part) ** 2, axis=(1, 2)) for part in (values, projected))
+    if not np.all(energy > 0):
+        raise InputError(
+            f"no channel shows any signal at {frequency[int(np.argmin(energy))]:g} Hz: there is "
+            "nothing to be consistent"
+        )
+    specific = likeness(projected, values, axis=1)
+    return RigidConsistency(frequency, point.channels, np.sqrt(kept / energy), specific)
+
+
+@checked(likeness="n n", likeness_by_energy="n n", size="n n")
 class Reciprocity:
     """How symmetric a matrix of frequency response functions is.
 
@@ -471,24 +501,11 @@ class Reciprocity:
     likeness_by_energy: RealArray
     size: RealArray
 
-    def __post_init__(self) -> None:
-        for name in ("likeness", "likeness_by_energy", "size"):
-            array = np.array(getattr(self, name), dtype=float)
-            array.setflags(write=False)
-            object.__setattr__(self, name, array)
-
     def worst(self, smallest: float = 0.1) -> tuple[str, float]:
-        """Return the least reciprocal pair among those that matter.
+        """Return the least reciprocal pair, such as ``x–ry``, and its likeness by energy.
 
-        Parameters
-        ----------
-        smallest : float
-            Size from which a pair counts: symmetric bodies have entries that are nothing but noise.
-
-        Returns
-        -------
-        str, float
-            ``x–ry`` and its likeness by energy; an empty name and 1 where all pairs are small.
+        Pairs of a `size` below `smallest` do not count: symmetric bodies have entries that are
+        nothing but noise. An empty name and 1 where all pairs are small.
         """
         rows, columns = np.triu_indices(len(self.names), k=1)
         pairs = [
@@ -506,28 +523,16 @@ def reciprocity(frf: Frf) -> Reciprocity:
     Parameters
     ----------
     frf : Frf
-        Output i and input i are one degree of freedom, such as a virtual point's x and fx.
-
-    Raises
-    ------
-    InputError
-        A matrix that is not square, or an entry on the diagonal that is 0.
+        Functions whose output i and input i are one degree of freedom, such as a virtual point's x
+        and fx. Not square, or a diagonal entry of 0, raises InputError.
 
     Notes
     -----
     Mind the scale: real virtual points are far from 1. Of the 15 pairs of a published rubber mount
     only three lie above 0.95, and four within 0.1 of the 0.5 of unrelated functions.
     """
-    n_output, n_input = frf.values.shape[1:]
-    if n_output != n_input:
-        raise InputError(
-            f"reciprocity needs as many inputs as outputs, not {n_output} by {n_input}"
-        )
+    driving = np.abs(_driving_point(frf.values, frf.outputs, "reciprocity"))
     mirrored = np.swapaxes(frf.values, 1, 2)
-    driving = np.abs(np.einsum("fii->fi", frf.values))
-    if np.any(driving == 0):
-        where = frf.outputs[int(np.argwhere(driving == 0)[0, 1])]
-        raise InputError(f"the driving point function of {where} is 0: reciprocity needs it")
     reference = np.sqrt(driving[:, :, np.newaxis] * driving[:, np.newaxis, :])
     comparable, mirror = frf.values / reference, mirrored / reference
     energy = (np.abs(comparable) ** 2 + np.abs(mirror) ** 2) / 2
@@ -539,211 +544,88 @@ def reciprocity(frf: Frf) -> Reciprocity:
     )
 
 
-DEFAULT_LIMITS = QualityLimits()
-DEFAULT_TOLERANCES = Tolerances()
+def _driving_point(values: ComplexArray, names: tuple[str, ...], what: str) -> ComplexArray:
+    """Diagonal of a square matrix, shape (n_frequency, n), nowhere 0."""
+    n_output, n_input = values.shape[1:]
+    if n_output != n_input:
+        raise InputError(f"{what} needs as many inputs as outputs, not {n_output} by {n_input}")
+    diagonal: ComplexArray = np.einsum("fii->fi", values)
+    if np.any(diagonal == 0):
+        where = names[int(np.argwhere(diagonal == 0)[0, 1])]
+        raise InputError(f"the driving point function of {where} is 0: {what} needs it")
+    return diagonal
 
 
-def quality_of_sheet(
-    geometry: ChannelGeometry, what: str = "sensors", limits: QualityLimits = DEFAULT_LIMITS
-) -> tuple[QualityCheck, ...]:
-    """Judge a position sheet before anything is measured.
+@checked(frequency="f", margin="f", driving_point="f n")
+class Passivity:
+    """Power that a driving point takes.
 
     Parameters
     ----------
-    geometry : ChannelGeometry
-        Channels in use, seen from the virtual point.
-    what : str
-        ``sensors`` or ``impacts``, for the names of the checks.
-    limits : QualityLimits
-
-    Returns
-    -------
-    tuple of QualityCheck
-        Scaled conditioning and redundancy; a sheet that misses a motion is reported, not refused.
-
-    Raises
-    ------
-    InputError
-        No channels, or all of them at the virtual point.
+    frequency : array, shape (n_frequency,)
+        Lines [Hz].
+    names : tuple of str
+        Degrees of freedom, by their output.
+    margin : array, shape (n_frequency,)
+        Least power over all forces of one size, −1 … 1; negative where power comes out [1].
+    driving_point : array, shape (n_frequency, n)
+        Share of its apparent power that each degree of freedom takes when pushed alone, −1 … 1
+        (cosine of the phase between force and velocity) [1].
     """
-    state = conditioning(geometry)
-    return (
-        at_most(
-            f"conditioning of {what}, length {1e3 * state.length:.0f} mm",
-            {state.worst_seen: state.condition_number},
-            limits.condition_number,
-        ),
-        at_least(
-            f"redundancy of {what}",
-            dict(zip(geometry.channels, state.redundancy, strict=True)),
-            limits.redundancy,
-        ),
-    )
+
+    frequency: RealArray
+    names: tuple[str, ...]
+    margin: RealArray
+    driving_point: RealArray
+
+    @property
+    def active_share(self) -> float:
+        """Share of the lines at which more power comes out than noise explains [1]."""
+        return float(np.mean(self.margin < -SLACK))
+
+    @property
+    def worst(self) -> str:
+        """The degree of freedom that takes the least power when pushed alone."""
+        return self.names[int(np.argmin(self.driving_point.mean(axis=0)))]
 
 
-def quality_in_operation(
-    point: VirtualPoint,
-    measured: Spectrum,
-    *,
-    repeats: Sequence[Spectrum] = (),
-    tolerances: Tolerances = DEFAULT_TOLERANCES,
-    limits: QualityLimits = DEFAULT_LIMITS,
-) -> tuple[QualityCheck, ...]:
-    """Judge the virtual point of a body in operation.
+def passivity(frf: Frf, form: FrfForm, length: float) -> Passivity:
+    """Check the sign of the power at a driving point: a structure takes power and gives none.
 
     Parameters
     ----------
-    point : VirtualPoint
-        Of the motion sensors.
-    measured : Spectrum
-        One run.
-    repeats : sequence of Spectrum
-        The same run again, phase referred to the same event; may be empty.
-    tolerances : Tolerances
-        Of placement and calibration.
-    limits : QualityLimits
-
-    Returns
-    -------
-    tuple of QualityCheck
-        All checks in their order; those that need a known force are listed as not checked.
-
-    Raises
-    ------
-    InputError
-        A missing channel, repeats of other lines, or lines without signal.
-    """
-    missing = "needs frequency response functions"
-    return (
-        *quality_of_sheet(point.geometry, "sensors", limits),
-        _coherence(point, (measured, *repeats), limits),
-        *_consistency_6(point, measured, limits),
-        not_checked("reciprocity", missing),
-        not_checked("passivity", missing),
-        _leave_one_out("sensors", culprit_of_responses(point, measured, tolerances)),
-    )
-
-
-def quality_of_frf(
-    response: VirtualPoint,
-    excitation: VirtualPoint,
-    measured: Frf,
-    form: FrfForm,
-    *,
-    repeats: Sequence[Frf] = (),
-    tolerances: Tolerances = DEFAULT_TOLERANCES,
-    limits: QualityLimits = DEFAULT_LIMITS,
-) -> tuple[QualityCheck, ...]:
-    """Judge a virtual point that was hit and watched.
-
-    Parameters
-    ----------
-    response, excitation : VirtualPoint
-        Of the motion sensors and of the points of excitation.
-    measured : Frf
-        Channels as outputs, impacts as inputs.
+    frf : Frf
+        Functions whose output i and input i are one degree of freedom; outputs named rx ry rz
+        (mx my mz of an inverse form) are rotations.
     form : FrfForm
-        Motion per force.
-    repeats : sequence of Frf
-        The same measurement again; may be empty.
-    tolerances : Tolerances
-        Of placement and calibration; those of the sensors are taken for the impacts as well.
-    limits : QualityLimits
-
-    Returns
-    -------
-    tuple of QualityCheck
-        All checks in their order. Reciprocity and passivity are those of a driving point, not
-        checked if the two virtual points are apart.
+        Motion per force, or force per motion.
+    length : float
+        Characteristic length by which rotations are made comparable with translations [m].
 
     Raises
     ------
     InputError
-        A missing channel or impact, repeats of other lines, or lines without signal.
+        A matrix that is not square, a line at 0 Hz where it is divided by, a length that is not
+        positive, or a driving point function that is 0.
+
+    Notes
+    -----
+    The power ``½ Re Fᴴ v = ½ Fᴴ Y F`` is positive for every F if and only if the Hermitian part of
+    the mobility Y (or of the impedance) has no negative eigenvalue; the margin is the smallest one
+    over the norm of Y. For one degree of freedom: the phase of an inertance lies within 0 … 180°.
     """
-    used = measured.select(response.channels, excitation.channels)
-    again = [repeat.select(used.outputs, used.inputs) for repeat in repeats]
-    return (
-        *quality_of_sheet(response.geometry, "sensors", limits),
-        *quality_of_sheet(excitation.geometry, "impacts", limits),
-        _coherence(response, (used, *again), limits),
-        *_consistency_6(response, used, limits),
-        *_rigid("impacts", excitation_consistency(excitation, used), excitation, limits),
-        *_driving_point(response, excitation, used, form, limits),
-        _leave_one_out("sensors", culprit_of_responses(response, used, tolerances)),
-        _leave_one_out("impacts", culprit_of_excitation(excitation, used, tolerances)),
+    if not length > 0:
+        raise InputError(f"a characteristic length is positive, not {length} m")
+    target = FrfForm.IMPEDANCE if form.is_inverse else FrfForm.MOBILITY
+    values = convert(frf.values, frf.frequency, form, target)
+    turning = np.isin(frf.outputs, ROTATIONS)
+    scale = np.where(turning, 1 / length if form.is_inverse else length, 1.0)
+    diagonal = _driving_point(values, frf.outputs, "passivity") * scale**2
+    values = values * np.outer(scale, scale)
+    hermitian = (values + np.swapaxes(values, 1, 2).conj()) / 2
+    return Passivity(
+        frequency=frf.frequency,
+        names=frf.outputs,
+        margin=np.linalg.eigvalsh(hermitian)[:, 0] / np.linalg.norm(values, ord=2, axis=(1, 2)),
+        driving_point=diagonal.real / np.abs(diagonal),
     )
-
-
-def _coherence(
-    point: VirtualPoint, runs: Sequence[Spectrum | Frf], limits: QualityLimits
-) -> QualityCheck:
-    name = "coherence of repeats"
-    if len(runs) < 2:
-        return not_checked(name, "needs the same measurement twice")
-    values = repeat_coherence([channel_values(point, run) for run in runs])
-    means = values.mean(axis=(0, 1))
-    return at_least(name, dict(zip(point.channels, means, strict=True)), limits.repeat_coherence)
-
-
-def _consistency_6(
-    point: VirtualPoint, measured: Spectrum | Frf, limits: QualityLimits
-) -> tuple[QualityCheck, ...]:
-    figures = geometric_consistency(point, measured)
-    return (
-        at_most("geometric consistency (error)", figures, limits.geometric_consistency),
-        *_rigid("sensors", response_consistency(point, measured), point, limits),
-    )
-
-
-def _rigid(
-    what: str, consistency: RigidConsistency, point: VirtualPoint, limits: QualityLimits
-) -> tuple[QualityCheck, ...]:
-    means = consistency.specific.mean(axis=0)
-    specific = dict(zip(consistency.channels, means, strict=True))
-    worst_line = consistency.frequency[int(np.argmin(consistency.overall))]
-    n_motion, n_channel = point.inverse.shape
-    # of unrelated channels the projection keeps n_motion / n_channel of the energy
-    by_chance = np.sqrt(n_motion / n_channel)
-    return (
-        at_least(f"specific consistency of {what}", specific, limits.specific_consistency),
-        at_least(
-            f"overall consistency of {what}, mean",
-            {f"least at {worst_line:g} Hz": float(consistency.overall.mean())},
-            float((1.0 + by_chance) / 2.0),
-        ),
-    )
-
-
-def _driving_point(
-    response: VirtualPoint,
-    excitation: VirtualPoint,
-    measured: Frf,
-    form: FrfForm,
-    limits: QualityLimits,
-) -> tuple[QualityCheck, ...]:
-    one_place = np.allclose(response.geometry.position, excitation.geometry.position)
-    if not one_place or response.geometry.motions != excitation.geometry.motions:
-        missing = "needs responses and excitation at one virtual point"
-        return not_checked("reciprocity", missing), not_checked("passivity", missing)
-    at_point = virtual_point_frf(measured, response=response, excitation=excitation)
-    pair, value = reciprocity(at_point).worst()
-    power = passivity(at_point, form, response.conditioning.length)
-    return (
-        at_least("reciprocity", {pair: value}, limits.reciprocity),
-        at_most(
-            "passivity (share of active lines)",
-            {power.worst: power.active_share},
-            limits.active_share,
-        ),
-    )
-
-
-def _leave_one_out(what: str, diagnosis: Diagnosis) -> QualityCheck:
-    """Contradiction of the first suspect over what the tolerances let expect."""
-    name = f"leave-one-out of {what} (contradiction over tolerance)"
-    if not diagnosis.residual_without:
-        return not_checked(name, diagnosis.verdict)
-    number = diagnosis.suspect.significance if diagnosis.suspect else 0.0
-    passed = not diagnosis.named
-    return QualityCheck(name, number, SIGNIFICANT, True, passed, diagnosis.verdict)

@@ -3,20 +3,20 @@
 from __future__ import annotations
 
 import math
-from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from enum import Enum
 from types import MappingProxyType
 
 import numpy as np
-import numpy.typing as npt
 
-from deboom.arrays import RealArray
+from deboom.arrays import RealArray, checked
 from deboom.errors import InputError
-from deboom.physics.rigid_body import forward_matrices
 
 SENSOR_AXES = ("x", "y", "z")
+
+UNIT_LENGTH_TOLERANCE = 1e-3
+"""Largest deviation of the length of a direction from 1: what the rounding in a table does."""
 
 
 class SensorKind(Enum):
@@ -26,29 +26,24 @@ class SensorKind(Enum):
     FORCE_CELL = "force cell"
 
 
-@dataclass(frozen=True, eq=False)
+@checked(position="3", orientation="3 3")
 class Sensor:
     """One triaxial sensor; its channels are ``<name> x``, ``<name> y`` and ``<name> z``.
 
     Parameters
     ----------
     name : str
-        Such as ``A1``.
+        Name, such as ``A1``.
     kind : SensorKind
-        What it measures: acceleration [m/s²] or force [N].
+        Measured quantity: acceleration [m/s²] or force [N].
     model : str
         Type in the sensor catalogue, such as ``Kistler 9077C``.
     mount, piece : str
-        The mount it belongs to and its piece; empty where there is none.
+        Mount it belongs to and its piece; empty where there is none.
     position : array, shape (3,)
-        In vehicle axes, from the powertrain's centre of gravity [m].
+        Position in vehicle axes, from the powertrain's centre of gravity [m].
     orientation : array, shape (3, 3)
-        Columns are the sensor's axes in vehicle axes [1].
-
-    Raises
-    ------
-    InputError
-        Shapes, or an orientation that is not a right-handed rotation.
+        Right-handed rotation; columns are the sensor's axes in vehicle axes [1].
     """
 
     name: str
@@ -56,16 +51,10 @@ class Sensor:
     model: str
     mount: str
     piece: str
-    position: npt.NDArray[np.float64]
-    orientation: npt.NDArray[np.float64]
+    position: RealArray
+    orientation: RealArray
 
     def __post_init__(self) -> None:
-        for name, shape in (("position", (3,)), ("orientation", (3, 3))):
-            array = np.array(getattr(self, name), dtype=float)
-            if array.shape != shape or not np.all(np.isfinite(array)):
-                raise InputError(f"sensor {self.name}: {name} needs {shape} finite numbers")
-            array.setflags(write=False)
-            object.__setattr__(self, name, array)
         turned = self.orientation.T @ self.orientation
         if not np.allclose(turned, np.eye(3), atol=1e-6) or np.linalg.det(self.orientation) < 0:
             raise InputError(
@@ -79,30 +68,129 @@ class Sensor:
         return tuple(f"{self.name} {axis}" for axis in SENSOR_AXES)
 
 
-def forward_matrix_of(sensors: Sequence[Sensor]) -> npt.NDArray[np.float64]:
-    """Forward matrix of several sensors: body motion at the origin → their channels.
+@checked(position="3", direction="3")
+class Impact:
+    """One point of excitation by hammer or shaker; its channel has the same name.
 
     Parameters
     ----------
-    sensors : sequence of Sensor
-        n of them, with names of their own.
-
-    Returns
-    -------
-    array, shape (3 n, 6)
-        Row blocks ``R_iᵀ V_i`` (thesis, eq. 23 and 26) [1 and m].
-
-    Raises
-    ------
-    InputError
-        Duplicated names.
+    name : str
+        Name, such as ``I07``.
+    position : array, shape (3,)
+        Position in vehicle axes, from the origin of the position sheet [m].
+    direction : array, shape (3,)
+        Unit vector along which a positive force pushes [1]; another length raises InputError.
     """
-    doubled = [name for name, count in Counter(s.name for s in sensors).items() if count > 1]
-    if doubled:
-        raise InputError(f"duplicated sensor {doubled}: every sensor needs a name of its own")
-    positions = np.array([sensor.position for sensor in sensors])
-    orientations = np.array([sensor.orientation for sensor in sensors])
-    return np.asarray(forward_matrices(positions, orientations))
+
+    name: str
+    position: RealArray
+    direction: RealArray
+
+    def __post_init__(self) -> None:
+        length = float(np.linalg.norm(self.direction))
+        if abs(length - 1.0) > UNIT_LENGTH_TOLERANCE:
+            raise InputError(
+                f"impact {self.name}: its direction has length {length:.4g}, state a unit vector"
+            )
+        direction = self.direction / length
+        direction.setflags(write=False)
+        object.__setattr__(self, "direction", direction)
+
+
+@dataclass(frozen=True)
+class Tolerances:
+    """Standard deviations (1 σ) of everything that a bench states only approximately.
+
+    Parameters
+    ----------
+    sensor_position : float
+        Position of an accelerometer against the position sheet, per axis [m].
+    sensor_angle : float
+        Orientation of an accelerometer against the position sheet, per axis [rad].
+    sensor_gain : float
+        Sensitivity of an accelerometer channel [1].
+    sensor_cross_axis : float
+        Sensitivity of an accelerometer channel to each of the other two axes [1]. A limit ± c of a
+        data sheet has the standard deviation c/√3 where any value within is as likely.
+    acceleration_own, acceleration_norm : float
+        Order-tracking noise per amplitude of the channel itself and per norm of its triaxial
+        sensor, complex amplitude [1].
+    acceleration_floor : float
+        Noise of an accelerometer channel at rest, complex amplitude [m/s²].
+    cell_gain : float
+        Sensitivity of a force cell that no shaker calibrates in place [1].
+    force_own, force_norm : float
+        Order-tracking noise of a cell channel, as for the acceleration [1].
+    force_floor : float
+        Noise of a cell channel at rest, complex amplitude [N].
+    shaker_angle : float
+        Direction of the shaker against its nominal axis, per axis [rad].
+    shaker_gain : float
+        Force that the shaker states [1].
+    torque : float
+        Engine torque, per line [N m].
+    static_force : float
+        Quasi-static cell force, per line [N].
+
+    Notes
+    -----
+    None is negative. Position to cross-axis and shaker are drawn once per bench and stay the same
+    in all its runs; noise, torque and static force differ from line to line.
+    """
+
+    sensor_position: float = 0.002
+    sensor_angle: float = math.radians(0.5)
+    sensor_gain: float = 0.01
+    sensor_cross_axis: float = 0.01
+    acceleration_own: float = 0.002
+    acceleration_norm: float = 0.00015
+    acceleration_floor: float = 0.005
+    cell_gain: float = 0.005
+    force_own: float = 0.002
+    force_norm: float = 0.00015
+    force_floor: float = 0.01
+    shaker_angle: float = math.radians(0.5)
+    shaker_gain: float = 0.005
+    torque: float = 1.0
+    static_force: float = 5.0
+
+    def __post_init__(self) -> None:
+        for field in fields(self):
+            _check_deviation(f"tolerance {field.name}", getattr(self, field.name), "from 0")
+
+
+@dataclass(frozen=True)
+class PlacementTolerances:
+    """Standard deviations (1 σ) of what a hammer test states only approximately; none is 0.
+
+    Parameters
+    ----------
+    sensor_gain : float
+        Sensitivity of each accelerometer channel [1].
+    sensor_position, impact_position : float
+        Positions against the position sheet, per axis [m].
+    sensor_angle, impact_angle : float
+        Directions against the position sheet, per axis [rad].
+    hammer_gain : float
+        Sensitivity of the hammer, common to all impacts [1].
+    """
+
+    sensor_gain: float = 0.02
+    sensor_position: float = 0.0015
+    sensor_angle: float = math.radians(1.5)
+    hammer_gain: float = 0.01
+    impact_position: float = 0.0015
+    impact_angle: float = math.radians(1.5)
+
+    def __post_init__(self) -> None:
+        for field in fields(self):
+            # a perfect placement is no statement about a real one
+            _check_deviation(f"tolerance {field.name}", getattr(self, field.name), "above 0")
+
+
+def _check_deviation(what: str, value: float, wanted: str) -> None:
+    if not (math.isfinite(value) and value >= 0) or (value == 0 and wanted == "above 0"):
+        raise InputError(f"{what} is {value}: use a number {wanted}")
 
 
 @dataclass(frozen=True)
@@ -112,13 +200,13 @@ class SensorModel:
     Parameters
     ----------
     name : str
-        Such as ``Kistler 9077C``.
+        Type, such as ``Kistler 9077C``.
     quantity_unit : str
         SI unit of what it measures: ``m/s^2`` or ``N``.
     signal_unit : str
         SI unit of what it delivers: ``C`` (charge) or ``V``.
     sensitivity : tuple of float
-        Nominal, per axis; one for a single-axis sensor [signal_unit/quantity_unit].
+        Nominal sensitivity, per axis; one for a single-axis sensor [signal_unit/quantity_unit].
     gain_tolerance : float
         Half width about the nominal sensitivity, before the single sensor is calibrated [1].
     cross_axis : tuple of float
@@ -126,14 +214,9 @@ class SensorModel:
     noise_floor : float
         Threshold [quantity_unit].
     frequency_range : (float, float)
-        [Hz]; ``(0, inf)`` where the maker states none.
+        Usable range [Hz]; ``(0, inf)`` where the maker states none.
     source : str
-        Where the figures stand.
-
-    Raises
-    ------
-    InputError
-        Sensitivity and cross-axis sensitivity of different axes, or a tolerance below 0.
+        Origin of the figures.
     """
 
     name: str
@@ -147,20 +230,16 @@ class SensorModel:
     source: str
 
     def __post_init__(self) -> None:
+        owner = f"sensor model {self.name}"
         if len(self.sensitivity) != len(self.cross_axis):
             raise InputError(
-                f"sensor model {self.name}: {len(self.sensitivity)} sensitivities, but "
-                f"{len(self.cross_axis)} cross-axis limits: state both for every axis"
+                f"{owner}: {len(self.sensitivity)} sensitivities, but {len(self.cross_axis)} "
+                "cross-axis limits: state both for every axis"
             )
-        for what, value in (
-            ("gain_tolerance", self.gain_tolerance),
-            ("noise_floor", self.noise_floor),
-            *(("cross_axis", limit) for limit in self.cross_axis),
-        ):
-            if not (math.isfinite(value) and value >= 0):
-                raise InputError(
-                    f"sensor model {self.name}: {what} is {value}: use a number from 0"
-                )
+        _check_deviation(f"{owner}: gain_tolerance", self.gain_tolerance, "from 0")
+        _check_deviation(f"{owner}: noise_floor", self.noise_floor, "from 0")
+        for limit in self.cross_axis:
+            _check_deviation(f"{owner}: cross_axis", limit, "from 0")
 
     @property
     def cross_axis_deviation(self) -> tuple[float, ...]:
@@ -239,167 +318,3 @@ SENSOR_CATALOGUE: Mapping[str, SensorModel] = MappingProxyType(
 Figures that the thesis does not state are marked as usual ones in `SensorModel.source`: replace
 them by the calibration sheets of the sensors in use.
 """
-
-
-def sensor_model(name: str) -> SensorModel:
-    """Return a model of the catalogue.
-
-    Raises
-    ------
-    InputError
-        No such model.
-    """
-    try:
-        return SENSOR_CATALOGUE[name]
-    except KeyError:
-        raise InputError(
-            f"sensor model '{name}' is not in the catalogue, use {', '.join(SENSOR_CATALOGUE)}"
-        ) from None
-
-
-UNIT_LENGTH_TOLERANCE = 1e-3
-"""How far the length of a direction may be from 1: what the rounding in a table does."""
-
-
-@dataclass(frozen=True, eq=False)
-class Impact:
-    """One point of excitation; its channel has the same name.
-
-    Parameters
-    ----------
-    name : str
-        Such as ``I07``.
-    position : array, shape (3,)
-        In vehicle axes, from the origin of the position sheet [m].
-    direction : array, shape (3,)
-        Unit vector along which a positive force pushes [1].
-
-    Raises
-    ------
-    InputError
-        Not three finite numbers, or a direction that is not of length 1.
-    """
-
-    name: str
-    position: RealArray
-    direction: RealArray
-
-    def __post_init__(self) -> None:
-        for name in ("position", "direction"):
-            array = np.array(getattr(self, name), dtype=float)
-            if array.shape != (3,) or not np.all(np.isfinite(array)):
-                raise InputError(f"impact {self.name}: {name} needs three finite numbers")
-            object.__setattr__(self, name, array)
-        length = float(np.linalg.norm(self.direction))
-        if abs(length - 1.0) > UNIT_LENGTH_TOLERANCE:
-            raise InputError(
-                f"impact {self.name}: its direction has length {length:.4g}, state a unit vector"
-            )
-        object.__setattr__(self, "direction", self.direction / length)
-        for name in ("position", "direction"):
-            getattr(self, name).setflags(write=False)
-
-
-@dataclass(frozen=True)
-class Tolerances:
-    """Standard deviations (1 σ) of everything that a bench states only approximately.
-
-    Parameters
-    ----------
-    sensor_position : float
-        Of an accelerometer against the position sheet, per axis [m].
-    sensor_angle : float
-        Of an accelerometer against the position sheet, per axis [rad].
-    sensor_gain : float
-        Of an accelerometer channel [1].
-    sensor_cross_axis : float
-        Sensitivity of an accelerometer channel to each of the other two axes [1]. A limit ± c of a
-        data sheet has the standard deviation c/√3 where any value within is as likely.
-    acceleration_own, acceleration_norm : float
-        Order-tracking noise per amplitude of the channel itself and per norm of its triaxial
-        sensor, complex amplitude [1].
-    acceleration_floor : float
-        Noise of an accelerometer channel at rest, complex amplitude [m/s²].
-    cell_gain : float
-        Of a force cell that no shaker calibrates in place [1].
-    force_own, force_norm : float
-        Order-tracking noise of a cell channel, as for the acceleration [1].
-    force_floor : float
-        Noise of a cell channel at rest, complex amplitude [N].
-    shaker_angle : float
-        Of the shaker against its nominal axis, per axis [rad].
-    shaker_gain : float
-        Of the force that the shaker states [1].
-    torque : float
-        Of the engine torque, per line [N m].
-    static_force : float
-        Of the quasi-static cell force, per line [N].
-
-    Raises
-    ------
-    InputError
-        A tolerance that is negative or not finite.
-
-    Notes
-    -----
-    Position to cross-axis and shaker are drawn once per bench and stay the same in all its runs;
-    noise, torque and static force differ from line to line.
-    """
-
-    sensor_position: float = 0.002
-    sensor_angle: float = math.radians(0.5)
-    sensor_gain: float = 0.01
-    sensor_cross_axis: float = 0.01
-    acceleration_own: float = 0.002
-    acceleration_norm: float = 0.00015
-    acceleration_floor: float = 0.005
-    cell_gain: float = 0.005
-    force_own: float = 0.002
-    force_norm: float = 0.00015
-    force_floor: float = 0.01
-    shaker_angle: float = math.radians(0.5)
-    shaker_gain: float = 0.005
-    torque: float = 1.0
-    static_force: float = 5.0
-
-    def __post_init__(self) -> None:
-        for field in fields(self):
-            value = getattr(self, field.name)
-            if not (math.isfinite(value) and value >= 0):
-                raise InputError(f"tolerance {field.name} is {value}: use a number from 0")
-
-
-@dataclass(frozen=True)
-class PlacementTolerances:
-    """Standard deviations (1 σ) of what a hammer test states only approximately.
-
-    Parameters
-    ----------
-    sensor_gain : float
-        Of each accelerometer channel [1].
-    sensor_position, impact_position : float
-        Against the position sheet, per axis [m].
-    sensor_angle, impact_angle : float
-        Against the position sheet, per axis [rad].
-    hammer_gain : float
-        Of the hammer, common to all impacts [1].
-
-    Raises
-    ------
-    InputError
-        A tolerance that is not positive and finite: a perfect placement is no statement about a
-        real one.
-    """
-
-    sensor_gain: float = 0.02
-    sensor_position: float = 0.0015
-    sensor_angle: float = math.radians(1.5)
-    hammer_gain: float = 0.01
-    impact_position: float = 0.0015
-    impact_angle: float = math.radians(1.5)
-
-    def __post_init__(self) -> None:
-        for field in fields(self):
-            value = getattr(self, field.name)
-            if not (math.isfinite(value) and value > 0):
-                raise InputError(f"tolerance {field.name} is {value}: use a number above 0")

@@ -1,4 +1,9 @@
-"""Tacho pulses to the angle and speed of a shaft, with missing and displaced pulses repaired."""
+"""Tacho pulses to the angle and speed of a shaft, with missing and displaced pulses repaired.
+
+A voltage gives the times of its pulses; the pulses are numbered by what is true of a shaft, whose
+speed changes smoothly; a spline through them is the angle. No pulse is invented: a missing pulse is
+a gap in the numbers, which the shaft angle bridges.
+"""
 
 from __future__ import annotations
 
@@ -10,19 +15,43 @@ import numpy.typing as npt
 from scipy.interpolate import BSpline, make_lsq_spline
 from scipy.ndimage import maximum_filter1d, median_filter, percentile_filter
 
-from deboom.arrays import RealArray
+from deboom.arrays import BoolArray, IntArray, RealArray, checked
 from deboom.errors import InputError
 
 LEAST_PULSES = 10
-"""Fewer say too little about a speed that changes."""
+"""Fewest pulses that say enough about a speed that changes."""
 HYSTERESIS = 0.2
-"""Of the swing, where none is given: what the voltage must fall back by to count anew."""
-_TAIL = 0.001
+"""Share of the swing, where none is given, by which the voltage must fall back to count anew."""
+TAIL = 0.001
 """Share of the samples beyond which low and high voltage are read, so that a spike sets neither."""
+WINDOW = 9
+"""Intervals (and pulses) over which a shaft's speed is compared with itself."""
+UNEVEN, MOST_UNEVEN = 0.1, 0.15
+"""Deviation from a whole number of intervals that weighs as much as one bad pulse: in a clean
+signal, and in one whose every interval scatters because few samples make an interval."""
+LONGEST_GAP = 5
+"""Pulses missing in a row that can still be counted."""
+MOST_PASSES = 4
+"""Two heal almost every signal; damage that lies close together takes a third."""
+OUTLIER = 6.0
+"""Robust standard deviations by which a displaced pulse is off."""
+LEAST_OUTLIER = 0.005
+"""Share of an interval: smaller displacements are left in."""
+MISCOUNT = 0.35
+"""Pulses by which a gap may differ from its count."""
+MOST_REPAIRED = 0.2
+"""Pulses dropped, and missing, per good one beyond which a signal is refused."""
+FASTEST_CHANGE = 1.8
+"""Ratio of the running medians nine intervals apart that is a stop and no run-up, once refused."""
+KNOT_SPACING = 4.0
+"""Revolutions between the knots of the spline: two cycles of a four-stroke engine."""
+LARGEST_DIP = 0.02
+"""Share of the highest speed by which the speed of a run-up may fall in between."""
+_DEGREE = 3
 
 
 class Edge(Enum):
-    """Which edge of a pulse marks the angle."""
+    """Edge of a pulse that marks the angle."""
 
     RISING = 1
     FALLING = -1
@@ -43,25 +72,25 @@ def pulse_times(
     Parameters
     ----------
     voltage : array, shape (n_sample,)
-        As recorded [V].
+        Signal as recorded [V].
     rate : float
         Samples per second [Hz].
     name : str
-        Of the channel, for messages.
+        Name of the channel, for messages.
     start : float
         Time of the first sample [s].
     edge : Edge
-        The edge that marks the angle; the rising one unless the pulse is upside down.
+        Edge that marks the angle; the rising one unless the pulse is upside down.
     level : float, optional
         Trigger level [V]; half-way between low and high voltage where it is not given.
     hysteresis : float, optional
-        Once triggered, the voltage must leave the level backwards by this much before it counts
+        Voltage by which the signal must leave the level backwards, once triggered, before it counts
         again [V]; a fifth of the swing where it is not given.
 
     Returns
     -------
     array, shape (n_pulse,)
-        Increasing [s], by a straight line between the two samples about each crossing.
+        Increasing times [s], by a straight line between the two samples about each crossing.
 
     Raises
     ------
@@ -81,7 +110,7 @@ def pulse_times(
         raise InputError(
             f"{name}: the signal is not finite at sample {np.argmin(np.isfinite(signal))}"
         )
-    low, high = np.quantile(signal, [_TAIL, 1 - _TAIL])
+    low, high = np.quantile(signal, [TAIL, 1 - TAIL])
     if not high > low:
         raise InputError(
             f"{name} carries no pulses, it stays at {low:g} V: check the cable, or the name of the "
@@ -90,7 +119,10 @@ def pulse_times(
     trigger = (low + high) / 2 if level is None else level
     band = HYSTERESIS * (high - low) if hysteresis is None else hysteresis
     above = edge.value * (signal - trigger)
-    first = _crossings(above, band)
+    # a comparator with hysteresis forgets what lies between; low then high is a pulse
+    is_low, is_high = above < -abs(band), above >= 0
+    event = np.flatnonzero(is_low | is_high)
+    first = event[1:][is_low[event[:-1]] & is_high[event[1:]]] - 1
     if first.size < LEAST_PULSES:
         raise InputError(
             f"{name} has {first.size} pulses at {trigger:.3g} V, {LEAST_PULSES} are needed: check "
@@ -100,97 +132,180 @@ def pulse_times(
     return np.asarray(start + (first + part) / rate)
 
 
-def _crossings(above: RealArray, band: float) -> npt.NDArray[np.intp]:
-    """Last sample before each rise through zero that follows a fall below −band."""
-    low, high = above < -abs(band), above >= 0
-    # a comparator with hysteresis forgets what lies between; low then high is a pulse
-    event = np.flatnonzero(low | high)
-    return event[1:][low[event[:-1]] & high[event[1:]]] - 1
+@checked(times="n", number="n", dropped="d", missing="m")
+class PulseTrain:
+    """The pulses of a tacho that can be trusted, and what was done to get there.
+
+    Parameters
+    ----------
+    name : str
+        Name of the tacho channel.
+    times : array, shape (n_pulse,)
+        Increasing times [s].
+    number : array of int, shape (n_pulse,)
+        Count of each pulse from the one nearest to the first that was triggered; a step above 1
+        bridges missing pulses.
+    pulses_per_revolution : int
+        Pulses of the tacho.
+    dropped : array, shape (n_dropped,)
+        Times of pulses left out: doubled, stray or displaced [s].
+    missing : array, shape (n_missing,)
+        Times at which a pulse was due and none was trusted [s]. A displaced pulse counts here and
+        among the dropped.
+    """
+
+    name: str
+    times: RealArray
+    number: IntArray
+    pulses_per_revolution: int
+    dropped: RealArray
+    missing: RealArray
+
+    def report(self) -> str:
+        """One sentence on the repair, for the log of a measurement."""
+        if not (self.dropped.size or self.missing.size):
+            return f"{self.name}: {self.times.size} pulses, none repaired"
+        return (
+            f"{self.name}: {self.times.size} pulses trusted, {self.dropped.size} dropped"
+            f"{_at(self.dropped)}, {self.missing.size} missing{_at(self.missing)}"
+        )
 
 
-WINDOW = 9
-"""Intervals (and pulses) over which a shaft's speed is compared with itself."""
-UNEVEN, MOST_UNEVEN = 0.1, 0.15
-"""Deviation from a whole number of intervals that weighs as much as one bad pulse: in a clean
-signal, and in one whose every interval scatters because few samples make an interval."""
-LONGEST_GAP = 5
-"""Pulses missing in a row that can still be counted."""
-MOST_PASSES = 4
-"""Two heal almost every signal; damage that lies close together takes a third."""
-OUTLIER = 6.0
-"""Robust standard deviations by which a displaced pulse is off."""
-LEAST_OUTLIER = 0.005
-"""Of an interval: smaller displacements are left in."""
-
-IntArray = npt.NDArray[np.int64]
-
-
-def number_pulses(times: RealArray) -> IntArray:
-    """Count the pulses of a shaft whose speed changes smoothly.
+def repair_pulses(
+    times: npt.ArrayLike, pulses_per_revolution: int = 1, *, name: str = "tacho"
+) -> PulseTrain:
+    """Give each pulse its number, for a shaft whose speed changes smoothly.
 
     Parameters
     ----------
     times : array, shape (n,)
-        Increasing, n ≥ 10 [s].
+        Pulses as triggered, increasing [s].
+    pulses_per_revolution : int
+        Pulses of the tacho, at least 1.
+    name : str
+        Name of the tacho channel.
 
-    Returns
-    -------
-    array of int, shape (n,)
-        From 0; −1 for a pulse that is better left out. Missing pulses are skipped numbers.
+    Raises
+    ------
+    InputError
+        Fewer than ten pulses, times that do not increase, intervals that no smooth speed
+        explains, a gap that cannot be counted, too many bad pulses, or a shaft that stops or turns
+        back.
 
     Notes
     -----
+    Intervals are compared with their running median over nine. Out of all chains of pulses that
+    are about whole numbers of intervals apart, the one that needs the fewest repairs is taken. Then
+    each pulse is compared with the cubic through its eight neighbours, and dropped if it is off by
+    six robust standard deviations and 0.5 % of an interval; near an end the outermost goes.
+    """
+    raw = np.asarray(times, dtype=float)
+    if pulses_per_revolution < 1:
+        raise InputError(f"{name}: {pulses_per_revolution} pulses per revolution; give at least 1")
+    if raw.ndim != 1 or raw.size < LEAST_PULSES:
+        raise InputError(
+            f"{name} has {raw.size} pulses, {LEAST_PULSES} are needed: measure for longer"
+        )
+    if not np.all(np.isfinite(raw)) or np.any(np.diff(raw) <= 0):
+        raise InputError(f"{name}: pulse times must be finite and increase from pulse to pulse")
+    number = _numbered(raw)
+    taken = _without_displaced(raw, number)
+    count, kept = number[taken], raw[taken]
+    if count.size < LEAST_PULSES:
+        raise InputError(
+            _stop(raw, name)
+            or f"{name}: the intervals between pulses fit no smooth speed: check the sensor, the "
+            "trigger level and the hysteresis"
+        )
+    absent = np.setdiff1d(np.arange(count[0], count[-1] + 1), count)
+    missing = np.interp(absent, count, kept)
+    # the first pulse triggered is the zero mark, even if it is displaced and left out
+    count = count - count[0] + round((kept[0] - raw[0]) / _local_period(kept, count)[0])
+    train = PulseTrain(name, kept, count, pulses_per_revolution, raw[~taken], missing)
+    problem = (
+        _too_many(train, train.dropped) or _miscounted(train) or _too_many(train, train.missing)
+    )
+    if problem:
+        raise InputError(_stop(raw, name) or problem)
+    return train
+
+
+def _stop(raw: RealArray, name: str) -> str:
+    """Name a stop or a reversal: the intervals themselves grow too fast for a run-up."""
+    # over two intervals at a time: a pulse that bounces is no stop
+    pair = raw[2:] - raw[:-2]
+    erratic = np.median(np.abs(np.diff(np.log(pair)))) > UNEVEN
+    usual = np.log(median_filter(pair, size=WINDOW, mode="mirror"))
+    change = np.abs(usual[WINDOW:] - usual[:-WINDOW])
+    if erratic or change.size == 0 or change.max() < np.log(FASTEST_CHANGE):
+        return ""
+    where = raw[int(np.argmax(change)) + WINDOW // 2]
+    return (
+        f"{name}: the shaft stops or turns back near {where:.3f} s, which one tacho cannot tell "
+        "apart, or most pulses there are false: cut the record there"
+    )
+
+
+def _miscounted(train: PulseTrain) -> str:
+    step = np.diff(train.number)
+    usual = _local_period(train.times, train.number)
+    expected = 2 * np.diff(train.times) / (usual[1:] + usual[:-1])
+    unsafe = (step > LONGEST_GAP + 1) | ((step > 1) & (np.abs(expected - step) > MISCOUNT))
+    if not unsafe.any():
+        return ""
+    gap = int(np.argmax(np.where(unsafe, expected, 0)))
+    return (
+        f"{train.name}: about {expected[gap] - 1:.1f} pulses are missing between "
+        f"{train.times[gap]:.3f} and {train.times[gap + 1]:.3f} s, which cannot be counted safely: "
+        "cut the record there"
+    )
+
+
+def _too_many(train: PulseTrain, bad: RealArray) -> str:
+    if bad.size <= MOST_REPAIRED * train.times.size:
+        return ""
+    return (
+        f"{train.name}: {train.dropped.size} pulses do not fit and {train.missing.size} are "
+        f"missing beside {train.times.size} good ones: check the trigger level and the hysteresis"
+    )
+
+
+def _at(times: RealArray) -> str:
+    if times.size == 0:
+        return ""
+    shown = ", ".join(f"{time:.3f}" for time in times[:5])
+    return f" (at {shown}{', …' if times.size > 5 else ''} s)"
+
+
+def _numbered(times: RealArray) -> IntArray:
+    """Count the pulses from 0, −1 for a pulse that is better left out; skipped numbers are missing.
+
     Leaving a pulse out costs 1 and so does a missing one; from one pulse kept to the next, a step
     that is not a whole number of intervals costs the square of its excess over what is usual. The
     cheapest chain is found as a shortest path: first with the running median of all intervals, then
     with that of the pulses kept, until nothing changes.
     """
-    number = _cheapest_chain(times, local_period(times, np.arange(times.size)))
+    number = _cheapest_chain(times, _local_period(times, np.arange(times.size)))
     for _ in range(MOST_PASSES):
         kept = number >= 0
         if np.count_nonzero(kept) <= WINDOW:
             break
-        period = local_period(times[kept], number[kept])
+        period = _local_period(times[kept], number[kept])
         before, number = number, _cheapest_chain(times, np.interp(times, times[kept], period))
         if np.array_equal(number, before):
             break
     return number
 
 
-def local_period(times: RealArray, number: IntArray) -> RealArray:
-    """Return the time from number to number about each pulse.
-
-    Parameters
-    ----------
-    times : array, shape (n,)
-        Increasing [s].
-    number : array of int, shape (n,)
-        Increasing.
-
-    Returns
-    -------
-    array, shape (n,)
-        Running median over nine intervals [s].
-    """
+def _local_period(times: RealArray, number: IntArray) -> RealArray:
+    """Time from number to number about each pulse, a running median over nine intervals [s]."""
     usual = median_filter(np.diff(times) / np.diff(number), size=WINDOW, mode="mirror")
     return np.concatenate([usual[:1], (usual[1:] + usual[:-1]) / 2, usual[-1:]])
 
 
-def without_displaced(times: RealArray, number: IntArray) -> npt.NDArray[np.bool_]:
-    """Tell the pulses that lie on a smooth course from those that are displaced.
+def _without_displaced(times: RealArray, number: IntArray) -> BoolArray:
+    """Mark the numbered pulses that lie on a smooth course.
 
-    Parameters
-    ----------
-    times, number : array, shape (n,)
-        As `number_pulses` takes and gives them.
-
-    Returns
-    -------
-    array of bool, shape (n,)
-        False for a displaced pulse and for one without a number.
-
-    Notes
-    -----
     The worst pulse of each neighbourhood goes, until all are within six robust standard deviations
     or 0.5 % of an interval of the cubic about them.
     """
@@ -221,14 +336,15 @@ def _deviation_from_neighbours(times: RealArray, number: IntArray) -> tuple[Real
     )
     cubic = (near / np.abs(near).max(axis=1, keepdims=True))[:, :, np.newaxis] ** np.arange(4)
     # at the pulse itself the cubic has the value of its constant term
-    own_row = np.linalg.pinv(cubic)[pattern.reshape(-1), 0]
-    fitted = np.sum(own_row * (times[neighbours] - times[:, np.newaxis]), axis=1)
-    leverage = own_row[np.arange(times.size), np.arange(times.size) - begin]
+    weights = np.linalg.pinv(cubic)[pattern.reshape(-1), 0]
+    fitted = np.sum(weights * (times[neighbours] - times[:, np.newaxis]), axis=1)
+    leverage = weights[np.arange(times.size), np.arange(times.size) - begin]
     interval = np.ptp(times[neighbours], axis=1) / np.ptp(number[neighbours], axis=1)
     return np.abs(fitted) / np.sqrt(1 - np.minimum(leverage, 0.999)), interval
 
 
 def _cheapest_chain(times: RealArray, period: RealArray) -> IntArray:
+    """Numbers of the pulses on the cheapest chain, −1 for those beside it."""
     price, whole = _step_prices(times, period)
     cost, chosen = [0.0], [-1]
     for i, prices in enumerate(price.tolist()[1:], start=1):
@@ -260,189 +376,12 @@ def _step_prices(times: RealArray, period: RealArray) -> tuple[RealArray, IntArr
     return skipped + missing + ((step - whole) / uneven) ** 2, whole
 
 
-MISCOUNT = 0.35
-"""Pulses by which a gap may differ from its count."""
-MOST_REPAIRED = 0.2
-"""Pulses dropped, and missing, per good one beyond which a signal is refused."""
-FASTEST_CHANGE = 1.8
-"""Ratio of the running medians nine intervals apart that is a stop and no run-up, once refused."""
-
-
-@dataclass(frozen=True, eq=False)
-class PulseTrain:
-    """The pulses of a tacho that can be trusted, and what was done to get there.
-
-    Parameters
-    ----------
-    name : str
-        Of the tacho channel.
-    times : array, shape (n_pulse,)
-        Increasing [s].
-    number : array of int, shape (n_pulse,)
-        Count of each pulse from the one nearest to the first that was triggered; a step above 1
-        bridges missing pulses.
-    pulses_per_revolution : int
-        Of the tacho.
-    dropped : array, shape (n_dropped,)
-        Times of pulses left out: doubled, stray or displaced [s].
-    missing : array, shape (n_missing,)
-        Times at which a pulse was due and none was trusted [s]. A displaced pulse counts here and
-        among the dropped.
-    """
-
-    name: str
-    times: RealArray
-    number: IntArray
-    pulses_per_revolution: int
-    dropped: RealArray
-    missing: RealArray
-
-    def __post_init__(self) -> None:
-        for item in ("times", "number", "dropped", "missing"):
-            array = np.array(getattr(self, item))
-            array.setflags(write=False)
-            object.__setattr__(self, item, array)
-
-    def report(self) -> str:
-        """One sentence on the repair, for the log of a measurement."""
-        if not (self.dropped.size or self.missing.size):
-            return f"{self.name}: {self.times.size} pulses, none repaired"
-        return (
-            f"{self.name}: {self.times.size} pulses trusted, {self.dropped.size} dropped"
-            f"{_at(self.dropped)}, {self.missing.size} missing{_at(self.missing)}"
-        )
-
-
-def repair_pulses(
-    times: npt.ArrayLike, pulses_per_revolution: int = 1, *, name: str = "tacho"
-) -> PulseTrain:
-    """Give each pulse its number, for a shaft whose speed changes smoothly.
-
-    Parameters
-    ----------
-    times : array, shape (n,)
-        Of the pulses as triggered, increasing [s].
-    pulses_per_revolution : int
-        At least 1.
-    name : str
-        Of the tacho channel.
-
-    Returns
-    -------
-    PulseTrain
-
-    Raises
-    ------
-    InputError
-        Fewer than ten pulses, times that do not increase, intervals that no smooth speed
-        explains, a gap that cannot be counted, too many bad pulses, or a shaft that stops or turns
-        back.
-
-    Notes
-    -----
-    Intervals are compared with their running median over nine. Out of all chains of pulses that
-    are about whole numbers of intervals apart, the one that needs the fewest repairs is taken. Then
-    each pulse is compared with the cubic through its eight neighbours, and dropped if it is off by
-    six robust standard deviations and 0.5 % of an interval; near an end the outermost goes.
-    """
-    raw = _checked_times(times, pulses_per_revolution, name)
-    number = number_pulses(raw)
-    taken = without_displaced(raw, number)
-    count, kept = number[taken], raw[taken]
-    if count.size < LEAST_PULSES:
-        raise InputError(_stop(raw, name) or _scattered(name))
-    absent = np.setdiff1d(np.arange(count[0], count[-1] + 1), count)
-    missing = np.interp(absent, count, kept)
-    # the first pulse triggered is the zero mark, even if it is displaced and left out
-    count = count - count[0] + round((kept[0] - raw[0]) / local_period(kept, count)[0])
-    train = PulseTrain(name, kept, count, pulses_per_revolution, raw[~taken], missing)
-    problem = (
-        _too_many(train, train.dropped) or _miscounted(train) or _too_many(train, train.missing)
-    )
-    if problem:
-        raise InputError(_stop(raw, name) or problem)
-    return train
-
-
-def _checked_times(times: npt.ArrayLike, pulses_per_revolution: int, name: str) -> RealArray:
-    raw = np.asarray(times, dtype=float)
-    if pulses_per_revolution < 1:
-        raise InputError(f"{name}: {pulses_per_revolution} pulses per revolution; give at least 1")
-    if raw.ndim != 1 or raw.size < LEAST_PULSES:
-        raise InputError(
-            f"{name} has {raw.size} pulses, {LEAST_PULSES} are needed: measure for longer"
-        )
-    if not np.all(np.isfinite(raw)) or np.any(np.diff(raw) <= 0):
-        raise InputError(f"{name}: pulse times must be finite and increase from pulse to pulse")
-    return raw
-
-
-def _stop(raw: RealArray, name: str) -> str:
-    """Name a stop or a reversal: the intervals themselves grow too fast for a run-up."""
-    # over two intervals at a time: a pulse that bounces is no stop
-    pair = raw[2:] - raw[:-2]
-    erratic = np.median(np.abs(np.diff(np.log(pair)))) > UNEVEN
-    usual = np.log(median_filter(pair, size=WINDOW, mode="mirror"))
-    change = np.abs(usual[WINDOW:] - usual[:-WINDOW])
-    if erratic or change.size == 0 or change.max() < np.log(FASTEST_CHANGE):
-        return ""
-    where = raw[int(np.argmax(change)) + WINDOW // 2]
-    return (
-        f"{name}: the shaft stops or turns back near {where:.3f} s, which one tacho cannot tell "
-        "apart, or most pulses there are false: cut the record there"
-    )
-
-
-def _miscounted(train: PulseTrain) -> str:
-    step = np.diff(train.number)
-    usual = local_period(train.times, train.number)
-    expected = 2 * np.diff(train.times) / (usual[1:] + usual[:-1])
-    unsafe = (step > LONGEST_GAP + 1) | ((step > 1) & (np.abs(expected - step) > MISCOUNT))
-    if not unsafe.any():
-        return ""
-    gap = int(np.argmax(np.where(unsafe, expected, 0)))
-    return (
-        f"{train.name}: about {expected[gap] - 1:.1f} pulses are missing between "
-        f"{train.times[gap]:.3f} and {train.times[gap + 1]:.3f} s, which cannot be counted safely: "
-        "cut the record there"
-    )
-
-
-def _too_many(train: PulseTrain, bad: RealArray) -> str:
-    if bad.size <= MOST_REPAIRED * train.times.size:
-        return ""
-    return (
-        f"{train.name}: {train.dropped.size} pulses do not fit and {train.missing.size} are "
-        f"missing beside {train.times.size} good ones: check the trigger level and the hysteresis"
-    )
-
-
-def _scattered(name: str) -> str:
-    return (
-        f"{name}: the intervals between pulses fit no smooth speed: check the sensor, the trigger "
-        "level and the hysteresis"
-    )
-
-
-def _at(times: RealArray) -> str:
-    if times.size == 0:
-        return ""
-    shown = ", ".join(f"{time:.3f}" for time in times[:5])
-    return f" (at {shown}{', …' if times.size > 5 else ''} s)"
-
-
-KNOT_SPACING = 4.0
-"""Revolutions between the knots of the spline: two cycles of a four-stroke engine."""
-LARGEST_DIP = 0.02
-"""By how much the speed of a run-up may fall in between, of the highest speed."""
-_DEGREE = 3
-
-
 @dataclass(frozen=True, eq=False)
 class ShaftAngle:
     """A shaft's angle as a smooth function of time, zero at the tacho's zero mark.
 
-    Made by `shaft_angle`; it holds from its first to its last pulse and is not continued beyond.
+    Made by `shaft_angle`; it holds from its first to its last pulse and is not continued beyond:
+    other times raise InputError.
 
     Parameters
     ----------
@@ -452,7 +391,7 @@ class ShaftAngle:
         Root mean square distance of the pulses from the smooth course [rad]; it contains what the
         shaft itself turns unevenly within a few revolutions.
     pulses : PulseTrain
-        What it was made from, with the report on its repair.
+        Pulses it was made from, with the report on their repair.
     """
 
     begin: float
@@ -462,15 +401,15 @@ class ShaftAngle:
     _revolution: BSpline[np.float64] = field(repr=False)
 
     def angle(self, time: npt.ArrayLike) -> RealArray:
-        """Angle at the times [s], any shape [rad]; InputError outside the pulses."""
+        """Angle at the times [s], any shape [rad]."""
         return np.asarray(2 * np.pi * self._revolution(self._inside(time)))
 
     def rpm(self, time: npt.ArrayLike) -> RealArray:
-        """Speed at the times [s], any shape [1/min]; InputError outside the pulses."""
+        """Speed at the times [s], any shape [1/min]."""
         return np.asarray(60 * self._revolution(self._inside(time), nu=1))
 
     def rpm_rate(self, time: npt.ArrayLike) -> RealArray:
-        """Change of speed at the times [s], any shape [1/(min s)]; InputError outside."""
+        """Change of speed at the times [s], any shape [1/(min s)]."""
         return np.asarray(60 * self._revolution(self._inside(time), nu=2))
 
     def rpm_range(self) -> tuple[float, float]:
@@ -479,23 +418,10 @@ class ShaftAngle:
         return float(speed.min()), float(speed.max())
 
     def time_at(self, rpm: npt.ArrayLike) -> RealArray:
-        """Time at which a run-up or run-down first passes each speed.
+        """Time at which a run-up or run-down first passes each speed, shape (n,) [s].
 
-        Parameters
-        ----------
-        rpm : array, shape (n,)
-            [1/min].
-
-        Returns
-        -------
-        array, shape (n,)
-            [s].
-
-        Raises
-        ------
-        InputError
-            A speed that the run does not reach, or a run that turns from up to down or back by more
-            than 2 % of its highest speed.
+        A speed [1/min] that the run does not reach, or a run that turns from up to down or back by
+        more than 2 % of its highest speed, raises InputError.
         """
         wanted = np.atleast_1d(np.asarray(rpm, dtype=float))
         time = self._fine_times()
@@ -534,20 +460,17 @@ class ShaftAngle:
 def shaft_angle(
     pulses: PulseTrain, *, knot_spacing: float = KNOT_SPACING, zero_time: float | None = None
 ) -> ShaftAngle:
-    """Smooth course through the pulses of a tacho.
+    """Lay a smooth course through the pulses of a tacho.
 
     Parameters
     ----------
     pulses : PulseTrain
-        As `repair_pulses` gives it.
+        Pulses from `repair_pulses`.
     knot_spacing : float
         Revolutions between the knots of the spline; 0 puts the course through every pulse.
     zero_time : float, optional
-        The pulse nearest to this time is the zero mark [s]; the first pulse where it is not given.
-
-    Returns
-    -------
-    ShaftAngle
+        Time of the zero mark, which is the nearest pulse [s]; the first pulse where it is not
+        given.
 
     Raises
     ------
@@ -579,9 +502,8 @@ def shaft_angle(
         zero = int(pulses.number[np.argmin(np.abs(times - zero_time))])
     revolution = (pulses.number - zero) / pulses.pulses_per_revolution
     every = max(1, round(knot_spacing * pulses.pulses_per_revolution))
-    inner = times[2:-2:every]
     ends = _DEGREE + 1
-    knots = np.concatenate([[times[0]] * ends, inner, [times[-1]] * ends])
+    knots = np.concatenate([[times[0]] * ends, times[2:-2:every], [times[-1]] * ends])
     course = make_lsq_spline(times, revolution, knots, k=_DEGREE)
     jitter = 2 * np.pi * float(np.sqrt(np.mean((course(times) - revolution) ** 2)))
     shaft = ShaftAngle(float(times[0]), float(times[-1]), jitter, pulses, course)

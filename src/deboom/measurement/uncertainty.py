@@ -10,31 +10,43 @@ import numpy as np
 import numpy.typing as npt
 from scipy.stats import t as student
 
-from deboom.arrays import ComplexArray, RealArray
+from deboom.arrays import BoolArray, ComplexArray, RealArray, checked
 from deboom.errors import InputError
 from deboom.measurement.channels import Frf
-from deboom.physics.sound_level import REFERENCE_PRESSURE
 
 COVERAGE = 0.90
-"""Of an interval, unless said otherwise [1]."""
+"""Coverage of an interval, unless said otherwise [1]."""
 
 LEAST_DRAWS = 40
 """Below which 5 % on either side are fewer than two draws."""
 
+LEVELS = ("vehicle", "state", "repeat")
 
-@dataclass(frozen=True, eq=False)
+DB_PER_NEPER = 20.0 / np.log(10.0)
+
+SWEEPS = 50
+"""Iterations of the most likely variance; it converges within ten."""
+
+TINY = 1e-12
+"""Share of the magnitude around below which a function has no phase [1]."""
+
+SMOOTHING = 3.0
+"""Standard deviation of the window of `local_magnitude`: about a resonance of a body [Hz]."""
+
+
+@checked(value="... ?", lower="... ?", upper="... ?")
 class Interval:
     """A number, or an array of them, with the interval of the truth.
 
     Parameters
     ----------
     value : array, shape (...)
-        As measured [unit].
+        Value as measured [unit].
     lower, upper : array, shape (...)
-        Where the truth lies [unit]. The value need not lie in the middle, and in data whose errors
+        Ends of the interval [unit]. The value need not lie in the middle, and in data whose errors
         push to one side not even inside.
     coverage : float
-        Of the interval [1].
+        Coverage of the interval [1].
     """
 
     value: RealArray
@@ -48,18 +60,12 @@ class Interval:
         return np.asarray((self.upper - self.lower) / 2.0)
 
     def about(self, value: npt.ArrayLike) -> Interval:
-        """Return the interval of the same errors about a value that was computed otherwise.
-
-        Parameters
-        ----------
-        value : array_like, shape (...)
-            [unit].
-        """
+        """Return the interval of the same errors about a value that was computed otherwise."""
         other = np.asarray(value, dtype=float)
         moved = other - self.value
         return Interval(other, self.lower + moved, self.upper + moved, self.coverage)
 
-    def holds(self, truth: npt.ArrayLike) -> npt.NDArray[np.bool_]:
+    def holds(self, truth: npt.ArrayLike) -> BoolArray:
         """Say whether it holds the truth, shape (...)."""
         where = np.asarray(truth, dtype=float)
         return np.asarray((self.lower <= where) & (where <= self.upper))
@@ -73,15 +79,11 @@ def pivotal_interval(
     Parameters
     ----------
     value : array_like, shape (...)
-        From the data as measured [unit].
+        Value from the data as measured [unit].
     again : array_like, shape (n_draws, ...)
-        From data that were measured again by drawing their errors [unit].
+        Values from data that were measured again by drawing their errors [unit].
     coverage : float
-        Between 0 and 1 [1].
-
-    Returns
-    -------
-    Interval
+        Coverage between 0 and 1 [1].
 
     Raises
     ------
@@ -116,21 +118,16 @@ def probability_below(value: npt.ArrayLike, again: npt.ArrayLike, bound: float =
 
     Parameters
     ----------
-    value : array_like, shape (...)
-        As measured, such as the level of design A minus that of design B [unit].
-    again : array_like, shape (n_draws, ...)
-        Measured again, with the same errors for A and B [unit].
+    value, again : array_like, shape (...) and (n_draws, ...)
+        As for `pivotal_interval`, such as the level of design A minus that of design B with the
+        same errors for both [unit].
     bound : float
-        [unit].
+        Bound [unit].
 
     Returns
     -------
     array, shape (...)
         From 0 to 1; a difference that is 0 in every draw gives one half [1].
-
-    Notes
-    -----
-    Of the same pivot as `pivotal_interval`.
     """
     truth = 2.0 * np.asarray(value, dtype=float) - np.asarray(again, dtype=float)
     below, at = (truth < bound).mean(axis=0), (truth == bound).mean(axis=0)
@@ -144,16 +141,11 @@ class VariancePart:
     Parameters
     ----------
     name : str
-        Of the cause.
+        Name of the cause.
     variance : float
-        [unit²].
+        Variance, from 0 [unit²].
     degrees_of_freedom : float
-        Behind that variance; infinite where it is stated.
-
-    Raises
-    ------
-    InputError
-        A variance that is negative or not finite, less than one degree of freedom.
+        Degrees of freedom behind that variance, from 1; infinite where it is stated.
     """
 
     name: str
@@ -176,7 +168,7 @@ class NextMeasurement:
     Parameters
     ----------
     name : str
-        In words.
+        Measurement in words.
     remaining : mapping of str to float
         Cause → share of its variance that would remain, 0 to 1; causes that are not named stay [1].
     more_degrees_of_freedom : mapping of str to float
@@ -189,19 +181,7 @@ class NextMeasurement:
 
 
 def half_width(parts: Sequence[VariancePart], coverage: float = COVERAGE) -> float:
-    """Return the half width of the interval of a number with several causes of error.
-
-    Parameters
-    ----------
-    parts : sequence of VariancePart
-        Independent.
-    coverage : float
-        Of the interval [1].
-
-    Returns
-    -------
-    float
-        [unit].
+    """Return the half width of the interval of a number with independent causes of error [unit].
 
     Notes
     -----
@@ -219,26 +199,9 @@ def half_width(parts: Sequence[VariancePart], coverage: float = COVERAGE) -> flo
 def half_width_after(
     parts: Sequence[VariancePart], measurement: NextMeasurement, coverage: float = COVERAGE
 ) -> float:
-    """Return the half width that is to be expected after one more measurement.
+    """Return the half width that is to be expected after one more measurement [unit].
 
-    Parameters
-    ----------
-    parts : sequence of VariancePart
-        As they are now.
-    measurement : NextMeasurement
-        What would be measured.
-    coverage : float
-        Of the interval [1].
-
-    Returns
-    -------
-    float
-        [unit].
-
-    Raises
-    ------
-    InputError
-        A cause that is not among the parts, a share outside of 0 to 1.
+    A cause that is not among the parts, or a share outside of 0 to 1, raises InputError.
 
     Notes
     -----
@@ -266,16 +229,16 @@ def half_width_after(
     return half_width(after, coverage)
 
 
-@dataclass(frozen=True, eq=False)
+@checked(rows="...", columns="...", rest="...")
 class CrossedSpread:
     """Components of variance of a table with one value per row and column.
 
     Parameters
     ----------
     rows, columns, rest : array, shape (...)
-        Between rows, between columns, and what neither explains; not below 0 [unit²].
+        Variance between rows, between columns, and what neither explains; not below 0 [unit²].
     n_row, n_column : int
-        Of the table.
+        Size of the table.
     """
 
     rows: RealArray
@@ -291,16 +254,8 @@ def crossed_spread(values: npt.ArrayLike) -> CrossedSpread:
     Parameters
     ----------
     values : array_like, shape (n_row, n_column, ...)
-        At least two rows; with a single column the rows hold all the spread [unit].
-
-    Returns
-    -------
-    CrossedSpread
-
-    Raises
-    ------
-    InputError
-        Fewer than two rows, or values that are not finite.
+        Finite values of at least two rows, else InputError; with a single column the rows hold all
+        the spread [unit].
 
     Notes
     -----
@@ -314,8 +269,8 @@ def crossed_spread(values: npt.ArrayLike) -> CrossedSpread:
         raise InputError("a spread needs finite values: leave out what was not measured")
     n_row, n_column = table.shape[:2]
     if n_column < 2:
-        own = table[:, 0].var(axis=0, ddof=1)
-        return CrossedSpread(own, np.zeros_like(own), np.zeros_like(own), n_row, n_column)
+        rows = table[:, 0].var(axis=0, ddof=1)
+        return CrossedSpread(rows, np.zeros_like(rows), np.zeros_like(rows), n_row, n_column)
     mean = table.mean(axis=(0, 1))
     of_row, of_column = table.mean(axis=1), table.mean(axis=0)
     left = table - of_row[:, np.newaxis] - of_column[np.newaxis] + mean
@@ -325,16 +280,134 @@ def crossed_spread(values: npt.ArrayLike) -> CrossedSpread:
     return CrossedSpread(np.maximum(rows, 0.0), np.maximum(columns, 0.0), rest, n_row, n_column)
 
 
-DB_PER_NEPER = 20.0 / np.log(10.0)
+@checked(mean_square="...", estimate="...", standard_error="...")
+class VarianceSplit:
+    """Components of variance of a balanced nested design, level by level from the outside.
 
-SWEEPS = 50
-"""Of the most likely variance; it converges within ten."""
+    Parameters
+    ----------
+    levels : tuple of str
+        Names, such as ``vehicle``, ``state``, ``repeat``.
+    degrees_of_freedom : tuple of int
+        Degrees of freedom per level.
+    mean_square : array, shape (n_level, ...)
+        Mean square between the means of each level, inside the one above [unit²].
+    estimate : array, shape (n_level, ...)
+        Unbiased components; one that is truly small may come out below 0 [unit²].
+    standard_error : array, shape (n_level, ...)
+        Standard error of the estimates, for normal effects [unit²].
+    """
 
-TINY = 1e-12
-"""Of the magnitude around: below, a function has no phase [1]."""
+    levels: tuple[str, ...]
+    degrees_of_freedom: tuple[int, ...]
+    mean_square: RealArray
+    estimate: RealArray
+    standard_error: RealArray
 
-WINDOW = 3.0
-"""Standard deviation of the window of `local_magnitude`: about a resonance of a body [Hz]."""
+    @property
+    def variance(self) -> RealArray:
+        """Components, not below 0, shape (n_level, ...) [unit²]."""
+        return np.maximum(self.estimate, 0.0)
+
+    @property
+    def share(self) -> RealArray:
+        """Share of each level in the sum of the components, shape (n_level, ...) [1]."""
+        total = self.variance.sum(axis=0)
+        return np.asarray(self.variance / np.where(total > 0, total, 1.0))
+
+
+def variance_split(values: npt.ArrayLike, levels: tuple[str, ...] = LEVELS) -> VarianceSplit:
+    """Split the variance of measurements that are repeated inside groups inside groups.
+
+    Parameters
+    ----------
+    values : array_like, shape (n_vehicle, n_state, n_repeat, ...)
+        One leading axis per level, the outermost first; at least two of each, finite, else
+        InputError. Levels [dB], or complex values, whose variance is that of real and imaginary
+        part together.
+    levels : tuple of str
+        Names of the leading axes.
+
+    Notes
+    -----
+    Random effects, ``y = µ + v_i + s_ij + e_ijk``, balanced nested analysis of variance (Searle,
+    Casella and McCulloch 1992, ch. 3). With the mean squares MS between the means of a level, times
+    the number of values below it::
+
+        E MS_level = Σ_(levels from it downwards) n_below σ²
+        σ²_level = (MS_level - MS_next)/n_below,  var MS = 2 MS²/df
+
+    and ``MS²/df`` for circular complex effects. Mind the few vehicles: with five of them the
+    component between vehicles is known to about 70 %.
+    """
+    data = np.asarray(values)
+    n_level = len(levels)
+    if n_level < 1 or data.ndim < n_level or min(data.shape[:n_level]) < 2:
+        raise InputError(
+            f"a variance split needs at least two of each of {', '.join(levels)}; there are "
+            f"{' x '.join(map(str, data.shape[:n_level]))}"
+        )
+    if not np.all(np.isfinite(data)):
+        raise InputError("a variance split needs finite values: leave out what was not measured")
+    means = [data]
+    for axis in reversed(range(n_level)):
+        means.insert(0, means[0].mean(axis=axis))
+    n_below = [int(np.prod(data.shape[level + 1 : n_level])) for level in range(n_level)]
+    squares, freedoms = [], []
+    for level in range(n_level):
+        deviation = means[level + 1] - np.expand_dims(means[level], level)
+        freedom = int(np.prod(data.shape[:level])) * (data.shape[level] - 1)
+        summed = np.sum(np.abs(deviation) ** 2, axis=tuple(range(level + 1)))
+        squares.append(n_below[level] * summed / freedom)
+        freedoms.append(freedom)
+    mean_square = np.array(squares)
+    of_square = (1 if np.iscomplexobj(data) else 2) * mean_square**2
+    of_square = of_square / np.reshape(freedoms, (-1,) + (1,) * (mean_square.ndim - 1))
+    estimate, error = mean_square.copy(), np.sqrt(of_square)
+    for level in range(n_level - 1):
+        estimate[level] = (mean_square[level] - mean_square[level + 1]) / n_below[level]
+        error[level] = np.sqrt(of_square[level] + of_square[level + 1]) / n_below[level]
+    return VarianceSplit(tuple(levels), tuple(freedoms), mean_square, estimate, error)
+
+
+@checked(mean="...", lowest="...", highest="...")
+class LevelSpread:
+    """Spread of several level curves, line by line (thesis, figure 10).
+
+    Parameters
+    ----------
+    mean, lowest, highest : array, shape (n_frequency, ...)
+        Mean, least and largest level over the vehicles [dB].
+    """
+
+    mean: RealArray
+    lowest: RealArray
+    highest: RealArray
+
+    @property
+    def range(self) -> RealArray:
+        """Highest minus lowest, shape (n_frequency, ...) [dB]."""
+        return np.asarray(self.highest - self.lowest)
+
+    def quantile(self, share: float) -> float:
+        """Return the range that this share of all lines (and curves) does not exceed [dB]."""
+        return float(np.quantile(self.range, share))
+
+
+def level_spread(levels: npt.ArrayLike) -> LevelSpread:
+    """Return the spread of levels over nominally identical vehicles under the same conditions.
+
+    Parameters
+    ----------
+    levels : array_like, shape (n_vehicle, n_frequency, ...)
+        Finite levels of at least two vehicles, else InputError [dB or dB(A)].
+    """
+    values = np.asarray(levels, dtype=float)
+    if values.ndim < 2 or values.shape[0] < 2:
+        raise InputError(f"a spread needs at least two vehicles, not shape {values.shape}")
+    if not np.all(np.isfinite(values)):
+        raise InputError("a spread needs finite levels: a pressure of exactly 0 has none")
+    return LevelSpread(values.mean(axis=0), values.min(axis=0), values.max(axis=0))
 
 
 @dataclass(frozen=True)
@@ -346,7 +419,7 @@ class MethodDifference:
     calibration_db : float
         Level common to all paths of a vehicle, standard deviation [dB].
     calibration_degrees_of_freedom : int
-        Vehicles behind it.
+        Number of vehicles behind it.
     body : float
         Smooth complex error that all paths of a vehicle share, root mean square [1].
     body_length : float
@@ -354,7 +427,7 @@ class MethodDifference:
     path : float
         Smooth complex error of every path over its local magnitude, root mean square [1].
     path_degrees_of_freedom : int
-        Paths of all vehicles behind it.
+        Number of paths of all vehicles behind it.
     length : float
         Correlation length of that error over frequency [Hz].
     floor : float
@@ -372,24 +445,19 @@ class MethodDifference:
 
 
 def local_magnitude(values: ComplexArray, frequency: RealArray) -> RealArray:
-    """Return the root mean square of |Y| around each line.
+    """Return the root mean square of |Y| around each line, in a gaussian window of `SMOOTHING`.
 
     An error of place, or another day, moves an antiresonance and does not scale what is left in it:
-    errors go with the magnitude around.
+    errors go with the magnitude around. The window is normalised at the ends of the band.
 
     Parameters
     ----------
     values : array, shape (..., n_frequency, n_path)
         Transfer functions.
     frequency : array, shape (n_frequency,)
-        [Hz].
-
-    Returns
-    -------
-    array, of the shape of `values`
-        With a gaussian window of `WINDOW`, normalised at the ends of the band.
+        Lines [Hz].
     """
-    distance = (frequency[:, np.newaxis] - frequency) / WINDOW
+    distance = (frequency[:, np.newaxis] - frequency) / SMOOTHING
     weight = np.exp(-(distance**2) / 2.0)
     weight /= weight.sum(axis=1, keepdims=True)
     return np.asarray(np.sqrt(weight @ np.abs(values) ** 2))
@@ -401,13 +469,13 @@ def method_difference(pairs: Sequence[tuple[Frf, Frf]]) -> MethodDifference:
     Parameters
     ----------
     pairs : sequence of (Frf, Frf)
-        Of each vehicle: one ear, the same paths and lines, by two methods with errors of the same
-        size and independent of each other [Pa/N].
+        Functions of each vehicle: one ear, the same paths and lines, by two methods with errors of
+        the same size and independent of each other [Pa/N].
 
     Returns
     -------
     MethodDifference
-        Of the mean of both.
+        Errors of the mean of both.
 
     Raises
     ------
@@ -430,7 +498,7 @@ def method_difference(pairs: Sequence[tuple[Frf, Frf]]) -> MethodDifference:
     and the mean of an error over the band counts as calibration. Valid where smooth errors last ten
     lines or more: else a part of them counts as floor.
     """
-    middle, half = _checked(pairs)
+    middle, half = _mean_and_half_difference(pairs)
     frequency = pairs[0][0].frequency
     energy = np.sum(np.abs(middle) ** 2, axis=1)
     per_path = np.sum(half * middle.conj(), axis=1).real / energy
@@ -458,21 +526,23 @@ def method_difference(pairs: Sequence[tuple[Frf, Frf]]) -> MethodDifference:
         ]
     )
     floor = float(np.sum(weight**2 * noise) / np.sum(weight**2))
-    own = max(float(within[0]) - floor, 0.0)
+    path = max(float(within[0]) - floor, 0.0)
     step = float(np.median(np.diff(frequency)))
     return MethodDifference(
         calibration_db=float(DB_PER_NEPER * np.sqrt(np.mean(common**2))),
         calibration_degrees_of_freedom=len(pairs),
         body=float(np.sqrt(body)),
         body_length=_length(between, body, step),
-        path=float(np.sqrt(own)),
+        path=float(np.sqrt(path)),
         path_degrees_of_freedom=error.shape[0] * error.shape[2],
-        length=_length(within, own, step),
+        length=_length(within, path, step),
         floor=float(np.sqrt(white / 2.0)),
     )
 
 
-def _checked(pairs: Sequence[tuple[Frf, Frf]]) -> tuple[ComplexArray, ComplexArray]:
+def _mean_and_half_difference(
+    pairs: Sequence[tuple[Frf, Frf]],
+) -> tuple[ComplexArray, ComplexArray]:
     """Mean and half difference of both methods, (n_vehicle, n_frequency, n_path)."""
     if not pairs:
         raise InputError("no pair of transfer functions to compare: give at least one vehicle")
@@ -487,7 +557,7 @@ def _checked(pairs: Sequence[tuple[Frf, Frf]]) -> tuple[ComplexArray, ComplexArr
                 )
     if len(first.outputs) != 1 or len(first.inputs) < 2 or first.frequency.size < 5:
         raise InputError("one ear, at least two paths and five lines are needed to part errors")
-    both = np.stack([np.stack([one.values[:, 0], two.values[:, 0]]) for one, two in pairs])
+    both = np.array([[frf.values[:, 0] for frf in pair] for pair in pairs])
     middle, half = both.mean(axis=1), (both[:, 0] - both[:, 1]) / 2.0
     if not np.all(np.any(middle != 0.0, axis=1)):
         raise InputError("a path without any answer at the ear: leave it out")
@@ -495,7 +565,7 @@ def _checked(pairs: Sequence[tuple[Frf, Frf]]) -> tuple[ComplexArray, ComplexArr
 
 
 def _power_beside_noise(squared: RealArray, noise: RealArray) -> float:
-    """Return the most likely common variance of complex errors beside a known one of each."""
+    """Most likely common variance of complex errors beside a known one of each."""
     power = float(np.median(squared))
     for _ in range(SWEEPS):
         weight = 1.0 / (power + noise) ** 2 if power > 0.0 else np.ones_like(noise)
@@ -505,9 +575,9 @@ def _power_beside_noise(squared: RealArray, noise: RealArray) -> float:
 
 def _between_paths(values: ComplexArray | RealArray, lag: int) -> float:
     """Sum of the products of different paths of a vehicle, lines apart by a lag."""
-    one, other = values[:, lag:], values[:, : values.shape[1] - lag].conj()
-    every = one.sum(axis=2) * other.sum(axis=2)
-    return float(np.real(every.sum() - np.sum(one * other)))
+    later, earlier = values[:, lag:], values[:, : values.shape[1] - lag].conj()
+    every = later.sum(axis=2) * earlier.sum(axis=2)
+    return float(np.real(every.sum() - np.sum(later * earlier)))
 
 
 def _within(values: ComplexArray | RealArray, lag: int) -> float:
@@ -523,196 +593,3 @@ def _length(covariance: RealArray, power: float, step: float) -> float:
             break
         total += min(value / power, 1.0)
     return float(2.0 * total * step / np.sqrt(2.0 * np.pi))
-
-
-LEVELS = ("vehicle", "state", "repeat")
-
-
-@dataclass(frozen=True, eq=False)
-class VarianceSplit:
-    """Components of variance of a balanced nested design, level by level from the outside.
-
-    Parameters
-    ----------
-    levels : tuple of str
-        Such as ``vehicle``, ``state``, ``repeat``.
-    degrees_of_freedom : tuple of int
-        Per level.
-    mean_square : array, shape (n_level, ...)
-        Between the means of each level, inside the one above [unit²].
-    estimate : array, shape (n_level, ...)
-        Unbiased components; one that is truly small may come out below 0 [unit²].
-    standard_error : array, shape (n_level, ...)
-        Of the estimates, for normal effects [unit²].
-    """
-
-    levels: tuple[str, ...]
-    degrees_of_freedom: tuple[int, ...]
-    mean_square: RealArray
-    estimate: RealArray
-    standard_error: RealArray
-
-    def __post_init__(self) -> None:
-        for name in ("mean_square", "estimate", "standard_error"):
-            array = np.array(getattr(self, name), dtype=float)
-            array.setflags(write=False)
-            object.__setattr__(self, name, array)
-
-    @property
-    def variance(self) -> RealArray:
-        """Components, not below 0, shape (n_level, ...) [unit²]."""
-        return np.maximum(self.estimate, 0.0)
-
-    @property
-    def share(self) -> RealArray:
-        """Share of each level in the sum of the components, shape (n_level, ...) [1]."""
-        total = self.variance.sum(axis=0)
-        return np.asarray(self.variance / np.where(total > 0, total, 1.0))
-
-
-def variance_split(values: npt.ArrayLike, levels: tuple[str, ...] = LEVELS) -> VarianceSplit:
-    """Split the variance of measurements that are repeated inside groups inside groups.
-
-    Parameters
-    ----------
-    values : array_like, shape (n_vehicle, n_state, n_repeat, ...)
-        One leading axis per level, the outermost first; at least two of each. Levels [dB], or
-        complex values, whose variance is that of real and imaginary part together.
-    levels : tuple of str
-        Names of the leading axes.
-
-    Returns
-    -------
-    VarianceSplit
-
-    Raises
-    ------
-    InputError
-        Fewer than two of a level, values that are not finite.
-
-    Notes
-    -----
-    Random effects, ``y = µ + v_i + s_ij + e_ijk``, balanced nested analysis of variance (Searle,
-    Casella and McCulloch 1992, ch. 3). With the mean squares MS between the means of a level, times
-    the number of values below it::
-
-        E MS_level = Σ_(levels from it downwards) n_below σ²
-        σ²_level = (MS_level - MS_next)/n_below,  var MS = 2 MS²/df
-
-    and ``MS²/df`` for circular complex effects. Mind the few vehicles: with five of them the
-    component between vehicles is known to about 70 %.
-    """
-    data = np.asarray(values)
-    n_level = len(levels)
-    if n_level < 1 or data.ndim < n_level or min(data.shape[:n_level]) < 2:
-        raise InputError(
-            f"a variance split needs at least two of each of {', '.join(levels)}; there are "
-            f"{' x '.join(map(str, data.shape[:n_level]))}"
-        )
-    if not np.all(np.isfinite(data)):
-        raise InputError("a variance split needs finite values: leave out what was not measured")
-    means = [data]
-    for axis in reversed(range(n_level)):
-        means.insert(0, means[0].mean(axis=axis))
-    squares, freedoms = [], []
-    for level in range(n_level):
-        deviation = means[level + 1] - np.expand_dims(means[level], level)
-        n_below = int(np.prod(data.shape[level + 1 : n_level]))
-        freedom = int(np.prod(data.shape[:level])) * (data.shape[level] - 1)
-        summed = np.sum(np.abs(deviation) ** 2, axis=tuple(range(level + 1)))
-        squares.append(n_below * summed / freedom)
-        freedoms.append(freedom)
-    mean_square = np.array(squares)
-    of_square = (1 if np.iscomplexobj(data) else 2) * mean_square**2
-    of_square = of_square / np.reshape(freedoms, (-1,) + (1,) * (mean_square.ndim - 1))
-    estimate, error = mean_square.copy(), np.sqrt(of_square)
-    for level in range(n_level - 1):
-        n_below = int(np.prod(data.shape[level + 1 : n_level]))
-        estimate[level] = (mean_square[level] - mean_square[level + 1]) / n_below
-        error[level] = np.sqrt(of_square[level] + of_square[level + 1]) / n_below
-    return VarianceSplit(tuple(levels), tuple(freedoms), mean_square, estimate, error)
-
-
-@dataclass(frozen=True, eq=False)
-class LevelSpread:
-    """Spread of several level curves, line by line.
-
-    Parameters
-    ----------
-    mean, lowest, highest : array, shape (n_frequency, ...)
-        Over the vehicles [dB].
-    """
-
-    mean: RealArray
-    lowest: RealArray
-    highest: RealArray
-
-    def __post_init__(self) -> None:
-        for name in ("mean", "lowest", "highest"):
-            array = np.array(getattr(self, name), dtype=float)
-            array.setflags(write=False)
-            object.__setattr__(self, name, array)
-
-    @property
-    def range(self) -> RealArray:
-        """Highest minus lowest, shape (n_frequency, ...) [dB]."""
-        return np.asarray(self.highest - self.lowest)
-
-    def quantile(self, share: float) -> float:
-        """Return the range that this share of all lines (and curves) does not exceed [dB]."""
-        return float(np.quantile(self.range, share))
-
-
-def level_spread(levels: npt.ArrayLike) -> LevelSpread:
-    """Return the spread of levels over vehicles.
-
-    Parameters
-    ----------
-    levels : array_like, shape (n_vehicle, n_frequency, ...)
-        Of nominally identical vehicles under the same conditions [dB or dB(A)].
-
-    Raises
-    ------
-    InputError
-        Fewer than two vehicles, levels that are not finite.
-    """
-    values = np.asarray(levels, dtype=float)
-    if values.ndim < 2 or values.shape[0] < 2:
-        raise InputError(f"a spread needs at least two vehicles, not shape {values.shape}")
-    if not np.all(np.isfinite(values)):
-        raise InputError("a spread needs finite levels: a pressure of exactly 0 has none")
-    return LevelSpread(values.mean(axis=0), values.min(axis=0), values.max(axis=0))
-
-
-def noise_transfer_levels(vehicles: Sequence[Frf]) -> RealArray:
-    """Return the levels of the noise transfer functions of several vehicles.
-
-    Parameters
-    ----------
-    vehicles : sequence of Frf
-        Each with the same ears, inputs and lines [Pa/N].
-
-    Returns
-    -------
-    array, shape (n_vehicle, n_frequency, n_output, n_input)
-        [dB re 20 µPa/N].
-
-    Raises
-    ------
-    InputError
-        Ears, inputs or lines that differ; no vehicle.
-    """
-    if not vehicles:
-        raise InputError("no vehicle to compare: give at least one")
-    first = vehicles[0]
-    for number, frf in enumerate(vehicles, 1):
-        if frf.outputs != first.outputs or frf.inputs != first.inputs:
-            raise InputError(
-                f"vehicle {number} has other ears or inputs than the first: select() the same "
-                "names in the same order"
-            )
-        if not np.array_equal(frf.frequency, first.frequency):
-            raise InputError(f"vehicle {number} has other frequency lines than the first")
-    with np.errstate(divide="ignore"):
-        levels = 20 * np.log10(np.abs([frf.values for frf in vehicles]) / REFERENCE_PRESSURE)
-    return np.asarray(levels)

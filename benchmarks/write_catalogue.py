@@ -21,7 +21,7 @@ from deboom.files.run_folder import hash_files
 from deboom.mounts.characterise import characterise, measuring_chains
 from deboom.mounts.characterised_mount import CharacterisedMount
 from deboom.study.campaigns import without_map
-from deboom.study.mount_selection import CATALOGUE_FILE
+from deboom.study.platform_model import CATALOGUE_FILE
 from deboom.study.progress import progress_bar
 from write_library import PLATFORM, SEED
 

@@ -15,48 +15,452 @@ change_db_per_line_mean (against today's mounts); share_verified_min (of the car
 within its limit); surface_difference_at_peaks_db (library against spectra).
 """
 
-from pathlib import Path
-from typing import Annotated
+from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Annotated, Any
+
+import numpy as np
+import pandas as pd
+from threadpoolctl import threadpool_limits
 from typer import Option
 
-from deboom.files.platform import read_platform
+from deboom import plot
+from deboom.arrays import RealArray
+from deboom.errors import InputError
+from deboom.explore.commonality import fewest_part_numbers, separate_sets
+from deboom.explore.correlation import correlations, families
+from deboom.explore.doe import latin_hypercube
+from deboom.explore.scatter import sobol_sample
+from deboom.explore.selection import variables_without_effect
+from deboom.explore.sharing import (
+    OwnOptima,
+    SharedDesign,
+    Sharing,
+    SharingProblem,
+    SharingRules,
+    own_optima,
+)
+from deboom.explore.space import DesignSpace, responses
+from deboom.files.tables import read_rows
+from deboom.plot.style import mount_of, signed
 from deboom.report import Report
-from deboom.study.commonality import CommonalityAims, commonality_result, commonality_study
-from deboom.study.options import factor_space
-from deboom.study.platform_model import Kernel, Motion, MountSource, motion_index, operation
-from deboom.study.progress import progress_bar
-from deboom.study.runner import run_script
+from deboom.study.options import Seed, factor_space
+from deboom.study.platform_model import MotionOptions, Operation, PlatformOptions, motion_report
+from deboom.study.progress import Progress, progress_bar
+from deboom.study.result import RunContext
+from deboom.study.supplier_study import letters
+from deboom.vehicles.limit_responses import MeanLevel, ScatteredLevel
 
-PLATFORM = Path(__file__).parent / "data" / "u06_f39_f45"
+FAMILY_DESIGNS = 100
+"""Designs of the correlation study that the search begins with."""
+FAMILY_CUT = 0.9
+"""Least correlation within a family [1]."""
+SEARCH_DRAWS, VERIFYING_DRAWS = 128, 8192
+"""Of the scatter: for the margin of the search, and for the check."""
+PERCENT = 100.0
 
 
-def main(
-    seed: Annotated[int, Option(help="From 1; the same seed gives the same answer.")] = 1,
-    allowed: Annotated[float, Option(help="Above mounts of its own, per line [dB].")] = 0.5,
-    limits: Annotated[Path | None, Option(help="Table: vehicle, limit [dB(A)].")] = None,
-    share: Annotated[float, Option(help="Of the cars that keep the limit [1].")] = 0.95,
-    together: Annotated[list[str] | None, Option(help="TSM=U06-1,U06-2; repeatable.")] = None,
-    apart: Annotated[list[str] | None, Option(help="TSM=U06-1,U06-2; repeatable.")] = None,
-    starts: Annotated[int, Option(help="Descents per vehicle for its own best.")] = 12,
-    half_width: Annotated[float, Option(help="Bounds are 1 ± this [1].")] = 0.20,
-    tolerance: Annotated[float, Option(help="Half width of the scatter, 3 sigma [1].")] = 0.15,
-    group: Annotated[str | None, Option(help="Vehicles to serve; default is all.")] = None,
-    load_case: Annotated[list[str] | None, Option(help="name or name=weight; repeatable.")] = None,
-    platform: Annotated[Path, Option(help="Folder with platform.toml.")] = PLATFORM,
-    mounts: Annotated[MountSource, Option(help="Source of forces.")] = MountSource.library,
-    motion: Annotated[Motion, Option(help="Of the powertrain.")] = Motion.prescribed,
-    kernel: Annotated[Kernel | None, Option(help="By default as the motion needs.")] = None,
-) -> Report:
+@dataclass(frozen=True)
+class Options:
+    """What sharing may cost, who may share, and for how long is searched."""
+
+    seed: Seed = 1
+    allowed: Annotated[float, Option(help="Above mounts of its own, per line [dB].")] = 0.5
+    limits: Annotated[Path | None, Option(help="Table: vehicle, limit [dB(A)].")] = None
+    share: Annotated[float, Option(help="Of the cars that keep the limit [1].")] = 0.95
+    together: Annotated[list[str] | None, Option(help="TSM=U06-1,U06-2; repeatable.")] = None
+    apart: Annotated[list[str] | None, Option(help="TSM=U06-1,U06-2; repeatable.")] = None
+    starts: Annotated[int, Option(help="Descents per vehicle for its own best.")] = 12
+    half_width: Annotated[float, Option(help="Bounds are 1 ± this [1].")] = 0.20
+    tolerance: Annotated[float, Option(help="Half width of the scatter, 3 sigma [1].")] = 0.15
+    platform: PlatformOptions = PlatformOptions(group=None)
+    motion: MotionOptions = MotionOptions()
+
+    def __post_init__(self) -> None:
+        if not self.allowed >= 0.0:
+            raise InputError(f"--allowed {self.allowed:g}: sharing costs 0 dB or more")
+        if not 0.5 <= self.share < 1.0:
+            raise InputError(f"--share {self.share:g}: ask for at least half of the cars, below 1")
+
+
+@dataclass(frozen=True, eq=False)
+class Model:
+    """Levels of the vehicles, their design space, and who must share and who must not."""
+
+    runs: Operation
+    index: Any
+    space: DesignSpace
+    parts: dict[str, list[str]]
+    rules: SharingRules
+    limits: RealArray | None
+
+    @property
+    def level(self) -> MeanLevel:
+        """Mean level of the lines of each vehicle [dB(A)]."""
+        return MeanLevel(self.index)
+
+    @property
+    def vehicles(self) -> tuple[str, ...]:
+        """Names, in the platform's order."""
+        return tuple(self.index.response_names)
+
+
+def prepare(options: Options) -> Model:
+    """Read the platform, build its model and check who is to share."""
+    runs = options.platform.operation()
+    index = options.motion.index(runs)
+    vehicles = tuple(index.response_names)
+    if len(vehicles) < 2:
+        raise InputError(f"only vehicle {vehicles[0]} was asked for: sharing needs two")
+    space = factor_space(index.variable_names, options.half_width, options.tolerance)
+    parts = {
+        mount: [name for name in space.names if mount_of(name) == mount]
+        for mount in dict.fromkeys(mount_of(name) for name in space.names)
+    }
+    rules = SharingRules(_rule("--together", options.together), _rule("--apart", options.apart))
+    rules.check(tuple(parts), vehicles)
+    limits = None if options.limits is None else _table_limits(options.limits, vehicles)
+    return Model(runs, index, space, parts, rules, limits)
+
+
+def run(model: Model, options: Options, context: RunContext | None = None) -> Report:  # noqa: ARG001
     """Search, verify and report."""
-    runs = operation(read_platform(platform), load_case, mounts, group, band=(20, 60))
-    index = motion_index(runs, motion, kernel)
-    space = factor_space(index.variable_names, half_width, tolerance)
-    aims = CommonalityAims(allowed, limits, share, starts, seed)
-    with progress_bar("commonality") as progress:
-        study = commonality_study(runs, index, space, aims, together or [], apart or [], progress)
-    return runs.checked(commonality_result(study))
+    # threads may change the last bit of an optimum
+    with progress_bar("commonality") as progress, threadpool_limits(1):
+        shared = _shared(model, options, progress)
+    problem, sharing, vehicles = shared.problem, shared.fewest.sharing, model.vehicles
+    price = shared.price(shared.fewest)
+    worst = vehicles[int(np.argmax(price))]
+    n_own = len(problem.part_names) * len(vehicles)
+    one_set = float(shared.price(shared.by_count[0]).max())
+    change = float((shared.fewest.levels - shared.today).mean())
+
+    asked = f"{options.allowed:g} dB above what mounts of its own would give it"
+    if options.limits is not None:
+        asked = f"the limits of {options.limits.name}"
+    report = Report(
+        "Mounts that vehicles can share",
+        f"How few mount part numbers serve {len(vehicles)} vehicles, if {options.share:.0%} "
+        f"of the cars of each are to keep {asked}?",
+    )
+    report.explain("booming noise", "SPLV", "stiffness factor", "tolerance")
+    report.tile(f"{sharing.total}", f"part numbers instead of {n_own}")
+    report.tile(f"{signed(float(price.mean()), 2)} dB", "mean price of sharing")
+    report.tile(f"{signed(float(price.max()), 2)} dB", f"for {worst}, the worst")
+    report.tile(f"{signed(change, 2)} dB", "mean change against today")
+    short = [
+        f"{name} ({PERCENT * share:.1f} %)"
+        for name, share in zip(vehicles, shared.shares, strict=True)
+        if share < options.share
+    ]
+    if short:
+        report.warn(
+            f"New draws find fewer than {options.share:.0%} of the cars within the limit: "
+            f"{', '.join(short)}. The margin for scatter is that of mounts of its own."
+        )
+    report.warn(*motion_report(model.index, shared.fewest.designs).warnings)
+    report.summary |= {
+        "part_numbers_min": sharing.total,
+        "part_numbers_lower_bound": shared.lower_bound,
+        "part_numbers_own": n_own,
+        "price_db": float(price.mean()),
+        "price_worst_db": float(price.max()),
+        "price_worst_vehicle": worst,
+        "one_set_price_worst_db": one_set,
+        "change_db_per_line_mean": change,
+        "share_verified_min": float(shared.shares.min()),
+    }
+    if shared.by_group is not None:
+        report.summary["group_sets_part_numbers"] = shared.by_group.sharing.total
+        dearest = float(shared.price(shared.by_group).max())
+        report.summary["group_sets_price_worst_db"] = dearest
+    report.facts["kernel"] = model.index.kernel.name
+    report.inputs += model.runs.platform.input_files
+    if options.limits is not None:
+        report.inputs.append(options.limits)
+
+    bound, total = shared.lower_bound, sharing.total
+    proof = (
+        "No sharing has fewer, as far as descents from several starts find the best values."
+        if total == bound
+        else f"Fewer than {bound} are impossible, as far as descents from several starts find the "
+        f"best values; between {bound} and {total} the search found none."
+    )
+    report.section(
+        "Which vehicle has which mount",
+        f"{proof} A letter is a part number of the mount in that row; vehicles with one "
+        "letter share it in all directions.",
+    )
+    labels = np.array([[letters(number) for number in row] for row in sharing.numbers])
+    report.figure(
+        "sharing",
+        plot.shared_parts(problem.part_names, vehicles, labels),
+        "Equal letters are equal parts.",
+        alt="Part number of each mount in each vehicle",
+    )
+    report.table(
+        "part_numbers",
+        _part_numbers(shared),
+        "Values of the part numbers; a direction without a number is heard by no "
+        "vehicle, any stiffness within the bounds serves.",
+        {"stiffness factor [1]": 3},
+    )
+
+    report.section(
+        "What sharing costs",
+        "A vehicle with mounts of its own is the zero line. One set for all vehicles costs "
+        f"the worst of them {one_set:.2f} dB per line; every further part number buys some "
+        "of it back. Counts that buy nothing are left out.",
+    )
+    counts = np.array([found.sharing.total for found in shared.by_count], dtype=float)
+    prices = [shared.price(found) for found in shared.by_count]
+    marks = {}
+    if shared.by_group is not None:
+        sets = float(shared.by_group.sharing.total)
+        marks["one set per group, worst vehicle"] = (sets, dearest)
+    report.figure(
+        "price",
+        plot.fronts(
+            {
+                "worst vehicle": (counts, np.array([values.max() for values in prices])),
+                "mean of the vehicles": (counts, np.array([values.mean() for values in prices])),
+            },
+            {},
+            marks,
+            mean_label="mount part numbers in all",
+            sigma_label="level above mounts of its own [dB]",
+        ),
+        f"Price against part numbers; {total} keep every limit.",
+        alt="Price of sharing over the count of part numbers",
+    )
+    report.table(
+        "counts",
+        _counts(shared, n_own),
+        "Best sharing found for each count, with values that keep the worst "
+        "vehicle low; those of the chosen one are then moved until all vehicles "
+        "together are as quiet as their limits allow. The excess is beyond the "
+        "limit, negative where room is left.",
+    )
+    table = {
+        "vehicle": vehicles,
+        "today [dB(A)]": shared.today,
+        "own mounts [dB(A)]": shared.own.levels,
+        "shared mounts [dB(A)]": shared.fewest.levels,
+        "limit as drawn [dB(A)]": problem.limits,
+        "margin for scatter [dB]": shared.margin,
+        "price of sharing [dB]": price,
+        "change against today [dB]": shared.fewest.levels - shared.today,
+        "cars within the limit [%]": PERCENT * shared.shares,
+    }
+    report.table(
+        "vehicles",
+        pd.DataFrame(table),
+        "Mean level of the lines, each with the energy that scatter adds: a notch "
+        "that no made part has is no gain. The limit is that of a car as drawn: "
+        "the margin between it and the asked share of cars as made is taken off. "
+        "The last column counts cars with draws of its own.",
+    )
+    model.runs.append_to(report)
+    return report
 
 
-if __name__ == "__main__":
-    run_script(__file__)
+@dataclass(frozen=True, eq=False)
+class _Shared:
+    """Own optima and sharings by count; margin and share of cars kept of each vehicle, (v,)."""
+
+    problem: SharingProblem
+    own: OwnOptima
+    fewest: SharedDesign
+    by_count: Sequence[SharedDesign]
+    lower_bound: int
+    by_group: SharedDesign | None
+    margin: RealArray
+    shares: RealArray
+    silent: tuple[str, ...]
+    today: RealArray
+
+    def price(self, design: SharedDesign) -> RealArray:
+        """Return what sharing costs each vehicle against mounts of its own, shape (v,) [dB]."""
+        return np.asarray(design.levels - self.own.levels)
+
+
+def _shared(model: Model, options: Options, progress: Progress) -> _Shared:
+    """Find the fewest mount part numbers with which every vehicle keeps its limit, and verify."""
+    level, space, seed = model.level, model.space, options.seed
+    silent = variables_without_effect(level, space)
+    fixed = np.isin(space.names, silent)
+    searched = replace(
+        space,
+        lower=np.where(fixed, space.nominal, space.lower),
+        upper=np.where(fixed, space.nominal, space.upper),
+    )
+    progress(0, 4, "mounts of its own for each vehicle")
+    drawn = ScatteredLevel(model.index, space.nominal, space.relative_sigma)
+    own = own_optima(drawn, searched, starts=options.starts, seed=seed)
+    draws = sobol_sample(space.n_variables, SEARCH_DRAWS, seed=seed).values
+    made = [
+        np.quantile(_as_made(level, space, design, draws, vehicle), options.share)
+        for vehicle, design in enumerate(own.designs)
+    ]
+    margin = np.asarray(np.array(made) - own.levels)
+    limits = own.levels + options.allowed
+    if model.limits is not None:
+        _refuse_missed(options, model.vehicles, model.limits, own.levels + margin)
+        limits = model.limits - margin
+    problem = SharingProblem(drawn, searched, model.parts, limits, model.rules)
+    progress(1, 4, "families of the correlation study")
+    guesses = _guesses(model.runs, problem, seed)
+    found = fewest_part_numbers(
+        problem, own, list(guesses.values()), lambda _done, _all, text: progress(2, 4, text)
+    )
+    progress(3, 4, "verification")
+    by_group = None
+    if "groups" in guesses:
+        by_group = separate_sets(problem, own, guesses["groups"])
+    check = sobol_sample(
+        space.n_variables, VERIFYING_DRAWS, seed=seed, purpose="verification sample"
+    ).values
+    kept = [
+        np.mean(_as_made(level, space, design, check, vehicle) <= (limits + margin)[vehicle])
+        for vehicle, design in enumerate(found.fewest.designs)
+    ]
+    today = np.asarray(responses(problem.evaluate, problem.space.nominal[np.newaxis])[0])
+    progress(4, 4, "done")
+    return _Shared(
+        problem,
+        own,
+        found.fewest,
+        found.by_count,
+        found.lower_bound,
+        by_group,
+        margin,
+        np.array(kept),
+        silent,
+        today,
+    )
+
+
+def _part_numbers(shared: _Shared) -> pd.DataFrame:
+    """Tabulate stiffness factor and vehicles of every part number and axis."""
+    problem, chosen = shared.problem, shared.fewest
+    rows: list[dict[str, object]] = []
+    for part, (mount, columns) in enumerate(zip(problem.part_names, problem.columns, strict=True)):
+        for number in range(chosen.sharing.counts[part]):
+            holder = np.flatnonzero(chosen.sharing.numbers[part] == number)[0]
+            for column in columns:
+                heard = problem.space.names[column] not in shared.silent
+                factor = chosen.designs[holder, column] if heard else np.nan
+                rows.append(
+                    {
+                        "part number": f"{mount} {letters(number)}",
+                        "direction": problem.space.names[column],
+                        "stiffness factor [1]": factor,
+                        "vehicles": ", ".join(chosen.sharing.members(part, number)),
+                    }
+                )
+    return pd.DataFrame(rows)
+
+
+def _counts(shared: _Shared, n_own: int) -> pd.DataFrame:
+    """Tabulate every count of part numbers that is worth its numbers, and what it compares with."""
+    problem = shared.problem
+    named = [(str(found.sharing.total), found) for found in shared.by_count]
+    if shared.by_group is not None:
+        named.append((f"{shared.by_group.sharing.total}, one set per group", shared.by_group))
+    rows: list[dict[str, object]] = []
+    for name, found in named:
+        price = shared.price(found)
+        counts = zip(problem.part_names, found.sharing.counts, strict=True)
+        rows.append(
+            {
+                "part numbers": name,
+                **{f"of {mount}": count for mount, count in counts},
+                "worst price [dB]": float(price.max()),
+                "dearest for": problem.vehicles[int(np.argmax(price))],
+                "mean price [dB]": float(price.mean()),
+                "worst excess [dB]": found.worst,
+            }
+        )
+    rows.append(
+        {
+            "part numbers": f"{n_own}, every vehicle its own",
+            "worst price [dB]": 0.0,
+            "mean price [dB]": 0.0,
+            "dearest for": "",
+            "worst excess [dB]": float((shared.own.levels - problem.limits).max()),
+        }
+    )
+    return pd.DataFrame(rows)
+
+
+def _as_made(
+    level: MeanLevel, space: DesignSpace, design: RealArray, draws: RealArray, vehicle: int
+) -> RealArray:
+    """Level of cars of one vehicle as they are made, shape (n,) [dB(A)]."""
+    made = design * (1.0 + space.relative_sigma * draws)
+    return responses(level, made)[:, vehicle]
+
+
+def _rule(option: str, texts: Sequence[str] | None) -> dict[str, list[list[str]]]:
+    """Read ``TSM=U06-1,U06-2``."""
+    rules: dict[str, list[list[str]]] = {}
+    for text in texts or ():
+        part, mark, names = text.partition("=")
+        vehicles = [name.strip() for name in names.split(",") if name.strip()]
+        if not mark or len(vehicles) < 2:
+            raise InputError(
+                f"{option} '{text}': write a mount and at least two vehicles, TSM=U06-1,U06-2"
+            )
+        rules.setdefault(part.strip(), []).append(vehicles)
+    return rules
+
+
+def _table_limits(path: Path, vehicles: Sequence[str]) -> RealArray:
+    limits: dict[str, float] = {}
+    for row in read_rows(path, ("vehicle",), {"limit": "dB(A)"}):
+        name = row.filled("vehicle")
+        if name in limits or name not in vehicles:
+            raise row.error(f"'{name}' is named twice or is none of {list(vehicles)}")
+        limits[name] = row.number("limit")
+    missing = [name for name in vehicles if name not in limits]
+    if missing:
+        raise InputError(f"{path}: there is no limit for {missing}: give every vehicle one")
+    return np.array([limits[name] for name in vehicles])
+
+
+def _refuse_missed(
+    options: Options, vehicles: Sequence[str], limits: RealArray, kept: RealArray
+) -> None:
+    """Refuse limits that vehicles miss with mounts of their own, both (v,) [dB(A)]."""
+    missed = kept - limits
+    binding = int(np.argmax(missed))
+    if missed[binding] > 0.0:
+        raise InputError(
+            f"{options.limits}: {vehicles[binding]} cannot keep its limit of {limits[binding]:.4g} "
+            f"dB(A): with mounts of its own {options.share:.0%} of the cars reach "
+            f"{kept[binding]:.4g} dB(A), {missed[binding]:.3g} dB too much; "
+            f"{int((missed > 0.0).sum())} of {missed.size} vehicles miss theirs: raise the limits, "
+            "or widen the bounds (--half-width)"
+        )
+
+
+def _guesses(runs: Operation, problem: SharingProblem, seed: int) -> dict[str, Sharing]:
+    """Sharings by the families of a correlation study and by the platform's groups."""
+    designs = latin_hypercube(problem.space, FAMILY_DESIGNS, seed=seed)
+    levels = responses(problem.evaluate, designs)
+    found = correlations(levels, problem.vehicles, seed=seed, resamples=100)
+    members = families(problem.vehicles, found.pearson, FAMILY_CUT).members
+    family = {name: place for place, names in enumerate(members) for name in names}
+    group_of = {vehicle.name: vehicle.group for vehicle in runs.fleet.vehicles}
+    groups = list(dict.fromkeys(group_of.values()))
+    guesses = {"families": [family[name] for name in problem.vehicles]}
+    if len(groups) > 1:
+        guesses["groups"] = [groups.index(group_of[name]) for name in problem.vehicles]
+    rows = len(problem.part_names)
+    return {
+        name: Sharing(problem.part_names, problem.vehicles, np.tile(numbers, (rows, 1)))
+        for name, numbers in guesses.items()
+    }

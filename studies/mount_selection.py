@@ -16,69 +16,421 @@ their front); set_front_found_percent (of that front, found or beaten by the sea
 n_evaluated (designs); sigma_bias_percent (search minus verification); seconds_search.
 """
 
-from pathlib import Path
-from typing import Annotated
+from __future__ import annotations
 
+import itertools
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Annotated, Any
+
+import numpy as np
+import pandas as pd
 from typer import Option
 
-from deboom.explore.front import verify
-from deboom.explore.problems import nsga2
-from deboom.explore.robust import RobustResponse
+from deboom import plot
+from deboom.arrays import RealArray
+from deboom.errors import InputError
+from deboom.explore.front import pareto_front, verify
+from deboom.explore.robust import RobustResponse, RobustValues, joined
+from deboom.explore.scatter import sobol_sample
+from deboom.explore.space import DesignSpace, stiffness_factor_space
 from deboom.explore.workers import workers_for
-from deboom.files.platform import read_platform
+from deboom.files.library_export import read_library_json
+from deboom.files.platform import Platform
+from deboom.mounts.characterised_mount import CharacterisedMount
+from deboom.mounts.library import open_library
+from deboom.mounts.surface_forces import Outside, surface_forces
+from deboom.plot.style import signed
 from deboom.report import Report
-from deboom.study.mount_selection import (
-    MountSelection,
-    catalogue_index,
-    evaluate_sets,
-    mount_selection_result,
-    outside_of,
-    platform_catalogue,
+from deboom.study.front import Front
+from deboom.study.options import Seed
+from deboom.study.platform_model import (
+    CATALOGUE_FILE,
+    LIBRARY_FILE,
+    Motion,
+    MotionOptions,
+    MountSource,
+    Operation,
+    PlatformOptions,
+    motion_report,
 )
-from deboom.study.options import Sampler, tolerance_sample
-from deboom.study.platform_model import Kernel, Motion, MountSource, operation
 from deboom.study.progress import progress_bar
 from deboom.study.result import RunContext
-from deboom.study.runner import run_script
+from deboom.study.search import SearchOptions
+from deboom.vehicles.booming_model import (
+    CatalogueIndex,
+    Composed,
+    composed_contributions,
+    composed_motion,
+)
 
-PLATFORM = Path(__file__).parent / "data" / "u06_f39_f45"
+TODAY = "today's"
+BATCH = 100
+"""Sets evaluated between two steps of the progress bar."""
+VERIFIED = 1024
+"""Draws behind every verified number."""
+_COMPOSED: dict[Motion, Composed] = {
+    Motion.prescribed: composed_contributions,
+    Motion.coupled: composed_motion,
+}
 
 
-def main(
-    seed: Annotated[int, Option(help="From 1; the same seed gives the same front.")] = 1,
-    generations: Annotated[int, Option(help="Generations of NSGA-II.")] = 100,
-    population: Annotated[int, Option(help="Designs per generation.")] = 100,
-    samples: Annotated[int, Option(help="Tolerance draws per design; a power of two.")] = 128,
-    tolerance: Annotated[float, Option(help="Half width of the scatter, 3 sigma [1].")] = 0.15,
-    retuning: Annotated[float, Option(help="Parts may change by ± this; 0: as they are.")] = 0.05,
-    catalogue: Annotated[Path | None, Option(help="Library: exported JSON or database.")] = None,
-    mount: Annotated[list[str] | None, Option(help="Whose part may change; repeatable.")] = None,
-    every_set_up_to: Annotated[int, Option(help="Evaluate all sets if no more.")] = 5000,
-    load_case: Annotated[list[str] | None, Option(help="name or name=weight; repeatable.")] = None,
-    group: Annotated[str, Option(help="Vehicles to serve.")] = "U06",
-    platform: Annotated[Path, Option(help="Folder with platform.toml.")] = PLATFORM,
-    mounts: Annotated[MountSource, Option(help="Forces.")] = MountSource.library_inside,
-    motion: Annotated[Motion, Option(help="Of the powertrain.")] = Motion.coupled,
-    kernel: Annotated[Kernel | None, Option(help="By default as the motion needs.")] = None,
-    workers: Annotated[int, Option(help="Processes; any number gives the same front.")] = 1,
-    run: RunContext | None = None,
-) -> Report:
+@dataclass(frozen=True)
+class Options:
+    """Which parts are chosen from, for whom, and for how long is searched."""
+
+    seed: Seed = 1
+    search: SearchOptions = SearchOptions()
+    samples: Annotated[int, Option(help="Tolerance draws per design; a power of two.")] = 128
+    tolerance: Annotated[float, Option(help="Half width of the scatter, 3 sigma [1].")] = 0.15
+    retuning: Annotated[float, Option(help="Parts may change by ± this; 0: as they are.")] = 0.05
+    catalogue: Annotated[Path | None, Option(help="Library: exported JSON or database.")] = None
+    mount: Annotated[list[str] | None, Option(help="Whose part may change; repeatable.")] = None
+    every_set_up_to: Annotated[int, Option(help="Evaluate all sets if no more.")] = 5000
+    platform: PlatformOptions = PlatformOptions(mounts=MountSource.library_inside)
+    motion: Annotated[Motion, Option(help="Of the powertrain.")] = Motion.coupled
+
+    def __post_init__(self) -> None:
+        if self.platform.mounts is MountSource.spectra:
+            raise InputError(
+                "parts of a catalogue are known by their surfaces alone: take --mounts library or "
+                "--mounts library-inside"
+            )
+
+
+@dataclass(frozen=True, eq=False)
+class Model:
+    """Levels of the vehicles with every set of parts, and the parts."""
+
+    runs: Operation
+    catalogue: Catalogue
+    robust: RobustResponse
+
+
+def prepare(options: Options) -> Model:
+    """Read platform and catalogue, and build the model of all parts."""
+    runs = options.platform.operation()
+    catalogue = platform_catalogue(runs.platform, options.catalogue, options.mount)
+    inside = options.platform.mounts is MountSource.library_inside
+    outside = Outside.KEEP_MEASURED if inside else Outside.REFUSE
+    index = catalogue_index(runs, catalogue, options.motion, outside)
+    space = catalogue.space(index.variable_names, options.retuning, options.tolerance)
+    sample = sobol_sample(space.n_variables, options.samples, seed=options.seed)
+    return Model(runs, catalogue, RobustResponse(index, space, sample))
+
+
+def run(model: Model, options: Options, context: RunContext | None = None) -> Report:
     """Search, enumerate, verify and report."""
-    outside = outside_of(mounts)
-    runs = operation(read_platform(platform), load_case, mounts, group, band=(20, 60))
-    parts = platform_catalogue(runs.platform, catalogue, mount)
-    index = catalogue_index(runs, parts, motion, kernel, outside)
-    space = parts.space(index.variable_names, retuning, tolerance)
-    sample = tolerance_sample(Sampler.sobol, space.n_variables, samples, seed=seed)
-    robust = RobustResponse(index, space, sample)
-    kept = run.checkpoint((*runs.platform.input_files, *parts.inputs)) if run else None
-    with workers_for(robust, workers) as spread, progress_bar("mount selection") as bar:
-        sets = evaluate_sets(spread, parts, every_set_up_to, bar)
-        search = nsga2(spread, population, generations, seed=seed, progress=bar, checkpoint=kept)
-    check = verify(search.front, robust, n_samples=1024, seed=seed)
-    found = MountSelection(runs.platform, parts, index, robust, search, check, sets)
-    return runs.checked(mount_selection_result(found))
+    runs, catalogue, robust = model.runs, model.catalogue, model.robust
+    sets = None
+    if catalogue.n_sets <= options.every_set_up_to:
+        sets = every_set(model, options)
+    files = (*runs.platform.input_files, *catalogue.inputs)
+    search = options.search.front(robust, options.seed, context, files, title="mount selection")
+    check = verify(search.front, robust, n_samples=VERIFIED, seed=options.seed)
+    front = Front(robust, search, check)
+    n_mounts = len(catalogue.parts)
+
+    named = {"today's parts": (front.baseline, 0)}
+    best_set: RealArray | None = None
+    if sets is not None:
+        set_front = pareto_front(sets)
+        best_set = set_front.designs[0]
+        named["quietest parts as they are"] = (front.verifying(set_front.designs[:1]), 0)
+    named |= {name: (front.values, row) for name, row in front.picks.items()}
+    picks = front.compared(named)
+    designs = np.stack([values.designs[row] for values, row in named.values()])
+    for place, (column, parts) in enumerate(catalogue.columns(designs).items()):
+        picks.insert(1 + place, column, parts)
+    change = dict(zip(picks["design"], picks["change [dB]"], strict=True))
+    sigma = dict(zip(picks["design"], picks["change of sigma [%]"], strict=True))
+    best = front.values.designs[front.picks["best mean"]]
+
+    half = float(robust.space.tolerance.max())
+    report = Report(
+        "Mounts from the catalogue",
+        f"Which parts of the catalogue make {', '.join(front.vehicles)} quiet, and keep them quiet "
+        f"when stiffnesses scatter within ±{100 * half:.0f} %?",
+    )
+    report.explain(
+        *("booming noise", "SPLV", "dynamic stiffness", "tolerance", "σ", "Pareto front", "knee")
+    )
+    report.tile(f"{signed(change['best mean'], 2)} dB", "mean level, best mean")
+    level = front.index.levels[0]
+    report.warn(
+        "A direction that a part's characterisation could not identify keeps the force of today's "
+        "part, and so does a line outside of the region that the part was measured in.",
+        *motion_report(level, np.ones((1, len(level.variable_names)))).warnings,
+    )
+    for mount, part in zip(catalogue.parts, catalogue.labels(best[:n_mounts]), strict=True):
+        report.summary[f"part_{mount}"] = part
+    report.summary["change_db_per_line"] = float(change["best mean"])
+    report.summary["sigma_change_percent_best_sigma"] = float(sigma["best sigma"])
+    compared = f"{catalogue.n_sets} sets are too many to evaluate one by one."
+    if sets is not None:
+        as_they_are = float(change["quietest parts as they are"])
+        beaten = [
+            np.any(np.all(search.front.objectives <= wanted, axis=1))
+            for wanted in set_front.objectives
+        ]
+        found = float(100.0 * np.mean(beaten))
+        report.tile(f"{signed(as_they_are, 2)} dB", "mean level, quietest parts as they are")
+        report.tile(f"{found:.0f} %", "of the best sets found or beaten by the search")
+        report.summary["change_parts_as_they_are_db_per_line"] = as_they_are
+        report.summary["n_set_front"] = len(set_front)
+        report.summary["set_front_found_percent"] = found
+        compared = (
+            f"All {catalogue.n_sets} sets were evaluated as they are: "
+            f"{len(set_front)} are on their front, and the search found or beat "
+            f"{found:.0f} % of these."
+        )
+    report.summary |= {
+        "n_sets": catalogue.n_sets,
+        "n_front": len(search.front),
+        "n_evaluated": search.n_evaluated,
+        "sigma_bias_percent": check.sigma_bias_percent,
+        "seconds_search": round(search.seconds, 3),
+    }
+    report.facts["kernel"] = level.kernel.name
+    report.inputs += files
+
+    counts = ", ".join(
+        f"{count} of {mount}"
+        for mount, count in zip(catalogue.parts, catalogue.n_parts, strict=True)
+    )
+    tuned = "Parts are taken as they are."
+    if options.retuning:
+        tuned = f"Each part may be re-tuned within ±{100 * options.retuning:.0f} % per axis."
+    report.section("What to order", f"Parts to choose from: {counts}. {tuned}")
+    report.table(
+        "picks",
+        picks,
+        "Today's and the named designs, per vehicle and line, evaluated with "
+        f"{check.n_samples} independent draws.",
+        {"mean level [dB(A)]": 2, "change [dB]": 2, "sigma of the level [dB]": 3},
+    )
+    vehicles: dict[str, object] = {"vehicle": list(front.vehicles)}
+    if best_set is not None:
+        vehicles["change, quietest parts as they are [dB]"] = front.splv_change(best_set)
+    vehicles["change, best mean [dB]"] = front.splv_change(best)
+    report.table("vehicles", pd.DataFrame(vehicles), "Change of the mean level without scatter.")
+
+    report.section("The front", f"{front.text} {compared}")
+    curves = {"front of the search": _objectives(search.front, front.per_line)}
+    points = {}
+    if sets is not None:
+        points["every set of parts as they are"] = _objectives(sets, front.per_line)
+        curves["front of these sets"] = _objectives(set_front, front.per_line)
+    mean, deviation = _objectives(robust(robust.space.nominal[np.newaxis, :]), front.per_line)
+    report.figure(
+        "fronts",
+        plot.fronts(
+            curves,
+            points,
+            {"today's parts": (float(mean[0]), float(deviation[0]))},
+            mean_label="mean level over vehicles and lines [dB(A)]",
+            sigma_label="its σ over the tolerance [dB]",
+        ),
+        "Both objectives, in the draws of the search.",
+    )
+    report.figure(
+        "parts",
+        plot.part_choices(
+            tuple(catalogue.parts),
+            [
+                [catalogue.label(mount, number) for number in range(count)]
+                for mount, count in zip(catalogue.parts, catalogue.n_parts, strict=True)
+            ],
+            search.front.designs[:, :n_mounts].astype(int),
+            point_label="design of the front, quietest first",
+        ),
+        "Which part each design of the front has.",
+    )
+    report.table("front", front.table(catalogue.columns(search.front.designs)))
+    report.table("designs", front.designs(first=n_mounts))
+    if sets is not None:
+        on_front = {tuple(row) for row in set_front.designs.tolist()}
+        table = {
+            **catalogue.columns(sets.designs),
+            "SPLV mean sum [dB(A)]": sets.mean_sum,
+            "SPLV sigma sum [dB]": sets.sigma_sum,
+            "on the front": [tuple(row) in on_front for row in sets.designs.tolist()],
+        }
+        report.table("part_sets", pd.DataFrame(table))
+
+    report.section(
+        "How the search went",
+        f"NSGA-II over part numbers and stiffness factors, {search.hypervolume.size} "
+        f"generations, {search.seconds:.1f} s.",
+    )
+    caption = "Hypervolume of the front over generations."
+    report.figure("convergence", front.convergence_picture(), caption)
+    runs.append_to(report)
+    return report
 
 
-if __name__ == "__main__":
-    run_script(__file__)
+def _objectives(values: RobustValues, per_line: float) -> tuple[RealArray, RealArray]:
+    """Return mean level and its σ per line, shape (n,) each [dB]."""
+    return values.mean_sum * per_line, values.sigma_sum * per_line
+
+
+@dataclass(frozen=True, eq=False)
+class Catalogue:
+    """Parts that may stand at each mount of a platform, today's first; and the files read."""
+
+    parts: Mapping[str, tuple[CharacterisedMount, ...]]
+    inputs: tuple[Path, ...]
+
+    @property
+    def n_parts(self) -> tuple[int, ...]:
+        """Number of parts of each mount."""
+        return tuple(len(parts) for parts in self.parts.values())
+
+    @property
+    def n_sets(self) -> int:
+        """Number of sets that can be made of them."""
+        return int(np.prod(self.n_parts))
+
+    def all_sets(self) -> RealArray:
+        """Return every set as part numbers, shape (n_sets, n_mount); today's is the first."""
+        return np.array(list(itertools.product(*map(range, self.n_parts))), dtype=float)
+
+    def label(self, mount: str, number: int) -> str:
+        """Return what to order: the part number, or variant and serial where there is none."""
+        identity = self.parts[mount][number].identity
+        name = identity.part_number or f"{mount} {identity.variant} {identity.serial}".strip()
+        return f"{name} ({TODAY})" if number == 0 else name
+
+    def labels(self, numbers: RealArray) -> list[str]:
+        """Return the part of each mount, from part numbers of shape (n_mount,)."""
+        pairs = zip(self.parts, numbers.astype(int), strict=True)
+        return [self.label(mount, number) for mount, number in pairs]
+
+    def columns(self, designs: RealArray) -> dict[str, list[str]]:
+        """Return a column per mount with the parts of designs, shape (n, k)."""
+        return {
+            f"{mount} part": [self.label(mount, int(row[place])) for row in designs]
+            for place, mount in enumerate(self.parts)
+        }
+
+    def space(self, names: Sequence[str], retuning: float, tolerance: float) -> DesignSpace:
+        """Return the space of part numbers and stiffness factors ``1 ± retuning``."""
+        n = len(self.parts)
+        factors = stiffness_factor_space(names[n:], half_width=retuning, tolerance=tolerance)
+        none = np.zeros(n)
+        return DesignSpace(
+            names=tuple(names),
+            units=("1",) * len(names),
+            nominal=np.concatenate([none, factors.nominal]),
+            lower=np.concatenate([none, factors.lower]),
+            upper=np.concatenate([np.array(self.n_parts) - 1.0, factors.upper]),
+            tolerance=np.concatenate([none, factors.tolerance]),
+            integer=np.arange(len(names)) < n,
+        )
+
+
+def platform_catalogue(
+    platform: Platform, path: Path | None, mounts: Sequence[str] | None = None
+) -> Catalogue:
+    """Read the parts that may stand at a platform's mounts.
+
+    Parameters
+    ----------
+    platform : Platform
+        Its mount library has today's parts.
+    path : Path or None
+        Library with further parts, exported as JSON or a database; None: `CATALOGUE_FILE`.
+    mounts : sequence of str, optional
+        Mounts whose part may change; all by default.
+
+    Raises
+    ------
+    InputError
+        No catalogue, an unknown mount, a part with other pieces than today's, parts that share a
+        name, or no further part at all.
+    """
+    own = platform.folder / LIBRARY_FILE
+    further = path or platform.folder / CATALOGUE_FILE
+    if not further.exists():
+        raise InputError(
+            f"{further}: there is no catalogue of further parts: export a mount library there "
+            "(deboom library export), or name one with --catalogue"
+        )
+    today = {part.mount.name: part for part in read_library_json(own)[1]}
+    names = [mount.name for mount in platform.mounts]
+    unknown = [name for name in (mounts or ()) if name not in names]
+    if unknown or not set(names) <= set(today):
+        raise InputError(
+            f"{platform.name}: no mount {unknown or sorted(set(names) - set(today))} with a "
+            f"characterised part: the mounts are {names}"
+        )
+    parts: dict[str, tuple[CharacterisedMount, ...]] = {name: (today[name],) for name in names}
+    for part in _parts_of(further):
+        name = part.mount.name
+        if name in (mounts or names) and name in parts and part.identity != today[name].identity:
+            if part.mount.pieces != today[name].mount.pieces:
+                raise InputError(f"{further}: {part.identity} has other pieces than today's part")
+            parts[name] = (*parts[name], part)
+    catalogue = Catalogue(parts, (own, further))
+    for name, count in zip(names, catalogue.n_parts, strict=True):
+        labels = [catalogue.label(name, number) for number in range(count)]
+        if len(set(labels)) < count:
+            raise InputError(f"{further}: parts of {name} share a name: {labels}; number them")
+    if catalogue.n_sets == 1:
+        raise InputError(f"{further}: there is no further part for any of {mounts or names}")
+    return catalogue
+
+
+def _parts_of(path: Path) -> tuple[CharacterisedMount, ...]:
+    """Read all parts of a library, exported or a database."""
+    if path.suffix.lower() == ".json":
+        return read_library_json(path)[1]
+    with open_library(path) as library:
+        return tuple(library.load(identity) for identity in library.identities())
+
+
+def catalogue_index(
+    runs: Operation, catalogue: Catalogue, motion: Motion, outside: Outside
+) -> CatalogueIndex:
+    """Build the booming index of all parts of a catalogue.
+
+    Raises
+    ------
+    InputError
+        A motion that parts cannot be combined under; see also `surface_forces`.
+    """
+    if motion not in _COMPOSED:
+        raise InputError(
+            f"parts of a catalogue cannot be combined under {motion.value} motion: use one of "
+            f"{[known.value for known in _COMPOSED]}"
+        )
+    model = MotionOptions(motion)
+    levels: list[Any] = [model.index(runs)]
+    for number in range(1, max(catalogue.n_parts)):
+        mounts = [parts[min(number, len(parts) - 1)] for parts in catalogue.parts.values()]
+        cases = [
+            (surface_forces(case, mounts, outside).load_case, weight) for case, weight in runs.cases
+        ]
+        levels.append(model.index(replace(runs, cases=cases)))
+    return CatalogueIndex(runs.platform.mounts, tuple(levels), catalogue.n_parts, _COMPOSED[motion])
+
+
+def every_set(model: Model, options: Options) -> RobustValues:
+    """Evaluate every set of parts as they are, in the draws of the search."""
+    catalogue, search = model.catalogue, options.search
+    sets = catalogue.all_sets()
+    factors = np.tile(model.robust.space.nominal[sets.shape[1] :], (len(sets), 1))
+    designs = np.hstack([sets, factors])
+    parts = []
+    with (
+        workers_for(model.robust, search.workers, search.scheduler) as spread,
+        progress_bar("sets of parts") as progress,
+    ):
+        for start in range(0, len(designs), BATCH):
+            parts.append(spread(designs[start : start + BATCH]))
+            progress(min(start + BATCH, len(designs)), len(designs), "")
+    values = joined(parts)
+    if values.failed.any():
+        raise InputError(f"the parts {catalogue.labels(sets[values.failed][0])} cannot be computed")
+    return values

@@ -12,67 +12,842 @@ the same _bisection; share_pm15; n_axes; n_ends_on_bounds; limit_db_first_vehicl
 limit_could_be_lowered_db (to a point); binding_vehicle; n_parts_verified; seconds (of the box).
 """
 
-from pathlib import Path
-from typing import Annotated
+from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from enum import Enum
+from functools import cached_property
+from pathlib import Path
+from typing import Annotated, Any
+
+import numpy as np
+import numpy.typing as npt
+import pandas as pd
 from typer import Option
 
-from deboom.files.platform import read_platform
-from deboom.report import Report
-from deboom.study.options import factor_space
-from deboom.study.platform_model import Kernel, Motion, MountSource, motion_index, operation
-from deboom.study.progress import progress_bar
-from deboom.study.runner import run_script
-from deboom.study.solution_box import box_study, solution_box_result
-from deboom.study.solution_box_question import (
-    BoxOptions,
-    Law,
-    Quantity,
-    limited_response,
-    pareto_point,
+from deboom import plot
+from deboom.arrays import RealArray
+from deboom.errors import InputError
+from deboom.explore.box import (
+    Box,
+    BoxQuestion,
+    CutNormalParts,
+    PartLaw,
+    UniformParts,
+    VerifiedShare,
+    box_sample,
+    face_shares,
+    verified_share,
 )
-from deboom.study.supplier_study import Pick
+from deboom.explore.largest_box import (
+    BisectionBox,
+    BoxEffort,
+    FoundBox,
+    UnreachableLimit,
+    VolumeRatio,
+    bisection_box,
+    kept_offset,
+    largest_box,
+    tolerance_box,
+    trade_off,
+    volume_ratio,
+)
+from deboom.explore.problems import nsga2
+from deboom.explore.robust import RobustResponse
+from deboom.explore.scatter import sobol_sample
+from deboom.explore.selection import pick, variables_without_effect
+from deboom.explore.space import DesignSpace
+from deboom.files.acceptance import AcceptanceBox, BoxResponse, BoxVariable, box_document
+from deboom.measurement.uncertainty import Interval, pivotal_interval
+from deboom.mounts.mount import mean_operating_stiffness
+from deboom.plot.style import mount_colours, vehicle_colours
+from deboom.report import Report
+from deboom.study.made_parts import tolerance_cost
+from deboom.study.options import Quantity, Seed, factor_space, limited_response
+from deboom.study.platform_model import (
+    MotionOptions,
+    MountSource,
+    Operation,
+    PlatformOptions,
+    motion_name,
+    motion_report,
+    platform_sha256,
+)
+from deboom.study.progress import Progress, progress_bar
+from deboom.study.result import RunContext
+from deboom.study.supplier_study import Pick, supplier_study
+from deboom.study.uncertain_index import uncertain_index
+from deboom.vehicles.booming_model import LoadCaseIndex
+from deboom.vehicles.limit_responses import MeanLevel, PeakLevel
 
-HERE = Path(__file__).parent
+POPULATION, GENERATIONS, SEARCH_DRAWS = 80, 60, 64
+"""Of the quick search for a Pareto point."""
+SHOWN_PARTS = 4096
+"""Parts of the box whose levels are drawn, and of each of its faces."""
+CURVE = (-0.5, -0.25, 0.0, 0.25, 0.5, 0.75)
+"""Steps of the curve over the limit, in parts of what the limit could be lowered by at most [1]."""
+CURVE_EFFORT = BoxEffort(starts=1, fine=((0.15, 1024),), calibration=16384)
+DRAWS, PARTS = 60, 2048
+"""Measurements that are drawn again, and parts that each of them judges."""
+PERCENT = 100.0
+N_PER_MM = 1e-3
 
 
-def main(
-    seed: Annotated[int, Option(help="From 1; the same seed gives the same box.")] = 1,
-    share: Annotated[float, Option(help="Of parts and vehicles that keep the limit [1].")] = 0.95,
-    limit: Annotated[float | None, Option(help="For all vehicles [dB(A)].")] = None,
-    below_today: Annotated[float | None, Option(help="Or: each quieter by this [dB].")] = None,
-    quantity: Annotated[Quantity, Option(help="What is limited.")] = Quantity.mean,
-    peak_from: Annotated[float, Option(help="First line of a peak level [Hz].")] = 25.0,
-    peak_to: Annotated[float, Option(help="Last line of a peak level [Hz].")] = 40.0,
-    worst_vehicle: Annotated[bool, Option(help="A part must keep the limit in all.")] = False,
-    law: Annotated[Law, Option(help="How parts lie in their interval.")] = Law.uniform,
-    cost_table: Annotated[Path | None, Option(help="variable, weight, reference.")] = None,
-    front: Annotated[Path | None, Option(help="Run of a front study; default: search.")] = None,
-    pick: Annotated[Pick, Option(help="Design of the front.")] = Pick.best_mean,
-    half_width: Annotated[float, Option(help="Of the designs about today's [1].")] = 0.20,
-    tolerance: Annotated[float, Option(help="Of the box that is compared with [1].")] = 0.15,
-    curve: Annotated[bool, Option(help="Boxes at other limits, too.")] = True,
-    load_case: Annotated[list[str] | None, Option(help="name or name=weight; repeatable.")] = None,
-    group: Annotated[str, Option(help="Vehicles to serve.")] = "U06",
-    platform: Annotated[Path, Option(help="With platform.toml.")] = HERE / "data" / "u06_f39_f45",
-    mounts: Annotated[MountSource, Option(help="Source of forces.")] = MountSource.library,
-    motion: Annotated[Motion, Option(help="Of the powertrain.")] = Motion.prescribed,
-    kernel: Annotated[Kernel | None, Option(help="By default as the motion needs.")] = None,
-    workers: Annotated[int, Option(help="Processes; any number gives the same box.")] = 1,
-) -> Report:
-    """Search, verify and report."""
-    options = BoxOptions(share, limit, below_today, worst_vehicle, law, cost_table)
-    runs = operation(read_platform(platform), load_case, mounts, group, band=(20, 60))
-    index = motion_index(runs, motion, kernel)
-    space = factor_space(index.variable_names, half_width, tolerance)
+class Law(Enum):
+    """How parts lie in their interval."""
+
+    uniform = "uniform"
+    """Evenly: all that an acceptance test promises."""
+    normal = "normal"
+    """Normal, with the ends three standard deviations off the middle."""
+
+
+_LAWS: dict[Law, PartLaw] = {Law.uniform: UniformParts(), Law.normal: CutNormalParts()}
+
+
+@dataclass(frozen=True)
+class Options:
+    """What must be kept, by how many parts, about which design."""
+
+    seed: Seed = 1
+    share: Annotated[float, Option(help="Of parts and vehicles that keep the limit [1].")] = 0.95
+    limit: Annotated[float | None, Option(help="For all vehicles [dB(A)].")] = None
+    below_today: Annotated[float | None, Option(help="Or: each quieter by this [dB].")] = None
+    quantity: Annotated[Quantity, Option(help="What is limited.")] = Quantity.mean
+    peak_from: Annotated[float, Option(help="First line of a peak level [Hz].")] = 25.0
+    peak_to: Annotated[float, Option(help="Last line of a peak level [Hz].")] = 40.0
+    worst_vehicle: Annotated[bool, Option(help="A part must keep the limit in all.")] = False
+    law: Annotated[Law, Option(help="How parts lie in their interval.")] = Law.uniform
+    cost_table: Annotated[Path | None, Option(help="variable, weight, reference.")] = None
+    front: Annotated[Path | None, Option(help="Run of a front study; default: search.")] = None
+    pick: Annotated[Pick, Option(help="Design of the front.")] = Pick.best_mean
+    half_width: Annotated[float, Option(help="Of the designs about today's [1].")] = 0.20
+    tolerance: Annotated[float, Option(help="Of the box that is compared with [1].")] = 0.15
+    curve: Annotated[bool, Option(help="Boxes at other limits, too.")] = True
+    platform: PlatformOptions = PlatformOptions()
+    motion: MotionOptions = MotionOptions()
+    workers: Annotated[int, Option(help="Processes; any number gives the same box.")] = 1
+
+    def __post_init__(self) -> None:
+        if self.limit is not None and self.below_today is not None:
+            raise InputError("--limit and --below-today are two limits at once: give one of them")
+
+
+@dataclass(frozen=True, eq=False)
+class Model:
+    """Levels of the vehicles, what is limited of them, and where parts may lie."""
+
+    runs: Operation
+    index: LoadCaseIndex[Any, Any]
+    space: DesignSpace
+    response: MeanLevel | PeakLevel
+
+
+def prepare(options: Options) -> Model:
+    """Read the platform and build its model."""
+    runs = options.platform.operation()
+    index = options.motion.index(runs)
+    space = factor_space(index.variable_names, options.half_width, options.tolerance)
+    band = (options.peak_from, options.peak_to)
+    return Model(runs, index, space, limited_response(options.quantity, index, band))
+
+
+def run(model: Model, options: Options, context: RunContext | None = None) -> Report:  # noqa: ARG001
+    """Find the Pareto point and the box about it, verify and report."""
     with progress_bar("Box") as bar:
-        point = pareto_point(front, pick, HERE, index, space, seed=seed, progress=bar)
-        response = limited_response(quantity, index, (peak_from, peak_to))
-        question = options.question(response, space, point, seed=seed)
-        model = (runs, index, space, point, question)
-        found = box_study(*model, seed=seed, curve=curve, workers=workers, progress=bar)
-    return runs.checked(solution_box_result(found, (cost_table,) if cost_table else ()))
+        point = pareto_point(model, options, bar)
+        study = box_study(model, point, question(model, options, point), options, bar)
+    certainty = share_measured_again(study)
+    check, asked = study.found.verified, study.question
+    what = "parts" if asked.together else "parts and vehicles"
+
+    report = Report(
+        "Acceptance box of the mounts",
+        "Within which stiffnesses may parts be delivered, each direction independent of all "
+        f"others, so that {_percent(asked.share, 1)} of {what} keep their limit?",
+    )
+    report.explain(
+        *("booming noise", "SPL", "stiffness factor", "dynamic stiffness", "tolerance"),
+        "Pareto front",
+    )
+    report.tile(f"{study.over_plain.width:.2f} ×", f"as wide as ±{PERCENT * study.tolerance:g} %")
+    report.tile(_percent(check.share, 2), f"of {what} keep the limit")
+    report.tile(study.binding, "binds")
+    if not study.found.confirmed:
+        report.warn(
+            f"The verification does not confirm the stated share: {_percent(check.bound, 2)} with "
+            f"confidence against {_percent(asked.share, 2)}."
+        )
+    designs = np.stack([model.space.nominal, point])
+    report.warn(*motion_report(study.index, designs).warnings)
+    report.summary |= {
+        "share_stated": asked.share,
+        "share_verified": check.share,
+        "share_bound": check.bound,
+        "volume_ratio_pm15": study.over_plain.volume,
+        "width_ratio_pm15": study.over_plain.width,
+        "volume_ratio_bisection": _or_words(study.over_bisection.volume),
+        "width_ratio_bisection": _or_words(study.over_bisection.width),
+        "share_pm15": study.plain_share.share,
+        "n_axes": study.over_plain.n_variables,
+        "n_ends_on_bounds": study.ends_on_bounds,
+        "limit_db_first_vehicle": float(asked.limit[0]),
+        "limit_could_be_lowered_db": study.found.room,
+        "binding_vehicle": study.binding,
+        "n_parts_verified": check.n_parts,
+        "seconds": round(study.found.seconds, 3),
+        "share_measured_from": float(certainty.lower),
+        "share_measured_to": float(certainty.upper),
+    }
+    report.facts |= {
+        "kernel": study.index.kernel.name,
+        "law": asked.law.name,
+        "verification_parts": check.n_parts,
+    }
+    report.inputs += model.runs.platform.input_files
+    if options.cost_table is not None:
+        report.inputs.append(options.cost_table)
+    report.document("acceptance_box", box_document(acceptance_box(study)))
+
+    _box(report, study)
+    _levels(report, study, certainty, what)
+    _other_boxes(report, study)
+    _curve(report, study)
+    model.runs.append_to(report)
+    return report
 
 
-if __name__ == "__main__":
-    run_script(__file__)
+def pareto_point(model: Model, options: Options, progress: Progress) -> RealArray:
+    """Return the design that the box lies about, shape (k,) [1]: of a run, or of a quick search.
+
+    Raises
+    ------
+    InputError
+        A run that cannot be read, or has other variables.
+    """
+    space = model.space
+    if options.front is not None:
+        study = supplier_study(options.front, None, options.pick)
+        if study.space.names != space.names:
+            raise InputError(
+                f"run {options.front} has the variables {list(study.space.names)}, this study "
+                f"{list(space.names)}: take a front of the same platform without loss factors"
+            )
+        return np.asarray(study.picked)
+    sample = sobol_sample(space.n_variables, SEARCH_DRAWS, seed=options.seed)
+    robust = RobustResponse(model.index, space, sample)
+    search = nsga2(robust, POPULATION, GENERATIONS, seed=options.seed, progress=progress)
+    rows = pick(search.front)
+    named = {
+        Pick.best_mean: rows.best_mean,
+        Pick.best_sigma: rows.best_sigma,
+        Pick.knee: rows.knee,
+    }
+    return np.asarray(search.front.designs[named[options.pick]])
+
+
+def question(model: Model, options: Options, point: RealArray) -> BoxQuestion:
+    """Return what is asked of the box; the default limit is what ± the tolerance just keeps."""
+    response, space = model.response, model.space
+    today = response(space.nominal[np.newaxis])[0]
+    level = np.full(len(today), 0.0 if options.limit is None else options.limit)
+    if options.below_today is not None:
+        level = today - options.below_today
+    asked = BoxQuestion(
+        response,
+        level,
+        options.share,
+        lower=space.lower * (1.0 - space.tolerance),
+        upper=space.upper * (1.0 + space.tolerance),
+        weight=tolerance_cost(options.cost_table, space.names).weight,
+        together=options.worst_vehicle,
+        law=_LAWS[options.law],
+    )
+    if options.limit is None and options.below_today is None:
+        about = tolerance_box(space.names, point, float(space.tolerance.max()))
+        return asked.lowered(-kept_offset(asked, about, seed=options.seed))
+    return asked
+
+
+@dataclass(frozen=True, eq=False)
+class BoxStudy:
+    """An acceptance box with what it is compared with.
+
+    Parameters
+    ----------
+    runs : Operation
+        Platform, vehicles and load cases.
+    index : LoadCaseIndex
+        The model.
+    space : DesignSpace
+        Designs and their tolerance.
+    point : array, shape (k,)
+        The Pareto point [1].
+    found : FoundBox
+        The largest box, verified.
+    bisection : BisectionBox
+        About the Pareto point.
+    curve : sequence of (float, FoundBox or UnreachableLimit)
+        What the limits were lowered by [dB], and the box there.
+    seed : int
+    """
+
+    runs: Operation
+    index: LoadCaseIndex[Any, Any]
+    space: DesignSpace
+    point: RealArray
+    found: FoundBox
+    bisection: BisectionBox
+    curve: Sequence[tuple[float, FoundBox | UnreachableLimit]]
+    seed: int
+
+    @property
+    def question(self) -> BoxQuestion:
+        """What was asked."""
+        return self.found.question
+
+    @property
+    def response(self) -> MeanLevel | PeakLevel:
+        """What is limited."""
+        response = self.question.response
+        assert isinstance(response, MeanLevel | PeakLevel)
+        return response
+
+    @property
+    def box(self) -> Box:
+        """The largest box."""
+        return self.found.box
+
+    @property
+    def vehicles(self) -> tuple[str, ...]:
+        """Names."""
+        return self.question.response.response_names
+
+    @property
+    def variables(self) -> tuple[str, ...]:
+        """Names."""
+        return self.question.names
+
+    @property
+    def tolerance(self) -> float:
+        """Half width of the box that is compared with [1]."""
+        return float(self.space.tolerance.max())
+
+    @property
+    def band(self) -> tuple[float, float]:
+        """Lines that count [Hz]."""
+        if isinstance(self.response, PeakLevel):
+            return self.response.band
+        return float(self.index.frequency[0]), float(self.index.frequency[-1])
+
+    @cached_property
+    def plain(self) -> Box:
+        """The box of one tolerance about the Pareto point."""
+        return tolerance_box(self.variables, self.point, self.tolerance)
+
+    @cached_property
+    def plain_share(self) -> VerifiedShare:
+        """What it keeps, of the parts that verify the largest box."""
+        return self.verified(self.plain, self.question)
+
+    @cached_property
+    def bisection_share(self) -> VerifiedShare:
+        """What the box of the bisection keeps, of the same parts."""
+        return self.verified(self.bisection.box, self.question)
+
+    @cached_property
+    def effective(self) -> npt.NDArray[np.bool_]:
+        """Variables that a vehicle depends on, shape (k,)."""
+        free = variables_without_effect(self.index, self.space)
+        return np.array([name not in free for name in self.variables])
+
+    @cached_property
+    def over_plain(self) -> VolumeRatio:
+        """The largest box over that of one tolerance."""
+        return volume_ratio(self.box, self.plain, self.effective)
+
+    @cached_property
+    def over_bisection(self) -> VolumeRatio:
+        """The largest box over that of the bisection."""
+        return volume_ratio(self.box, self.bisection.box, self.effective)
+
+    @cached_property
+    def shown_excess(self) -> RealArray:
+        """Levels of some parts of the box, above their limits, (SHOWN_PARTS, n_vehicle) [dB]."""
+        return self.question.excess(self.question.parts(self.box, self._unit))
+
+    @cached_property
+    def faces(self) -> RealArray:
+        """Share of the parts at each end of each interval, shape (2, k) [1]."""
+        return face_shares(self.question, self.box, self._unit)
+
+    @property
+    def missed(self) -> RealArray:
+        """Share of the verified parts that miss the limit of each vehicle, shape (n_vehicle,)."""
+        return np.asarray(1.0 - self.found.verified.by_response)
+
+    @property
+    def on_bounds(self) -> npt.NDArray[np.bool_]:
+        """Ends of intervals with an effect that the bounds set, not the limit, shape (2, k)."""
+        span = self.question.upper - self.question.lower
+        near = np.stack(
+            [self.box.lower - self.question.lower, self.question.upper - self.box.upper]
+        )
+        return np.asarray((near <= 1e-6 * span) & self.effective)
+
+    @property
+    def ends_on_bounds(self) -> int:
+        """How many these are."""
+        return int(self.on_bounds.sum())
+
+    @property
+    def binding(self) -> str:
+        """Vehicle that most parts miss."""
+        return self.vehicles[int(np.argmax(self.missed))]
+
+    @cached_property
+    def reference_stiffness(self) -> RealArray:
+        """Mean |K| over the lines of the first load case, shape (k,) [N/m]; nan: not measured."""
+        lines = self.index.frequency
+        case = self.runs.cases[0][0]
+        edges = (float(lines[0]), float(lines[-1]))
+        by_mount = [
+            mean_operating_stiffness(mount, case, edges) for mount in self.runs.platform.mounts
+        ]
+        return np.concatenate(by_mount)
+
+    @cached_property
+    def identified(self) -> npt.NDArray[np.bool_]:
+        """Directions whose stiffness is known well enough to be asked in N/m, shape (k,)."""
+        known = {
+            f"{part.mount.name} {one.axis}": one.surface is not None and one.quality.identified
+            for part in self.runs.parts
+            for one in part.directions
+        }
+        return np.array([known.get(name, not self.runs.parts) for name in self.variables])
+
+    @property
+    def condition(self) -> str:
+        """At which the reference stiffness was read."""
+        lines, case = self.index.frequency, self.runs.cases[0][0]
+        return (
+            f"mean magnitude of the dynamic stiffness of one piece over {lines[0]:g} to "
+            f"{lines[-1]:g} Hz, load case {case.name}, motion as in that run"
+        )
+
+    def half_widths(self, box: Box) -> RealArray:
+        """Relative half widths of the intervals with an effect, shape (n_effective,) [1]."""
+        return np.asarray(0.5 * box.width[self.effective] / box.centre[self.effective])
+
+    def verified(self, box: Box, question: BoxQuestion) -> VerifiedShare:
+        """Verify another box with the parts that verified the largest one."""
+        check = self.found.verified
+        return verified_share(
+            question, box, seed=self.seed, n_parts=check.n_parts, confidence=check.confidence
+        )
+
+    @property
+    def _unit(self) -> RealArray:
+        size = len(self.variables)
+        return box_sample(size, SHOWN_PARTS, seed=self.seed, purpose="parts of a box to show")
+
+
+def box_study(
+    model: Model, point: RealArray, question: BoxQuestion, options: Options, progress: Progress
+) -> BoxStudy:
+    """Find the box of a question, those at other limits, and what they are compared with.
+
+    Raises
+    ------
+    InputError
+        Variables that are not the mounts' stiffness factors, a share or limit that no box keeps.
+    """
+    variables = tuple(name for mount in model.runs.platform.mounts for name in mount.variables)
+    if question.names != variables:
+        raise InputError(
+            f"the model has the variables {list(question.names)}, the mounts {list(variables)}: an "
+            "acceptance box needs exactly the stiffness factors of the mounts"
+        )
+    seed, workers = options.seed, options.workers
+    found = largest_box(question, seed=seed, points=[point], workers=workers, progress=progress)
+    steps = [part * found.room for part in CURVE if part != 0.0] if options.curve else []
+    boxes = trade_off(
+        question, steps, seed=seed, points=[point], effort=CURVE_EFFORT, workers=workers
+    )
+    pairs = sorted([(0.0, found), *zip(steps, boxes, strict=True)], key=lambda pair: pair[0])
+    bisection = bisection_box(question, point, seed=seed)
+    return BoxStudy(
+        model.runs, model.index, model.space, point, found, bisection, tuple(pairs), seed
+    )
+
+
+def share_measured_again(study: BoxStudy) -> Interval:
+    """Return the share of the box with the interval that the measurements leave open.
+
+    Parameters
+    ----------
+    study : BoxStudy
+
+    Returns
+    -------
+    Interval
+        Of parts and vehicles, or parts, that keep the limit, 90 % [1].
+
+    Raises
+    ------
+    InputError
+        Measurements without a stated uncertainty, see `uncertain_index`.
+
+    Notes
+    -----
+    Noise transfer functions, stiffnesses, motions and forces are drawn again with their errors and
+    the box stays as it is. The interval is pivotal, then cut to 0 and 1.
+    """
+    question = study.question
+    places = box_sample(
+        len(study.variables), PARTS, seed=study.seed, purpose="parts of a box measured again"
+    )
+    parts = question.parts(study.box, places)
+
+    def share(response: MeanLevel | PeakLevel) -> float:
+        within = np.asarray(response(parts)) <= question.limit
+        return float(within.all(axis=1).mean() if question.together else within.mean())
+
+    uncertain = uncertain_index(study.index, study.runs.platform, study.runs.parts)
+    again = [
+        share(
+            PeakLevel(drawn, study.band)
+            if isinstance(study.response, PeakLevel)
+            else MeanLevel(drawn)
+        )
+        for drawn in uncertain.draws(DRAWS, seed=study.seed)
+    ]
+    found = pivotal_interval(share(study.response), np.array(again), coverage=0.9)
+    return replace(
+        found, lower=np.clip(found.lower, 0.0, 1.0), upper=np.clip(found.upper, 0.0, 1.0)
+    )
+
+
+def _box(report: Report, study: BoxStudy) -> None:
+    """Show the interval of every direction."""
+    asked, found, limit = study.question, study.found, study.question.limit
+    low, high = study.band
+    limits = (
+        f"{limit[0]:.2f} dB(A) in every vehicle"
+        if np.ptp(limit) == 0.0
+        else f"{limit.min():.2f} to {limit.max():.2f} dB(A), by vehicle"
+    )
+    report.section(
+        "The box",
+        f"Limit: {limits}, {study.response.quantity}, {low:g} to {high:g} Hz. A part is accepted "
+        "if every direction lies in its interval, whatever the others are. The largest box, by the "
+        "sum of weight times logarithm of width, was found from "
+        f"{len(found.start_log_volumes)} starts in {found.seconds:.1f} s; stiffness in N/mm is the "
+        f"{study.condition}. {study.ends_on_bounds} of the {2 * study.over_plain.n_variables} ends "
+        "lie on the bounds that were searched: there the limit asks for nothing.\n\n"
+        "The last two columns say what the ends are worth: of parts exactly at that end, so many "
+        "keep the limit. At the optimum all ends that are not bounds cost the same share per "
+        "weight; an end well above the share lies on its bound.",
+    )
+    box, plain, other = study.box, study.plain, study.bisection.box
+    report.figure(
+        "box",
+        plot.box_intervals(
+            study.variables,
+            plot.Intervals("acceptance box", box.lower, box.upper),
+            [
+                plot.Intervals(f"±{PERCENT * study.tolerance:g} %", plain.lower, plain.upper),
+                plot.Intervals(
+                    f"bisection, ±{PERCENT * study.bisection.tolerance:.3g} %",
+                    other.lower,
+                    other.upper,
+                ),
+            ],
+            plot.Intervals("bounds", asked.lower, asked.upper),
+            study.point,
+            study.reference_stiffness * N_PER_MM,
+            [not effective for effective in study.effective],
+            mount_colours([mount.name for mount in study.runs.platform.mounts]),
+        ),
+        "Interval of every direction, with today's stiffness and its ends beside it.",
+    )
+    reference = study.reference_stiffness * N_PER_MM
+    table = pd.DataFrame(
+        {
+            "variable": list(study.variables),
+            "requirement": np.where(study.effective, "interval", "no requirement"),
+            "Pareto point [1]": study.point,
+            "from [1]": box.lower,
+            "to [1]": box.upper,
+            "half width [%]": PERCENT * 0.5 * box.width / box.centre,
+            "from [N/mm]": np.where(study.effective, box.lower * reference, np.nan),
+            "to [N/mm]": np.where(study.effective, box.upper * reference, np.nan),
+            "set by the limit": _set_by_the_limit(study),
+            "today [N/mm]": reference,
+            "one tolerance from [1]": plain.lower,
+            "one tolerance to [1]": plain.upper,
+            "bisection from [1]": other.lower,
+            "bisection to [1]": other.upper,
+            "weight [1]": asked.weight,
+            "lower end: parts that keep the limit [%]": PERCENT * study.faces[0],
+            "upper end: parts that keep the limit [%]": PERCENT * study.faces[1],
+        }
+    )
+    columns = [
+        "variable",
+        "Pareto point [1]",
+        "from [1]",
+        "to [1]",
+        "half width [%]",
+        "from [N/mm]",
+        "to [N/mm]",
+        "lower end: parts that keep the limit [%]",
+        "upper end: parts that keep the limit [%]",
+    ]
+    report.table(
+        "box",
+        table,
+        "Directions that a vehicle depends on; the others have no requirement.",
+        {"from [N/mm]": 0, "to [N/mm]": 0},
+        shown=table.loc[table["requirement"] == "interval", columns],
+    )
+
+
+def _levels(report: Report, study: BoxStudy, certainty: Interval, what: str) -> None:
+    """Show the levels of the parts inside the box, and how surely their share is known."""
+    check, asked = study.found.verified, study.question
+    each = ""
+    if not asked.together:
+        each = (
+            f"The share is one over all vehicles: in {study.binding} alone "
+            f"{_percent(float(study.missed.max()), 1)} of the parts miss. "
+            "--worst-vehicle asks every part to keep the limit in all vehicles."
+        )
+    report.section(
+        "Levels inside the box",
+        f"{check.n_parts} parts, {asked.law.name}, that the search has not seen: "
+        f"{_percent(check.share, 2)} of {what} keep the limit, at least "
+        f"{_percent(check.bound, 2)} with {_percent(check.confidence, 0)} confidence (the "
+        "vehicles of one part are not independent, so each part counts once). Most often "
+        f"{study.binding} misses its limit: it binds. {each}\n\nThat is the share in "
+        "the cars as they were measured. With every measurement drawn again with its errors "
+        f"it lies between {_percent(float(certainty.lower), 0)} and "
+        f"{_percent(float(certainty.upper), 0)}, with 90 % confidence: the level of a car is "
+        "known to half a decibel only.",
+    )
+    levels = study.shown_excess + asked.limit
+    today = study.response(study.space.nominal[np.newaxis])[0]
+    report.figure(
+        "levels",
+        plot.levels_in_box(
+            study.vehicles,
+            levels,
+            asked.limit,
+            today,
+            PERCENT * study.missed,
+            vehicle_colours(study.runs.platform.fleet.names),
+            level_label=f"{study.response.quantity} [dB(A)]",
+        ),
+        "Levels of the parts of the box; dark: above the limit.",
+    )
+    table = {
+        "vehicle": list(study.vehicles),
+        "limit [dB(A)]": asked.limit,
+        "today [dB(A)]": today,
+        "Pareto point [dB(A)]": study.response(study.point[np.newaxis])[0],
+        "in the box, mean [dB(A)]": levels.mean(axis=0),
+        "95 % of the parts below [dB(A)]": np.quantile(levels, 0.95, axis=0),
+        "parts that miss the limit [%]": PERCENT * study.missed,
+    }
+    caption = f"Limits and levels: {study.response.quantity}."
+    report.table("vehicles", pd.DataFrame(table), caption)
+
+
+def _other_boxes(report: Report, study: BoxStudy) -> None:
+    """Compare with one tolerance about the Pareto point, and with that of a bisection."""
+    bisection = (
+        "About the Pareto point itself the limit is not kept, so bisection finds no box there."
+    )
+    if np.isfinite(study.over_bisection.width):
+        bisection = (
+            f"They are {study.over_bisection.width:.3g} times as wide as those of one tolerance "
+            "that bisection finds about the Pareto point at the same limit and share."
+        )
+    report.section(
+        "Against other boxes",
+        f"Over the {study.over_plain.n_variables} directions that a vehicle depends on, the "
+        f"intervals are {study.over_plain.width:.3g} times as wide (geometric mean) as those "
+        f"of ±{PERCENT * study.tolerance:g} % about the Pareto point, "
+        f"{study.over_plain.volume:.3g} times the volume. {bisection} "
+        "With wider bounds the intervals that lie on them would be wider still.",
+    )
+    boxes = {
+        "largest box": (study.box, study.found.verified),
+        f"±{PERCENT * study.tolerance:g} % about the Pareto point": (
+            study.plain,
+            study.plain_share,
+        ),
+        "bisection about the Pareto point": (study.bisection.box, study.bisection_share),
+    }
+    rows = []
+    for name, (box, check) in boxes.items():
+        half = study.half_widths(box)
+        rows.append(
+            {
+                "box": name,
+                "share that keeps the limit [%]": PERCENT * check.share,
+                "at least, with confidence [%]": PERCENT * check.bound,
+                "geometric mean half width [%]": PERCENT * _geometric_mean(half),
+                "narrowest half width [%]": PERCENT * float(half.min()),
+            }
+        )
+    fine = {"share that keeps the limit [%]": 2, "at least, with confidence [%]": 2}
+    report.table("boxes", pd.DataFrame(rows), "Shares are of the same independent parts.", fine)
+
+
+def _curve(report: Report, study: BoxStudy) -> None:
+    """Show what other limits cost."""
+    table = curve_table(study)
+    if len(study.curve) < 2:
+        report.table("curve", table)
+        return
+    asked, found = study.question, study.found
+    report.section(
+        "What the limit costs",
+        f"The limit could be lowered by {found.room:.2f} dB at most, where the box shrinks "
+        "to a point. Each box of the curve is verified as the one above.",
+    )
+    boxes = table[table["box"] == "found"]
+    common = bool(np.ptp(asked.limit) == 0.0)
+    column = "limit of the first vehicle [dB(A)]" if common else "limit against the stated one [dB]"
+    stated = boxes[boxes["limit against the stated one [dB]"] == 0.0].iloc[0]
+    width = "geometric mean half width [%]"
+    lowest = -found.room + (float(asked.limit[0]) if common else 0.0)
+    unreachable = any(isinstance(box, UnreachableLimit) for _, box in study.curve)
+    near = unreachable or boxes[column].min() - lowest < np.ptp(boxes[column])
+    report.figure(
+        "trade_off",
+        plot.box_trade_off(
+            boxes[column],
+            boxes[width],
+            boxes["share of one tolerance [%]"],
+            {name: boxes[f"{name} missed by [%]"] for name in study.vehicles},
+            vehicle_colours(study.runs.platform.fleet.names),
+            stated=(float(stated[column]), float(stated[width])),
+            unreachable=lowest if near else None,
+            limit_label="limit [dB(A)]" if common else "limit against the stated one [dB]",
+            width_label="mean half width of the box [%]",
+            plain_label=f"share that ±{PERCENT * study.tolerance:g} % keeps [%]",
+        ),
+        "Width of the box, what one tolerance keeps, and which vehicle's limit the parts of the "
+        "box miss, over the limit.",
+    )
+    shown = table[[name for name in table.columns if not name.endswith("missed by [%]")]]
+    fine = ("share [%]", "share at least [%]", "limit of the first vehicle [dB(A)]")
+    decimals = {name: 2 for name in shown.columns if name in fine}
+    report.table("curve", table, "Boxes over the limit.", decimals, shown=shown)
+
+
+def curve_table(study: BoxStudy) -> pd.DataFrame:
+    """One row per limit: the largest box there, and what the box of one tolerance keeps."""
+    rows = []
+    for step, one in study.curve:
+        question = study.question.lowered(step)
+        row: dict[str, Any] = {
+            "limit against the stated one [dB]": -step,
+            "limit of the first vehicle [dB(A)]": question.limit[0],
+        }
+        if isinstance(one, UnreachableLimit):
+            rows.append(row | {"box": "none", "binding vehicle": one.binding})
+            continue
+        half = study.half_widths(one.box)
+        missed = 1.0 - one.verified.by_response
+        rows.append(
+            row
+            | {
+                "box": "found",
+                "geometric mean half width [%]": PERCENT * _geometric_mean(half),
+                "share [%]": PERCENT * one.verified.share,
+                "share at least [%]": PERCENT * one.verified.bound,
+                "share of one tolerance [%]": PERCENT * study.verified(study.plain, question).share,
+                "binding vehicle": study.vehicles[int(np.argmax(missed))],
+                **{
+                    f"{name} missed by [%]": PERCENT * value
+                    for name, value in zip(study.vehicles, missed, strict=True)
+                },
+            }
+        )
+    return pd.DataFrame(rows)
+
+
+def acceptance_box(study: BoxStudy) -> AcceptanceBox:
+    """Return the box as the file that deliveries are held against."""
+    platform, check = study.runs.platform, study.found.verified
+    reference = np.where(study.identified, study.reference_stiffness, np.nan)
+    # nobody can measure a direction that is not identified, and where the limit sets no end of its
+    # interval, nobody needs to
+    limited = study.identified | (study.effective & ~study.on_bounds.all(axis=0))
+    groups = dict.fromkeys(vehicle.group for vehicle in study.runs.fleet.vehicles)
+    return AcceptanceBox(
+        title=f"{platform.title}: acceptance box",
+        platform=platform.name,
+        platform_sha256=platform_sha256(platform),
+        group=", ".join(groups),
+        motion=motion_name(study.index).removesuffix("-dependent"),
+        mounts=(MountSource.library_inside if study.runs.parts else MountSource.spectra).value,
+        load_cases=tuple((case.name, float(weight)) for case, weight in study.runs.cases),
+        band=study.band,
+        quantity=study.response.quantity,
+        unit=study.response.response_unit,
+        together=study.question.together,
+        variables=tuple(
+            BoxVariable(
+                name=name,
+                lower=float(study.box.lower[k]),
+                upper=float(study.box.upper[k]),
+                nominal=float(study.point[k]),
+                reference_stiffness=float(reference[k]) if np.isfinite(reference[k]) else None,
+                condition=study.condition,
+                weight=float(study.question.weight[k]),
+                required=bool(study.effective[k] and limited[k]),
+            )
+            for k, name in enumerate(study.variables)
+        ),
+        responses=tuple(
+            BoxResponse(name, float(limit), float(share))
+            for name, limit, share in zip(
+                study.vehicles, study.question.limit, check.by_response, strict=True
+            )
+        ),
+        share_stated=study.question.share,
+        share_verified=check.share,
+        share_bound=check.bound,
+        confidence=check.confidence,
+        n_parts=check.n_parts,
+        law=study.question.law.name,
+        seed=study.seed,
+    )
+
+
+def _set_by_the_limit(study: BoxStudy) -> list[str]:
+    """Name the ends that the limit sets; the others lie on the bounds that were searched."""
+    words = []
+    for on_bounds, effective in zip(study.on_bounds.T, study.effective, strict=True):
+        ends = [end for end, bound in zip(("from", "to"), on_bounds, strict=True) if not bound]
+        words.append(" and ".join(ends) if effective and ends else "neither")
+    return words
+
+
+def _or_words(ratio: float) -> float | str:
+    """Return a ratio to a box, or words where bisection has found none."""
+    return ratio if np.isfinite(ratio) else "no box by bisection"
+
+
+def _geometric_mean(values: np.ndarray) -> float:
+    with np.errstate(divide="ignore"):
+        return float(np.exp(np.log(values).mean()))
+
+
+def _percent(value: float, decimals: int) -> str:
+    return f"{PERCENT * value:.{decimals}f} %"

@@ -45,8 +45,7 @@ from deboom.files.platform import Platform
 from deboom.files.tables import read_rows
 from deboom.plot.style import mount_colours, mount_of
 from deboom.report import Report
-from deboom.study.cost_of_tolerance import tolerance_cost
-from deboom.study.made_parts import MadeParts, ScatterOptions
+from deboom.study.made_parts import MadeParts, ScatterOptions, tolerance_cost
 from deboom.study.options import Seed
 from deboom.study.platform_model import MotionOptions, Operation, PlatformOptions, motion_report
 from deboom.study.result import RunContext
@@ -573,7 +572,7 @@ def cost_curves(
     Parameters
     ----------
     table : Path or None
-        As for `deboom.study.cost_of_tolerance.tolerance_cost`: a reciprocal law per variable.
+        As for `deboom.study.made_parts.tolerance_cost`: a reciprocal law per variable.
     points : Path or None
         Table with the columns ``variable, tolerance, cost``, at least two rows for each of some
         variables, whose law these points replace.

@@ -7,6 +7,7 @@ what the study had to predict from characterised surfaces.
 """
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -19,13 +20,14 @@ from deboom.explore.robust import RobustResponse
 from deboom.files.platform import read_platform
 from deboom.mounts.surface_forces import Outside
 from deboom.physics.sound_level import spl
-from deboom.study.mount_selection import Catalogue, catalogue_index, platform_catalogue
 from deboom.study.options import Sampler, tolerance_sample
 from deboom.study.platform_model import Motion, MountSource, Operation, operation
+from deboom.study.runner import load_study
 from deboom.vehicles.booming_model import CatalogueIndex
 from deboom.vehicles.fleet import path_transfer
 
 PLATFORM = Path(__file__).parents[2] / "studies" / "data" / "u06_f39_f45"
+STUDY = load_study(PLATFORM.parents[1] / "mount_selection.py").module
 SETS_BUILT = 120
 
 
@@ -33,9 +35,9 @@ def claims() -> list[Claim]:
     """Compare the search with all sets, and the prediction with the virtual car."""
     platform = read_platform(PLATFORM)
     runs = operation(platform, None, MountSource.library_inside, "U06", band=(20.0, 60.0))
-    catalogue = platform_catalogue(platform, None)
+    catalogue = STUDY.platform_catalogue(platform, None)
     index = {
-        motion: catalogue_index(runs, catalogue, motion, None, Outside.KEEP_MEASURED)
+        motion: STUDY.catalogue_index(runs, catalogue, motion, Outside.KEEP_MEASURED)
         for motion in (Motion.prescribed, Motion.coupled)
     }
     return [
@@ -44,7 +46,7 @@ def claims() -> list[Claim]:
     ]
 
 
-def _search_against_all_sets(index: CatalogueIndex, catalogue: Catalogue) -> list[Claim]:
+def _search_against_all_sets(index: CatalogueIndex, catalogue: Any) -> list[Claim]:
     space = catalogue.space(index.variable_names, retuning=0.0, tolerance=0.15)
     sample = tolerance_sample(Sampler.sobol, space.n_variables, 128, seed=1)
     robust = RobustResponse(index, space, sample)
@@ -74,7 +76,7 @@ def _search_against_all_sets(index: CatalogueIndex, catalogue: Catalogue) -> lis
 
 
 def _prediction_against_truth(
-    index: dict[Motion, CatalogueIndex], catalogue: Catalogue, runs: Operation
+    index: dict[Motion, CatalogueIndex], catalogue: Any, runs: Operation
 ) -> list[Claim]:
     sets = catalogue.all_sets()
     built = np.random.default_rng(1).choice(len(sets), SETS_BUILT, replace=False)

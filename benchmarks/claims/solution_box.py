@@ -21,6 +21,7 @@ import os
 from concurrent.futures import ProcessPoolExecutor
 from multiprocessing import get_context
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -37,19 +38,9 @@ from deboom.explore.known_boxes import (
 )
 from deboom.explore.known_truth import quad2
 from deboom.explore.largest_box import BoxEffort, largest_box
-from deboom.files.platform import read_platform
-from deboom.study.options import factor_space
-from deboom.study.platform_model import Motion, MountSource, motion_index, operation
-from deboom.study.solution_box import BoxStudy, box_study
-from deboom.study.solution_box_question import (
-    BoxOptions,
-    Quantity,
-    limited_response,
-    pareto_point,
-)
-from deboom.study.supplier_study import Pick
 
 STUDIES = Path(__file__).parents[2] / "studies"
+STUDY = load_study(STUDIES / "solution_box.py").module
 EFFORT = BoxEffort(calibration=2**20, verification=2**20)
 MOST = BoxEffort(calibration=2**20, verification=2**22)
 REPEATED = BoxEffort(starts=1, calibration=16384)
@@ -115,19 +106,13 @@ def repetition(seed: int) -> tuple[bool, bool, bool]:
     return true >= found.verified.bound, true >= 0.9, found.verified.share >= 0.9
 
 
-def fleet(lowered: float) -> BoxStudy:
+def fleet(lowered: float) -> Any:
     """Return the box of the shipped fleet at a limit below the one that ±15 % keeps [dB]."""
-    data = read_platform(STUDIES / "data" / "u06_f39_f45")
-    runs = operation(data, None, MountSource.library, "U06", (20, 60))
-    index = motion_index(runs, Motion.prescribed, None)
-    space = factor_space(index.variable_names, 0.20, 0.15)
-    point = pareto_point(
-        None, Pick.best_mean, STUDIES, index, space, seed=1, progress=lambda *_: None
-    )
-    response = limited_response(Quantity.mean, index, (20.0, 60.0))
-    question = BoxOptions(0.95).question(response, space, point, seed=1).lowered(lowered)
-    model = (runs, index, space, point, question)
-    return box_study(*model, seed=1, curve=False, progress=lambda *_: None)
+    options = STUDY.Options(curve=False)
+    model = STUDY.prepare(options)
+    point = STUDY.pareto_point(model, options, lambda *_: None)
+    question = STUDY.question(model, options, point).lowered(lowered)
+    return STUDY.box_study(model, point, question, options, lambda *_: None)
 
 
 def fleet_claims(lowered: float) -> list[Claim]:

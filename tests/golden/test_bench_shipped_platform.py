@@ -15,8 +15,7 @@ from deboom.bench.layout import FREQUENCY
 from deboom.bench.platform_writer import write_platform
 from deboom.files.tables import read_torque_table
 from deboom.files.uff import read_uff
-from deboom.study.mount_selection import CATALOGUE_FILE
-from deboom.study.platform_model import LIBRARY_FILE
+from deboom.study.platform_model import CATALOGUE_FILE, LIBRARY_FILE
 
 SHIPPED = Path(__file__).parents[2] / "studies" / "data" / "u06_f39_f45"
 FILES = sorted(

@@ -7,7 +7,7 @@ import pandas as pd
 import pytest
 
 from deboom.errors import InputError
-from deboom.study.cost_of_tolerance import tolerance_cost
+from deboom.study.made_parts import tolerance_cost
 from deboom.study.runner import load_study, run_study
 
 STUDY = Path(__file__).parents[2] / "studies" / "cost_of_tolerance.py"

@@ -11,12 +11,12 @@ from deboom.errors import InputError
 from deboom.files.library_export import read_library_json
 from deboom.files.platform import read_platform
 from deboom.mounts.library import open_library
-from deboom.study.mount_selection import CATALOGUE_FILE, platform_catalogue
-from deboom.study.platform_model import Kernel, Motion, MountSource
+from deboom.study.platform_model import CATALOGUE_FILE, Motion, MountSource
 from deboom.study.runner import load_study, run_study
 
-STUDY = Path(__file__).parents[2] / "studies" / "mount_selection.py"
-PLATFORM = STUDY.parent / "data" / "u06_f39_f45"
+STUDIES = Path(__file__).parents[2] / "studies"
+STUDY = load_study(STUDIES / "mount_selection.py")
+PLATFORM = STUDIES / "data" / "u06_f39_f45"
 BUDGET = {
     "seed": 1,
     "generations": 8,
@@ -31,7 +31,7 @@ BUDGET = {
 def finished(tmp_path_factory):
     """Two mounts, parts as they are: 36 sets, which the search must all but see."""
     out = tmp_path_factory.mktemp("results")
-    return run_study(load_study(STUDY), out, {**BUDGET, "retuning": 0.0})
+    return run_study(STUDY, out, {**BUDGET, "retuning": 0.0})
 
 
 def test_the_search_finds_the_front_of_all_sets(finished):
@@ -61,13 +61,12 @@ def test_the_run_folder_is_complete(finished):
 
 def test_re_tuned_parts_in_coupled_motion_do_no_worse(tmp_path, finished):
     run = run_study(
-        load_study(STUDY),
+        STUDY,
         tmp_path,
         {
             **BUDGET,
             "retuning": 0.05,
             "motion": Motion.coupled,
-            "kernel": Kernel.numpy,
             "mount": ["TSM"],
             "generations": 6,
         },
@@ -82,7 +81,7 @@ def test_a_library_database_serves_as_catalogue(tmp_path):
     wanted = [part for part in parts if part.mount.name == "TSM"][:2]
     with open_library(tmp_path / "parts.db", create=True) as library:
         library.add(campaigns, wanted)
-    catalogue = platform_catalogue(platform, tmp_path / "parts.db")
+    catalogue = STUDY.module.platform_catalogue(platform, tmp_path / "parts.db")
     assert catalogue.n_parts == (1, 1, 3, 1)
     assert catalogue.label("TSM", 2) == "TSM-M2"
 
@@ -90,14 +89,14 @@ def test_a_library_database_serves_as_catalogue(tmp_path):
 def test_what_is_no_catalogue_is_refused(tmp_path):
     platform = read_platform(PLATFORM)
     with pytest.raises(InputError, match="there is no catalogue"):
-        platform_catalogue(platform, tmp_path / "none.json")
+        STUDY.module.platform_catalogue(platform, tmp_path / "none.json")
     with pytest.raises(InputError, match=r"no mount \['Q'\]"):
-        platform_catalogue(platform, None, ["Q"])
+        STUDY.module.platform_catalogue(platform, None, ["Q"])
     shutil.copy(PLATFORM / "mounts.library.json", tmp_path / "own.json")
     with pytest.raises(InputError, match="no further part"):
-        platform_catalogue(platform, tmp_path / "own.json")
+        STUDY.module.platform_catalogue(platform, tmp_path / "own.json")
 
 
 def test_measured_spectra_know_one_set_of_parts_only(tmp_path):
     with pytest.raises(InputError, match="known by their surfaces alone"):
-        run_study(load_study(STUDY), tmp_path, {**BUDGET, "mounts": MountSource.spectra})
+        run_study(STUDY, tmp_path, {**BUDGET, "mounts": MountSource.spectra})

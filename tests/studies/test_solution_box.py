@@ -13,11 +13,10 @@ from deboom.errors import InputError
 from deboom.explore.box import Box
 from deboom.explore.largest_box import BoxEffort, bisection_box, largest_box
 from deboom.files.acceptance import read_solution_box
-from deboom.study import solution_box, solution_box_question
 from deboom.study.runner import load_study, run_study
-from deboom.study.supplier_study import Pick
 
-STUDY = Path(__file__).parents[2] / "studies" / "solution_box.py"
+STUDIES = Path(__file__).parents[2] / "studies"
+STUDY = load_study(STUDIES / "solution_box.py")
 QUICK = BoxEffort(
     starts=1, coarse=((0.5, 256),), fine=((0.15, 512),), calibration=8192, verification=8192
 )
@@ -26,23 +25,23 @@ QUICK = BoxEffort(
 @pytest.fixture(scope="module", autouse=True)
 def few_parts():
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(solution_box, "largest_box", partial(largest_box, effort=QUICK))
-        patch.setattr(solution_box, "bisection_box", partial(bisection_box, effort=QUICK))
-        patch.setattr(solution_box, "CURVE_EFFORT", QUICK)
-        patch.setattr(solution_box, "CURVE", (0.5, 1.5))
-        patch.setattr(solution_box_question, "POPULATION", 20)
-        patch.setattr(solution_box_question, "GENERATIONS", 15)
+        patch.setattr(STUDY.module, "largest_box", partial(largest_box, effort=QUICK))
+        patch.setattr(STUDY.module, "bisection_box", partial(bisection_box, effort=QUICK))
+        patch.setattr(STUDY.module, "CURVE_EFFORT", QUICK)
+        patch.setattr(STUDY.module, "CURVE", (0.5, 1.5))
+        patch.setattr(STUDY.module, "POPULATION", 20)
+        patch.setattr(STUDY.module, "GENERATIONS", 15)
         yield
 
 
 @pytest.fixture(scope="module")
 def finished(tmp_path_factory):
     """One run that several tests look at."""
-    return run_study(load_study(STUDY), tmp_path_factory.mktemp("results"), {"seed": 1})
+    return run_study(STUDY, tmp_path_factory.mktemp("results"), {"seed": 1})
 
 
 def run(tmp_path, **options):
-    return run_study(load_study(STUDY), tmp_path, {"seed": 1, "curve": False, **options})
+    return run_study(STUDY, tmp_path, {"seed": 1, "curve": False, **options})
 
 
 def test_the_box_keeps_its_share_and_is_larger_than_the_others(finished):
@@ -105,14 +104,13 @@ def test_a_peak_in_the_worst_vehicle_at_a_limit_of_its_own(tmp_path):
 
 
 def _enums(options):
-    question = solution_box_question
-    named = {"quantity": question.Quantity, "law": question.Law}
+    named = {"quantity": STUDY.module.Quantity, "law": STUDY.module.Law}
     return {name: named[name](v) if name in named else v for name, v in options.items()}
 
 
 def test_a_limit_below_today_is_one_of_each_vehicle(tmp_path):
     prices = tmp_path / "prices.csv"
-    names = pd.read_csv(STUDY.parent / "data" / "u06_f39_f45" / "mounts.csv")["mount"].unique()
+    names = pd.read_csv(STUDIES / "data" / "u06_f39_f45" / "mounts.csv")["mount"].unique()
     rows = [f"{m} {a},{2 if m == 'TSM' else 1},0.15" for m in names for a in "xyz"]
     prices.write_text("variable,weight,reference tolerance\n" + "\n".join(rows) + "\n")
     folder = run(tmp_path, below_today=1.0, share=0.8, cost_table=prices)
@@ -131,15 +129,15 @@ def test_the_point_of_a_finished_front_is_taken_if_its_variables_are_the_same(mo
         asked.append(arguments)
         return front
 
-    monkeypatch.setattr(solution_box_question, "supplier_study", read)
-    folder, studies = Path("front"), Path("studies")
-    given = (folder, Pick.knee, studies, None)
-    point = solution_box_question.pareto_point(*given, space, seed=1, progress=None)
+    module = STUDY.module
+    monkeypatch.setattr(module, "supplier_study", read)
+    options = module.Options(front=Path("front"), pick=module.Pick.knee)
+    point = module.pareto_point(SimpleNamespace(space=space), options, None)
     assert point.tolist() == [0.9, 1.1]
-    assert asked == [(folder, studies, Pick.knee)]
-    other = SimpleNamespace(names=("EnM x",))
+    assert asked == [(Path("front"), None, module.Pick.knee)]
+    other = SimpleNamespace(space=SimpleNamespace(names=("EnM x",)))
     with pytest.raises(InputError, match="take a front of the same platform"):
-        solution_box_question.pareto_point(*given, other, seed=1, progress=None)
+        module.pareto_point(other, options, None)
 
 
 @pytest.mark.parametrize(

@@ -34,6 +34,7 @@ from deboom.files.tables import workbook_bytes
 from deboom.plot import CurvePanel
 from deboom.plot.style import mount_of
 from deboom.report.page import Headline, Page, Picture, Section, Table
+from deboom.study.options import Quantity, limited_response
 from deboom.study.platform_model import (
     Motion,
     MountSource,
@@ -44,7 +45,6 @@ from deboom.study.platform_model import (
 from deboom.study.progress import Progress
 from deboom.study.result import Scalar, StudyResult
 from deboom.study.runner import PACKAGES, run_command
-from deboom.study.solution_box_question import Quantity, limited_response
 
 PROCESSES, CARS = 100, 256
 """Processes that a batch may come from, and cars of each, for the predicted levels."""

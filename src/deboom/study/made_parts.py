@@ -15,8 +15,10 @@ from deboom.errors import InputError
 from deboom.explore.robust import RobustResponse
 from deboom.explore.scatter import PartNumber, ToleranceSampler, ToleranceStructure, part_structure
 from deboom.explore.space import SIGMAS_PER_TOLERANCE, DesignSpace, Evaluate
+from deboom.explore.tolerance_allocation import ToleranceCost
 from deboom.files.library_export import read_library_json
 from deboom.files.limits import MeasuredEntry, PartScatterFile, load_parts
+from deboom.files.tables import read_rows
 from deboom.mounts.characterised_mount import CharacterisedMount
 from deboom.mounts.library import open_library
 from deboom.mounts.part_scatter import LibraryScatter, ScatterPrior, library_scatter
@@ -25,6 +27,8 @@ from deboom.study.options import Aim, factor_space, robust_response
 from deboom.study.result import StudyResult, as_report
 
 PERCENT = 100.0
+REFERENCE = 0.15
+"""Tolerance whose price is 1 per direction unless a table says otherwise [1]."""
 NOTHING_SHARED = (
     "Every direction of every mount scatters on its own, left and right piece of a mount as one."
 )
@@ -251,3 +255,35 @@ def _tolerance(
         if name in stated:
             tolerance[place] = stated[name]
     return tolerance
+
+
+def tolerance_cost(path: Path | None, variables: Sequence[str]) -> ToleranceCost:
+    """Return the price of tolerances, by default 1 per direction and `REFERENCE`.
+
+    Parameters
+    ----------
+    path : Path or None
+        Table with the columns ``variable, weight, reference tolerance``, one row per variable, in
+        any order; the weight is in any unit of money, the tolerance a plain number such as 0.15.
+    variables : sequence of str
+        Of the stiffness factors.
+
+    Raises
+    ------
+    InputError
+        A table that cannot be read, lacks a variable or names it twice.
+    """
+    if path is None:
+        one = np.ones(len(variables))
+        return ToleranceCost(one, REFERENCE * one)
+    rows = {}
+    for row in read_rows(path, ("variable", "weight", "reference tolerance"), {}):
+        name = row.filled("variable")
+        if name in rows or name not in variables:
+            raise row.error(f"'{name}' is named twice or is none of {list(variables)}")
+        rows[name] = (row.number("weight"), row.number("reference tolerance"))
+    missing = [name for name in variables if name not in rows]
+    if missing:
+        raise InputError(f"{path}: there is no row for {missing}: give every variable one")
+    weight, reference = np.array([rows[name] for name in variables]).T
+    return ToleranceCost(weight, reference)

@@ -40,7 +40,9 @@ from deboom.explore.space import DesignSpace, Evaluate, stiffness_factor_space
 from deboom.files.platform import Platform
 from deboom.measurement.channels import LoadCase
 from deboom.mounts.mount import refuse_active_mounts
+from deboom.vehicles.fleet import Band
 from deboom.vehicles.kernel_split_numpy import SUFFIX
+from deboom.vehicles.limit_responses import MeanLevel, PeakLevel
 
 Seed = Annotated[int, Option(help="From 1; the same seed gives the same numbers.")]
 """Option of every study."""
@@ -287,3 +289,17 @@ def tolerance_sample(
         Seed 0, or a number of draws that the sampler refuses.
     """
     return _MAKERS[sampler](n_variables, n_samples, seed=seed)
+
+
+class Quantity(Enum):
+    """What is limited in every vehicle."""
+
+    mean = "mean"
+    """Mean level of the lines of the band."""
+    peak = "peak"
+    """Loudest line of the band."""
+
+
+def limited_response(quantity: Quantity, index: Any, band: Band) -> MeanLevel | PeakLevel:
+    """Return what is limited of a model's levels; the band [Hz] is that of a peak level."""
+    return MeanLevel(index) if quantity is Quantity.mean else PeakLevel(index, band)

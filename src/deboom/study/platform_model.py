@@ -198,6 +198,8 @@ def level_differences(
 
 LIBRARY_FILE = "mounts.library.json"
 """Exported mount library in a platform folder."""
+CATALOGUE_FILE = "catalogue.library.json"
+"""Further parts in a platform folder, an exported mount library."""
 
 
 class MountSource(Enum):

@@ -38,6 +38,7 @@ from deboom.explore.known_boxes import (
 )
 from deboom.explore.known_truth import quad2
 from deboom.explore.largest_box import BoxEffort, largest_box
+from deboom.study.runner import load_study
 
 STUDIES = Path(__file__).parents[2] / "studies"
 STUDY = load_study(STUDIES / "solution_box.py").module

@@ -18,8 +18,13 @@ from deboom.bench.mount_law import operating_stiffness, static_deflection
 from deboom.bench.operating_run import PlannedRun, true_run
 from deboom.bench.powertrain import load_bench
 from deboom.mounts.piecewise_cubic import PiecewiseCubicRegressor
-from deboom.mounts.response_surface import DynamicStiffnessSurface, StiffnessSamples
-from deboom.mounts.stiffness_models import compare_models, friction_stiffness, standard_models
+from deboom.mounts.response_surface import (
+    DynamicStiffnessSurface,
+    StiffnessSamples,
+    compare_models,
+    friction_stiffness,
+    standard_models,
+)
 
 BENCH = load_bench()
 FREQUENCY = np.linspace(20, 80, 241)

@@ -22,7 +22,6 @@ from deboom.errors import InputError
 from deboom.measurement.sensors import Tolerances
 from deboom.measurement.virtual_point import sensor_geometry
 from deboom.mounts.characterise import (
-    STEPS,
     CharacteriseOptions,
     characterise,
     measuring_chains,
@@ -36,6 +35,7 @@ from deboom.mounts.measuring_chain import (
     stated_alignment,
 )
 from deboom.mounts.operating_map import Preload
+from deboom.mounts.piecewise_cubic import PiecewiseCubicRegressor
 from deboom.mounts.response_surface import DynamicStiffnessSurface
 from deboom.mounts.self_calibration import NEWTON, RIGID_MOTION, FreeBody, self_calibrated
 from deboom.physics.rigid_body import rotation_matrix
@@ -48,21 +48,8 @@ GOOD = Tolerances(
 
 
 @pytest.fixture(scope="module")
-def steps():
-    return []
-
-
-@pytest.fixture(scope="module")
-def result(steps):
-    def progress(*step):
-        steps.append(step)
-
-    return characterise(campaign_of(Rig(tolerances=GOOD)), "P1", OPTIONS, progress)
-
-
-def test_progress_names_each_step(result, steps):
-    total = len(STEPS)
-    assert steps == [*[(k, total, name) for k, name in enumerate(STEPS)], (total, total, "P1")]
+def result():
+    return characterise(campaign_of(Rig(tolerances=GOOD)), "P1", OPTIONS)
 
 
 def test_surfaces_are_the_true_stiffness(result):
@@ -151,29 +138,21 @@ def test_only_rising_runs_of_the_chosen_gears_count():
     assert [run.name for run in every] == [ramp.name for ramp in (*RAMPS, ramps[-1])]
 
 
-def test_falling_runs_alone_are_refused():
-    ramps = (Ramp(90.0, rising=False), Ramp(120.0, full_load=True, rising=False))
-    with pytest.raises(InputError, match=r"falling torque: measure a run with rising torque"):
-        characterise(campaign_of(Rig(ramps=ramps)), "P1")
+FALLING = (Ramp(90.0, rising=False), Ramp(120.0, full_load=True, rising=False))
 
 
-def test_gears_that_are_not_there():
-    with pytest.raises(InputError, match=r"no run in the gears \(7,\), only in \[5\]"):
-        characterise(campaign_of(), "P1", CharacteriseOptions(gears=(7,)))
-
-
-def test_unknown_mount_set():
-    with pytest.raises(InputError, match="there is no mount set 'P9'"):
-        characterise(campaign_of(), "P9")
-
-
-# ------------------------------------------------------------------ bad channels
-
-
-def test_dead_channel():
-    campaign = campaign_of(Rig(channel_gain={"A4 x": 0.0}))
-    with pytest.raises(InputError, match="acceleration channel 'A4 x' is dead"):
-        characterise(campaign, "P1")
+@pytest.mark.parametrize(
+    ("rig", "mount_set", "gears", "words"),
+    [
+        (Rig(ramps=FALLING), "P1", (5,), "falling torque: measure a run with rising torque"),
+        (Rig(), "P1", (7,), r"no run in the gears \(7,\), only in \[5\]"),
+        (Rig(), "P9", (5,), "there is no mount set 'P9'"),
+        (Rig(channel_gain={"A4 x": 0.0}), "P1", (5,), "acceleration channel 'A4 x' is dead"),
+    ],
+)
+def test_runs_that_cannot_be_used_are_refused(rig, mount_set, gears, words):
+    with pytest.raises(InputError, match=words):
+        characterise(campaign_of(rig), mount_set, CharacteriseOptions(gears=gears))
 
 
 def test_reversed_channel_is_named_and_can_be_switched_off():
@@ -215,10 +194,17 @@ def test_static_force_that_was_not_measured_is_asked_for():
         _ = result.mounts
 
 
-@pytest.mark.parametrize("folds", [1, -2])
-def test_folds_that_hold_nothing_out(folds):
-    with pytest.raises(InputError, match="leave nothing to fit"):
-        CharacteriseOptions(folds=folds)
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ({"folds": 1}, "leave nothing to fit"),
+        ({"folds": -2}, "leave nothing to fit"),
+        ({"regressor": PiecewiseCubicRegressor(pieces=0)}, "pieces is a whole number"),
+    ],
+)
+def test_options_without_sense_are_refused(options, words):
+    with pytest.raises(InputError, match=words):
+        CharacteriseOptions(**options)
 
 
 GOOD_2 = Tolerances(

@@ -15,18 +15,16 @@ from sklearn.utils.estimator_checks import parametrize_with_checks
 from deboom.errors import InputError
 from deboom.mounts.piecewise_cubic import PiecewiseCubicRegressor, TrainingRegion
 from deboom.mounts.response_surface import (
+    BergModel,
     DynamicStiffnessSurface,
+    KelvinVoigtModel,
     StiffnessSamples,
     agreement,
-    operating_points,
-    r_squared,
-)
-from deboom.mounts.stiffness_models import (
-    BergModel,
-    KelvinVoigtModel,
     compare_models,
     friction_stiffness,
     gaussian_process,
+    operating_points,
+    r_squared,
     spline_surface,
     standard_models,
 )
@@ -372,7 +370,7 @@ def test_runs_choose_the_number_of_pieces():
     [
         KelvinVoigtModel(),
         BergModel(),
-        DynamicStiffnessSurface(gaussian_process()),
+        DynamicStiffnessSurface(gaussian_process(), max_lines=80),
         DynamicStiffnessSurface(spline_surface()),
     ],
 )
@@ -409,9 +407,11 @@ def test_what_only_cubics_have_is_refused_by_name(ask, what):
         DynamicStiffnessSurface(GaussianProcessRegressor()).fit(LINES, STIFFNESS, np.arange(1, 901))
 
 
-def test_friction_refuses_a_negative_amplitude():
+def test_parameters_without_sense_are_refused():
     with pytest.raises(InputError, match="at least 0"):
         friction_stiffness(-0.1)
+    with pytest.raises(InputError, match="max_lines is at least 2"):
+        DynamicStiffnessSurface(spline_surface(), max_lines=1).fit(LINES, STIFFNESS)
 
 
 def test_comparison_is_one_table_over_common_lines():

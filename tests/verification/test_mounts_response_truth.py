@@ -13,17 +13,15 @@ from deboom.bench.operating_run import PlannedRun, static_direction_forces, true
 from deboom.bench.powertrain import load_bench
 from deboom.mounts.piecewise_cubic import PiecewiseCubicRegressor
 from deboom.mounts.response_surface import (
-    DynamicStiffnessSurface,
-    StiffnessSamples,
-    operating_points,
-)
-from deboom.mounts.stiffness_models import (
     BergModel,
     BergShape,
+    DynamicStiffnessSurface,
     KelvinVoigtModel,
+    StiffnessSamples,
     compare_models,
     friction_stiffness,
     gaussian_process,
+    operating_points,
     standard_models,
 )
 from deboom.physics.dynamic_stiffness import kelvin_voigt

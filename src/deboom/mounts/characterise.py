@@ -127,19 +127,9 @@ DEFAULT_OPTIONS = CharacteriseOptions()
 class DirectionResult:
     """Result for one direction.
 
-    Parameters
-    ----------
-    measured : OperatingMap
-        Line by line.
-    surface : DynamicStiffnessSurface or None
-        Surface over the lines that are not near the floor.
-    training, held_out : Agreement or None
-        Agreement of the surface with its own lines; of surfaces with the load cases they were not
-        fitted to.
-    budget : DirectionBudget or None
-        Uncertainty of the surface.
-    complaint : str
-        Why there is no surface; empty where there is one.
+    `surface` over the lines that are not near the floor, its agreement with those lines
+    (`training`), agreement of like surfaces with load cases they were not fitted to (`held_out`),
+    and its uncertainty; where there is no surface, `complaint` says why.
     """
 
     measured: OperatingMap
@@ -152,22 +142,10 @@ class DirectionResult:
 
 @dataclass(frozen=True, eq=False)
 class Characterisation:
-    """Results for one mount set.
+    """Results for one mount set of a campaign.
 
-    Parameters
-    ----------
-    campaign : Campaign
-        Measurements that they come from.
-    mount_set : str
-        Parts on the bench.
-    runs : tuple of OperatingRun
-        Runs that the surfaces were fitted to.
-    chains : tuple of AlignmentEstimate
-        One per body.
-    directions : dict of str to DirectionResult
-        By ``<mount> <axis>``.
-    options : CharacteriseOptions
-        How.
+    `runs` are those that the surfaces were fitted to, `chains` one per body, `directions` the
+    results by ``<mount> <axis>``.
     """
 
     campaign: Campaign
@@ -183,13 +161,7 @@ class Characterisation:
         return tuple(self._characterised_mount(mount) for mount in self.campaign.mounts)
 
     def record(self, inputs_sha256: Mapping[str, str]) -> CampaignRecord:
-        """Return the library's record of the campaign.
-
-        Parameters
-        ----------
-        inputs_sha256 : mapping of str to str
-            Hash of every file of `Campaign.input_files`.
-        """
+        """Return the library's record of the campaign, with the hash of every input file."""
         stated = self.campaign.tolerances
         return CampaignRecord(
             name=self.campaign.name,

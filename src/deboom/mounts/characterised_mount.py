@@ -30,24 +30,11 @@ LONGEST_TEXT = 255
     confidence="n",
 )
 class MapPoints:
-    """Measured dynamic stiffness of one direction, point by point.
+    """Measured dynamic stiffness of one direction, point by point; arrays (n,).
 
-    Parameters
-    ----------
-    preload : array, shape (n,)
-        Static force in the direction [N].
-    wheel_torque : array, shape (n,)
-        Engine torque times total ratio [N m].
-    amplitude : array, shape (n,)
-        Peak displacement at the virtual point [m].
-    frequency : array, shape (n,)
-        [Hz].
-    dynamic_stiffness : array, shape (n,)
-        Complex ``f / s`` [N/m].
-    confidence : array, shape (n,)
-        From 0 (masked: not to be used) to 1 [1].
-    run : sequence of str, length n
-        Operating run of each point, with the piece where a mount has several.
+    Static force in the direction [N], wheel torque [N m], peak displacement at the virtual point
+    [m], frequency [Hz], complex ``f / s`` [N/m], confidence from 0 (masked: not to be used) to 1
+    [1], and the run of each point, with the piece where a mount has several.
 
     Raises
     ------
@@ -89,10 +76,8 @@ class FittedSurface:
     ----------
     model : str
         Type that builds itself from the arrays, such as ``DynamicStiffnessSurface``.
-    variables : tuple of str
-        Names of its variables in their order, such as ``("preload", "amplitude", "frequency")``.
-    units : tuple of str
-        SI unit of each variable. Values are in N/m.
+    variables, units : tuple of str
+        Variables in their order with their SI units. Values are in N/m.
     lower, upper : array, shape (n_variables,)
         Range of each variable over the training points, in its unit.
     arrays : mapping of str to array
@@ -178,22 +163,11 @@ class FittedSurface:
 
 @dataclass(frozen=True)
 class DirectionQuality:
-    """How far the stiffness of one direction may be believed.
+    """How far the stiffness of one direction may be believed; None is not known.
 
-    Parameters
-    ----------
-    identified : bool
-        False where the error budget leaves the direction unknown.
-    half_width_95 : float, optional
-        Half width of the 95 % band of K by the error budget, relative to |K| [1]; None without a
-        budget.
-    r2_real, r2_imag, r2_force : float, optional
-        Coefficient of determination of the surface for Re K, Im K and the force, at most 1 [1].
-
-    Raises
-    ------
-    InputError
-        A number that is not finite: None stands for not known.
+    `identified` is False where the error budget leaves the direction unknown; `half_width_95` is
+    the half width of the 95 % band of K, relative to |K|; R² of the surface for Re K, Im K and the
+    force [1]. InputError: a number that is not finite.
     """
 
     identified: bool
@@ -214,18 +188,8 @@ class DirectionQuality:
 class CharacterisedDirection:
     """One direction of a characterised mount.
 
-    Parameters
-    ----------
-    axis : str
-        ``x``, ``y`` or ``z``.
-    map_points : MapPoints
-        Measured points; none at all where the mount was never loaded in this direction.
-    quality : DirectionQuality
-        Whether to believe it.
-    surface : FittedSurface, optional
-        None where none could be fitted.
-    static_curve : StaticCurve, optional
-        Quasi-static force over deflection, as the supplier sent it.
+    Without map points where the mount was never loaded along it, without a surface where none could
+    be fitted; the static curve is the supplier's.
 
     Raises
     ------
@@ -250,18 +214,9 @@ class CharacterisedDirection:
 class CampaignRecord:
     """Measurement campaign that mounts were characterised from.
 
-    Parameters
-    ----------
-    name : str
-        Short key, unique in a library.
-    order : float
-        Engine order of its spectra [1].
-    runs : tuple of str
-        Names of its operating runs.
-    tolerances : mapping of str to float
-        Assumptions of the error budget about the bench, 1 σ, as ``name [unit]``, SI.
-    inputs_sha256 : mapping of str to str
-        Hash of every file that was read.
+    A short name, unique in a library, the engine order of its spectra, the names of its runs,
+    assumptions of the error budget about the bench (1 σ, ``name [unit]``, SI) and a hash of every
+    file that was read.
 
     Raises
     ------
@@ -288,16 +243,8 @@ class CampaignRecord:
 class MountIdentity:
     """Which part was characterised, and from what.
 
-    Parameters
-    ----------
-    campaign : str
-        Name of its `CampaignRecord`.
-    mount : str
-        Name of the mount in the vehicle, such as ``TSM``.
-    variant : str
-        Mount set or design level, such as ``M3``.
-    part_number, supplier, serial : str
-        Labels of the part; ``""`` is unknown.
+    Campaign, name of the mount in the vehicle and mount set or design level (`variant`) are needed;
+    labels of the part may be unknown, ``""``.
 
     Raises
     ------

@@ -40,27 +40,14 @@ _BAND = (0.025, 0.975)
 
 @checked(points="n 3", lower="n ?", upper="n ?", imag_half_width="n ?")
 class DirectionBudget:
-    """Uncertainty of the surface of one direction at lines that it was fitted to.
+    """Uncertainty of the surface of one direction at n lines that it was fitted to.
 
-    Parameters
-    ----------
-    name : str
-        ``<mount> <axis>``.
-    points : array, shape (n, 3)
-        Preload, amplitude [m] and frequency [Hz] of these lines.
-    lower, upper : array, shape (n,)
-        95 % band of |K| about the surface, relative to it, per line [1].
-    imag_half_width : array, shape (n,)
-        Half width of the 95 % band of Im K relative to |Im K|, per line [1].
-    misfit : float
-        Rms part of the surface's residuals that noise does not explain, relative to |K|; it is in
-        the band [1].
-    repeatability : float
-        Half width of the 95 % band of one line of one run by noise alone, median [1].
-    sources : mapping of ErrorSource to float
-        Half width of the 95 % band by each stated tolerance alone, median over lines [1].
-    stated_half_width : float
-        The same by all stated tolerances together, without self-calibration [1].
+    `points` (n, 3) are these lines; `lower` and `upper` (n,) the 95 % band of |K| about the
+    surface, relative to it; `imag_half_width` (n,) half the band of Im K relative to |Im K|;
+    `misfit` the rms part of the residuals that noise does not explain, which is in the band;
+    `repeatability` half the band of one line of one run by noise alone; `sources` half the band by
+    each stated tolerance alone, `stated_half_width` by all of them without self-calibration,
+    medians over lines [1].
     """
 
     name: str

@@ -55,15 +55,7 @@ _KEYS = {
 def to_document(
     campaigns: Sequence[CampaignRecord], mounts: Sequence[CharacterisedMount]
 ) -> dict[str, Any]:
-    """Return mounts and their campaigns as plain dicts, lists, text and numbers.
-
-    Parameters
-    ----------
-    campaigns : sequence of CampaignRecord
-        Campaigns of the mounts.
-    mounts : sequence of CharacterisedMount
-        Mounts to write.
-    """
+    """Return mounts and their campaigns as plain dicts, lists, text and numbers."""
     return {
         "format": FORMAT,
         "campaigns": [_entry(campaign) for campaign in campaigns],

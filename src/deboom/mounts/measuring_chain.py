@@ -28,24 +28,13 @@ DEAD = 1e-3
 
 @checked(position="3", force_matrix="3 c", transfer_scatter="3 3")
 class MountPoint:
-    """Point at which one mount, or one piece of it, carries a body.
+    """Point at which one mount, or one piece of it, carries a body; a single piece is ``""``.
 
-    Parameters
-    ----------
-    mount, piece : str
-        Names; the piece of a single one is ``""``.
-    position : array, shape (3,)
-        Virtual point, from the powertrain's centre of gravity [m].
-    axes : tuple of str
-        Directions that are characterised here.
-    cells : tuple of Sensor
-        Force cells that carry its force together.
-    force_matrix : array, shape (3, 3 n_cell)
-        Cell channels → force at the virtual point [1].
-    calibrated : bool
-        Whether a shaker at the virtual point calibrated the cells.
-    transfer_scatter : array, shape (3, 3)
-        Standard deviation of the calibration over frequency and repeats, relative to it [1].
+    `position` (3,) is the virtual point from the powertrain's centre of gravity [m], `axes` are the
+    directions that are characterised, `cells` carry the force together, `force_matrix` (3, 3
+    n_cell) takes their channels to the force at the virtual point [1]. `transfer_scatter` (3, 3) is
+    the standard deviation of the calibration by a shaker over frequency and repeats, relative to it
+    [1].
     """
 
     mount: str
@@ -72,19 +61,9 @@ class MountPoint:
 class InstrumentedBody:
     """A body, the accelerometers on it, and the points at which mounts carry it.
 
-    Parameters
-    ----------
-    name : str
-        ``powertrain``, or the piece of a mount that carries a body of its own, as ``Du left``.
-    accelerometers : tuple of Sensor
-        Sensors on the body.
-    channels : tuple of str
-        Their channels in use.
-    forward : array, shape (n_channel, n_motion)
-        Motion of the body → channels. Six motions; the three translations of a body with a single
-        sensor, which is taken to move as its mount does [1, m].
-    points : tuple of MountPoint
-        Its mounts.
+    It is called ``powertrain``, or as the piece of a mount that carries a body of its own, such as
+    ``Du left``. `forward` (n_channel, n_motion) takes its motion to the channels in use [1, m]: six
+    motions; three translations of a body with a single sensor, taken to move as its mount does.
     """
 
     name: str
@@ -137,17 +116,7 @@ class InstrumentedBody:
 
 
 def instrumented_bodies(campaign: Campaign) -> tuple[InstrumentedBody, ...]:
-    """Sort a campaign's sensors and mounts by the bodies that they belong to.
-
-    Parameters
-    ----------
-    campaign : Campaign
-        With position sheet, mounts and shaker runs.
-
-    Returns
-    -------
-    tuple of InstrumentedBody
-        The powertrain, then each piece of every mount that carries a body of its own.
+    """Sort a campaign's sensors and mounts by bodies: the powertrain, then those on mounts alone.
 
     Raises
     ------
@@ -250,24 +219,10 @@ class ErrorSource(Enum):
 class Alignment:
     """Parameters by which the measuring chain of a body differs from its position sheet.
 
-    Parameters
-    ----------
-    body : InstrumentedBody
-        Body as the position sheet has it.
-    names : tuple of str
-        Names of the parameters, for messages.
-    sources : tuple of ErrorSource
-        Kind of each parameter.
-    tolerance : array, shape (n,)
-        Standard deviation of each parameter about 0 [1, m or rad].
-    forward_change : array, shape (n, n_channel, n_motion)
-        Change of the forward matrix of the accelerometers per parameter.
-    force_change : array, shape (n, 3 n_point, n_cell_channel)
-        Change of the force matrix per parameter.
-
-    Notes
-    -----
-    Linear in the parameters, which are small: half a degree leaves a rest of 4e-5.
+    Each of the n parameters has a name, a source and a standard deviation `tolerance` (n,) about 0
+    [1, m or rad], and changes the forward matrix by `forward_change` (n, n_channel, n_motion), the
+    force matrix by `force_change` (n, 3 n_point, n_cell_channel). They are small, so the changes
+    are linear: half a degree leaves a rest of 4e-5.
     """
 
     body: InstrumentedBody
@@ -304,13 +259,6 @@ class _Error(NamedTuple):
 
 def alignment(body: InstrumentedBody, tolerances: Tolerances) -> Alignment:
     """List what may be wrong with a body's accelerometers, cells and their calibration.
-
-    Parameters
-    ----------
-    body : InstrumentedBody
-        With its sensors.
-    tolerances : Tolerances
-        Usual size of each error.
 
     Notes
     -----
@@ -403,18 +351,10 @@ def _force_errors(point: MountPoint, tolerances: Tolerances) -> Iterator[_Error]
 
 @checked(mean="n", covariance="n n")
 class AlignmentEstimate:
-    """Knowledge of a measuring chain: a normal distribution of its parameters.
+    """Knowledge of a measuring chain: a normal distribution of its n parameters.
 
-    Parameters
-    ----------
-    alignment : Alignment
-        The n parameters.
-    mean : array, shape (n,)
-        Best values.
-    covariance : array, shape (n, n)
-        Covariance about them.
-    misfit : tuple of (str, float)
-        Reduced χ² of each group of equations that they follow from; empty for stated tolerances.
+    `misfit` is the reduced χ² of each group of equations that they follow from; empty for stated
+    tolerances.
     """
 
     alignment: Alignment
@@ -451,26 +391,12 @@ def stated_alignment(alignment: Alignment) -> AlignmentEstimate:
 
 @dataclass(frozen=True, eq=False)
 class BodyRecord:
-    """Lines of several operating runs of one body, one below the other.
+    """Lines of several operating runs of one body, one below the other; all arrays (n, …).
 
-    Parameters
-    ----------
-    run : array of str, shape (n,)
-        Name of the run of each line.
-    load_case : array of int, shape (n,)
-        Lines of repeated runs (same gear, torque limit, kind and direction) share a number.
-    frequency : array, shape (n,)
-        [Hz].
-    wheel_torque : array, shape (n,)
-        [N m].
-    wheel_torque_noise : array, shape (n,)
-        Standard deviation of the reading [N m].
-    static_force : array, shape (n, 3 n_point)
-        Per direction of the body; nan where it was not measured [N].
-    acceleration, acceleration_noise : array, shape (n, n_channel)
-        Complex peak, and standard deviation of its noise by the stated tolerances [m/s²].
-    cell_force, cell_noise : array, shape (n, n_cell_channel)
-        The same of the cells [N].
+    Lines of repeated runs (same gear, torque limit, kind and direction) share a `load_case`. Wheel
+    torque with its noise [N m]; static force per direction, nan where it was not measured [N];
+    acceleration per channel [m/s²] and force per cell channel [N], complex peak, with the standard
+    deviation of their noise by the stated tolerances.
     """
 
     run: npt.NDArray[np.str_]
@@ -522,16 +448,7 @@ class BodyRecord:
 def body_record(
     body: InstrumentedBody, runs: Sequence[OperatingRun], tolerances: Tolerances
 ) -> BodyRecord:
-    """Collect what one body's channels recorded.
-
-    Parameters
-    ----------
-    body : InstrumentedBody
-        Body and its channels.
-    runs : sequence of OperatingRun
-        Runs, at least one.
-    tolerances : Tolerances
-        Noise of the channels.
+    """Collect what one body's channels recorded in several runs, with its noise.
 
     Raises
     ------

@@ -95,11 +95,6 @@ def refuse_active_mounts(load_case: LoadCase) -> None:
     Real mounts only store and lose energy. A negative stiffness means force and displacement of
     opposite signs; a negative loss means conjugated spectra (factor e^{-jωt}) or a phase error.
 
-    Parameters
-    ----------
-    load_case : LoadCase
-        Measured run.
-
     Raises
     ------
     InputError
@@ -135,15 +130,15 @@ def refuse_active_mounts(load_case: LoadCase) -> None:
 def mean_operating_stiffness(
     mount: Mount, load_case: LoadCase, band: tuple[float, float]
 ) -> npt.NDArray[np.float64]:
-    """Mean magnitude of a mount's dynamic stiffness over the lines of a run, per axis.
+    """Return the mean magnitude of a mount's dynamic stiffness over the lines of a run, per axis.
 
-    One number to read beside a stiffness factor. Over a full-load run the stiffness itself grows
-    with the preload.
+    One number to read beside a stiffness factor; over a full-load run the stiffness itself grows
+    with the preload. Pieces are averaged (thesis, eq. 30: K = f / s at the virtual point).
 
     Parameters
     ----------
     mount : Mount
-        Its pieces are averaged.
+        Mount of the run.
     load_case : LoadCase
         Measured run.
     band : (float, float)
@@ -158,10 +153,6 @@ def mean_operating_stiffness(
     ------
     InputError
         A band without lines.
-
-    Notes
-    -----
-    Thesis, eq. 30: K = f / s at the virtual point, line by line.
     """
     frequency = load_case.displacement.frequency
     lines = (frequency >= band[0]) & (frequency <= band[1])

@@ -58,31 +58,14 @@ class Estimate(Enum):
 
 @checked(**_COLUMNS)
 class OperatingMap:
-    """Measured lines of one direction.
+    """Measured lines of one direction, all pieces of the mount together; arrays (n,).
 
-    Parameters
-    ----------
-    mount, axis : str
-        Direction; all pieces of the mount together.
-    run : array of str, shape (n,)
-        Run (the first of repeated ones) and piece of each line.
-    frequency : array, shape (n,)
-        [Hz].
-    wheel_torque : array, shape (n,)
-        [N m].
-    static_force : array, shape (n,)
-        Static force of the direction; nan where it was not measured [N].
-    displacement, force : array, shape (n,)
-        Complex peak at the virtual point, mean over repeats [m], [N].
-    displacement_noise, force_noise : array, shape (n,)
-        Standard deviation of their noise, by the stated tolerances [m], [N].
-    stiffness : array, shape (n,)
-        Estimate over the repeats, complex [N/m].
-    confidence : array, shape (n,)
-        Like a coherence, 0 to 1 [1]: the lesser of what the stated noise allows and of what the
-        repeats show.
-    near_floor : array of bool, shape (n,)
-        Mask of lines at which the displacement hardly exceeds its noise: not to be used.
+    Per line the run (the first of repeated ones) and piece, frequency [Hz], wheel torque [N m],
+    static force of the direction, nan where it was not measured [N], complex peak displacement [m]
+    and force [N] at the virtual point, mean over repeats, with the standard deviation of their
+    noise by the stated tolerances, and the complex stiffness estimated over the repeats [N/m].
+    `confidence` is like a coherence, 0 to 1: the lesser of what the stated noise allows and of what
+    the repeats show; `near_floor` masks lines at which the displacement hardly exceeds its noise.
 
     Raises
     ------
@@ -230,7 +213,7 @@ def bench_load_case(
     campaign : Campaign
         Campaign of the run.
     run : OperatingRun
-        Line by line; its lines keep their order.
+        Run line by line; its lines keep their order.
     chains : sequence of AlignmentEstimate
         One per body, from `deboom.mounts.characterise.measuring_chains`.
     title : str

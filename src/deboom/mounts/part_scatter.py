@@ -27,20 +27,15 @@ class ScatterPrior:
     Parameters
     ----------
     sigma : float
-        Relative standard deviation [1].
+        Relative standard deviation, above 0 [1].
     weight : float
-        Degrees of freedom that it counts like; 4 is as good as five parts.
-
-    Raises
-    ------
-    InputError
-        A value that is not above 0.
+        Degrees of freedom that it counts like, above 0; 4 is as good as five parts.
 
     Notes
     -----
-    The variance has a scaled inverse chi-square distribution, the conjugate one for normal data
-    (A. Gelman et al., "Bayesian Data Analysis", 3rd ed., 2013, ch. 3.2): the parts' degrees of
-    freedom and variance are added to it.
+    The variance has a scaled inverse chi-square distribution, the conjugate one for normal data (A.
+    Gelman et al., "Bayesian Data Analysis", 3rd ed., 2013, ch. 3.2): the parts' degrees of freedom
+    and variance are added to it.
     """
 
     sigma: float = 0.05
@@ -59,13 +54,7 @@ DEFAULT_PRIOR = ScatterPrior()
 
 @dataclass(frozen=True)
 class ShareEstimate:
-    """A share of the variance with its interval.
-
-    Parameters
-    ----------
-    value, lower, upper : float
-        From 0 to 1 [1].
-    """
+    """A share of the variance with its interval, each from 0 to 1 [1]."""
 
     value: float
     lower: float
@@ -74,22 +63,12 @@ class ShareEstimate:
 
 @dataclass(frozen=True)
 class DirectionScatter:
-    """Scatter of one direction.
+    """Scatter of one direction, such as ``TSM x``; 0 batches: none is recorded.
 
-    Parameters
-    ----------
-    name : str
-        Such as ``TSM x``.
-    n_parts, n_batches : int
-        Measured; 0 batches: none is recorded.
-    sigma, lower, upper : float
-        Relative standard deviation of the parts, with the bounds of its interval [1].
-    observed : float
-        Standard deviation of the values, measuring included; nan of fewer than two parts [1].
-    measurement : float
-        Standard uncertainty of one value that was removed [1].
-    prior_share : float
-        Weight of the prior in the result, 0 to 1 [1].
+    `sigma` with its interval is the relative standard deviation of the parts, `observed` that of
+    the values, measuring included (nan of fewer than two parts), `measurement` the standard
+    uncertainty of one value that was removed, `prior_share` the weight of the prior in the result
+    [1].
     """
 
     name: str
@@ -203,22 +182,17 @@ def hardness_share(
     ----------
     values : sequence of array, each of shape (n, a)
         One array per part number: logarithms of the stiffness of n parts along a axes [1].
-        Arrays of one part or of one axis say nothing.
     reliability : float
         Share of the observed variance that is not measuring, above 0 [1].
     confidence : float
         Coverage of the interval [1].
 
-    Returns
-    -------
-    ShareEstimate or None
-        None if no array says anything.
-
     Notes
     -----
     Intraclass correlation of the axes, each brought to a variance of 1, with its interval by the F
     distribution (K. O. McGraw and S. P. Wong, Psychological Methods 1, 1996, case 3). Measuring
-    errors of the axes, taken for independent, lower it by the reliability.
+    errors of the axes, taken for independent, lower it by the reliability. None if no array has two
+    parts and two axes.
     """
     between = within = degrees = inner = axes = 0.0
     for array in values:
@@ -244,24 +218,9 @@ def batch_share(
 ) -> ShareEstimate | None:
     """Estimate how much of the variance all parts of a batch have in common.
 
-    Parameters
-    ----------
-    values : array, shape (n, a)
-        Logarithms of the stiffness of n parts along a axes [1].
-    batches : sequence of str, length n
-        Batch of each part.
-    confidence : float
-        Coverage of the interval, exact for batches of equal size [1].
-
-    Returns
-    -------
-    ShareEstimate or None
-        None for fewer than two batches, or without two parts of one batch.
-
-    Notes
-    -----
-    Intraclass correlation of the mean over the axes, each brought to a variance of 1 (case 1 of
-    McGraw and Wong).
+    Intraclass correlation of the mean over the axes of `values` (n, a), logarithms of stiffness,
+    each axis brought to a variance of 1 (case 1 of McGraw and Wong); exact for batches of equal
+    size. None for fewer than two batches, or without two parts of one batch.
     """
     spread = values.std(axis=0, ddof=1)
     mean = (values / np.where(spread > 0.0, spread, 1.0)).mean(axis=1)
@@ -337,14 +296,9 @@ FEWEST_POINTS = 20
 class LibraryScatter:
     """Scatter of all mounts in a library.
 
-    Parameters
-    ----------
-    directions : tuple of DirectionScatter
-        Three per mount; a direction that is not identified has the prior alone.
-    hardness : ShareEstimate or None
-        Share of the variance that all axes of a part have in common, over all mounts.
-    batches : mapping of str to ShareEstimate
-        Share that all parts of a batch have in common, by mount; where batches are recorded.
+    Three directions per mount; one that is not identified has the prior alone. `hardness` is the
+    share of the variance that all axes of a part have in common, over all mounts; `batches` that of
+    the parts of a batch, by mount, where batches are recorded.
     """
 
     directions: tuple[DirectionScatter, ...]

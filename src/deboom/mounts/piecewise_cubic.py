@@ -54,27 +54,16 @@ _Chooser = Callable[[IntArray, RealArray], IntArray | None]
 class TrainingRegion:
     """Surroundings of the measured rows, holes left out.
 
-    Parameters
-    ----------
-    points : array, shape (n_points, n_features)
-        Measured rows, thinned.
-    lower, upper : array, shape (n_features,)
-        Range of each variable over all measured rows.
-    reach : float
-        Greatest distance from a measured row, each variable in fractions of its range [1].
-
-    Raises
-    ------
-    InputError
-        Shapes that disagree, a reach that is not above 0.
+    `points` (n, k) are the measured rows, thinned, `lower` and `upper` (k,) the range of each
+    variable; a row belongs to the region if no variable leaves its range by more than 2 % of it and
+    a measured row lies within the `reach`, each variable in fractions of its range [1].
 
     Notes
     -----
-    A row belongs to the region if no variable leaves its range by more than 2 % of it and a
-    measured row lies within the reach. A convex hull is no guard for runs: they are curves, and
-    most of the hull about them was never visited. With 27 runs of the virtual bench a cubic surface
-    is wrong by 13 to 27 % in the median at points inside the hull, 0.2 to 0.3 of the ranges away
-    from any row, and by 0.1 to 0.6 % within 0.025.
+    A convex hull is no guard for runs: they are curves, and most of the hull about them was never
+    visited. With 27 runs of the virtual bench a cubic surface is wrong by 13 to 27 % in the median
+    at points inside the hull, 0.2 to 0.3 of the ranges away from any row, and by 0.1 to 0.6 %
+    within 0.025.
     """
 
     points: RealArray
@@ -328,7 +317,7 @@ class PiecewiseCubicRegressor(RegressorMixin, BaseEstimator):
         coverage: float = 0.95,
         sample_weight: npt.ArrayLike | None = None,
     ) -> tuple[RealArray, RealArray]:
-        """Return the interval that covers one new observation at each row.
+        """Return lower and upper bounds for one new observation at each row of `X`.
 
         Parameters
         ----------
@@ -338,11 +327,6 @@ class PiecewiseCubicRegressor(RegressorMixin, BaseEstimator):
             Probability, between 0 and 1 [1].
         sample_weight : array, shape (n,), optional
             Weights of the new observations, 1 if not given.
-
-        Returns
-        -------
-        lower, upper : array
-            Shaped like the `y` of the fit.
 
         Raises
         ------

@@ -1,30 +1,43 @@
-"""Response surfaces: dynamic stiffness over preload, displacement amplitude and frequency.
+"""Response surfaces and other models of the dynamic stiffness over preload, amplitude, frequency.
 
 A model gives the complex stiffness of one direction of a mount. It knows where it was measured and
-refuses to speak about anything else unless it is told to extrapolate.
+refuses to speak about anything else unless it is told to extrapolate. Beside the piecewise cubics
+of the thesis: any scikit-learn regressor, Kelvin-Voigt and Berg, compared in one table.
 """
 
 from __future__ import annotations
 
+import time
 import warnings
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, Self
+from typing import TYPE_CHECKING, Any, NamedTuple, Self
 
 import numpy as np
 import numpy.typing as npt
+from scipy.optimize import least_squares
 from sklearn.base import BaseEstimator, RegressorMixin, clone
 from sklearn.exceptions import ConvergenceWarning
 
 from deboom.arrays import BoolArray, ComplexArray, RealArray, checked
 from deboom.errors import InputError
 from deboom.mounts.piecewise_cubic import PiecewiseCubicRegressor, TrainingRegion, named_arrays
+from deboom.physics.dynamic_stiffness import kelvin_voigt
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 VARIABLES = ("preload", "amplitude", "frequency")
 
 STORAGE_FORMAT = 1
 """Format of `DynamicStiffnessSurface.to_arrays`; another number is refused on reading."""
+
+SMALL = 1e-4
+"""Relative amplitude below which Berg's closed form cancels and its leading terms are enough."""
+
+PROCESS_LINES = 600
+"""Lines that the Gaussian process is fitted to: its effort grows with their cube."""
 
 _NODES = np.cos(np.pi * (np.arange(4) + 0.5) / 4)
 _PLAIN = ("preload_unit", "n_lines", "r2_real", "r2_imag", "r2_force")
@@ -34,17 +47,7 @@ _REGION = ("points", "lower", "upper", "reach")
 def operating_points(
     preload: npt.ArrayLike, amplitude: npt.ArrayLike, frequency: npt.ArrayLike
 ) -> RealArray:
-    """Stack preload, amplitude and frequency as points at which a model is asked.
-
-    Parameters
-    ----------
-    preload, amplitude, frequency : array, broadcastable to one shape
-        In the units of the model: [N] or [N m], [m], [Hz].
-
-    Returns
-    -------
-    array, shape (..., 3)
-        One point per element of the common shape.
+    """Stack preload [N or N m], amplitude [m] and frequency [Hz] as points (..., 3) for a model.
 
     Raises
     ------
@@ -61,25 +64,11 @@ def operating_points(
 
 @checked(preload="n", displacement="n", frequency="n", stiffness="n")
 class StiffnessSamples:
-    """Measured dynamic stiffness of one direction, line by line.
+    """Measured dynamic stiffness of one direction, line by line; arrays (n,).
 
-    Parameters
-    ----------
-    preload : array, shape (n,)
-        Static force of the direction [N], or wheel torque [N m].
-    displacement : array, shape (n,)
-        Complex peak at the virtual point [m]; its magnitude is the amplitude.
-    frequency : array, shape (n,)
-        [Hz].
-    stiffness : array, shape (n,)
-        Complex dynamic stiffness [N/m].
-    run : array of str, shape (n,), optional
-        Name of the run that each line belongs to.
-
-    Raises
-    ------
-    InputError
-        Arrays of different lengths, values that are not finite.
+    Preload as static force [N] or wheel torque [N m], displacement as complex peak at the virtual
+    point [m], frequency [Hz], complex stiffness [N/m], and maybe the run of each line. InputError:
+    different lengths, values that are not finite.
     """
 
     preload: RealArray
@@ -121,16 +110,9 @@ class StiffnessSamples:
 class Agreement:
     """Agreement of a model with measured lines, as in the thesis's tables 6 to 8.
 
-    Parameters
-    ----------
-    n_lines : int
-        Lines compared.
-    r2_real, r2_imag : float
-        Coefficient of determination of Re K and Im K [1].
-    r2_force_real, r2_force_imag : float
-        The same of the force ``K s``, in the phase of the measured displacement [1].
-    rms_error : float
-        Rms of ``|K_model - K| / |K|`` [1].
+    R² of Re K and Im K, of both parts of the force ``K s`` in the phase of the measured
+    displacement, and rms of ``|K_model - K| / |K|`` [1]. R² compares with what was measured,
+    systematic errors included: it is no accuracy.
     """
 
     n_lines: int
@@ -142,17 +124,7 @@ class Agreement:
 
 
 def r_squared(measured: npt.ArrayLike, modelled: npt.ArrayLike) -> float:
-    """Return the coefficient of determination, ``1 - Σ(y - ŷ)² / Σ(y - ȳ)²``.
-
-    Parameters
-    ----------
-    measured, modelled : array, shape (n,)
-        Real, of one unit.
-
-    Returns
-    -------
-    float
-        1 is perfect, 0 is no better than the mean [1].
+    """Return the coefficient of determination, ``1 - Σ(y - ŷ)² / Σ(y - ȳ)²``, of two arrays (n,).
 
     Raises
     ------
@@ -169,20 +141,7 @@ def r_squared(measured: npt.ArrayLike, modelled: npt.ArrayLike) -> float:
 
 
 def agreement(samples: StiffnessSamples, modelled: ComplexArray) -> Agreement:
-    """Compare measured lines with a model's values.
-
-    Parameters
-    ----------
-    samples : StiffnessSamples
-        Measured lines.
-    modelled : array, shape (n,)
-        Stiffness of the model at the same lines [N/m].
-
-    Returns
-    -------
-    Agreement
-        R² compares with what was measured, systematic errors included: it is no accuracy.
-    """
+    """Compare measured lines with a model's stiffness at the same lines, shape (n,) [N/m]."""
     force = modelled * samples.displacement
     error = np.abs(modelled - samples.stiffness) / np.abs(samples.stiffness)
     return Agreement(
@@ -195,22 +154,35 @@ def agreement(samples: StiffnessSamples, modelled: ComplexArray) -> Agreement:
     )
 
 
+class _Lines(NamedTuple):
+    """Checked lines of a fit: points (n, 3), stiffness, weight and maybe runs (n,)."""
+
+    points: RealArray
+    stiffness: ComplexArray
+    weight: RealArray
+    runs: npt.NDArray[Any] | None
+
+
 class StiffnessModel(RegressorMixin, BaseEstimator, ABC):
     """Complex dynamic stiffness over preload, displacement amplitude and frequency.
 
-    A scikit-learn regressor of three variables whose `y` is complex.
+    A scikit-learn regressor of three variables whose `y` is complex. `region_` is where lines were
+    measured, `n_lines_` how many.
 
-    Attributes
+    Parameters
     ----------
-    region_ : TrainingRegion
-        Where lines were measured: preload, amplitude [m], frequency [Hz].
-    n_lines_ : int
-        Lines it was fitted to.
+    regressor : scikit-learn regressor, optional
+        Regressor of real-valued parts; default is two complete cubics, `PiecewiseCubicRegressor()`.
+    preload_unit : str
+        ``N`` for a static force, ``N m`` for a wheel torque.
     """
 
-    preload_unit: str
     region_: TrainingRegion
     n_lines_: int
+
+    def __init__(self, regressor: Any = None, *, preload_unit: str = "N") -> None:
+        self.regressor = regressor
+        self.preload_unit = preload_unit
 
     def fit(
         self,
@@ -267,17 +239,11 @@ class StiffnessModel(RegressorMixin, BaseEstimator, ABC):
             raise InputError(f"{runs.size} names of runs for {len(points)} lines: one each")
         self.region_ = TrainingRegion.around(points)
         self.n_lines_ = len(points)
-        self._fit(points, stiffness, weight, runs)
+        self._fit(_Lines(points, stiffness, weight, runs))
         return self
 
     @abstractmethod
-    def _fit(
-        self,
-        points: RealArray,
-        stiffness: ComplexArray,
-        weight: RealArray,
-        runs: npt.NDArray[Any] | None,
-    ) -> None:
+    def _fit(self, lines: _Lines) -> None:
         """Fit to checked lines."""
 
     @abstractmethod
@@ -320,18 +286,10 @@ class StiffnessModel(RegressorMixin, BaseEstimator, ABC):
         return self._values(points).reshape(shape)
 
     def supported(self, X: npt.ArrayLike) -> BoolArray:
-        """Say where the model is backed by measurements.
+        """Say where the model is backed by measurements, for points (..., 3): shape (...).
 
-        Parameters
-        ----------
-        X : array, shape (..., 3)
-            Preload, amplitude and frequency in `units`.
-
-        Returns
-        -------
-        array of bool, shape (...)
-            False out of the measured ranges, away from every measured line, and where the measured
-            lines do not determine the model.
+        False out of the measured ranges, away from every measured line, and where the measured
+        lines do not determine the model.
         """
         points, shape = _rows(X)
         inside = self._supported(points) if len(points) else np.zeros(0, dtype=bool)
@@ -365,6 +323,11 @@ class StiffnessModel(RegressorMixin, BaseEstimator, ABC):
 
     def _supported(self, points: RealArray) -> BoolArray:
         return self.region_.contains(points)
+
+    def _copy(self, **parameters: Any) -> Any:
+        """Unfitted copy of the regressor, two cubics by default."""
+        regressor = PiecewiseCubicRegressor() if self.regressor is None else self.regressor
+        return clone(regressor).set_params(**parameters)
 
     def _complaint(self, points: RealArray, inside: BoolArray) -> str:
         """Name the first point outside, and why it is."""
@@ -401,6 +364,9 @@ class DynamicStiffnessSurface(StiffnessModel):
         pieces of the preload, `PiecewiseCubicRegressor()`.
     preload_unit : str
         ``N`` for a static force, ``N m`` for a wheel torque.
+    max_lines : int, optional
+        Lines that other regressors are fitted to at most, evenly picked, where their effort grows
+        with the cube.
 
     Attributes
     ----------
@@ -428,26 +394,25 @@ class DynamicStiffnessSurface(StiffnessModel):
     True
     """
 
-    def __init__(self, regressor: Any = None, *, preload_unit: str = "N") -> None:
-        self.regressor = regressor
-        self.preload_unit = preload_unit
-
-    def _fit(
-        self,
-        points: RealArray,
-        stiffness: ComplexArray,
-        weight: RealArray,
-        runs: npt.NDArray[Any] | None,
+    def __init__(
+        self, regressor: Any = None, *, preload_unit: str = "N", max_lines: int | None = None
     ) -> None:
-        regressor = PiecewiseCubicRegressor() if self.regressor is None else self.regressor
-        parts = [clone(regressor), clone(regressor)]
-        if isinstance(regressor, PiecewiseCubicRegressor):
-            if regressor.pieces == "cv" and runs is None:
+        super().__init__(regressor, preload_unit=preload_unit)
+        self.max_lines = max_lines
+
+    def _fit(self, lines: _Lines) -> None:
+        points, stiffness, weight, runs = lines
+        if self.max_lines is not None and self.max_lines < 2:
+            raise InputError(f"max_lines is at least 2, not {self.max_lines}")
+        parts = [self._copy(), self._copy()]
+        values = (stiffness.real, stiffness.imag)
+        if isinstance(parts[0], PiecewiseCubicRegressor):
+            if parts[0].pieces == "cv" and runs is None:
                 raise InputError(
                     "the number of pieces is chosen by leaving out whole runs: name each line's run"
                 )
-            for part, values in zip(parts, (stiffness.real, stiffness.imag), strict=True):
-                part.fit(points, values, weight, runs)
+            for part, measured in zip(parts, values, strict=True):
+                part.fit(points, measured, weight, runs)
                 n_pieces, n_terms, _ = part.coefficients_.shape
                 if np.any(part.degrees_of_freedom_ < 1):
                     raise InputError(
@@ -455,15 +420,16 @@ class DynamicStiffnessSurface(StiffnessModel):
                         "terms: measure more, or ask for fewer pieces"
                     )
         elif np.ptp(weight) > 0:
-            raise InputError(
-                f"{type(regressor).__name__} fits all lines alike: leave out the weights"
-            )
+            name = type(parts[0]).__name__
+            raise InputError(f"{name} fits all lines alike: leave out the weights")
         else:
+            count = min(self.max_lines or len(points), len(points))
+            picked = np.linspace(0, len(points) - 1, count).round().astype(int)
             with warnings.catch_warnings():
                 # a kernel parameter on its bound is a result, such as "no noise"
                 warnings.simplefilter("ignore", ConvergenceWarning)
-                for part, values in zip(parts, (stiffness.real, stiffness.imag), strict=True):
-                    part.fit(points, values)
+                for part, measured in zip(parts, values, strict=True):
+                    part.fit(points[picked], measured[picked])
         self.real_, self.imag_ = parts
         fitted, amplitude = self._values(points), points[:, 1]
         self.r2_real_ = r_squared(stiffness.real, fitted.real)
@@ -476,7 +442,7 @@ class DynamicStiffnessSurface(StiffnessModel):
         coverage: float = 0.95,
         sample_weight: npt.ArrayLike | None = None,
     ) -> tuple[ComplexArray, ComplexArray]:
-        """Return the interval that covers one newly measured line, for each part.
+        """Return the interval that covers one newly measured line at `X` (..., 3), for each part.
 
         Parameters
         ----------
@@ -487,11 +453,6 @@ class DynamicStiffnessSurface(StiffnessModel):
         sample_weight : array, shape (n,), optional
             Weights of the new lines, as in the fit [1].
 
-        Returns
-        -------
-        lower, upper : array, shape (...)
-            Bounds of the real part and, as imaginary part, of the imaginary part [N/m].
-
         Raises
         ------
         InputError
@@ -500,8 +461,9 @@ class DynamicStiffnessSurface(StiffnessModel):
 
         Notes
         -----
-        Scatter and misfit of the training lines only. Errors that all lines share (sensor angles,
-        gains) are not in it; they need an error budget.
+        Bounds of both parts as complex arrays (...) [N/m], by scatter and misfit of the training
+        lines only. Errors that all lines share (sensor angles, gains) are not in it; they need an
+        error budget.
         """
         real, imag = self._cubics("interval")
         points, shape = _rows(X)
@@ -534,10 +496,6 @@ class DynamicStiffnessSurface(StiffnessModel):
             Coefficients of the powers 0 to 3 of the amplitude scaled to [-1, 1] over its measured
             range, complex [N/m]. They do not guard: ask `supported` with the amplitudes that come
             out.
-
-        Notes
-        -----
-        At fixed preload the blend of two cubics is a cubic; four values determine it.
         """
         self._cubics("cubic in the amplitude")
         low, high = self.ranges["amplitude"]
@@ -554,19 +512,8 @@ class DynamicStiffnessSurface(StiffnessModel):
     def predict_refitted(self, X: RealArray, y: ComplexArray, at: RealArray) -> ComplexArray:
         """Return the values of cubics with the same split points, fitted to other lines.
 
-        Parameters
-        ----------
-        X : array, shape (n, 3)
-            Preload, amplitude and frequency of the lines to fit.
-        y : array, shape (n,) or (n, n_draws)
-            Their stiffness, complex [N/m].
-        at : array, shape (m, 3)
-            Points at which the cubics are asked, wherever they lie.
-
-        Raises
-        ------
-        InputError
-            A piece without lines.
+        The lines are `X` (n, 3) and their stiffness `y` (n,) or (n, n_draws) [N/m], the values
+        those at the points `at` (m, 3), wherever they lie. InputError: a piece without lines.
         """
         real, imag = self._cubics("refit")
         values = real.refitted(X, y.real).predict(at) + 1j * imag.refitted(X, y.imag).predict(at)
@@ -611,7 +558,7 @@ class DynamicStiffnessSurface(StiffnessModel):
     @property
     def n_parameters(self) -> int:
         """Coefficients of both parts."""
-        return sum(_count_parameters(part) for part in (self.real_, self.imag_))
+        return _count_parameters(self.real_) + _count_parameters(self.imag_)
 
     def _values(self, points: RealArray) -> ComplexArray:
         # some regressors return a column for one response
@@ -631,6 +578,253 @@ class DynamicStiffnessSurface(StiffnessModel):
                 "PiecewiseCubicRegressor"
             )
         return self.real_, self.imag_
+
+
+def friction_stiffness(relative_amplitude: npt.ArrayLike) -> ComplexArray:
+    """Return the first harmonic of Berg's friction force in the steady state.
+
+    Parameters
+    ----------
+    relative_amplitude : array, shape (...)
+        Displacement amplitude over the displacement at which half of the friction force is reached,
+        at least 0 [1].
+
+    Returns
+    -------
+    array, shape (...)
+        Complex stiffness over the stiffness at vanishing amplitude [1]: from 1 without loss at rest
+        to 0 at large amplitudes.
+
+    Raises
+    ------
+    InputError
+        A negative amplitude.
+
+    Notes
+    -----
+    M. Berg, Vehicle System Dynamics 30 (1998), 197-212: from the turning point (x_s, F_s) on,
+    ``F = F_s + (x - x_s) (F_max - F_s) / (x_2 (1 - F_s/F_max) + x - x_s)``. Over a cycle of
+    amplitude ``r x_2`` the force at the turning points is ``m F_max`` with
+    ``m = (√(1 + 6 r + r²) - 1 - r)/2``. With ``B = 1 + m``, ``c = B + r`` and ``q = √(c² - r²)``
+    the first Fourier coefficients are::
+
+        Re = 2 B² / (q (c + q))
+        Im = 2/(π r²) [2 r - B² ln(1 + 2 r/B)]        (the loss of Berg's eq. 8)
+    """
+    r = np.asarray(relative_amplitude, dtype=float)
+    if np.any(r < 0):
+        raise InputError("a displacement amplitude is a peak value of at least 0")
+    base = 1 + (np.sqrt(1 + 6 * r + r**2) - 1 - r) / 2
+    middle = base + r
+    root = np.sqrt(middle**2 - r**2)
+    storage = 2 * base**2 / (root * (middle + root))
+    # far from cancelling, then replaced by the leading term of the series
+    safe = np.maximum(r, SMALL)
+    loss = 2 / (np.pi * safe**2) * (2 * safe - base**2 * np.log1p(2 * safe / base))
+    loss = np.where(r < SMALL, 8 * r / (3 * np.pi), loss)
+    return np.asarray(storage + 1j * loss, dtype=complex)
+
+
+class KelvinVoigtModel(StiffnessModel):
+    """A spring and a viscous damper that follow the preload, ``K = k(F0) + jω c(F0)``.
+
+    It knows no amplitude, and its loss grows with the frequency.
+    """
+
+    def _fit(self, lines: _Lines) -> None:
+        preload, omega = lines.points[:, :1], 2 * np.pi * lines.points[:, 2]
+        weight = lines.weight
+        self.spring_, self.damper_ = self._copy(), self._copy()
+        self.spring_.fit(preload, lines.stiffness.real, weight)
+        self.damper_.fit(preload, lines.stiffness.imag / omega, weight * omega**2)
+
+    @property
+    def n_parameters(self) -> int:
+        """Coefficients of spring and damper."""
+        return _count_parameters(self.spring_) + _count_parameters(self.damper_)
+
+    def _values(self, points: RealArray) -> ComplexArray:
+        spring, damper = self.spring_.predict(points[:, :1]), self.damper_.predict(points[:, :1])
+        return kelvin_voigt(points[:, 2], spring, damper)
+
+
+@dataclass(frozen=True)
+class BergShape:
+    """Amplitude and frequency dependence of Berg's element, relative to its elastic part.
+
+    Stiffness of the friction element at vanishing amplitude [1], displacement at which half of the
+    friction force is reached [m], stiffness of the Maxwell element far above its corner frequency
+    [1], and that frequency [Hz].
+    """
+
+    friction: float
+    friction_amplitude: float
+    viscous: float
+    corner_frequency: float
+
+    def __call__(self, amplitude: RealArray, frequency: RealArray) -> ComplexArray:
+        """Return the stiffness over the elastic one [1] at amplitude [m] and frequency [Hz]."""
+        relative = 1j * frequency / self.corner_frequency
+        maxwell = relative / (1 + relative)
+        friction = friction_stiffness(amplitude / self.friction_amplitude)
+        return np.asarray(1 + self.friction * friction + self.viscous * maxwell, dtype=complex)
+
+
+class BergModel(StiffnessModel):
+    """Elastic, friction and Maxwell element side by side, all following the preload alike.
+
+    Notes
+    -----
+    ``K = k(F0) [1 + φ κ(|s|/x_2) + v jf/(f_c + jf)]`` with κ from `friction_stiffness`. For given
+    shape, k(F0) is a linear least-squares problem, solved inside of the search for the shape
+    (variable projection; Golub and Pereyra, 1973).
+    """
+
+    def _fit(self, lines: _Lines) -> None:
+        preload, amplitude, frequency = lines.points[:, :1], lines.points[:, 1], lines.points[:, 2]
+        middle = np.array([0.5, np.median(amplitude), 0.5, np.median(frequency)])
+        scale = np.sqrt(lines.weight) / np.abs(lines.stiffness).mean()
+
+        def shape_of(logarithms: RealArray) -> BergShape:
+            return BergShape(*(middle * np.exp(logarithms)).tolist())
+
+        def elastic_for(shape: BergShape, **pieces: Any) -> PiecewiseCubicRegressor:
+            relative = shape(amplitude, frequency)
+            squared = np.abs(relative) ** 2
+            projected = (lines.stiffness * relative.conj()).real / squared
+            regressor: PiecewiseCubicRegressor = self._copy(**pieces)
+            return regressor.fit(preload, projected, lines.weight * squared)
+
+        split_points = elastic_for(shape_of(np.zeros(4))).split_points_
+
+        def misfit(logarithms: RealArray) -> RealArray:
+            shape = shape_of(logarithms)
+            elastic = elastic_for(shape, split=split_points).predict(preload)
+            error = scale * (elastic * shape(amplitude, frequency) - lines.stiffness)
+            return np.concatenate([error.real, error.imag])
+
+        # four decades to either side: beyond them an element is not there
+        best = least_squares(misfit, np.zeros(4), bounds=(-np.log(1e4), np.log(1e4)))
+        self.shape_ = shape_of(best.x)
+        self.elastic_ = elastic_for(self.shape_)
+
+    @property
+    def n_parameters(self) -> int:
+        """Coefficients of the elastic part and four of the shape."""
+        return _count_parameters(self.elastic_) + 4
+
+    def _values(self, points: RealArray) -> ComplexArray:
+        relative = self.shape_(points[:, 1], points[:, 2])
+        return np.asarray(self.elastic_.predict(points[:, :1]) * relative)
+
+
+def gaussian_process() -> Any:
+    """Return a Gaussian process with one length per variable and white noise, for ≤ 1000 lines."""
+    from sklearn.gaussian_process import GaussianProcessRegressor
+    from sklearn.gaussian_process.kernels import RBF, ConstantKernel, WhiteKernel
+    from sklearn.pipeline import make_pipeline
+    from sklearn.preprocessing import MinMaxScaler
+
+    kernel = ConstantKernel(1.0, (1e-3, 1e4)) * RBF(np.ones(3), (5e-2, 1e3))
+    noise = WhiteKernel(1e-4, (1e-10, 1.0))
+    process = GaussianProcessRegressor(kernel + noise, normalize_y=True)
+    return make_pipeline(MinMaxScaler((-1, 1)), process)
+
+
+def spline_surface(n_knots: int = 6) -> Any:
+    """Return cubic splines in each variable and their pairwise products, as a ridge regression."""
+    from sklearn.linear_model import RidgeCV
+    from sklearn.pipeline import make_pipeline
+    from sklearn.preprocessing import PolynomialFeatures, SplineTransformer
+
+    return make_pipeline(
+        SplineTransformer(n_knots=n_knots, degree=3, knots="quantile", include_bias=False),
+        PolynomialFeatures(degree=2, interaction_only=True, include_bias=False),
+        RidgeCV(np.logspace(-9, 1, 11)),
+    )
+
+
+def standard_models() -> dict[str, StiffnessModel]:
+    """Return models worth comparing: cubics in one, two and cross-validated pieces, and others."""
+    surface, cubics = DynamicStiffnessSurface, PiecewiseCubicRegressor
+    return {
+        "one cubic": surface(cubics(pieces=1)),
+        "two cubics, threshold": surface(cubics(split="threshold")),
+        "two cubics, least squares": surface(cubics()),
+        "cubics, cross-validated": surface(cubics(pieces="cv")),
+        "Kelvin-Voigt": KelvinVoigtModel(),
+        "Berg": BergModel(),
+        "splines": surface(spline_surface()),
+        "Gaussian process": surface(gaussian_process(), max_lines=PROCESS_LINES),
+    }
+
+
+def compare_models(
+    models: Mapping[str, StiffnessModel],
+    training: StiffnessSamples,
+    check: StiffnessSamples,
+    truth: ComplexArray | None = None,
+) -> pd.DataFrame:
+    """Fit several models to the same lines and compare them at others.
+
+    Parameters
+    ----------
+    models : mapping of str to StiffnessModel
+        Models by name, left unfitted; `standard_models` gives some.
+    training : StiffnessSamples
+        Lines to fit, with the names of their runs where a model is cross-validated.
+    check : StiffnessSamples
+        Lines to compare with, such as runs left out. Those inside of every model's region count.
+    truth : array, shape (n_check,), optional
+        True stiffness at the lines of `check`, where a virtual bench knows it [N/m].
+
+    Returns
+    -------
+    pandas.DataFrame
+        One row per model: number of parameters, lines compared and their share, R² of both parts of
+        stiffness and force, rms error against measurement (and truth), seconds to fit.
+
+    Raises
+    ------
+    InputError
+        No models; or no line to check inside of the region of all models.
+    """
+    import pandas as pd
+
+    if not models:
+        raise InputError("there are no models to compare")
+    fitted: dict[str, StiffnessModel] = {}
+    seconds = {}
+    for name, model in models.items():
+        begin = time.perf_counter()
+        fitted[name] = clone(model)
+        fitted[name].fit(training.points, training.stiffness, groups=training.run)
+        seconds[name] = time.perf_counter() - begin
+    inside = np.all([model.supported(check.points) for model in fitted.values()], axis=0)
+    if not inside.any():
+        raise InputError("no line to check lies where all models were measured")
+    compared = check.select(inside)
+    rows = []
+    for name, model in fitted.items():
+        modelled = model.predict(compared.points)
+        result = agreement(compared, modelled)
+        row = {
+            "model": name,
+            "parameters [1]": model.n_parameters,
+            "lines compared [1]": result.n_lines,
+            "share of lines [%]": 100 * result.n_lines / len(check),
+            "R² Re K [%]": 100 * result.r2_real,
+            "R² Im K [%]": 100 * result.r2_imag,
+            "R² Re force [%]": 100 * result.r2_force_real,
+            "R² Im force [%]": 100 * result.r2_force_imag,
+            "rms error [%]": 100 * result.rms_error,
+        }
+        if truth is not None:
+            true = np.asarray(truth)[inside]
+            error = np.abs(modelled - true) / np.abs(true)
+            row["rms error against truth [%]"] = 100 * float(np.sqrt(np.mean(error**2)))
+        rows.append({**row, "time to fit [s]": seconds[name]})
+    return pd.DataFrame(rows)
 
 
 def _rows(X: npt.ArrayLike) -> tuple[RealArray, tuple[int, ...]]:

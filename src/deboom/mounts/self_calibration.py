@@ -41,26 +41,12 @@ RIGID_MOTION, NEWTON = "rigid motion", "Newton's law"
 class FreeBody:
     """Rigid body as Newton's law needs to know it.
 
-    Parameters
-    ----------
-    mass_matrix : array, shape (6, 6)
-        At the origin of the position sheet, its centre of gravity [kg, kg m²].
-    mass_deviation : float
-        Standard deviation of the mass [kg].
-    inertia_deviation : float
-        Standard deviation of entry ij relative to ``√(J_ii J_jj)`` [1].
-    centre_deviation : float
-        Standard deviation of the centre of gravity, per axis [m].
-    excited : tuple of str
-        Loads ``fx`` … ``mz`` that act on the body besides its mounts, of unknown amplitude: of a
-        three-cylinder engine across the car ``("my",)``.
-    excitation_deviation : float
-        Standard deviation of the direction of these loads, per axis [rad].
-
-    Raises
-    ------
-    InputError
-        An unknown load, or all six.
+    `mass_matrix` (6, 6) at the origin of the position sheet [kg, kg m²] with the standard
+    deviations of mass [kg], of moments of inertia relative to ``√(J_ii J_jj)`` [1] and of the
+    centre of gravity per axis [m]. `excited` are the loads ``fx`` … ``mz`` of unknown amplitude
+    that act besides the mounts, ``("my",)`` for a three-cylinder engine across the car; their
+    direction is uncertain by `excitation_deviation` per axis [rad]. InputError: an unknown load, or
+    all six.
     """
 
     mass_matrix: RealArray

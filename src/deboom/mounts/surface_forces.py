@@ -44,18 +44,10 @@ class Outside(Enum):
 
 @dataclass(frozen=True)
 class ForceSource:
-    """Source of the force of one channel.
+    """Source of the force of one channel, ``<mount> [<piece>] <axis>``.
 
-    Parameters
-    ----------
-    channel : str
-        ``<mount> [<piece>] <axis>``.
-    reason : str
-        Why all its lines keep the measured force; empty where they come from the surface.
-    n_measured : int
-        Lines that keep the measured force.
-    n_lines : int
-        All lines.
+    `reason` says why all its lines keep the measured force, and is empty where they come from the
+    surface; `n_measured` of `n_lines` lines keep it.
     """
 
     channel: str
@@ -66,15 +58,7 @@ class ForceSource:
 
 @dataclass(frozen=True, eq=False)
 class SurfaceForces:
-    """A run whose forces come from response surfaces.
-
-    Parameters
-    ----------
-    load_case : LoadCase
-        The run; its motion is as measured.
-    sources : tuple of ForceSource
-        One per channel.
-    """
+    """A run with the measured motion, forces from response surfaces, and the source of each."""
 
     load_case: LoadCase
     sources: tuple[ForceSource, ...]
@@ -283,16 +267,8 @@ def state_at(
 ) -> RealArray:
     """Return the preload of choice at every line of newly measured maps, shape (n,) [N m or N].
 
-    Parameters
-    ----------
-    maps : mapping of str to OperatingMap
-        By ``<mount> <axis>``, such as those of another powertrain on the same mount.
-    mount : CharacterisedMount
-        Mount of the library; it says which axis is the main one.
-    axis : str
-        Direction.
-    state : MountState
-        Preload variable.
+    `maps` are by ``<mount> <axis>``, such as those of another powertrain on the same mount; the
+    library's mount says which axis is the main one.
 
     Raises
     ------
@@ -310,22 +286,10 @@ def state_at(
 def smooth_static_force(
     force: RealArray, frequency: RealArray, run: npt.NDArray[np.str_]
 ) -> RealArray:
-    """Take the noise out of the static force of each run.
+    """Take the noise out of the static force of each run, arrays (n,).
 
-    Parameters
-    ----------
-    force : array, shape (n,)
-        Readings, line by line [N].
-    frequency : array, shape (n,)
-        Increasing within a run [Hz].
-    run : array of str, shape (n,)
-        Run (and piece) of each line.
-
-    Returns
-    -------
-    array, shape (n,)
-        Parabolas of least squares over `SMOOTH_WIDTH` (Savitzky-Golay). A run with fewer than five
-        lines in that width, or with lines at unequal steps, stays as it is [N].
+    Parabolas of least squares over `SMOOTH_WIDTH` (Savitzky-Golay). A run with fewer than five
+    lines in that width, or with lines at unequal steps, stays as it is.
 
     Notes
     -----

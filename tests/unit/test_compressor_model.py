@@ -1,4 +1,4 @@
-"""The compressor's model: parameters, modes and rigid limit."""
+"""The compressor's model: gain, parameters, modes and rigid limit."""
 
 import numpy as np
 import pytest
@@ -17,7 +17,6 @@ from deboom.compressor.model import CompressorModel, modal_table, rigid_limit
 from deboom.compressor.parameters import (
     IdenticalMountParameters,
     MinimalParameters,
-    Parametrisation,
     ThesisParameters,
     mass_matrix_from_parameters,
     mass_parameters,
@@ -30,39 +29,191 @@ from deboom.measurement.sensors import Impact
 from deboom.measurement.virtual_point import impact_geometry, virtual_point
 from deboom.physics.rigid_body import RigidBody, mass_matrix
 
+LINES = np.arange(10.0, 150.5, 0.5)
+FEW = np.array([10.0, 17.5, 30.0, 100.0, 150.0])
 RUBBER = [1.85, 0.06, 2.2, 0.42, 0.15, 2.5]
+GAIN = GainFactor.of(RUBBER)
 INERTIA = np.array([[0.0158, 2e-4, -1.5e-4], [2e-4, 0.0291, 1e-4], [-1.5e-4, 1e-4, 0.0302]])
+CENTRE = np.array([0.0015, -0.002, 0.001])
 PLACES = np.array([[-0.156, 0.004, 0.020], [-0.019, -0.067, 0.078], [-0.008, 0.074, 0.082]])
 TURNS = np.deg2rad([[-4.9, -4.9, 185.0], [2.5, 43.3, 87.5], [2.2, 131.5, 89.4]])
+STIFFNESS = 1e3 * np.array([[29.9, 10.8, 12.2], [29.7, 12.9, 11.8], [29.2, 10.6, 10.3]])
+MOUNTS = tuple(
+    CompressorMount(f"mount {i + 1}", PLACES[i], TURNS[i], STIFFNESS[i]) for i in range(3)
+)
 
 
 def compressor(gain=RUBBER):
-    mounts = [
-        CompressorMount("mount", place, turn, np.array([29e3, 11e3, 11e3]))
-        for place, turn in zip(PLACES, TURNS, strict=True)
-    ]
-    centre = np.array([0.0015, -0.002, 0.001])
-    return CompressorModel.on_mounts(7.2, centre, INERTIA, mounts, GainFactor.of(gain))
+    return CompressorModel.on_mounts(7.2, CENTRE, INERTIA, MOUNTS, GainFactor.of(gain))
+
+
+MODEL = compressor()
+
+
+def identical_values():
+    minimal = MinimalParameters(0.055).values_of(MODEL)
+    rng = np.random.default_rng(1)
+    mounting = [rng.normal(0, 0.003, 9), rng.normal(0, 0.05, 6), np.log([3e4, 1.2e4])]
+    return np.concatenate([minimal[:10], *mounting, minimal[-5:]])
+
+
+def thesis_values():
+    values = ThesisParameters().values_of(MODEL, MOUNTS)
+    values[-1] = 1.1
+    return values
+
+
+CASES = [
+    pytest.param(MinimalParameters(0.055), MinimalParameters(0.055).values_of(MODEL), id="minimal"),
+    pytest.param(ThesisParameters(), thesis_values(), id="thesis"),
+    pytest.param(IdenticalMountParameters(MOUNTS, 0.055), identical_values(), id="identical"),
+]
+
+
+def fourth_order(function, values, number, step):
+    """Central difference over four points."""
+
+    def at(times):
+        moved = values.copy()
+        moved[number] += times * step
+        return function(moved)
+
+    return (8 * (at(1) - at(-1)) - (at(2) - at(-2))) / (12 * step)
+
+
+@pytest.mark.parametrize(("parametrisation", "values"), CASES)
+def test_derivatives_of_apparent_mass_and_mass_matrix(parametrisation, values):
+    by_number = parametrisation.sensitivities(values, FEW)
+    by_mass = parametrisation.mass_sensitivities(values)
+    assert by_number.shape == (len(parametrisation.names), FEW.size, 6, 6)
+    assert len(set(parametrisation.names)) == values.size
+    for number in range(values.size):
+        step = 1e-3 * max(abs(values[number]), 1e-2)
+
+        def apparent(moved):
+            return parametrisation.model(moved).apparent_mass(FEW)
+
+        def mass(moved):
+            return parametrisation.model(moved).mass_matrix
+
+        size = np.abs(by_number[number]).max()
+        assert size > 0
+        expected = fourth_order(apparent, values, number, step)
+        np.testing.assert_allclose(by_number[number], expected, rtol=0, atol=1e-7 * size)
+        expected = fourth_order(mass, values, number, step)
+        size = max(np.abs(expected).max(), 1e-3)
+        np.testing.assert_allclose(by_mass[number], expected, rtol=0, atol=1e-7 * size)
+
+
+def test_the_numbers_of_each_parametrisation():
+    assert [case.values[1].size for case in CASES] == [35, 44, 32]
+    assert len(ThesisParameters().units) == 44
+
+
+def test_parameters_return_the_compressor():
+    minimal = MinimalParameters(0.055)
+    thesis = ThesisParameters().values_of(MODEL, MOUNTS)
+    back = minimal.model(minimal.values_of(MODEL))
+    for model in (back, ThesisParameters().model(thesis)):
+        np.testing.assert_allclose(
+            model.apparent_mass(FEW), MODEL.apparent_mass(FEW), rtol=0, atol=1e-12
+        )
+    assert back.gain.real.at(20.0) == pytest.approx(1.0, abs=1e-14)
+    thesis[-1] = 2.0
+    doubled = ThesisParameters().model(thesis)
+    np.testing.assert_allclose(doubled.gain.at(FEW), 2 * GAIN.at(FEW), rtol=1e-14)
+
+
+def test_identical_mounts_at_their_nominal_place():
+    values = identical_values()
+    values[10:25] = 0.0
+    mounts = IdenticalMountParameters(MOUNTS, 0.055).mounts(values)
+    for mount, nominal in zip(mounts, MOUNTS, strict=True):
+        np.testing.assert_allclose(mount.position, nominal.position, atol=1e-15)
+        np.testing.assert_allclose(mount.orientation, nominal.orientation, atol=1e-12)
+        np.testing.assert_allclose(mount.stiffness, [3e4, 1.2e4, 1.2e4])
+
+
+def test_any_ten_numbers_are_a_body_and_any_body_is_ten_numbers():
+    rng = np.random.default_rng(2)
+    for _ in range(50):
+        matrix = mass_matrix_from_parameters(rng.normal(0, 1, 10), 0.1)
+        assert np.linalg.eigvalsh(matrix)[0] > 0
+        moments = np.linalg.eigvalsh(matrix[3:, 3:])
+        assert moments[2] <= moments[0] + moments[1] + 1e-12 * moments[2]
+    body = RigidBody(7.2, CENTRE, INERTIA)
+    back = mass_matrix_from_parameters(mass_parameters(body, 0.055), 0.055)
+    np.testing.assert_allclose(back, mass_matrix(7.2, INERTIA, CENTRE), rtol=1e-12, atol=1e-15)
+
+
+def test_gain_shape_keeps_the_gain_but_for_its_scale():
+    values = gain_parameters(GAIN, 20.0)
+    shape = gain_from_parameters(values, 20.0)
+    np.testing.assert_allclose(shape.at(FEW), GAIN.at(FEW) / GAIN.real.at(20.0), rtol=1e-13)
+    analytic = gain_derivatives(values, 20.0, FEW)
+    for number in range(5):
+        numeric = fourth_order(
+            lambda v: gain_from_parameters(v, 20.0).at(FEW), values, number, 1e-3
+        )
+        np.testing.assert_allclose(analytic[number], numeric, rtol=0, atol=1e-9)
+
+
+def test_loss_that_causality_expects_is_a_slope():
+    above, below = GAIN.real.at(FEW * 1.0001), GAIN.real.at(FEW / 1.0001)
+    slope = (above - below) / (2 * np.log(1.0001))
+    np.testing.assert_allclose(GAIN.expected_loss(FEW), np.pi / 2 * slope, rtol=1e-6)
+
+
+def test_amplitude_gain_falls_to_its_limit():
+    gain = AmplitudeGain(0.9, 1e5, 3.0)
+    assert gain.at(0.0) == pytest.approx(0.9 + 1 / 3)
+    assert gain.at(1.0) == pytest.approx(0.9, abs=2e-5)
+    assert np.all(np.diff(gain.at(np.linspace(0, 1e-3, 9))) < 0)
+
+
+def bare(stiffness, mass=7.0, inertia=INERTIA, gain=GAIN):
+    return CompressorModel(mass, CENTRE, inertia, stiffness, gain)
+
+
+@pytest.mark.parametrize(
+    ("build", "words"),
+    [
+        (lambda: HyperbolicGain(1.0, -0.1, 2.0), "must be positive"),
+        (lambda: HyperbolicGain(1.0, 0.1, 0.0), "must be positive"),
+        (lambda: HyperbolicGain(np.nan, 0.1, 2.0), "finite"),
+        (lambda: AmplitudeGain(1.0, 0.0, 2.0), "must be positive"),
+        (lambda: bare(MODEL.stiffness, mass=-1.0), "mass of -1 kg"),
+        (lambda: bare(MODEL.stiffness, inertia=np.diag([1.0, 1.0, 3.0])), "no body has the princ"),
+        (lambda: bare(np.triu(np.ones((6, 6)))), "not symmetric"),
+        (lambda: MODEL.apparent_mass([0.0, 10.0]), "0 Hz"),
+        (lambda: modal_table(compressor([0.1, *RUBBER[1:]])), "not positive at a natural freq"),
+        (lambda: modal_table(bare(np.diag([1e4, 1e4, -1e4, 1, 1, 1]))), "negative direction"),
+        (lambda: rigid_limit(MODEL, LINES[:50], np.zeros((50, 6, 6))), "fewer than 8 lines"),
+    ],
+)
+def test_what_cannot_be_is_refused(build, words):
+    with pytest.raises(InputError, match=words):
+        build()
 
 
 def test_natural_frequencies_are_the_roots_of_the_determinant():
     """det(v'(f) K − ω² M) = 0, by bracketing between the lines; no mode is left out."""
-    model = compressor()
 
     def determinant(f):
-        stiffness = model.gain.real.at(f) * model.stiffness
-        return np.linalg.slogdet(stiffness - (2 * np.pi * f) ** 2 * model.mass_matrix)
+        stiffness = GAIN.real.at(f) * MODEL.stiffness
+        return np.linalg.slogdet(stiffness - (2 * np.pi * f) ** 2 * MODEL.mass_matrix)
 
     lines = np.arange(5.0, 40.0, 0.05)
     signs = np.array([determinant(f).sign for f in lines])
     roots = [
-        brentq(lambda f: determinant(f).sign * np.exp(determinant(f).logabsdet - 40), a, b)
-        for a, b, one, other in zip(lines, lines[1:], signs, signs[1:], strict=False)
-        if one != other
+        brentq(
+            lambda f: determinant(f).sign * np.exp(determinant(f).logabsdet - 40), *lines[i : i + 2]
+        )
+        for i in np.flatnonzero(np.diff(signs))
     ]
-    table = modal_table(model)
+    table = modal_table(MODEL)
     np.testing.assert_allclose(table.frequency, roots, rtol=1e-9)
-    gains = model.gain.at(table.frequency)
+    gains = GAIN.at(table.frequency)
     np.testing.assert_allclose(table.loss_factor, gains.imag / gains.real, rtol=1e-12)
 
 
@@ -73,16 +224,13 @@ def test_peaks_of_a_lightly_damped_inertance_lie_at_the_natural_frequencies():
     receptance = model.inertance(lines) / (2 * np.pi * lines[:, None, None]) ** 2
     size = np.linalg.norm(receptance * np.outer(1 / scale, 1 / scale), axis=(1, 2))
     peaks = lines[1:-1][(size[1:-1] > size[:-2]) & (size[1:-1] > size[2:])]
-    table = modal_table(model)
-    np.testing.assert_allclose(peaks, table.frequency, rtol=2e-3)
+    np.testing.assert_allclose(peaks, modal_table(model).frequency, rtol=2e-3)
 
 
 def test_shapes_and_shares_of_a_body_on_a_mount_at_its_centre():
     """Translations along the mount's axes; energy shares add up to 1; the largest names them."""
     stiffness = np.diag([9e4, 4e4, 1e4, 100.0, 400.0, 900.0])
-    model = CompressorModel(
-        10.0, np.zeros(3), np.diag([0.02, 0.02, 0.02]), stiffness, GainFactor.of(RUBBER)
-    )
+    model = CompressorModel(10.0, np.zeros(3), np.diag([0.02] * 3), stiffness, GAIN)
     table = modal_table(model)
     static = np.sqrt(np.diag(stiffness) / np.diag(model.mass_matrix)) / (2 * np.pi)
     for number, motion in enumerate(table.leading):
@@ -91,30 +239,17 @@ def test_shapes_and_shares_of_a_body_on_a_mount_at_its_centre():
         assert f == pytest.approx(static[axis] * np.sqrt(1.85 - 1 / (0.06 * f + 2.2)), rel=1e-10)
     assert sorted(table.leading) == sorted(AXES)
     np.testing.assert_allclose(table.energy.sum(axis=0), 1, rtol=1e-12)
-    coupled = modal_table(compressor())
+    coupled = modal_table(MODEL)
     np.testing.assert_allclose(coupled.energy.sum(axis=0), 1, rtol=1e-9)
-    product = coupled.shapes.T @ compressor().mass_matrix @ coupled.shapes
+    product = coupled.shapes.T @ MODEL.mass_matrix @ coupled.shapes
     np.testing.assert_allclose(product, np.eye(6), atol=1e-10)
 
 
-def test_bodies_without_modes_are_refused():
-    with pytest.raises(InputError, match="not positive at a natural frequency"):
-        modal_table(compressor([0.1, 0.06, 2.2, 0.42, 0.15, 2.5]))
-    unstable = CompressorModel(
-        7.2, np.zeros(3), INERTIA, np.diag([1e4, 1e4, -1e4, 1, 1, 1]), GainFactor.of(RUBBER)
-    )
-    with pytest.raises(InputError, match="negative direction"):
-        modal_table(unstable)
-
-
-LINES = np.arange(10.0, 150.5, 0.5)
-
-
-def drifting(model, pattern, resonance, rng=None, noise=0.0):
+def drifting(pattern, resonance, rng=None, noise=0.0):
     """Apparent mass whose mass line grows towards a resonance of the body."""
     share = (LINES / resonance) ** 2
     growth = (share / (1 - share))[:, None, None] * pattern
-    apparent = model.apparent_mass(LINES) + growth
+    apparent = MODEL.apparent_mass(LINES) + growth
     if rng is not None:
         scale = np.repeat([1.0, 0.055], 3)
         apparent = apparent + noise * np.outer(scale, scale) * rng.standard_normal(apparent.shape)
@@ -125,15 +260,14 @@ def drifting(model, pattern, resonance, rng=None, noise=0.0):
 @pytest.mark.parametrize("where", ["diagonal", "coupling"])
 def test_the_limit_is_where_the_drift_reaches_the_tolerance(resonance, where):
     """On the diagonal as in the coupling, which a trace would not see."""
-    model = compressor()
-    pattern = np.diag(model.mass_matrix.diagonal())
+    pattern = np.diag(MODEL.mass_matrix.diagonal())
     if where == "coupling":
         pattern = np.zeros((6, 6))
         pattern[0, 4] = pattern[4, 0] = 7.2 * 0.055
     length = np.sqrt(np.trace(INERTIA) / (3 * 7.2))
     weight = np.outer(np.repeat([1.0, 1 / length], 3), np.repeat([1.0, 1 / length], 3))
-    ratio = np.linalg.norm(weight * pattern) / np.linalg.norm(weight * model.mass_matrix)
-    found = rigid_limit(model, LINES, drifting(model, pattern, resonance))
+    ratio = np.linalg.norm(weight * pattern) / np.linalg.norm(weight * MODEL.mass_matrix)
+    found = rigid_limit(MODEL, LINES, drifting(pattern, resonance))
     # ratio · x/(1 − x) = 0.03 with x = (f/f_n)²
     expected = resonance * np.sqrt(0.03 / (0.03 + ratio))
     share = (150 / resonance) ** 2
@@ -144,19 +278,16 @@ def test_the_limit_is_where_the_drift_reaches_the_tolerance(resonance, where):
 
 
 def test_noise_and_small_drift_count_as_rigid():
-    model = compressor()
     rng = np.random.default_rng(3)
-    noisy = rigid_limit(model, LINES, drifting(model, np.zeros((6, 6)), 1e4, rng, 0.3))
+    noisy = rigid_limit(MODEL, LINES, drifting(np.zeros((6, 6)), 1e4, rng, 0.3))
     assert noisy.is_rigid
     assert noisy.deviation > 0
-    small = rigid_limit(model, LINES, drifting(model, model.mass_matrix, 1500.0))
+    apparent = drifting(MODEL.mass_matrix, 1500.0)
+    small = rigid_limit(MODEL, LINES, apparent)
     assert small.is_rigid
     assert small.drift == pytest.approx(0.01, abs=0.001)
-    assert rigid_limit(
-        model, LINES, drifting(model, model.mass_matrix, 1500.0), tolerance=0.005
-    ).holds_to == pytest.approx(1500 * np.sqrt(0.005), rel=0.02)
-    with pytest.raises(InputError, match="fewer than 8 lines"):
-        rigid_limit(model, LINES[:50], model.apparent_mass(LINES[:50]))
+    strict = rigid_limit(MODEL, LINES, apparent, tolerance=0.005)
+    assert strict.holds_to == pytest.approx(1500 * np.sqrt(0.005), rel=0.02)
 
 
 def hammered(rng, error=0.0):
@@ -165,8 +296,7 @@ def hammered(rng, error=0.0):
     impacts = [Impact(f"I{n + 1}", places[n], directions[n]) for n in range(12)]
     true = places + error * rng.standard_normal(places.shape)
     wrenches = np.concatenate([directions, np.cross(true, directions)], axis=1)
-    model = compressor()
-    values = model.inertance(LINES[::20]) @ wrenches.T
+    values = MODEL.inertance(LINES[::20]) @ wrenches.T
     names = tuple(impact.name for impact in impacts)
     return impacts, Frf(LINES[::20], values, AXES, names, "(m/s^2)/N")
 
@@ -184,204 +314,3 @@ def test_exchanged_impacts_are_found_and_nothing_else(error):
     assert {found.first, found.second} == {"I2", "I8"}
     assert found.left < 0.5 * found.disagreement
     assert "I2 and I8 are exchanged" in found.verdict
-
-
-LINES_2 = np.array([10.0, 17.5, 30.0, 100.0, 150.0])
-CENTRE = np.array([0.0015, -0.002, 0.001])
-GAIN = GainFactor.of([1.85, 0.06, 2.2, 0.42, 0.15, 2.5])
-MOUNTS = (
-    CompressorMount(
-        "mount 1",
-        np.array([-0.156, 0.004, 0.020]),
-        np.deg2rad([-4.9, -4.9, 185.0]),
-        np.array([29900.0, 10800.0, 12200.0]),
-    ),
-    CompressorMount(
-        "mount 2",
-        np.array([-0.019, -0.067, 0.078]),
-        np.deg2rad([2.5, 43.3, 87.5]),
-        np.array([29700.0, 12900.0, 11800.0]),
-    ),
-    CompressorMount(
-        "mount 3",
-        np.array([-0.008, 0.074, 0.082]),
-        np.deg2rad([2.2, 131.5, 89.4]),
-        np.array([29200.0, 10600.0, 10300.0]),
-    ),
-)
-MODEL = CompressorModel.on_mounts(7.2, CENTRE, INERTIA, MOUNTS, GAIN)
-
-
-def identical_values() -> np.ndarray:
-    minimal = MinimalParameters(0.055).values_of(MODEL)
-    rng = np.random.default_rng(1)
-    mounting = np.concatenate(
-        [rng.normal(0, 0.003, 9), rng.normal(0, 0.05, 6), np.log([3e4, 1.2e4])]
-    )
-    return np.concatenate([minimal[:10], mounting, minimal[-5:]])
-
-
-def thesis_values() -> np.ndarray:
-    values = ThesisParameters().values_of(MODEL, MOUNTS)
-    values[-1] = 1.1
-    return values
-
-
-CASES = [
-    (MinimalParameters(0.055), MinimalParameters(0.055).values_of(MODEL)),
-    (ThesisParameters(), thesis_values()),
-    (IdenticalMountParameters(MOUNTS, 0.055), identical_values()),
-]
-NAMES = ["minimal", "thesis", "identical"]
-
-
-def fourth_order(function, values, number, step):
-    """Central difference over four points."""
-
-    def at(times: int):
-        moved = values.copy()
-        moved[number] += times * step
-        return function(moved)
-
-    return (8 * (at(1) - at(-1)) - (at(2) - at(-2))) / (12 * step)
-
-
-@pytest.mark.parametrize(("parametrisation", "values"), CASES, ids=NAMES)
-def test_derivatives_of_the_apparent_mass(
-    parametrisation: Parametrisation, values: np.ndarray
-) -> None:
-    analytic = parametrisation.sensitivities(values, LINES_2)
-    assert analytic.shape == (len(parametrisation.names), LINES_2.size, 6, 6)
-    for number in range(values.size):
-        step = 1e-3 * max(abs(values[number]), 1e-2)
-        numeric = fourth_order(
-            lambda v: parametrisation.model(v).apparent_mass(LINES_2), values, number, step
-        )
-        size = np.abs(analytic[number]).max()
-        assert size > 0
-        np.testing.assert_allclose(analytic[number], numeric, rtol=0, atol=1e-7 * size)
-
-
-@pytest.mark.parametrize(("parametrisation", "values"), CASES, ids=NAMES)
-def test_derivatives_of_the_mass_matrix(
-    parametrisation: Parametrisation, values: np.ndarray
-) -> None:
-    analytic = parametrisation.mass_sensitivities(values)
-    for number in range(values.size):
-        step = 1e-3 * max(abs(values[number]), 1e-2)
-        numeric = fourth_order(lambda v: parametrisation.model(v).mass_matrix, values, number, step)
-        np.testing.assert_allclose(
-            analytic[number], numeric, rtol=0, atol=1e-7 * max(np.abs(numeric).max(), 1e-3)
-        )
-
-
-@pytest.mark.parametrize(("parametrisation", "values"), CASES, ids=NAMES)
-def test_one_name_and_one_unit_each(parametrisation: Parametrisation, values: np.ndarray) -> None:
-    assert len(parametrisation.names) == len(parametrisation.units) == values.size
-    assert len(set(parametrisation.names)) == values.size
-
-
-def test_the_numbers_of_each_parametrisation() -> None:
-    assert [values.size for _, values in CASES] == [35, 44, 32]
-
-
-def test_minimal_parameters_return_the_compressor() -> None:
-    back = CASES[0][0].model(CASES[0][1])
-    np.testing.assert_allclose(
-        back.apparent_mass(LINES_2), MODEL.apparent_mass(LINES_2), rtol=0, atol=1e-12
-    )
-    assert back.gain.real.at(20.0) == pytest.approx(1.0, abs=1e-14)
-
-
-def test_thesis_parameters_return_the_compressor() -> None:
-    values = ThesisParameters().values_of(MODEL, MOUNTS)
-    back = ThesisParameters().model(values)
-    np.testing.assert_allclose(
-        back.apparent_mass(LINES_2), MODEL.apparent_mass(LINES_2), rtol=0, atol=1e-12
-    )
-    values[-1] = 2.0
-    doubled = ThesisParameters().model(values)
-    np.testing.assert_allclose(doubled.gain.at(LINES_2), 2 * GAIN.at(LINES_2), rtol=1e-14)
-
-
-def test_identical_mounts_at_their_nominal_place() -> None:
-    values = identical_values()
-    values[10:25] = 0.0
-    mounts = IdenticalMountParameters(MOUNTS, 0.055).mounts(values)
-    for mount, nominal in zip(mounts, MOUNTS, strict=True):
-        np.testing.assert_allclose(mount.position, nominal.position, atol=1e-15)
-        np.testing.assert_allclose(mount.orientation, nominal.orientation, atol=1e-12)
-        np.testing.assert_allclose(mount.stiffness, [3e4, 1.2e4, 1.2e4])
-
-
-def test_any_ten_numbers_are_a_body() -> None:
-    rng = np.random.default_rng(2)
-    for _ in range(50):
-        matrix = mass_matrix_from_parameters(rng.normal(0, 1, 10), 0.1)
-        assert np.linalg.eigvalsh(matrix)[0] > 0
-        inertia = matrix[3:, 3:]
-        moments = np.linalg.eigvalsh(inertia)
-        assert moments[2] <= moments[0] + moments[1] + 1e-12 * moments[2]
-
-
-def test_mass_parameters_of_a_body() -> None:
-    body = RigidBody(7.2, CENTRE, INERTIA)
-    back = mass_matrix_from_parameters(mass_parameters(body, 0.055), 0.055)
-    np.testing.assert_allclose(back, mass_matrix(7.2, INERTIA, CENTRE), rtol=1e-12, atol=1e-15)
-
-
-def test_gain_shape_keeps_the_gain_but_for_its_scale() -> None:
-    shape = gain_from_parameters(gain_parameters(GAIN, 20.0), 20.0)
-    np.testing.assert_allclose(shape.at(LINES_2), GAIN.at(LINES_2) / GAIN.real.at(20.0), rtol=1e-13)
-
-
-def test_derivatives_of_the_gain_shape() -> None:
-    values = gain_parameters(GAIN, 20.0)
-    analytic = gain_derivatives(values, 20.0, LINES_2)
-    for number in range(5):
-        numeric = fourth_order(
-            lambda v: gain_from_parameters(v, 20.0).at(LINES_2), values, number, 1e-3
-        )
-        np.testing.assert_allclose(analytic[number], numeric, rtol=0, atol=1e-9)
-
-
-def test_loss_that_causality_expects_is_a_slope() -> None:
-    above, below = GAIN.real.at(LINES_2 * 1.0001), GAIN.real.at(LINES_2 / 1.0001)
-    slope = (above - below) / (2 * np.log(1.0001))
-    np.testing.assert_allclose(GAIN.expected_loss(LINES_2), np.pi / 2 * slope, rtol=1e-6)
-
-
-def test_amplitude_gain_falls_to_its_limit() -> None:
-    gain = AmplitudeGain(0.9, 1e5, 3.0)
-    assert gain.at(0.0) == pytest.approx(0.9 + 1 / 3)
-    assert gain.at(1.0) == pytest.approx(0.9, abs=2e-5)
-    assert np.all(np.diff(gain.at(np.linspace(0, 1e-3, 9))) < 0)
-
-
-@pytest.mark.parametrize(
-    ("build", "words"),
-    [
-        (lambda: HyperbolicGain(1.0, -0.1, 2.0), "must be positive"),
-        (lambda: HyperbolicGain(1.0, 0.1, 0.0), "must be positive"),
-        (lambda: HyperbolicGain(np.nan, 0.1, 2.0), "finite"),
-        (lambda: AmplitudeGain(1.0, 0.0, 2.0), "must be positive"),
-        (lambda: CompressorMount("m", np.zeros(2), np.zeros(3), np.ones(3)), "position has shape"),
-        (lambda: CompressorMount("m", np.zeros(3), np.zeros(3), np.zeros(3)), "positive"),
-        (
-            lambda: CompressorModel(-1.0, CENTRE, INERTIA, MODEL.stiffness, GAIN),
-            "mass of -1 kg",
-        ),
-        (
-            lambda: CompressorModel(7.0, CENTRE, np.diag([1.0, 1.0, 3.0]), MODEL.stiffness, GAIN),
-            "no body has the principal moments",
-        ),
-        (
-            lambda: CompressorModel(7.0, CENTRE, INERTIA, np.triu(np.ones((6, 6))), GAIN),
-            "not symmetric",
-        ),
-        (lambda: MODEL.apparent_mass([0.0, 10.0]), "0 Hz"),
-    ],
-)
-def test_what_cannot_be_is_refused(build, words: str) -> None:
-    with pytest.raises(InputError, match=words):
-        build()

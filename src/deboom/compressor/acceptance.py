@@ -38,15 +38,8 @@ class Decision(Enum):
 class Bounds:
     """What a characteristic must keep, in its SI unit; at least one bound.
 
-    Parameters
-    ----------
-    at_least, at_most : float or None
-        Lower and upper bound.
-
-    Raises
-    ------
-    InputError
-        No bound, or the lower one above the upper one.
+    `at_least`, `at_most`: lower and upper bound. InputError: no bound, or the lower one above the
+    upper one.
     """
 
     at_least: float | None = None
@@ -73,25 +66,12 @@ class Bounds:
 class Characteristic:
     """A measured property of a component.
 
-    Parameters
-    ----------
-    name : str
-        Such as ``static unbalance``.
-    values : array, shape (n,)
-        In SI; several where the limit holds over a band: each must keep it.
-    deviations : array, shape (n,)
-        Standard deviations, all known causes together [unit of the values].
-    lines : array, shape (n,)
-        Where in frequency [Hz]; 0 where the property has none.
-    is_radius : bool
-        The values are lengths of measured vectors in a plane, such as an unbalance, not scalars.
-    doubt : str
-        Why the measurement proves nothing, whatever it reads; empty where it may be trusted.
-
-    Raises
-    ------
-    InputError
-        No value, other shapes, a deviation that is not positive.
+    `name`: such as ``static unbalance``; `values` (n,): in SI; several where the limit holds over a
+    band: each must keep it; `deviations` (n,): standard deviations, all known causes together [unit
+    of the values]; `lines` (n,): where in frequency [Hz]; 0 where the property has none;
+    `is_radius`: the values are lengths of measured vectors in a plane, such as an unbalance, not
+    scalars; `doubt`: why the measurement proves nothing, whatever it reads; empty where it may be
+    trusted. InputError: no value, other shapes, a deviation that is not positive.
     """
 
     name: str
@@ -110,24 +90,12 @@ class Characteristic:
 class Verdict:
     """What was decided, at the line that decides.
 
-    Parameters
-    ----------
-    name : str
-        Name of the characteristic.
-    decision : Decision
-        What is proven.
-    bounds : Bounds
-        What must be kept.
-    value, deviation : float
-        At the line nearest to breaking its limit, counted in deviations.
-    line : float
-        Its frequency [Hz]; 0 where there is none.
-    pass_guard, fail_guard : float
-        How far inside a bound a value must lie to pass, and how far outside to fail.
-    shrinkage : float
-        Factor by which the deviation must shrink to decide, if the value stays; 1 where decided.
-    doubt : str
-        Why nothing was decided, whatever the value; empty where the uncertainty alone decides.
+    `name`: name of the characteristic; `value`, `deviation`: at the line nearest to breaking its
+    limit, counted in deviations; `line`: its frequency [Hz]; 0 where there is none; `pass_guard`,
+    `fail_guard`: how far inside a bound a value must lie to pass, and how far outside to fail;
+    `shrinkage`: factor by which the deviation must shrink to decide, if the value stays; 1 where
+    decided; `doubt`: why nothing was decided, whatever the value; empty where the uncertainty alone
+    decides.
     """
 
     name: str
@@ -163,10 +131,6 @@ def judge(measured: Characteristic, bounds: Bounds, risk: float = RISK) -> Verdi
         In the unit of the characteristic.
     risk : float
         Largest probability of a wrong proof, between 0 and 0.5 [1].
-
-    Returns
-    -------
-    Verdict
 
     Raises
     ------
@@ -241,14 +205,8 @@ def overall(verdicts: Sequence[Verdict]) -> Decision:
 class StiffnessLimit:
     """Window of the dynamic stiffness of one direction.
 
-    Parameters
-    ----------
-    direction : str
-        One of ``x y z rx ry rz`` at the virtual point.
-    band : (float, float)
-        Where it must be kept, ends included [Hz].
-    bounds : Bounds
-        Of its size [N/m, N m/rad].
+    `direction`: one of ``x y z rx ry rz`` at the virtual point; `band`: where it must be kept, ends
+    included [Hz].
     """
 
     direction: str
@@ -273,16 +231,7 @@ class StiffnessLimit:
 class ComponentLimits:
     """What a component must keep, in SI.
 
-    Parameters
-    ----------
-    path : Path
-        File that states it.
-    risk : float
-        Largest probability of passing a part that breaks a limit [1].
-    static_unbalance, dynamic_unbalance : Bounds or None
-        [kg m], [kg m²].
-    stiffness : tuple of StiffnessLimit
-        Windows of the dynamic stiffness.
+    `risk`: largest probability of passing a part that breaks a limit [1].
     """
 
     path: Path
@@ -326,18 +275,8 @@ def component_verdicts(
 def stiffness_characteristic(kept: IdentifiedCompressor, limit: StiffnessLimit) -> Characteristic:
     """Read the dynamic stiffness of one direction off an identified compressor.
 
-    Parameters
-    ----------
-    kept : IdentifiedCompressor
-        From the hammer test.
-    limit : StiffnessLimit
-        Direction and band.
-
-    Returns
-    -------
-    Characteristic
-        ``|v(f) K_dd|`` and its deviation from the whole covariance [N/m, N m/rad]; doubted where
-        the model has an alarm, or no line was fitted below or above the band.
+    Returns ``|v(f) K_dd|`` and its deviation from the whole covariance [N/m, N m/rad]; doubted
+    where the model has an alarm, or no line was fitted below or above the band.
     """
     place, lines = AXES.index(limit.direction), limit.lines
     parameters = MinimalParameters(kept.length, reference_frequency=kept.reference_frequency)
@@ -358,18 +297,8 @@ def stiffness_characteristic(kept: IdentifiedCompressor, limit: StiffnessLimit) 
 def unbalance_characteristic(found: Unbalance, name: str) -> Characteristic:
     """Read an unbalance off the global fit of the chosen route.
 
-    Parameters
-    ----------
-    found : Unbalance
-        All that the sweeps say.
-    name : str
-        `STATIC` or `DYNAMIC`.
-
-    Returns
-    -------
-    Characteristic
-        Its size, with the deviation of the worst direction [kg m, kg m²]; doubted where hoses were
-        on or visible, the sweeps are not explained, or the route rests on a refuted model.
+    Returns its size, with the deviation of the worst direction [kg m, kg m²]; doubted where hoses
+    were on or visible, the sweeps are not explained, or the route rests on a refuted model.
     """
     sources = found.chosen.sources
     place = 0 if name == STATIC else 1

@@ -40,17 +40,8 @@ def motion_at_mounts(
 ) -> ComplexArray:
     """Compute the motion of the compressor at each of its mounts.
 
-    Parameters
-    ----------
-    mounts : sequence of CompressorMount
-        Mounts where they stand, n of them.
-    displacement : array, shape (n_frequency, 6)
-        Motion of the virtual point [m, rad].
-
-    Returns
-    -------
-    array, shape (n_frequency, 3 n)
-        x, y, z of each mount [m].
+    `displacement` (n_frequency, 6): motion of the virtual point [m, rad]. Returns (n_frequency, 3
+    n) x, y, z of each mount [m].
     """
     rows = forward_matrices(np.array([mount.position for mount in mounts]))
     return np.asarray(np.asarray(displacement, dtype=complex) @ rows.T)
@@ -61,22 +52,10 @@ def mount_forces(
 ) -> ComplexArray:
     """Compute the force of each mount on the body.
 
-    Parameters
-    ----------
-    mounts : sequence of CompressorMount
-        Mounts where the gain is 1, n of them.
-    factor : complex array, shape (n_frequency,)
-        Gain, and what the mounts have changed since it was found [1].
-    travel : array, shape (n_frequency, 3 n)
-        Motion of the compressor minus motion of the body, x, y, z of each mount [m].
+    `factor` (n_frequency,): gain, and what the mounts have changed since it was found [1]; `travel`
+    (n_frequency, 3 n): motion of the compressor minus motion of the body, x, y, z of each mount
+    [m]. Returns (n_frequency, 3 n) complex peak [N].
 
-    Returns
-    -------
-    array, shape (n_frequency, 3 n)
-        Complex peak [N].
-
-    Notes
-    -----
     ``F_i = v(f) K_i (T_i x − y_i)``: thesis, section 4.5.1, with the body's motion y that the
     thesis leaves out.
     """
@@ -97,14 +76,9 @@ def load_at_virtual_point(mounts: Sequence[CompressorMount], forces: npt.ArrayLi
 class BodyLoads:
     """What compressor and hoses do to the body over the speed of a sweep.
 
-    Parameters
-    ----------
-    mounts : array, shape (n_frequency, 3 n_mount)
-        x, y, z of each mount [N].
-    hoses : array, shape (n_frequency, 6 n_hose)
-        Three forces and three moments of each hose at its end [N, N m].
-    hose_ends : array, shape (n_frequency, 6 n_hose)
-        Motion of the body there [m, rad].
+    `mounts` (n_frequency, 3 n_mount): x, y, z of each mount [N]; `hoses` (n_frequency, 6 n_hose):
+    three forces and three moments of each hose at its end [N, N m]; `hose_ends` (n_frequency, 6
+    n_hose): motion of the body there [m, rad].
     """
 
     mounts: ComplexArray
@@ -120,24 +94,9 @@ def body_receptance(
 ) -> ComplexArray:
     """Compute motion of the free body where mounts and hoses push, per load there.
 
-    Parameters
-    ----------
-    accelerance : Frf
-        From `deboom.measurement.electric_car.wrench_accelerance`.
-    frequency : array, shape (n_frequency,)
-        Measured lines [Hz].
-    mounts, hoses : sequence of str
-        Names of points: three motions of each of the first, six of each of the second.
-
-    Returns
-    -------
-    array, shape (n_frequency, 3 n_mount + 6 n_hose, 3 n_mount + 6 n_hose)
-        [m/N, 1/N, 1/(N m)].
-
-    Raises
-    ------
-    InputError
-        A point without accelerances, or a line that was not measured.
+    `frequency` (n_frequency,): measured lines [Hz]. Returns (n_frequency, 3 n_mount + 6 n_hose, 3
+    n_mount + 6 n_hose) [m/N, 1/N, 1/(N m)]. InputError: a point without accelerances, or a line
+    that was not measured.
     """
     lines = np.asarray(frequency, dtype=float)
     chosen = [(name, N_FORCE) for name in mounts] + [(name, N_WRENCH) for name in hoses]
@@ -166,32 +125,13 @@ def loads_by_measured_holders(
 ) -> BodyLoads:
     """Find the loads where accelerometers show how the body moves at the mounts.
 
-    Parameters
-    ----------
-    mounts : sequence of CompressorMount
-        Mounts where the gain is 1.
-    factor : complex array, shape (n_frequency,)
-        Factor on their stiffness [1].
-    displacement : array, shape (n_frequency, 6)
-        Motion of the compressor at its virtual point [m, rad].
-    holder : array, shape (n_frequency, 3 n_mount)
-        Motion of the body at the mounts [m]; zeros leave it out.
-    hoses : sequence of HoseDrawing
-        None where long soft ones cut their paths.
-    frequency : array, shape (n_frequency,)
-        Lines, with hoses [Hz].
-    receptance : array, optional
-        From `body_receptance`: how the body moves at the hoses' ends, where nothing was measured;
-        without it these stand still.
+    `factor` (n_frequency,): factor on their stiffness [1]; `displacement` (n_frequency, 6): motion
+    of the compressor at its virtual point [m, rad]; `holder` (n_frequency, 3 n_mount): motion of
+    the body at the mounts [m]; zeros leave it out; `frequency` (n_frequency,): lines, with hoses
+    [Hz].
 
-    Returns
-    -------
-    BodyLoads
-
-    Notes
-    -----
-    ``F_m = v K (T x − y)`` and, with the free body's receptances Y, ``F_h = (1 + Z Y_hh)⁻¹ (S x −
-    Z Y_hm F_m)``, where a hose pushes on the body with ``S x − Z b``.
+    ``F_m = v K (T x − y)`` and, with the free body's receptances Y, ``F_h = (1 + Z Y_hh)⁻¹ (S x − Z
+    Y_hm F_m)``, where a hose pushes on the body with ``S x − Z b``.
     """
     forces = mount_forces(mounts, factor, motion_at_mounts(mounts, displacement) - holder)
     if not hoses:
@@ -219,19 +159,6 @@ def loads_by_predicted_holders(
 ) -> BodyLoads:
     """Find the loads where the body's own receptances say how it moves.
 
-    Parameters
-    ----------
-    mounts, factor, displacement, hoses, frequency
-        As for `loads_by_measured_holders`.
-    receptance : array
-        From `body_receptance`, of these mounts and hoses.
-
-    Returns
-    -------
-    BodyLoads
-
-    Notes
-    -----
     ``L = (1 + Z Y)⁻¹ S x``: every element pushes on the body with ``S x − Z b``, and ``b = Y L``.
     """
     n = N_FORCE * len(mounts)
@@ -257,15 +184,7 @@ def _solved(matrices: ComplexArray, vectors: ComplexArray) -> ComplexArray:
 
 @dataclass(frozen=True, eq=False)
 class Neighbours:
-    """What a compressor hangs on beside its mounts, and how the body answers.
-
-    Parameters
-    ----------
-    hoses : tuple of HoseDrawing
-        Standard ones, called like the points of the body; empty where they are not known.
-    accelerance : Frf
-        Of the free body at mounts and hoses, from `wrench_accelerance`.
-    """
+    """What a compressor hangs on beside its mounts, and how the body answers."""
 
     hoses: tuple[HoseDrawing, ...]
     accelerance: Frf
@@ -280,31 +199,9 @@ def on_rigid_foundation(
 ) -> OperatingTest:
     """Take the motion of the body off the accelerations of a running compressor.
 
-    Parameters
-    ----------
-    test : OperatingTest
-        With accelerations on the body side of the mounts in every sweep.
-    found : Identification
-        Identification of its hammer test, which stood on a rigid foundation.
-    mounts : sequence of CompressorMount
-        Mounts called like the holders.
-    neighbours : Neighbours, optional
-        Without it, what the body does through the hoses stays in the sweeps that have them.
-    change : callable, optional
-        Lines [Hz] → change of the mounts' stiffness since the hammer test [1]; none by default.
+    Returns with the accelerations that the same load would cause on a rigid foundation. InputError:
+    a sweep without holder accelerations of a mount, a hose without accelerances.
 
-    Returns
-    -------
-    OperatingTest
-        With the accelerations that the same load would cause on a rigid foundation.
-
-    Raises
-    ------
-    InputError
-        A sweep without holder accelerations of a mount, a hose without accelerances.
-
-    Notes
-    -----
     The body's motions y at the mounts and b at the hoses drive the compressor, ``AM a = F + Σ Tᵀ v
     K y + Sᵀ b``, so that ``a − AM⁻¹ (Σ Tᵀ v K y + Sᵀ b)`` is the motion by F alone; b is predicted
     by the free body's accelerances. A change of the mounts since the hammer test that is not known
@@ -320,10 +217,7 @@ def on_rigid_foundation(
 def holder_displacement(sweep: OperatingSweep, mounts: Sequence[CompressorMount]) -> ComplexArray:
     """Return the motion of the body at the mounts, shape (n_frequency, 3 n) [m].
 
-    Raises
-    ------
-    InputError
-        No accelerations on the body side of a mount.
+    InputError: no accelerations on the body side of a mount.
     """
     names = [f"{mount.name} {axis}" for mount in mounts for axis in SENSOR_AXES]
     recorded = () if sweep.holder is None else sweep.holder.channels

@@ -47,16 +47,9 @@ PART = 2**19
 class FreeCompressor:
     """A running compressor without mounts and hoses, at its virtual point.
 
-    Parameters
-    ----------
-    frequency : array, shape (f,)
-        Frequency of the rotation [Hz].
-    dynamic_stiffness : array, shape (f, 6, 6)
-        Of the free body with its turning rotor [N/m, N/rad, N m/rad].
-    case_names : tuple of str, length c
-        Such as ``7.5 bar``.
-    load : array, shape (c, f, 6)
-        Of the source, complex peak [N, N m].
+    `frequency` (f,): frequency of the rotation [Hz]; `dynamic_stiffness` (f, 6, 6): of the free
+    body with its turning rotor [N/m, N/rad, N m/rad]; `case_names`: such as ``7.5 bar``; `load` (c,
+    f, 6): of the source, complex peak [N, N m].
     """
 
     frequency: RealArray
@@ -101,23 +94,10 @@ def free_compressor(
 class BodySide:
     """The free body of a car at its points: first m mounts, then the ends of hoses.
 
-    Parameters
-    ----------
-    name : str
-        Name of the car.
-    frequency : array, shape (f,)
-        Lines [Hz].
-    points : tuple of str
-        Names of the points, p of them.
-    receptance : array, shape (f, 6 p, 6 p)
-        Six motions per six loads of every point [m/N, 1/N, 1/(N m)].
-    transfer : array, shape (f, 6 p)
-        Pressure at the ear per load [Pa/N, Pa/(N m)].
-
-    Raises
-    ------
-    InputError
-        Shapes that do not fit together.
+    `name`: name of the car; `frequency` (f,): lines [Hz]; `points`: names of the points, p of them;
+    `receptance` (f, 6 p, 6 p): six motions per six loads of every point [m/N, 1/N, 1/(N m)];
+    `transfer` (f, 6 p): pressure at the ear per load [Pa/N, Pa/(N m)]. InputError: shapes that do
+    not fit together.
     """
 
     name: str
@@ -183,27 +163,14 @@ def measured_body(
 class CarSeam:
     """What the mounts see of compressor and car, six motions and loads at each of m mounts.
 
-    Parameters
-    ----------
-    car : str
-        Name of the car.
-    frequency : array, shape (f,)
-        Lines [Hz].
-    case_names : tuple of str, length c
-        Names of the cases.
-    free : array, shape (c, f, 6 m)
-        Motion of the compressor over that of the body with nothing between them [m, rad].
-    compliance : array, shape (f, 6 m, 6 m)
-        How the loads of the mounts on the body lessen it [m/N, 1/N, 1/(N m)].
-    transfer : array, shape (f, 6 m)
-        Pressure at the ear per such load, hoses included [Pa/N, Pa/(N m)].
-    direct : array, shape (c, f)
-        Pressure without mounts, through the hoses [Pa].
+    `car`: name of the car; `frequency` (f,): lines [Hz]; `case_names`: names of the cases; `free`
+    (c, f, 6 m): motion of the compressor over that of the body with nothing between them [m, rad];
+    `compliance` (f, 6 m, 6 m): how the loads of the mounts on the body lessen it [m/N, 1/N, 1/(N
+    m)]; `transfer` (f, 6 m): pressure at the ear per such load, hoses included [Pa/N, Pa/(N m)];
+    `direct` (c, f): pressure without mounts, through the hoses [Pa].
 
-    Notes
-    -----
-    With loads q of the mounts, relative motion ``r = free − compliance q`` and pressure
-    ``p = direct + transferᵀ q``.
+    With loads q of the mounts, relative motion ``r = free − compliance q`` and pressure ``p =
+    direct + transferᵀ q``.
     """
 
     car: str
@@ -233,10 +200,6 @@ def car_seam(
         At the m mounts and the ends of the hoses, in their order, same lines.
     hoses : HoseMatrices, optional
         None where nothing but the mounts joins both.
-
-    Returns
-    -------
-    CarSeam
 
     Raises
     ------
@@ -300,20 +263,10 @@ def car_seam(
 class MountVariables:
     """Columns of a design of m mounts.
 
-    Parameters
-    ----------
-    names, units : tuple of str, length k
-        Name and unit of each variable.
-    scaled : bool array, shape (k, 3 m)
-        Stiffnesses (axial and two radial of each mount) that each variable multiplies.
-    moved : bool array, shape (k, 3 m)
-        Coordinates (x, y, z of each mount) that each variable is; at most one of each.
-
-    Raises
-    ------
-    InputError
-        Not one row per variable, doubled names, a variable of no or of both kinds, a coordinate
-        with two variables.
+    `names`, `units`: name and unit of each variable; `scaled` (k, 3 m): stiffnesses (axial and two
+    radial of each mount) that each variable multiplies; `moved` (k, 3 m): coordinates (x, y, z of
+    each mount) that each variable is; at most one of each. InputError: not one row per variable,
+    doubled names, a variable of no or of both kinds, a coordinate with two variables.
     """
 
     names: tuple[str, ...]
@@ -357,10 +310,7 @@ class MountVariables:
     def checked(self, designs: npt.ArrayLike) -> RealArray:
         """Return the designs as a finite array of shape (n, k), stiffness factors above 0.
 
-        Raises
-        ------
-        InputError
-            Anything else.
+        InputError: anything else.
         """
         array = np.asarray(designs, dtype=float)
         if array.ndim != 2 or array.shape[1] != len(self.names):
@@ -392,10 +342,6 @@ def mount_variables(
         pieces of one part number differ by.
     places : bool
         Coordinates of every mount, ``mount 1 x`` … [mm], counted from `DATUM`.
-
-    Returns
-    -------
-    MountVariables
     """
     columns = np.arange(3 * len(mounts))
     axis_of, mount_of = np.tile(STIFFNESS_AXES, len(mounts)), columns // 3
@@ -424,23 +370,10 @@ def mount_variables(
 class MountStatics:
     """Travel under 1 g and rigid-body modes, as functions of the stiffness factors.
 
-    Parameters
-    ----------
-    variables : MountVariables
-        Columns of a design; places do not count: mounts stand where they are drawn.
-    mounts : tuple of CompressorMount
-        Mounts at factor 1.
-    gain : float
-        Stiffness that counts over that of `mounts` [1].
-    mass : float
-        Mass of the compressor [kg].
-    centre : array, shape (3,)
-        Centre of gravity, from the virtual point [m].
-    mass_matrix : array, shape (6, 6)
-        At the virtual point [kg, kg m, kg m²].
+    `gain`: stiffness that counts over that of `mounts` [1]; `mass`: mass of the compressor [kg];
+    `centre` (3,): centre of gravity, from the virtual point [m]; `mass_matrix` (6, 6): at the
+    virtual point [kg, kg m, kg m²].
 
-    Notes
-    -----
     Rubber is stiffer over frequency than at rest: with the gain of the lowest line travel comes out
     short and modes high, in the same ratio for all designs.
     """
@@ -465,10 +398,7 @@ class MountStatics:
     def __call__(self, designs: npt.ArrayLike) -> RealArray:
         """Return the largest travel of a mount under 1 g along x, y or z, (n, k) → (n, 1) [mm].
 
-        Raises
-        ------
-        InputError
-            Designs that are no designs of these variables.
+        InputError: designs that are no designs of these variables.
         """
         positions = np.array([mount.position for mount in self.mounts])
         stiffness = self._stiffness(designs)
@@ -480,13 +410,7 @@ class MountStatics:
         return np.asarray(1e3 * far.max(axis=(1, 2))[:, np.newaxis])
 
     def modes(self, designs: npt.ArrayLike) -> RealArray:
-        """Return the six rigid-body modes of designs, (n, k) → (n, 6) [Hz].
-
-        Raises
-        ------
-        InputError
-            As in `__call__`.
-        """
+        """Return the six rigid-body modes of designs, (n, k) → (n, 6) [Hz]."""
         stiffness = self._stiffness(designs)
         rows = [rigid_body_modes(self.mass_matrix, matrix)[0] for matrix in stiffness]
         return np.array(rows).reshape(-1, 6)
@@ -659,20 +583,8 @@ class CabinIndex:
     def __call__(self, designs: npt.ArrayLike) -> RealArray:
         """Return SPLV of each design in each car, weighted over the cases.
 
-        Parameters
-        ----------
-        designs : array_like, shape (n, k)
-            Designs [units of the variables].
-
-        Returns
-        -------
-        array, shape (n, v)
-            [dB(A)].
-
-        Raises
-        ------
-        InputError
-            Designs of another shape, not finite, or with a factor that is not positive.
+        `designs` (n, k): designs [units of the variables]. Returns (n, v) [dB(A)]. InputError:
+        designs of another shape, not finite, or with a factor that is not positive.
         """
         array = self.variables.checked(designs)
         total = np.full((len(array), len(self.seams)), self.one_pascal)
@@ -688,22 +600,8 @@ class CabinIndex:
     def pressure(self, designs: npt.ArrayLike, case: str | None = None) -> ComplexArray:
         """Return the pressure at the ear of every car.
 
-        Parameters
-        ----------
-        designs : array_like, shape (n, k)
-            Designs [units of the variables].
-        case : str, optional
-            By default the first one.
-
-        Returns
-        -------
-        array, shape (n, v, f)
-            Complex peak [Pa].
-
-        Raises
-        ------
-        InputError
-            No such case; designs as in `__call__`.
+        `designs` (n, k): designs [units of the variables]. Returns (n, v, f) complex peak [Pa].
+        InputError: no such case; designs as in `__call__`.
         """
         array = self.variables.checked(designs)
         if case is not None and case not in self.case_names:
@@ -719,23 +617,9 @@ class CabinIndex:
     def gradient(self, designs: npt.ArrayLike) -> RealArray:
         """Return the derivative of SPLV by every variable.
 
-        Parameters
-        ----------
-        designs : array_like, shape (n, k)
-            Designs [units of the variables].
+        `designs` (n, k): designs [units of the variables]. Returns (n, v, k) [dB(A) per unit of the
+        variable].
 
-        Returns
-        -------
-        array, shape (n, v, k)
-            [dB(A) per unit of the variable].
-
-        Raises
-        ------
-        InputError
-            As in `__call__`.
-
-        Notes
-        -----
         Adjoint: with ``S q = b`` and ``Sᵀ y = t``, ``dp = dtᵀ q + yᵀ db − yᵀ dS q``, exact.
         """
         array = self.variables.checked(designs)

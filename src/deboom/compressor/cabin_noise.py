@@ -60,23 +60,7 @@ Step = Callable[[str], None]
 
 @dataclass(frozen=True, eq=False)
 class RunningInCar:
-    """All that is known of a compressor in its car.
-
-    Parameters
-    ----------
-    car : ElectricCar
-        Measured car.
-    found : Identification
-        Identification of its hammer test.
-    shares : MountShares
-        What each mount carries.
-    accelerance : Frf
-        Of the free body between all points.
-    source : Unbalance
-        By sweeps with soft hoses where there are any, the motion of the body taken off.
-    hoses : HoseIdentification or None
-        None where they are left out.
-    """
+    """All that is known of a compressor in its car."""
 
     car: ElectricCar
     found: Identification
@@ -134,10 +118,6 @@ def running_in_car(
         Whether standard hoses are identified; without, their paths are left out.
     step : callable of str, optional
         Receiver of progress messages.
-
-    Returns
-    -------
-    RunningInCar
 
     Raises
     ------
@@ -230,29 +210,13 @@ def _struck_hoses(car: ElectricCar) -> tuple[HoseDrawing, ...]:
 class SweepNoise:
     """Sound at the ear over the speed of one sweep, path by path.
 
-    Parameters
-    ----------
-    sweep : str
-        Name of the sweep.
-    hoses : HoseState
-        What was joined.
-    pressure : float
-        Pressure of the gas [Pa].
-    frequency : array, shape (n_frequency,)
-        Frequency of the rotation [Hz].
-    paths : tuple of str
-        ``<point> x y z`` and, of hoses, ``mx my mz`` as well.
-    loads : array, shape (n_frequency, n_path)
-        On the body, complex peak [N, N m].
-    contributions : array, shape (n_frequency, n_path)
-        Sound of each path, complex peak [Pa].
-    n_mount_paths : int
-        Number of paths of the mounts; they come first.
-    measured : array, shape (n_frequency,)
-        At the ear, complex peak [Pa].
-    still_body, predicted_body : array, shape (n_frequency,)
-        Sound if the motion of the body is left out, and if it is predicted by its accelerances
-        instead of measured at the mounts [Pa].
+    `sweep`: name of the sweep; `pressure`: pressure of the gas [Pa]; `frequency` (n_frequency,):
+    frequency of the rotation [Hz]; `paths`: ``<point> x y z`` and, of hoses, ``mx my mz`` as well;
+    `loads` (n_frequency, n_path): on the body, complex peak [N, N m]; `contributions` (n_frequency,
+    n_path): sound of each path, complex peak [Pa]; `n_mount_paths`: number of paths of the mounts;
+    they come first; `measured` (n_frequency,): at the ear, complex peak [Pa]; `still_body`,
+    `predicted_body` (n_frequency,): sound if the motion of the body is left out, and if it is
+    predicted by its accelerances instead of measured at the mounts [Pa].
     """
 
     sweep: str
@@ -420,16 +384,9 @@ def _sweep_noise(
 class NoiseBand:
     """Levels between which the sound of a sweep lies, with and without the paths of hoses.
 
-    Parameters
-    ----------
-    sweep : str
-        Name of the sweep.
-    lower, upper : array, shape (n_frequency,)
-        Of all paths [dB(A)].
-    lower_mounts, upper_mounts : array, shape (n_frequency,)
-        Of the mounts' paths alone [dB(A)].
-    confidence : float
-        Confidence of each line [1].
+    `sweep`: name of the sweep; `lower`, `upper` (n_frequency,): of all paths [dB(A)];
+    `lower_mounts`, `upper_mounts` (n_frequency,): of the mounts' paths alone [dB(A)]; `confidence`:
+    confidence of each line [1].
     """
 
     sweep: str

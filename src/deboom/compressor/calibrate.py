@@ -21,12 +21,8 @@ from deboom.measurement.sensors import PlacementTolerances
 class Prior:
     """What is known of the parameters before the hammer test.
 
-    Parameters
-    ----------
-    values : array, shape (n_parameters,)
-        Expected values.
-    deviations : array, shape (n_parameters,)
-        1 σ; infinite where nothing is known.
+    `values` (n_parameters,): expected values; `deviations` (n_parameters,): 1 σ; infinite where
+    nothing is known.
     """
 
     values: RealArray
@@ -51,27 +47,13 @@ class WeighedMass:
 class SelfCalibration:
     """Compressor and placement that agree best with the raw FRFs and with what was known before.
 
-    Parameters
-    ----------
-    parametrisation : Parametrisation
-        Meaning of `values`.
-    values : array, shape (n_parameters,)
-        Most probable parameters.
-    placement : Placement
-        Meaning of `errors`.
-    errors : array, shape (n_errors,)
-        Most probable placement errors.
-    covariance : array, shape (n_parameters + n_errors, n_parameters + n_errors)
-        Posterior, linearised at the solution.
-    reduced_chi : float
-        Root mean square of the residuals in units of their noise; 1 where the model and the noise
-        explain the measurement, above 1.5 an alarm [1].
-    residuals : array, shape (n_frequency, n_channel, n_impact)
-        Complex, in units of the noise of one part [1].
-    n_evaluations : int
-        Number of evaluations of the residuals.
-    converged : bool
-        False where the optimiser stopped for its number of evaluations.
+    `values` (n_parameters,): most probable parameters; `errors` (n_errors,): most probable
+    placement errors; `covariance` (n_parameters + n_errors, n_parameters + n_errors): posterior,
+    linearised at the solution; `reduced_chi`: root mean square of the residuals in units of their
+    noise; 1 where the model and the noise explain the measurement, above 1.5 an alarm [1];
+    `residuals` (n_frequency, n_channel, n_impact): complex, in units of the noise of one part [1];
+    `n_evaluations`: number of evaluations of the residuals; `converged`: false where the optimiser
+    stopped for its number of evaluations.
     """
 
     parametrisation: Parametrisation
@@ -127,32 +109,11 @@ def self_calibrate(
 ) -> SelfCalibration:
     """Find the most probable parameters and placement errors.
 
-    Parameters
-    ----------
-    parametrisation : Parametrisation
-        Numbers of the compressor.
-    raw : RawInertance
-        Lines of the fit only.
-    tolerances : PlacementTolerances
-        1 σ of the errors; their expected value is 0.
-    start : array, shape (n_parameters,)
-        Values to begin with, such as a fit at the virtual point.
-    weighed : WeighedMass, optional
-        Without it the hammer's gain is the only scale.
-    prior : Prior, optional
-        Knowledge of the parameters.
-    largest_evaluations : int
-        Evaluations of the residuals at which the optimiser stops.
+    `start` (n_parameters,): values to begin with, such as a fit at the virtual point.
 
-    Returns
-    -------
-    SelfCalibration
-
-    Notes
-    -----
     Model ``Y = V(q) H(θ) U(q)ᵀ`` for a rigid, reciprocal body. Maximum of the posterior by
-    `scipy.optimize.least_squares` on the compressed problem: ``R`` with ``Rᵀ R = Jᵀ J`` and
-    ``R⁻ᵀ Jᵀ r`` have the cost, the gradient and the Gauss-Newton matrix of the full residuals, at a
+    `scipy.optimize.least_squares` on the compressed problem: ``R`` with ``Rᵀ R = Jᵀ J`` and ``R⁻ᵀ
+    Jᵀ r`` have the cost, the gradient and the Gauss-Newton matrix of the full residuals, at a
     hundredth of their number. Check `reduced_chi` before trusting the result.
     """
     from scipy.optimize import least_squares
@@ -321,16 +282,8 @@ class _Problem:
 class HoldOut:
     """Measured FRFs that took no part in a fit, against its prediction.
 
-    Parameters
-    ----------
-    what : str
-        Lines or impacts held out, in words.
-    predicted, measured : Frf
-        By the identified compressor and placement, and by the test [1/kg].
-    reduced_chi : float
-        Rms deviation in units of the noise [1].
-    relative_error : float
-        Rms deviation over rms of the measured FRFs [1].
+    `what`: lines or impacts held out, in words; `reduced_chi`: rms deviation in units of the noise
+    [1]; `relative_error`: rms deviation over rms of the measured FRFs [1].
     """
 
     what: str
@@ -353,26 +306,8 @@ def hold_out_impacts(
 ) -> HoldOut:
     """Predict impacts that were not fitted.
 
-    Parameters
-    ----------
-    found : SelfCalibration
-        Calibration without these impacts.
-    raw : RawInertance
-        All sensors of `found`; only the held-out impacts are judged.
-    tolerances : PlacementTolerances
-        1 σ of gains, positions and angles.
+    InputError: no impact that the fit did not see.
 
-    Returns
-    -------
-    HoldOut
-
-    Raises
-    ------
-    InputError
-        No impact that the fit did not see.
-
-    Notes
-    -----
     Where exactly a new impact struck is not known: its two offsets and two tilts are estimated
     within their tolerances, from hundreds of its FRFs, before it is judged.
     """

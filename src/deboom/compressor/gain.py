@@ -42,24 +42,12 @@ TOLERANCE = 1e-11
 class HyperbolicGain:
     """Real or imaginary part of a gain that rises to a limit.
 
-    Parameters
-    ----------
-    limit : float
-        Value at high frequency [1].
-    slope : float
-        Positive [s].
-    offset : float
-        Positive; ``1/offset`` is the rise from 0 Hz to the limit [1].
+    `limit`: value at high frequency [1]; `slope`: positive [s]; `offset`: positive; ``1/offset`` is
+    the rise from 0 Hz to the limit [1]. InputError: a number that is not finite, or a slope or an
+    offset that is not positive.
 
-    Raises
-    ------
-    InputError
-        A number that is not finite, or a slope or an offset that is not positive.
-
-    Notes
-    -----
-    ``v(f) = limit − 1/(slope·f + offset)`` with f in hertz: thesis, eq. 56 and 57. Valid from 10
-    to 150 Hz.
+    ``v(f) = limit − 1/(slope·f + offset)`` with f in hertz: thesis, eq. 56 and 57. Valid from 10 to
+    150 Hz.
     """
 
     limit: float
@@ -84,13 +72,6 @@ class HyperbolicGain:
 class GainFactor:
     """Complex gain common to all directions of all mounts, ``v(f) = v' + j v''``.
 
-    Parameters
-    ----------
-    real, imaginary : HyperbolicGain
-        Stiffening and loss over frequency.
-
-    Notes
-    -----
     Thesis, eq. 53, 56, 57, without its factor v_rel: v_rel, the scale of the gain and the scale of
     the static stiffness are one number, and only their product is seen in a measurement.
     """
@@ -123,18 +104,9 @@ class GainFactor:
     def expected_loss(self, frequency: npt.ArrayLike) -> RealArray:
         """Compute the imaginary part that causality ties to the real one, ``(π/2) dv'/d ln f``.
 
-        Parameters
-        ----------
-        frequency : array, shape (n_frequency,)
-            Lines [Hz].
+        `frequency` (n_frequency,): lines [Hz]. Returns (n_frequency,) [1]. A rubber whose imaginary
+        part is several times smaller or larger is not plausible.
 
-        Returns
-        -------
-        array, shape (n_frequency,)
-            [1]. A rubber whose imaginary part is several times smaller or larger is not plausible.
-
-        Notes
-        -----
         First-order Kramers–Kronig relation, good for gains that vary slowly with ln f.
         """
         lines = np.asarray(frequency, dtype=float)
@@ -146,22 +118,10 @@ class GainFactor:
 class AmplitudeGain:
     """Softening of rubber with amplitude, ``v(s) = limit + 1/(slope·s + offset)``.
 
-    Parameters
-    ----------
-    limit : float
-        Value at large amplitude [1].
-    slope : float
-        Positive [1/m].
-    offset : float
-        Positive; ``1/offset`` is the fall from rest to the limit [1].
+    `limit`: value at large amplitude [1]; `slope`: positive [1/m]; `offset`: positive; ``1/offset``
+    is the fall from rest to the limit [1]. InputError: a number that is not finite, or a slope or
+    an offset that is not positive.
 
-    Raises
-    ------
-    InputError
-        A number that is not finite, or a slope or an offset that is not positive.
-
-    Notes
-    -----
     Second factor of the thesis's eq. 54 and 55; s is the displacement amplitude of a mount.
     """
 
@@ -197,10 +157,6 @@ def gain_from_parameters(values: npt.ArrayLike, reference: float) -> GainFactor:
         Numbers in the order of `GAIN_SHAPE_NAMES` [1, ln Hz⁻¹, 1, 1, ln Hz⁻¹].
     reference : float
         Line at which the real part is 1 [Hz].
-
-    Returns
-    -------
-    GainFactor
 
     Notes
     -----
@@ -258,13 +214,7 @@ def gain_parameters(gain: GainFactor, reference: float) -> RealArray:
 
 @dataclass(frozen=True)
 class AmplitudeFactor:
-    """Softening of real and imaginary part of one mount's stiffness.
-
-    Parameters
-    ----------
-    real, imaginary : AmplitudeGain
-        Factors on the parts of the gain over frequency: second brackets of the thesis's eq. 54, 55.
-    """
+    """Softening of real and imaginary part of one mount's stiffness."""
 
     real: AmplitudeGain
     imaginary: AmplitudeGain
@@ -280,20 +230,11 @@ class AmplitudeFactor:
 class AmplitudeResponse:
     """Motion in which every mount is as stiff as its own amplitude makes it.
 
-    Parameters
-    ----------
-    frequency : array, shape (n_frequency,)
-        Lines [Hz].
-    displacement : array, shape (n_frequency, 6)
-        Motion of the virtual point, complex peak [m, rad].
-    amplitude : array, shape (n_frequency, n_mount)
-        Displacement of each mount [m].
-    gain : array, shape (n_frequency, n_mount)
-        Complex gain of each mount [1].
-    stiffness : array, shape (n_frequency, 6, 6)
-        Stiffness at the virtual point in this motion [N/m, N/rad, N m/rad].
-    iterations : int
-        Steps of the slowest line.
+    `frequency` (n_frequency,): lines [Hz]; `displacement` (n_frequency, 6): motion of the virtual
+    point, complex peak [m, rad]; `amplitude` (n_frequency, n_mount): displacement of each mount
+    [m]; `gain` (n_frequency, n_mount): complex gain of each mount [1]; `stiffness` (n_frequency, 6,
+    6): stiffness at the virtual point in this motion [N/m, N/rad, N m/rad]; `iterations`: steps of
+    the slowest line.
     """
 
     frequency: RealArray
@@ -338,10 +279,6 @@ def amplitude_response(
         Lines above 0 [Hz].
     start : float
         Amplitude to begin with [m].
-
-    Returns
-    -------
-    AmplitudeResponse
 
     Raises
     ------

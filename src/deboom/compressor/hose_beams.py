@@ -41,24 +41,13 @@ RANK_TOLERANCE = 1e-9
 class HoseMatrices:
     """Dynamic stiffness of n hoses, seen at the virtual point and at their ends on the body.
 
-    Parameters
-    ----------
-    frequency : array, shape (n_frequency,)
-        Lines [Hz].
-    names : tuple of str
-        Names of the hoses.
-    point : array, shape (n_frequency, 6, 6)
-        Load on the hoses at the virtual point per its motion, body ends fixed
-        [N/m, N/rad, N m/rad].
-    transfer : array, shape (n_frequency, 6 n, 6)
-        Load of the hoses on the body at their ends per motion of the virtual point; six rows per
-        hose, global axes [N/m, N/rad, N m/rad].
-    body : array, shape (n_frequency, 6 n, 6 n)
-        Load on the hoses at the body's ends per motion of these ends, virtual point fixed; block
-        diagonal [N/m, N/rad, N m/rad].
+    `frequency` (n_frequency,): lines [Hz]; `names`: names of the hoses; `point` (n_frequency, 6,
+    6): load on the hoses at the virtual point per its motion, body ends fixed [N/m, N/rad, N
+    m/rad]; `transfer` (n_frequency, 6 n, 6): load of the hoses on the body at their ends per motion
+    of the virtual point; six rows per hose, global axes [N/m, N/rad, N m/rad]; `body` (n_frequency,
+    6 n, 6 n): load on the hoses at the body's ends per motion of these ends, virtual point fixed;
+    block diagonal [N/m, N/rad, N m/rad].
 
-    Notes
-    -----
     With motions u at the virtual point and b at the body's ends, the hoses push on the body with
     ``transfer u − body b`` and on the compressor with ``transferᵀ b − point u``: a beam is
     reciprocal.
@@ -75,17 +64,10 @@ class HoseMatrices:
     ) -> ComplexArray:
         """Compute the load of the hoses on the body.
 
-        Parameters
-        ----------
-        displacement : array, shape (n_frequency, 6)
-            Motion of the virtual point, complex peak [m, rad].
-        body_motion : array, shape (n_frequency, 6 n), optional
-            Motion of the ends on the body; none by default [m, rad].
-
-        Returns
-        -------
-        array, shape (n_frequency, 6 n)
-            ``fx fy fz mx my mz`` of each hose at its end, complex peak [N, N m].
+        `displacement` (n_frequency, 6): motion of the virtual point, complex peak [m, rad];
+        `body_motion` (n_frequency, 6 n): motion of the ends on the body; none by default [m, rad].
+        Returns (n_frequency, 6 n) ``fx fy fz mx my mz`` of each hose at its end, complex peak [N, N
+        m].
         """
         load = applied(self.transfer, np.asarray(displacement, dtype=complex))
         if body_motion is not None:
@@ -95,13 +77,7 @@ class HoseMatrices:
     def compressor_load(
         self, displacement: npt.ArrayLike, body_motion: npt.ArrayLike | None = None
     ) -> ComplexArray:
-        """Compute the load on the compressor at the virtual point, (n_frequency, 6) [N, N m].
-
-        Parameters
-        ----------
-        displacement, body_motion
-            As for `body_load`.
-        """
+        """Compute the load on the compressor at the virtual point, (n_frequency, 6) [N, N m]."""
         load = -applied(self.point, np.asarray(displacement, dtype=complex))
         if body_motion is not None:
             back = np.swapaxes(self.transfer, -1, -2)
@@ -118,10 +94,6 @@ def hose_matrices(hoses: Sequence[HoseDrawing], frequency: npt.ArrayLike) -> Hos
         At least one hose; as drawn, or as identified.
     frequency : array, shape (n_frequency,)
         Lines above 0 [Hz].
-
-    Returns
-    -------
-    HoseMatrices
 
     Raises
     ------
@@ -164,17 +136,8 @@ def beam_of(hose: HoseDrawing) -> ViscoelasticBeam:
 def changed_hose(hose: HoseDrawing, numbers: npt.ArrayLike) -> HoseDrawing:
     """Move a hose by what the identification varies.
 
-    Parameters
-    ----------
-    hose : HoseDrawing
-        Hose as drawn.
-    numbers : array, shape (11,)
-        Logarithms of the ratios of `BEAM_NUMBERS`, then `PLACE_NUMBERS`: shift of the port, two
-        tilts of the direction, logarithm of the ratio of the length [1, m, rad, 1].
-
-    Returns
-    -------
-    HoseDrawing
+    `numbers` (11,): logarithms of the ratios of `BEAM_NUMBERS`, then `PLACE_NUMBERS`: shift of the
+    port, two tilts of the direction, logarithm of the ratio of the length [1, m, rad, 1].
     """
     values = np.asarray(numbers, dtype=float)
     n = len(BEAM_NUMBERS)
@@ -196,19 +159,9 @@ def point_derivatives(
 ) -> ComplexArray:
     """Differentiate `HoseMatrices.point` by the numbers of `changed_hose`.
 
-    Parameters
-    ----------
-    hoses : sequence of HoseDrawing
-        Hoses as drawn, n of them.
-    numbers : array, shape (n, 11)
-        Where the derivatives are taken.
-    frequency : array, shape (n_frequency,)
-        Lines above 0 [Hz].
-
-    Returns
-    -------
-    array, shape (n, 11, n_frequency, 6, 6)
-        The numbers of the beam analytically, those of the place by central differences.
+    `numbers` (n, 11): where the derivatives are taken; `frequency` (n_frequency,): lines above 0
+    [Hz]. Returns (n, 11, n_frequency, 6, 6) the numbers of the beam analytically, those of the
+    place by central differences.
     """
     lines, values = np.asarray(frequency, dtype=float), np.asarray(numbers, dtype=float)
     n_beam, end = len(BEAM_NUMBERS), np.s_[..., :6, :6]
@@ -241,15 +194,9 @@ def _congruence(hose: HoseDrawing) -> RealArray:
 class PortForces:
     """Which forces at the ports one wrench at the virtual point determines.
 
-    Parameters
-    ----------
-    rank : int
-        Number of the 3 n forces that the wrench determines.
-    n_forces : int
-        Three per port.
-    hidden : array, shape (3 n - rank, 3 n)
-        Sets of forces at the ports, one per row, that have no wrench: nothing at the virtual point
-        shows them [1].
+    `rank`: number of the 3 n forces that the wrench determines; `n_forces`: three per port;
+    `hidden` (3 n - rank, 3 n): sets of forces at the ports, one per row, that have no wrench:
+    nothing at the virtual point shows them [1].
     """
 
     rank: int
@@ -260,17 +207,6 @@ class PortForces:
 def port_forces(hoses: Sequence[HoseDrawing]) -> PortForces:
     """Find the forces at the ports that a wrench at the virtual point leaves open.
 
-    Parameters
-    ----------
-    hoses : sequence of HoseDrawing
-        At least one hose.
-
-    Returns
-    -------
-    PortForces
-
-    Notes
-    -----
     ``w = Σ V_iᵀ f_i``. Two ports have six forces and the wrench has six entries, yet the rank is 5:
     forces that push the ports apart along the line between them have no wrench.
     """

@@ -39,16 +39,10 @@ HIT_SCATTER = 5e-4
 class RunningCompressor:
     """Apparent mass of a compressor without hoses while its rotor turns.
 
-    Parameters
-    ----------
-    frequency : array, shape (n_frequency,)
-        Frequency of the rotation [Hz].
-    apparent_mass : array, shape (n_frequency, 6, 6)
-        At the virtual point [kg, kg m, kg m²].
-    mounts : array, shape (n_frequency, 6, 6)
-        Part of the mounts, ``(1 + δ) v K/ω²`` [kg, kg m, kg m²].
-    length : float
-        Length at which a rotation counts as much as a translation [m].
+    `frequency` (n_frequency,): frequency of the rotation [Hz]; `apparent_mass` (n_frequency, 6, 6):
+    at the virtual point [kg, kg m, kg m²]; `mounts` (n_frequency, 6, 6): part of the mounts, ``(1 +
+    δ) v K/ω²`` [kg, kg m, kg m²]; `length`: length at which a rotation counts as much as a
+    translation [m].
     """
 
     frequency: RealArray
@@ -67,25 +61,10 @@ def running_compressor(
 ) -> RunningCompressor:
     """Turn the compressor of the hammer test into the running one.
 
-    Parameters
-    ----------
-    found : Identification
-        Compressor of the hammer test.
-    frequency : array, shape (n_frequency,)
-        Lines above 0 [Hz].
-    change : complex array, shape (n_frequency,) or ()
-        δ of the mounts' dynamic stiffness against the hammer test [1].
-    rotor_inertia : float, optional
-        Polar moment of the rotor; without it the gyroscopic moment is left out [kg m²].
-    sense : RotationSense
-        Sense of the rotor.
+    `frequency` (n_frequency,): lines above 0 [Hz]; `change` (n_frequency,) or (): δ of the mounts'
+    dynamic stiffness against the hammer test [1]; `rotor_inertia`: polar moment of the rotor;
+    without it the gyroscopic moment is left out [kg m²].
 
-    Returns
-    -------
-    RunningCompressor
-
-    Notes
-    -----
     ``AM = M − (1 + δ) v K/ω² + j J skew(e_x)`` in the rotational block.
     """
     lines = np.asarray(frequency, dtype=float)
@@ -100,20 +79,11 @@ def running_compressor(
 class SweepPair:
     """Motion of the virtual point with soft and with standard hoses at one pressure.
 
-    Parameters
-    ----------
-    soft_name, standard_name : str
-        Names of the sweeps.
-    pressure : float
-        Pressure of the gas [Pa].
-    frequency : array, shape (n_frequency,)
-        Lines of both [Hz].
-    soft, standard : array, shape (n_frequency, 6)
-        Accelerations [m/s², rad/s²].
-    covariance : array, shape (n_frequency, 6, 6)
-        Of the difference of both, of the real as of the imaginary part.
-    inverse : array, shape (6, n_channel)
-        Channels → motion of the virtual point, by which they were found.
+    `soft_name`, `standard_name`: names of the sweeps; `pressure`: pressure of the gas [Pa];
+    `frequency` (n_frequency,): lines of both [Hz]; `soft`, `standard` (n_frequency, 6):
+    accelerations [m/s², rad/s²]; `covariance` (n_frequency, 6, 6): of the difference of both, of
+    the real as of the imaginary part; `inverse` (6, n_channel): channels → motion of the virtual
+    point, by which they were found.
     """
 
     soft_name: str
@@ -131,27 +101,9 @@ def sweep_pairs(
 ) -> tuple[SweepPair, ...]:
     """Find for each sweep with standard hoses the one with soft hoses that goes with it.
 
-    Parameters
-    ----------
-    test : OperatingTest
-        Sweeps of the running compressor.
-    found : Identification
-        With the accelerometers of the sweeps.
-    band : (float, float)
-        Lines that are kept [Hz].
+    `band`: lines that are kept [Hz]. Returns at least one, in the order of the sweeps with standard
+    hoses. InputError: no pressure at which both were run over common lines.
 
-    Returns
-    -------
-    tuple of SweepPair
-        At least one, in the order of the sweeps with standard hoses.
-
-    Raises
-    ------
-    InputError
-        No pressure at which both were run over common lines.
-
-    Notes
-    -----
     Rotor and gas are those of the pressure and the speed, whatever the hoses: the two motions
     differ by the hoses alone, as long as the mounts kept their temperature.
     """
@@ -194,24 +146,9 @@ def motion_at_virtual_point(
 ) -> tuple[ComplexArray, RealArray]:
     """Project the channels of a sweep on the calibrated virtual point.
 
-    Parameters
-    ----------
-    sweep : OperatingSweep
-        Accelerations of the running compressor.
-    found : Identification
-        With the calibration of the accelerometers.
-
-    Returns
-    -------
-    motion : array, shape (n_frequency, 6)
-        Acceleration [m/s², rad/s²].
-    covariance : array, shape (n_frequency, 6, 6)
-        Of the real as of the imaginary part.
-
-    Raises
-    ------
-    InputError
-        Channels of other sensors than those of the hammer test.
+    Returns `motion` (n_frequency, 6) acceleration [m/s², rad/s²], `covariance` (n_frequency, 6, 6)
+    of the real as of the imaginary part. InputError: channels of other sensors than those of the
+    hammer test.
     """
     if sweep.acceleration.channels != found.test.frf.outputs:
         raise InputError(
@@ -242,14 +179,8 @@ def _common_lines(
 class Changes(NamedTuple):
     """What k errors of the identification change, each alone.
 
-    Parameters
-    ----------
-    apparent_mass : array, shape (k, n_frequency, 6, 6)
-        [kg, kg m, kg m²].
-    response : array, shape (k, n_channel, 6)
-        Calibrated sensors [1, m].
-    excitation : array, shape (k, n_impact, 6)
-        Calibrated impacts [1, m].
+    `apparent_mass` (k, n_frequency, 6, 6): [kg, kg m, kg m²]; `response` (k, n_channel, 6):
+    calibrated sensors [1, m]; `excitation` (k, n_impact, 6): calibrated impacts [1, m].
     """
 
     apparent_mass: ComplexArray
@@ -276,21 +207,11 @@ class HoseEvidence(ABC):
     ) -> tuple[ComplexArray, ComplexArray]:
         """Compare with a stiffness of the hoses.
 
-        Parameters
-        ----------
-        stiffness : array, shape (n_frequency, 6, 6)
-            At the virtual point [N/m, N/rad, N m/rad].
-        slopes : array, shape (k, n_frequency, 6, 6)
-            Its derivatives by the numbers of the hoses.
-        nuisances : array, shape (n_nuisance,)
-            Numbers of no interest.
-
-        Returns
-        -------
-        values : array, shape (n,)
-            Complex deviations, both parts in units of their noise [1].
-        slopes : array, shape (k + n_nuisance, n)
-            By the numbers of the hoses, then by the nuisances.
+        `stiffness` (n_frequency, 6, 6): at the virtual point [N/m, N/rad, N m/rad]; `slopes` (k,
+        n_frequency, 6, 6): its derivatives by the numbers of the hoses; `nuisances` (n_nuisance,):
+        numbers of no interest. Returns `values` (n,) complex deviations, both parts in units of
+        their noise [1], `slopes` (k + n_nuisance, n) by the numbers of the hoses, then by the
+        nuisances.
         """
 
     @abstractmethod
@@ -309,29 +230,17 @@ class HoseEvidence(ABC):
 class HammerEvidence(HoseEvidence):
     """Inertance with hoses less inertance without, in coordinates of white noise.
 
-    Parameters
-    ----------
-    frequency : array, shape (n_frequency,)
-        Lines [Hz].
-    difference : array, shape (n_frequency, 6, 6)
-        ``Q_Vᵀ (Y_with − Y_without) Q_U``, with the calibrated ``V = Q_V R_V``, ``U = Q_U R_U``
-        [1/kg].
-    deviation : array, shape (n_frequency,)
-        Of the real as of the imaginary part of each entry [1/kg].
-    apparent_mass : array, shape (n_frequency, 6, 6)
-        Identified compressor without hoses [kg, kg m, kg m²].
-    response, excitation : array, shape (6, 6)
-        R_V and R_U [1, m].
-    channels, impacts : array, shape (n_channel, 6) and (n_impact, 6)
-        Q_V and Q_U [1].
-    nuisance_deviations : array, shape (18,)
-        Moments per newton by hits that strike elsewhere the second time, 1 σ [m].
+    `frequency` (n_frequency,): lines [Hz]; `difference` (n_frequency, 6, 6): ``Q_Vᵀ (Y_with −
+    Y_without) Q_U``, with the calibrated ``V = Q_V R_V``, ``U = Q_U R_U`` [1/kg]; `deviation`
+    (n_frequency,): of the real as of the imaginary part of each entry [1/kg]; `apparent_mass`
+    (n_frequency, 6, 6): identified compressor without hoses [kg, kg m, kg m²]; `response`,
+    `excitation` (6, 6): R_V and R_U [1, m]; `channels`, `impacts` (n_channel, 6) and (n_impact, 6):
+    Q_V and Q_U [1]; `nuisance_deviations` (18,): moments per newton by hits that strike elsewhere
+    the second time, 1 σ [m].
 
-    Notes
-    -----
-    Errors of sensors, hammer and model are the same in both tests and leave the difference but
-    for a share of itself. The hits do not strike where they struck before: 18 nuisances, moments
-    in the columns of U.
+    Errors of sensors, hammer and model are the same in both tests and leave the difference but for
+    a share of itself. The hits do not strike where they struck before: 18 nuisances, moments in the
+    columns of U.
     """
 
     frequency: RealArray
@@ -401,25 +310,8 @@ def hammer_evidence(
 ) -> HammerEvidence:
     """Compare two hammer tests of one compressor.
 
-    Parameters
-    ----------
-    without, with_hoses : InertanceTest
-        Tests of the same sensors, impacts and lines.
-    found : Identification
-        Compressor identified from `without`.
-    band : (float, float)
-        Lines that are used [Hz].
-    largest_lines : int
-        Number of lines; denser ones are thinned evenly.
-
-    Returns
-    -------
-    HammerEvidence
-
-    Raises
-    ------
-    InputError
-        Other sensors, impacts or lines, or no line in the band.
+    `band`: lines that are used [Hz]. InputError: other sensors, impacts or lines, or no line in the
+    band.
     """
     for test in (without, with_hoses):
         if test.frf.outputs != found.test.frf.outputs or test.frf.inputs != found.test.frf.inputs:
@@ -464,23 +356,10 @@ def hammer_evidence(
 class SweepEvidence(HoseEvidence):
     """Motion with standard hoses as predicted from that with soft ones at one pressure.
 
-    Parameters
-    ----------
-    frequency : array, shape (n_frequency,)
-        Lines of the pair [Hz].
-    pair : SweepPair
-        Both motions.
-    state : RunningCompressor
-        Compressor at their lines.
-    whitening : array, shape (n_frequency, 6, 6)
-        ``L⁻¹`` of the covariance of both motions.
-    basis : array, shape (n_unknown, n_frequency)
-        Change δ of the mounts in operation per real unknown, complex [1].
-    nuisance_deviations : array, shape (n_unknown,)
-        1 σ of each [1].
+    `frequency` (n_frequency,): lines of the pair [Hz]; `whitening` (n_frequency, 6, 6): ``L⁻¹`` of
+    the covariance of both motions; `basis` (n_unknown, n_frequency): change δ of the mounts in
+    operation per real unknown, complex [1]; `nuisance_deviations` (n_unknown,): 1 σ of each [1].
 
-    Notes
-    -----
     ``(AM − K_h/ω²) a_standard = AM a_soft``: rotor and gas drop out, no unbalance is needed, and
     the apparent mass counts in the product ``AM⁻¹ K_h`` only.
     """
@@ -542,25 +421,7 @@ def sweep_evidence(
 ) -> tuple[SweepEvidence, ...]:
     """Compare sweeps with standard and with soft hoses at each pressure that has both.
 
-    Parameters
-    ----------
-    test : OperatingTest
-        Sweeps of the running compressor.
-    found : Identification
-        From its hammer test without hoses.
-    band : (float, float)
-        Lines that are used [Hz].
-    sense : RotationSense
-        Of the rotor, for its gyroscopic moment.
-
-    Returns
-    -------
-    tuple of SweepEvidence
-
-    Raises
-    ------
-    InputError
-        No pressure with both.
+    `band`: lines that are used [Hz]. InputError: no pressure with both.
     """
     mounts = FactorOverFrequency()
     return tuple(
@@ -583,17 +444,7 @@ def stack(
 ) -> tuple[RealArray, RealArray]:
     """Put residuals of several measurements of the same hoses below each other, real.
 
-    Parameters
-    ----------
-    parts : sequence of tuples
-        Values and slopes of `HoseEvidence.residuals`, each with nuisances of its own.
-    first : int
-        Number of the hoses' numbers, which all share.
-
-    Returns
-    -------
-    values : array, shape (n,)
-    jacobian : array, shape (n, first + n_nuisance)
+    Returns `values` (n,), `jacobian` (n, first + n_nuisance).
     """
     sizes = [len(slopes) - first for _, slopes in parts]
     rows, at = [], first

@@ -68,21 +68,9 @@ class HoseSource(Enum):
 class HosePrior:
     """How well hoses are known from their drawing, 1 σ.
 
-    Parameters
-    ----------
-    beam : float
-        Of the logarithms of EA, GJ, EI, mass per length and loss factor [1].
-    position : float
-        Of the port, per axis [m].
-    angle : float
-        Of the direction, each way [rad].
-    length : float
-        Of the logarithm of the length [1].
-
-    Raises
-    ------
-    InputError
-        A deviation that is not positive.
+    `beam`: of the logarithms of EA, GJ, EI, mass per length and loss factor [1]; `position`: of the
+    port, per axis [m]; `angle`: of the direction, each way [rad]; `length`: of the logarithm of the
+    length [1]. InputError: a deviation that is not positive.
     """
 
     beam: float = 0.4
@@ -108,26 +96,10 @@ class HosePrior:
 class HoseOptions:
     """What the identification of hoses looks at.
 
-    Parameters
-    ----------
-    source : HoseSource or None
-        None takes all there is.
-    band : (float, float)
-        Lines of the hammer tests that are used [Hz].
-    sweep_band : (float, float)
-        Lines of the sweeps that are used: below 50 Hz mounts that soften with their motion, which
-        the hoses change, look like hoses [Hz].
-    largest_lines : int
-        Number of lines of the hammer tests.
-    prior : HosePrior
-        Quality of the drawing.
-    sense : RotationSense
-        Sense of the rotor in the sweeps.
-
-    Raises
-    ------
-    InputError
-        A band without width or fewer than 20 lines.
+    `band`: lines of the hammer tests that are used [Hz]; `sweep_band`: lines of the sweeps that are
+    used: below 50 Hz mounts that soften with their motion, which the hoses change, look like hoses
+    [Hz]; `largest_lines`: number of lines of the hammer tests. InputError: a band without width or
+    fewer than 20 lines.
     """
 
     source: HoseSource | None = None
@@ -149,20 +121,9 @@ class HoseOptions:
 class HoseIdentification:
     """Hoses as beams that agree best with the measurements and with their drawing.
 
-    Parameters
-    ----------
-    drawn, hoses : tuple of HoseDrawing
-        Before and after.
-    numbers : array, shape (n, 11)
-        What `changed_hose` makes of the drawn hoses to get the identified ones.
-    covariance : array, shape (11 n, 11 n)
-        Posterior, nuisances integrated out.
-    known : Knowledge
-        Posterior against prior.
-    reduced_chi : tuple of (str, float)
-        Residuals over noise of each measurement [1].
-    converged : bool
-        False where the optimiser stopped for its number of evaluations.
+    `numbers` (n, 11): what `changed_hose` makes of the drawn hoses to get the identified ones;
+    `covariance` (11 n, 11 n): posterior, nuisances integrated out; `converged`: false where the
+    optimiser stopped for its number of evaluations.
     """
 
     drawn: tuple[HoseDrawing, ...]
@@ -218,21 +179,7 @@ class HoseIdentification:
     def samples(self, n: int, seed: int) -> tuple[tuple[HoseDrawing, ...], ...]:
         """Draw hoses from the posterior, for bands on whatever follows from them.
 
-        Parameters
-        ----------
-        n : int
-            Number of draws.
-        seed : int
-            From 1.
-
-        Returns
-        -------
-        tuple of tuple of HoseDrawing
-
-        Raises
-        ------
-        InputError
-            Seed below 1.
+        InputError: seed below 1.
         """
         if seed < 1:
             raise InputError(f"seed {seed} is refused: seeds are whole numbers from 1")
@@ -247,33 +194,14 @@ def identify_hoses(
 ) -> HoseIdentification:
     """Identify the standard hoses of an operating test.
 
-    Parameters
-    ----------
-    test : OperatingTest
-        With drawings of the hoses, and with what `options.source` asks for.
-    found : Identification
-        From the hammer test without hoses.
-    options : HoseOptions, optional
-        Measurements, lines and prior.
+    InputError: no drawing; no hammer test with hoses, no pair of sweeps.
 
-    Returns
-    -------
-    HoseIdentification
-
-    Raises
-    ------
-    InputError
-        No drawing; no hammer test with hoses, no pair of sweeps.
-
-    Notes
-    -----
-    ``H = (AM − K_h/ω²)⁻¹`` with and without hoses; sweeps: ``(AM − K_h/ω²) a_standard =
-    AM a_soft``.
-    Maximum of the posterior by `scipy.optimize.least_squares`; derivatives by the numbers of the
-    beams and by the nuisances are analytic, those by the place of a hose differences of the exact
-    element. Ports, directions and lengths are estimated along, so that a drawing that is wrong
-    by millimetres and degrees costs little. Compressor and placement stay as identified; their
-    covariance C adds ``G C Gᵀ`` with ``G = (JᵀJ)⁻¹ Jᵀ ∂r/∂θ``.
+    ``H = (AM − K_h/ω²)⁻¹`` with and without hoses; sweeps: ``(AM − K_h/ω²) a_standard = AM
+    a_soft``. Maximum of the posterior by `scipy.optimize.least_squares`; derivatives by the numbers
+    of the beams and by the nuisances are analytic, those by the place of a hose differences of the
+    exact element. Ports, directions and lengths are estimated along, so that a drawing that is
+    wrong by millimetres and degrees costs little. Compressor and placement stay as identified;
+    their covariance C adds ``G C Gᵀ`` with ``G = (JᵀJ)⁻¹ Jᵀ ∂r/∂θ``.
     """
     options = options or HoseOptions()
     wanted = options.source or _available(test)

@@ -51,16 +51,10 @@ SMALLEST_LINES, LARGEST_LINES = 20, 48
 class ReactionBand:
     """Reaction of the hoses in one band.
 
-    Parameters
-    ----------
-    low, high : float
-        Band [Hz].
-    share : float
-        Root mean square over the lines of the reaction over the source's load, noise taken off [1].
-    floor : float
-        What two sweeps without hoses would show at most, by their noise alone [1].
-    measured : float
-        As `share`, with the noise in it; a reaction counts as detected above `floor` [1].
+    `low`, `high`: band [Hz]; `share`: root mean square over the lines of the reaction over the
+    source's load, noise taken off [1]; `floor`: what two sweeps without hoses would show at most,
+    by their noise alone [1]; `measured`: as `share`, with the noise in it; a reaction counts as
+    detected above `floor` [1].
     """
 
     low: float
@@ -90,20 +84,11 @@ class ReactionBand:
 class HoseReaction:
     """Reaction of the hoses at one pressure.
 
-    Parameters
-    ----------
-    pair : SweepPair
-        Sweeps with soft and with standard hoses.
-    source : array, shape (n_frequency, 6)
-        Load of rotor and gas at the virtual point [N, N m].
-    reaction : array, shape (n_frequency, 6)
-        Load of the standard hoses on the compressor there [N, N m].
-    covariance : array, shape (n_frequency, 6, 6)
-        Of the real as of the imaginary part of the reaction.
-    share : array, shape (n_frequency,)
-        Of the reaction in the source's load, moments over the characteristic length [1].
-    bands : tuple of ReactionBand
-        Those that hold lines.
+    `source` (n_frequency, 6): load of rotor and gas at the virtual point [N, N m]; `reaction`
+    (n_frequency, 6): load of the standard hoses on the compressor there [N, N m]; `covariance`
+    (n_frequency, 6, 6): of the real as of the imaginary part of the reaction; `share`
+    (n_frequency,): of the reaction in the source's load, moments over the characteristic length
+    [1].
     """
 
     pair: SweepPair
@@ -135,10 +120,6 @@ def hose_reactions(
     sense : RotationSense
         Sense of the rotor.
 
-    Returns
-    -------
-    tuple of HoseReaction
-
     Raises
     ------
     InputError
@@ -162,24 +143,11 @@ def hose_reactions(
 def hose_reaction(pair: SweepPair, state: RunningCompressor) -> HoseReaction:
     """Take the reaction of the hoses out of two sweeps.
 
-    Parameters
-    ----------
-    pair : SweepPair
-        Motion with soft and with standard hoses.
-    state : RunningCompressor
-        Compressor at the lines of the pair.
-
-    Returns
-    -------
-    HoseReaction
-
-    Notes
-    -----
-    With F the load of rotor and gas: ``F = AM a_soft``, ``F + R = AM a_standard``, hence
-    ``R = AM (a_standard − a_soft)``. An error of AM or of a sensor scales R and feigns none. What
-    does feign one is noise, and mounts that changed between the sweeps. The floor is the 99th
-    percentile of the band's mean of ``|R|²/|F|²`` under noise alone, a gamma law of the mean and
-    the variance of that quadratic form (Satterthwaite 1946).
+    With F the load of rotor and gas: ``F = AM a_soft``, ``F + R = AM a_standard``, hence ``R = AM
+    (a_standard − a_soft)``. An error of AM or of a sensor scales R and feigns none. What does feign
+    one is noise, and mounts that changed between the sweeps. The floor is the 99th percentile of
+    the band's mean of ``|R|²/|F|²`` under noise alone, a gamma law of the mean and the variance of
+    that quadratic form (Satterthwaite 1946).
     """
     source, reaction = (
         applied(state.apparent_mass, motion) for motion in (pair.soft, pair.standard - pair.soft)
@@ -218,16 +186,9 @@ def _reaction_band(low: float, high: float, share: RealArray, scaled: ComplexArr
 class HosePresence:
     """Whether a measurement that is said to be free of hoses shows them.
 
-    Parameters
-    ----------
-    where : str
-        Sweep or hammer test.
-    misfit : float
-        Of the best explanation without hoses, in units of noise and of one percent of the signal
-        [1].
-    misfit_with_hoses : float
-        Of the best one with hoses that are near the drawn ones; as `misfit` where nothing is left
-        to explain [1].
+    `where`: sweep or hammer test; `misfit`: of the best explanation without hoses, in units of
+    noise and of one percent of the signal [1]; `misfit_with_hoses`: of the best one with hoses that
+    are near the drawn ones; as `misfit` where nothing is left to explain [1].
     """
 
     where: str
@@ -276,31 +237,9 @@ def hoses_in_sweep(
 ) -> HosePresence | None:
     """Look for the drawn hoses in one sweep, whatever it is said to be.
 
-    Parameters
-    ----------
-    sweep : OperatingSweep
-        Accelerations of the running compressor.
-    hoses : sequence of HoseDrawing
-        At least one hose.
-    found : Identification
-        From the hammer test without hoses.
-    rotor_inertia : float, optional
-        Polar moment of the rotor [kg m²].
-    sense : RotationSense
-        Sense of the rotor.
+    `rotor_inertia`: polar moment of the rotor [kg m²]. Returns none where fewer than 20 lines lie
+    in `SOUGHT_IN`. InputError: no drawing, or other sensors.
 
-    Returns
-    -------
-    HosePresence or None
-        None where fewer than 20 lines lie in `SOUGHT_IN`.
-
-    Raises
-    ------
-    InputError
-        No drawing, or other sensors.
-
-    Notes
-    -----
     ``AM a = S x + δ (v K/ω²) a + s (K_h/ω²) a``: rotor and gas have five numbers over the whole
     run-up, the mounts a smooth change δ, and only hoses resonate in between. Least squares in x, δ,
     the share s of the hoses and s times their deviations from the drawing, linear in all of them
@@ -344,30 +283,9 @@ def hoses_in_hammer_test(
 ) -> HosePresence | None:
     """Look for the drawn hoses in a hammer test that is said to be without them.
 
-    Parameters
-    ----------
-    name : str
-        Name of the test.
-    inertance : Frf
-        At the virtual point by the position sheet, since hoses that were overlooked spoil every
-        calibration [1/kg, 1/(kg m), 1/(kg m²)].
-    length : float
-        Characteristic length by which rotations are scaled [m].
-    hoses : sequence of HoseDrawing
-        At least one hose.
+    `length`: characteristic length by which rotations are scaled [m]. Returns none where fewer than
+    20 lines lie in `SOUGHT_IN`. InputError: no drawing.
 
-    Returns
-    -------
-    HosePresence or None
-        None where fewer than 20 lines lie in `SOUGHT_IN`.
-
-    Raises
-    ------
-    InputError
-        No drawing.
-
-    Notes
-    -----
     ``H = H (M − v(f) K/ω²) H − s H (K_h/ω²) H`` with H as measured: one step from the measurement
     itself, linear in M, K and s. M and K are any 6×6 matrices and v runs through real and imaginary
     parts of three powers of the frequency, so that misplaced sensors and any rubber fit; hoses that

@@ -36,12 +36,8 @@ _STEP = 1e-3
 class NullDirection:
     """A change of parameters that no measurement at the virtual point can see.
 
-    Parameters
-    ----------
-    names : tuple of str
-        Parameters that take part, the largest share first.
-    shares : array, shape (n,)
-        Change of each, in units of its tolerance, relative to the largest [1].
+    `names`: parameters that take part, the largest share first; `shares` (n,): change of each, in
+    units of its tolerance, relative to the largest [1].
     """
 
     names: tuple[str, ...]
@@ -62,18 +58,10 @@ class NullDirection:
 class Identifiability:
     """Rank and null space of a Jacobian.
 
-    Parameters
-    ----------
-    names : tuple of str
-        Names of the parameters.
-    singular_values : array, shape (n_parameters,)
-        Of the Jacobian with its columns in units of the tolerances, decreasing [1].
-    rank : int
-        Number of combinations that the measurement sees.
-    participation : array, shape (n_parameters,)
-        Share of each parameter in the null space: 1 is invisible, 0 is free of it [1].
-    null_space : tuple of NullDirection
-        Invisible combinations in their sparsest form.
+    `names`: names of the parameters; `singular_values` (n_parameters,): of the Jacobian with its
+    columns in units of the tolerances, decreasing [1]; `rank`: number of combinations that the
+    measurement sees; `participation` (n_parameters,): share of each parameter in the null space: 1
+    is invisible, 0 is free of it [1].
     """
 
     names: tuple[str, ...]
@@ -82,36 +70,16 @@ class Identifiability:
     participation: RealArray
     null_space: tuple[NullDirection, ...]
 
-    @property
-    def invisible(self) -> tuple[str, ...]:
-        """Parameters that lie almost wholly in the null space."""
-        marked = zip(self.names, self.participation, strict=True)
-        return tuple(name for name, share in marked if share >= ALONE)
-
 
 def identifiability(
     names: tuple[str, ...], jacobian: RealArray, tolerances: RealArray
 ) -> Identifiability:
     """Find the rank of a Jacobian and the words for its null space.
 
-    Parameters
-    ----------
-    names : tuple of str
-        Names of the parameters.
-    jacobian : array, shape (n_residuals, n_parameters)
-        Derivatives of weighted residuals.
-    tolerances : array, shape (n_parameters,)
-        Step by which each parameter may change, such as its bound or its 1 σ; makes metres and
-        newtons comparable.
-
-    Returns
-    -------
-    Identifiability
-
-    Raises
-    ------
-    InputError
-        Shapes that do not fit, or fewer residuals than parameters.
+    `jacobian` (n_residuals, n_parameters): derivatives of weighted residuals; `tolerances`
+    (n_parameters,): step by which each parameter may change, such as its bound or its 1 σ; makes
+    metres and newtons comparable. InputError: shapes that do not fit, or fewer residuals than
+    parameters.
     """
     if jacobian.ndim != 2 or jacobian.shape[1] != len(names) or tolerances.shape != (len(names),):
         raise InputError("identifiability needs one column, one name and one tolerance each")
@@ -134,14 +102,9 @@ def identifiability(
 class Knowledge:
     """What a measurement added to what was known, parameter by parameter.
 
-    Parameters
-    ----------
-    names : tuple of str
-        Names of the parameters.
-    posterior, prior : array, shape (n_parameters,)
-        1 σ after and before; infinite where nothing was known.
-    correlation : array, shape (n_parameters, n_parameters)
-        Correlation after the measurement [1].
+    `names`: names of the parameters; `posterior`, `prior` (n_parameters,): 1 σ after and before;
+    infinite where nothing was known; `correlation` (n_parameters, n_parameters): correlation after
+    the measurement [1].
     """
 
     names: tuple[str, ...]
@@ -179,12 +142,7 @@ def knowledge(names: tuple[str, ...], covariance: RealArray, prior: RealArray) -
 class Quantities:
     """What a compressor is, in engineering units.
 
-    Parameters
-    ----------
-    names, units : tuple of str
-        Name and unit of each quantity.
-    values : array, shape (n,)
-        Quantities in these units.
+    `names`, `units`: name and unit of each quantity; `values` (n,): quantities in these units.
     """
 
     names: tuple[str, ...]
@@ -273,21 +231,8 @@ def propagated_from(
 ) -> RealArray:
     """Propagate the covariance of a model's parameters to any function of it, to first order.
 
-    Parameters
-    ----------
-    model : callable
-        Parameters → model.
-    values : array, shape (n_parameters,)
-        Parameters.
-    covariance : array, shape (n_parameters, n_parameters)
-        Covariance of the parameters.
-    of : callable
-        Model → array, shape (n,).
-
-    Returns
-    -------
-    array, shape (n, n)
-        Covariance of the function.
+    `values` (n_parameters,): parameters; `covariance` (n_parameters, n_parameters): covariance of
+    the parameters. Returns (n, n) covariance of the function.
     """
     unit = np.sqrt(np.diag(covariance))
     slopes = []

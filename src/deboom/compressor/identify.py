@@ -132,38 +132,8 @@ class IdentifyOptions:
 class Identification:
     """Everything that a hammer test says of a compressor.
 
-    Parameters
-    ----------
-    test : InertanceTest
-        Hammer test.
-    length : float
-        Characteristic length, the radius of gyration, by which rotations are scaled [m].
-    quality : tuple of QualityCheck
-        Checks of the FRFs.
-    response, excitation : VirtualPoint
-        As the position sheet has them.
-    inertance : Frf
-        At the virtual point, all lines [1/kg, 1/(kg m), 1/(kg m²)].
-    raw : RawInertance
-        All lines with their noise.
-    fitted : bool array, shape (n_frequency,)
-        Lines of the fit.
-    start : array, shape (35,)
-        Linear start.
-    point : PointFit
-        Fit at the virtual point, placement as the sheet has it.
-    calibrated : SelfCalibration
-        The result: compressor and placement together.
-    known : Knowledge
-        Posterior against prior.
-    modes : ModalTable
-        Rigid-body modes.
-    rigid : RigidLimit
-        Drift of the mass line.
-    held_out : tuple of HoldOut
-        Other lines; other impacts.
-    hoses : HosePresence or None
-        Search for the drawn hoses in the test; None where none are drawn.
+    `length`: characteristic length, the radius of gyration, by which rotations are scaled [m];
+    `fitted` (n_frequency,): lines of the fit; `start` (35,): linear start.
     """
 
     test: InertanceTest
@@ -238,10 +208,6 @@ def identify(
         Receiver of progress messages.
     hoses : sequence of HoseDrawing
         Hoses of the vehicle as drawn: an alarm is raised where they show in the test.
-
-    Returns
-    -------
-    Identification
 
     Raises
     ------
@@ -325,26 +291,10 @@ def identify(
 def calibration_of(found: Identification, above: float = MASS_LINE) -> SelfCalibration:
     """Choose the calibration of sensors and impacts that can be trusted.
 
-    Parameters
-    ----------
-    found : Identification
-        Identification of the hammer test.
-    above : float
-        First line of the mass line [Hz].
+    `above`: first line of the mass line [Hz]. Returns that of the identification; where its model
+    of mounts on rigid ground raised its alarm, one from the lines above alone, in which mounts and
+    ground hardly take part. InputError: an alarm, and too few lines above.
 
-    Returns
-    -------
-    SelfCalibration
-        That of the identification; where its model of mounts on rigid ground raised its alarm, one
-        from the lines above alone, in which mounts and ground hardly take part.
-
-    Raises
-    ------
-    InputError
-        An alarm, and too few lines above.
-
-    Notes
-    -----
     A subframe's resonance that the model does not know is otherwise explained by sensors out of
     place, and that error goes into every load.
     """
@@ -452,18 +402,8 @@ def refuse_sheet_faults(
 ) -> None:
     """Refuse a reversed or a swapped channel or impact, and name it.
 
-    Parameters
-    ----------
-    test : InertanceTest
-        Hammer test.
-    response, excitation : VirtualPoint
-        As the position sheet has them.
-
-    Raises
-    ------
-    InputError
-        A channel or impact of the wrong sign, swapped axes of a sensor, two channels, sensors or
-        impacts exchanged.
+    InputError: a channel or impact of the wrong sign, swapped axes of a sensor, two channels,
+    sensors or impacts exchanged.
     """
     tolerances = _sheet_tolerances(test.tolerances)
     _refuse_fault(
@@ -637,47 +577,16 @@ def modal_likeness(found: Identification) -> RealArray:
 class IdentifiedCompressor:
     """An identified compressor, its uncertainty, and the placement that the test revealed.
 
-    Parameters
-    ----------
-    name : str
-        Name of the test.
-    model : CompressorModel
-        About the origin of the position sheet, which is the virtual point.
-    length : float
-        Characteristic length of the parameters [m].
-    reference_frequency : float
-        Line at which the real part of the gain is 1 [Hz].
-    parameter_names : tuple of str
-        Names of `MinimalParameters`, in its order.
-    values : array, shape (n,)
-        Parameters [1].
-    covariance : array, shape (n, n)
-        Posterior, placement errors integrated out [1].
-    channels : tuple of str
-        Channels of the accelerometers.
-    response : array, shape (n_channel, 6)
-        Motion at the virtual point → channels, as calibrated [1, m].
-    impacts : tuple of str
-        Names of the impacts.
-    excitation : array, shape (n_impact, 6)
-        Wrench at the virtual point per newton of the hammer, as calibrated [1, m].
-    placement_names : tuple of str
-        Names of the placement errors.
-    placement_errors, placement_deviations : array, shape (n_errors,)
-        As found, and their posterior standard deviations [1, m, rad].
-    reduced_chi : float
-        Residuals over noise [1].
-    bands : tuple of (float, float)
-        Fitted bands [Hz].
-    alarms : tuple of str
-        Reasons not to trust it; empty where there are none.
-    inputs_sha256 : mapping of str to str
-        Files that it was identified from.
-
-    Raises
-    ------
-    InputError
-        Shapes that do not fit together.
+    `name`: name of the test; `length`: characteristic length of the parameters [m];
+    `reference_frequency`: line at which the real part of the gain is 1 [Hz]; `parameter_names`:
+    names of `MinimalParameters`, in its order; `values` (n,): parameters [1]; `covariance` (n, n):
+    posterior, placement errors integrated out [1]; `channels`: channels of the accelerometers;
+    `response` (n_channel, 6): motion at the virtual point → channels, as calibrated [1, m];
+    `impacts`: names of the impacts; `excitation` (n_impact, 6): wrench at the virtual point per
+    newton of the hammer, as calibrated [1, m]; `placement_names`: names of the placement errors;
+    `placement_errors`, `placement_deviations` (n_errors,): as found, and their posterior standard
+    deviations [1, m, rad]; `reduced_chi`: residuals over noise [1]; `alarms`: reasons not to trust
+    it; empty where there are none. InputError: shapes that do not fit together.
     """
 
     name: str
@@ -725,10 +634,6 @@ def identified_compressor(
         Fitted bands [Hz].
     inputs_sha256 : mapping of str to str
         Hashes of the files of the test.
-
-    Returns
-    -------
-    IdentifiedCompressor
     """
     calibrated = found.calibrated
     n = calibrated.values.size

@@ -32,21 +32,11 @@ def applied(matrices: RealOrComplexArray, vectors: RealOrComplexArray) -> Comple
 def mounts_at_virtual_point(mounts: Sequence[CompressorMount]) -> RealArray:
     """Add up the static 6×6 stiffness of all mounts at the virtual point.
 
-    Parameters
-    ----------
-    mounts : sequence of CompressorMount
-        At least one mount.
+    Returns (6, 6) symmetric stiffness [N/m, N/rad, N m/rad].
 
-    Returns
-    -------
-    array, shape (6, 6)
-        Symmetric stiffness [N/m, N/rad, N m/rad].
-
-    Notes
-    -----
-    ``K_VP = Σ T_iᵀ R_i diag(k_i) R_iᵀ T_i``; the thesis gives one mount (eq. 44) and leaves the
-    sum unwritten. Mounts without rotational stiffness of their own make the trace of the coupling
-    block zero, so that K_VP has 20 free entries, not 21.
+    ``K_VP = Σ T_iᵀ R_i diag(k_i) R_iᵀ T_i``; the thesis gives one mount (eq. 44) and leaves the sum
+    unwritten. Mounts without rotational stiffness of their own make the trace of the coupling block
+    zero, so that K_VP has 20 free entries, not 21.
     """
     return np.asarray(
         mount_stiffness_matrix(
@@ -129,23 +119,9 @@ class CompressorModel:
     def apparent_mass(self, frequency: npt.ArrayLike) -> ComplexArray:
         """Compute force per acceleration at the virtual point.
 
-        Parameters
-        ----------
-        frequency : array, shape (n_frequency,)
-            Lines above 0 [Hz].
+        `frequency` (n_frequency,): lines above 0 [Hz]. Returns (n_frequency, 6, 6) [kg, kg m, kg
+        m²]. InputError: a line at or below 0 Hz.
 
-        Returns
-        -------
-        array, shape (n_frequency, 6, 6)
-            [kg, kg m, kg m²].
-
-        Raises
-        ------
-        InputError
-            A line at or below 0 Hz.
-
-        Notes
-        -----
         ``AM = M − v(f) K_VP/ω²``, from the thesis's eq. 48-61 with the sign of its damping term
         mended.
         """
@@ -162,17 +138,10 @@ class CompressorModel:
 class ModalTable:
     """Natural frequencies, loss factors and shapes.
 
-    Parameters
-    ----------
-    frequency : array, shape (6,)
-        Undamped, where the stiffness is that of the mode's own frequency [Hz].
-    loss_factor : array, shape (6,)
-        Imaginary over real part of the gain at that frequency [1].
-    shapes : array, shape (6, 6)
-        Mass-normalised, one mode per column.
-    energy : array, shape (6, 6)
-        Share of each motion in the kinetic energy, one mode per column; coupling through the mass
-        matrix can make a share negative [1].
+    `frequency` (6,): undamped, where the stiffness is that of the mode's own frequency [Hz];
+    `loss_factor` (6,): imaginary over real part of the gain at that frequency [1]; `shapes` (6, 6):
+    mass-normalised, one mode per column; `energy` (6, 6): share of each motion in the kinetic
+    energy, one mode per column; coupling through the mass matrix can make a share negative [1].
     """
 
     frequency: RealArray
@@ -189,22 +158,8 @@ class ModalTable:
 def modal_table(model: CompressorModel) -> ModalTable:
     """Solve for the six rigid-body modes.
 
-    Parameters
-    ----------
-    model : CompressorModel
-        Compressor on its mounts.
+    InputError: a stiffness with a negative direction, or a gain that has no natural frequency.
 
-    Returns
-    -------
-    ModalTable
-
-    Raises
-    ------
-    InputError
-        A stiffness with a negative direction, or a gain that has no natural frequency.
-
-    Notes
-    -----
     With one gain for all directions the shapes are those of the static stiffness, and each
     frequency solves ``f = f_s √v'(f)``; exact for the common gain only.
     """
@@ -228,20 +183,12 @@ def modal_table(model: CompressorModel) -> ModalTable:
 class RigidLimit:
     """Drift of the measured mass line: up to which frequency the compressor is rigid.
 
-    Parameters
-    ----------
-    drift : float
-        Change of the apparent mass, less that of the mounts, from 0 Hz to the highest line: norm
-        of the 6×6 matrix relative to the mass matrix, rotations scaled by the radius of gyration
-        [1].
-    deviation : float
-        Standard deviation of the drift, from the scatter of the lines [1].
-    holds_to : float
-        Frequency at which the drift reaches the tolerance; infinite where it never does [Hz].
-    tolerance : float
-        Relative change of mass that still counts as rigid [1].
-    highest : float
-        Highest line judged [Hz].
+    `drift`: change of the apparent mass, less that of the mounts, from 0 Hz to the highest line:
+    norm of the 6×6 matrix relative to the mass matrix, rotations scaled by the radius of gyration
+    [1]; `deviation`: standard deviation of the drift, from the scatter of the lines [1];
+    `holds_to`: frequency at which the drift reaches the tolerance; infinite where it never does
+    [Hz]; `tolerance`: relative change of mass that still counts as rigid [1]; `highest`: highest
+    line judged [Hz].
     """
 
     drift: float
@@ -278,30 +225,11 @@ def rigid_limit(
 ) -> RigidLimit:
     """Judge whether the apparent mass above the mount modes is constant.
 
-    Parameters
-    ----------
-    model : CompressorModel
-        Model whose mounts are taken off before.
-    frequency : array, shape (n_frequency,)
-        Lines [Hz].
-    apparent_mass : array, shape (n_frequency, 6, 6)
-        Measured, at the virtual point [kg, kg m, kg m²].
-    above : float
-        Lowest line judged: below it the mounts dominate [Hz].
-    tolerance : float
-        Relative change that still counts as rigid [1].
+    `frequency` (n_frequency,): lines [Hz]; `apparent_mass` (n_frequency, 6, 6): measured, at the
+    virtual point [kg, kg m, kg m²]; `above`: lowest line judged: below it the mounts dominate [Hz];
+    `tolerance`: relative change that still counts as rigid [1]. InputError: fewer than eight lines
+    above `above`.
 
-    Returns
-    -------
-    RigidLimit
-
-    Raises
-    ------
-    InputError
-        Fewer than eight lines above `above`.
-
-    Notes
-    -----
     Towards a first resonance f_n of the body its apparent mass drifts as ``f²/(1 − (f/f_n)²)``,
     while that of a rigid body is constant: ``M_meas + v K/ω² = A + B f²/(1 − (f/f_n)²)`` is fitted
     to all 36 elements, since parts that swing against each other show in the products and the

@@ -44,22 +44,10 @@ DEVIATIONS = (0.3, 0.3, 0.2)
 class MountPrior:
     """How well single mounts are known from their drawing, 1 σ; half of the thesis's bounds.
 
-    Parameters
-    ----------
-    position : float
-        Of each coordinate [m].
-    angle : float
-        About each axis [rad].
-    stiffness : float
-        Of the logarithm of each of the three stiffnesses of each mount [1].
-    scale : float
-        Of the logarithm of what is common to all: a drawing states static stiffness, the test sees
-        that of its reference line [1].
-
-    Raises
-    ------
-    InputError
-        A deviation that is not positive.
+    `position`: of each coordinate [m]; `angle`: about each axis [rad]; `stiffness`: of the
+    logarithm of each of the three stiffnesses of each mount [1]; `scale`: of the logarithm of what
+    is common to all: a drawing states static stiffness, the test sees that of its reference line
+    [1]. InputError: a deviation that is not positive.
     """
 
     position: float = 6.3e-3
@@ -78,27 +66,13 @@ class MountPrior:
 class MountShares:
     """Single mounts, and how uncertain it is what each of them carries.
 
-    Parameters
-    ----------
-    drawn : tuple of CompressorMount
-        Mounts that `values` count from, m of them.
-    values : array, shape (n,) with n = 9 m + 1
-        Per mount shift [m], turn [rad] and logarithm of the ratio of its stiffness [1]; last the
-        logarithm of a common ratio [1].
-    by_test : array, shape (n, 20)
-        Change of `values` per change of the test's K_VP, in numbers of `MinimalParameters`.
-    by_drawing : array, shape (n, k)
-        The same per error of the drawing, in its 1 σ.
-    covariance : array, shape (n, n)
-        Covariance of `values`.
-    prior_deviations : array, shape (n,)
-        1 σ of `values` before the test.
-    identical : bool
-        Whether all are one round part.
-    identical_probability : float
-        Of test and drawing, were they identical round mounts [1].
-    probability : float
-        Of test and drawing as they were used [1].
+    `values` (n,): per mount shift [m], turn [rad] and logarithm of the ratio of its stiffness [1];
+    last the logarithm of a common ratio [1]; `by_test` (n, 20): change of `values` per change of
+    the test's K_VP, in numbers of `MinimalParameters`; `by_drawing` (n, k): the same per error of
+    the drawing, in its 1 σ; `covariance` (n, n): covariance of `values`; `prior_deviations` (n,): 1
+    σ of `values` before the test; `identical`: whether all are one round part;
+    `identical_probability`: of test and drawing, were they identical round mounts [1];
+    `probability`: of test and drawing as they were used [1].
     """
 
     drawn: tuple[CompressorMount, ...]
@@ -156,16 +130,8 @@ class MountShares:
     ) -> tuple[CompressorMount, ...]:
         """Draw mounts that test and drawing allow.
 
-        Parameters
-        ----------
-        stiffness : array, shape (20,)
-            Change of the test's K_VP in this draw, in numbers of `MinimalParameters` [1].
-        generator : numpy Generator
-            Source of the drawing's errors.
-
-        Returns
-        -------
-        tuple of CompressorMount
+        `stiffness` (20,): change of the test's K_VP in this draw, in numbers of `MinimalParameters`
+        [1].
         """
         of_drawing = self.by_drawing @ generator.standard_normal(self.by_drawing.shape[1])
         of_test = self.by_test @ np.asarray(stiffness, dtype=float)
@@ -179,33 +145,15 @@ def mount_shares(
 ) -> MountShares:
     """Split the stiffness at the virtual point into single mounts.
 
-    Parameters
-    ----------
-    found : Identification
-        K_VP and its covariance.
-    drawn : tuple of CompressorMount
-        At least two; their positions may be measured ones, with a `prior` that fits.
-    prior : MountPrior, optional
-        Quality of the drawing.
+    InputError: fewer than two mounts.
 
-    Returns
-    -------
-    MountShares
-
-    Raises
-    ------
-    InputError
-        Fewer than two mounts.
-
-    Notes
-    -----
     K_VP has 20 numbers and three mounts have 27, which no test at one virtual point can tell. The
     mounts sought fit K_VP, weighed with its posterior covariance, and the drawing, weighed with the
     prior. Identical round mounts have 17 numbers, which the test does show, if they are identical:
     they are taken unless the χ² of test and drawing refutes them.
 
-    With whitened derivatives J of K_VP by the mounts, in 1 σ of the drawing, the posterior is
-    ``P = (JᵀJ + 1)⁻¹``; errors of the test enter by ``P Jᵀ``, errors of the drawing by ``P``.
+    With whitened derivatives J of K_VP by the mounts, in 1 σ of the drawing, the posterior is ``P =
+    (JᵀJ + 1)⁻¹``; errors of the test enter by ``P Jᵀ``, errors of the drawing by ``P``.
     """
     if len(drawn) < 2:
         raise InputError("a compressor on fewer than two mounts has nothing to share")
@@ -337,20 +285,10 @@ def stiffness_of_mounts(mounts: tuple[CompressorMount, ...]) -> RealArray:
 class SofteningMounts(StiffnessChange):
     """Factor ``1 + δ(s_i)`` on each mount, a parabola over the logarithm of its own stroke s_i.
 
-    Parameters
-    ----------
-    positions : array, shape (n, 3)
-        Places of the mounts, from the virtual point [m].
-    stiffness : array, shape (n, 6, 6)
-        What each of them adds to K_VP [N/m, N/rad, N m/rad].
+    `positions` (n, 3): places of the mounts, from the virtual point [m]; `stiffness` (n, 6, 6):
+    what each of them adds to K_VP [N/m, N/rad, N m/rad]. InputError: shapes that do not fit
+    together.
 
-    Raises
-    ------
-    InputError
-        Shapes that do not fit together.
-
-    Notes
-    -----
     ``δ(s) = a + b lg(s/s₀) + c lg²(s/s₀)`` with complex a, b, c common to all mounts: linear in six
     real unknowns and close to the hyperbola of the thesis's eq. 54 and 55 over the one and a half
     decades that a run-up covers; it says nothing outside of them. The stroke is measured, not
@@ -363,20 +301,9 @@ class SofteningMounts(StiffnessChange):
     def strokes(self, frequency: RealArray, motion: ComplexArray) -> RealArray:
         """Compute the largest distance of each mount from rest over a turn.
 
-        Parameters
-        ----------
-        frequency : array, shape (n_frequency,)
-            Lines [Hz].
-        motion : array, shape (n_frequency, 6)
-            Acceleration of the virtual point [m/s², rad/s²].
+        `frequency` (n_frequency,): lines [Hz]; `motion` (n_frequency, 6): acceleration of the
+        virtual point [m/s², rad/s²]. Returns (n_frequency, n) [m].
 
-        Returns
-        -------
-        array, shape (n_frequency, n)
-            [m].
-
-        Notes
-        -----
         ``|Re(x e^{jφ})|² = (xᴴx + Re(e^{2jφ} xᵀx))/2`` is largest at ``(xᴴx + |xᵀx|)/2``: an
         unbalance drives ellipses, whose root of the sum of squares is up to √2 times as large.
         """
@@ -402,17 +329,7 @@ class SofteningMounts(StiffnessChange):
     def change_at(self, values: RealArray, stroke: npt.ArrayLike) -> ComplexArray:
         """Compute the change δ of a mount's stiffness.
 
-        Parameters
-        ----------
-        values : array, shape (6,)
-            The unknowns [1].
-        stroke : array, any shape
-            Stroke of the mount [m].
-
-        Returns
-        -------
-        array, shape of `stroke`
-            [1].
+        `values` (6,): the unknowns [1]. Returns [1].
         """
         numbers = np.asarray(values, dtype=float).view(complex)
         return np.asarray(np.tensordot(numbers, _powers(stroke), axes=1))
@@ -421,18 +338,8 @@ class SofteningMounts(StiffnessChange):
 def softening_mounts(found: Identification) -> SofteningMounts | None:
     """Share the stiffness that a hammer test found out to the mounts of its drawing.
 
-    Parameters
-    ----------
-    found : Identification
-        Identification of the hammer test.
+    Returns none without a drawing of at least two mounts: nothing says then what is where.
 
-    Returns
-    -------
-    SofteningMounts or None
-        None without a drawing of at least two mounts: nothing says then what is where.
-
-    Notes
-    -----
     Mounts of `mount_shares`, which add up to K_VP within its uncertainty only; ``C K_i Cᵀ`` with
     ``C = L_VP L⁻¹`` of both Cholesky factors makes them add up.
     """

@@ -66,11 +66,6 @@ class Parametrisation(ABC):
 
     @property
     @abstractmethod
-    def units(self) -> tuple[str, ...]:
-        """Unit of each parameter."""
-
-    @property
-    @abstractmethod
     def parts(self) -> tuple[slice, slice, slice]:
         """Places of the numbers of mass, of stiffness and of gain."""
 
@@ -154,17 +149,10 @@ class _LogCholeskyBody(Parametrisation):
 class MinimalParameters(_LogCholeskyBody):
     """Ten numbers of mass, twenty of stiffness, five of gain: all that a virtual point can show.
 
-    Parameters
-    ----------
-    length : float
-        Characteristic length by which rotations are scaled, printed with every result [m].
-    stiffness_scale : float
-        Typical stiffness of a mount [N/m].
-    reference_frequency : float
-        Line at which the real part of the gain is 1 and K_VP is the real stiffness [Hz].
+    `length`: characteristic length by which rotations are scaled, printed with every result [m];
+    `stiffness_scale`: typical stiffness of a mount [N/m]; `reference_frequency`: line at which the
+    real part of the gain is 1 and K_VP is the real stiffness [Hz].
 
-    Notes
-    -----
     The trace of the coupling block of K_VP is zero, since mounts have no rotational stiffness of
     their own; the entry z–rz follows from it. The gain has five numbers left of six because its
     scale and that of K_VP are one.
@@ -179,11 +167,6 @@ class MinimalParameters(_LogCholeskyBody):
         """Name of each parameter."""
         entries = (f"K {AXES[row]} {AXES[column]} / scale" for row, column in _STIFFNESS_ENTRIES)
         return (*MASS_PARAMETER_NAMES, *entries, *GAIN_SHAPE_NAMES)
-
-    @property
-    def units(self) -> tuple[str, ...]:
-        """Unit of each parameter: all are scaled to pure numbers."""
-        return ("1",) * len(self.names)
 
     @property
     def stiffness_basis(self) -> RealArray:
@@ -208,15 +191,7 @@ class MinimalParameters(_LogCholeskyBody):
     def values_of(self, model: CompressorModel) -> RealArray:
         """Find the parameters of a compressor, the inverse of `model`.
 
-        Parameters
-        ----------
-        model : CompressorModel
-            Compressor whose K_VP has a coupling block of trace zero.
-
-        Returns
-        -------
-        array, shape (35,)
-            [1].
+        Returns (35,) [1].
         """
         body = RigidBody(model.mass, model.centre, model.inertia)
         reference = float(model.gain.real.at(self.reference_frequency))
@@ -231,13 +206,8 @@ class MinimalParameters(_LogCholeskyBody):
 class ThesisParameters(Parametrisation):
     """The thesis's 44 numbers: three free mounts, a free body, a gain with three scales for one.
 
-    Parameters
-    ----------
-    mount_names : tuple of str
-        Names of the mounts.
+    `mount_names`: names of the mounts.
 
-    Notes
-    -----
     Thesis, section 4.3: nine positions, nine rotations, nine stiffnesses, six inertia entries,
     three of the centre of gravity, the mass, six of the gain factor and v_rel. Only 35 combinations
     of them are seen at the virtual point; the mode stands for comparison with its table 11.
@@ -341,17 +311,7 @@ class ThesisParameters(Parametrisation):
     def values_of(self, model: CompressorModel, mounts: Sequence[CompressorMount]) -> RealArray:
         """Find the 44 numbers of a compressor on known mounts, with v_rel = 1.
 
-        Parameters
-        ----------
-        model : CompressorModel
-            Compressor whose body and gain are read.
-        mounts : sequence of CompressorMount
-            As many as `mount_names`.
-
-        Returns
-        -------
-        array, shape (44,)
-            Numbers in `units`.
+        Returns (44,) numbers in `units`.
         """
         parts = [
             np.concatenate([getattr(mount, field) for mount in mounts])
@@ -367,17 +327,9 @@ class ThesisParameters(Parametrisation):
 class IdenticalMountParameters(_LogCholeskyBody):
     """Identical mounts that are round about their axes: 17 numbers of mounting for three mounts.
 
-    Parameters
-    ----------
-    nominal : tuple of CompressorMount
-        Drawing values; positions and tilts are counted from them, the stiffness is common.
-    length : float
-        Characteristic length of the body [m].
-    reference_frequency : float
-        Line at which the real part of the gain is 1 and the stiffness is stated [Hz].
+    `length`: characteristic length of the body [m]; `reference_frequency`: line at which the real
+    part of the gain is 1 and the stiffness is stated [Hz].
 
-    Notes
-    -----
     Per mount three of position and two of tilt; in common the axial and the radial stiffness. The
     rotation of a round mount about its own axis has no effect and is no parameter. All are seen at
     the virtual point: no null space is left.
@@ -399,12 +351,6 @@ class IdenticalMountParameters(_LogCholeskyBody):
             "ln radial stiffness",
             *GAIN_SHAPE_NAMES,
         )
-
-    @property
-    def units(self) -> tuple[str, ...]:
-        """Unit of each parameter."""
-        n_mounts = len(self.nominal)
-        return (*("1",) * 10, *("m",) * (3 * n_mounts), *("rad",) * (2 * n_mounts), *("1",) * 7)
 
     def mounts(self, values: RealArray) -> tuple[CompressorMount, ...]:
         """Return the mounts that the numbers stand for, stiffness at the reference line."""
@@ -452,15 +398,8 @@ class IdenticalMountParameters(_LogCholeskyBody):
 def mass_matrix_of_pseudo_inertia(pseudo: RealArray) -> RealArray:
     """Read the 6×6 mass matrix off a pseudo-inertia; the map is linear.
 
-    Parameters
-    ----------
-    pseudo : array, shape (..., 4, 4)
-        ``∫ [r; 1] [r; 1]ᵀ dm``, symmetric [kg m², kg m, kg].
-
-    Returns
-    -------
-    array, shape (..., 6, 6)
-        At the same point [kg, kg m, kg m²].
+    `pseudo` (..., 4, 4): ``∫ [r; 1] [r; 1]ᵀ dm``, symmetric [kg m², kg m, kg]. Returns (..., 6, 6)
+    at the same point [kg, kg m, kg m²].
     """
     second, first, mass = pseudo[..., :3, :3], pseudo[..., :3, _LAST], pseudo[..., _LAST, _LAST]
     matrix = np.zeros((*pseudo.shape[:-2], 6, 6))
@@ -478,20 +417,10 @@ def mass_matrix_of_pseudo_inertia(pseudo: RealArray) -> RealArray:
 def mass_matrix_from_parameters(values: RealArray, length: float) -> RealArray:
     """Compute the 6×6 mass matrix at the virtual point.
 
-    Parameters
-    ----------
-    values : array, shape (10,)
-        Numbers in the order of `MASS_PARAMETER_NAMES` [1].
-    length : float
-        Characteristic length of the body, such as its radius of gyration [m].
+    `values` (10,): numbers in the order of `MASS_PARAMETER_NAMES` [1]; `length`: characteristic
+    length of the body, such as its radius of gyration [m]. Returns (6, 6) positive definite [kg, kg
+    m, kg m²].
 
-    Returns
-    -------
-    array, shape (6, 6)
-        Positive definite [kg, kg m, kg m²].
-
-    Notes
-    -----
     Pseudo-inertia ``J = ∫ [r; 1] [r; 1]ᵀ dm = U Uᵀ`` with U upper triangular and a positive
     diagonal: the log-Cholesky parameters of Rucker and Wensing (2022). Every distribution of mass
     has one such U, and every such U has a distribution of mass.
@@ -533,15 +462,7 @@ def parameters_of_pseudo_inertia(pseudo: RealArray, length: float) -> RealArray:
 def mount_stiffness_derivatives(mount: CompressorMount) -> RealArray:
     """Differentiate the 6×6 stiffness that one mount adds at the virtual point.
 
-    Parameters
-    ----------
-    mount : CompressorMount
-        Mount where it stands.
-
-    Returns
-    -------
-    array, shape (9, 6, 6)
-        By position [1/m], rotation [1/rad] and stiffness [m/N], three each.
+    Returns (9, 6, 6) by position [1/m], rotation [1/rad] and stiffness [m/N], three each.
     """
     turn, forward = mount.orientation, forward_matrix(mount.position)
     in_vehicle = turn @ np.diag(mount.stiffness) @ turn.T

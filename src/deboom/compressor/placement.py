@@ -25,15 +25,6 @@ _UNIT_VECTORS = np.eye(3)
 class Placement:
     """Sensors and impacts as they may really be: gains, positions and angles off the sheet.
 
-    Parameters
-    ----------
-    sensors : tuple of Sensor
-        Sensors of the position sheet, n of them.
-    impacts : tuple of Impact
-        Impacts of the position sheet, m of them.
-
-    Notes
-    -----
     Per sensor three gains, three offsets and three angles about its own axes; one gain of the
     hammer; per impact two offsets across its direction and two tilts: 9 n + 1 + 4 m unknowns.
     """
@@ -158,26 +149,11 @@ def _tangents(direction: RealArray) -> RealArray:
 class RawInertance:
     """FRFs from every impact to every channel, and how well they are known.
 
-    Parameters
-    ----------
-    sensors : tuple of Sensor
-        Triaxial accelerometers, as the position sheet has them.
-    impacts : tuple of Impact
-        Impacts, as the position sheet has them.
-    frf : Frf
-        Outputs are the channels of the sensors in their order, inputs the impacts [1/kg].
-    deviation : array, shape (n_frequency, n_channel, n_impact)
-        Standard deviation of the real and of the imaginary part that differs from channel to
-        channel [1/kg].
-    force_deviation : float
-        Relative standard deviation of the real and of the imaginary part that all channels of one
-        impact share at a line: the noise of the hammer's signal [1].
-
-    Raises
-    ------
-    InputError
-        Names or shapes that do not fit together, a deviation that is not positive, fewer than
-        three sensors or six impacts.
+    `deviation` (n_frequency, n_channel, n_impact): standard deviation of the real and of the
+    imaginary part that differs from channel to channel [1/kg]; `force_deviation`: relative standard
+    deviation of the real and of the imaginary part that all channels of one impact share at a line:
+    the noise of the hammer's signal [1]. InputError: names or shapes that do not fit together, a
+    deviation that is not positive, fewer than three sensors or six impacts.
     """
 
     sensors: tuple[Sensor, ...]
@@ -218,27 +194,10 @@ class RawInertance:
 def deviation_from_coherence(frf: Frf, coherence: npt.ArrayLike, n_averages: int) -> RealArray:
     """Estimate the noise of each FRF from the coherence of few hits.
 
-    Parameters
-    ----------
-    frf : Frf
-        FRFs of channels of one kind [1/kg].
-    coherence : array, shape (n_frequency, n_channel, n_impact)
-        Ordinary coherence of `n_averages` hits [1].
-    n_averages : int
-        Number of hits, from 2.
+    `coherence` (n_frequency, n_channel, n_impact): ordinary coherence of `n_averages` hits [1].
+    Returns (n_frequency, n_channel, n_impact) standard deviation of the real and of the imaginary
+    part [1/kg]. InputError: one hit: its coherence is 1 whatever the noise.
 
-    Returns
-    -------
-    array, shape (n_frequency, n_channel, n_impact)
-        Standard deviation of the real and of the imaginary part [1/kg].
-
-    Raises
-    ------
-    InputError
-        One hit: its coherence is 1 whatever the noise.
-
-    Notes
-    -----
     ``σ² = |H|² (1 − γ²)/(2 n γ²)`` (Bendat and Piersol, eq. 9.52) per FRF. Few hits know it badly,
     but the noise of the response is the same for all channels of a kind and smooth over frequency:
     the mean over the channels and a running mean over `SMOOTHING_LINES` lines take its place. The

@@ -44,19 +44,10 @@ class StiffnessChange(ABC):
     ) -> ComplexArray:
         """Compute the part of the apparent mass that each unknown takes away.
 
-        Parameters
-        ----------
-        frequency : array, shape (n_frequency,)
-            Lines [Hz].
-        mounts : array, shape (n_frequency, 6, 6)
-            Part of the mounts as they were struck, ``v K/ω²`` [kg, kg m, kg m²].
-        motion : array, shape (n_frequency, 6)
-            Acceleration of the virtual point in the sweep in question [m/s², rad/s²].
-
-        Returns
-        -------
-        array, shape (n_unknown, n_frequency, 6, 6)
-            [kg, kg m, kg m²].
+        `frequency` (n_frequency,): lines [Hz]; `mounts` (n_frequency, 6, 6): part of the mounts as
+        they were struck, ``v K/ω²`` [kg, kg m, kg m²]; `motion` (n_frequency, 6): acceleration of
+        the virtual point in the sweep in question [m/s², rad/s²]. Returns (n_unknown, n_frequency,
+        6, 6) [kg, kg m, kg m²].
         """
 
 
@@ -81,15 +72,8 @@ class _CommonFactor(StiffnessChange):
 class OneFactor(_CommonFactor):
     """One complex factor ``1 + δ`` at every speed: another temperature or preload.
 
-    Parameters
-    ----------
-    deviation : float
-        1 σ of real and imaginary part of δ, before the sweep [1].
-
-    Raises
-    ------
-    InputError
-        A deviation that is not positive.
+    `deviation`: 1 σ of real and imaginary part of δ, before the sweep [1]. InputError: a deviation
+    that is not positive.
     """
 
     deviation: float = 0.3
@@ -111,17 +95,10 @@ class OneFactor(_CommonFactor):
 class FactorOverFrequency(_CommonFactor):
     """A complex factor common to all speeds, and one more at each knot, linear between them.
 
-    Parameters
-    ----------
-    knots : tuple of float
-        Rising; dense where the motion changes quickly, around the rigid-body modes [Hz].
-    common, at_knot : float
-        1 σ of real and imaginary part of the common δ, and of what each knot adds to it [1].
-
-    Raises
-    ------
-    InputError
-        Fewer than two knots, knots that do not rise, a deviation that is not positive.
+    `knots`: rising; dense where the motion changes quickly, around the rigid-body modes [Hz];
+    `common`, `at_knot`: 1 σ of real and imaginary part of the common δ, and of what each knot adds
+    to it [1]. InputError: fewer than two knots, knots that do not rise, a deviation that is not
+    positive.
     """
 
     knots: tuple[float, ...] = (17.0, 22.0, 28.0, 36.0, 50.0, 150.0)
@@ -159,18 +136,10 @@ def _refuse_certainty(*deviations: float) -> None:
 class HammerNoise:
     """Noise that a measured apparent mass brings into the load.
 
-    Parameters
-    ----------
-    seen : array, shape (n_frequency, 6, n_channel)
-        ``AM V⁺``.
-    inverse : array, shape (6, n_impact)
-        ``U⁺``.
-    deviation : array, shape (n_frequency, n_channel, n_impact)
-        Standard deviation of real and imaginary part of each FRF [1/kg].
-    columns : array, shape (n_frequency, 6, n_impact)
-        ``AM V⁺ Y``: wrench of each impact as the test shows it.
-    force_deviation : float
-        Relative noise of the hammer's signal [1].
+    `seen` (n_frequency, 6, n_channel): ``AM V⁺``; `inverse` (6, n_impact): ``U⁺``; `deviation`
+    (n_frequency, n_channel, n_impact): standard deviation of real and imaginary part of each FRF
+    [1/kg]; `columns` (n_frequency, 6, n_impact): ``AM V⁺ Y``: wrench of each impact as the test
+    shows it; `force_deviation`: relative noise of the hammer's signal [1].
     """
 
     seen: ComplexArray
@@ -191,18 +160,9 @@ class HammerNoise:
     def covariance(self, load: ComplexArray, other: ComplexArray) -> ComplexArray:
         """Compute the covariance per part of two loads found with the same measured matrix.
 
-        Parameters
-        ----------
-        load, other : array, shape (n_frequency, 6)
-            Loads [N, N m].
+        `load`, `other` (n_frequency, 6): loads [N, N m]. Returns (n_frequency, 6, 6) half of
+        ``E[e_load e_otherᴴ]``.
 
-        Returns
-        -------
-        array, shape (n_frequency, 6, 6)
-            Half of ``E[e_load e_otherᴴ]``.
-
-        Notes
-        -----
         ``δF = −AM V⁺ δY (U⁺)ᵀ F``.
         """
         first, second = load @ self.inverse, other @ self.inverse
@@ -217,22 +177,12 @@ class HammerNoise:
 class RouteModel:
     """What a route makes of a motion.
 
-    Parameters
-    ----------
-    frequency : array, shape (n_frequency,)
-        Lines [Hz].
-    inverse : array, shape (6, n_channel)
-        Channels → motion of the virtual point.
-    apparent_mass : array, shape (n_frequency, 6, 6)
-        With the mounts as they were struck [kg, kg m, kg m²].
-    by_error : array, shape (n_error, n_frequency, 6, 6)
-        Load per motion, by each of independent errors of unit standard deviation, which are the
-        same at every line and in every sweep.
-    mounts : array, shape (n_frequency, 6, 6)
-        Part of the mounts, ``v K/ω²``: a change δ of their stiffness takes ``δ v K/ω²`` off the
-        apparent mass.
-    noise : HammerNoise or None
-        None where the matrix is a model's.
+    `frequency` (n_frequency,): lines [Hz]; `inverse` (6, n_channel): channels → motion of the
+    virtual point; `apparent_mass` (n_frequency, 6, 6): with the mounts as they were struck [kg, kg
+    m, kg m²]; `by_error` (n_error, n_frequency, 6, 6): load per motion, by each of independent
+    errors of unit standard deviation, which are the same at every line and in every sweep; `mounts`
+    (n_frequency, 6, 6): part of the mounts, ``v K/ω²``: a change δ of their stiffness takes ``δ v
+    K/ω²`` off the apparent mass.
     """
 
     frequency: RealArray
@@ -249,16 +199,7 @@ class RouteModel:
 
 @dataclass(frozen=True, eq=False)
 class RouteBasis:
-    """What routes are made of.
-
-    Parameters
-    ----------
-    identification : Identification
-        Identification of the hammer test.
-    calibration : SelfCalibration
-        Sensors and impacts in use: that of the identification, or one from the mass line alone
-        where the foundation is not rigid.
-    """
+    """What routes are made of."""
 
     identification: Identification
     calibration: SelfCalibration
@@ -292,8 +233,6 @@ class Route(ABC):
 class MeasuredRoute(Route):
     """Measured apparent mass, everything as the position sheet has it (thesis, 4.4.1).
 
-    Notes
-    -----
     Errors of the accelerometers cancel, since test and sweep share them; those of the hammer and
     its places stay. The band takes them as large as the tolerances.
     """
@@ -315,8 +254,6 @@ class MeasuredRoute(Route):
 class PointModelRoute(Route):
     """Model fitted at the virtual point, everything as the position sheet has it.
 
-    Notes
-    -----
     Nothing cancels: the sensors' errors enter twice. Its band takes the errors of sensors and
     impacts as independent of the fit, which is what a fit that cannot absorb them would leave.
     """
@@ -372,10 +309,8 @@ class CalibratedModelRoute(Route):
 class CalibratedMeasurementRoute(Route):
     """Measured apparent mass by self-calibrated sensors and impacts: the default.
 
-    Notes
-    -----
-    Needs no model of mounts or foundation, only a rigid body: the accelerometers' errors cancel
-    and those of the hammer were found.
+    Needs no model of mounts or foundation, only a rigid body: the accelerometers' errors cancel and
+    those of the hammer were found.
     """
 
     letter: str = "d"
@@ -393,15 +328,7 @@ class CalibratedMeasurementRoute(Route):
 
 @dataclass(frozen=True)
 class UpdatedRoute(Route):
-    """Another route, with the stiffness of the mounts brought up to date by the sweep itself.
-
-    Parameters
-    ----------
-    base : Route
-        Route whose mounts are updated.
-    update : StiffnessChange
-        What may have changed; `OneFactor` is the smallest change, knots follow softening mounts.
-    """
+    """Another route, with the stiffness of the mounts brought up to date by the sweep itself."""
 
     base: Route = field(default_factory=CalibratedModelRoute)
     update: StiffnessChange = field(default_factory=FactorOverFrequency)
@@ -477,22 +404,8 @@ def _standardised(slopes: ComplexArray, covariance: RealArray) -> ComplexArray:
 def between_lines(measured: RealArray, wanted: RealArray) -> Callable[[_Array], _Array]:
     """Prepare linear interpolation along the first axis.
 
-    Parameters
-    ----------
-    measured : array, shape (n,)
-        Rising lines [Hz].
-    wanted : array, shape (m,)
-        Lines within them [Hz].
-
-    Returns
-    -------
-    callable
-        Array of shape (n, …) → array of shape (m, …).
-
-    Raises
-    ------
-    InputError
-        A line outside: nothing is extrapolated.
+    `measured` (n,): rising lines [Hz]; `wanted` (m,): lines within them [Hz]. Returns array of
+    shape (n, …) → array of shape (m, …). InputError: a line outside: nothing is extrapolated.
     """
     if wanted.min() < measured[0] or wanted.max() > measured[-1]:
         raise InputError(
@@ -514,22 +427,11 @@ def between_lines(measured: RealArray, wanted: RealArray) -> Callable[[_Array], 
 class OperatingLoad:
     """Motion and load over the speed of one sweep, with the mounts as they were struck.
 
-    Parameters
-    ----------
-    name : str
-        Name of the sweep.
-    pressure : float
-        Pressure of the gas [Pa].
-    frequency : array, shape (n_frequency,)
-        Frequency of the rotation [Hz].
-    lines : int array, shape (n_frequency,)
-        Their indices among the lines of the route's model.
-    deviation : array, shape (n_frequency, n_channel)
-        Of the real and of the imaginary part of each accelerometer [m/s²].
-    motion : array, shape (n_frequency, 6)
-        Acceleration of the virtual point, ``V⁺ a`` [m/s², rad/s²].
-    load : array, shape (n_frequency, 6)
-        ``AM V⁺ a`` [N, N m].
+    `name`: name of the sweep; `pressure`: pressure of the gas [Pa]; `frequency` (n_frequency,):
+    frequency of the rotation [Hz]; `lines` (n_frequency,): their indices among the lines of the
+    route's model; `deviation` (n_frequency, n_channel): of the real and of the imaginary part of
+    each accelerometer [m/s²]; `motion` (n_frequency, 6): acceleration of the virtual point, ``V⁺
+    a`` [m/s², rad/s²]; `load` (n_frequency, 6): ``AM V⁺ a`` [N, N m].
     """
 
     name: str
@@ -549,19 +451,6 @@ class OperatingLoad:
 def operating_load(model: RouteModel, sweep: OperatingSweep) -> OperatingLoad:
     """Take the load inside out of a sweep.
 
-    Parameters
-    ----------
-    model : RouteModel
-        Route at the lines of the sweep, and possibly others.
-    sweep : OperatingSweep
-        Accelerations of the running compressor.
-
-    Returns
-    -------
-    OperatingLoad
-
-    Notes
-    -----
     Thesis, 4.2: in-situ inverse method, ``F = AM V⁺ a``.
     """
     lines = np.searchsorted(model.frequency, sweep.frequency)
@@ -582,22 +471,10 @@ def noise_covariance(
 ) -> ComplexArray:
     """Compute the covariance of the noise of loads at one set of lines, which they share.
 
-    Parameters
-    ----------
-    model : RouteModel
-        Route of the loads.
-    loads : sequence of OperatingLoad
-        Loads of n sweeps, all with the same lines.
-    apparent_mass : sequence of array, shape (n_frequency, 6, 6)
-        Apparent mass in each sweep, with the mounts as they are then [kg, kg m, kg m²].
+    `apparent_mass` (n_frequency, 6, 6): apparent mass in each sweep, with the mounts as they are
+    then [kg, kg m, kg m²]. Returns (n_frequency, 6 n, 6 n) of the real as of the imaginary part;
+    independent from line to line.
 
-    Returns
-    -------
-    array, shape (n_frequency, 6 n, 6 n)
-        Of the real as of the imaginary part; independent from line to line.
-
-    Notes
-    -----
     Each sweep has its own noise; that of the hammer test is the same in all of them.
     """
     lines = loads[0].lines
@@ -617,20 +494,9 @@ def noise_covariance(
 def mount_covariance(model: RouteModel, loads: Sequence[OperatingLoad]) -> ComplexArray:
     """Compute the covariance of loads whose mounts have changed in a way that nothing describes.
 
-    Parameters
-    ----------
-    model : RouteModel
-        Route of the loads.
-    loads : sequence of OperatingLoad
-        Loads of n sweeps, all with the same lines.
+    Returns (n_frequency, 6 n, 6 n) per squared relative change of the stiffness; of the real as of
+    the imaginary part.
 
-    Returns
-    -------
-    array, shape (n_frequency, 6 n, 6 n)
-        Per squared relative change of the stiffness; of the real as of the imaginary part.
-
-    Notes
-    -----
     ``K → K½ (1 + E) K½`` with independent entries of E, so that each direction changes by itself:
     ``(sᴴ A s) A`` with ``A = |v| K/ω²``. The mounts are the same in all sweeps.
     """
@@ -649,15 +515,7 @@ def mount_covariance(model: RouteModel, loads: Sequence[OperatingLoad]) -> Compl
 class OperatingMotion:
     """Motion of the virtual point over the speed of one sweep.
 
-    Parameters
-    ----------
-    sweep : str
-        Name of the sweep.
-    by_sheet, calibrated : Spectrum
-        Channels ``x y z rx ry rz``, with the sensors where the position sheet has them and where
-        the hammer test found them [m/s², rad/s²].
-    consistency_by_sheet, consistency_calibrated : RigidConsistency
-        Of the channels with that motion.
+    `sweep`: name of the sweep.
     """
 
     sweep: str
@@ -672,26 +530,8 @@ def operating_motion(
 ) -> OperatingMotion:
     """Project the channels of a sweep on the motions of a rigid body.
 
-    Parameters
-    ----------
-    sweep : OperatingSweep
-        Accelerations of the running compressor.
-    sheet : VirtualPoint
-        Of its accelerometers, as the position sheet has them.
-    calibration : SelfCalibration
-        Gains, places and angles that the hammer test revealed.
+    InputError: channels of other sensors, or a line without any signal.
 
-    Returns
-    -------
-    OperatingMotion
-
-    Raises
-    ------
-    InputError
-        Channels of other sensors, or a line without any signal.
-
-    Notes
-    -----
     Thesis, eq. 27 and figure 52. A consistency that rises with the calibration shows that the
     errors were those of the sheet and not a body that bends.
     """

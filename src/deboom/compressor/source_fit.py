@@ -60,35 +60,17 @@ _Indices: TypeAlias = npt.NDArray[np.intp]
 class SourceFit:
     """Most probable source, mounts and errors of the route.
 
-    Parameters
-    ----------
-    sense : RotationSense
-        Sense of the rotor.
-    change : StiffnessChange
-        What the mounts may have done.
-    pressure : array, shape (n_pressure,)
-        Pressures of the sweeps, each once, rising [Pa].
-    values : array, shape (n_unknown,)
-        Rotor, gas, mounts, errors of the route; complex numbers by real and imaginary part.
-    covariance : array, shape (n_unknown, n_unknown)
-        Posterior.
-    line_values : array, shape (n_unknown,)
-        As `values`, with the change of the mounts that comes nearest to what they do at all lines;
-        the same where there is no `mismatch`.
-    line_covariance : array, shape (n_unknown, n_unknown)
-        Covariance of `line_values`.
-    reduced_chi : float
-        Rms of the residuals in units of their noise, nothing allowed for `mismatch` [1].
-    mismatch : float
-        Relative change of the mounts' stiffness, 1 σ per direction, that `change` cannot describe
-        and that the weights allow for; 0 where noise explains the residuals [1].
-    converged : bool
-        Whether the fit settled.
-    residuals : tuple of array, shape (n_frequency, 6)
-        What no source explains, one array per sweep [N, N m].
-    whitened : tuple of array, shape (n_frequency, 6)
-        The same in units of the noise of one part, mixed where loads share their lines; not a
-        number outside of the band [1].
+    `pressure` (n_pressure,): pressures of the sweeps, each once, rising [Pa]; `values`
+    (n_unknown,): rotor, gas, mounts, errors of the route; complex numbers by real and imaginary
+    part; `covariance` (n_unknown, n_unknown): posterior; `line_values` (n_unknown,): as `values`,
+    with the change of the mounts that comes nearest to what they do at all lines; the same where
+    there is no `mismatch`; `line_covariance` (n_unknown, n_unknown): covariance of `line_values`;
+    `reduced_chi`: rms of the residuals in units of their noise, nothing allowed for `mismatch` [1];
+    `mismatch`: relative change of the mounts' stiffness, 1 σ per direction, that `change` cannot
+    describe and that the weights allow for; 0 where noise explains the residuals [1]; `converged`:
+    whether the fit settled; `residuals` (n_frequency, 6): what no source explains, one array per
+    sweep [N, N m]; `whitened` (n_frequency, 6): the same in units of the noise of one part, mixed
+    where loads share their lines; not a number outside of the band [1].
     """
 
     sense: RotationSense
@@ -150,30 +132,9 @@ def fit_source(
 ) -> SourceFit:
     """Find what turns and what the gas does, out of all sweeps together.
 
-    Parameters
-    ----------
-    model : RouteModel
-        Route that the loads were made with.
-    loads : sequence of OperatingLoad
-        At least one load; the unbalance is the same in all, every pressure has its own gas.
-    sense : RotationSense
-        Sense of the rotor.
-    change : StiffnessChange
-        What the mounts may have done since they were struck.
-    band : (float, float)
-        Lines that take part, both ends included [Hz].
+    `band`: lines that take part, both ends included [Hz]. InputError: fewer than six lines in the
+    band.
 
-    Returns
-    -------
-    SourceFit
-
-    Raises
-    ------
-    InputError
-        Fewer than six lines in the band.
-
-    Notes
-    -----
     ``(AM − Σ c_k C_k − Σ n_k D_k) s = B x + e``: thesis, eq. 36, solved for all lines instead of
     one; C_k are changes of the mounts, D_k errors of the route with unit normal n_k, e the noise of
     sweep and hammer test. To take the errors as unknowns with their prior is the same as to weight
@@ -296,16 +257,8 @@ class _SourceProblem:
         the cost may therefore still fall a little, towards that bias.
         """
         for _ in range(LARGEST_STEPS):
-            normal, gradient = np.diag(self.prior), self.prior * values
-            whiteners = []
-            for group in self.groups:
-                right, rows = self._equations(group, values)
-                whitener = self._whitener(group, values, mismatch)
-                white = _real_rows((whitener @ rows).reshape(-1, values.size))
-                misfit = _real_rows((whitener @ right[..., np.newaxis]).reshape(-1))
-                normal += white.T @ white
-                gradient += white.T @ misfit
-                whiteners.append(whitener)
+            normal, gradient, parts = self._normal_equations(values, mismatch)
+            whiteners = [whitener for whitener, _ in parts]
             covariance = _inverse(normal)
             step = -covariance @ gradient
             # the size of the step in the metric of the posterior, whatever its direction
@@ -329,29 +282,39 @@ class _SourceProblem:
         others = np.r_[0 : change.start, change.stop : values.size]
         values = values.copy()
         for _ in range(LARGEST_STEPS):
-            normal, gradient = np.diag(self.prior), self.prior * values
-            middle = np.zeros((self.n_change,) * 2)
-            for group in self.groups:
-                right, rows = self._equations(group, values)
-                whitener = self._whitener(group, values, 0.0)
-                white = whitener @ rows
-                flat = _real_rows(white.reshape(-1, values.size))
-                normal += flat.T @ flat
-                gradient += flat.T @ _real_rows((whitener @ right[..., np.newaxis]).reshape(-1))
-                adjoint = np.swapaxes(white[..., change], 1, 2).conj() @ whitener
-                added = mismatch**2 * mount_covariance(self.model, group.parts)
-                middle += np.sum((adjoint @ added @ np.swapaxes(adjoint, 1, 2).conj()).real, axis=0)
+            normal, gradient, parts = self._normal_equations(values, 0.0)
             inverse = _inverse(normal[change, change])
             step = -inverse @ gradient[change]
             values[change] += step
             if np.sqrt(step @ normal[change, change] @ step) < TOLERANCE:
                 break
+        middle = np.zeros((self.n_change,) * 2)
+        for group, (whitener, white) in zip(self.groups, parts, strict=True):
+            adjoint = np.swapaxes(white[..., change], 1, 2).conj() @ whitener
+            added = mismatch**2 * mount_covariance(self.model, group.parts)
+            middle += np.sum((adjoint @ added @ np.swapaxes(adjoint, 1, 2).conj()).real, axis=0)
         follow = -inverse @ normal[change, others]
         result = covariance.copy()
         with_others = covariance[np.ix_(others, others)] @ follow.T
         result[others, change], result[change, others] = with_others, with_others.T
         result[change, change] = inverse + inverse @ middle @ inverse + follow @ with_others
         return values, result
+
+    def _normal_equations(
+        self, values: RealArray, mismatch: float
+    ) -> tuple[RealArray, RealArray, list[tuple[ComplexArray, ComplexArray]]]:
+        """``Jᵀ J`` and ``Jᵀ r`` with the priors; whitener and whitened slopes of each group."""
+        normal, gradient = np.diag(self.prior), self.prior * values
+        parts = []
+        for group in self.groups:
+            right, rows = self._equations(group, values)
+            whitener = self._whitener(group, values, mismatch)
+            white = whitener @ rows
+            flat = _real_rows(white.reshape(-1, values.size))
+            normal += flat.T @ flat
+            gradient += flat.T @ _real_rows((whitener @ right[..., np.newaxis]).reshape(-1))
+            parts.append((whitener, white))
+        return normal, gradient, parts
 
     def reduced_chi(self, values: RealArray) -> float:
         """Rms of the whitened residuals."""
@@ -498,14 +461,7 @@ def _inverse(normal: RealArray) -> RealArray:
 class SenseOfRotation:
     """Sense of the rotor and how certain it is.
 
-    Parameters
-    ----------
-    sense : RotationSense
-        The likelier sense.
-    log_likelihood_ratio : float
-        In favour of `sense`, natural logarithm.
-    statement : str
-        The same in words.
+    `log_likelihood_ratio`: in favour of `sense`, natural logarithm; `statement`: the same in words.
     """
 
     sense: RotationSense
@@ -520,27 +476,8 @@ def sense_of_rotation(
 ) -> SenseOfRotation:
     """Fit both senses to every sweep and keep the likelier one.
 
-    Parameters
-    ----------
-    model : RouteModel
-        Route that the loads were made with; the gyroscopic moment of the rotor is far too small to
-        matter here.
-    loads : sequence of OperatingLoad
-        Load of each sweep.
-    expected : RotationSense, optional
-        Sense as the data sheet states it.
+    InputError: sweeps that turn in different senses, no decision, or another sense than expected.
 
-    Returns
-    -------
-    SenseOfRotation
-
-    Raises
-    ------
-    InputError
-        Sweeps that turn in different senses, no decision, or another sense than expected.
-
-    Notes
-    -----
     Linear fit of unbalance and gas to each sweep, with the route's errors and mounts off by
     `MOUNTS_OFF` as if they were independent from line to line. With the wrong sense y and z
     contradict each other by 180°: the likelihood decides by far.
@@ -600,28 +537,15 @@ def _in_favour_of_positive(model: RouteModel, load: OperatingLoad) -> float:
 class MountState:
     """Dynamic stiffness in operation over that of the hammer test, minus one.
 
-    Parameters
-    ----------
-    storage, loss : float
-        Relative change of real and imaginary part of the dynamic stiffness at `STATED_AT` [1].
-    storage_deviation, loss_deviation : float
-        1 σ [1].
-    changed : bool
-        Significant, and of a size that matters.
-    statement : str
-        The same in words.
-    frequency : array, shape (n_frequency,)
-        Lines of the sweeps [Hz].
-    curve : array, shape (n_frequency,)
-        Complex change over frequency, as far as knots resolve it [1].
-    curve_deviation : array, shape (n_frequency,)
-        1 σ of its amplitude [1].
+    `storage`, `loss`: relative change of real and imaginary part of the dynamic stiffness at
+    `STATED_AT` [1]; `changed`: significant, and of
+    a size that matters; `statement`: the same in words; `frequency` (n_frequency,): lines of the
+    sweeps [Hz]; `curve` (n_frequency,): complex change over frequency, as far as knots resolve it
+    [1]; `curve_deviation` (n_frequency,): 1 σ of its amplitude [1].
     """
 
     storage: float
     loss: float
-    storage_deviation: float
-    loss_deviation: float
     changed: bool
     statement: str
     frequency: RealArray
@@ -638,25 +562,8 @@ def mount_state(
 ) -> MountState:
     """Compare the mounts in operation with those struck.
 
-    Parameters
-    ----------
-    common : SourceFit
-        Fit with `OneFactor` for all speeds.
-    resolved : SourceFit
-        Fit with `factor`.
-    factor : FactorOverFrequency
-        Change at every knot.
-    gain : GainFactor
-        Gain found by the hammer test.
-    frequency : array, shape (n_frequency,)
-        Lines of the sweeps [Hz].
+    `frequency` (n_frequency,): lines of the sweeps [Hz].
 
-    Returns
-    -------
-    MountState
-
-    Notes
-    -----
     χ² test of the common factor with its covariance, in which the hammer test's own uncertainty of
     the stiffness is contained.
     """
@@ -689,9 +596,7 @@ def mount_state(
     curve = resolved.line_values[resolved.change_slice] @ over_frequency
     along = (np.exp(-1j * np.angle(curve)) * over_frequency).real
     curve_deviation = np.sqrt(np.einsum("kf,kl,lf->f", along, covariance, along))
-    return MountState(
-        storage, loss, of_storage, of_loss, changed, statement, frequency, curve, curve_deviation
-    )
+    return MountState(storage, loss, changed, statement, frequency, curve, curve_deviation)
 
 
 def _percent(value: float, deviation: float) -> str:

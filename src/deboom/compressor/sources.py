@@ -20,7 +20,6 @@ from deboom.compressor.routes import (
 )
 from deboom.compressor.source_fit import SourceFit
 from deboom.compressor.unbalance_load import (
-    GAS_NAMES,
     GAS_UNITS,
     N_GAS,
     RotationSense,
@@ -32,8 +31,6 @@ RESIDUAL_BANDS = ((20.0, 40.0), (40.0, 60.0), (60.0, 90.0), (90.0, 120.0), (120.
 """In which the rest is looked at [Hz]."""
 NEIGHBOURS = 5
 """Lines over which residuals are averaged: one line alone says little."""
-ROTATING_GAS = 2
-"""Position of the rotating gas force among the gas forces."""
 PASCAL_PER_BAR = 1e5
 _CAUSES = (
     "mostly because the mounts in operation are not those that were struck, or may not be",
@@ -46,16 +43,8 @@ _CAUSES = (
 class Estimate:
     """A complex number of the source.
 
-    Parameters
-    ----------
-    value : complex
-        Most probable value.
-    deviation : float
-        1 σ of its amplitude.
-    lower, upper : float
-        Confidence interval of its amplitude.
-    unit : str
-        Unit of all of them.
+    `value`: most probable value; `deviation`: 1 σ of its amplitude; `lower`, `upper`: confidence
+    interval of its amplitude; `unit`: unit of all of them.
     """
 
     value: complex
@@ -69,12 +58,7 @@ class Estimate:
 class GasEstimate:
     """Gas forces at one pressure.
 
-    Parameters
-    ----------
-    pressure : float
-        [Pa].
-    axial, moment, rotating : Estimate
-        Along x [N], about x [N m], across x and turning with the rotor [N].
+    `pressure`: [Pa].
     """
 
     pressure: float
@@ -87,15 +71,9 @@ class GasEstimate:
 class ResidualBand:
     """What neither rotor nor gas nor mounts explain in a band.
 
-    Parameters
-    ----------
-    low, high : float
-        Band [Hz].
-    share : float
-        Rms of the rest over rms of the load, rotations scaled by the radius of gyration, noise
-        taken off [1].
-    reduced_chi : float
-        Rms of the rest in units of its noise [1].
+    `low`, `high`: band [Hz]; `share`: rms of the rest over rms of the load, rotations scaled by the
+    radius of gyration, noise taken off [1]; `reduced_chi`: rms of the rest in units of its noise
+    [1].
     """
 
     low: float
@@ -108,34 +86,16 @@ class ResidualBand:
 class Sources:
     """Result of the global weighted least squares.
 
-    Parameters
-    ----------
-    sense : RotationSense
-        Sense of the rotor.
-    static, dynamic : Estimate
-        Unbalance [kg m], [kg m²].
-    gas : tuple of GasEstimate
-        Gas forces of each pressure, rising.
-    names, units : tuple of str
-        Of all complex numbers: both unbalances, then the gas of each pressure.
-    values : array, shape (n,)
-        All complex numbers.
-    covariance : array, shape (2 n, 2 n)
-        Of their real and imaginary parts by turns.
-    reduced_chi : float
-        Rms of the residuals in units of their noise [1].
-    remaining_chi : float
-        The same, with what the mounts do beyond a common factor taken for noise [1].
-    residual_bands : tuple of ResidualBand
-        What is left in each band.
+    `values` (n,): both unbalances, then the gas of each pressure; `covariance` (2 n, 2 n): of their
+    real and imaginary parts by turns; `reduced_chi`: rms of the residuals in units of their noise
+    [1]; `remaining_chi`: the same, with what the mounts do beyond a common factor taken for noise
+    [1].
     """
 
     sense: RotationSense
     static: Estimate
     dynamic: Estimate
     gas: tuple[GasEstimate, ...]
-    names: tuple[str, ...]
-    units: tuple[str, ...]
     values: ComplexArray
     covariance: RealArray
     reduced_chi: float
@@ -148,28 +108,12 @@ def sources(
 ) -> Sources:
     """State the numbers of a fit.
 
-    Parameters
-    ----------
-    fit : SourceFit
-        Fit of all sweeps.
-    loads : sequence of OperatingLoad
-        Loads that were fitted.
-    length : float
-        Characteristic length by which moments are scaled [m].
-    confidence : float
-        Confidence of the intervals [1].
-
-    Returns
-    -------
-    Sources
+    `length`: characteristic length by which moments are scaled [m]; `confidence`: confidence of the
+    intervals [1].
     """
     values = np.concatenate([fit.rotor, fit.gas_values.ravel()])
     covariance = fit.covariance[: 2 * values.size, : 2 * values.size]
-    names = ["static unbalance", "dynamic unbalance"]
-    units = ["kg m", "kg m²"]
-    for pressure in fit.pressure:
-        names += [f"{name} at {case_name(pressure)}" for name in GAS_NAMES]
-        units += GAS_UNITS
+    units = ["kg m", "kg m²", *GAS_UNITS * fit.pressure.size]
     quantile = NormalDist().inv_cdf(0.5 + confidence / 2)
     estimates = [
         _estimate(complex(value), covariance[2 * i : 2 * i + 2, 2 * i : 2 * i + 2], unit, quantile)
@@ -185,8 +129,6 @@ def sources(
             GasEstimate(float(pressure), *estimates[2 + N_GAS * i : 2 + N_GAS * (i + 1)])
             for i, pressure in enumerate(fit.pressure)
         ),
-        tuple(names),
-        tuple(units),
         values,
         covariance,
         fit.reduced_chi,
@@ -270,12 +212,7 @@ def _residual_band(
 class Distrust:
     """Why some lines cannot be trusted.
 
-    Parameters
-    ----------
-    lines : bool array, shape (n_frequency,)
-        Lines in question.
-    text : str
-        The reason, in words.
+    `lines` (n_frequency,): lines in question; `text`: the reason, in words.
     """
 
     lines: BoolArray
@@ -286,17 +223,12 @@ class Distrust:
 class Band:
     """A complex number over speed and how well it is known.
 
-    Parameters
-    ----------
-    value : array, shape (n_frequency,)
-        Complex value.
-    lower, upper : array, shape (n_frequency,)
-        Of its amplitude; an error that is known to be there widens one side only.
-    noise, placement, mounts : array, shape (n_frequency,)
-        What makes it wide: noise of sweep and hammer test; errors of sensors, impacts and model;
-        mounts that have or may have changed (and gas, where it was taken off).
-    half : array, shape (n_frequency,)
-        Largest error at this confidence, that of the phase included where it is known to be there.
+    `value` (n_frequency,): complex value; `lower`, `upper` (n_frequency,): of its amplitude; an
+    error that is known to be there widens one side only; `noise`, `placement`, `mounts`
+    (n_frequency,): what makes it wide: noise of sweep and hammer test; errors of sensors, impacts
+    and model; mounts that have or may have changed (and gas, where it was taken off); `half`
+    (n_frequency,): largest error at this confidence, that of the phase included where it is known
+    to be there.
     """
 
     value: ComplexArray
@@ -317,18 +249,8 @@ class Band:
 class UnbalanceCurve:
     """Static [kg m] or dynamic [kg m²] unbalance over speed.
 
-    Parameters
-    ----------
-    frequency : array, shape (n_frequency,)
-        Frequency of the rotation [Hz].
-    from_y, from_z : Band
-        Out of the load along or about y, along or about z.
-    both : Band
-        Their mean, each weighted with its own variance.
-    trusted : bool array, shape (n_frequency,)
-        Lines that can be trusted.
-    reasons : tuple of Distrust
-        For the lines that cannot.
+    `frequency` (n_frequency,): frequency of the rotation [Hz]; `trusted` (n_frequency,): lines that
+    can be trusted.
     """
 
     frequency: RealArray
@@ -355,18 +277,8 @@ class UnbalanceCurve:
 class LoadUncertainty:
     """Errors of a load by one route, as far as the sweeps and the hammer test tell.
 
-    Parameters
-    ----------
-    model : RouteModel
-        Route of the load.
-    load : OperatingLoad
-        Load of one sweep.
-    fit : SourceFit
-        Fit of all sweeps by the same route.
-    updated : bool
-        Whether the change of the mounts that the fit found is taken into the load.
-    confidence : float
-        Confidence of the bands [1].
+    `updated`: whether the change of the mounts that the fit found is taken into the load;
+    `confidence`: confidence of the bands [1].
     """
 
     def __init__(
@@ -389,49 +301,28 @@ class LoadUncertainty:
         self.mismatch = fit.mismatch**2 * mount_covariance(model, (load,))
         self.slopes = applied(model.by_error[:, load.lines], load.motion)
         self.by_change = applied(change, load.motion)
-        pressure = int(np.searchsorted(fit.pressure, load.pressure))
-        self.rotating_gas = fit.gas_values[pressure, ROTATING_GAS]
-        # by real and imaginary part of the gas forces of every pressure
-        self.by_gas = np.zeros((*fit.gas_values.shape, 2), dtype=complex)
-        self.by_gas[pressure, ROTATING_GAS] = 1, 1j
 
-    def band(self, weights: RealOrComplexArray, gas: RealOrComplexArray | None = None) -> Band:
-        """Propagate everything to a combination of the six loads.
+    def band(self, weights: RealOrComplexArray) -> Band:
+        """Propagate everything to a combination of the six loads with `weights` (n_frequency, 6).
 
-        Parameters
-        ----------
-        weights : array, shape (n_frequency, 6)
-            Weights of the loads.
-        gas : array, shape (n_frequency,), optional
-            Weight of the rotating gas force, which is taken off.
-
-        Returns
-        -------
-        Band
-
-        Notes
-        -----
         Along the direction of the value: noise of each line; errors of placement, with their
         posterior of the hammer test; the difference between the mounts' true change and the one
         found. The last is correlated with the second, since both were found together. A load that
         leaves the change out is wrong by a known amount, which is added to one side.
         """
-        gas = np.zeros(len(weights)) if gas is None else gas
-        value = np.einsum("fa,fa->f", weights, self.load) - gas * self.rotating_gas
+        value = np.einsum("fa,fa->f", weights, self.load)
         along = (value / np.abs(value)).conj()
         variance, of_mounts = (
             np.einsum("fa,fab,fb->f", weights, covariance, weights.conj()).real
             for covariance in (self.noise, self.mismatch)
         )
         placement = _along(along, weights, self.slopes)
-        by_gas = (along * gas * self.by_gas.reshape(-1, 1)).real
-        rest = np.concatenate([by_gas, _along(along, weights, self.by_change)])
-        fit = self.fit
-        others = slice(fit.gas_slice.start, fit.change_slice.stop)
-        of_rest = of_mounts + _quadratic(rest, fit.line_covariance[others, others], rest)
-        cross = _quadratic(placement, fit.line_covariance[fit.error_slice, others], rest)
+        mounts, places = _along(along, weights, self.by_change), self.fit.change_slice
+        covariance = self.fit.line_covariance[:, places]
+        of_mounts += _quadratic(mounts, covariance[places], mounts)
+        cross = _quadratic(placement, covariance[self.fit.error_slice], mounts)
         of_placement = np.sum(placement**2, axis=0)
-        total = np.sqrt(np.maximum(variance + of_placement + of_rest + 2 * cross, variance))
+        total = np.sqrt(np.maximum(variance + of_placement + of_mounts + 2 * cross, variance))
         known = along * np.einsum("fa,fa->f", weights, self.known)
         offset = known.real
         amplitude, half = np.abs(value), self.quantile * total
@@ -441,7 +332,7 @@ class LoadUncertainty:
             amplitude + half + np.maximum(-offset, 0),
             self.quantile * np.sqrt(variance),
             self.quantile * np.sqrt(of_placement),
-            self.quantile * np.sqrt(of_rest) + np.abs(known),
+            self.quantile * np.sqrt(of_mounts) + np.abs(known),
             half + np.abs(known),
         )
 
@@ -462,37 +353,20 @@ def unbalance_curve(
     from_y: RealOrComplexArray,
     from_z: RealOrComplexArray,
     *,
-    gas: RealOrComplexArray | None = None,
     largest_uncertainty: float,
     unexplained: BoolArray,
 ) -> UnbalanceCurve:
     """Make the curve of one unbalance and mark what cannot be trusted.
 
-    Parameters
-    ----------
-    uncertainty : LoadUncertainty
-        Load of one sweep with its errors.
-    frequency : array, shape (n_frequency,)
-        Lines [Hz].
-    from_y, from_z : array, shape (n_frequency, 6)
-        Weights of the loads, in y and in z.
-    gas : array, shape (n_frequency,), optional
-        Weight of the rotating gas force, which is taken off.
-    largest_uncertainty : float
-        Half band over amplitude above which a line is not trusted [1].
-    unexplained : bool array, shape (n_frequency,)
-        Lines whose load is not that of a rotor, gas and mounts.
-
-    Returns
-    -------
-    UnbalanceCurve
+    `frequency` (n_frequency,): lines [Hz]; `from_y`, `from_z` (n_frequency, 6): weights of the
+    loads, in y and in z; `gas` (n_frequency,): weight of the rotating gas force, which is taken
+    off; `largest_uncertainty`: half band over amplitude above which a line is not trusted [1];
+    `unexplained` (n_frequency,): lines whose load is not that of a rotor, gas and mounts.
     """
-    bands = [uncertainty.band(weights, gas) for weights in (from_y, from_z)]
+    bands = [uncertainty.band(weights) for weights in (from_y, from_z)]
     widths = np.array([band.half for band in bands])
     share = widths[1] ** 2 / np.sum(widths**2, axis=0)
-    both = uncertainty.band(
-        share[:, np.newaxis] * from_y + (1 - share)[:, np.newaxis] * from_z, gas
-    )
+    both = uncertainty.band(share[:, np.newaxis] * from_y + (1 - share)[:, np.newaxis] * from_z)
     wide = (both.relative > largest_uncertainty) & ~unexplained
     cause = np.argmax([both.mounts, both.placement, both.noise], axis=0)
     reasons = []
@@ -513,16 +387,9 @@ def unbalance_curve(
 def unexplained_lines(whitened: ComplexArray) -> BoolArray:
     """Mark lines whose residuals are no noise.
 
-    Parameters
-    ----------
-    whitened : array, shape (n_frequency, 6)
-        Residuals of the global fit in units of the noise of one part; not a number where they took
-        no part in it.
-
-    Returns
-    -------
-    bool array, shape (n_frequency,)
-        Where the running mean over `NEIGHBOURS` lines has a χ above 1.5.
+    `whitened` (n_frequency, 6): residuals of the global fit in units of the noise of one part; not
+    a number where they took no part in it. Returns (n_frequency,) where the running mean over
+    `NEIGHBOURS` lines has a χ above 1.5.
     """
     squares = np.mean(np.abs(whitened) ** 2, axis=1) / 2
     known = np.isfinite(squares)

@@ -64,24 +64,8 @@ WORSE = 1.05
 class ThesisFit:
     """The 44 numbers of table 11, and how far to believe each.
 
-    Parameters
-    ----------
-    start : array, shape (44,)
-        From the drawing, in the units of the parametrisation.
-    bounds : Bounds
-        The thesis's, with its misprints mended.
-    fit : PointFit
-        Fit by least squares.
-    seconds : float
-        Time of the fit [s].
-    reference : PointFit or None
-        Fit by sequential quadratic programming, near to the thesis's method.
-    reference_seconds : float
-        Time of the reference, 0 without it [s].
-    seen : Identifiability
-        Rank and null space of the Jacobian at the result.
-    known : Knowledge
-        Bounds as 1 σ before; all that the self-calibrated test adds after.
+    `start` (44,): from the drawing, in the units of the parametrisation; `seconds`: time of the fit
+    [s]; `reference_seconds`: time of the reference, 0 without it [s].
     """
 
     start: RealArray
@@ -137,10 +121,6 @@ def fit_thesis_parameters(
     with_reference : bool
         Whether to repeat the fit by sequential quadratic programming.
 
-    Returns
-    -------
-    ThesisFit
-
     Notes
     -----
     What is known of each number after the test is not taken from this fit, whose weights are no
@@ -190,14 +170,7 @@ def _posterior(found: Identification, fit: PointFit, prior: RealArray) -> RealAr
 class IdenticalFit:
     """Identical round mounts, and whether the test agrees.
 
-    Parameters
-    ----------
-    drawn : tuple of CompressorMount
-        Mounts where the drawing has them.
-    calibrated : SelfCalibration
-        Calibration with `IdenticalMountParameters`.
-    chi_ratio : float
-        Reduced χ over that of the minimal parameters, which allow any mounts [1].
+    `chi_ratio`: reduced χ over that of the minimal parameters, which allow any mounts [1].
     """
 
     drawn: tuple[CompressorMount, ...]
@@ -232,10 +205,6 @@ def fit_identical_mounts(found: Identification, drawing: Drawing) -> IdenticalFi
         Identification with any mounts, where this one starts.
     drawing : Drawing
         Places and tilts are counted from it.
-
-    Returns
-    -------
-    IdenticalFit
     """
     drawn = drawing.mounts
     parametrisation = IdenticalMountParameters(drawn, found.length)

@@ -127,24 +127,9 @@ class UnbalanceOptions:
 class SweepUnbalance:
     """Unbalance line by line, for one sweep and one route.
 
-    Parameters
-    ----------
-    sweep : str
-        Name of the sweep.
-    pressure : float
-        Pressure of the gas [Pa].
-    hoses : HoseState
-        What was joined.
-    frequency : array, shape (n_frequency,)
-        Frequency of the rotation [Hz].
-    load : array, shape (n_frequency, 6)
-        At the virtual point, complex peak [N, N m].
-    load_lower, load_upper : array, shape (n_frequency, 6)
-        Band of its amplitudes [N, N m].
-    static, dynamic : UnbalanceCurve
-        With the rotating gas force, which passes as unbalance [kg m], [kg m²].
-    static_without_gas : UnbalanceCurve
-        With the rotating gas force of the global fit taken off [kg m].
+    `sweep`: name of the sweep; `pressure`: pressure of the gas [Pa]; `frequency` (n_frequency,):
+    frequency of the rotation [Hz]; `load` (n_frequency, 6): at the virtual point, complex peak [N,
+    N m]; `load_lower`, `load_upper` (n_frequency, 6): band of its amplitudes [N, N m].
     """
 
     sweep: str
@@ -156,7 +141,6 @@ class SweepUnbalance:
     load_upper: RealArray
     static: UnbalanceCurve
     dynamic: UnbalanceCurve
-    static_without_gas: UnbalanceCurve
 
     @property
     def speed(self) -> RealArray:
@@ -166,19 +150,7 @@ class SweepUnbalance:
 
 @dataclass(frozen=True, eq=False)
 class RouteResult:
-    """All that one route says.
-
-    Parameters
-    ----------
-    route : Route
-        Way to the load inside.
-    sweeps : tuple of SweepUnbalance
-        Line by line.
-    sources : Sources
-        All lines and pressures at once.
-    fit : SourceFit
-        The same with everything that was fitted.
-    """
+    """All that one route says."""
 
     route: Route
     sweeps: tuple[SweepUnbalance, ...]
@@ -190,28 +162,8 @@ class RouteResult:
 class Unbalance:
     """Everything that sweeps and hammer test say of the rotor, the gas and the mounts.
 
-    Parameters
-    ----------
-    test : OperatingTest
-        Sweeps of the running compressor.
-    identification : Identification
-        Identification of its hammer test.
-    options : UnbalanceOptions
-        Routes and bands.
-    motions : tuple of OperatingMotion
-        Motion in each sweep that was used.
-    sense : SenseOfRotation
-        Sense of the rotor.
-    routes : tuple of RouteResult
-        In the order of the options.
-    state : MountState
-        Mounts in operation against those struck.
-    alarms : tuple of str
-        Reasons not to trust the results, in words; empty where there are none.
-    notices : tuple of str
-        What was decided on the way.
-    hoses : tuple of HosePresence
-        Search for the drawn hoses in sweeps that are said to be without them.
+    `alarms`: reasons not to trust the results, in words; empty where there are none; `notices`:
+    what was decided on the way.
     """
 
     test: OperatingTest
@@ -269,10 +221,7 @@ class Unbalance:
     def by_letter(self, letter: str) -> RouteResult:
         """Return the result of the route of this letter.
 
-        Raises
-        ------
-        InputError
-            No such route.
+        InputError: no such route.
         """
         for result in self.routes:
             if result.route.letter == letter:
@@ -299,10 +248,6 @@ def unbalance(
         Routes and bands.
     step : callable of str, optional
         Receiver of progress messages.
-
-    Returns
-    -------
-    Unbalance
 
     Raises
     ------
@@ -464,7 +409,6 @@ def _line_by_line(
         largest_uncertainty=options.largest_uncertainty,
         unexplained=unexplained_lines(whitened),
     )
-    static = (entry[:, 1], np.asarray(turn * entry[:, 2]))
     ones = np.ones((load.frequency.size, 1))
     bands = [errors.band(ones * np.eye(6)[axis]) for axis in range(6)]
     return SweepUnbalance(
@@ -475,9 +419,8 @@ def _line_by_line(
         errors.load,
         np.stack([band.lower for band in bands], axis=1),
         np.stack([band.upper for band in bands], axis=1),
-        curve(*static),
+        curve(entry[:, 1], np.asarray(turn * entry[:, 2])),
         curve(np.asarray(-turn * entry[:, 4]), entry[:, 5]),
-        curve(*static, gas=1 / square),
     )
 
 
@@ -486,17 +429,7 @@ def sweeps_of(
 ) -> tuple[tuple[OperatingSweep, ...], list[str]]:
     """Choose the sweeps that show the load best, with notices.
 
-    Parameters
-    ----------
-    test : OperatingTest
-        Sweeps of the running compressor.
-    hoses : HoseState or None
-        Wanted hoses; by default soft ones before standard ones.
-
-    Raises
-    ------
-    InputError
-        No sweep with the hoses that are wanted.
+    InputError: no sweep with the hoses that are wanted.
     """
     if hoses is not None:
         sweeps = test.with_hoses(hoses)
@@ -517,17 +450,8 @@ def within_hammer_test(
 ) -> tuple[tuple[OperatingSweep, ...], list[str]]:
     """Leave out lines that the hammer test did not measure, with notices of what was left out.
 
-    Parameters
-    ----------
-    sweeps : sequence of OperatingSweep
-        Sweeps of the running compressor.
-    hammer : array, shape (n,)
-        Lines of the hammer test [Hz].
-
-    Raises
-    ------
-    InputError
-        A sweep that the hammer test hardly covers.
+    `hammer` (n,): lines of the hammer test [Hz]. InputError: a sweep that the hammer test hardly
+    covers.
     """
     kept, notices = [], []
     for sweep in sweeps:
@@ -573,15 +497,7 @@ def refuse_resonant_sweep(sweeps: Sequence[OperatingSweep], modes: ModalTable) -
 
 
 def hose_alarms(sweeps: Sequence[OperatingSweep], bands: Sequence[ResidualBand]) -> tuple[str, ...]:
-    """Report loads that look like hoses, in words; empty where there is nothing.
-
-    Parameters
-    ----------
-    sweeps : sequence of OperatingSweep
-        Sweeps that were fitted.
-    bands : sequence of ResidualBand
-        What the fit left.
-    """
+    """Report loads that look like hoses, in words; empty where there is nothing."""
     seen = [
         band
         for band in bands
@@ -607,16 +523,7 @@ def load_alarms(
 ) -> tuple[str, ...]:
     """Report what rotor, gas and mounts as struck do not explain, in words.
 
-    Parameters
-    ----------
-    sweeps : sequence of OperatingSweep
-        Sweeps that were fitted.
-    found : Sources
-        Numbers of the fit.
-    mismatch : float
-        Change of the mounts that no common factor describes, 1 σ per direction [1].
-    state : MountState
-        Mounts in operation against those struck.
+    `mismatch`: change of the mounts that no common factor describes, 1 σ per direction [1].
     """
     hoses = hose_alarms(sweeps, found.residual_bands)
     if hoses:

@@ -11,9 +11,9 @@ from deboom.arrays import ComplexArray
 from deboom.errors import InputError
 from deboom.physics.rigid_body import skew
 
-GAS_NAMES = ("axial gas force", "gas moment", "rotating gas force")
 GAS_UNITS = ("N", "N m", "N")
-N_GAS = len(GAS_NAMES)
+"""Of the axial gas force, the gas moment and the rotating gas force."""
+N_GAS = len(GAS_UNITS)
 
 
 class RotationSense(Enum):
@@ -33,34 +33,16 @@ def unbalance_load(
 ) -> ComplexArray:
     """Compute the load of first order at a virtual point on the rotor's axis.
 
-    Parameters
-    ----------
-    static : array, shape (n_source,)
-        Unbalance of each source (crank, orbiting scroll, balance weight) as a rotating vector: its
-        argument is the angle from y towards z in the sense of rotation, complex [kg m].
-    arm : array, shape (n_source,)
-        Distance of each source along x, from the virtual point [m].
-    frequency : array, shape (n_frequency,)
-        Frequency of the rotation [Hz].
-    sense : RotationSense
-        Sense about x.
+    `static` (n_source,): unbalance of each source (crank, orbiting scroll, balance weight) as a
+    rotating vector: its argument is the angle from y towards z in the sense of rotation, complex
+    [kg m]; `arm` (n_source,): distance of each source along x, from the virtual point [m];
+    `frequency` (n_frequency,): frequency of the rotation [Hz]. Returns (n_frequency, 6) complex
+    amplitudes [N, N m]. InputError: not one arm per source.
 
-    Returns
-    -------
-    array, shape (n_frequency, 6)
-        Complex amplitudes [N, N m].
-
-    Raises
-    ------
-    InputError
-        Not one arm per source.
-
-    Notes
-    -----
     Thesis, eq. 36 and 37, with what they leave open: ``u = Σ u_i``, ``u_d = Σ arm_i u_i`` over
-    sources, not over the six directions; ``F_y = u ω²``, ``F_z = −j u ω²``, ``M_z = u_d ω²``,
-    ``M_y = +j u_d ω²`` for rotation from y to z, conjugate signs for the other sense. Gas forces
-    and moments (eq. 38) add to it and do not grow with ω².
+    sources, not over the six directions; ``F_y = u ω²``, ``F_z = −j u ω²``, ``M_z = u_d ω²``, ``M_y
+    = +j u_d ω²`` for rotation from y to z, conjugate signs for the other sense. Gas forces and
+    moments (eq. 38) add to it and do not grow with ω².
     """
     sources, arms = np.atleast_1d(static).astype(complex), np.atleast_1d(arm).astype(float)
     if sources.shape != arms.shape or sources.ndim != 1:
@@ -86,18 +68,8 @@ def rotor_columns(frequency: npt.ArrayLike, sense: RotationSense) -> ComplexArra
 def gas_columns(sense: RotationSense) -> ComplexArray:
     """Compute the load per axial gas force, per gas moment and per rotating gas force.
 
-    Parameters
-    ----------
-    sense : RotationSense
-        Sense about x.
+    Returns (6, 3) the same at every speed [1].
 
-    Returns
-    -------
-    array, shape (6, 3)
-        The same at every speed [1].
-
-    Notes
-    -----
     Thesis, eq. 38: the moment acts about x. The rotating force, ``F_y = g``, ``F_z = ∓j g``, passes
     as unbalance in y and z alike; only that it does not grow with ω² tells it apart.
     """
@@ -110,15 +82,8 @@ def gas_columns(sense: RotationSense) -> ComplexArray:
 def gyroscopic_mass(rotor_inertia: float | None, sense: RotationSense) -> ComplexArray:
     """Compute what a turning rotor adds to the apparent mass at first order, shape (6, 6) [kg m²].
 
-    Parameters
-    ----------
-    rotor_inertia : float or None
-        Polar moment of the rotor; None leaves the gyroscopic moment out [kg m²].
-    sense : RotationSense
-        Sense about x.
+    `rotor_inertia`: polar moment of the rotor; None leaves the gyroscopic moment out [kg m²].
 
-    Notes
-    -----
     ``M = I θ̈ + θ̇ × h`` with the spin ``h = J ω e_x`` and ``θ̇ = θ̈/(jω)``: the rotational block
     gains ``+j J skew(e_x)``, whatever the speed.
     """

@@ -39,10 +39,7 @@ def in_bands(
 ) -> BoolArray:
     """Mark the lines inside any of the bands, ends included, shape (n_frequency,).
 
-    Raises
-    ------
-    InputError
-        A band without a line.
+    InputError: a band without a line.
     """
     lines = np.asarray(frequency, dtype=float)
     marks = [(lines >= low) & (lines <= high) for low, high in bands]
@@ -64,19 +61,11 @@ def thinned(places: npt.NDArray[np.intp], largest: int) -> npt.NDArray[np.intp]:
 class Objective:
     """Weighted complex deviations of a model from a measurement at the virtual point.
 
-    Parameters
-    ----------
-    frequency : array, shape (n_frequency,)
-        Lines [Hz].
-    measured : array, shape (n_frequency, 6, 6)
-        Inertance [1/kg, 1/(kg m), 1/(kg m²)].
-    left, right : array, shape (6, 6)
-        Matrices that weigh the inertance Y as ``left Y rightᵀ``, and the apparent mass by their
-        inverses.
-    weight : array, shape (n_frequency,)
-        Weight of the inertance at each line.
-    mass_weight : array, shape (n_frequency,), optional
-        Weight of the apparent mass at each line; None leaves it out.
+    `frequency` (n_frequency,): lines [Hz]; `measured` (n_frequency, 6, 6): inertance [1/kg, 1/(kg
+    m), 1/(kg m²)]; `left`, `right` (6, 6): matrices that weigh the inertance Y as ``left Y
+    rightᵀ``, and the apparent mass by their inverses; `weight` (n_frequency,): weight of the
+    inertance at each line; `mass_weight` (n_frequency,): weight of the apparent mass at each line;
+    None leaves it out.
     """
 
     frequency: RealArray
@@ -109,25 +98,11 @@ def whitened_inertance(
 ) -> Objective:
     """Weigh the inertance at the virtual point in units of its own noise.
 
-    Parameters
-    ----------
-    frequency : array, shape (n_frequency,)
-        Lines [Hz].
-    measured : array, shape (n_frequency, 6, 6)
-        Inertance [1/kg, 1/(kg m), 1/(kg m²)].
-    response_inverse : array, shape (6, n_channel)
-        Pseudo-inverse that made the six responses.
-    excitation_inverse : array, shape (6, n_impact)
-        Pseudo-inverse that made the six loads.
-    deviation : array, shape (n_frequency,)
-        Standard deviation of the real and of the imaginary part of a raw FRF [1/kg].
+    `frequency` (n_frequency,): lines [Hz]; `measured` (n_frequency, 6, 6): inertance [1/kg, 1/(kg
+    m), 1/(kg m²)]; `response_inverse` (6, n_channel): pseudo-inverse that made the six responses;
+    `excitation_inverse` (6, n_impact): pseudo-inverse that made the six loads; `deviation`
+    (n_frequency,): standard deviation of the real and of the imaginary part of a raw FRF [1/kg].
 
-    Returns
-    -------
-    Objective
-
-    Notes
-    -----
     Independent noise of the raw FRFs is coloured by the two pseudo-inverses P and Q; it is white
     again in ``C_P⁻¹ Y_VP C_Q⁻ᵀ`` with ``C_P C_Pᵀ = P Pᵀ``.
     """
@@ -143,21 +118,10 @@ def inertance_and_apparent_mass(
 ) -> Objective:
     """Weigh inertance and apparent mass together, each against its size in the band: the thesis.
 
-    Parameters
-    ----------
-    frequency : array, shape (n_frequency,)
-        Lines [Hz].
-    measured : array, shape (n_frequency, 6, 6)
-        Inertance [1/kg, 1/(kg m), 1/(kg m²)].
-    length : float
-        Characteristic length that makes rotations and displacements comparable [m].
+    `frequency` (n_frequency,): lines [Hz]; `measured` (n_frequency, 6, 6): inertance [1/kg, 1/(kg
+    m), 1/(kg m²)]; `length`: characteristic length that makes rotations and displacements
+    comparable [m].
 
-    Returns
-    -------
-    Objective
-
-    Notes
-    -----
     Thesis, section 4.4: complex deviations of both matrices in 10-30 and 100-150 Hz. Each entry is
     scaled by the length, each side of `BAND_SPLIT` by its root mean square over all entries.
     """
@@ -185,22 +149,11 @@ class Bounds(NamedTuple):
 class PointFit:
     """Result of a fit at the virtual point.
 
-    Parameters
-    ----------
-    parametrisation : Parametrisation
-        Meaning of `values`.
-    values : array, shape (n_parameters,)
-        Parameters in their units.
-    cost : float
-        Half the sum of the squared residuals [1].
-    jacobian : array, shape (n_residuals, n_parameters)
-        Jacobian of the real residuals at `values`.
-    n_evaluations : int
-        Number of evaluations of the residuals.
-    at_bound : tuple of str
-        Names of the parameters that a bound holds.
-    converged : bool
-        False where the optimiser stopped for its number of evaluations.
+    `values` (n_parameters,): parameters in their units; `cost`: half the sum of the squared
+    residuals [1]; `jacobian` (n_residuals, n_parameters): jacobian of the real residuals at
+    `values`; `n_evaluations`: number of evaluations of the residuals; `at_bound`: names of the
+    parameters that a bound holds; `converged`: false where the optimiser stopped for its number of
+    evaluations.
     """
 
     parametrisation: Parametrisation
@@ -226,27 +179,7 @@ def fit_at_virtual_point(
 ) -> PointFit:
     """Fit by nonlinear least squares with the analytic Jacobian.
 
-    Parameters
-    ----------
-    parametrisation : Parametrisation
-        Numbers of the compressor.
-    objective : Objective
-        Measurement and weights.
-    start : array, shape (n_parameters,)
-        Values inside the bounds.
-    bounds : Bounds, optional
-        Without them the parameters are free.
-    largest_evaluations : int
-        Evaluations of the residuals at which the optimiser stops.
-
-    Returns
-    -------
-    PointFit
-
-    Raises
-    ------
-    InputError
-        A start outside its bounds.
+    `start` (n_parameters,): values inside the bounds. InputError: a start outside its bounds.
     """
     from scipy.optimize import least_squares
 
@@ -291,19 +224,6 @@ def fit_by_slsqp(
 ) -> PointFit:
     """Fit by sequential quadratic programming, near to the spreadsheet's GRG method of the thesis.
 
-    Parameters
-    ----------
-    parametrisation, objective, start, bounds
-        As for `fit_at_virtual_point`.
-    largest_iterations : int
-        Iterations at which the optimiser stops.
-
-    Returns
-    -------
-    PointFit
-
-    Notes
-    -----
     A reference only: it needs several times more evaluations than least squares, because it sees
     the sum of the squares instead of each residual.
     """
@@ -342,27 +262,11 @@ def linear_start(
 ) -> RealArray:
     """Estimate mass and stiffness by weighted linear least squares, without any drawing.
 
-    Parameters
-    ----------
-    parametrisation : MinimalParameters
-        Characteristic length and scale of the stiffness.
-    frequency : array, shape (n_frequency,)
-        Above 0, with lines both near and above the rigid-body modes [Hz].
-    inertance : array, shape (n_frequency, 6, 6)
-        Measured at the virtual point [1/kg, 1/(kg m), 1/(kg m²)].
+    `frequency` (n_frequency,): above 0, with lines both near and above the rigid-body modes [Hz];
+    `inertance` (n_frequency, 6, 6): measured at the virtual point [1/kg, 1/(kg m), 1/(kg m²)].
+    Returns (35,) parameters of `parametrisation`, with the gain of a medium rubber. InputError:
+    data whose mass line has no positive mass: a channel or an impact of the wrong sign.
 
-    Returns
-    -------
-    array, shape (35,)
-        Parameters of `parametrisation`, with the gain of a medium rubber.
-
-    Raises
-    ------
-    InputError
-        Data whose mass line has no positive mass: a channel or an impact of the wrong sign.
-
-    Notes
-    -----
     ``(M − v'(f) K'/ω² − j K''/ω²) H = 1`` with a stiffening v' of medium rubber is linear in the
     entries of M, K' and K''. The first pass weights the lines by ``1/|H|``, the next by the model
     found (Sanathanan and Koerner), which turns the error of the equation into one of H. A mass

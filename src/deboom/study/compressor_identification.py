@@ -1036,6 +1036,7 @@ def mode_table(test: IdentifiedTest) -> pd.DataFrame:
 def identifiability_table(test: IdentifiedTest, thesis: ThesisFit) -> pd.DataFrame:
     """Put the thesis's numbers side by side with their bounds and what the test says of each."""
     parametrisation = thesis.fit.parametrisation
+    assert isinstance(parametrisation, ThesisParameters)
     shown = [_SHOWN_UNIT.get(unit, (unit, 1.0)) for unit in parametrisation.units]
     factor = np.array([scale for _, scale in shown])
     held = set(thesis.fit.at_bound)

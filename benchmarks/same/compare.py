@@ -31,7 +31,7 @@ SNIPPETS = 6
 
 UNSTEADY = re.compile(
     r"(^|[./ _])seconds|wall_time_s|time \[s\]|"
-    r"^environment|^study_text|^inputs_sha256|(^|\.)created"
+    r"^environment|^study_text|(^|\.)created"
 )
 """Keys and columns that hold times, versions or texts of the source."""
 
@@ -41,9 +41,16 @@ UNCOMPARED = (".lock", "cpu.txt", "steps.txt", "state.npz", "inputs.json")
 PROGRESS = re.compile(r"%\||it/s|\x1b|: \d+/\d+( |$)")
 """Lines that tell how far a command is."""
 
+OPTION_TYPE = re.compile(r"(/--[\w-]+)?(<[^>]*>(\.\.\.)?)?")
+"""What follows the name of an option: its negation and its type."""
+
+INPUT_FILE = re.compile(r": [0-9a-f]{64}$")
+"""Lines of a page that `run.json` has as well."""
+
 _RUN = re.compile(r"\d{4}-\d\d-\d\d_\d{6}_seed(\d+)(_\d+)?")
 _PASSING = (
-    (re.compile(r"^(git|wall time \[s\]): .*"), r"\1: …"),
+    (re.compile(r"^(git|packages|wall time \[s\]): .*"), r"\1: …"),
+    (re.compile(r"^(deboom run \S+|\w+) --seed .*"), r"\1 …"),
     (_RUN, r"RUN_seed\1"),
     (re.compile(r"\d{4}-\d\d-\d\d[ T]\d\d:\d\d(:\d\d)?([.]\d+)?( ?UTC|Z|[+]00:00)?"), "TIME"),
     (re.compile(r"\b\d{4}-\d\d-\d\d\b"), "DATE"),
@@ -52,6 +59,7 @@ _PASSING = (
     (re.compile(r"\b\d+ of \d+ designs|\b\d+ designs/s"), "RATE"),
     (re.compile(r"(\.\./)+[\w./-]*/work/"), ""),
     (re.compile(r"((\.\./)+[\w./-]*?|TREE/)(?=studies/)"), ""),
+    (re.compile(r"studies/data/"), "data/"),
     (re.compile(r"tcp://[\w.:]+"), "ADDRESS"),
 )
 
@@ -201,6 +209,8 @@ class Comparison:
             texts = [path.read_text(encoding="utf-8") for path in (before, after)]
             yield from self._words(name, *(page_words(text) for text in texts))
             yield from self._trees(name, *(_page_data(text) for text in texts))
+        elif before.suffix == ".out" and "Usage: " in before.read_text(encoding="utf-8")[:200]:
+            yield from self._help(name, *(path.read_text("utf-8") for path in (before, after)))
         elif before.suffix in (".out", ".err", ".txt", ".md", ".code"):
             yield from self._words(name, *(_lines(path) for path in (before, after)))
         elif before.suffix not in (".png", ".db", ".pdf"):
@@ -292,6 +302,25 @@ class Comparison:
             old, new = " / ".join(a[i:j]), " / ".join(b[k:m])
             yield self._of(file, f"line {i + 1}", "words", f"{_clip(old)!r}, now {_clip(new)!r}")
 
+    def _help(self, file: str, before: str, after: str) -> Iterator[Difference]:
+        """Compare options by name; texts without their line ends, which cut long paths anywhere."""
+        olds, news = (_options(text) for text in (before, after))
+        olds = {self._name(option): text for option, text in olds.items()}
+        for option in sorted(olds.keys() | news.keys()):
+            if option not in news or option not in olds:
+                gone = option not in news
+                yield self._of(file, option, "name", "option is gone" if gone else "new option")
+                continue
+            a, b = self._old(olds[option]), self.new.settled(news[option])
+            kinds = [OPTION_TYPE.match(text) for text in (a, b)]
+            defaults = [text.partition("[default:")[2].rpartition("/")[2] for text in (a, b)]
+            if [k and k[0] for k in kinds[:1]] != [k and k[0] for k in kinds[1:]]:
+                yield self._of(file, option, "name", f"{_clip(a)!r}, now {_clip(b)!r}")
+            elif defaults[0] != defaults[1]:
+                yield self._of(file, option, "number", f"default {defaults[0]}, now {defaults[1]}")
+            elif a.partition("[default:")[0] != b.partition("[default:")[0]:
+                yield self._of(file, option, "words", f"{_clip(a)!r}, now {_clip(b)!r}")
+
     def _pictures(self, file: str, before: Any, after: Any) -> Iterator[Difference]:
         if len(before) != len(after):
             yield self._of(file, "-", "picture", f"{len(before)} pictures, now {len(after)}")
@@ -316,13 +345,21 @@ def page_words(text: str) -> list[str]:
     text = re.sub(r"(?i)</(th|dt)>\s*<(td|dd)\b[^>]*>", ": ", text)
     text = re.sub(rf"(?i)</?({BLOCKS})\b[^>]*>", "\n", text)
     text = html.unescape(re.sub(r"(?s)<[^>]+>", "", text))
-    return [" ".join(line.split()) for line in text.splitlines() if line.strip()]
+    lines = (" ".join(line.split()) for line in text.splitlines())
+    return [line for line in lines if line and not INPUT_FILE.search(line)]
 
 
 def _page_data(text: str) -> list[Any]:
     """Return the data that a page's scripts read."""
     found = re.findall(r"(?is)<script[^>]*application/json[^>]*>(.*?)</script>", text)
     return [json.loads(html.unescape(part)) for part in found]
+
+
+def _options(text: str) -> dict[str, str]:
+    """Return what a help text says of every option, without blanks, and of the command itself."""
+    parts = re.split(r"\n +(--[\w-]+)", text)
+    names, texts = ["usage", *parts[1::2]], parts[::2]
+    return {n: re.sub(r"\s+", "", t) for n, t in zip(names, texts, strict=True)}
 
 
 def _lines(path: Path) -> list[str]:

@@ -61,6 +61,12 @@ def test_two_derivatives_leave_no_rounding_in_the_other_component():
     np.testing.assert_array_equal(inertance.imag, 0.0)
 
 
+def test_a_velocity_leads_its_displacement_by_a_quarter_turn():
+    displacement = np.ones((FREQUENCY.size, 1, 1))
+    velocity = convert(displacement, FREQUENCY, FrfForm.RECEPTANCE, FrfForm.MOBILITY)
+    np.testing.assert_allclose(velocity[:, 0, 0], 2j * np.pi * FREQUENCY, rtol=1e-15)
+
+
 def test_rectangular_functions_have_derivatives_but_no_inverse():
     values = _matrix(4, 3)
     assert convert(values, FREQUENCY, FrfForm.MOBILITY, FrfForm.INERTANCE).shape == (3, 4, 3)

@@ -12,8 +12,8 @@ from deboom.bench.campaign_plan import CampaignErrors
 from deboom.bench.campaign_recording import (
     CampaignSensors,
     draw_campaign_sensors,
+    push_answer,
     record,
-    shaker_answer,
 )
 from deboom.bench.layout import (
     ACCELEROMETER_MODEL,
@@ -148,7 +148,9 @@ def _shaker_runs(
         channels = _channels([cell for cell in cells if cell.mount == mount])
         for column, axis in enumerate(AXES):
             for repeat in range(1, REPEATS + 1):
-                answer = shaker_answer(true, place, column, repeat, FREQUENCY, errors, generator)
+                answer = push_answer(
+                    true, place, true.pushes[place, :, column], repeat, FREQUENCY, errors, generator
+                )
                 response = Frf(
                     FREQUENCY, answer[:, :, np.newaxis], channels, (f"{mount} {axis}",), "N/N"
                 )

@@ -16,7 +16,7 @@ import numpy as np
 from claims import Claim
 from deboom.arrays import ComplexArray, RealArray
 from deboom.bench.campaign_plan import NO_ERRORS, TRAINING_RUNS, CampaignErrors, training_plan
-from deboom.bench.campaign_recording import draw_campaign_sensors, record, shaker_answer
+from deboom.bench.campaign_recording import draw_campaign_sensors, push_answer, record
 from deboom.bench.campaign_writer import write_campaign
 from deboom.bench.layout import FREQUENCY, accelerometer_places
 from deboom.bench.operating_run import OperatingRun, PlannedRun, static_direction_forces, true_run
@@ -69,7 +69,9 @@ def _measured(
     turns = rotation_matrix(np.deg2rad(sensors.cell_angles[:-2])).reshape(3, 2, 3, 3)
     columns = [
         [
-            shaker_answer(sensors, mount, axis, 1, run.frequency, errors, generator)
+            push_answer(
+                sensors, mount, sensors.pushes[mount, :, axis], 1, run.frequency, errors, generator
+            )
             for axis in range(3)
         ]
         for mount in range(3)

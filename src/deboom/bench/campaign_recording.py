@@ -100,15 +100,15 @@ class CampaignSensors:
 
 @checked(acceleration="n a", cell_force="n c", static_force="n direction", engine_torque="n")
 class RecordedRun:
-    """Channels of one run as they are recorded, over lines or over time.
+    """Channels of one run as they are recorded over its lines.
 
     Parameters
     ----------
-    acceleration, cell_force : array, shape (n, n_channel)
+    acceleration, cell_force : array, shape (f, n_channel)
         Three channels per accelerometer and per cell, in sensor axes [m/s²], [N].
-    static_force : array, shape (n, n_direction)
+    static_force : array, shape (f, n_direction)
         Quasi-static force of each direction, both wishbone mounts last [N].
-    engine_torque : array, shape (n,)
+    engine_torque : array, shape (f,)
         [N m].
     """
 
@@ -134,18 +134,11 @@ class TimeSignals:
 
     Parameters
     ----------
-    time : array, shape (n_sample,)
-        [s].
-    tacho : array, shape (n_sample,)
-        Pulses from 0 to 1; the first rising edge is the origin of all phases.
-    engine_torque : array, shape (n_sample,)
-        [N m].
-    acceleration, cell_force : array, shape (n_sample, n_channel)
-        In sensor axes [m/s²], [N].
-    static_force : array, shape (n_sample, n_channel)
-        Quasi-static force of every direction [N].
-    speed : array, shape (n_sample,)
-        True engine speed [rpm].
+    time, tacho, engine_torque, speed : array, shape (n_sample,)
+        Time [s], pulses from 0 to 1, whose first rising edge is the origin of all phases, engine
+        torque [N m] and true engine speed [rpm].
+    acceleration, cell_force, static_force : array, shape (n_sample, n_channel)
+        As of a `RecordedRun` [m/s²], [N], [N].
     steady : OperatingRun
         True steady states that the run passes through, over the dominant order's frequency.
     steady_acceleration, steady_cell_force : array, shape (f, n_channel)
@@ -172,16 +165,8 @@ def draw_campaign_sensors(
 ) -> CampaignSensors:
     """Mount accelerometers, cells and shaker with their errors.
 
-    Parameters
-    ----------
-    bench : VirtualBench
-        Bench on which they sit.
-    errors : CampaignErrors
-        Sizes of the errors.
-    seed : SeedSequence
-        Seed of accelerometers, cells and shaker, independently of each other.
-    third_cell : bool
-        Whether three cells are below every powertrain mount, and pushes beside its virtual point.
+    The seed draws accelerometers, cells and shaker independently of each other. With a third cell,
+    three cells are below every powertrain mount, and there are pushes beside its virtual point.
     """
     chain = errors.chain
     for_accelerometers, for_cells, for_shaker = map(np.random.default_rng, seed.spawn(3))
@@ -294,21 +279,7 @@ def record(
     errors: CampaignErrors,
     generator: np.random.Generator,
 ) -> RecordedRun:
-    """Record one run over the lines of its order.
-
-    Parameters
-    ----------
-    sensors : CampaignSensors
-        Sensors of the bench.
-    run : OperatingRun
-        The truth.
-    static_force : array, shape (f, n_direction)
-        True preload of each direction [N].
-    errors : CampaignErrors
-        Noise, and the flexibility of the bench.
-    generator : Generator
-        Source of the noise.
-    """
+    """Record one run over the lines of its order; its static force is (f, n_direction) [N]."""
     chain = errors.chain
     acceleration, cell_force = clean_channels(sensors, run, chain)
     return RecordedRun(
@@ -332,19 +303,6 @@ def record_over_time(
 
     The run is so slow that every speed is a steady state of its own; amplitude and phase of each
     channel change smoothly with the speed.
-
-    Parameters
-    ----------
-    bench : VirtualBench
-        Bench with its mount set.
-    sensors : CampaignSensors
-        Sensors of the bench.
-    plan : TimeRunPlan
-        Speeds, duration, sampling, tacho.
-    errors : CampaignErrors
-        Noise, and the flexibility of the bench.
-    generator : Generator
-        Source of the noise.
     """
     chain, order = errors.chain, bench.order_torque.order
     low, high = sorted((plan.first_speed, plan.last_speed))
@@ -380,53 +338,41 @@ def record_over_time(
     )
 
 
-def shaker_answer(
+def push_answer(
     sensors: CampaignSensors,
     mount: int,
-    axis: int,
+    load: RealArray,
     repeat: int,
     frequency: RealArray,
     errors: CampaignErrors,
     generator: np.random.Generator,
 ) -> ComplexArray:
-    """Push with the shaker at the virtual point of one mount along one axis.
+    """Push with the shaker at or beside the virtual point of one mount.
 
     Parameters
     ----------
-    sensors : CampaignSensors
-        Sensors of the bench.
-    mount, axis : int
-        Place and nominal direction.
+    sensors, errors
+        Sensors of the bench; noise, and its flexibility.
+    mount : int
+        Index of the mount.
+    load : array, shape (3,) or (6,)
+        Force, or force and moment, at the virtual point per stated newton, as in `sensors` [1, m].
     repeat : int
         Repeat, from 1; the cells drift from one to the next.
     frequency : array, shape (f,)
         [Hz].
-    errors : CampaignErrors
-        Noise, and the flexibility of the bench.
     generator : Generator
         Source of the noise.
 
     Returns
     -------
     array, shape (f, n_channel)
-        Channels of the mount's cells per newton that the shaker states [1].
+        Channels of the mount's cells per stated newton [1].
     """
-    answer = (sensors.cells[mount, ..., :3] @ sensors.pushes[mount, :, axis]).reshape(-1)
-    return _answer(answer, sensors.drift[mount], repeat, frequency, errors, generator)
-
-
-def push_answer(
-    sensors: CampaignSensors,
-    mount: int,
-    number: int,
-    repeat: int,
-    frequency: RealArray,
-    errors: CampaignErrors,
-    generator: np.random.Generator,
-) -> ComplexArray:
-    """Push beside a virtual point, as `shaker_answer`; ``number`` counts its pushes from 0."""
-    answer = (sensors.cells[mount] @ sensors.moment_pushes[mount, number]).reshape(-1)
-    return _answer(answer, sensors.drift[mount], repeat, frequency, errors, generator)
+    answer = (sensors.cells[mount, ..., : load.size] @ load).reshape(-1)
+    answer = answer * (1 + sensors.drift[mount] * (repeat - 1))
+    clean = np.outer(errors.chain.flexibility(frequency), answer).astype(complex)
+    return clean + order_noise(clean, 3, (0.0, errors.shaker_noise, 0.0), generator)
 
 
 def _pushed_loads(
@@ -448,17 +394,3 @@ def _known_angles(n_sensor: int, tilt: float, generator: np.random.Generator) ->
     angles = np.rad2deg(generator.normal(0, tilt, (n_sensor, 3)))
     angles[:, 2] += 90.0 * generator.integers(4, size=n_sensor)
     return np.asarray(np.round(angles, ANGLE_DIGITS))
-
-
-def _answer(
-    answer: RealArray,
-    drift: float,
-    repeat: int,
-    frequency: RealArray,
-    errors: CampaignErrors,
-    generator: np.random.Generator,
-) -> ComplexArray:
-    """Spectra of the cells on a bench that gives way, with drift and noise."""
-    answer = answer * (1 + drift * (repeat - 1))
-    clean = np.outer(errors.chain.flexibility(frequency), answer).astype(complex)
-    return clean + order_noise(clean, 3, (0.0, errors.shaker_noise, 0.0), generator)

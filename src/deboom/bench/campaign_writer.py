@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from deboom.arrays import ComplexArray, RealArray, RealOrComplexArray
+from deboom.arrays import RealArray, RealOrComplexArray
 from deboom.bench.campaign_plan import FULL_PLAN, CampaignErrors, CampaignPlan, TimeRunPlan
 from deboom.bench.campaign_recording import (
     CampaignSensors,
@@ -19,7 +19,6 @@ from deboom.bench.campaign_recording import (
     push_answer,
     record,
     record_over_time,
-    shaker_answer,
 )
 from deboom.bench.layout import (
     ACCELEROMETER_MODEL,
@@ -200,43 +199,32 @@ def _write_files(session: _Session, sheet: DataSheet, file: CampaignFile) -> Ite
 
 
 def _write_shaker_run(session: _Session, entry: ShakerEntry) -> str:
-    """Push at a virtual point and write the answer of the mount's cells per stated newton."""
-    point = next(point for point in points(session.bench) if point.name == entry.mount)
-    answer = shaker_answer(
-        session.sensors,
-        session.bench.mount_names.index(entry.mount),
-        AXES.index(entry.axis),
-        entry.repeat,
-        session.plan.frequency,
-        session.errors,
-        session.generator(entry.file),
-    )
+    """Push at a virtual point."""
+    bench, mount = session.bench, session.bench.mount_names.index(entry.mount)
+    point = points(bench)[mount]
+    load = session.sensors.pushes[mount, :, AXES.index(entry.axis)]
     title = f"shaker at the virtual point, {point.channel(entry.axis)}"
-    return _write_answer(session, entry, point.node, answer, title)
+    return _write_answer(session, entry, mount, load, point.node, title)
 
 
 def _write_push(session: _Session, entry: PushEntry) -> str:
-    """Push beside a virtual point and write the answer of the mount's three cells."""
-    places = push_places(session.bench)
-    names = [place.name for place in places]
-    per_mount = len(places) // len(session.bench.mount_names)
-    answer = push_answer(
-        session.sensors,
-        *divmod(names.index(entry.name), per_mount),
-        entry.repeat,
-        session.plan.frequency,
-        session.errors,
-        session.generator(entry.file),
-    )
-    node = places[names.index(entry.name)].node
+    """Push beside a virtual point."""
+    bench, mount = session.bench, session.bench.mount_names.index(entry.mount)
+    places = [place for place in push_places(bench) if place.mount == entry.mount]
+    number = [place.name for place in places].index(entry.name)
+    load = session.sensors.moment_pushes[mount, number]
     title = f"push {entry.name} beside the virtual point of {entry.mount}"
-    return _write_answer(session, entry, node, answer, title)
+    return _write_answer(session, entry, mount, load, places[number].node, title)
 
 
 def _write_answer(
-    session: _Session, entry: ShakerEntry, node: int, answer: ComplexArray, title: str
+    session: _Session, entry: ShakerEntry, mount: int, load: RealArray, node: int, title: str
 ) -> str:
-    """Write the answer of a mount's cells to a push at a node, UFF type 4."""
+    """Write the answer of a mount's cells per stated newton of a push at a node, UFF type 4."""
+    frequency, generator = session.plan.frequency, session.generator(entry.file)
+    answer = push_answer(
+        session.sensors, mount, load, entry.repeat, frequency, session.errors, generator
+    )
     push = Dof(node, f"+{entry.axis}", entry.mount, "force")
     cells = [
         Dof(place.node, f"+{axis}", f"{place.name} {axis}", "force")
@@ -245,7 +233,7 @@ def _write_answer(
         for axis in AXES
     ]
     functions = [
-        function(FRF, session.plan.frequency, values, cell, push, title)
+        function(FRF, frequency, values, cell, push, title)
         for cell, values in zip(cells, answer.T, strict=True)
     ]
     write_uff(session.path(entry.file), functions, binary=True)

@@ -1,15 +1,14 @@
-"""The running compressor: its unbalance and gas torque, sweeps."""
+"""The running compressor: what shakes it, its sweeps and a run-up as they are recorded."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field, replace
+from typing import Literal
 
 import numpy as np
-from scipy.interpolate import CubicSpline
-from scipy.special import expit
 
-from deboom.arrays import ComplexArray, RealArray
+from deboom.arrays import ComplexArray, RealArray, checked
 from deboom.bench.compressor_rig import Laboratory, hit_plan, laboratory
 from deboom.bench.compressor_truth import (
     COMPRESSOR_DATA,
@@ -19,13 +18,38 @@ from deboom.bench.compressor_truth import (
     Hose,
     HoseCase,
 )
-from deboom.bench.frozen import freeze_arrays
 from deboom.bench.powertrain import read_data
+from deboom.bench.signals import complex_normal, over_time, rotations, tacho_pulses
 from deboom.errors import InputError
 from deboom.physics.rigid_body import skew
 
 PRESSURES = (7.5, 13.5)
 """Of the gas at the outlet [bar]; the frozen data say how gas forces grow from first to second."""
+
+LARGEST_SWEEPS = 200
+AMPLITUDE_TOLERANCE = 1e-12
+"""Between two sweeps of the search for the amplitudes [m]."""
+
+LINE_STEP = 1.0
+"""Of the sweeps [Hz]."""
+
+SCATTER = 3e-3
+"""Deviation of a complex amplitude from run to run, over the amplitude [1]; of the study."""
+
+RATE = 2000.0
+"""Samples per second of a record over time [Hz]."""
+
+FIRST, LAST, DURATION, GRID_STEP = 49.5, 60.5, 11.0, 0.5
+"""Rotation in a record over time [Hz], its duration [s], and the step between the steady states
+that the run passes [Hz]. All of 1000 to 9000 1/min at 1 Hz/s would take more than two minutes and
+20 MB; 50 to 60 Hz lie above the modes of the mounts, where a run-up of 1 Hz/s passes through steady
+states only; a filter of 3 Hz leaves these lines."""
+
+OTHER_ORDERS = ((2, 0.20, 0.7), (3, 0.10, -1.1))
+"""Order, amplitude per amplitude of the first, and phase against it [rad]: gas pulsation."""
+
+PULSE_SHARE, EDGE_SAMPLES = 0.5, 1.0
+"""Share of a revolution that the tacho's pulse takes [1], and width of its edges in samples [1]."""
 
 
 @dataclass(frozen=True)
@@ -35,9 +59,9 @@ class OperationPlan:
     Parameters
     ----------
     compressor : CompressorPlan
-        As struck, without hoses, rigid; softening there is that of the hits.
+        Compressor as struck, without hoses, rigid; softening there is that of the hits.
     hoses : HoseCase
-        The true standard hoses.
+        True standard hoses.
     hammer_with_hoses : bool
         Strike it with the standard hoses as well.
     mount_storage, mount_loss : float
@@ -82,33 +106,12 @@ class OperationPlan:
                 "a running compressor is planned rigid and without hoses; its hoses are `hoses`"
             )
 
-    @property
-    def struck_with_hoses(self) -> CompressorPlan:
-        """The compressor under the hammer with its standard hoses."""
-        return replace(self.compressor, hoses=self.hoses)
-
-    @property
-    def running_with_hoses(self) -> CompressorPlan:
-        """The compressor with its standard hoses, mounts as they are in operation."""
-        return replace(self.compressor, hoses=self.hoses, softening=self.softening)
-
 
 @dataclass(frozen=True)
 class Unbalance:
-    """One mass that goes round off the axis x.
+    """One mass [kg] that goes round off the axis x, at a radius and an arm along x [m].
 
-    Parameters
-    ----------
-    name : str
-        Such as ``orbiting scroll``.
-    mass : float
-        [kg]
-    radius : float
-        From the axis [m].
-    arm : float
-        Along x, from the virtual point [m].
-    phase : float
-        Angle ahead of the tacho's mark, in the sense of rotation [rad].
+    The phase is the angle ahead of the tacho's mark, in the sense of rotation [rad].
     """
 
     name: str
@@ -130,6 +133,7 @@ PARTS = (
     Unbalance("rotor", 0.9, 9e-6, 0.020, 2.1),
 )
 """As built; judgement. What they leave is what the two balance weights get wrong."""
+
 WEIGHTS = (("balance weight", 0.017, -0.028), ("counterweight", 0.021, 0.064))
 """Name, radius [m] and arm [m]; mass and phase follow from what shall be left."""
 
@@ -141,12 +145,11 @@ class Source:
     Parameters
     ----------
     unbalances : tuple of Unbalance
-    gas_force : complex
-        Along x [N].
-    gas_moment : complex
-        About x [N m].
+        Masses that go round.
+    gas_force, gas_moment : complex
+        Gas force along x [N], and moment about x [N m].
     rotating_gas_force : complex
-        In the plane of y and z; it turns with the rotor [N].
+        Gas force in the plane of y and z that turns with the rotor [N].
     rotor_inertia : float
         Polar moment of the rotor [kg m²].
     sense : int
@@ -176,9 +179,9 @@ class Source:
         Parameters
         ----------
         frequency : array, shape (f,)
-            Of the rotation [Hz].
+            Frequency of the rotation [Hz].
         gas_factor : float
-            On force and moment of the gas, which grow with its pressure [1].
+            Factor on force and moment of the gas, which grow with its pressure [1].
 
         Returns
         -------
@@ -187,8 +190,8 @@ class Source:
 
         Notes
         -----
-        ``e^{jωt}`` along y is ``∓j e^{jωt}`` along z. A force F at x = a has the moment
-        ``a e_x × F``.
+        ``e^{jωt}`` along y is ``∓j e^{jωt}`` along z. A force F at x = a has the moment ``a e_x ×
+        F``.
         """
         squared = (2 * np.pi * np.asarray(frequency)) ** 2
         round_x = np.array([0.0, 1.0, -1j * self.sense])
@@ -204,11 +207,6 @@ class Source:
 
     def gyroscopic(self, frequency: RealArray) -> ComplexArray:
         """Return what the turning rotor adds to the dynamic stiffness.
-
-        Parameters
-        ----------
-        frequency : array, shape (f,)
-            Of the rotation [Hz].
 
         Returns
         -------
@@ -227,20 +225,22 @@ class Source:
 
 
 def true_source(sense: int = 1) -> Source:
-    """Return the source of the frozen data, built from six unbalances that leave its sums.
-
-    Parameters
-    ----------
-    sense : int
-        1 from y to z, −1 from z to y.
-    """
+    """Return the source of the frozen data; two balance weights leave its unbalances."""
     operation = read_data(COMPRESSOR_DATA)["operation"]
 
     def number(key: str) -> complex:
         return complex(*operation[key])
 
+    left = np.array([number("static_unbalance_kg_m"), number("dynamic_unbalance_kg_m2")])
+    for part in PARTS:
+        left = left - part.rotating * np.array([1.0, part.arm])
+    arms = np.array([[1.0, 1.0], [arm for *_, arm in WEIGHTS]])
+    weights = tuple(
+        Unbalance(name, float(abs(needed) / radius), radius, arm, float(np.angle(needed)))
+        for (name, radius, arm), needed in zip(WEIGHTS, np.linalg.solve(arms, left), strict=True)
+    )
     return Source(
-        unbalances=balanced(number("static_unbalance_kg_m"), number("dynamic_unbalance_kg_m2")),
+        unbalances=PARTS + weights,
         gas_force=number("gas_force_x_N"),
         gas_moment=number("gas_moment_x_N_m"),
         rotating_gas_force=number("gas_force_rotating_N"),
@@ -249,48 +249,26 @@ def true_source(sense: int = 1) -> Source:
     )
 
 
-def balanced(static: complex, dynamic: complex) -> tuple[Unbalance, ...]:
-    """Add two balance weights to the parts of the compressor, which leave these sums.
-
-    Parameters
-    ----------
-    static : complex
-        [kg m].
-    dynamic : complex
-        About the virtual point [kg m²].
-    """
-    left = np.array([static, dynamic])
-    for part in PARTS:
-        left = left - part.rotating * np.array([1.0, part.arm])
-    arms = np.array([[1.0, 1.0], [arm for *_, arm in WEIGHTS]])
-    weights = tuple(
-        Unbalance(name, float(abs(needed) / radius), radius, arm, float(np.angle(needed)))
-        for (name, radius, arm), needed in zip(WEIGHTS, np.linalg.solve(arms, left), strict=True)
-    )
-    return PARTS + weights
-
-
-LARGEST_SWEEPS = 200
-AMPLITUDE_TOLERANCE = 1e-12
-"""Between two sweeps of the search for the amplitudes [m]."""
-
-
-@dataclass(frozen=True, eq=False)
+@checked(
+    load="f 6",
+    dynamic_stiffness="f 6 6",
+    displacement="f 6",
+    amplitudes="f mount",
+    factors="f mount",
+)
 class Running:
     """Steady states over speed.
 
     Parameters
     ----------
     load : array, shape (f, 6)
-        Of the source at the virtual point [N, N m].
+        Load of the source at the virtual point [N, N m].
     dynamic_stiffness : array, shape (f, 6, 6)
         With mounts as they are then, hoses and the turning rotor [N/m, N/rad, N m/rad].
     displacement : array, shape (f, 6)
-        Of the virtual point [m, rad].
-    amplitudes : array, shape (f, n_mount)
-        Largest displacement of the body at each mount over a turn [m].
-    factors : array, shape (f, n_mount)
-        Of softening [1].
+        Displacement of the virtual point [m, rad].
+    amplitudes, factors : array, shape (f, n_mount)
+        Largest displacement of the body at each mount over a turn [m], and softening [1].
     """
 
     load: ComplexArray
@@ -298,29 +276,6 @@ class Running:
     displacement: ComplexArray
     amplitudes: RealArray
     factors: RealArray
-
-    def __post_init__(self) -> None:
-        freeze_arrays(self)
-
-
-def in_operation(compressor: Compressor, storage: float = 1.0, loss: float = 1.0) -> Compressor:
-    """Return the compressor with its mounts in another state than the hammer found them in.
-
-    Parameters
-    ----------
-    compressor : Compressor
-        As struck.
-    storage, loss : float
-        Factors on the real and on the imaginary part of the dynamic stiffness: warmth, preload,
-        amplitude [1].
-
-    Notes
-    -----
-    A hyperbola times a factor is one again: ``c (v∞ − 1/(m f + w₀)) = c v∞ − 1/(m f/c + w₀/c)``.
-    """
-    factors = np.array([storage, loss])[:, None]
-    hyperbolas = compressor.gain.reshape(2, 3) * np.hstack([factors, 1 / factors, 1 / factors])
-    return replace(compressor, gain=hyperbolas.ravel())
 
 
 def running(
@@ -331,17 +286,13 @@ def running(
     Parameters
     ----------
     compressor : Compressor
-        With mounts in the state of operation, and with its hoses.
+        Compressor with mounts in the state of operation, and with its hoses.
     source : Source
-        What shakes it.
+        Loads from inside.
     frequency : array, shape (f,)
-        Of the rotation [Hz].
+        Frequency of the rotation [Hz].
     gas_factor : float
-        On force and moment of the gas [1].
-
-    Returns
-    -------
-    Running
+        Factor on force and moment of the gas [1].
 
     Notes
     -----
@@ -351,8 +302,10 @@ def running(
     load = source.load(frequency, gas_factor)
     turning = source.gyroscopic(frequency)
     amplitudes = np.zeros((len(load), len(compressor.positions)))
+    factors = np.ones_like(amplitudes)
     for _ in range(LARGEST_SWEEPS):
-        factors = _factors(compressor, amplitudes)
+        if compressor.softening is not None:
+            factors = compressor.softening.factor(amplitudes)
         stiffness = compressor.dynamic_stiffness(frequency, factors) + turning
         displacement = np.asarray(
             np.linalg.solve(stiffness, load[:, :, None])[:, :, 0], dtype=np.complex128
@@ -366,179 +319,80 @@ def running(
 
 
 def strokes(displacement: ComplexArray) -> RealArray:
-    """Largest length over a turn of vectors that each go round an ellipse.
-
-    Parameters
-    ----------
-    displacement : array, shape (f, 3 n)
-        Complex amplitudes, three rows per vector [m].
-
-    Returns
-    -------
-    array, shape (f, n)
-        [m].
+    """Return the largest length over a turn of vectors that each go round an ellipse, (f, n) [m].
 
     Notes
     -----
-    ``|Re(x e^{jφ})|² = (x*·x + Re(e^{2jφ} x·x))/2`` is largest at ``(|x|² + |x·x|)/2``.
+    Of complex amplitudes (f, 3 n): ``|Re(x e^{jφ})|² = (x*·x + Re(e^{2jφ} x·x))/2`` is largest at
+    ``(|x|² + |x·x|)/2``.
     """
     vectors = displacement.reshape(len(displacement), -1, 3)
     squares = np.sum(np.abs(vectors) ** 2, axis=2) + np.abs(np.sum(vectors**2, axis=2))
     return np.asarray(np.sqrt(squares / 2))
 
 
-def _factors(compressor: Compressor, amplitudes: RealArray) -> RealArray:
-    if compressor.softening is None:
-        return np.ones_like(amplitudes)
-    return compressor.softening.factor(amplitudes)
-
-
-RATE = 2000.0
-"""Samples per second [Hz]."""
-FIRST, LAST, DURATION = 49.5, 60.5, 11.0
-"""Of the rotation [Hz], [s]; a filter of 3 Hz leaves the lines 50 to 60 Hz."""
-GRID_STEP = 0.5
-"""Between the steady states that the run passes [Hz]."""
-OTHER_ORDERS = ((2, 0.20, 0.7), (3, 0.10, -1.1))
-"""Order, amplitude per amplitude of the first, and phase against it [rad]: gas pulsation."""
-ANALYSIS_SECONDS = 1.0
-"""Record over which the noise of a channel falls to the floor of its order spectra [s]."""
-PULSE_SHARE = 0.5
-"""Share of a revolution that the pulse takes [1]."""
-EDGE_SAMPLES = 1.0
-"""Width of a pulse's edges in samples [1]: the recorder's filter."""
-
-
-@dataclass(frozen=True, eq=False)
-class RunUp:
-    """What the recorder holds.
-
-    Parameters
-    ----------
-    tacho : array, shape (n_sample,)
-        One pulse per revolution, 0 to 1; the rotor's mark is on the y axis half-way up its edge.
-    acceleration : array, shape (n_sample, n_channel)
-        [m/s²].
-    """
-
-    tacho: RealArray
-    acceleration: RealArray
-
-    def __post_init__(self) -> None:
-        freeze_arrays(self)
-
-
-def grid() -> RealArray:
-    """Return the speeds at which `run_up` wants the steady states [Hz]."""
-    return np.arange(FIRST, LAST + GRID_STEP / 2, GRID_STEP)
-
-
-def run_up(
-    steady: ComplexArray, floor: float, generator: np.random.Generator | None = None
-) -> RunUp:
-    """Run up and record.
-
-    Parameters
-    ----------
-    steady : array, shape (n_grid, n_channel)
-        First order of the channels on the `grid` [m/s²].
-    floor : float
-        Deviation of a complex order spectrum of each channel [m/s²].
-    generator : Generator, optional
-        Draws the noise; left out, there is none.
-
-    Notes
-    -----
-    ``a(t) = Re Σ_q A_q(f(t)) e^{jqθ(t)}`` with the angle θ of the rotor, 0 at a pulse.
-    """
-    time = np.arange(round(DURATION * RATE)) / RATE
-    slope = (LAST - FIRST) / DURATION
-    # the record starts between two pulses
-    angle = 2 * np.pi * (FIRST * time + slope * time**2 / 2 - 0.5)
-    rotations = np.exp(1j * angle)
-    for order, share, phase in OTHER_ORDERS:
-        rotations = rotations + share * np.exp(1j * (order * angle + phase))
-    clean = np.real(CubicSpline(grid(), steady)(FIRST + slope * time) * rotations[:, None])
-    if generator is not None:
-        noise = floor * np.sqrt(RATE * ANALYSIS_SECONDS) / 2
-        clean = clean + noise * generator.standard_normal(clean.shape)
-    return RunUp(_pulses(angle), clean)
-
-
-def _pulses(angle: RealArray) -> RealArray:
-    turns = angle / (2 * np.pi)
-    within = np.mod(turns + 0.5, 1.0) - 0.5
-    edge = EDGE_SAMPLES * np.gradient(turns)
-    return np.asarray(expit(within / edge) * expit((PULSE_SHARE - within) / edge))
-
-
-LINE_STEP = 1.0
-"""Of the sweeps [Hz]."""
-SCATTER = 3e-3
-"""Deviation of a complex amplitude from run to run, over the amplitude [1]; of the study."""
-
-
 @dataclass(frozen=True, eq=False)
 class Operation:
-    """A compressor that runs in its laboratory.
-
-    Parameters
-    ----------
-    laboratory : Laboratory
-        With the standard hoses, mounts in the state of operation.
-    source : Source
-        What shakes it.
-    """
+    """A compressor with its standard hoses that runs in its laboratory, and what shakes it."""
 
     laboratory: Laboratory
     source: Source
 
 
 @dataclass(frozen=True, eq=False)
-class TrueSweep:
-    """One sweep as it truly is.
-
-    Parameters
-    ----------
-    pressure : float
-        [bar].
-    hoses : tuple of Hose
-        That the compressor feels; long soft hoses are none.
-    frequency : array, shape (f,)
-        Of the rotation [Hz].
-    running : Running
-        Steady states.
-    acceleration : array, shape (f, n_channel)
-        Of the channels without noise [m/s²].
-    """
+class Sweep:
+    """One sweep over speed at a pressure of the gas [bar]; long soft hoses are none."""
 
     pressure: float
     hoses: tuple[Hose, ...]
-    frequency: RealArray
-    running: Running
-    acceleration: ComplexArray
-
-    def __post_init__(self) -> None:
-        freeze_arrays(self)
 
     @property
-    def state(self) -> str:
-        """Of the hoses, as the files call it."""
+    def state(self) -> Literal["soft", "standard"]:
+        """State of the hoses, as the files call it."""
         return "standard" if self.hoses else "soft"
 
     @property
     def name(self) -> str:
-        """Such as ``standard 7.5 bar``."""
+        """Name, such as ``standard 7.5 bar``."""
         return f"{self.state} {self.pressure:g} bar"
+
+
+@checked(frequency="f", acceleration="f c")
+class TrueSweep(Sweep):
+    """One sweep on the rig as it truly is.
+
+    Parameters
+    ----------
+    frequency : array, shape (f,)
+        Frequency of the rotation [Hz].
+    running : Running
+        Steady states.
+    acceleration : array, shape (f, n_channel)
+        Channels without noise [m/s²].
+    """
+
+    frequency: RealArray
+    running: Running
+    acceleration: ComplexArray
 
 
 def operation(
     seed: int, level: CalibrationLevel, plan: OperationPlan, *, noise_free: bool = False
 ) -> Operation:
-    """Set up the running compressor of a seed; parameters as for `laboratory`."""
-    there = laboratory(seed, level, plan.running_with_hoses, noise_free=noise_free)
-    changed = in_operation(there.compressor, plan.mount_storage, plan.mount_loss)
-    return Operation(Laboratory(changed, there.sheet, there.placed), true_source(plan.sense))
+    """Set up the running compressor of a seed; parameters as for `laboratory`.
+
+    Notes
+    -----
+    The mounts are in another state than the hammer found them in. A hyperbola times a factor is one
+    again: ``c (v∞ − 1/(m f + w₀)) = c v∞ − 1/(m f/c + w₀/c)``.
+    """
+    with_hoses = replace(plan.compressor, hoses=plan.hoses, softening=plan.softening)
+    rig = laboratory(seed, level, with_hoses, noise_free=noise_free)
+    factors = np.array([plan.mount_storage, plan.mount_loss])[:, None]
+    factors = np.hstack([factors, 1 / factors, 1 / factors])
+    gain = (rig.compressor.gain.reshape(2, 3) * factors).ravel()
+    changed = replace(rig, compressor=replace(rig.compressor, gain=gain))
+    return Operation(changed, true_source(plan.sense))
 
 
 def speeds() -> RealArray:
@@ -553,28 +407,19 @@ def gas_factor(pressure: float) -> float:
     return (1.0, second)[PRESSURES.index(pressure)]
 
 
-def true_sweep(there: Operation, pressure: float, *, soft: bool, frequency: RealArray) -> TrueSweep:
-    """Run the compressor at one pressure.
+def true_sweep(
+    running_rig: Operation, pressure: float, *, soft: bool, frequency: RealArray
+) -> TrueSweep:
+    """Run the compressor at one of `PRESSURES` [bar] over `frequency` (f,) [Hz].
 
-    Parameters
-    ----------
-    there : Operation
-        What runs.
-    pressure : float
-        One of `PRESSURES` [bar].
-    soft : bool
-        Long soft hoses with masses on them, which are mechanically absent, instead of the standard
-        ones.
-    frequency : array, shape (f,)
-        Of the rotation [Hz].
+    Long soft hoses have masses on them and are mechanically absent.
     """
-    compressor = there.laboratory.compressor
+    rig, compressor = running_rig.laboratory, running_rig.laboratory.compressor
     if soft:
         compressor = replace(compressor, hoses=())
-    run = running(compressor, there.source, frequency, gas_factor(pressure))
+    run = running(compressor, running_rig.source, frequency, gas_factor(pressure))
     squared = (2 * np.pi * frequency[:, np.newaxis]) ** 2
-    rows = there.laboratory.placed.response_rows(there.laboratory.sheet)
-    seen = -squared * run.displacement @ rows.T
+    seen = -squared * run.displacement @ rig.placed.response_rows(rig.sheet).T
     return TrueSweep(pressure, compressor.hoses, frequency, run, seen)
 
 
@@ -587,10 +432,31 @@ def floor(frequency: RealArray) -> RealArray:
 def measured(sweep: TrueSweep, generator: np.random.Generator) -> ComplexArray:
     """Return the order spectra of a sweep with scatter and noise, shape (f, n_channel) [m/s²]."""
     shape = sweep.acceleration.shape
+    scatter, noise = (complex_normal(shape, generator) / np.sqrt(2) for _ in range(2))
+    scattered = sweep.acceleration * (1 + SCATTER * scatter)
+    return np.asarray(scattered + floor(sweep.frequency)[:, np.newaxis] * noise)
 
-    def normal() -> ComplexArray:
-        real, imaginary = generator.standard_normal((2, *shape))
-        return np.asarray((real + 1j * imaginary) / np.sqrt(2))
 
-    scattered = sweep.acceleration * (1 + SCATTER * normal())
-    return np.asarray(scattered + floor(sweep.frequency)[:, np.newaxis] * normal())
+def run_up(
+    running_rig: Operation, pressure: float, generator: np.random.Generator | None
+) -> tuple[RealArray, RealArray]:
+    """Run up with soft hoses and record over time; without a generator there is no noise.
+
+    Returns
+    -------
+    tacho : array, shape (n_sample,)
+        One pulse per revolution, 0 to 1; the rotor's mark is on the y axis half-way up its edge.
+    acceleration : array, shape (n_sample, n_channel)
+        [m/s²].
+    """
+    grid = np.arange(FIRST, LAST + GRID_STEP / 2, GRID_STEP)
+    steady = true_sweep(running_rig, pressure, soft=True, frequency=grid).acceleration
+    time = np.arange(round(DURATION * RATE)) / RATE
+    slope = (LAST - FIRST) / DURATION
+    # the record starts between two pulses
+    angle = 2 * np.pi * (FIRST * time + slope * time**2 / 2 - 0.5)
+    turning = rotations(angle, 1, OTHER_ORDERS)
+    speed, level = FIRST + slope * time, float(floor(grid).mean())
+    turns = angle / (2 * np.pi)
+    tacho = tacho_pulses(turns, EDGE_SAMPLES * np.gradient(turns), PULSE_SHARE)
+    return tacho, over_time((grid, steady), speed, turning, level, RATE, generator)

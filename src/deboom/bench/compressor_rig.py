@@ -1,4 +1,4 @@
-"""The compressor's rig: sensors, impacts, the errors of both, and the roving hammer."""
+"""The compressor's rig: sensors and impacts, their errors, and the roving hammer."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from enum import IntEnum
 
 import numpy as np
 
-from deboom.arrays import ComplexArray, RealArray
+from deboom.arrays import ComplexArray, RealArray, checked
 from deboom.bench.compressor_truth import (
     COMPRESSOR_DATA,
     CalibrationLevel,
@@ -15,27 +15,19 @@ from deboom.bench.compressor_truth import (
     CompressorPlan,
     true_compressor,
 )
-from deboom.bench.frozen import freeze_arrays
 from deboom.bench.powertrain import read_data
-from deboom.errors import InputError
+from deboom.bench.signals import complex_normal
+from deboom.bench.writing import check_seed
 from deboom.physics.rigid_body import forward_matrices, rotation_matrix
+
+LARGEST_SWEEPS = 50
+AMPLITUDE_TOLERANCE = 1e-10
+"""Relative, between two sweeps of the search for the amplitude of a hit."""
 
 
 @dataclass(frozen=True)
 class PlacementErrors:
-    """Standard deviations of gains, positions and angles.
-
-    Parameters
-    ----------
-    gain : float
-        Of each accelerometer channel [1].
-    position : float
-        Of sensors and impacts, per axis [m].
-    angle : float
-        Of sensors and impacts, per axis [rad].
-    hammer : float
-        Gain of the hammer [1].
-    """
+    """Standard deviations: channel gain [1], position [m] and angle [rad] per axis, hammer [1]."""
 
     gain: float
     position: float
@@ -47,7 +39,9 @@ NO_PLACEMENT_ERRORS = PlacementErrors(0.0, 0.0, 0.0, 0.0)
 """Everything as stated, for verification."""
 
 
-@dataclass(frozen=True, eq=False)
+@checked(
+    sensor_positions="n 3", sensor_angles="n 3", impact_positions="m 3", impact_directions="m 3"
+)
 class Sheet:
     """The position sheet of the laboratory.
 
@@ -56,16 +50,13 @@ class Sheet:
     sensor_positions, sensor_angles : array, shape (n, 3)
         Triaxial accelerometers; angles about the fixed axes x, then y, then z [m], [rad].
     impact_positions, impact_directions : array, shape (m, 3)
-        Unit vectors along which the hammer pushes [m], [1].
+        Impacts, and unit vectors along which the hammer pushes [m], [1].
     """
 
     sensor_positions: RealArray
     sensor_angles: RealArray
     impact_positions: RealArray
     impact_directions: RealArray
-
-    def __post_init__(self) -> None:
-        freeze_arrays(self)
 
     @property
     def sensors(self) -> tuple[str, ...]:
@@ -86,7 +77,13 @@ class Sheet:
         return np.stack([first, np.cross(self.impact_directions, first)], axis=1)
 
 
-@dataclass(frozen=True, eq=False)
+@checked(
+    sensor_gain="n 3",
+    sensor_offset="n 3",
+    sensor_turn="n 3",
+    impact_offset="m 3",
+    impact_directions="m 3",
+)
 class Placed:
     """What the position sheet does not say.
 
@@ -95,11 +92,11 @@ class Placed:
     sensor_gain : array, shape (n, 3)
         Relative error of each channel [1].
     sensor_offset, sensor_turn : array, shape (n, 3)
-        From the sheet; turns about the axes of the sensor itself [m], [rad].
+        Errors against the sheet; turns about the axes of the sensor itself [m], [rad].
     hammer_gain : float
         Relative error of the force that the hammer states [1].
     impact_offset : array, shape (m, 3)
-        From the sheet, across the stated direction [m].
+        Errors against the sheet, across the stated direction [m].
     impact_directions : array, shape (m, 3)
         True unit vectors [1].
     """
@@ -111,34 +108,28 @@ class Placed:
     impact_offset: RealArray
     impact_directions: RealArray
 
-    def __post_init__(self) -> None:
-        freeze_arrays(self)
-
     def response_rows(self, sheet: Sheet) -> RealArray:
-        """Motion of the virtual point to the channels, shape (3 n, 6) [1, m]."""
+        """Return motion of the virtual point → channels, shape (3 n, 6) [1, m]."""
         turned = rotation_matrix(sheet.sensor_angles) @ rotation_matrix(self.sensor_turn)
         rows = forward_matrices(sheet.sensor_positions + self.sensor_offset, turned)
         return np.asarray((1 + self.sensor_gain).reshape(-1, 1) * rows)
 
     def excitation_rows(self, sheet: Sheet, scatter: RealArray | None = None) -> RealArray:
-        """Wrench at the virtual point per true newton of each impact.
+        """Return the wrench at the virtual point per true newton of an impact, (..., m, 6) [1, m].
 
-        Parameters
-        ----------
-        sheet : Sheet
-            Where the hammer should strike.
-        scatter : array, shape (..., m, 3), optional
-            Of the hits around their place [m].
-
-        Returns
-        -------
-        array, shape (..., m, 6)
-            [1, m].
+        Hits may scatter around their place by (..., m, 3) [m].
         """
         places = sheet.impact_positions + self.impact_offset
         places = places if scatter is None else places + scatter
         forces = np.broadcast_to(self.impact_directions, places.shape)
         return np.concatenate([forces, np.cross(places, forces)], axis=-1)
+
+    def scattered_wrenches(
+        self, sheet: Sheet, hits: int, scatter: float, generator: np.random.Generator
+    ) -> RealArray:
+        """Draw the wrench of every hit around its place, shape (n_hit, m, 6) [1, m]."""
+        off = scatter * generator.standard_normal((hits, len(sheet.impact_positions), 2))
+        return self.excitation_rows(sheet, np.einsum("hmt,mta->hma", off, sheet.across))
 
 
 def position_sheet() -> Sheet:
@@ -154,25 +145,14 @@ def position_sheet() -> Sheet:
 
 def placement_errors(level: CalibrationLevel) -> PlacementErrors:
     """Return the standard deviations of a level."""
-    levels = read_data(COMPRESSOR_DATA)["rig"][
-        "calibration_levels_gain_position_m_angle_deg_hammer"
-    ]
+    rig = read_data(COMPRESSOR_DATA)["rig"]
+    levels = rig["calibration_levels_gain_position_m_angle_deg_hammer"]
     gain, position, degrees, hammer = levels[level.value]
     return PlacementErrors(gain, position, float(np.deg2rad(degrees)), hammer)
 
 
 def place(sheet: Sheet, errors: PlacementErrors, generator: np.random.Generator) -> Placed:
-    """Glue the sensors on and mark the impacts, with the errors of a laboratory.
-
-    Parameters
-    ----------
-    sheet : Sheet
-        Where they should be.
-    errors : PlacementErrors
-        How large the errors are.
-    generator : Generator
-        Draws them, normal.
-    """
+    """Glue the sensors on and mark the impacts, with the normal errors of a laboratory."""
     n_sensor, n_impact = len(sheet.sensor_positions), len(sheet.impact_positions)
 
     def drawn(deviation: float, *shape: int) -> RealArray:
@@ -194,11 +174,6 @@ def place(sheet: Sheet, errors: PlacementErrors, generator: np.random.Generator)
     )
 
 
-LARGEST_SWEEPS = 50
-AMPLITUDE_TOLERANCE = 1e-10
-"""Relative, between two sweeps of the search for the amplitude of a hit."""
-
-
 @dataclass(frozen=True)
 class HitPlan:
     """How the hammer strikes, and how it is recorded.
@@ -206,28 +181,23 @@ class HitPlan:
     Parameters
     ----------
     hits : int
-        Per impact.
-    pulse : float
-        Duration of the half sine [s].
-    impulse : float
-        Of a usual hit [N s].
+        Hits per impact.
+    pulse, impulse : float
+        Duration of the half sine [s], and impulse of a usual hit [N s].
+    scatter : float
+        Scatter of the hits around the marked place, per axis across the push, 1 σ [m].
+    response_noise, corner : float
+        Amplitude spectral density of each channel above the corner [m/s²/√Hz], and the corner,
+        below which it grows as 1/f [Hz].
+    force_noise : float
+        Noise of the real and of the imaginary part of the force spectrum, over that of a usual hit,
+        1 σ [1].
     spread : (float, float)
         Least and largest impulse, over the usual one [1].
-    scatter : float
-        Of the hits around the marked place, per axis across the push, 1 σ [m].
-    response_noise : float
-        Amplitude spectral density of each channel above `corner` [m/s²/√Hz].
-    corner : float
-        Below it the noise grows as 1/f [Hz].
-    force_noise : float
-        Of the real and of the imaginary part of the force spectrum, over that of a usual hit, 1 σ
-        [1].
     rate : float
-        Of the recorder [Hz].
-    duration : float
-        Of a block; its inverse is the spacing of the lines [s].
-    pretrigger : float
-        [s]
+        Rate of the recorder [Hz].
+    duration, pretrigger : float
+        Duration of a block, whose inverse is the spacing of the lines, and its pretrigger [s].
     band : (float, float)
         First and last line of the FRFs [Hz].
     """
@@ -247,7 +217,7 @@ class HitPlan:
 
     @property
     def n_sample(self) -> int:
-        """Of a block."""
+        """Samples of a block."""
         return round(self.rate * self.duration)
 
     @property
@@ -263,18 +233,20 @@ class HitPlan:
         return lines[(lines >= low) & (lines <= high)]
 
 
-@dataclass(frozen=True, eq=False)
+@checked(
+    force="m hit sample", response="m hit sample c", factors="m hit mount", amplitudes="m hit mount"
+)
 class Blows:
     """All hits on all impacts as the recorder holds them, and what the mounts did.
 
     Parameters
     ----------
     force : array, shape (m, n_hit, n_sample)
-        As the hammer states it [N].
+        Force that the hammer states [N].
     response : array, shape (m, n_hit, n_sample, n_channel)
-        As the accelerometers state it [m/s²].
+        Acceleration that the accelerometers state [m/s²].
     factors : array, shape (m, n_hit, n_mount)
-        Of softening [1].
+        Factors of softening [1].
     amplitudes : array, shape (m, n_hit, n_mount)
         Largest displacement of each mount [m]; 0 where mounts do not soften, and nobody asks.
     """
@@ -283,9 +255,6 @@ class Blows:
     response: RealArray
     factors: RealArray
     amplitudes: RealArray
-
-    def __post_init__(self) -> None:
-        freeze_arrays(self)
 
 
 def hit_plan() -> HitPlan:
@@ -321,15 +290,11 @@ def strike(
     compressor : Compressor
         The truth.
     sheet, placed
-        Where sensors and impacts should be, and are.
+        Stated and true places of sensors and impacts.
     plan : HitPlan
-        How.
+        Hits and recorder.
     generator : Generator
-        Draws strength, scatter and noise.
-
-    Returns
-    -------
-    Blows
+        Source of strength, scatter and noise.
 
     Notes
     -----
@@ -339,9 +304,7 @@ def strike(
     """
     n_impact = len(sheet.impact_positions)
     push = _pushes(plan, n_impact, generator)
-    off = plan.scatter * generator.standard_normal((plan.hits, n_impact, 2))
-    scatter = np.einsum("hmt,mta->hma", off, sheet.across)
-    wrenches = placed.excitation_rows(sheet, scatter).swapaxes(0, 1)
+    wrenches = placed.scattered_wrenches(sheet, plan.hits, plan.scatter, generator).swapaxes(0, 1)
     excitation = compressor.on_parts(
         wrenches.reshape(-1, 6), np.repeat(sheet.impact_positions, plan.hits, axis=0)
     ).reshape(n_impact, plan.hits, -1)
@@ -349,8 +312,7 @@ def strike(
     response_rows = compressor.on_parts(placed.response_rows(sheet), channels)
 
     spectrum = np.fft.rfft(push)
-    n_mount = len(compressor.positions)
-    factors = np.ones((n_impact, plan.hits, n_mount))
+    factors = np.ones((n_impact, plan.hits, len(compressor.positions)))
     amplitudes = np.zeros_like(factors)
     answer = np.empty((*spectrum.shape, len(response_rows)), dtype=complex)
     seen = None
@@ -378,21 +340,7 @@ def strike(
 
 
 def mount_amplitudes(compressor: Compressor, load: ComplexArray, plan: HitPlan) -> RealArray:
-    """Find how far each mount moves in one hit, where that decides how stiff it is.
-
-    Parameters
-    ----------
-    compressor : Compressor
-        With softening.
-    load : array, shape (n_line, n_dof)
-        Fourier transform of the sampled load on the lines of a block [N, N m].
-    plan : HitPlan
-        Of the blocks.
-
-    Returns
-    -------
-    array, shape (n_mount,)
-        Largest displacement over the block [m].
+    """Find how far each mount moves in one hit under a load (n_line, n_dof), shape (n_mount,) [m].
 
     Notes
     -----
@@ -416,32 +364,32 @@ def mount_amplitudes(compressor: Compressor, load: ComplexArray, plan: HitPlan) 
 
 
 def averaged(blows: Blows, plan: HitPlan) -> tuple[ComplexArray, RealArray]:
-    """Average the hits of each impact to FRFs.
-
-    Parameters
-    ----------
-    blows : Blows
-        Of all impacts.
-    plan : HitPlan
-        Of the blocks.
-
-    Returns
-    -------
-    inertance : array, shape (f, n_channel, m)
-        On `plan.lines` [m/s² per N].
-    coherence : array, shape (f, n_channel, m)
-        Ordinary [1].
-
-    Notes
-    -----
-    ``H₁ = Σ a f* / Σ |f|²``, noise in the responses.
-    """
+    """Average the hits to FRFs [m/s² per N] and coherences [1], shape (f, n_channel, m)."""
     lines = np.isin(plan.spectrum_lines, plan.lines)
     force = np.fft.rfft(blows.force)[:, :, lines]
     response = np.fft.rfft(blows.response, axis=2)[:, :, lines]
-    cross: ComplexArray = np.einsum("mhfc,mhf->fcm", response, force.conj())
-    of_force = np.einsum("mhf,mhf->fm", force, force.conj()).real[:, None]
-    of_response = np.einsum("mhfc,mhfc->fcm", response, response.conj()).real
+    functions, coherences = zip(*map(first_estimate, force, response), strict=True)
+    return np.stack(functions, axis=2), np.stack(coherences, axis=2)
+
+
+def first_estimate(force: ComplexArray, response: ComplexArray) -> tuple[ComplexArray, RealArray]:
+    """Estimate the FRFs of one impact, and their ordinary coherence, with noise in the responses.
+
+    Parameters
+    ----------
+    force : array, shape (n_hit, f)
+        Spectra of the force.
+    response : array, shape (n_hit, f, n_channel)
+        Spectra of the responses.
+
+    Returns
+    -------
+    function, coherence : array, shape (f, n_channel)
+        ``H₁ = Σ a f* / Σ |f|²``, and coherence [1].
+    """
+    cross: ComplexArray = np.einsum("hfc,hf->fc", response, force.conj())
+    of_force = np.einsum("hf,hf->f", force, force.conj()).real[:, None]
+    of_response = np.einsum("hfc,hfc->fc", response, response.conj()).real
     coherence = np.minimum(np.abs(cross) ** 2 / (of_force * of_response), 1.0)
     return np.asarray(cross / of_force), coherence
 
@@ -458,11 +406,11 @@ def exact_inertance(
     Parameters
     ----------
     compressor, sheet, placed
-        What is struck, and where.
+        The truth, and stated and true places of sensors and impacts.
     frequency : array, shape (f,)
         [Hz].
     factors : array, shape (m, n_mount)
-        Of softening, per impact.
+        Factors of softening, per impact [1].
 
     Returns
     -------
@@ -498,8 +446,7 @@ def _response_noise(
     density[1:] = plan.response_noise * np.sqrt(1 + (plan.corner / lines[1:]) ** 2)
     # |X|² of n samples is n rate/2 times the one-sided density of power, half of it in each part
     deviation = density * np.sqrt(plan.n_sample * plan.rate) / 2
-    real, imaginary = generator.standard_normal((2, *shape))
-    return np.asarray(deviation[:, None] * (real + 1j * imaginary))
+    return np.asarray(deviation[:, None] * complex_normal(shape, generator))
 
 
 class Purpose(IntEnum):
@@ -515,17 +462,7 @@ class Purpose(IntEnum):
 
 @dataclass(frozen=True, eq=False)
 class Laboratory:
-    """A compressor with its sensors glued on and its impacts marked.
-
-    Parameters
-    ----------
-    compressor : Compressor
-        The truth.
-    sheet : Sheet
-        Where sensors and impacts should be.
-    placed : Placed
-        Where they are.
-    """
+    """A compressor with its sensors glued on and its impacts marked, as stated and as they are."""
 
     compressor: Compressor
     sheet: Sheet
@@ -533,38 +470,17 @@ class Laboratory:
 
 
 def draw(seed: int, *purpose: int) -> np.random.Generator:
-    """Return the random numbers of a seed for one purpose.
-
-    Raises
-    ------
-    InputError
-        Seed below 1.
-    """
-    if seed < 1:
-        raise InputError(f"seed {seed} is refused: seeds are whole numbers from 1")
+    """Return the random numbers of a seed for one purpose; a seed below 1 is refused."""
+    check_seed(seed)
     return np.random.default_rng([seed, *purpose])
 
 
 def laboratory(
     seed: int, level: CalibrationLevel, plan: CompressorPlan, *, noise_free: bool = False
 ) -> Laboratory:
-    """Set up the laboratory of a seed.
+    """Set up the laboratory of a seed, the same in every test that the seed writes.
 
-    Parameters
-    ----------
-    seed : int
-        From 1.
-    level : CalibrationLevel
-        How large the errors of placement and calibration are.
-    plan : CompressorPlan
-        Which compressor; with hoses or without, it is the same one.
-    noise_free : bool
-        Everything is where it should be.
-
-    Raises
-    ------
-    InputError
-        Seed below 1.
+    With hoses or without, the compressor is the same one. A seed below 1 is refused.
     """
     compressor = true_compressor(plan, draw(seed, Purpose.COMPRESSOR))
     sheet = position_sheet()

@@ -1,4 +1,8 @@
-"""The true compressor on its mounts and hoses, and the plan that asks for it."""
+"""The true compressor on its mounts and hoses, and the plan that asks for it.
+
+Everything here is the bench's own: it shares the equations of `physics` with the identification
+and nothing else.
+"""
 
 from __future__ import annotations
 
@@ -11,8 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from deboom.arrays import ComplexArray, RealArray
-from deboom.bench.frozen import freeze_arrays
+from deboom.arrays import ComplexArray, RealArray, checked
 from deboom.bench.powertrain import read_data
 from deboom.errors import InputError
 from deboom.physics.rigid_body import (
@@ -30,6 +33,14 @@ from deboom.physics.viscoelastic_beam import (
 
 COMPRESSOR_DATA = "compressor.json"
 """The bench's frozen data of compressor, rig, operation and hoses."""
+
+HOSE_NAMES = ("suction hose", "discharge hose")
+
+SCATTER = (0.75, 1.3)
+"""Least and largest stiffness, mass and loss of a scattered hose over the drawn ones [1]."""
+
+PORT_OFFSET, LEAN, LENGTH_SPREAD = 4e-3, 0.09, 0.04
+"""Half widths of a displaced hose: port per axis [m], direction per axis [1], length [1]."""
 
 
 class CompressorCase(Enum):
@@ -72,7 +83,7 @@ class CompressorPlan:
     Parameters
     ----------
     case : CompressorCase
-        Where its true parameters come from.
+        Source of its true parameters.
     identical_mounts : bool
         One axial and one radial stiffness for all mounts.
     softening : bool
@@ -85,7 +96,7 @@ class CompressorPlan:
     hits : bool
         Write the blocks over time as well.
     hoses : HoseCase or None
-        Joined to it; None where there are none.
+        Hoses joined to it; None for none.
 
     Raises
     ------
@@ -111,35 +122,26 @@ class CompressorPlan:
             raise InputError("hoses hang on a rigid body here: leave out hoses or flexible body")
 
 
-NAMES = ("suction hose", "discharge hose")
-SCATTER = (0.75, 1.3)
-"""Least and largest stiffness, mass and loss of a scattered hose over the drawn ones [1]."""
-PORT_OFFSET, LEAN, LENGTH_SPREAD = 4e-3, 0.09, 0.04
-"""Half widths of a displaced hose: port per axis [m], direction per axis [1], length [1]."""
-
-
-@dataclass(frozen=True, eq=False)
+@checked(position="3", direction="3")
 class Hose:
-    """One hose.
+    """A straight viscoelastic beam from its port outwards.
 
     Parameters
     ----------
     name : str
-        Such as ``suction hose``.
+        Name, such as ``suction hose``.
     position : array, shape (3,)
-        Of the port on the compressor, from the virtual point [m].
+        Port on the compressor, from the virtual point [m].
     direction : array, shape (3,)
         Unit vector from the port to the body [1].
     beam : ViscoelasticBeam
+        The beam.
     """
 
     name: str
     position: RealArray
     direction: RealArray
     beam: ViscoelasticBeam
-
-    def __post_init__(self) -> None:
-        freeze_arrays(self)
 
     @property
     def end(self) -> RealArray:
@@ -149,16 +151,11 @@ class Hose:
     def stiffness(self, frequency: RealArray) -> ComplexArray:
         """Return loads on the hose per motion of virtual point and body end, in the fixed axes.
 
-        Parameters
-        ----------
-        frequency : array, shape (f,)
-            From 0; there the hose is what it is at a millihertz [Hz].
-
         Returns
         -------
         array, shape (f, 12, 12)
             Six degrees of freedom of the compressor at the virtual point, six of the body at the
-            end of the hose [N/m, N/rad, N m/rad].
+            end of the hose [N/m, N/rad, N m/rad]; at 0 Hz the value at a millihertz.
         """
         # a spectral element is a quotient of zeros at 0 Hz
         lines = np.maximum(np.asarray(frequency, dtype=float), 1e-3)
@@ -167,29 +164,17 @@ class Hose:
 
 
 def held_stiffness(hoses: Sequence[Hose], frequency: RealArray) -> ComplexArray:
-    """Return the stiffness at the virtual point of hoses whose other ends are held.
-
-    Parameters
-    ----------
-    hoses : sequence of Hose
-        None is none.
-    frequency : array, shape (f,)
-        [Hz].
-
-    Returns
-    -------
-    array, shape (f, 6, 6)
-        [N/m, N/rad, N m/rad].
-    """
+    """Return the stiffness at the virtual point of hoses whose other ends are held, (f, 6, 6)."""
     lines = np.asarray(frequency, dtype=float)
     if not hoses:
         return np.zeros((lines.size, 6, 6), dtype=complex)
-    return _held(tuple(hoses), lines.tobytes())
+    return _held_stiffness(tuple(hoses), lines.tobytes())
 
 
 # whoever lets mounts soften asks for the same lines a thousand times
 @lru_cache(maxsize=4)
-def _held(hoses: tuple[Hose, ...], lines: bytes) -> ComplexArray:
+def _held_stiffness(hoses: tuple[Hose, ...], lines: bytes) -> ComplexArray:
+    """Return `held_stiffness`, remembered."""
     total = np.sum([hose.stiffness(np.frombuffer(lines))[:, :6, :6] for hose in hoses], axis=0)
     total.setflags(write=False)
     return np.asarray(total)
@@ -198,18 +183,10 @@ def _held(hoses: tuple[Hose, ...], lines: bytes) -> ComplexArray:
 def end_loads(hoses: Sequence[Hose], frequency: RealArray) -> ComplexArray:
     """Return loads of the hoses on a body that holds them, per motion of the virtual point.
 
-    Parameters
-    ----------
-    hoses : sequence of Hose
-        At least one.
-    frequency : array, shape (f,)
-        [Hz].
-
     Returns
     -------
     array, shape (f, 6 n_hose, 6)
-        Force and moment on the body at the end of each hose, along the fixed axes [N/m, N/rad,
-        N m/rad].
+        Force and moment on the body at the end of each hose [N/m, N/rad, N m/rad].
     """
     return -np.concatenate([hose.stiffness(frequency)[:, 6:, :6] for hose in hoses], axis=1)
 
@@ -231,20 +208,12 @@ def drawn_hoses() -> tuple[Hose, ...]:
                 torsion_radius=float(np.sqrt(hose["torsion_radius_squared_m2"])),
             ),
         )
-        for name, hose in zip(NAMES, read_data(COMPRESSOR_DATA)["hoses"], strict=True)
+        for name, hose in zip(HOSE_NAMES, read_data(COMPRESSOR_DATA)["hoses"], strict=True)
     )
 
 
 def true_hoses(case: HoseCase, generator: np.random.Generator) -> tuple[Hose, ...]:
-    """Return the hoses that a plan asks for.
-
-    Parameters
-    ----------
-    case : HoseCase
-        As drawn, scattered, or displaced as well.
-    generator : Generator
-        Draws what is not as drawn, uniform.
-    """
+    """Return the hoses that a plan asks for; what is not as drawn is uniform."""
     if case is HoseCase.DRAWN:
         return drawn_hoses()
     scattered = tuple(_scattered(hose, generator) for hose in drawn_hoses())
@@ -254,22 +223,15 @@ def true_hoses(case: HoseCase, generator: np.random.Generator) -> tuple[Hose, ..
 
 
 def _scattered(hose: Hose, generator: np.random.Generator) -> Hose:
-    tension, torsion, bending, line_mass, loss_factor = generator.uniform(*SCATTER, 5)
-    beam = hose.beam
-    return replace(
-        hose,
-        beam=replace(
-            beam,
-            tension=tension * beam.tension,
-            torsion=torsion * beam.torsion,
-            bending=bending * beam.bending,
-            line_mass=line_mass * beam.line_mass,
-            loss_factor=loss_factor * beam.loss_factor,
-        ),
-    )
+    """Draw stiffness, mass and loss of a hose."""
+    names = ("tension", "torsion", "bending", "line_mass", "loss_factor")
+    factors = dict(zip(names, generator.uniform(*SCATTER, len(names)), strict=True))
+    numbers = {name: factor * getattr(hose.beam, name) for name, factor in factors.items()}
+    return replace(hose, beam=replace(hose.beam, **numbers))
 
 
 def _displaced(hose: Hose, generator: np.random.Generator) -> Hose:
+    """Draw port, direction and length of a hose."""
     drawn = generator.uniform(-1, 1, 7)
     direction = hose.direction + LEAN * drawn[3:6]
     return replace(
@@ -299,7 +261,7 @@ class Softening:
     reference: float
 
     def factor(self, amplitude: RealArray) -> RealArray:
-        """Factor on the dynamic stiffness at each amplitude [m]."""
+        """Return the factor on the dynamic stiffness at each amplitude [m]."""
         at_reference = 1 / (1 + self.reference / self.scale)
         return np.asarray(1 + self.share * (1 / (1 + amplitude / self.scale) - at_reference))
 
@@ -308,18 +270,8 @@ class Softening:
 class Receiver:
     """What carries each mount along each of its axes: one mode and a residual compliance.
 
-    Parameters
-    ----------
-    frequency : float
-        Of the mode [Hz].
-    mass : float
-        Modal [kg].
-    loss : float
-        Of the mode [1].
-    residual : float
-        Stiffness of all that lies above [N/m].
-    residual_loss : float
-        [1]
+    Frequency [Hz], modal mass [kg] and loss factor [1] of the mode; stiffness of all that lies
+    above [N/m], and its loss factor [1].
     """
 
     frequency: float
@@ -329,7 +281,7 @@ class Receiver:
     residual_loss: float
 
     def receptance(self, frequency: RealArray) -> ComplexArray:
-        """Displacement per force, shape (f,) [m/N]."""
+        """Return displacement per force, shape (f,) [m/N]."""
         squared = (2 * np.pi * np.asarray(frequency)) ** 2
         natural = (2 * np.pi * self.frequency) ** 2 * (1 + 1j * self.loss)
         return np.asarray(
@@ -340,21 +292,12 @@ class Receiver:
 
 @dataclass(frozen=True)
 class Joint:
-    """What joins the two parts of a body that is not rigid.
-
-    Parameters
-    ----------
-    frequency : float
-        At which the parts swing against each other, in all six ways [Hz].
-    share : float
-        Of the second part in the mass matrix of the whole; it lies at x > 0 [1].
-    loss : float
-        [1]
+    """What joins the two parts of a body that is not rigid, the second of which lies at x > 0.
 
     Notes
     -----
     Both parts have a share of the mass matrix M of the whole, and the joint is ``(2π f)² μ (1 − μ)
-    M (1 + jη)``: together they weigh M, and all six relative modes of the free body lie at f.
+    M (1 + jη)``: together they weigh M, and all six relative modes of the free body lie at f [Hz].
     """
 
     frequency: float
@@ -362,34 +305,40 @@ class Joint:
     loss: float = 0.02
 
 
-@dataclass(frozen=True, eq=False)
+@checked(
+    centre="3",
+    inertia="3 3",
+    positions="mount 3",
+    rotations="mount 3",
+    stiffness="mount 3",
+    gain="6",
+)
 class Compressor:
     """A compressor on its mounts, as it truly is; the virtual point is the origin.
 
     Parameters
     ----------
     mass : float
-        [kg]
+        [kg].
     centre : array, shape (3,)
-        Of gravity [m].
+        Centre of gravity [m].
     inertia : array, shape (3, 3)
-        About the centre of gravity [kg m²].
-    positions : array, shape (n_mount, 3)
-        Of the mounts [m].
-    rotations : array, shape (n_mount, 3)
-        Of the mounts about the fixed axes x, then y, then z [rad]; local x is axial.
+        Inertia about the centre of gravity [kg m²].
+    positions, rotations : array, shape (n_mount, 3)
+        Places of the mounts [m], and their rotations about the fixed axes x, then y, then z [rad];
+        local x is axial.
     stiffness : array, shape (n_mount, 3)
-        Static, axial and two radial [N/m].
+        Static stiffness, axial and two radial [N/m].
     gain : array, shape (6,)
         Real limit, slope, offset, imaginary limit, slope, offset of the dynamic gain.
     softening : Softening or None
-        None where the amplitude does not matter.
+        Softening with the amplitude.
     receiver : Receiver or None
-        None where the ground is rigid.
+        Receiver under each mount; None for rigid ground.
     joint : Joint or None
-        None where the body is rigid.
+        Joint of two parts; None for a rigid body.
     hoses : tuple of Hose
-        Whose other ends are held; a body with hoses is rigid.
+        Hoses whose other ends are held; a body with hoses is rigid.
     """
 
     mass: float
@@ -404,24 +353,21 @@ class Compressor:
     joint: Joint | None = None
     hoses: tuple[Hose, ...] = ()
 
-    def __post_init__(self) -> None:
-        freeze_arrays(self)
-
     @property
     def mass_matrix(self) -> RealArray:
-        """At the virtual point, shape (6, 6) [kg, kg m, kg m²]."""
+        """Mass matrix at the virtual point, shape (6, 6) [kg, kg m, kg m²]."""
         return mass_matrix(self.mass, self.inertia, self.centre)
 
     @property
     def static_stiffness(self) -> RealArray:
-        """At the virtual point on rigid ground, shape (6, 6) [N/m, N/rad, N m/rad]."""
+        """Stiffness at the virtual point on rigid ground, shape (6, 6) [N/m, N/rad, N m/rad]."""
         orientations = rotation_matrix(self.rotations)
         return np.asarray(
             mount_stiffness_matrix(self.positions, self.stiffness, orientations), dtype=float
         )
 
     def gain_at(self, frequency: RealArray) -> ComplexArray:
-        """Dynamic over static stiffness, ``v∞ − 1/(m f + w₀)`` in both parts, shape (f,) [1]."""
+        """Return dynamic over static stiffness, ``v∞ − 1/(m f + w₀)`` in both parts, (f,) [1]."""
         limits, slopes, offsets = self.gain.reshape(2, 3).T
         parts = limits - 1 / (np.multiply.outer(frequency, slopes) + offsets)
         return np.asarray(parts @ [1, 1j])
@@ -429,14 +375,14 @@ class Compressor:
     def mount_stiffness(
         self, frequency: RealArray, factors: RealArray | None = None
     ) -> ComplexArray:
-        """Dynamic stiffness of the mounts with their receiver at the virtual point.
+        """Return the dynamic stiffness of the mounts with their receiver at the virtual point.
 
         Parameters
         ----------
         frequency : array, shape (f,)
             [Hz].
         factors : array, shape (n_mount,) or (f, n_mount), optional
-            Of softening; by default 1.
+            Factors of softening; by default 1.
 
         Returns
         -------
@@ -444,24 +390,17 @@ class Compressor:
             [N/m, N/rad, N m/rad].
         """
         factors = np.ones(len(self.positions)) if factors is None else factors
-        own = self.gain_at(frequency)[:, None, None] * (factors[..., None] * self.stiffness)
+        local = self.gain_at(frequency)[:, None, None] * (factors[..., None] * self.stiffness)
         if self.receiver is not None:
             # mount and receiver carry one force: their compliances add
-            own = own / (1 + own * self.receiver.receptance(frequency)[:, None, None])
+            local = local / (1 + local * self.receiver.receptance(frequency)[:, None, None])
         orientations = rotation_matrix(self.rotations)
-        return np.asarray(mount_stiffness_matrix(self.positions, own, orientations))
+        return np.asarray(mount_stiffness_matrix(self.positions, local, orientations))
 
     def dynamic_stiffness(
         self, frequency: RealArray, factors: RealArray | None = None
     ) -> ComplexArray:
-        """Force per displacement of the body, or of both of its parts.
-
-        Parameters
-        ----------
-        frequency : array, shape (f,)
-            From 0 [Hz].
-        factors : array, shape (n_mount,) or (f, n_mount), optional
-            Of softening; by default 1.
+        """Return force per displacement of the body, or of both of its parts, with its hoses.
 
         Returns
         -------
@@ -483,19 +422,12 @@ class Compressor:
         return both
 
     def inertance(self, frequency: RealArray, factors: RealArray | None = None) -> ComplexArray:
-        """Acceleration per force, of the shape of `dynamic_stiffness` [1/kg, …]; 0 at 0 Hz."""
+        """Return acceleration per force, shaped as `dynamic_stiffness` [1/kg, …]; 0 at 0 Hz."""
         squared = ((2 * np.pi * np.asarray(frequency)) ** 2)[:, None, None]
         return np.asarray(-squared * np.linalg.inv(self.dynamic_stiffness(frequency, factors)))
 
     def on_parts(self, rows: RealArray, positions: RealArray) -> RealArray:
-        """Put rows of a rigid body on the part of the body where each point lies.
-
-        Parameters
-        ----------
-        rows : array, shape (n, 6)
-            Motion of the body → motion of one point each, along one direction [1, m].
-        positions : array, shape (n, 3)
-            Of the points [m].
+        """Put rows (n, 6) of a rigid body on the part of the body where each point (n, 3) lies.
 
         Returns
         -------
@@ -508,7 +440,7 @@ class Compressor:
 
     @property
     def mount_rows(self) -> RealArray:
-        """Motion of the body to that of the mounts, three rows each, along fixed axes."""
+        """Motion of the body → motion of the mounts, three rows each, along fixed axes."""
         rows = forward_matrices(self.positions)
         return rows if self.joint is None else np.hstack([rows, np.zeros_like(rows)])
 
@@ -516,36 +448,29 @@ class Compressor:
 def true_compressor(plan: CompressorPlan, generator: np.random.Generator) -> Compressor:
     """Return the compressor that a plan asks for.
 
-    Parameters
-    ----------
-    plan : CompressorPlan
-        Which one.
-    generator : Generator
-        Draws a random case: uniform around table 10, the gain around its true values; then the
-        hoses.
+    A random case is uniform around table 10, its gain around the true values; then the hoses are
+    drawn.
     """
     data = read_data(COMPRESSOR_DATA)
     case = _table_11(data) if plan.case is CompressorCase.TABLE11 else _random(data, generator)
     stiffness = case["stiffness"]
     if plan.identical_mounts:
         axial, radial = stiffness[:, 0].mean(), stiffness[:, 1:].mean()
-        stiffness = np.tile([axial, radial, radial], (len(stiffness), 1))
-    operation = data["operation"]
-    law, carried = operation["amplitude_law"], operation["flexible_receiver"]
+        case["stiffness"] = np.tile([axial, radial, radial], (len(stiffness), 1))
+    law = data["operation"]["amplitude_law"]
+    softening = Softening(law["beta"], law["s_c_m"], law["s_hammer_m"])
+    carried = data["operation"]["flexible_receiver"]
+    receiver = Receiver(
+        carried["mode_Hz"],
+        carried["modal_mass_kg"],
+        carried["loss"],
+        carried["residual_stiffness_N_per_m"],
+        carried["residual_loss"],
+    )
     return Compressor(
-        **(case | {"stiffness": stiffness}),
-        softening=Softening(law["beta"], law["s_c_m"], law["s_hammer_m"])
-        if plan.softening
-        else None,
-        receiver=Receiver(
-            carried["mode_Hz"],
-            carried["modal_mass_kg"],
-            carried["loss"],
-            carried["residual_stiffness_N_per_m"],
-            carried["residual_loss"],
-        )
-        if plan.flexible_receiver
-        else None,
+        **case,
+        softening=softening if plan.softening else None,
+        receiver=receiver if plan.flexible_receiver else None,
         joint=Joint(plan.flexible_body) if plan.flexible_body else None,
         hoses=true_hoses(plan.hoses, generator) if plan.hoses else (),
     )
@@ -558,6 +483,7 @@ def inertia_tensor(elements: RealArray) -> RealArray:
 
 
 def _table_11(data: dict[str, Any]) -> dict[str, Any]:
+    """Return the true compressor of the thesis."""
     truth = data["truth"]
     return {
         "mass": truth["mass_kg"],
@@ -571,6 +497,7 @@ def _table_11(data: dict[str, Any]) -> dict[str, Any]:
 
 
 def _random(data: dict[str, Any], generator: np.random.Generator) -> dict[str, Any]:
+    """Draw a compressor around the drawing."""
     start, spread = data["start_table10"], data["random_case_spread"]
 
     def around(value: object, width: float, relative: bool = False) -> RealArray:
@@ -579,27 +506,22 @@ def _random(data: dict[str, Any], generator: np.random.Generator) -> dict[str, A
         return np.asarray(middle * (1 + deviation) if relative else middle + deviation)
 
     elements = np.array(start["inertia_kg_m2_xx_yy_zz_xy_xz_yz"])
+    stiffness = start["mount_static_stiffness_N_per_m_axial_radial1_radial2"]
+    mass = float(around(start["mass_kg"], spread["mass_kg"]))
+    centre = around(np.zeros(3), spread["centre_of_gravity_m"])
+    moments = around(elements[:3], spread["inertia_relative"], relative=True)
+    products = around(elements[3:], spread["inertia_products_kg_m2"])
     return {
-        "mass": float(around(start["mass_kg"], spread["mass_kg"])),
-        "centre": around(np.zeros(3), spread["centre_of_gravity_m"]),
-        "inertia": inertia_tensor(
-            np.concatenate(
-                [
-                    around(elements[:3], spread["inertia_relative"], relative=True),
-                    around(elements[3:], spread["inertia_products_kg_m2"]),
-                ]
-            )
-        ),
+        "mass": mass,
+        "centre": centre,
+        "inertia": inertia_tensor(np.concatenate([moments, products])),
         "positions": around(start["mount_position_m"], spread["position_m"]),
         "rotations": np.deg2rad(around(start["mount_rotation_deg"], spread["rotation_deg"])),
-        "stiffness": around(
-            start["mount_static_stiffness_N_per_m_axial_radial1_radial2"],
-            spread["stiffness_relative"],
-            relative=True,
-        ),
+        "stiffness": around(stiffness, spread["stiffness_relative"], relative=True),
         "gain": around(_gain(data["truth"]), spread["gain_relative"], relative=True),
     }
 
 
 def _gain(truth: dict[str, Any]) -> RealArray:
+    """Return the six numbers of the dynamic gain."""
     return np.array([*truth["gain_real_vinf_m_w0"], *truth["gain_imag_vinf_m_w0"]])

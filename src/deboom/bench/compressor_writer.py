@@ -1,10 +1,9 @@
-"""Writes hammer tests and operating tests on a virtual compressor, and the truth beside them."""
+"""Writes hammer tests and tests in operation of a virtual compressor, and the truth beside them."""
 
 from __future__ import annotations
 
-import json
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
@@ -17,9 +16,8 @@ from deboom.bench.compressor_operation import (
     SCATTER,
     Operation,
     OperationPlan,
+    Sweep,
     TrueSweep,
-    floor,
-    grid,
     measured,
     operation,
     run_up,
@@ -51,7 +49,17 @@ from deboom.bench.compressor_truth import (
     inertia_tensor,
 )
 from deboom.bench.powertrain import AXES, read_data
-from deboom.files.disk import complete_or_not_at_all, replace_text
+from deboom.bench.writing import (
+    COHERENCE,
+    FRF,
+    Dof,
+    function,
+    node_lines,
+    triple,
+    write_json,
+    write_readme,
+)
+from deboom.files.disk import complete_or_not_at_all
 from deboom.files.hammer_test import HammerChannel, HammerPoint, HammerSheet, write_hammer_test
 from deboom.files.inertance_test import (
     INERTANCE_TEST_FILE,
@@ -68,7 +76,9 @@ from deboom.files.inertance_test import (
 from deboom.files.operating_test import (
     OPERATING_TEST_FILE,
     DeviationSection,
+    HolderSection,
     HoseSection,
+    MicrophoneSection,
     OperatingTestFile,
     SweepNodes,
     SweepSection,
@@ -79,221 +89,79 @@ from deboom.files.operating_test import (
 from deboom.files.tables import parse_unit
 from deboom.files.uff import UffFunction, write_uff
 
-FIRST_SENSOR_NODE, FIRST_IMPACT_NODE = 101, 201
-FRF, COHERENCE = 4, 6
-"""UFF function types."""
-
-
-def placed_sensors(sheet: Sheet) -> tuple[PlacedSensor, ...]:
-    """Return the rows of the accelerometers."""
-    return tuple(
-        PlacedSensor(name, FIRST_SENSOR_NODE + number, _three(position), _three(angles))
-        for number, (name, position, angles) in enumerate(
-            zip(sheet.sensors, sheet.sensor_positions, sheet.sensor_angles, strict=True)
-        )
-    )
-
-
-def placed_impacts(sheet: Sheet) -> tuple[PlacedImpact, ...]:
-    """Return the rows of the impacts."""
-    return tuple(
-        PlacedImpact(name, FIRST_IMPACT_NODE + number, _three(position), _three(direction))
-        for number, (name, position, direction) in enumerate(
-            zip(sheet.impacts, sheet.impact_positions, sheet.impact_directions, strict=True)
-        )
-    )
-
-
-def frf_functions(sheet: Sheet, frequency: RealArray, inertance: ComplexArray) -> list[UffFunction]:
-    """Return the FRFs from all impacts to all channels, UFF type 4.
-
-    Parameters
-    ----------
-    sheet : Sheet
-        What the nodes are.
-    frequency : array, shape (f,)
-        [Hz].
-    inertance : array, shape (f, n_channel, n_impact)
-        [m/s² per N].
-    """
-    return _functions(sheet, frequency, inertance, FRF)
-
-
-def coherence_functions(
-    sheet: Sheet, frequency: RealArray, coherence: RealArray
-) -> list[UffFunction]:
-    """Return the ordinary coherences of all channels and impacts, UFF type 6.
-
-    Parameters
-    ----------
-    sheet : Sheet
-        What the nodes are.
-    frequency : array, shape (f,)
-        [Hz].
-    coherence : array, shape (f, n_channel, n_impact)
-        [1].
-    """
-    return _functions(sheet, frequency, coherence, COHERENCE)
-
-
-def write_hits(folder: Path, sheet: Sheet, blows: Blows, plan: HitPlan, title: str) -> None:
-    """Write all hits over time as a hammer test.
-
-    Parameters
-    ----------
-    folder : Path
-        Of the hammer test; made if it is not there.
-    sheet : Sheet
-        Of sensors and impacts.
-    blows, plan
-        What was recorded, and how.
-    title : str
-        Of the test.
-    """
-    write_hammer_test(
-        folder,
-        HammerSheet(
-            title=title,
-            rate=plan.rate,
-            pretrigger=plan.pretrigger,
-            points=tuple(
-                HammerPoint(row.impact, row.node, f"{row.impact}.uff", row.position, row.direction)
-                for row in placed_impacts(sheet)
-            ),
-            channels=tuple(
-                HammerChannel(
-                    f"{row.sensor} {axis}",
-                    "acceleration",
-                    row.node,
-                    f"+{axis}",
-                    parse_unit("m/s^2"),
-                )
-                for row in placed_sensors(sheet)
-                for axis in AXES
-            ),
-        ),
-        {
-            name: (force, response)
-            for name, force, response in zip(
-                sheet.impacts, blows.force, blows.response, strict=True
-            )
-        },
-    )
-
-
-def _functions(
-    sheet: Sheet, frequency: RealArray, values: RealOrComplexArray, kind: int
-) -> list[UffFunction]:
-    channels = [(row, axis) for row in placed_sensors(sheet) for axis in AXES]
-    # a coherence has no unit, but the quantities of its two channels
-    ordinate, above, below = (
-        ("acceleration", "m/s^2", "N") if kind == FRF else ("general", "1", "1")
-    )
-    return [
-        UffFunction(
-            abscissa=frequency,
-            values=values[:, row, column],
-            function_type=kind,
-            response_node=sensor.node,
-            response_direction=f"+{axis}",
-            reference_node=impact.node,
-            reference_direction=impact.uff_direction,
-            ordinate=ordinate,
-            ordinate_unit=above,
-            denominator="force" if kind == FRF else "none",
-            denominator_unit=below if kind == FRF else "",
-            id_lines=(f"{sensor.sensor} {axis} per {impact.impact}", "roving hammer, H1"),
-            response_name=sensor.sensor,
-            reference_name=impact.impact,
-        )
-        for column, impact in enumerate(placed_impacts(sheet))
-        for row, (sensor, axis) in enumerate(channels)
-    ]
-
-
-def _three(values: RealArray) -> tuple[float, float, float]:
-    x, y, z = np.asarray(values).tolist()
-    return x, y, z
-
-
-def readme_text(title: str, plan: CompressorPlan, hits: HitPlan, sheet: Sheet) -> str:
-    """Return ``README.txt``: every file, how it was measured, and the map of the nodes."""
-    lines = hits.lines
-    step = lines[1] - lines[0]
-    text = [
-        title,
-        "=" * len(title),
-        "",
-        "A refrigerant compressor on its rubber mounts, struck with a roving hammer; with the",
-        "errors of real sensors, of a real hammer and of a tape measure. Nobody measured this.",
-        "",
-        f"{lines.size} lines from {lines[0]:g} to {lines[-1]:g} Hz, {step:g} Hz apart; SI units; "
-        "time factor e^{+jwt}.",
-        f"H1 of {hits.hits} hits per impact, half sine of {1e3 * hits.pulse:g} ms and about "
-        f"{hits.impulse:g} N s; blocks of {hits.duration:g} s.",
-        "Positions count from the virtual point. Directions of responses are those of the sensor's",
-        "own axes, directions of forces those of the position sheet. UFF: binary, data set 58.",
-        "",
-        "compressor_test.toml   names every other file; tolerances, weighed mass, drawing",
-        "positions.xlsx         sheets sensors and impacts",
-        "frf.uff                acceleration per force of each impact (type 4)",
-        "coherence.uff          ordinary coherence of the hits (type 6)",
-    ]
-    if plan.hits:
-        text.append("hits/                  every hit over time, one file per impact")
-    text += [
-        "truth/                 the exact values behind, for verification only",
-        "",
-        "Sensors:",
-        *(f"    node {row.node:<4} {row.sensor}" for row in placed_sensors(sheet)),
-        "Impacts:",
-        *(
-            f"    node {row.node:<4} {row.impact} ({row.uff_direction})"
-            for row in placed_impacts(sheet)
-        ),
-    ]
-    return "\n".join(text) + "\n"
-
-
-def operation_readme(title: str, file: OperatingTestFile) -> str:
-    """Return ``README.txt`` of the test on a running compressor: every file."""
-    with_hoses = file.hammer_with_hoses
-    text = [
-        title,
-        "=" * len(title),
-        "",
-        "A refrigerant compressor on its rubber mounts, struck with a hammer at rest,",
-        "then run from 1000 to 9000 1/min at two pressures, with the standard hoses and with long",
-        "soft ones that have masses on them. Nobody measured this.",
-        "",
-        "SI units; time factor e^{+jwt}; complex peak amplitudes; phase from the tacho's pulse,",
-        "once per revolution, when the rotor's mark is on the y axis. UFF: binary, data set 58;",
-        "order spectra are type 0 over the frequency of rotation, with the tacho's speed; channels",
-        "over time are type 1, with its pulses.",
-        "",
-        "operation.toml         names every other file; hoses as drawn, deviations",
-        f"{file.sensor_table:22} where the accelerometers stood in the sweeps",
-        f"{file.hammer + '/':22} hammer test without hoses: see its README.txt",
-        *([f"{with_hoses + '/':22} the same with the standard hoses"] if with_hoses else []),
-        "sweeps/                one file per sweep",
-        "truth/                 the exact values behind, for verification only",
-    ]
-    return "\n".join(text) + "\n"
-
+FIRST_SENSOR_NODE, FIRST_IMPACT_NODE, TACHO_NODE = 101, 201, 1
 
 POSITIONS, FRF_FILE, COHERENCE_FILE, HITS = "positions.xlsx", "frf.uff", "coherence.uff", "hits"
+HAMMER, HAMMER_WITH_HOSES, SWEEPS, SENSORS = "hammer", "hammer_with_hoses", "sweeps", "sensors.csv"
+RECORD_NAME = "soft 7.5 bar over time"
 
 SCALES = 1e-3
 """Standard deviation of the weighed mass: a kitchen scale [1]."""
 
 
-@dataclass(frozen=True)
-class _Measured:
-    """One test, before it is written."""
+def placed_sensors(sheet: Sheet) -> tuple[PlacedSensor, ...]:
+    """Return the rows of the accelerometers."""
+    rows = zip(sheet.sensors, sheet.sensor_positions, sheet.sensor_angles, strict=True)
+    return tuple(
+        PlacedSensor(name, FIRST_SENSOR_NODE + number, triple(position), triple(angles))
+        for number, (name, position, angles) in enumerate(rows)
+    )
 
-    laboratory: Laboratory
-    plan: HitPlan
-    blows: Blows
+
+def placed_impacts(sheet: Sheet) -> tuple[PlacedImpact, ...]:
+    """Return the rows of the impacts."""
+    rows = zip(sheet.impacts, sheet.impact_positions, sheet.impact_directions, strict=True)
+    return tuple(
+        PlacedImpact(name, FIRST_IMPACT_NODE + number, triple(position), triple(direction))
+        for number, (name, position, direction) in enumerate(rows)
+    )
+
+
+def impact_dof(impact: PlacedImpact) -> Dof:
+    """Return the degree of freedom of an impact."""
+    return Dof(impact.node, impact.uff_direction, impact.impact, "force")
+
+
+def hammer_functions(
+    kind: int,
+    frequency: RealArray,
+    values: RealOrComplexArray,
+    sensors: Sequence[PlacedSensor],
+    impacts: Sequence[PlacedImpact],
+    title: str,
+) -> list[UffFunction]:
+    """Return FRFs or coherences (f, n_channel, n_impact) of a roving hammer.
+
+    Channel and impact fill the title, the first line of each function.
+    """
+    channels = [(row, axis) for row in sensors for axis in AXES]
+    return [
+        function(
+            kind,
+            frequency,
+            values[:, row, column],
+            Dof(sensor.node, f"+{axis}", sensor.sensor, "acceleration"),
+            impact_dof(impact),
+            title.format(f"{sensor.sensor} {axis}", impact.impact),
+            "roving hammer, H1",
+        )
+        for column, impact in enumerate(impacts)
+        for row, (sensor, axis) in enumerate(channels)
+    ]
+
+
+def tolerance_section(level: CalibrationLevel) -> ToleranceSection:
+    """Return the stated tolerances of a level."""
+    errors = placement_errors(level)
+    degrees = float(np.round(np.rad2deg(errors.angle), 10))
+    return ToleranceSection(
+        sensor_gain=errors.gain,
+        sensor_position_m=errors.position,
+        sensor_angle_deg=degrees,
+        hammer_gain=errors.hammer,
+        impact_position_m=errors.position,
+        impact_angle_deg=degrees,
+    )
 
 
 def write_compressor_test(
@@ -311,13 +179,12 @@ def write_compressor_test(
     folder : Path
         A new or an empty folder; it appears complete or not at all.
     seed : int
-        From 1. It draws a random compressor, the errors of placement and calibration, and noise,
+        Seed, from 1, of a random compressor, the errors of placement and calibration, and noise,
         each with numbers of its own.
     level : CalibrationLevel
-        How large the errors of placement and calibration are; the tolerances that the folder
-        states.
+        Sizes of the errors of placement and calibration; the tolerances that the folder states.
     plan : CompressorPlan, optional
-        Which compressor; by default a random one on rigid ground.
+        Wanted compressor; by default a random one on rigid ground.
     noise_free : bool
         Everything is where it should be, and silent. The folder states the same tolerances.
 
@@ -332,46 +199,79 @@ def write_compressor_test(
         Seed below 1; a folder that is not empty or cannot be written.
     """
     plan = plan or CompressorPlan()
-    there = laboratory(seed, level, plan, noise_free=noise_free)
+    rig = laboratory(seed, level, plan, noise_free=noise_free)
     hits = without_noise(hit_plan()) if noise_free else hit_plan()
     # who strikes a second time, now with hoses, makes other errors
     striking = Purpose.STRIKING if plan.hoses is None else Purpose.STRIKING_WITH_HOSES
+    title = f"virtual compressor, {plan.case.value}, level {level.value}, seed {seed}"
+    if plan.hoses is not None:
+        title += ", with hoses"
+    weighed = rig.compressor.mass
+    if not noise_free:
+        off = SCALES * float(draw(seed, Purpose.WEIGHING).standard_normal())
+        weighed = round(weighed * (1 + off), 3)
     with complete_or_not_at_all(Path(folder)) as unfinished:
-        blows = strike(there.compressor, there.sheet, there.placed, hits, draw(seed, striking))
-        measured = _Measured(there, hits, blows)
-        weighed = there.compressor.mass
-        if not noise_free:
-            off = SCALES * float(draw(seed, Purpose.WEIGHING).standard_normal())
-            weighed = round(weighed * (1 + off), 3)
-        title = f"virtual compressor, {plan.case.value}, level {level.value}, seed {seed}"
-        if plan.hoses is not None:
-            title += ", with hoses"
-        _write_files(unfinished, measured, plan, level, weighed, title)
-        _write_truth(unfinished / "truth", measured, plan, level)
+        blows = strike(rig.compressor, rig.sheet, rig.placed, hits, draw(seed, striking))
+        _write_functions(unfinished, rig.sheet, blows, hits)
+        if plan.hits:
+            _write_hits(unfinished / HITS, rig.sheet, blows, hits, title)
+        _write_test_file(unfinished, level, plan, hits, weighed, title)
+        _write_test_readme(unfinished, title, plan, hits, rig.sheet)
+        _write_test_truth(unfinished / "truth", rig, plan, level, hits, blows)
     return Path(folder)
 
 
-def _write_files(
+def _write_functions(folder: Path, sheet: Sheet, blows: Blows, hits: HitPlan) -> None:
+    """Write FRFs, coherences and the position sheet."""
+    sensors, impacts = placed_sensors(sheet), placed_impacts(sheet)
+    inertance, coherence = averaged(blows, hits)
+    for file, kind, values in (
+        (FRF_FILE, FRF, inertance),
+        (COHERENCE_FILE, COHERENCE, coherence),
+    ):
+        functions = hammer_functions(kind, hits.lines, values, sensors, impacts, "{} per {}")
+        write_uff(folder / file, functions, binary=True)
+    write_positions(folder / POSITIONS, sensors, impacts)
+
+
+def _write_hits(folder: Path, sheet: Sheet, blows: Blows, plan: HitPlan, title: str) -> None:
+    """Write all hits over time as a hammer test."""
+    unit = parse_unit("m/s^2")
+    hammer_sheet = HammerSheet(
+        title=title,
+        rate=plan.rate,
+        pretrigger=plan.pretrigger,
+        points=tuple(
+            HammerPoint(row.impact, row.node, f"{row.impact}.uff", row.position, row.direction)
+            for row in placed_impacts(sheet)
+        ),
+        channels=tuple(
+            HammerChannel(f"{row.sensor} {axis}", "acceleration", row.node, f"+{axis}", unit)
+            for row in placed_sensors(sheet)
+            for axis in AXES
+        ),
+    )
+    hits = dict(zip(sheet.impacts, zip(blows.force, blows.response, strict=True), strict=True))
+    write_hammer_test(folder, hammer_sheet, hits)
+
+
+def _write_test_file(
     folder: Path,
-    measured: _Measured,
-    plan: CompressorPlan,
     level: CalibrationLevel,
+    plan: CompressorPlan,
+    hits: HitPlan,
     weighed: float,
     title: str,
 ) -> None:
-    sheet, hits = measured.laboratory.sheet, measured.plan
-    inertance, coherence = averaged(measured.blows, hits)
-    write_uff(folder / FRF_FILE, frf_functions(sheet, hits.lines, inertance), binary=True)
-    write_uff(
-        folder / COHERENCE_FILE, coherence_functions(sheet, hits.lines, coherence), binary=True
+    """Write ``compressor_test.toml`` with the drawing, whose centre is at the virtual point."""
+    start = read_data(COMPRESSOR_DATA)["start_table10"]
+    inertia = inertia_tensor(np.array(start["inertia_kg_m2_xx_yy_zz_xy_xz_yz"]))
+    mounts = zip(
+        start["mount_position_m"],
+        start["mount_rotation_deg"],
+        start["mount_static_stiffness_N_per_m_axial_radial1_radial2"],
+        strict=True,
     )
-    write_positions(folder / POSITIONS, placed_sensors(sheet), placed_impacts(sheet))
-    if plan.hits:
-        write_hits(folder / HITS, sheet, measured.blows, hits, title)
-    replace_text(folder / "README.txt", readme_text(title, plan, hits, sheet))
-    drawing, mounts = _drawing()
-    errors = placement_errors(level)
-    degrees = float(np.round(np.rad2deg(errors.angle), 10))
     file = InertanceTestFile(
         format=1,
         title=title,
@@ -384,76 +284,87 @@ def _write_files(
         band_hz=hits.band if plan.hits else None,
         weighed_mass_kg=weighed,
         weighed_mass_deviation_kg=round(SCALES * weighed, 4),
-        tolerances=ToleranceSection(
-            sensor_gain=errors.gain,
-            sensor_position_m=errors.position,
-            sensor_angle_deg=degrees,
-            hammer_gain=errors.hammer,
-            impact_position_m=errors.position,
-            impact_angle_deg=degrees,
+        tolerances=tolerance_section(level),
+        drawing=DrawingSection(
+            mass_kg=start["mass_kg"],
+            centre_of_gravity_m=(0.0, 0.0, 0.0),
+            inertia_kg_m2=inertia.tolist(),
         ),
-        drawing=drawing,
-        mounts=mounts,
+        mounts=tuple(
+            DrawnMountSection(
+                name=f"mount {number}",
+                position_m=triple(np.array(position, dtype=float)),
+                rotation_deg=triple(np.array(rotation, dtype=float)),
+                stiffness_n_per_m=triple(np.array(stiffness, dtype=float)),
+            )
+            for number, (position, rotation, stiffness) in enumerate(mounts, 1)
+        ),
     )
     dump_inertance_test_file(folder / INERTANCE_TEST_FILE, file)
 
 
-def _drawing() -> tuple[DrawingSection, tuple[DrawnMountSection, ...]]:
-    """Table 10 of the thesis; it has the centre of gravity at the virtual point."""
-    start = read_data(COMPRESSOR_DATA)["start_table10"]
-    inertia = inertia_tensor(np.array(start["inertia_kg_m2_xx_yy_zz_xy_xz_yz"]))
-    drawing = DrawingSection.model_validate(
-        {
-            "mass_kg": start["mass_kg"],
-            "centre_of_gravity_m": (0.0, 0.0, 0.0),
-            "inertia_kg_m2": inertia.tolist(),
-        }
-    )
-    rows = zip(
-        start["mount_position_m"],
-        start["mount_rotation_deg"],
-        start["mount_static_stiffness_N_per_m_axial_radial1_radial2"],
-        strict=True,
-    )
-    mounts = tuple(
-        DrawnMountSection(
-            name=f"mount {number}",
-            position_m=_three_3(position),
-            rotation_deg=_three_3(rotation),
-            stiffness_n_per_m=_three_3(stiffness),
-        )
-        for number, (position, rotation, stiffness) in enumerate(rows, 1)
-    )
-    return drawing, mounts
-
-
-def _three_3(values: list[float]) -> tuple[float, float, float]:
-    x, y, z = map(float, values)
-    return x, y, z
-
-
-def _write_truth(
-    folder: Path, measured: _Measured, plan: CompressorPlan, level: CalibrationLevel
+def _write_test_readme(
+    folder: Path, title: str, plan: CompressorPlan, hits: HitPlan, sheet: Sheet
 ) -> None:
+    """Write every file, how it was measured, and the map of the nodes, to ``README.txt``."""
+    lines = hits.lines
+    over_time = "hits/                  every hit over time, one file per impact"
+    write_readme(
+        folder,
+        title,
+        f"""\
+A refrigerant compressor on its rubber mounts, struck with a roving hammer; with the
+errors of real sensors, of a real hammer and of a tape measure. Nobody measured this.
+
+{lines.size} lines from {lines[0]:g} to {lines[-1]:g} Hz, {lines[1] - lines[0]:g} Hz apart; \
+SI units; time factor e^{{+jwt}}.
+H1 of {hits.hits} hits per impact, half sine of {1e3 * hits.pulse:g} ms and about \
+{hits.impulse:g} N s; blocks of {hits.duration:g} s.
+Positions count from the virtual point. Directions of responses are those of the sensor's
+own axes, directions of forces those of the position sheet. UFF: binary, data set 58.
+
+compressor_test.toml   names every other file; tolerances, weighed mass, drawing
+positions.xlsx         sheets sensors and impacts
+frf.uff                acceleration per force of each impact (type 4)
+coherence.uff          ordinary coherence of the hits (type 6)
+""",
+        [over_time] if plan.hits else [],
+        "truth/                 the exact values behind, for verification only\n\nSensors:",
+        node_lines((row.node, row.sensor) for row in placed_sensors(sheet)),
+        "Impacts:",
+        node_lines(
+            (row.node, f"{row.impact} ({row.uff_direction})") for row in placed_impacts(sheet)
+        ),
+    )
+
+
+def _write_test_truth(
+    folder: Path,
+    rig: Laboratory,
+    plan: CompressorPlan,
+    level: CalibrationLevel,
+    hits: HitPlan,
+    blows: Blows,
+) -> None:
+    """Write ``truth.npz`` and ``truth.json``."""
     folder.mkdir()
-    there = measured.laboratory
-    compressor, sheet, placed = there.compressor, there.sheet, there.placed
-    lines, blows = measured.plan.lines, measured.blows
+    compressor, sheet, placed = rig.compressor, rig.sheet, rig.placed
     factors = blows.factors.mean(axis=1)
     # of the rigid body at the amplitude of a usual hit: what a model with six motions can find
-    inertance = replace(compressor, joint=None).inertance(lines)
+    inertance = replace(compressor, joint=None).inertance(hits.lines)
     np.savez(
         folder / "truth.npz",
-        frequency=lines,
+        frequency=hits.lines,
         inertance=inertance,
         apparent_mass=np.linalg.inv(inertance),
         response_matrix=placed.response_rows(sheet),
         excitation_matrix=placed.excitation_rows(sheet) / (1 + placed.hammer_gain),
-        frf=exact_inertance(compressor, sheet, placed, lines, factors),
+        frf=exact_inertance(compressor, sheet, placed, hits.lines, factors),
         softening_factor=blows.factors,
         mount_amplitude=blows.amplitudes,
     )
-    content: dict[str, Any] = {
+    mounts = zip(compressor.positions, compressor.rotations, compressor.stiffness, strict=True)
+    content = {
         "case": plan.case.value,
         "level": level.value,
         "identical_mounts": plan.identical_mounts,
@@ -470,10 +381,7 @@ def _write_truth(
                 "rotation_rad": rotation,
                 "stiffness_n_per_m": stiffness,
             }
-            for number, (position, rotation, stiffness) in enumerate(
-                zip(compressor.positions, compressor.rotations, compressor.stiffness, strict=True),
-                1,
-            )
+            for number, (position, rotation, stiffness) in enumerate(mounts, 1)
         ],
         "hoses": None if plan.hoses is None else plan.hoses.value,
         "gain": compressor.gain,
@@ -485,102 +393,7 @@ def _write_truth(
         "impact_offset_m": placed.impact_offset,
         "impact_direction": placed.impact_directions,
     }
-    replace_text(folder / "truth.json", json.dumps(content, indent=1, default=_plain) + "\n")
-
-
-def _plain(array: RealArray) -> Any:
-    return array.tolist()
-
-
-REACTION, END_LOAD = "hose_reaction", "end_load"
-
-
-def write_operation_truth(
-    folder: Path, there: Operation, plan: OperationPlan, sweeps: Sequence[TrueSweep]
-) -> None:
-    """Write ``operation.json``, ``operation.npz`` and one ``.npz`` per sweep.
-
-    Parameters
-    ----------
-    folder : Path
-        Made.
-    there : Operation
-        What ran.
-    plan : OperationPlan
-        What was asked for.
-    sweeps : sequence of TrueSweep
-        In the order of ``operation.toml``; a record over time has none.
-
-    Notes
-    -----
-    ``<number>.npz`` of each sweep, from 0: ``frequency`` (f,) [Hz]; ``load`` of the source and
-    ``displacement`` at the virtual point (f, 6); ``apparent_mass`` (f, 6, 6) with mounts as they
-    were, hoses and the turning rotor; ``acceleration`` (f, n_channel) without noise; ``factors`` of
-    softening and ``amplitudes`` at the mounts (f, n_mount); with hoses ``hose_reaction``, their
-    load on the compressor at the virtual point (f, 6), and ``end_load``, their load on what holds
-    the other ends (f, 6 n_hose). ``operation.npz``: ``response_matrix`` (n_channel, 6).
-    """
-    folder.mkdir()
-    laboratory, source = there.laboratory, there.source
-    rows = laboratory.placed.response_rows(laboratory.sheet)
-    np.savez(folder / "operation.npz", response_matrix=rows)
-    for number, sweep in enumerate(sweeps):
-        np.savez(folder / f"{number}.npz", **_arrays(sweep))
-    content: dict[str, Any] = {
-        "case": plan.compressor.case.value,
-        "sweeps": [sweep.name for sweep in sweeps],
-        "sense": source.sense,
-        "static_unbalance_kg_m": _pair(source.static_unbalance),
-        "dynamic_unbalance_kg_m2": _pair(source.dynamic_unbalance),
-        "unbalances": [asdict(part) for part in source.unbalances],
-        "gas_force_n": _pair(source.gas_force),
-        "gas_moment_n_m": _pair(source.gas_moment),
-        "rotating_gas_force_n": _pair(source.rotating_gas_force),
-        "rotor_inertia_kg_m2": source.rotor_inertia,
-        "mount_storage": plan.mount_storage,
-        "mount_loss": plan.mount_loss,
-        "softening": plan.softening,
-        "flexible_receiver": plan.compressor.flexible_receiver,
-        "hose_case": plan.hoses.value,
-        "hoses": [
-            {
-                "name": hose.name,
-                "position": hose.position.tolist(),
-                "direction": hose.direction.tolist(),
-                **asdict(hose.beam),
-            }
-            for hose in laboratory.compressor.hoses
-        ],
-    }
-    replace_text(folder / "operation.json", json.dumps(content, indent=1) + "\n")
-
-
-def _arrays(sweep: TrueSweep) -> dict[str, Any]:
-    run, frequency = sweep.running, sweep.frequency
-    squared = ((2 * np.pi * frequency) ** 2)[:, None, None]
-    arrays = {
-        "frequency": frequency,
-        "load": run.load,
-        "displacement": run.displacement,
-        "apparent_mass": -run.dynamic_stiffness / squared,
-        "acceleration": sweep.acceleration,
-        "factors": run.factors,
-        "amplitudes": run.amplitudes,
-    }
-    if sweep.hoses:
-        moved = run.displacement[:, :, None]
-        arrays[REACTION] = -(held_stiffness(sweep.hoses, frequency) @ moved)[:, :, 0]
-        arrays[END_LOAD] = (end_loads(sweep.hoses, frequency) @ moved)[:, :, 0]
-    return arrays
-
-
-def _pair(number: complex) -> list[float]:
-    return [number.real, number.imag]
-
-
-HAMMER, HAMMER_WITH_HOSES, SWEEPS, SENSORS = "hammer", "hammer_with_hoses", "sweeps", "sensors.csv"
-TACHO_NODE = 1
-RECORD_NAME = "soft 7.5 bar over time"
+    write_json(folder / "truth.json", content)
 
 
 def write_operating_test(
@@ -598,9 +411,9 @@ def write_operating_test(
     folder : Path
         A new or an empty folder; it appears complete or not at all.
     seed : int
-        From 1; compressor and laboratory are those of `write_compressor_test`.
+        Seed, from 1; compressor and laboratory are those of `write_compressor_test`.
     level : CalibrationLevel
-        How large the errors of placement and calibration are.
+        Sizes of the errors of placement and calibration.
     plan : OperationPlan, optional
         By default a random compressor, scattered hoses, mounts as under the hammer.
     noise_free : bool
@@ -617,114 +430,219 @@ def write_operating_test(
         Seed below 1; a folder that is not empty or cannot be written.
     """
     plan = plan or OperationPlan()
-    there = operation(seed, level, plan, noise_free=noise_free)
+    running_rig = operation(seed, level, plan, noise_free=noise_free)
     sweeps = tuple(
-        true_sweep(there, pressure, soft=soft, frequency=speeds())
+        true_sweep(running_rig, pressure, soft=soft, frequency=speeds())
         for soft in (False, True)
         for pressure in PRESSURES
     )
+    channels = [
+        (
+            sweep.acceleration
+            if noise_free
+            else measured(sweep, draw(seed, Purpose.RUNNING, number)),
+        )
+        for number, sweep in enumerate(sweeps)
+    ]
+    record = None
+    if plan.time_record:
+        noise = None if noise_free else draw(seed, Purpose.RUNNING, len(sweeps))
+        record = run_up(running_rig, PRESSURES[0], noise)
     title = f"running compressor, {plan.compressor.case.value}, level {level.value}, seed {seed}"
     with complete_or_not_at_all(Path(folder)) as unfinished:
-        struck = {HAMMER: plan.compressor}
-        if plan.hammer_with_hoses:
-            struck[HAMMER_WITH_HOSES] = plan.struck_with_hoses
-        for name, compressor in struck.items():
-            write_compressor_test(unfinished / name, seed, level, compressor, noise_free=noise_free)
-        nodes = SweepNodes(placed_sensors(there.laboratory.sheet), TACHO_NODE)
-        write_placed_sensors(unfinished / SENSORS, nodes.sensors)
-        (unfinished / SWEEPS).mkdir()
-        sections = []
-        for number, sweep in enumerate(sweeps):
-            section = _spectra_section(sweep)
-            values = (
-                sweep.acceleration
-                if noise_free
-                else measured(sweep, draw(seed, Purpose.RUNNING, number))
-            )
-            assert section.spectra is not None
-            path = unfinished / section.spectra
-            write_sweep(path, nodes, sweep.frequency, values, notes=(title, sweep.name))
-            sections.append(section)
-        if plan.time_record:
-            generator = draw(seed, Purpose.RUNNING, len(sweeps))
-            sections.append(
-                _write_record(unfinished, there, nodes, None if noise_free else generator)
-            )
-        file = OperatingTestFile(
-            format=1,
-            title=title,
-            hammer=HAMMER,
-            hammer_with_hoses=HAMMER_WITH_HOSES if plan.hammer_with_hoses else None,
-            sensor_table=SENSORS,
-            tacho_node=TACHO_NODE,
-            rotor_inertia_kg_m2=there.source.rotor_inertia,
-            deviations=stated_deviations(),
-            sweeps=tuple(sections),
-            hoses=drawn_hose_sections(),
-        )
-        dump_operating_test_file(unfinished / OPERATING_TEST_FILE, file)
-        write_operation_truth(unfinished / "truth", there, plan, sweeps)
-        replace_text(unfinished / "README.txt", operation_readme(title, file))
+        write_hammer_tests(unfinished, seed, level, plan, noise_free=noise_free)
+        write_operation(unfinished, title, plan, running_rig, sweeps, channels, record=record)
+        _write_operation_truth(unfinished / "truth", running_rig, plan, sweeps)
+        _write_operation_readme(unfinished, title, plan)
     return Path(folder)
 
 
-def _spectra_section(sweep: TrueSweep) -> SweepSection:
-    return SweepSection(
-        name=sweep.name,
-        hoses="standard" if sweep.hoses else "soft",
-        pressure_bar=sweep.pressure,
-        spectra=f"{SWEEPS}/{sweep.name.replace(' ', '_')}.uff",
-    )
+def write_hammer_tests(
+    folder: Path, seed: int, level: CalibrationLevel, plan: OperationPlan, *, noise_free: bool
+) -> None:
+    """Write the hammer test without hoses and, where the plan asks for it, that with hoses."""
+    struck = {HAMMER: plan.compressor}
+    if plan.hammer_with_hoses:
+        struck[HAMMER_WITH_HOSES] = replace(plan.compressor, hoses=plan.hoses)
+    for name, compressor in struck.items():
+        write_compressor_test(folder / name, seed, level, compressor, noise_free=noise_free)
 
 
-def _write_record(
-    folder: Path, there: Operation, nodes: SweepNodes, generator: np.random.Generator | None
-) -> SweepSection:
-    sweep = true_sweep(there, PRESSURES[0], soft=True, frequency=grid())
-    record = run_up(sweep.acceleration, float(floor(grid()).mean()), generator)
-    section = SweepSection(
-        name=RECORD_NAME,
-        hoses="soft",
-        pressure_bar=PRESSURES[0],
-        record=f"{SWEEPS}/{RECORD_NAME.replace(' ', '_')}.uff",
-        sample_rate_hz=RATE,
-    )
-    assert section.record is not None
-    write_sweep_record(
-        folder / section.record,
-        nodes,
-        RATE,
-        record.tacho,
-        record.acceleration,
-        notes=(RECORD_NAME,),
-    )
-    return section
+def write_operation(
+    folder: Path,
+    title: str,
+    plan: OperationPlan,
+    running_rig: Operation,
+    sweeps: Sequence[Sweep],
+    channels: Sequence[tuple[ComplexArray, ...]],
+    *,
+    record: tuple[RealArray, RealArray] | None = None,
+    holders: tuple[tuple[str, int], ...] = (),
+    microphones: tuple[tuple[str, int], ...] = (),
+) -> None:
+    """Write ``sweeps/``, the sensors on the compressor and ``operation.toml``.
 
-
-def stated_deviations() -> DeviationSection:
-    """Return those of one part of a complex number: 1/√2 of the number's."""
-    recorder, part = hit_plan(), float(np.sqrt(0.5))
-    return DeviationSection(
-        relative=SCATTER * part,
-        floor_m_s2=recorder.response_noise * part,
-        corner_hz=float(recorder.corner),
-    )
-
-
-def drawn_hose_sections() -> tuple[HoseSection, ...]:
-    """Return the hoses as drawn and catalogued, for ``operation.toml``."""
-    return tuple(
-        HoseSection(
-            name=hose.name,
-            position_m=tuple(hose.position.tolist()),
-            direction=tuple(hose.direction.tolist()),
-            length_m=hose.beam.length,
-            tension_n=hose.beam.tension,
-            torsion_n_m2=hose.beam.torsion,
-            bending_n_m2=hose.beam.bending,
-            line_mass_kg_per_m=hose.beam.line_mass,
-            loss_factor=hose.beam.loss_factor,
-            torsion_radius_m=hose.beam.torsion_radius,
+    Parameters
+    ----------
+    folder : Path
+        Folder that exists.
+    title, plan, running_rig
+        Title of the test; wanted operation; compressor and source.
+    sweeps : sequence of Sweep
+        Sweeps over `speeds`.
+    channels : sequence of (acceleration, holder, sound)
+        Measured order spectra of each sweep, the last two where the car has such sensors.
+    record : (tacho, acceleration), optional
+        Run-up over time.
+    holders, microphones : tuple of (str, int)
+        Name and node of the sensors beside those on the compressor.
+    """
+    sensors = placed_sensors(running_rig.laboratory.sheet)
+    nodes = SweepNodes(sensors, TACHO_NODE, holders, microphones)
+    write_placed_sensors(folder / SENSORS, nodes.sensors)
+    (folder / SWEEPS).mkdir()
+    sections = []
+    for sweep, (acceleration, *others) in zip(sweeps, channels, strict=True):
+        file, notes = f"{SWEEPS}/{sweep.name.replace(' ', '_')}.uff", (title, sweep.name)
+        beside = dict(zip(("holder", "sound"), others, strict=False))
+        write_sweep(folder / file, nodes, speeds(), acceleration, notes=notes, **beside)
+        sections.append(
+            SweepSection(
+                name=sweep.name, hoses=sweep.state, pressure_bar=sweep.pressure, spectra=file
+            )
         )
-        for hose in drawn_hoses()
+    if record is not None:
+        file = f"{SWEEPS}/{RECORD_NAME.replace(' ', '_')}.uff"
+        write_sweep_record(folder / file, nodes, RATE, *record, notes=(RECORD_NAME,))
+        sections.append(
+            SweepSection(
+                name=RECORD_NAME,
+                hoses="soft",
+                pressure_bar=PRESSURES[0],
+                record=file,
+                sample_rate_hz=RATE,
+            )
+        )
+    # of one part of a complex number: 1/√2 of the number's
+    recorder, part = hit_plan(), float(np.sqrt(0.5))
+    file_content = OperatingTestFile(
+        format=1,
+        title=title,
+        hammer=HAMMER,
+        hammer_with_hoses=HAMMER_WITH_HOSES if plan.hammer_with_hoses else None,
+        sensor_table=SENSORS,
+        tacho_node=TACHO_NODE,
+        rotor_inertia_kg_m2=running_rig.source.rotor_inertia,
+        deviations=DeviationSection(
+            relative=SCATTER * part,
+            floor_m_s2=recorder.response_noise * part,
+            corner_hz=float(recorder.corner),
+        ),
+        sweeps=tuple(sections),
+        hoses=tuple(
+            HoseSection(
+                name=hose.name,
+                position_m=triple(hose.position),
+                direction=triple(hose.direction),
+                length_m=hose.beam.length,
+                tension_n=hose.beam.tension,
+                torsion_n_m2=hose.beam.torsion,
+                bending_n_m2=hose.beam.bending,
+                line_mass_kg_per_m=hose.beam.line_mass,
+                loss_factor=hose.beam.loss_factor,
+                torsion_radius_m=hose.beam.torsion_radius,
+            )
+            for hose in drawn_hoses()
+        ),
+        holders=tuple(HolderSection(name=name, node=node) for name, node in holders),
+        microphones=tuple(MicrophoneSection(name=name, node=node) for name, node in microphones),
     )
+    dump_operating_test_file(folder / OPERATING_TEST_FILE, file_content)
+
+
+def _write_operation_readme(folder: Path, title: str, plan: OperationPlan) -> None:
+    """Write every file of the test on a running compressor to ``README.txt``."""
+    with_hoses = f"{HAMMER_WITH_HOSES + '/':22} the same with the standard hoses"
+    write_readme(
+        folder,
+        title,
+        f"""\
+A refrigerant compressor on its rubber mounts, struck with a hammer at rest,
+then run from 1000 to 9000 1/min at two pressures, with the standard hoses and with long
+soft ones that have masses on them. Nobody measured this.
+
+SI units; time factor e^{{+jwt}}; complex peak amplitudes; phase from the tacho's pulse,
+once per revolution, when the rotor's mark is on the y axis. UFF: binary, data set 58;
+order spectra are type 0 over the frequency of rotation, with the tacho's speed; channels
+over time are type 1, with its pulses.
+
+operation.toml         names every other file; hoses as drawn, deviations
+{SENSORS:22} where the accelerometers stood in the sweeps
+{HAMMER + "/":22} hammer test without hoses: see its README.txt
+""",
+        [with_hoses] if plan.hammer_with_hoses else [],
+        "sweeps/                one file per sweep",
+        "truth/                 the exact values behind, for verification only",
+    )
+
+
+def _write_operation_truth(
+    folder: Path, running_rig: Operation, plan: OperationPlan, sweeps: Sequence[TrueSweep]
+) -> None:
+    """Write ``operation.json``, ``operation.npz`` and one ``.npz`` per sweep, but of no record.
+
+    ``<number>.npz`` of each sweep, from 0: ``frequency`` (f,) [Hz]; ``load`` of the source and
+    ``displacement`` at the virtual point (f, 6); ``apparent_mass`` (f, 6, 6) with mounts as they
+    were, hoses and the turning rotor; ``acceleration`` (f, n_channel) without noise; ``factors`` of
+    softening and ``amplitudes`` at the mounts (f, n_mount); with hoses ``hose_reaction``, their
+    load on the compressor at the virtual point (f, 6), and ``end_load``, their load on what holds
+    the other ends (f, 6 n_hose). ``operation.npz``: ``response_matrix`` (n_channel, 6).
+    """
+    folder.mkdir()
+    rig, source = running_rig.laboratory, running_rig.source
+    np.savez(folder / "operation.npz", response_matrix=rig.placed.response_rows(rig.sheet))
+    for number, sweep in enumerate(sweeps):
+        run = sweep.running
+        squared = ((2 * np.pi * sweep.frequency) ** 2)[:, None, None]
+        arrays: dict[str, Any] = {
+            "frequency": sweep.frequency,
+            "load": run.load,
+            "displacement": run.displacement,
+            "apparent_mass": -run.dynamic_stiffness / squared,
+            "acceleration": sweep.acceleration,
+            "factors": run.factors,
+            "amplitudes": run.amplitudes,
+        }
+        if sweep.hoses:
+            moved = run.displacement[:, :, None]
+            reaction = -(held_stiffness(sweep.hoses, sweep.frequency) @ moved)[:, :, 0]
+            at_ends = (end_loads(sweep.hoses, sweep.frequency) @ moved)[:, :, 0]
+            arrays |= {"hose_reaction": reaction, "end_load": at_ends}
+        np.savez(folder / f"{number}.npz", **arrays)
+    content = {
+        "case": plan.compressor.case.value,
+        "sweeps": [sweep.name for sweep in sweeps],
+        "sense": source.sense,
+        "static_unbalance_kg_m": source.static_unbalance,
+        "dynamic_unbalance_kg_m2": source.dynamic_unbalance,
+        "unbalances": [asdict(part) for part in source.unbalances],
+        "gas_force_n": source.gas_force,
+        "gas_moment_n_m": source.gas_moment,
+        "rotating_gas_force_n": source.rotating_gas_force,
+        "rotor_inertia_kg_m2": source.rotor_inertia,
+        "mount_storage": plan.mount_storage,
+        "mount_loss": plan.mount_loss,
+        "softening": plan.softening,
+        "flexible_receiver": plan.compressor.flexible_receiver,
+        "hose_case": plan.hoses.value,
+        "hoses": [
+            {
+                "name": hose.name,
+                "position": hose.position,
+                "direction": hose.direction,
+                **asdict(hose.beam),
+            }
+            for hose in rig.compressor.hoses
+        ],
+    }
+    write_json(folder / "operation.json", content)

@@ -1,4 +1,8 @@
-"""Electric cars: bodies where a compressor and its hoses meet them, and the pressure they make."""
+"""Electric cars: bodies where a compressor and its hoses meet them, and the pressure they make.
+
+A body is held at the places of one compressor: three mounts and two hose ends, six motions each,
+along the axes of the compressor.
+"""
 
 from __future__ import annotations
 
@@ -9,12 +13,12 @@ from typing import Any
 
 import numpy as np
 
-from deboom.arrays import ComplexArray, RealArray
+from deboom.arrays import AXES, ComplexArray, RealArray, checked
 from deboom.bench.compressor_operation import Source
 from deboom.bench.compressor_truth import COMPRESSOR_DATA, Compressor, Hose
-from deboom.bench.fleet import Body, Cabin, CavityMode
-from deboom.bench.frozen import freeze_arrays
+from deboom.bench.fleet import Body, Cabin, CavityMode, noise_transfer, receptance
 from deboom.bench.powertrain import read_data
+from deboom.bench.writing import check_seed
 from deboom.errors import InputError
 from deboom.physics.rigid_body import forward_matrices, rotation_matrix
 from deboom.physics.sound_level import spl
@@ -23,61 +27,6 @@ MOUNTS = ("mount 1", "mount 2", "mount 3")
 HOSES = ("hose 1", "hose 2")
 POINTS = (*MOUNTS, *HOSES)
 """Where the compressor and its hoses meet a body."""
-
-MOTIONS = ("x", "y", "z", "rx", "ry", "rz")
-
-
-@dataclass(frozen=True, eq=False)
-class ElectricCarBody:
-    """One electric car without its compressor.
-
-    Parameters
-    ----------
-    name : str
-        Such as ``EV-1``.
-    body : Body
-        Paths are the six motions of every one of `POINTS`: shapes of rotations in kg^-1/2/m, their
-        local stiffness in N m/rad.
-    cabin : Cabin
-    """
-
-    name: str
-    body: Body
-    cabin: Cabin
-
-    def noise_transfer(self, frequency: RealArray) -> ComplexArray:
-        """Find the pressure at the driver's ear per force and moment at every point.
-
-        Returns
-        -------
-        array, shape (f, 30)
-            [Pa/N], and [Pa/(N m)] for moments.
-        """
-        per_mode = self.cabin.pressure(frequency) @ self.body.shapes_at_panels.T
-        modal = per_mode * self.body.modal_receptance(frequency)
-        return np.asarray(modal @ self.body.shapes_at_paths)
-
-    def receptance(self, frequency: RealArray) -> ComplexArray:
-        """Find the motion of all points per load at all points: modes and local flexibility.
-
-        Returns
-        -------
-        array, shape (f, 30, 30)
-            [m/N, 1/N, 1/(N m)].
-        """
-        body, shapes = self.body, self.body.shapes_at_paths
-        modal = (shapes.T * body.modal_receptance(frequency)[:, None, :]) @ shapes
-        return np.asarray(modal + np.diag(1 / body.local_stiffness))
-
-
-def columns_of(points: tuple[str, ...], n_motion: int = len(MOTIONS)) -> list[int]:
-    """Return the places of some points' first motions among all motions of `POINTS`."""
-    return [
-        len(MOTIONS) * POINTS.index(point) + motion
-        for point in points
-        for motion in range(n_motion)
-    ]
-
 
 ELECTRIC_FLEET = "electric_fleet.json"
 
@@ -114,14 +63,43 @@ FREQUENCY_SPREAD, DAMPING_SPREAD, SHAPE_SPREAD = 0.02, 0.2, 0.2
 
 
 @dataclass(frozen=True, eq=False)
-class ElectricFleet:
-    """Electric cars that carry the same compressor.
+class ElectricCarBody:
+    """One electric car without its compressor.
 
     Parameters
     ----------
-    cars : mapping of str to ElectricCarBody
-        By their names, ``EV-1`` first.
+    name : str
+        Name, such as ``EV-1``.
+    body : Body
+        Body whose paths are the six motions of every one of `POINTS`: shapes of rotations in
+        kg^-1/2/m, their local stiffness in N m/rad.
+    cabin : Cabin
+        Air in the cabin.
     """
+
+    name: str
+    body: Body
+    cabin: Cabin
+
+    def noise_transfer(self, frequency: RealArray) -> ComplexArray:
+        """Find the pressure at the ear per load at every point, (f, 30) [Pa/N, Pa/(N m)]."""
+        return noise_transfer(self.body, self.cabin, frequency)
+
+    def receptance(self, frequency: RealArray) -> ComplexArray:
+        """Find the motion of all points per load at all points, (f, 30, 30) [m/N, 1/N, 1/(N m)]."""
+        return receptance(self.body, frequency)
+
+
+def columns_of(points: tuple[str, ...], n_motion: int = len(AXES)) -> list[int]:
+    """Return the places of some points' first motions among all motions of `POINTS`."""
+    return [
+        len(AXES) * POINTS.index(point) + motion for point in points for motion in range(n_motion)
+    ]
+
+
+@dataclass(frozen=True, eq=False)
+class ElectricFleet:
+    """Electric cars that carry the same compressor, by their names, ``EV-1`` first."""
 
     cars: Mapping[str, ElectricCarBody]
 
@@ -129,13 +107,7 @@ class ElectricFleet:
         object.__setattr__(self, "cars", MappingProxyType(dict(self.cars)))
 
     def car(self, name: str) -> ElectricCarBody:
-        """Return a car by its name.
-
-        Raises
-        ------
-        InputError
-            No such car.
-        """
+        """Return a car by its name; any other name is refused."""
         if name not in self.cars:
             raise InputError(f"there is no car '{name}' in the fleet: use {', '.join(self.cars)}")
         return self.cars[name]
@@ -169,11 +141,7 @@ def draw_fleet(seed: int) -> ElectricFleet:
     Parameters
     ----------
     seed : int
-        From 1. The frozen fleet is the draw of seed 20261121, rounded to nine digits.
-
-    Returns
-    -------
-    ElectricFleet
+        Seed, from 1. The frozen fleet is the draw of 20261121, rounded to nine digits.
 
     Raises
     ------
@@ -187,8 +155,7 @@ def draw_fleet(seed: int) -> ElectricFleet:
     hoses follow it in part. One factor on all shapes at the points gives the first car the median
     `LEVEL`.
     """
-    if seed < 1:
-        raise InputError(f"seed {seed} is refused: seeds are whole numbers from 1")
+    check_seed(seed)
     data, generator = read_data(ELECTRIC_FLEET), np.random.default_rng(seed)
     cabin, n_mode = _cabin(data), NOMINAL_FREQUENCIES.size
     at_points = _draw_shapes(generator)
@@ -204,15 +171,11 @@ def draw_fleet(seed: int) -> ElectricFleet:
         damping = NOMINAL_DAMPING * np.exp(generator.normal(0, DAMPING_SPREAD, n_mode))
         own_points = spread(at_points) if cars else at_points
         own_panels = spread(at_panels) if cars else at_panels
+        body = Body(frequencies, damping, own_points, own_panels, _local_stiffness(data))
         if not cars:
-            scale = LEVEL / _median_level(
-                ElectricCarBody(
-                    name,
-                    Body(frequencies, damping, at_points, at_panels, _local_stiffness(data)),
-                    cabin,
-                )
-            )
-        body = Body(frequencies, damping, scale * own_points, own_panels, _local_stiffness(data))
+            at_mounts = noise_transfer(body, cabin, LEVEL_LINES)[:, columns_of(MOUNTS, 3)]
+            scale = LEVEL / float(np.median(np.abs(at_mounts)))
+        body = replace(body, shapes_at_paths=scale * own_points)
         cars[name] = ElectricCarBody(name, body, cabin)
     return ElectricFleet(cars)
 
@@ -233,6 +196,7 @@ def point_positions() -> dict[str, RealArray]:
 
 
 def _cabin(data: Mapping[str, Any]) -> Cabin:
+    """Return the air in the cabin of the frozen data."""
     return Cabin(
         bulk_modulus=data["rho_c2_Pa"],
         volume=data["cabin_volume_m3"],
@@ -250,13 +214,9 @@ def _cabin(data: Mapping[str, Any]) -> Cabin:
 
 
 def _local_stiffness(data: Mapping[str, Any]) -> RealArray:
+    """Return the local stiffness of all motions at all points, shape (30,)."""
     translation = data["local_stiffness_N_per_m"]
     return np.tile(np.repeat([translation, translation * PATCH_RADIUS**2], 3), len(POINTS))
-
-
-def _median_level(car: ElectricCarBody) -> float:
-    transfer = car.noise_transfer(LEVEL_LINES)[:, columns_of(MOUNTS, 3)]
-    return float(np.median(np.abs(transfer)))
 
 
 def _draw_shapes(generator: np.random.Generator) -> RealArray:
@@ -278,24 +238,28 @@ def _draw_shapes(generator: np.random.Generator) -> RealArray:
     return np.concatenate(blocks, axis=1)
 
 
-@dataclass(frozen=True, eq=False)
+@checked(
+    frequency="f",
+    load="f 6",
+    displacement="f 6",
+    body_motion="f motion",
+    body_load="f motion",
+    pressure="f",
+)
 class CarRun:
     """Everything that happens in the car while the compressor runs, complex peak amplitudes.
 
     Parameters
     ----------
     frequency : array, shape (f,)
-        Of the rotation [Hz].
-    load : array, shape (f, 6)
-        Of the source on the compressor, at its virtual point [N, N m].
-    displacement : array, shape (f, 6)
-        Of the compressor at its virtual point [m, rad].
-    body_motion : array, shape (f, 30)
-        Of the body at every point, six motions each [m, rad].
-    body_load : array, shape (f, 30)
-        On the body there [N, N m].
+        Frequency of the rotation [Hz].
+    load, displacement : array, shape (f, 6)
+        Load of the source on the compressor, and its displacement, at its virtual point [N, N m],
+        [m, rad].
+    body_motion, body_load : array, shape (f, 30)
+        Motion of the body at every point, six motions each, and load on it [m, rad], [N, N m].
     pressure : array, shape (f,)
-        At the driver's ear [Pa].
+        Pressure at the driver's ear [Pa].
     """
 
     frequency: RealArray
@@ -305,17 +269,14 @@ class CarRun:
     body_load: ComplexArray
     pressure: ComplexArray
 
-    def __post_init__(self) -> None:
-        freeze_arrays(self)
-
     @property
     def mount_force(self) -> ComplexArray:
-        """On the body at the mounts, x, y, z of each, shape (f, 9) [N]."""
+        """Force on the body at the mounts, x, y, z of each, shape (f, 9) [N]."""
         return np.asarray(self.body_load[:, columns_of(MOUNTS, 3)])
 
     @property
     def hose_load(self) -> ComplexArray:
-        """On the body at the ends of the hoses, six of each, shape (f, 12) [N, N m]."""
+        """Load on the body at the ends of the hoses, six of each, shape (f, 12) [N, N m]."""
         return np.asarray(self.body_load[:, columns_of(HOSES)])
 
 
@@ -332,21 +293,17 @@ def run_car(
     Parameters
     ----------
     car : ElectricCarBody
-        Trimmed, without the compressor.
+        Trimmed body without the compressor.
     compressor : Compressor
-        Rigid, on mounts that do not soften; its own hoses are left alone.
+        Rigid compressor on mounts that do not soften; its own hoses are left alone.
     source : Source
-        In the compressor, gyroscopic moment of the rotor included.
+        Loads from inside, gyroscopic moment of the rotor included.
     frequency : array, shape (f,)
-        Of the rotation, above 0 [Hz].
+        Frequency of the rotation, above 0 [Hz].
     hoses : sequence of Hose
-        To the hose ends of the body; none where long soft hoses cut these paths.
+        Hoses to the hose ends of the body; none where long soft hoses cut these paths.
     gas_factor : float
-        On the gas forces [1].
-
-    Returns
-    -------
-    CarRun
+        Factor on the gas forces [1].
 
     Raises
     ------
@@ -428,7 +385,7 @@ class _Side:
 
     @property
     def n_joint(self) -> int:
-        """Of the compressor's six motions and the body's touched ones."""
+        """Number of the compressor's six motions and the body's touched ones."""
         return 6 + len(self.columns)
 
 
@@ -512,18 +469,18 @@ HOSE_BAND = (90.0, 140.0)
 """Where the thesis hears its hoses [Hz]."""
 
 
-@dataclass(frozen=True, eq=False)
+@checked(frequency="f", soft="car f", standard="car f")
 class HoseGain:
     """Pressure at the driver's ear of every car, with and without the path through the hoses.
 
     Parameters
     ----------
     frequency : array, shape (f,)
-        Of the rotation [Hz].
+        Frequency of the rotation [Hz].
     names : tuple of str
-        Of the cars.
+        Names of the cars.
     soft, standard : array, shape (n_car, f)
-        With long soft hoses and with the car's own ones [Pa].
+        Pressure with long soft hoses and with the car's own ones [Pa].
     """
 
     frequency: RealArray
@@ -531,21 +488,12 @@ class HoseGain:
     soft: ComplexArray
     standard: ComplexArray
 
-    def __post_init__(self) -> None:
-        freeze_arrays(self)
-
     def line_gain(self) -> RealArray:
         """Level with hoses minus level without, shape (n_car, f) [dB]."""
         return np.asarray(20 * np.log10(np.abs(self.standard) / np.abs(self.soft)))
 
     def band_gain(self, band: tuple[float, float] = HOSE_BAND) -> RealArray:
-        """Return the level of the A-weighted energy in a band with hoses minus that without.
-
-        Returns
-        -------
-        array, shape (n_car,)
-            [dB].
-        """
+        """Return the A-weighted level in a band with hoses minus without, shape (n_car,) [dB]."""
         inside = (self.frequency >= band[0]) & (self.frequency <= band[1])
         lines = self.frequency[inside]
         with_hoses, without = (
@@ -563,15 +511,7 @@ def hose_gain(
     frequency: RealArray = LINES,
     gas_factor: float = 1.0,
 ) -> HoseGain:
-    """Run one compressor in every car of a fleet, with hoses and without.
-
-    Parameters
-    ----------
-    fleet : ElectricFleet
-        Its cars.
-    compressor, source, hoses, frequency, gas_factor
-        As in `deboom.bench.electric_car.run_car`.
-    """
+    """Run one compressor in every car of a fleet, with hoses and without, as in `run_car`."""
     soft, standard = (
         np.array(
             [

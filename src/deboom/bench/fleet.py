@@ -27,17 +27,7 @@ LOWEST_DAMPING = 0.01
 
 @checked(panel_shape="panel")
 class CavityMode:
-    """One acoustic mode of a cabin.
-
-    Parameters
-    ----------
-    frequency, damping_ratio : float
-        [Hz], [1].
-    panel_shape : array, shape (n_panel,)
-        Mode shape at the panels [1].
-    ear_shape : float
-        Mode shape at the driver's ear [1].
-    """
+    """One mode of a cabin: frequency [Hz], damping ratio and shapes at panels and ear [1]."""
 
     frequency: float
     damping_ratio: float
@@ -67,12 +57,7 @@ class Cabin:
     modes: tuple[CavityMode, ...]
 
     def pressure(self, frequency: RealArray) -> ComplexArray:
-        """Return the pressure at the driver's ear per displacement of each panel.
-
-        Returns
-        -------
-        array, shape (f, n_panel)
-            [Pa/m].
+        """Return the pressure at the ear per displacement of each panel, (f, n_panel) [Pa/m].
 
         Notes
         -----
@@ -130,13 +115,7 @@ def noise_transfer(body: Body, cabin: Cabin, frequency: RealArray) -> ComplexArr
 
 
 def receptance(body: Body, frequency: RealArray) -> ComplexArray:
-    """Find the displacement of a body at its paths per force at its paths.
-
-    Returns
-    -------
-    array, shape (f, n_path, n_path)
-        Modes and local flexibility [m/N].
-    """
+    """Find the displacement at the paths per force at the paths, (f, n_path, n_path) [m/N]."""
     shapes = body.shapes_at_paths
     modal = (shapes.T * body.modal_receptance(frequency)[:, None, :]) @ shapes
     return np.asarray(modal + np.diag(1 / body.local_stiffness))
@@ -144,16 +123,9 @@ def receptance(body: Body, frequency: RealArray) -> ComplexArray:
 
 @dataclass(frozen=True, eq=False)
 class BenchFleet:
-    """Bodies of one platform and the air they enclose.
+    """Bodies of one platform, by names such as ``U06-1``, and the air that all of them enclose.
 
-    Parameters
-    ----------
-    paths : tuple of str
-        Forces into the body, such as ``TSM x``; ``Du x`` stands for both sides in phase.
-    cabin : Cabin
-        Air, the same in all vehicles.
-    bodies : mapping of str to Body
-        Vehicle name ``<group>-<number>`` to its body.
+    Paths are the forces into the body, such as ``TSM x``; ``Du x`` stands for both sides in phase.
     """
 
     paths: tuple[str, ...]
@@ -228,13 +200,9 @@ def load_fleet(seed: int) -> BenchFleet:
 
 
 def draw_fleet(seed: int) -> dict[str, Body]:
-    """Draw a fleet from the prior.
+    """Draw a fleet from the prior: vehicle name, such as ``U06-1``, to its body.
 
-    Returns
-    -------
-    dict of str to Body
-        Vehicle name, such as ``U06-1``, to its body; the last vehicle of the first group carries
-        the high-voltage battery.
+    The last vehicle of the first group carries the high-voltage battery.
     """
     prior = read_data("body_prior.json")
     generator = np.random.default_rng(seed)

@@ -107,12 +107,7 @@ def local_flexibility(body: Body) -> RealArray:
 def point_shapes(body: Body, rows: tuple[RealArray, ...]) -> RealArray:
     """Return what channels around the interfaces see of the modes, shape (n_mode, n_channel).
 
-    Parameters
-    ----------
-    body : Body
-        The body.
-    rows : tuple of array, shape (n_channel, 6)
-        Per interface: motion at the virtual point → channels.
+    Rows are, per interface, motion at the virtual point → channels, shape (n_channel, 6).
     """
     shapes = interface_shapes(body)
     return np.hstack([shapes[:, k] @ forward.T for k, forward in enumerate(rows)])
@@ -126,19 +121,10 @@ def point_receptance(
 ) -> ComplexArray:
     """Find the displacement at channels around the interfaces per force at others.
 
-    Parameters
-    ----------
-    body : Body
-        The body.
-    frequency : array, shape (f,)
-        [Hz].
-    responses, forces : tuple of array, shape (n_channel, 6)
-        Per interface: motion at the virtual point → channels.
-
     Returns
     -------
     array, shape (f, n_response, n_force)
-        [m/N].
+        Channels as in `point_shapes` [m/N].
     """
     modal = body.modal_receptance(frequency)
     seen, pushed = point_shapes(body, responses), point_shapes(body, forces)

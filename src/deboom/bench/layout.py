@@ -128,18 +128,9 @@ class Place:
 
 @checked(position="3", offset="3")
 class PushPlace:
-    """A push of the shaker beside the virtual point of a mount.
+    """A push of the shaker along an axis beside the virtual point of a mount.
 
-    Parameters
-    ----------
-    name, mount : str
-        Names, such as ``P1`` and ``TSM``.
-    node : int
-        Node in the UFF files.
-    position, offset : array, shape (3,)
-        Position from the true centre of gravity, and from the virtual point [m].
-    axis : int
-        Axis along which it pushes.
+    Position from the true centre of gravity, and offset from the virtual point, shape (3,) [m].
     """
 
     name: str

@@ -25,14 +25,8 @@ NEWTON_STEPS = 500
 class Stage:
     """A stop that comes in softly.
 
-    Parameters
-    ----------
-    onset : float
-        Deflection at which half of the stage's stiffness acts; its sign is the side [m].
-    width : float
-        Deflection over which the stage comes in [m].
-    stiffness : float
-        Stiffness added beyond the onset [N/m].
+    Half of its stiffness [N/m] acts at the onset, whose sign is the side, and it comes in over a
+    width of the deflection [m].
     """
 
     onset: float
@@ -44,12 +38,8 @@ class Stage:
 class FluidBranch:
     """The fluid track of a hydromount.
 
-    Parameters
-    ----------
-    stiffness_ratio : float
-        Dynamic stiffness added above the track's resonance, per elastic stiffness [1].
-    frequency, damping_ratio : float
-        Resonance and damping of the fluid column [Hz], [1].
+    Dynamic over elastic stiffness above the resonance of the fluid column [1]; resonance [Hz] and
+    damping ratio [1].
     """
 
     stiffness_ratio: float
@@ -235,19 +225,14 @@ def static_forces(body: SuspendedBody, deflection: RealArray) -> RealArray:
 
 
 def static_deflection(body: SuspendedBody, load: RealArray) -> RealArray:
-    """Find the static deflection of every direction under a load at the body's origin.
+    """Find the static deflection of every direction from the unloaded one, (f, n_direction) [m].
 
     Parameters
     ----------
     body : SuspendedBody
         Body and mounts.
     load : array, shape (f, n_dof)
-        Static load, one row per line [N, N m].
-
-    Returns
-    -------
-    array, shape (f, n_direction)
-        Deflection from the unloaded position [m].
+        Static load at the body's origin, one row per line [N, N m].
 
     Raises
     ------
@@ -278,14 +263,10 @@ def static_deflection(body: SuspendedBody, load: RealArray) -> RealArray:
 
 
 def play_operator(deflection: RealArray, half_width: float) -> RealArray:
-    """Follow the deflection that the rubber remembers, with a hysteresis play.
+    """Follow the deflection that the rubber remembers, with a hysteresis play [m].
 
-    Parameters
-    ----------
-    deflection : array, shape (t, n_direction)
-        Deflection in the order of time, from rest at zero [m].
-    half_width : float
-        Lag behind a rising deflection, and lead over a falling one [m].
+    The deflection (t, n_direction) is in the order of time, from rest at zero; the memory lags
+    behind a rising one, and leads over a falling one, by half of the play's width.
     """
     remembered = np.empty_like(deflection)
     state = np.zeros(deflection.shape[1])
@@ -298,7 +279,7 @@ def play_operator(deflection: RealArray, half_width: float) -> RealArray:
 def operating_stiffness(
     body: SuspendedBody, deflection: RealArray, amplitude: RealArray, frequency: RealArray
 ) -> ComplexArray:
-    """Evaluate the dynamic stiffness of every direction at an operating point.
+    """Evaluate the complex dynamic stiffness of every direction, (f, n_direction) [N/m].
 
     Parameters
     ----------
@@ -308,11 +289,6 @@ def operating_stiffness(
         Static deflection the rubber remembers, and peak displacement amplitude [m].
     frequency : array, shape (f,)
         [Hz].
-
-    Returns
-    -------
-    array, shape (f, n_direction)
-        Complex dynamic stiffness [N/m].
 
     Notes
     -----

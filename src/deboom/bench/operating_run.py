@@ -177,16 +177,8 @@ def steady_state(
 ) -> BodyState:
     """Find the steady state of a body whose mounts feel preload and amplitude.
 
-    Parameters
-    ----------
-    body : SuspendedBody
-        Body and mounts.
-    static_load : array, shape (f, n_dof)
-        Static load in the order of time, from rest [N, N m].
-    load : array, shape (f, n_dof)
-        Complex peak amplitudes of the dynamic load [N, N m].
-    frequency : array, shape (f,)
-        [Hz].
+    Static load in the order of time, from rest, and complex peak amplitudes of the dynamic load,
+    each (f, n_dof) [N, N m].
 
     Notes
     -----
@@ -225,21 +217,8 @@ def operate(
 ) -> OperatingRun:
     """Run the bench in one gear with a given torque at every line of the engine order.
 
-    Parameters
-    ----------
-    bench : VirtualBench
-        Bench with its mount set.
-    gear : int
-        Gear, from 1.
-    engine_torque : array, shape (f,)
-        Engine torque in the order of time, which is that of rising speed [N m].
-    frequency : array, shape (f,)
-        Frequency of the dominant order [Hz].
-
-    Raises
-    ------
-    InputError
-        No such gear.
+    The engine torque (f,) [N m] is in the order of time, which is that of rising speed. A gear that
+    does not exist is refused.
     """
     ratio = total_ratio(bench, gear)
     order_torque = bench.order_torque.torque(
@@ -271,19 +250,8 @@ def full_load_run(
 def true_run(bench: VirtualBench, planned: PlannedRun, frequency: RealArray) -> OperatingRun:
     """Run the bench as planned, in either direction of the speed.
 
-    Parameters
-    ----------
-    bench : VirtualBench
-        Bench with its mount set.
-    planned : PlannedRun
-        Gear, torque, direction.
-    frequency : array, shape (f,)
-        Increasing frequency of the dominant order, whichever way the speed goes [Hz].
-
-    Raises
-    ------
-    InputError
-        No such gear.
+    The frequency of the dominant order (f,) [Hz] increases, whichever way the speed goes. A gear
+    that does not exist is refused.
     """
     torque = np.full(frequency.shape, planned.torque)
     if planned.full_load:

@@ -93,12 +93,8 @@ class OrderTorque:
 class FullLoadRamp:
     """Engine torque over a run-up with wide open throttle.
 
-    Parameters
-    ----------
-    start, scale : float
-        Speed at which, and scale over which, the torque builds up [rpm].
-    natural_torque, exponent : float
-        Torque the charge would reach [N m] and exponent of its build-up [1].
+    Speed at which, and scale over which, it builds up [rpm]; torque the charge would reach [N m],
+    and exponent of its build-up [1].
     """
 
     start: float
@@ -276,16 +272,9 @@ def load_bench() -> VirtualBench:
 def load_second_engine() -> VirtualBench:
     """Put a second engine on the bench: four cylinders, order 2, with inertia.
 
-    Returns
-    -------
-    VirtualBench
-        Mass, mount positions, gears and excitation of ``data/second_engine.json``; mounts and
-        wheel ends as drawn for the virtual platform.
-
-    Notes
-    -----
-    Whoever knows the mounts, and measures the motion of this powertrain, must find its forces: the
-    mounts do not know what they carry.
+    Mass, mount positions, gears and excitation are those of ``data/second_engine.json``; mounts and
+    wheel ends are as drawn for the virtual platform. Whoever knows the mounts, and measures the
+    motion of this powertrain, must find its forces: the mounts do not know what they carry.
     """
     data, bench = read_data("second_engine.json"), load_bench()
     positions = np.array([data["mount_position_m"][name] for name in bench.mount_names])

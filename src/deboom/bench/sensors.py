@@ -132,13 +132,7 @@ class Instrumentation:
 
 @checked(displacement="f c", force="f c")
 class MeasuredRun:
-    """Measured spectra at the virtual points, in the channels of the operating run.
-
-    Parameters
-    ----------
-    displacement, force : array, shape (f, n_channel)
-        [m], [N].
-    """
+    """Measured displacement [m] and force [N] at the virtual points, in the true channels."""
 
     displacement: ComplexArray
     force: ComplexArray
@@ -180,13 +174,7 @@ def draw_instrumentation(
 def sensitivity_matrices(
     gain: float, cross: float, n_sensor: int, generator: np.random.Generator
 ) -> RealArray:
-    """Draw gains on the diagonal and cross-axis sensitivity, uniform within ±, beside it.
-
-    Returns
-    -------
-    array, shape (n_sensor, 3, 3)
-        Output of each axis of a sensor per input along each axis [1].
-    """
+    """Draw gains on the diagonal, and uniform cross-axis sensitivity beside it, (n, 3, 3)."""
     diagonal = np.eye(3) * (1 + generator.normal(0, gain, (n_sensor, 1, 3)))
     beside = cross * generator.uniform(-1, 1, (n_sensor, 3, 3)) * (1 - np.eye(3))
     return np.asarray(diagonal + beside)
@@ -199,17 +187,6 @@ def measured_run(
     generator: np.random.Generator,
 ) -> MeasuredRun:
     """Record one run with the bench's sensors and refer the channels to the virtual points.
-
-    Parameters
-    ----------
-    instrumentation : Instrumentation
-        Sensors of the bench.
-    run : OperatingRun
-        The truth.
-    budget : ErrorBudget
-        Noise and the flexibility of the bench.
-    generator : Generator
-        Source of the noise.
 
     Notes
     -----
@@ -277,16 +254,9 @@ def measured_noise_transfer(
 
 @checked(inertia="3 3", centre_error="3")
 class DataSheet:
-    """What a data sheet states about the powertrain.
+    """What a data sheet states: mass [kg], and inertia about the centre of gravity [kg m²].
 
-    Parameters
-    ----------
-    mass : float
-        [kg].
-    inertia : array, shape (3, 3)
-        Inertia about the centre of gravity [kg m²].
-    centre_error : array, shape (3,)
-        True centre of gravity from the stated one [m]; every stated position is off by it.
+    Every stated position is off by the error of the centre: the true one from the stated one [m].
     """
 
     mass: float

@@ -39,11 +39,6 @@ def order_noise(
     generator : Generator
         Source of the noise.
 
-    Returns
-    -------
-    array, shape (f, n_channel)
-        Complex noise [unit of `signal`].
-
     Notes
     -----
     Neighbouring lines share part of their time window, hence the weights 1/2, 1, 1/2.
@@ -73,14 +68,8 @@ def rotations(
 ) -> ComplexArray:
     """Return the sum of an order and others that ride on it over the angle, shape (n_sample,) [1].
 
-    Parameters
-    ----------
-    angle : array, shape (n_sample,)
-        Angle of the revolution, zero at the first pulse [rad].
-    order : float
-        Order of amplitude 1.
-    others : iterable of (order, share, phase)
-        Amplitude per amplitude of the first order [1], and phase against it [rad].
+    The angle of the revolution is zero at the first pulse [rad]; others are (order, amplitude per
+    amplitude of the first order [1], phase against it [rad]).
     """
     total = np.exp(1j * order * angle)
     for other, share, phase in others:
@@ -102,14 +91,10 @@ def over_time(
     ----------
     steady : (array, shape (n_grid,), array, shape (n_grid, n_channel))
         Speeds, and the order spectra there.
-    speed : array, shape (n_sample,)
-        Speed over time, in the unit of the grid.
-    turning : array, shape (n_sample,)
-        As `rotations` returns them.
-    floor : float
-        Deviation of a complex order spectrum of each channel.
-    rate : float
-        Samples per second [Hz].
+    speed, turning : array, shape (n_sample,)
+        Speed over time, in the unit of the grid, and `rotations`.
+    floor, rate : float
+        Deviation of a complex order spectrum of each channel, and samples per second [Hz].
     generator : Generator, optional
         Source of the noise; without it, there is none.
 
@@ -127,14 +112,8 @@ def over_time(
 def tacho_pulses(periods: RealArray, edge: RealArray, share: float) -> RealArray:
     """Return one smooth pulse per tacho period; the middle of its rising edge is at its start.
 
-    Parameters
-    ----------
-    periods : array, shape (n_sample,)
-        Tacho periods so far [1].
-    edge : array, shape (n_sample,)
-        Width of a pulse's edges in periods [1].
-    share : float
-        Share of a period that its pulse takes [1].
+    Over the periods so far (n_sample,) [1]; width of the edges and share of the pulse in periods
+    [1].
     """
     within = np.mod(periods + 0.5, 1.0) - 0.5
     return np.asarray(expit(within / edge) * expit((share - within) / edge))

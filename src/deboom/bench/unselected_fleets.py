@@ -47,17 +47,7 @@ class FleetFigures:
 
 @dataclass(frozen=True)
 class Rate:
-    """How often one phenomenon shows in unselected fleets.
-
-    Parameters
-    ----------
-    phenomenon : str
-        Phenomenon in words.
-    rate, standard_error : float
-        Share of the fleets, and its standard error [1].
-    n_fleets : int
-        Fleets drawn.
-    """
+    """How often one phenomenon shows in some unselected fleets, with its standard error [1]."""
 
     phenomenon: str
     rate: float
@@ -69,16 +59,8 @@ class Rate:
 class UnselectedFleets:
     """Drawn fleets, none of them chosen.
 
-    Parameters
-    ----------
-    platform : str
-        Name of the bench's platform, whose figures these are to be held against.
-    alike : tuple of str
-        Vehicles of the first group without the one with the battery.
-    battery : str
-        The vehicle with the battery.
-    fleets : tuple of FleetFigures
-        Figures of each draw.
+    The platform is the one whose figures these are to be held against; alike are the vehicles of
+    the first group without the one with the battery.
     """
 
     platform: str

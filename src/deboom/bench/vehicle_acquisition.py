@@ -47,20 +47,10 @@ BODY_SENSOR_ANGLES = ((0.0, 0.0, 0.0), (0.0, 0.0, 90.0), (180.0, 0.0, 0.0))
 
 @checked(position="3")
 class ImpactPlace:
-    """One blow of the hammer.
+    """One blow of the hammer, such as ``I3 y``, around a virtual point.
 
-    Parameters
-    ----------
-    name : str
-        Name, such as ``I3 y``.
-    point : Point
-        Virtual point around which it lies.
-    node : int
-        Node of the struck place in the UFF files.
-    direction : str
-        Direction of a positive force, such as ``-y``.
-    position : array, shape (3,)
-        Position from the powertrain's centre of gravity [m].
+    A positive force has a direction, such as ``-y``; the position (3,) counts from the powertrain's
+    centre of gravity [m].
     """
 
     name: str
@@ -257,27 +247,14 @@ def strike(
     errors: AcquisitionErrors,
     generator: np.random.Generator,
 ) -> tuple[ComplexArray, ComplexArray]:
-    """Acquire with the hammer: pressure at the ears, acceleration on the body.
-
-    Parameters
-    ----------
-    setup : Setup
-        True places and gains.
-    body, cabin
-        The trimmed body without its powertrain, and its air.
-    frequency : array, shape (f,)
-        [Hz].
-    errors : AcquisitionErrors
-        Levels of the noise; the other errors are in the setup.
-    generator : Generator
-        Source of the noise.
+    """Acquire with the hammer on the trimmed body without its powertrain.
 
     Returns
     -------
     pressure : array, shape (f, n_ear, n_impact)
-        [Pa/N].
+        Pressure at the ears [Pa/N].
     acceleration : array, shape (f, n_channel, n_impact)
-        In sensor axes [m/s² per N].
+        Acceleration on the body in sensor axes [m/s² per N].
     """
     receptance = point_receptance(body, frequency, setup.sensor_rows, setup.impact_rows)
     acceleration = -((2 * np.pi * frequency) ** 2)[:, None, None] * receptance / setup.hammer
@@ -402,20 +379,7 @@ def blows(
     plan: BlowPlan,
     generator: np.random.Generator,
 ) -> tuple[RealArray, RealArray]:
-    """Record force and pressure at the ears of some blows.
-
-    Parameters
-    ----------
-    setup : Setup
-        True places and gains.
-    body, cabin
-        Body and air of the vehicle.
-    columns : list of int
-        Indices of the blows in `impact_places`.
-    plan : BlowPlan
-        Hits and recorder.
-    generator : Generator
-        Source of the hits and the noise.
+    """Record the blows of some columns of `impact_places` over time.
 
     Returns
     -------
@@ -457,10 +421,7 @@ def write_blows(
 ) -> None:
     """Write the blows around one mount or piece, such as ``Du left``, as a hammer test.
 
-    Raises
-    ------
-    InputError
-        No such point.
+    A point that does not exist is refused.
     """
     columns = [k for k, place in enumerate(impact_places(bench)) if place.point.name == point]
     if not columns:

@@ -413,12 +413,9 @@ def _write_run(
 
 
 def road_acceleration(bench: VirtualBench, setup: Setup, run: CoupledRun) -> ComplexArray:
-    """Return what all accelerometers show of a run, without noise.
+    """Return what all accelerometers show of a run, without noise, (f, n_channel) [m/s²].
 
-    Returns
-    -------
-    array, shape (f, n_channel)
-        Source side, then body side, in sensor axes [m/s²]. Sensors on the source side are exact.
+    Source side, then body side, in sensor axes; sensors on the source side are exact.
     """
     places = accelerometer_places(bench)
     on_powertrain = [place.position for place in places if place.point.mount in bench.mount_names]

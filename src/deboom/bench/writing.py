@@ -61,18 +61,9 @@ def function(
     reference: Dof | None,
     *id_lines: str,
 ) -> UffFunction:
-    """Return a function at a response, over a reference where it has one.
+    """Return a function (n,) in SI at a response, over a reference where it has one.
 
-    Parameters
-    ----------
-    kind : int
-        UFF function type; a coherence states no unit, but is that of its two channels.
-    abscissa, values : array, shape (n,)
-        In SI.
-    response, reference : Dof
-        Degrees of freedom.
-    *id_lines : str
-        Lines of text.
+    A coherence states no unit, but is that of its two channels.
     """
     over = reference if reference is not None and kind != COHERENCE else None
     return UffFunction(
@@ -134,6 +125,10 @@ def write_readme(folder: Path, title: str, *blocks: str | Iterable[str]) -> None
 
 
 def write_json(path: Path, content: dict[str, Any]) -> None:
-    """Write a truth as JSON, arrays as lists."""
-    text = json.dumps(content, indent=1, default=lambda array: array.tolist())
-    replace_text(path, text + "\n")
+    """Write a truth as JSON: arrays as lists, complex numbers as pairs."""
+    replace_text(path, json.dumps(content, indent=1, default=_plain) + "\n")
+
+
+def _plain(value: Any) -> Any:
+    """Return what JSON has of an array or a complex number."""
+    return [value.real, value.imag] if isinstance(value, complex) else value.tolist()

@@ -27,9 +27,9 @@ from threadpoolctl import threadpool_limits
 import kernel
 import kernel_coupled
 from deboom.arrays import RealArray
-from deboom.explore.problems import nsga2
 from deboom.explore.robust import RobustResponse
 from deboom.explore.scatter import sobol_sample
+from deboom.explore.search import nsga2
 from deboom.explore.space import DesignSpace, Evaluate, stiffness_factor_space
 from deboom.vehicles.kernel_numba import NUMBA, NUMBA_COUPLED
 from deboom.vehicles.kernel_numpy import NUMPY

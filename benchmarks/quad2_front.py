@@ -1,7 +1,7 @@
 """Does a search that is killed and resumed find the front of one that is not?
 
-NSGA-II on QUAD2, a robust problem with a known front. It takes a second or two, with a state every
-five generations: long enough to be killed in, short enough for a campaign of kills.
+NSGA-II on QUAD2, a robust problem with a known front. It takes a second or two: long enough
+to be killed in, short enough for a campaign of kills.
 
 Key of summary.json: n_evaluated (designs).
 """
@@ -12,16 +12,16 @@ from typing import Annotated
 import pandas as pd
 from typer import Option
 
-from deboom.explore.known_truth import quad2
-from deboom.explore.problems import nsga2
 from deboom.explore.robust import RobustResponse
 from deboom.explore.scatter import sobol_sample
+from deboom.explore.search import nsga2
 from deboom.explore.space import stiffness_factor_space
 from deboom.explore.workers import workers_for
 from deboom.report.page import Page
 from deboom.study.progress import progress_bar
 from deboom.study.result import RunContext, StudyResult
 from deboom.study.runner import run_script
+from known_truth import quad2
 
 
 def main(

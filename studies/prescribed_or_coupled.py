@@ -25,7 +25,7 @@ from typer import Option
 from deboom import plot
 from deboom.arrays import RealArray
 from deboom.errors import InputError
-from deboom.explore.doe import SobolDesigns
+from deboom.explore.doe import sobol_designs
 from deboom.explore.front import pareto_front, verify
 from deboom.explore.robust import RobustResponse, RobustValues
 from deboom.explore.scatter import sobol_sample
@@ -57,7 +57,7 @@ class Options:
     seed: Seed = 1
     search: ThoroughSearchOptions = ThoroughSearchOptions(polish=True)
     samples: Annotated[int, Option(help="Tolerance draws per design; a power of two.")] = 128
-    designs: Annotated[int, Option(help="Designs to compare, within ±15 %.")] = 256
+    designs: Annotated[int, Option(help="Designs to compare, a power of two, within ±15 %.")] = 256
     platform: PlatformOptions = PlatformOptions(mounts=MountSource.library_inside)
     truth: Annotated[Motion, Option(help="Motion that judges.")] = Motion.coupled
 
@@ -293,7 +293,7 @@ def same_designs(runs: Operation, place: int, options: Options) -> SameDesigns:
     indices = options.indices(alone)
     index = indices[options.truth]
     space = stiffness_factor_space(index.variable_names, half_width=COMPARED)
-    points = SobolDesigns(space, options.designs, options.seed).part(0, options.designs)
+    points = sobol_designs(space, options.designs, seed=options.seed)
     designs = np.vstack([space.nominal, points])
     changes = []
     for motion in indices:

@@ -29,17 +29,7 @@ from typer import Option
 from deboom import plot
 from deboom.arrays import RealArray
 from deboom.errors import InputError
-from deboom.explore.box import (
-    Box,
-    BoxQuestion,
-    CutNormalParts,
-    PartLaw,
-    UniformParts,
-    VerifiedShare,
-    box_sample,
-    face_shares,
-    verified_share,
-)
+from deboom.explore.box import Box, BoxQuestion, PartLaw, VerifiedShare, face_shares, verified_share
 from deboom.explore.largest_box import (
     BisectionBox,
     BoxEffort,
@@ -53,11 +43,11 @@ from deboom.explore.largest_box import (
     trade_off,
     volume_ratio,
 )
-from deboom.explore.problems import nsga2
 from deboom.explore.robust import RobustResponse
 from deboom.explore.scatter import sobol_sample
+from deboom.explore.search import nsga2
 from deboom.explore.selection import pick, variables_without_effect
-from deboom.explore.space import DesignSpace
+from deboom.explore.space import DesignSpace, sobol_points
 from deboom.files.acceptance import AcceptanceBox, BoxResponse, BoxVariable, box_document
 from deboom.measurement.uncertainty import Interval, pivotal_interval
 from deboom.mounts.mount import mean_operating_stiffness
@@ -103,7 +93,7 @@ class Law(Enum):
     """Normal, with the ends three standard deviations off the middle."""
 
 
-_LAWS: dict[Law, PartLaw] = {Law.uniform: UniformParts(), Law.normal: CutNormalParts()}
+_LAWS: dict[Law, PartLaw] = {Law.uniform: PartLaw.UNIFORM, Law.normal: PartLaw.NORMAL}
 
 
 @dataclass(frozen=True)
@@ -202,7 +192,7 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
     }
     report.facts |= {
         "kernel": study.index.kernel.name,
-        "law": asked.law.name,
+        "law": asked.law.value,
         "verification_parts": check.n_parts,
     }
     report.inputs += model.runs.platform.input_files
@@ -450,7 +440,7 @@ class BoxStudy:
     @property
     def _unit(self) -> RealArray:
         size = len(self.variables)
-        return box_sample(size, SHOWN_PARTS, seed=self.seed, purpose="parts of a box to show")
+        return sobol_points(size, SHOWN_PARTS, seed=self.seed, purpose="parts of a box to show")
 
 
 def box_study(
@@ -505,7 +495,7 @@ def share_measured_again(study: BoxStudy) -> Interval:
     the box stays as it is. The interval is pivotal, then cut to 0 and 1.
     """
     question = study.question
-    places = box_sample(
+    places = sobol_points(
         len(study.variables), PARTS, seed=study.seed, purpose="parts of a box measured again"
     )
     parts = question.parts(study.box, places)
@@ -626,7 +616,7 @@ def _levels(report: Report, study: BoxStudy, certainty: Interval, what: str) -> 
         )
     report.section(
         "Levels inside the box",
-        f"{check.n_parts} parts, {asked.law.name}, that the search has not seen: "
+        f"{check.n_parts} parts, {asked.law.value}, that the search has not seen: "
         f"{_percent(check.share, 2)} of {what} keep the limit, at least "
         f"{_percent(check.bound, 2)} with {_percent(check.confidence, 0)} confidence (the "
         "vehicles of one part are not independent, so each part counts once). Most often "
@@ -825,7 +815,7 @@ def acceptance_box(study: BoxStudy) -> AcceptanceBox:
         share_bound=check.bound,
         confidence=check.confidence,
         n_parts=check.n_parts,
-        law=study.question.law.name,
+        law=study.question.law.value,
         seed=study.seed,
     )
 

@@ -36,10 +36,10 @@ from deboom.explore.tolerance_allocation import (
     CostCurves,
     ShareTarget,
     SigmaTarget,
-    TabulatedCurve,
     Target,
     ToleranceEffect,
     reciprocal_curves,
+    tabulated_curve,
 )
 from deboom.files.platform import Platform
 from deboom.files.tables import read_rows
@@ -597,7 +597,7 @@ def cost_curves(
             known.setdefault(name, []).append((row.number("tolerance"), row.number("cost")))
     for name, pairs in known.items():
         try:
-            curves[name] = TabulatedCurve(name, *np.array(pairs).T)
+            curves[name] = tabulated_curve(name, *np.array(pairs).T)
         except InputError as error:
             raise InputError(f"{points}: {error}") from None
     files = tuple(path for path in (table, points) if path is not None)

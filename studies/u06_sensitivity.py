@@ -11,9 +11,9 @@ battery, GeM x leads before TSM x; of the energy, which follows the loud lines, 
 too. Du y and z have no path to the cabin and come out as exactly 0.
 
 Keys of summary.json: st_<variable>_<vehicle> such as st_TSM_x_U06-1 (total index), and
-st_mount_<mount>_<vehicle>; largest_interval (half width, 95 %), largest_coupled (total minus first
-order), n_zero (indices not above their interval), salib_difference (of the vectorised estimator),
-n_runs (designs evaluated), surface_difference_at_peaks_db (library against spectra).
+st_mount_<mount>_<vehicle>; largest_interval (half width, 95 %), largest_interaction (total minus
+first order), n_zero (indices not above their interval), n_runs (designs evaluated),
+surface_difference_at_peaks_db (library against spectra).
 """
 
 from pathlib import Path

@@ -13,8 +13,8 @@ import numpy as np
 
 from claims import Claim
 from deboom.explore.front import Verdict
-from deboom.explore.problems import nsga2
 from deboom.explore.robust import RobustResponse
+from deboom.explore.search import nsga2
 from deboom.files.platform import read_platform
 from deboom.files.run_folder import RunEntry
 from deboom.study.compare import Comparison, JudgedRun, judged

@@ -18,8 +18,6 @@ import numpy as np
 from claims import Claim
 from deboom.arrays import RealArray
 from deboom.explore.front import hypervolume, verify
-from deboom.explore.known_truth import SeparableProblem, exact_front, exact_objectives, exp1, quad2
-from deboom.explore.problems import nsga2
 from deboom.explore.robust import RobustResponse
 from deboom.explore.scatter import (
     FreshGaussianSampler,
@@ -27,7 +25,9 @@ from deboom.explore.scatter import (
     gaussian_sample,
     sobol_sample,
 )
+from deboom.explore.search import nsga2
 from deboom.explore.space import stiffness_factor_space
+from known_truth import SeparableProblem, exact_front, exact_objectives, exp1, quad2
 
 SEEDS = (1, 2, 3)
 N_VARIABLES = 12

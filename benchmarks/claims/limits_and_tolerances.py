@@ -15,9 +15,9 @@ import numpy as np
 import pandas as pd
 
 from claims import Claim
-from deboom.explore.problems import nsga2
 from deboom.explore.robust import RobustResponse
 from deboom.explore.scatter import sobol_sample
+from deboom.explore.search import nsga2
 from deboom.explore.space import ResponseFunction, stiffness_factor_space
 from deboom.explore.tolerance_allocation import ToleranceCost, ToleranceResponse
 from deboom.files.platform import read_platform

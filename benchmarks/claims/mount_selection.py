@@ -15,8 +15,8 @@ from claims import Claim
 from deboom.bench.operating_run import full_load_run
 from deboom.bench.powertrain import load_bench, with_mount_set
 from deboom.explore.front import pareto_front
-from deboom.explore.problems import nsga2
 from deboom.explore.robust import RobustResponse
+from deboom.explore.search import nsga2
 from deboom.files.platform import read_platform
 from deboom.mounts.surface_forces import Outside
 from deboom.physics.sound_level import spl

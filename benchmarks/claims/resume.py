@@ -1,6 +1,6 @@
 """Runs that are killed.
 
-`benchmarks/quad2_front.py` (60 × 60 designs of QUAD2, a state every five generations) is killed
+`benchmarks/quad2_front.py` (60 × 60 designs of QUAD2, every generation kept) is killed
 with signal 9 at 20 moments, drawn evenly over its generations and within one, and resumed. A
 smaller search is also computed by two processes, and by two processes of which one is killed.
 """
@@ -19,14 +19,14 @@ from pathlib import Path
 import numpy as np
 
 from claims import Claim
-from deboom.explore.known_truth import quad2
-from deboom.explore.problems import nsga2
 from deboom.explore.robust import RobustResponse
 from deboom.explore.scatter import sobol_sample
+from deboom.explore.search import nsga2
 from deboom.explore.space import stiffness_factor_space
 from deboom.explore.workers import workers_for
 from deboom.files.checkpoint import read_evaluations
 from deboom.study.runner import Study, load_study, resume_study, run_study
+from known_truth import quad2
 
 STUDY = Path(__file__).parents[1] / "quad2_front.py"
 BUDGET = {"seed": 1, "generations": 60, "population": 60}
@@ -56,7 +56,7 @@ def campaign(study: Study, out: Path) -> tuple[int, int, int, int]:
     identical = complete = early = late = 0
     for number, share in enumerate(np.random.default_rng(1).random(KILLS)):
         folder = killed_run(out / str(number), share * BUDGET["generations"])
-        early += not (folder / "search" / "state.npz").exists()
+        early += not (folder / "search" / "evaluations").exists()
         late += not folder.name.endswith(".unfinished")
         resumed = resume_study(study, out / str(number), folder.name, {})
         identical += (resumed / "front.csv").read_bytes() == front
@@ -98,7 +98,7 @@ def claims() -> list[Claim]:
         Claim(
             "kill −9 at random moments: resumed runs with the identical front.csv",
             f"{KILLS} of {KILLS}",
-            f"{identical} of {KILLS} ({early} killed before their first state, {late} already "
+            f"{identical} of {KILLS} ({early} killed before their first generation, {late} already "
             "finished)",
             identical == KILLS,
         ),

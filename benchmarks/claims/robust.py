@@ -22,20 +22,21 @@ import numpy as np
 
 from claims import Claim
 from deboom.explore.front import hypervolume
-from deboom.explore.known_truth import exact_front, exact_objectives, exp1, quad2
-from deboom.explore.problems import nsga2
-from deboom.explore.robust import SAMPLE_MOMENTS, ControlVariate, RobustResponse
+from deboom.explore.moments import Estimator
+from deboom.explore.robust import RobustResponse
 from deboom.explore.scatter import sobol_sample
+from deboom.explore.search import nsga2
 from deboom.explore.space import stiffness_factor_space
 from deboom.files.platform import read_platform
 from deboom.vehicles.booming_model import booming_index
 from deboom.vehicles.kernel_numpy import NUMPY
+from known_truth import exact_front, exact_objectives, exp1, quad2
 
 PLATFORM = Path(__file__).parents[2] / "studies" / "data" / "u06_f39_f45"
 ESTIMATORS = {
-    "moments of the sample": SAMPLE_MOMENTS,
-    "control variate, degree 1": ControlVariate(1),
-    "control variate, degree 2": ControlVariate(2),
+    "moments of the sample": Estimator(),
+    "control variate, degree 1": Estimator(1),
+    "control variate, degree 2": Estimator(2),
 }
 PROBLEMS = {"QUAD2": quad2, "EXP1": exp1}
 INSTANCES = 20
@@ -78,7 +79,7 @@ def front_kept(task: tuple[str, int]) -> tuple[float, float]:
     problem = PROBLEMS[name](12, seed=seed)
     space = stiffness_factor_space(problem.variable_names)
     sample = sobol_sample(12, seed=seed)
-    robust = RobustResponse(problem, space, sample, estimator=ControlVariate(2))
+    robust = RobustResponse(problem, space, sample, estimator=Estimator(2))
     front = nsga2(robust, 100, 150, seed=seed).front
     truth = exact_objectives(problem, space, front.designs)
     best = exact_front(problem, space)

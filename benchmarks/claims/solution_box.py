@@ -27,7 +27,9 @@ import numpy as np
 
 from claims import Claim
 from deboom.explore.box import Box, BoxQuestion
-from deboom.explore.known_boxes import (
+from deboom.explore.largest_box import BoxEffort, largest_box
+from deboom.study.runner import load_study
+from known_boxes import (
     KnownShare,
     LinearProblem,
     QuadraticProblem,
@@ -36,9 +38,7 @@ from deboom.explore.known_boxes import (
     largest_bowl_box,
     largest_linear_box,
 )
-from deboom.explore.known_truth import quad2
-from deboom.explore.largest_box import BoxEffort, largest_box
-from deboom.study.runner import load_study
+from known_truth import quad2
 
 STUDIES = Path(__file__).parents[2] / "studies"
 STUDY = load_study(STUDIES / "solution_box.py").module

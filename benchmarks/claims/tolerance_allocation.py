@@ -16,8 +16,9 @@ from typing import Any
 import numpy as np
 
 from claims import Claim
-from deboom.explore.robust import ControlVariate, RobustResponse
-from deboom.explore.scatter import ToleranceStructure, batches, cut_normal_moments, sobol_sample
+from deboom.explore.moments import Estimator
+from deboom.explore.robust import RobustResponse
+from deboom.explore.scatter import ToleranceStructure, cut_normal_moments, sobol_sample
 from deboom.explore.space import stiffness_factor_space
 from deboom.explore.tolerance_allocation import (
     Allocator,
@@ -67,7 +68,7 @@ def _allocator(
         model,
         stiffness_factor_space(model.variable_names),
         sobol_sample(n_draws, 64, seed=1),
-        estimator=ControlVariate(1),
+        estimator=Estimator(1),
         structure=structure,
     )
     curves = reciprocal_curves(
@@ -103,7 +104,9 @@ def _closed_forms() -> list[Claim]:
     for _ in range(PROBLEMS):
         slope, weight = rng.uniform(0.5, 1.5, 3), rng.uniform(0.5, 2.0, 3)
         names = tuple(f"M x{k}" for k in range(3))
-        allocator = _allocator(slope, weight, batches(names, {"M": names}, 1.0))
+        allocator = _allocator(
+            slope, weight, ToleranceStructure(names, np.ones((len(names), 1)), ("batch M",))
+        )
         a = slope * np.sqrt(cut_normal_moments()[0]) / 3.0
         sigma = 0.12 * a.sum()
         exact = np.sqrt(weight / a) * sigma / (a * np.sqrt(weight / a)).sum()

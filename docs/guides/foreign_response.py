@@ -8,9 +8,9 @@ from pathlib import Path
 
 import pandas as pd
 
-from deboom.explore.problems import nsga2
 from deboom.explore.robust import RobustResponse
 from deboom.explore.scatter import sobol_sample
+from deboom.explore.search import nsga2
 from deboom.explore.space import stiffness_factor_space
 
 SHEET = pd.read_excel(Path(__file__).with_name("supplier_levels.xlsx"), index_col="vehicle")

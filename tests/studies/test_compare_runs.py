@@ -22,7 +22,7 @@ import pandas as pd
 
 from deboom.explore.space import stiffness_factor_space
 from deboom.explore.front import verify
-from deboom.explore.known_truth import quad2
+from known_truth import quad2
 from deboom.explore.robust import RobustResponse
 from deboom.report.page import Headline, Page
 from deboom.study.result import RunContext

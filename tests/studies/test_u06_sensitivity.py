@@ -51,20 +51,19 @@ def test_the_ranking_is_that_of_the_thesis(finished):
     assert leading["U06-5"][0] == "GeM x"
     inert = table[table["variable"].isin(["Du y", "Du z"])]
     assert (inert["total [1]"] == 0.0).all()
-    assert (inert["zero"] == "first order, total, coupled").all()
+    assert (inert["zero"] == "first order, total, interaction").all()
 
 
 def test_summary_and_tables_say_the_same(finished):
     summary = json.loads((finished / "summary.json").read_text())
     table = pd.read_csv(finished / "sobol.csv").set_index(["vehicle", "variable"])
     assert summary["st_TSM_x_U06-1"] == table.loc[("U06-1", "TSM x"), "total [1]"]
-    assert summary["salib_difference"] <= 1e-12
     assert sum(key.startswith("st_") and "mount" not in key for key in summary) == 60
     mounts = pd.read_csv(finished / "sobol_mounts.csv")
     assert list(mounts["mount"][:4]) == ["EnM", "GeM", "TSM", "Du"]
     # 64 base points: 26 rows each for pairs, 14 without (two ranges, lines), 10 by mount; Morris
     assert summary["n_runs"] == 64 * (26 + 3 * 14 + 10) + 50 * 13
-    rest = (table["coupled [1]"] - (table["total [1]"] - table["first order [1]"])).abs()
+    rest = (table["interaction [1]"] - (table["total [1]"] - table["first order [1]"])).abs()
     assert rest.max() <= 1e-12
 
 
@@ -186,9 +185,3 @@ def test_bad_options_give_one_sentence(tmp_path, changes, message):
     with pytest.raises(InputError, match=message):
         run(tmp_path, **{"n": 8, **changes})
     assert not list(tmp_path.rglob("*.csv"))
-
-
-def test_a_salib_that_counts_otherwise_is_noticed(tmp_path, monkeypatch):
-    monkeypatch.setattr(room, "AGREEMENT", -1.0)
-    with pytest.raises(RuntimeError, match="SALib differ"):
-        run(tmp_path, n=8)

@@ -38,8 +38,8 @@ def test_labels_carry_the_unit():
         ({"tolerance": [-0.1, 0.0]}, "'TSM x' has the tolerance -0.1"),
         ({"tolerance": [0.0, 1.0]}, "'gap' has the tolerance 1"),
         ({"upper": [1.2, np.inf]}, "'gap' has .* not finite"),
-        ({"nominal": [1.0]}, r"names 2 variables, but its nominal have shape \(1,\)"),
-        ({"units": ("1",)}, r"its units have shape \(1,\)"),
+        ({"nominal": [1.0]}, r"lower: shape \(1\) is needed, not \(2,\)"),
+        ({"units": ("1",)}, "names 2 variables, but has 1 units"),
     ],
 )
 def test_bad_spaces_are_refused_by_variable(change, words):

@@ -1,4 +1,4 @@
-"""Searches: NSGA-II, its archive, resume, first population and whole-number variables."""
+"""Searches: NSGA-II behind the door to pymoo, resume, limits, and whole-number variables."""
 
 import doctest
 import itertools
@@ -13,20 +13,20 @@ from pymoo.algorithms.moo.nsga2 import NSGA2
 from pymoo.optimize import minimize
 
 from deboom.errors import InputError
-from deboom.explore import problems
-from deboom.explore.archive import Checkpoint, generator_state, restore_generator
-from deboom.explore.front import hypervolume, nondominated, pareto_front, pareto_rank
-from deboom.explore.known_truth import quad2
-from deboom.explore.problems import FAILED_OBJECTIVE, RobustProblem, nsga2
-from deboom.explore.robust import RobustResponse, RobustValues
+from deboom.explore import search as door
+from deboom.explore.front import hypervolume, nondominated, pareto_front
+from deboom.explore.robust import Limit, LimitedResponse, Limits, Robust, RobustResponse
 from deboom.explore.scatter import sobol_sample
+from deboom.explore.search import FAILED_OBJECTIVE, RobustProblem, merge, nsga2
 from deboom.explore.space import DesignSpace, ResponseFunction, stiffness_factor_space
 from deboom.files.checkpoint import CheckpointFolder
+from known_truth import quad2
 
 MODEL = quad2(4, seed=1)
 SPACE = stiffness_factor_space(MODEL.variable_names)
 SAMPLE = sobol_sample(4, 16, seed=1)
 ROBUST = RobustResponse(MODEL, SPACE, SAMPLE)
+FIRST = np.linspace(0.8, 1.2, 32).reshape(8, 4)
 
 
 def with_function(function):
@@ -43,6 +43,72 @@ def fails_where_it_is_best(designs):
 FAILING = with_function(fails_where_it_is_best)
 
 
+def total(designs):
+    """Return the sum of all factors, and the first one."""
+    return np.column_stack([designs.sum(axis=1), designs[:, 0]])
+
+
+def limited(sum_at_most=4.1, first=(0.95, 1.05), function=total, **changes):
+    response = ResponseFunction(function, SPACE.names, ("sum", "first"), "kg")
+    limits = Limits((Limit("sum", "kg", at_most=sum_at_most), Limit("first", "kg", *first)))
+    return LimitedResponse(ROBUST, response, limits, **changes)
+
+
+class _Recording(Robust):
+    """A robust response that remembers what it was asked, and stops when told to."""
+
+    def __init__(self, robust, stop_at=None):
+        self.robust, self.asked, self.stop_at = robust, [], stop_at
+
+    @property
+    def space(self):
+        return self.robust.space
+
+    @property
+    def limits(self):
+        return self.robust.limits
+
+    def __call__(self, designs):
+        if len(self.asked) == self.stop_at:
+            raise Killed
+        self.asked.append(designs.copy())
+        return self.robust(designs)
+
+
+class Killed(Exception):
+    """Stands for the end of the process."""
+
+
+class _Memory:
+    """A store in this process that checks what it is given."""
+
+    def __init__(self):
+        self.facts, self.evaluations = None, {}
+
+    def save(self, facts):
+        self.facts = json.loads(json.dumps(facts, allow_nan=False))
+
+    def load(self):
+        return self.facts
+
+    def keep(self, number, arrays):
+        assert all(array.dtype != object for array in arrays.values())
+        self.evaluations[number] = arrays
+
+    def kept(self, number):
+        return self.evaluations.get(number)
+
+
+def same(one, other):
+    for field in fields(one.front):
+        np.testing.assert_array_equal(
+            getattr(one.front, field.name), getattr(other.front, field.name)
+        )
+    for field in fields(one):
+        if field.name not in ("front", "seconds"):
+            np.testing.assert_array_equal(getattr(one, field.name), getattr(other, field.name))
+
+
 def test_five_lines_in_a_notebook():
     model = quad2(2, seed=1)
     space = stiffness_factor_space(model.variable_names)
@@ -56,7 +122,7 @@ def test_five_lines_in_a_notebook():
 
 
 def test_the_example_in_the_docstring_holds():
-    results = doctest.testmod(problems)
+    results = doctest.testmod(door)
     assert (results.attempted > 0, results.failed) == (True, 0)
 
 
@@ -94,17 +160,6 @@ def test_a_failed_design_never_wins(seed):
     assert np.all(plain.F < FAILED_OBJECTIVE)
 
 
-def test_a_first_generation_that_fails_altogether_is_said():
-    hopeless = with_function(lambda designs: np.full((len(designs), 2), np.nan))
-    with pytest.raises(InputError, match="none of the 20 designs of the first generation"):
-        nsga2(hopeless, 20, 10, seed=1)
-
-
-def arrays_of(result):
-    yield from (getattr(result.front, field.name) for field in fields(result.front))
-    yield from (result.failed_designs, result.hypervolume, result.reference_point)
-
-
 def test_one_seed_gives_one_result_whatever_the_global_generators_do():
     first = nsga2(FAILING, 20, 8, seed=5)
     np.random.seed(123)  # noqa: NPY002 - the global generator is what must not matter
@@ -112,8 +167,7 @@ def test_one_seed_gives_one_result_whatever_the_global_generators_do():
     before = np.random.get_state()[1].copy()  # noqa: NPY002
     second = nsga2(FAILING, 20, 8, seed=5)
     np.testing.assert_array_equal(before, np.random.get_state()[1])  # noqa: NPY002
-    for one, other in zip(arrays_of(first), arrays_of(second), strict=True):
-        np.testing.assert_array_equal(one, other)
+    same(first, second)
     other_seed = nsga2(FAILING, 20, 8, seed=6)
     assert not np.array_equal(first.front.designs, other_seed.front.designs)
 
@@ -121,53 +175,36 @@ def test_one_seed_gives_one_result_whatever_the_global_generators_do():
 def test_the_search_is_pymoos_own_nsga2_and_its_archive_holds_more():
     plain = minimize(RobustProblem(ROBUST), NSGA2(20), ("n_gen", 12), seed=3)
     ours = nsga2(ROBUST, 20, 12, seed=3)
-    assert ours.n_evaluated == plain.algorithm.evaluator.n_eval
-    worse = hypervolume(plain.F, ours.reference_point)
-    assert ours.hypervolume[-1] >= worse
+    assert ours.n_evaluated == plain.algorithm.evaluator.n_eval == 240
+    assert ours.hypervolume.shape == (12,)
+    assert ours.hypervolume[-1] >= hypervolume(plain.F, ours.reference_point)
     everything = np.vstack([ours.front.objectives, plain.F])
     assert nondominated(everything)[: len(ours.front)].all()
     on_both = {tuple(row) for row in plain.X} & {tuple(row) for row in ours.front.designs}
     assert len(on_both) > 0
 
 
-def test_exactly_the_generations_asked_for_are_run():
-    result = nsga2(ROBUST, 10, 7, seed=1)
-    assert result.n_evaluated == 70
-    assert result.hypervolume.shape == (7,)
-
-
 def test_the_archive_never_gets_worse_and_holds_every_design_that_was_best():
-    seen = []
-
-    class Recording:
-        space = SPACE
-
-        def __call__(self, designs):
-            seen.append(designs.copy())
-            return ROBUST(designs)
-
-    result = nsga2(Recording(), 20, 10, seed=1)
+    recording = _Recording(ROBUST)
+    result = nsga2(recording, 20, 10, seed=1)
     assert np.all(np.diff(result.hypervolume) >= 0.0)
     assert result.hypervolume[-1] > 1.05 * result.hypervolume[0]
-    everything = ROBUST(np.vstack(seen))
+    everything = ROBUST(np.vstack(recording.asked))
     best = everything.objectives[nondominated(everything.objectives)]
     np.testing.assert_array_equal(result.front.objectives, best[np.argsort(best[:, 0])])
-    first = ROBUST(seen[0]).objectives
+    assert np.all(everything.designs >= SPACE.lower)
+    assert np.all(everything.designs <= SPACE.upper)
+    first = ROBUST(recording.asked[0]).objectives
     np.testing.assert_array_equal(result.reference_point, first.max(axis=0))
 
 
-def test_progress_is_told_after_every_generation_and_nothing_is_printed(capfd):
-    told = []
+def test_progress_is_told_after_every_generation_and_nothing_else_happens(capfd):
+    told, before = [], list(warnings.filters)
     nsga2(FAILING, 10, 4, seed=1, progress=lambda *report: told.append(report))
     assert [(number, total) for number, total, _ in told] == [(1, 4), (2, 4), (3, 4), (4, 4)]
     assert "hypervolume" in told[-1][2]
     assert "failed" in told[-1][2]
     assert capfd.readouterr() == ("", "")
-
-
-def test_python_warnings_stay_as_they_were():
-    before = list(warnings.filters)
-    nsga2(FAILING, 10, 3, seed=1)
     assert warnings.filters == before
 
 
@@ -195,131 +232,170 @@ def test_an_error_in_the_model_ends_the_search():
 
 
 def test_a_fixed_variable_stays_where_it_is():
-    held = replace(
-        SPACE, lower=np.array([1.0, 0.8, 0.8, 0.8]), upper=np.array([1.0, 1.2, 1.2, 1.2])
-    )
-    result = nsga2(replace(ROBUST, space=held), 10, 5, seed=1)
+    lower, upper = SPACE.lower.copy(), SPACE.upper.copy()
+    lower[0] = upper[0] = 1.0
+    result = nsga2(replace(ROBUST, space=replace(SPACE, lower=lower, upper=upper)), 10, 5, seed=1)
     np.testing.assert_array_equal(result.front.designs[:, 0], 1.0)
     assert result.n_evaluated == 50
-
-
-def test_a_space_of_one_design_ends_early_with_that_design():
     point = replace(SPACE, lower=SPACE.nominal, upper=SPACE.nominal)
-    result = nsga2(replace(ROBUST, space=point), 10, 5, seed=1)
+    result = nsga2(replace(ROBUST, space=point), 10, 5, seed=1)  # ends early with that design
     np.testing.assert_array_equal(result.front.designs, SPACE.nominal[None, :])
 
 
-def test_designs_stay_within_the_bounds():
-    result = nsga2(ROBUST, 20, 10, seed=1)
-    assert np.all(result.front.designs >= SPACE.lower)
-    assert np.all(result.front.designs <= SPACE.upper)
+def test_the_first_generation_is_the_one_given_and_stays_as_it_was():
+    recording, given = _Recording(ROBUST), FIRST.copy()
+    nsga2(recording, 8, 3, seed=1, first_population=given)
+    assert np.array_equal(recording.asked[0], FIRST)
+    assert np.array_equal(given, FIRST)
+    assert not np.array_equal(recording.asked[1], FIRST)
 
 
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
         ({"seed": 0}, "seed 0"),
-        ({"population": 3, "seed": 1}, "population of 3"),
-        ({"generations": 0, "seed": 1}, "0 generations"),
+        ({"population": 3}, "population of 3"),
+        ({"generations": 0}, "0 generations"),
+        ({"population": 10, "first_population": FIRST}, "8 designs does not fit a search with a p"),
+        ({"population": 8, "first_population": FIRST - 0.5}, r"design 1 has 0\.3 .* outside its b"),
+        (
+            {"robust": with_function(lambda designs: np.full((len(designs), 2), np.nan))},
+            "none of the 100 designs of the first generation",
+        ),
     ],
 )
-def test_bad_budgets_are_refused(arguments, words):
+def test_searches_that_cannot_be_are_refused(arguments, words):
     with pytest.raises(InputError, match=words):
-        nsga2(ROBUST, **arguments)
+        nsga2(**{"robust": ROBUST, "seed": 1, **arguments})
 
 
-def test_anything_of_the_right_shape_can_be_searched():
-    class ScaledObjectives:
-        space = SPACE
-
-        def __call__(self, designs):
-            values = ROBUST(designs)
-            columns = {f.name: getattr(values, f.name) for f in fields(RobustValues)}
-            return RobustValues(**columns | {"mean_sum": 2.0 * values.mean_sum})
-
-    result = nsga2(ScaledObjectives(), 10, 3, seed=1)
-    np.testing.assert_allclose(result.front.mean_sum, 2.0 * result.front.mean.sum(axis=1))
-
-
-ROBUST_2 = RobustResponse(MODEL, SPACE, sobol_sample(4, 16, seed=1))
-FIRST = np.linspace(0.8, 1.2, 32).reshape(8, 4)
+@pytest.mark.parametrize("robust", [ROBUST, FAILING, limited()])
+def test_killed_after_any_generation_the_result_is_the_same(robust):
+    whole = nsga2(robust, 20, 12, seed=3)
+    for until in (0, 1, 6, 11):
+        store = _Memory()
+        with pytest.raises(Killed):
+            nsga2(_Recording(robust, until), 20, 12, seed=3, checkpoint=store)
+        assert len(store.evaluations) == until
+        again = _Recording(robust)
+        same(nsga2(again, 20, 12, seed=3, checkpoint=store), whole)
+        assert len(again.asked) == 12 - until
 
 
-class _Seen:
-    """A robust response that remembers what it was asked."""
-
-    space = SPACE
-
-    def __init__(self):
-        self.designs = []
-
-    def __call__(self, designs):
-        self.designs.append(designs.copy())
-        return ROBUST_2(designs)
-
-
-class _Memory:
-    """A store that keeps the last state."""
-
-    state = None
-
-    def save(self, arrays, facts):
-        self.state = dict(arrays), dict(facts)
-
-    def load(self):
-        return self.state
-
-    def keep(self, number, arrays):
-        pass
-
-    def kept(self, _number):
-        return None
-
-
-def test_the_first_generation_is_the_one_given_and_stays_as_it_was():
-    seen, given = _Seen(), FIRST.copy()
-    nsga2(seen, 8, 3, seed=1, first_population=given)
-    assert np.array_equal(seen.designs[0], FIRST)
-    assert np.array_equal(given, FIRST)
-    assert not np.array_equal(seen.designs[1], FIRST)
-
-
-def test_a_first_population_of_another_size_or_place_is_refused():
-    with pytest.raises(InputError, match="8 designs does not fit a search with a population of 10"):
-        nsga2(ROBUST_2, 10, 1, seed=1, first_population=FIRST)
-    with pytest.raises(InputError, match=r"design 1 has 0\.3 .* outside its bounds"):
-        nsga2(ROBUST_2, 8, 1, seed=1, first_population=FIRST - 0.5)
-
-
-def test_a_search_goes_on_only_from_its_own_first_population():
+def test_every_design_is_kept_with_its_responses_and_more_generations_follow():
     store = _Memory()
-    asked = {"seed": 1, "checkpoint": Checkpoint(store, 1)}
-    nsga2(ROBUST_2, 8, 2, **asked, first_population=FIRST)
-    whole = nsga2(ROBUST_2, 8, 4, seed=1, first_population=FIRST)
-    for other in (None, FIRST[::-1]):
-        with pytest.raises(InputError, match="belongs to first_population_sha256"):
-            nsga2(ROBUST_2, 8, 4, **asked, first_population=other)
-    gone_on = nsga2(ROBUST_2, 8, 4, **asked, first_population=FIRST)
-    assert np.array_equal(gone_on.front.designs, whole.front.designs)
-    store.state = None
-    nsga2(ROBUST_2, 8, 1, **asked)
-    assert "first_population_sha256" not in store.state[1]
+    search = nsga2(FAILING, 20, 7, seed=3, checkpoint=store)
+    designs = np.concatenate([store.evaluations[n]["designs"] for n in range(1, 8)])
+    assert len(designs) == search.n_evaluated
+    sigma = np.concatenate([store.evaluations[n]["sigma"] for n in range(1, 8)])
+    np.testing.assert_array_equal(sigma, FAILING(designs).sigma)
+    whole = nsga2(FAILING, 20, 12, seed=3)
+    same(nsga2(FAILING, 20, 12, seed=3, checkpoint=store), whole)
+    store.evaluations[1] = {"designs": np.ones((20, 4))}  # not those that are asked for
+    same(nsga2(FAILING, 20, 12, seed=3, checkpoint=store), whole)
 
 
-def test_ranks_peel_front_by_front():
-    points = np.random.default_rng(1).random((40, 2))
-    rank, left, number = pareto_rank(points), np.arange(40), 0
-    while left.size:
-        front = nondominated(points[left])
-        assert (rank[left[front]] == number).all()
-        left, number = left[~front], number + 1
-    assert rank.max() == number - 1
-    assert pareto_rank(np.empty((0, 2))).size == 0
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"population": 24}, "population 8, not 24"),
+        ({"seed": 4}, "seed 3, not 4"),
+        ({"names": ("a", "b", "c", "d")}, "variables"),
+        ({"first_population": FIRST[::-1]}, "belongs to first_population_sha256"),
+        ({"first_population": None}, "belongs to first_population_sha256"),
+    ],
+)
+def test_what_was_kept_of_another_search_is_refused_by_name(changes, words):
+    store = _Memory()
+    asked = {"population": 8, "seed": 3, "first_population": FIRST, "checkpoint": store}
+    nsga2(ROBUST, generations=2, **asked)
+    names = changes.pop("names", SPACE.names)
+    model = ResponseFunction(MODEL, names, MODEL.response_names, "1")
+    robust = RobustResponse(model, stiffness_factor_space(names), SAMPLE)
+    if "population" in changes:
+        changes = {**changes, "first_population": np.tile(FIRST, (3, 1))}
+    with pytest.raises(InputError, match=words):
+        nsga2(robust, generations=4, **{**asked, **changes})
+    whole = nsga2(ROBUST, 8, 4, seed=3, first_population=FIRST)
+    same(nsga2(ROBUST, generations=4, **asked), whole)
+
+
+def test_the_front_keeps_all_limits_and_the_others_are_kept_with_their_excess():
+    response = limited()
+    search = nsga2(response, 24, 12, seed=1)
+    assert np.all(response.excess(search.front.designs) <= 0.0)
+    assert np.all(total(search.front.designs)[:, 0] <= 4.1)
+    assert 0 < search.n_infeasible < search.n_evaluated == 24 * 12
+    beyond = response.excess(search.infeasible_designs)
+    np.testing.assert_array_equal(search.infeasible_excess, beyond)
+    assert np.all(beyond.max(axis=1) > 0.0)
+
+
+def test_limits_that_never_bind_change_nothing():
+    free, plain = nsga2(limited(9.0, (0.0, 9.0)), 20, 8, seed=2), nsga2(ROBUST, 20, 8, seed=2)
+    for field in fields(plain.front):
+        if field.name != "excess":
+            with_limits, without = getattr(free.front, field.name), getattr(plain.front, field.name)
+            np.testing.assert_array_equal(with_limits, without)
+    assert free.n_infeasible == 0
+
+
+def test_the_best_of_the_kept_designs_is_found():
+    """With the bound on the sum active, the best mean within it beats every drawn design."""
+    search = nsga2(limited(3.9, (0.8, 1.2)), 40, 40, seed=1)
+    drawn = 0.8 + 0.4 * np.random.default_rng(1).random((3000, 4))
+    drawn = drawn[drawn.sum(axis=1) <= 3.9]
+    assert search.front.mean_sum.min() < ROBUST(drawn).mean_sum.min()
+
+
+@pytest.mark.parametrize(
+    ("response", "words"),
+    [
+        (
+            limited(3.0, (0.0, 9.0)),
+            r"none of the 40 designs of this search keeps all limits: the closest one misses 'sum "
+            r"at most 3 kg' by 0\.\d+ kg .*; relax that limit",
+        ),
+        (limited(1.0, (1.5, 9.0)), r"none keeps 'first at least 1\.5 kg' either"),
+    ],
+)
+def test_limits_out_of_reach_say_which_and_by_how_much(response, words):
+    with pytest.raises(InputError, match=words):
+        nsga2(response, 20, 2, seed=1)
+
+
+def test_a_number_that_cannot_be_computed_keeps_no_limit():
+    def half(designs):
+        return np.where(designs[:, :1] > 1.0, np.nan, total(designs))
+
+    search = nsga2(limited(9.0, (0.0, 9.0), half), 20, 8, seed=1)
+    assert np.all(search.front.designs[:, 0] <= 1.0)
+    assert np.isinf(search.infeasible_excess).any(axis=1).all()
+    out = RobustProblem(limited(function=half)).evaluate(
+        np.full((1, 4), 1.1), return_as_dictionary=True
+    )
+    assert np.isfinite(out["G"]).all()
+
+
+def test_searches_of_several_seeds_merge_into_one_front():
+    searches = [nsga2(limited(), 20, 10, seed=seed) for seed in (1, 2, 3)]
+    merged = merge(searches)
+    expected = pareto_front(*(search.front for search in searches))
+    np.testing.assert_array_equal(merged.front.designs, expected.designs)
+    assert merged.n_evaluated == 600
+    assert merged.seed == 1
+    assert merged.n_infeasible == sum(search.n_infeasible for search in searches)
+    np.testing.assert_array_equal(merge(searches[::-1]).front.objectives, merged.front.objectives)
+    reference = np.max([search.reference_point for search in searches], axis=0)
+    np.testing.assert_array_equal(merged.reference_point, reference)
+    assert merged.hypervolume[-1] >= max(search.hypervolume[-1] for search in searches)
+    with pytest.raises(InputError, match="no searches to merge"):
+        merge([])
 
 
 OPTIONS = (5, 4, 6)
-NAMES = ("a part", "b part", "c part", "x", "y")
 TABLES = [np.random.default_rng(7 + k).random((count, 2)) for k, count in enumerate(OPTIONS)]
+SETS = np.array(list(itertools.product(*map(range, OPTIONS))), dtype=float)
 
 
 def levels(designs):
@@ -329,9 +405,8 @@ def levels(designs):
     return 3.0 + sum(chosen) + 10.0 * valley
 
 
-MODEL_3 = ResponseFunction(levels, NAMES, ("one", "two"), "1")
-SPACE_3 = DesignSpace(
-    names=NAMES,
+MIXED_SPACE = DesignSpace(
+    names=("a part", "b part", "c part", "x", "y"),
     units=("1",) * 5,
     nominal=np.array([0, 0, 0, 1.0, 1.0]),
     lower=np.array([0, 0, 0, 0.8, 0.8]),
@@ -339,79 +414,51 @@ SPACE_3 = DesignSpace(
     tolerance=np.array([0, 0, 0, 0.15, 0.15]),
     integer=np.array([True, True, True, False, False]),
 )
-ROBUST_3 = RobustResponse(MODEL_3, SPACE_3, sobol_sample(5, 16, seed=1))
+MIXED = RobustResponse(
+    ResponseFunction(levels, MIXED_SPACE.names, ("one", "two"), "1"),
+    MIXED_SPACE,
+    sobol_sample(5, 16, seed=1),
+)
 
 
-class _Recording:
-    """Remembers every design that is asked for."""
-
-    def __init__(self, robust):
-        self.robust, self.space, self.asked = robust, robust.space, []
-
-    def __call__(self, designs):
-        self.asked.append(designs.copy())
-        return self.robust(designs)
-
-
-def test_every_design_of_a_search_has_whole_numbers_within_their_bounds():
-    recording = _Recording(ROBUST_3)
+def test_every_design_has_whole_numbers_within_their_bounds_evenly_drawn_at_first():
+    recording = _Recording(MIXED)
+    nsga2(recording, 600, 2, seed=1)
     nsga2(recording, 20, 15, seed=1)
     asked = np.concatenate(recording.asked)
     whole = asked[:, :3]
     np.testing.assert_array_equal(whole, np.floor(whole))
-    assert np.all((whole >= SPACE_3.lower[:3]) & (whole <= SPACE_3.upper[:3]))
+    assert np.all((whole >= MIXED_SPACE.lower[:3]) & (whole <= MIXED_SPACE.upper[:3]))
     assert all(set(whole[:, k]) == set(range(count)) for k, count in enumerate(OPTIONS))
     assert len(np.unique(asked[:, 3])) > 100
-
-
-def test_first_draws_are_even_over_the_options():
-    recording = _Recording(ROBUST_3)
-    nsga2(recording, 600, 1, seed=1)
     for k, count in enumerate(OPTIONS):
         share = np.bincount(recording.asked[0][:, k].astype(int), minlength=count) / 600
         np.testing.assert_allclose(share, 1 / count, atol=4 * np.sqrt(1 / count / 600))
 
 
 def test_the_front_of_options_alone_is_that_of_all_sets():
-    fixed = replace(SPACE_3, lower=np.array([0, 0, 0, 1, 1]), upper=np.array([4, 3, 5, 1, 1]))
-    robust = replace(ROBUST_3, space=fixed)
-    sets = np.array(list(itertools.product(*map(range, OPTIONS))), dtype=float)
-    truth = pareto_front(robust(np.hstack([sets, np.ones((len(sets), 2))])))
+    fixed = replace(MIXED_SPACE, lower=np.array([0, 0, 0, 1, 1]), upper=np.array([4, 3, 5, 1, 1]))
+    robust = replace(MIXED, space=fixed)
+    truth = pareto_front(robust(np.hstack([SETS, np.ones((len(SETS), 2))])))
     found = nsga2(robust, 20, 40, seed=1).front
     np.testing.assert_array_equal(found.designs, truth.designs)
 
 
 def test_options_and_factors_are_found_together():
-    found = nsga2(ROBUST_3, 40, 40, seed=1).front.designs[0]
-    sets = np.array(list(itertools.product(*map(range, OPTIONS))), dtype=float)
-    best = min(sets, key=lambda row: levels(np.array([[*row, 0.9, 1.1]])).sum())
+    found = nsga2(MIXED, 40, 40, seed=1).front.designs[0]
+    best = min(SETS, key=lambda row: levels(np.array([[*row, 0.9, 1.1]])).sum())
     np.testing.assert_array_equal(found[:3], best)
     np.testing.assert_allclose(found[3:], [0.9, 1.1], atol=0.02)
 
 
-def test_one_seed_gives_one_front_and_another_another_way():
-    first, again, other = (nsga2(ROBUST_3, 20, 6, seed=seed) for seed in (1, 1, 2))
-    np.testing.assert_array_equal(first.front.designs, again.front.designs)
-    assert not np.array_equal(first.hypervolume, other.hypervolume)
-
-
-def test_a_stopped_search_goes_on_bit_for_bit_from_its_folder(tmp_path):
-    class Stop(Exception):
-        pass
-
-    class Stopping(_Recording):
-        def __call__(self, designs):
-            if len(self.asked) == 7:
-                raise Stop
-            return super().__call__(designs)
-
-    whole = nsga2(ROBUST_3, 20, 12, seed=5)
-    kept = Checkpoint(CheckpointFolder(tmp_path / "search", {}), every=3)
-    with pytest.raises(Stop):
-        nsga2(Stopping(ROBUST_3), 20, 12, seed=5, checkpoint=kept)
-    again = nsga2(ROBUST_3, 20, 12, seed=5, checkpoint=kept)
-    np.testing.assert_array_equal(again.front.designs, whole.front.designs)
-    np.testing.assert_array_equal(again.hypervolume, whole.hypervolume)
+def test_a_stopped_mixed_search_goes_on_bit_for_bit_from_its_folder(tmp_path):
+    whole, other = (nsga2(MIXED, 20, 12, seed=seed) for seed in (5, 6))
+    kept = CheckpointFolder(tmp_path / "search", {})
+    with pytest.raises(Killed):
+        nsga2(_Recording(MIXED, 7), 20, 12, seed=5, checkpoint=kept)
+    again = nsga2(MIXED, 20, 12, seed=5, checkpoint=kept)
+    same(again, whole)
+    assert not np.array_equal(whole.hypervolume, other.hypervolume)
 
 
 @pytest.mark.parametrize(
@@ -424,168 +471,4 @@ def test_a_stopped_search_goes_on_bit_for_bit_from_its_folder(tmp_path):
 )
 def test_a_fraction_or_a_tolerance_is_refused(changes):
     with pytest.raises(InputError, match="takes whole numbers"):
-        replace(SPACE_3, **changes)
-
-
-ROBUST_4 = RobustResponse(MODEL, SPACE, sobol_sample(4, 16, seed=1))
-
-
-def half_fails(designs):
-    """NaN over the half of the space that holds the unconstrained optimum of x1."""
-    best = designs[:, :1] < 1.0 if MODEL.targets[:, 0].mean() < 1.0 else designs[:, :1] > 1.0
-    return np.where(best, np.nan, MODEL(designs))
-
-
-FAILING_4 = replace(
-    ROBUST_4,
-    evaluate=ResponseFunction(half_fails, MODEL.variable_names, MODEL.response_names, "1"),
-)
-
-
-class _Memory_4:
-    """A store that forgets nothing but what it is told to forget, and checks what it is given."""
-
-    def __init__(self, keeps_evaluations=True):
-        self.keeps_evaluations = keeps_evaluations
-        self.states = []
-        self.evaluations = {}
-
-    def save(self, arrays, facts):
-        assert all(array.dtype != object for array in arrays.values())
-        copies = {name: array.copy() for name, array in arrays.items()}
-        self.states.append((copies, json.loads(json.dumps(facts, allow_nan=False))))
-
-    def load(self):
-        return self.states[-1] if self.states else None
-
-    def keep(self, number, arrays):
-        if self.keeps_evaluations:
-            self.evaluations[number] = arrays
-
-    def kept(self, number):
-        return self.evaluations.get(number)
-
-
-class _Counting:
-    """Counts the designs that are really computed."""
-
-    def __init__(self, robust):
-        self.robust, self.space, self.count = robust, robust.space, 0
-
-    def __call__(self, designs):
-        self.count += len(designs)
-        return self.robust(designs)
-
-
-class Killed(Exception):
-    """Stands for the end of the process."""
-
-
-def search(robust, store, generations=12, every=5, until=None):
-    def progress(number, total, text):
-        if number == until:
-            raise Killed
-
-    return nsga2(
-        robust, 20, generations, seed=3, progress=progress, checkpoint=Checkpoint(store, every)
-    )
-
-
-def same(one, other):
-    for field in fields(one.front):
-        np.testing.assert_array_equal(
-            getattr(one.front, field.name), getattr(other.front, field.name)
-        )
-    for name in ("failed_designs", "hypervolume", "reference_point", "n_evaluated", "seed"):
-        np.testing.assert_array_equal(getattr(one, name), getattr(other, name))
-
-
-@pytest.fixture(scope="module", params=["all computed", "half fails"])
-def case(request):
-    """Give a response and its search without any interruption."""
-    robust = ROBUST_4 if request.param == "all computed" else FAILING_4
-    return robust, nsga2(robust, 20, 12, seed=3)
-
-
-@pytest.mark.parametrize("until", range(1, 13))
-@pytest.mark.parametrize("keeps_evaluations", [True, False])
-def test_killed_after_any_generation_the_front_is_the_same(case, until, keeps_evaluations):
-    robust, whole = case
-    store = _Memory_4(keeps_evaluations)
-    with pytest.raises(Killed):
-        search(robust, store, until=until)
-    assert len(store.states) == until // 5 + (until == 12)
-    again = _Counting(robust)
-    same(search(again, store), whole)
-    paid = until if keeps_evaluations else (12 if until == 12 else until // 5 * 5)
-    assert again.count == 20 * (12 - paid)
-
-
-def test_killed_twice(case):
-    robust, whole = case
-    store = _Memory_4()
-    for until in (6, 11):
-        with pytest.raises(Killed):
-            search(robust, store, until=until)
-    same(search(robust, store), whole)
-
-
-def test_every_design_is_kept_with_its_responses(case):
-    robust, whole = case
-    store = _Memory_4()
-    search(robust, store)
-    designs = np.concatenate([store.evaluations[n]["designs"] for n in range(1, 13)])
-    assert len(designs) == whole.n_evaluated
-    values = robust(designs)
-    sigma = np.concatenate([store.evaluations[n]["sigma"] for n in range(1, 13)])
-    np.testing.assert_array_equal(sigma, values.sigma)
-
-
-def test_kept_designs_that_are_not_those_asked_for_are_computed(case):
-    robust, whole = case
-    store = _Memory_4()
-    store.evaluations[1] = {"designs": np.ones((20, 4))}
-    same(search(robust, store), whole)
-
-
-def test_a_search_goes_on_for_more_generations():
-    store = _Memory_4()
-    search(ROBUST_4, store, generations=7)
-    longer = search(ROBUST_4, store, generations=12)
-    same(longer, nsga2(ROBUST_4, 20, 12, seed=3))
-
-
-def test_states_come_every_so_often_and_at_the_end():
-    store = _Memory_4()
-    search(ROBUST_4, store, generations=7, every=3)
-    assert [len(arrays["hypervolume"]) for arrays, _ in store.states] == [3, 6, 7]
-    with pytest.raises(InputError, match="every 0 generations"):
-        Checkpoint(store, 0)
-
-
-@pytest.mark.parametrize(
-    ("population", "seed", "names", "words"),
-    [(24, 3, "", "population 20, not 24"), (20, 4, "", "seed 3, not 4"), (20, 3, "z", "variables")],
-)
-def test_the_state_of_another_search_is_refused_by_name(population, seed, names, words):
-    store = _Memory_4()
-    search(ROBUST_4, store, generations=5)
-    model = ResponseFunction(
-        MODEL, tuple(n + names for n in MODEL.variable_names), MODEL.response_names, "1"
-    )
-    space = stiffness_factor_space(model.variable_names)
-    robust = RobustResponse(model, space, ROBUST_4.sample)
-    with pytest.raises(InputError, match=words):
-        nsga2(robust, population, 8, seed=seed, checkpoint=Checkpoint(store))
-
-
-def test_generators_go_on_and_other_kinds_are_refused():
-    random = np.random.default_rng(1)
-    random.random(7)
-    state = json.loads(json.dumps(generator_state(random)))
-    expected = random.random(5)
-    other = np.random.default_rng(2)
-    restore_generator(other, state)
-    np.testing.assert_array_equal(other.random(5), expected)
-    with pytest.raises(InputError, match="PCG64"):
-        restore_generator(other, {**state, "bit_generator": "MT19937"})
+        replace(MIXED_SPACE, **changes)

@@ -7,18 +7,10 @@ import pytest
 from scipy.optimize import approx_fprime
 
 from deboom.errors import InputError
-from deboom.explore.known_truth import exact_front, exact_objectives, exp1, quad2
-from deboom.explore.problems import nsga2
-from deboom.explore.robust import (
-    MEAN_SUM,
-    SAMPLE_MOMENTS,
-    ControlVariate,
-    Quantile,
-    RobustResponse,
-    RobustValues,
-    Total,
-)
-from deboom.explore.scatter import FreshGaussianSampler, batches, sobol_sample
+from deboom.explore.moments import MEAN_SUM, Estimator, Objective, Statistic
+from deboom.explore.robust import RobustResponse, RobustValues
+from deboom.explore.scatter import FreshGaussianSampler, ToleranceStructure, sobol_sample
+from deboom.explore.search import nsga2
 from deboom.explore.selection import (
     Picks,
     at_nominal,
@@ -29,6 +21,7 @@ from deboom.explore.selection import (
     variables_without_effect,
 )
 from deboom.explore.space import ResponseFunction, stiffness_factor_space
+from known_truth import exact_front, exact_objectives, exp1, quad2
 
 
 def rows(*objectives):
@@ -179,6 +172,9 @@ def test_a_design_that_fails_has_no_intervals():
         indifference_intervals(broken, np.ones(4), 0.1)
 
 
+QUANTILE = Objective(Statistic.QUANTILE, share=0.9)
+PAIR = np.eye(6)
+PAIR[0, 1] = PAIR[1, 0] = 0.5
 BOTH = pytest.mark.parametrize("make", [quad2, exp1])
 
 
@@ -193,13 +189,16 @@ def robust_of(make, **changes):
 @pytest.mark.parametrize(
     "changes",
     [
-        {"estimator": SAMPLE_MOMENTS},
-        {"estimator": ControlVariate(1)},
-        {"estimator": ControlVariate(2)},
+        {"estimator": Estimator()},
+        {"estimator": Estimator(1)},
+        {"estimator": Estimator(2)},
         {"nominal_mean": True},
         {
-            "structure": batches([f"x{i}" for i in range(1, 7)], {"a": ("x1", "x2")}, 0.5),
-            "sample": sobol_sample(7, 64, seed=1),
+            "structure": ToleranceStructure(
+                [f"x{i}" for i in range(1, 7)],
+                np.linalg.cholesky(PAIR),
+                [f"z{i}" for i in range(6)],
+            )
         },
     ],
 )
@@ -216,7 +215,7 @@ def test_gradients_are_those_of_differences(make, changes):
 
 @BOTH
 def test_polished_designs_dominate_and_the_front_nears_the_truth(make):
-    robust = robust_of(make, estimator=ControlVariate(2))
+    robust = robust_of(make, estimator=Estimator(2))
     front = nsga2(robust, 40, 25, seed=1).front
     polished = polish(robust, front, range(len(front)))
     before = front.objectives
@@ -264,7 +263,10 @@ def test_what_cannot_be_polished_is_refused():
     )
     for changes, words in (
         ({"evaluate": plain}, "ResponseFunction offers no gradient"),
-        ({"objectives": (MEAN_SUM, Total(Quantile(0.9)))}, "90 % quantile, sum"),
+        (
+            {"objectives": (MEAN_SUM, QUANTILE)},
+            "90 % quantile, sum",
+        ),
         ({"sample": FreshGaussianSampler(6, seed=1)}, "draws that they share"),
     ):
         with pytest.raises(InputError, match=words):

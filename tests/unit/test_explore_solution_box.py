@@ -6,18 +6,7 @@ import numpy as np
 import pytest
 
 from deboom.errors import InputError
-from deboom.explore.box import (
-    Box,
-    BoxQuestion,
-    CutNormalParts,
-    UniformParts,
-    box_sample,
-    lower_bound,
-    smooth_share,
-    verified_share,
-)
-from deboom.explore.known_boxes import LinearProblem, QuadraticProblem
-from deboom.explore.known_truth import quad2
+from deboom.explore.box import Box, BoxQuestion, PartLaw, lower_bound, smooth_share, verified_share
 from deboom.explore.largest_box import (
     BoxEffort,
     FoundBox,
@@ -31,7 +20,9 @@ from deboom.explore.largest_box import (
     trade_off,
     volume_ratio,
 )
-from deboom.explore.space import ResponseFunction
+from deboom.explore.space import ResponseFunction, sobol_points
+from known_boxes import LinearProblem, QuadraticProblem
+from known_truth import quad2
 
 QUICK = BoxEffort(
     starts=1, coarse=((0.5, 256),), fine=((0.15, 512),), calibration=8192, verification=8192
@@ -51,17 +42,17 @@ def bowls(**others):
     return BoxQuestion(problem, np.full(2, 0.15), 0.9, **{**bounds, **others})
 
 
-@pytest.mark.parametrize("law", [UniformParts(), CutNormalParts()])
+@pytest.mark.parametrize("law", list(PartLaw))
 @pytest.mark.parametrize("together", [False, True])
 def test_the_smooth_share_has_exact_derivatives(law, together):
     question = bowls(law=law, together=together)
-    unit = box_sample(2, 1024, seed=1, purpose="derivatives")
+    unit = sobol_points(2, 1024, seed=1, purpose="derivatives")
     ends = np.array([[0.7, 0.8], [1.1, 1.2]])
 
     def share(moved):
-        return smooth_share(question, Box(question.names, *moved), unit, 0.05)[0]
+        return smooth_share(question, moved, unit, 0.05)[0]
 
-    gradient = smooth_share(question, Box(question.names, *ends), unit, 0.05)[1]
+    gradient = smooth_share(question, ends, unit, 0.05)[1]
     step = 1e-6
     for place in np.ndindex(2, 2):
         change = np.zeros((2, 2))
@@ -72,9 +63,10 @@ def test_the_smooth_share_has_exact_derivatives(law, together):
 
 def test_a_hard_step_is_the_limit_of_the_smooth_share():
     question = bowls()
-    unit = box_sample(2, 4096, seed=1, purpose="limit")
+    unit = sobol_points(2, 4096, seed=1, purpose="limit")
     box = Box(question.names, np.full(2, 0.7), np.full(2, 1.2))
-    assert smooth_share(question, box, unit, 1e-9)[0] == question.share_of(box, unit)
+    ends = np.array([box.lower, box.upper])
+    assert smooth_share(question, ends, unit, 1e-9)[0] == question.share_of(box, unit)
 
 
 def test_a_variable_without_effect_gets_its_bounds_and_one_that_is_held_stays():
@@ -102,7 +94,7 @@ def test_together_is_stricter_and_a_normal_law_is_milder():
         for name, question in {
             "each": bowls(),
             "together": bowls(together=True),
-            "normal": bowls(law=CutNormalParts()),
+            "normal": bowls(law=PartLaw.NORMAL),
         }.items()
     }
     assert volumes["together"] < volumes["each"] < volumes["normal"]
@@ -176,11 +168,11 @@ def test_a_box_with_no_interior_names_the_variable():
     ("change", "sentence"),
     [
         ({"share": 1.0}, "above 0 and below 1"),
-        ({"limit": np.zeros(3)}, "limit of a box"),
+        ({"limit": np.zeros(3)}, r"limits of a box: shape \(2\)"),
         ({"lower": np.full(3, 3.0)}, "reversed"),
         ({"weight": np.array([1.0, 0.0, 1.0])}, "shrink to nothing"),
         ({"lower": np.ones(3), "upper": np.ones(3)}, "holds? every variable fixed"),
-        ({"upper": np.array([1.0, np.nan, 1.0])}, "finite number"),
+        ({"upper": np.array([1.0, np.nan, 1.0])}, "upper: a number is not finite"),
         (
             {"response": ResponseFunction(lambda x: x[:, :2], ("a", "b", "c"), ("y", "z"), "1")},
             "no gradient",
@@ -195,7 +187,7 @@ def test_questions_without_an_answer_are_refused(change, sentence):
 def test_boxes_and_points_that_are_none_are_refused():
     with pytest.raises(InputError, match="ends reversed"):
         Box(("a",), np.ones(1), np.zeros(1))
-    with pytest.raises(InputError, match="finite lower end"):
+    with pytest.raises(InputError, match="lower: a number is not finite"):
         Box(("a",), np.array([np.inf]), np.ones(1))
     with pytest.raises(InputError, match="outside the bounds"):
         largest_box(linear(), seed=1, points=[[3.0, 0.0, 0.0]], effort=QUICK)
@@ -222,7 +214,7 @@ def test_peers_keep_the_share_at_their_limit():
     question = bowls()
     about = tolerance_box(question.names, np.ones(2), 0.15)
     raised = question.lowered(-kept_offset(question, about, seed=1))
-    unit = box_sample(2, 65536, seed=1, purpose="kept limit")
+    unit = sobol_points(2, 65536, seed=1, purpose="kept limit")
     assert raised.share_of(about, unit) == pytest.approx(0.9, abs=2e-4)
     plain = bisection_box(raised, np.ones(2), seed=1, effort=QUICK)
     assert plain.tolerance == pytest.approx(0.15, abs=0.003)

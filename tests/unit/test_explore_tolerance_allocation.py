@@ -6,23 +6,29 @@ import numpy as np
 import pytest
 
 from deboom.errors import InputError
-from deboom.explore.known_truth import quad2
-from deboom.explore.problems import nsga2
-from deboom.explore.robust import SAMPLE_MOMENTS, ControlVariate, RobustResponse
-from deboom.explore.scatter import FreshGaussianSampler, batches, cut_normal_moments, sobol_sample
+from deboom.explore.moments import Estimator
+from deboom.explore.robust import RobustResponse
+from deboom.explore.scatter import (
+    FreshGaussianSampler,
+    ToleranceStructure,
+    cut_normal_moments,
+    sobol_sample,
+)
+from deboom.explore.search import nsga2
 from deboom.explore.space import ResponseFunction, stiffness_factor_space
 from deboom.explore.tolerance_allocation import (
     Allocator,
     CostCurves,
-    ReciprocalCurve,
     ShareTarget,
     SigmaTarget,
-    TabulatedCurve,
     ToleranceCost,
     ToleranceEffect,
     ToleranceResponse,
+    reciprocal_curve,
     reciprocal_curves,
+    tabulated_curve,
 )
+from known_truth import quad2
 
 SECOND = cut_normal_moments()[0]
 
@@ -55,7 +61,7 @@ def linear_allocator(slopes, weight, lower=0.001, upper=0.9, structure=None):
         model,
         space,
         sobol_sample(n_draws, 128, seed=1),
-        estimator=ControlVariate(1),
+        estimator=Estimator(1),
         structure=structure,
     )
     cost = ToleranceCost(np.asarray(weight, dtype=float), np.full(k, 0.15))
@@ -106,7 +112,8 @@ def test_axes_of_one_hardness_have_their_own_closed_form():
     """σ = Σ a t if all axes share one draw: t ∝ sqrt(w / a)."""
     slope, weight = SLOPE[:4], WEIGHT[:4]
     names = tuple(f"M x{k}" for k in range(4))
-    allocator = linear_allocator(slope, weight, structure=batches(names, {"M": names}, 1.0))
+    structure = ToleranceStructure(names, np.ones((4, 1)), ("hardness",))
+    allocator = linear_allocator(slope, weight, structure=structure)
     target = SigmaTarget(0.1)
     found = allocator.cheapest(target)
     a = slope * np.sqrt(SECOND) / 3.0
@@ -127,11 +134,13 @@ def test_a_sum_of_two_vehicles_is_checked_by_a_search_of_all_pairs():
     assert allocator.cheapest(target).total_cost == pytest.approx(cost.min(), rel=1e-3)
 
 
-@pytest.mark.parametrize("estimator", [ControlVariate(2), ControlVariate(1), SAMPLE_MOMENTS])
+@pytest.mark.parametrize("estimator", [Estimator(2), Estimator(1), Estimator()])
 def test_gradients_by_the_tolerance_are_those_of_differences(estimator):
     model = quad2(4, seed=2)
     names = model.variable_names
-    structure = batches(names, {"M": names[:3]}, 0.4)
+    correlation = np.eye(4)
+    correlation[:3, :3] += 0.4 * (1.0 - np.eye(3))
+    structure = ToleranceStructure(names, np.linalg.cholesky(correlation), tuple("abcd"))
     sample = sobol_sample(structure.n_draws, 64, seed=1)
     space = stiffness_factor_space(names)
     robust = RobustResponse(model, space, sample, estimator=estimator, structure=structure)
@@ -172,7 +181,7 @@ def test_tabulated_prices_keep_their_points_and_their_ends():
     names = tuple(f"M x{k}" for k in range(12))
     law = linear_allocator(SLOPE, WEIGHT, 0.05, 0.35)
     curves = tuple(
-        TabulatedCurve(name, widths[::-1], (w * 0.15 / widths)[::-1])
+        tabulated_curve(name, widths[::-1], (w * 0.15 / widths)[::-1])
         for name, w in zip(names, WEIGHT, strict=True)
     )
     table = replace(law, curves=CostCurves(curves))
@@ -184,7 +193,7 @@ def test_tabulated_prices_keep_their_points_and_their_ends():
     assert table.cheapest(target).total_cost == pytest.approx(
         law.cheapest(target).total_cost, rel=2e-3
     )
-    ends = TabulatedCurve("M x0", [0.1, 0.2], [2.0, 1.0])
+    ends = tabulated_curve("M x0", [0.1, 0.2], [2.0, 1.0])
     narrowed = replace(law, curves=CostCurves((ends, *curves[1:])))
     assert (narrowed.lower[0], narrowed.upper[0]) == (0.1, 0.2)
 
@@ -222,15 +231,15 @@ def test_an_unreachable_target_says_by_how_much_and_who_binds():
     ("make", "words"),
     [
         (
-            lambda: TabulatedCurve("TSM x", [0.1, 0.2, 0.3], [3.0, 1.0, 2.0]),
+            lambda: tabulated_curve("TSM x", [0.1, 0.2, 0.3], [3.0, 1.0, 2.0]),
             "'TSM x' rises from 1 at ±0.2 to 2 at ±0.3: a wider tolerance never costs more",
         ),
-        (lambda: TabulatedCurve("TSM x", [0.1, 0.1], [3.0, 1.0]), "names a tolerance twice"),
-        (lambda: TabulatedCurve("TSM x", [0.1], [3.0]), "at least two"),
-        (lambda: TabulatedCurve("TSM x", [0.0, 0.1], [3.0, 1.0]), "above 0"),
-        (lambda: TabulatedCurve("TSM x", [0.1, 0.2], [3.0, -1.0]), "at least 0"),
-        (lambda: ReciprocalCurve("TSM x", -1.0, 0.15), "weight of at least 0"),
-        (lambda: ReciprocalCurve("TSM x", 1.0, 0.0), "reference above 0"),
+        (lambda: tabulated_curve("TSM x", [0.1, 0.1], [3.0, 1.0]), "names a tolerance twice"),
+        (lambda: tabulated_curve("TSM x", [0.1], [3.0]), "at least two"),
+        (lambda: tabulated_curve("TSM x", [0.0, 0.1], [3.0, 1.0]), "above 0"),
+        (lambda: tabulated_curve("TSM x", [0.1, 0.2], [3.0, -1.0]), "at least 0"),
+        (lambda: reciprocal_curve("TSM x", -1.0, 0.15), "weight of at least 0"),
+        (lambda: reciprocal_curve("TSM x", 1.0, 0.0), "reference above 0"),
         (lambda: CostCurves(()), "needs one cost curve"),
         (lambda: SigmaTarget(0.0), "give more than 0"),
         (lambda: ShareTarget(np.zeros(1), 1.0), "between 0 and 1"),
@@ -247,7 +256,7 @@ def test_what_makes_no_sense_is_refused(make, words):
 def test_models_and_draws_that_do_not_serve_are_refused():
     allocator = linear_allocator(SLOPE, WEIGHT)
     effect = allocator.effect
-    other = CostCurves((ReciprocalCurve("Q x", 1.0, 0.15),))
+    other = CostCurves((reciprocal_curve("Q x", 1.0, 0.15),))
     with pytest.raises(InputError, match="there is a cost of"):
         replace(allocator, curves=other, lower=np.asarray(0.05), upper=np.asarray(0.3))
     fresh = replace(effect.robust, sample=FreshGaussianSampler(12, 64, seed=1))
@@ -348,7 +357,7 @@ def test_failed_designs_fail_here_too():
     ("make", "sentence"),
     [
         (lambda: ToleranceCost(np.ones(4), np.zeros(4)), "references above 0"),
-        (lambda: ToleranceCost(np.ones(4), np.ones(3)), "one weight and one reference"),
+        (lambda: ToleranceCost(np.ones(4), np.ones(3)), r"reference: shape \(4\) is needed"),
         (lambda: ToleranceResponse(ROBUST, 0.0, 0.3, COST), "cannot be made"),
         (lambda: ToleranceResponse(ROBUST, 0.2, 0.3, COST), "nominal value"),
         (

@@ -11,12 +11,12 @@ import pytest
 
 from deboom.errors import InputError
 from deboom.explore import workers
-from deboom.explore.known_truth import quad2
-from deboom.explore.problems import nsga2
 from deboom.explore.robust import RobustResponse
 from deboom.explore.scatter import FreshGaussianSampler, sobol_sample
+from deboom.explore.search import nsga2
 from deboom.explore.space import ResponseFunction, stiffness_factor_space
 from deboom.explore.workers import SpreadResponse, workers_for
+from known_truth import quad2
 
 MODEL = quad2(4, seed=1)
 SPACE = stiffness_factor_space(MODEL.variable_names)
@@ -46,7 +46,7 @@ class _Chunks:
 )
 def test_chunks_of_any_size_give_the_same_rows(n_workers, robust):
     designs = 0.8 + 0.4 * np.random.default_rng(1).random((23, 4))
-    same(SpreadResponse(SPACE, _Chunks(robust, n_workers))(designs), robust(designs))
+    same(SpreadResponse(robust, _Chunks(robust, n_workers))(designs), robust(designs))
 
 
 def test_one_worker_is_the_response_itself():

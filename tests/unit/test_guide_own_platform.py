@@ -11,7 +11,7 @@ import pytest
 from typer.testing import CliRunner
 
 from deboom.cli import app
-from deboom.explore.problems import nsga2
+from deboom.explore.search import nsga2
 from deboom.study.runner import load_study
 
 ROOT = Path(__file__).parents[2]

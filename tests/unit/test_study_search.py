@@ -9,13 +9,13 @@ import pytest
 
 from deboom.errors import InputError
 from deboom.explore.front import pareto_front
-from deboom.explore.known_truth import quad2
-from deboom.explore.problems import nsga2
 from deboom.explore.robust import RobustResponse
 from deboom.explore.scatter import sobol_sample
+from deboom.explore.search import nsga2
 from deboom.explore.space import stiffness_factor_space
 from deboom.study.options import Aim, aim_note, robust_response
 from deboom.study.search import Budget, robust_search
+from known_truth import quad2
 
 MODEL = quad2(5, seed=1)
 SPACE = stiffness_factor_space(MODEL.variable_names)

@@ -3,8 +3,10 @@
 import numpy as np
 import pytest
 
-from deboom.explore.box import Box, BoxQuestion, box_sample, face_shares
-from deboom.explore.known_boxes import (
+from deboom.explore.box import Box, BoxQuestion, face_shares
+from deboom.explore.largest_box import BoxEffort, largest_box
+from deboom.explore.space import sobol_points
+from known_boxes import (
     LinearProblem,
     QuadraticProblem,
     exact_largest_box,
@@ -14,8 +16,7 @@ from deboom.explore.known_boxes import (
     linear_share,
     quadratic_share,
 )
-from deboom.explore.known_truth import quad2
-from deboom.explore.largest_box import BoxEffort, largest_box
+from known_truth import quad2
 
 EFFORT = BoxEffort(calibration=2**18, verification=2**18)
 SLOPE = np.array([0.7, 1.1, 1.6, 0.9])
@@ -105,6 +106,6 @@ def test_at_the_optimum_all_free_faces_have_the_same_share():
     problem, limit, bounds, _ = linear_case()
     question = BoxQuestion(problem, limit, 0.95, bounds.lower, bounds.upper)
     box = largest_box(question, seed=1, effort=EFFORT).box
-    upper = face_shares(question, box, box_sample(4, 2**15, seed=2, purpose="faces"))[1]
+    upper = face_shares(question, box, sobol_points(4, 2**15, seed=2, purpose="faces"))[1]
     assert np.ptp(upper) < 0.02
     assert np.all(upper < 0.93)

@@ -12,14 +12,14 @@ import numpy as np
 import pytest
 from scipy import optimize, stats
 
-from deboom.explore import known_truth
+import known_truth
 from deboom.explore import scatter as tolerance_samples
 from deboom.explore.front import hypervolume, nondominated, verify
-from deboom.explore.known_truth import exact_front, exact_objectives, exp1, quad2
-from deboom.explore.problems import nsga2
-from deboom.explore.robust import RobustResponse, RobustValues
+from deboom.explore.robust import Robust, RobustResponse, RobustValues
 from deboom.explore.scatter import FreshGaussianSampler, gaussian_sample, sobol_sample
+from deboom.explore.search import nsga2
 from deboom.explore.space import DesignSpace, stiffness_factor_space
+from known_truth import exact_front, exact_objectives, exp1, quad2
 
 CUT_NORMAL = stats.truncnorm(-3.0, 3.0)
 BOTH = pytest.mark.parametrize("make", [quad2, exp1])
@@ -209,7 +209,7 @@ def test_verification_reports_the_true_bias(make):
     assert np.mean(check.nondominated) == pytest.approx(np.mean(nondominated(truth)), abs=0.3)
 
 
-class Zdt1:
+class Zdt1(Robust):
     """ZDT1's two functions in place of the two sums, without scatter."""
 
     space = DesignSpace(

@@ -1,5 +1,5 @@
-"""Designs in, responses out: robustness, optimisation, selection.
+"""Designs in, responses out: plans, robustness, searches, sensitivity, boxes and shared parts.
 
-Depends on: numpy and scipy, pymoo behind `problems`, moocore behind `fronts`, SALib behind
-`sensitivity`; it knows no physics.
+This room knows no physics. pymoo stands behind `search`, SALib behind `sensitivity`, moocore behind
+`front`.
 """

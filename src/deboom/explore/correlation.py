@@ -1,15 +1,17 @@
-"""Do the responses rise and fall together, from design to design and within the tolerance?"""
+"""Do the responses rise and fall together, from design to design and within the tolerance?
+
+Correlation coefficients with bootstrap intervals, and families of responses that go together.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from scipy.cluster.hierarchy import fcluster, linkage
 from scipy.spatial.distance import squareform
 
-from deboom.arrays import RealArray, frozen_copy
+from deboom.arrays import RealArray, checked
 from deboom.errors import InputError
 from deboom.explore.scatter import sobol_sample
 from deboom.explore.space import DesignSpace, Evaluate, generator, responses
@@ -18,21 +20,31 @@ FEWEST = 10
 """Designs that a correlation needs at least."""
 _CHUNK = 2**19  # numbers in memory at a time
 
+_Transform = Callable[[RealArray], RealArray]
+# from weights (n_samples, n) to what is correlated, shape (n_samples or 1, r, n)
 
-@dataclass(frozen=True, eq=False)
+
+@checked(
+    pearson="r r",
+    pearson_low="r r",
+    pearson_high="r r",
+    spearman="r r",
+    spearman_low="r r",
+    spearman_high="r r",
+)
 class Correlations:
     """Correlation matrices with their intervals.
 
     Parameters
     ----------
-    names : tuple of str
-        Of rows and columns.
+    names : tuple of str, length r
+        Names of rows and columns.
     pearson, pearson_low, pearson_high : array, shape (r, r)
-        Of the values, with the ends of the interval [1].
+        Coefficients of the values, with the ends of the interval [1].
     spearman, spearman_low, spearman_high : array, shape (r, r)
-        Of their ranks [1].
+        Coefficients of their ranks [1].
     n_designs, n_draws : int
-        Rows that were resampled, and values per row.
+        Number of rows that were resampled, and of values per row.
     """
 
     names: tuple[str, ...]
@@ -44,11 +56,6 @@ class Correlations:
     spearman_high: RealArray
     n_designs: int
     n_draws: int
-
-    def __post_init__(self) -> None:
-        for kind in ("pearson", "spearman"):
-            for end in ("", "_low", "_high"):
-                object.__setattr__(self, kind + end, frozen_copy(getattr(self, kind + end)))
 
     @property
     def pairs(self) -> tuple[tuple[int, int], ...]:
@@ -84,17 +91,13 @@ def correlations(
         One row per design, or m values of each design, which stay together when designs are
         resampled.
     names : sequence of str, length r
-        Of the responses.
+        Names of the responses.
     seed : int
-        Of the bootstrap, from 1.
+        Seed of the bootstrap, from 1.
     resamples : int
-        Of the bootstrap, at least 100.
+        Number of bootstrap resamples, at least 100.
     level : float
-        Of the interval [1].
-
-    Returns
-    -------
-    Correlations
+        Confidence of the interval [1].
 
     Raises
     ------
@@ -115,9 +118,9 @@ def correlations(
     counts = random.multinomial(n, np.full(n, 1.0 / n), size=resamples).astype(float)
     flat = np.ascontiguousarray(rows.reshape(n * m, -1).T)
     ends = [(1.0 - level) / 2.0, (1.0 + level) / 2.0]
-    found: dict[str, RealArray] = {}
+    matrices: dict[str, RealArray] = {}
     for kind, transform in (("pearson", _values(flat)), ("spearman", _mid_ranks(flat))):
-        found[kind] = _weighted(transform, np.ones((1, n * m)))[0]
+        matrices[kind] = _weighted(transform, np.ones((1, n * m)))[0]
         chunk = max(_CHUNK // flat.size, 1)
         drawn = np.concatenate(
             [
@@ -126,136 +129,13 @@ def correlations(
             ]
         )
         # a resample of one design over and over has no correlation
-        found[f"{kind}_low"], found[f"{kind}_high"] = np.nanquantile(drawn, ends, axis=0)
-    return Correlations(names=tuple(names), n_designs=n, n_draws=m, **found)
-
-
-def tolerance_scatter(
-    evaluate: Evaluate, space: DesignSpace, designs: RealArray, *, n_draws: int, seed: int
-) -> tuple[RealArray, RealArray]:
-    """Split the responses of toleranced designs into means and scatter.
-
-    Parameters
-    ----------
-    evaluate : Evaluate
-        The model.
-    space : DesignSpace
-        Of its variables, with their tolerances.
-    designs : array, shape (n, k)
-        As made without scatter.
-    n_draws : int
-        Per design, a power of two.
-    seed : int
-        From 1.
-
-    Returns
-    -------
-    mean : array, shape (n, r)
-        Mean of each design over its draws [unit of the responses].
-    scatter : array, shape (n, n_draws, r)
-        Each draw less the mean of its design; NaN for all draws of a design of which one could
-        not be computed [unit of the responses].
-
-    Raises
-    ------
-    InputError
-        A number of draws that is not a power of two from 2, seed 0, designs of another shape.
-
-    Notes
-    -----
-    Each design has scrambled Sobol draws of its own. Draws that all designs share would be better
-    for comparing designs, but would leave the correlation of the scatter to those few draws.
-    """
-    rows = []
-    for number, design in enumerate(space.checked(designs), 1):
-        purpose = f"scatter of design {number}"
-        draws = sobol_sample(space.n_variables, n_draws, seed=seed, purpose=purpose).values
-        rows.append(_draws(evaluate, design * (1.0 + space.relative_sigma * draws)))
-    drawn = np.stack(rows)
-    mean = drawn.mean(axis=1)
-    return mean, drawn - mean[:, np.newaxis]
-
-
-@dataclass(frozen=True, eq=False)
-class Families:
-    """Responses that go together.
-
-    Parameters
-    ----------
-    names : tuple of str
-        Of the responses.
-    members : tuple of tuple of str
-        The families, the largest first, each in the order of the names.
-    merges : array, shape (r - 1, 4)
-        Tree in the layout of `scipy.cluster.hierarchy.linkage`; heights are 1 - r [1].
-    cut : float
-        Least correlation of any two members of a family [1].
-    """
-
-    names: tuple[str, ...]
-    members: tuple[tuple[str, ...], ...]
-    merges: RealArray
-    cut: float
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "merges", frozen_copy(np.asarray(self.merges, dtype=float)))
-
-    def number(self, name: str) -> int:
-        """Return the number of a response's family, from 1."""
-        return next(i for i, family in enumerate(self.members, 1) if name in family)
-
-
-def families(names: Sequence[str], r: RealArray, cut: float = 0.9) -> Families:
-    """Group responses so that any two of a group correlate at least as much as asked.
-
-    Parameters
-    ----------
-    names : sequence of str, length n
-        At least two.
-    r : array, shape (n, n)
-        Their correlation [1].
-    cut : float
-        Asked correlation, between 0 and 1.
-
-    Returns
-    -------
-    Families
-
-    Raises
-    ------
-    InputError
-        Fewer than two responses, a matrix of another shape, a cut outside 0 to 1.
-
-    Notes
-    -----
-    Hierarchical clustering of the distance 1 − r with complete linkage: the height of a branch is
-    the worst pair below it, so that a cut at 1 − `cut` promises every pair of a family.
-    """
-    matrix = np.asarray(r, dtype=float)
-    if len(names) < 2 or matrix.shape != (len(names), len(names)):
-        raise InputError(
-            f"families of {len(names)} responses from a matrix of shape {matrix.shape}: bring at "
-            "least two responses and one row and column for each"
-        )
-    if not 0.0 < cut < 1.0:
-        raise InputError(f"families cut at r = {cut:g}: take a correlation between 0 and 1")
-    distance = np.maximum(1.0 - (matrix + matrix.T) / 2.0, 0.0)
-    np.fill_diagonal(distance, 0.0)
-    merges = linkage(squareform(distance, checks=False), method="complete")
-    labels = fcluster(merges, 1.0 - cut, criterion="distance")
-    together = [
-        tuple(name for name, label in zip(names, labels, strict=True) if label == wanted)
-        for wanted in dict.fromkeys(labels)
-    ]
-    members = tuple(sorted(together, key=len, reverse=True))
-    return Families(tuple(names), members, merges, cut)
-
-
-Transform = Callable[[RealArray], RealArray]
-# from weights (n_samples, n) to what is correlated, shape (n_samples or 1, r, n)
+        low, high = np.nanquantile(drawn, ends, axis=0)
+        matrices[f"{kind}_low"], matrices[f"{kind}_high"] = low, high
+    return Correlations(names=tuple(names), n_designs=n, n_draws=m, **matrices)
 
 
 def _checked(values: RealArray, names: Sequence[str], resamples: int, level: float) -> RealArray:
+    """Values as an array (n, m, r) that can be correlated."""
     rows = np.asarray(values, dtype=float)
     if rows.ndim == 2:
         rows = rows[:, np.newaxis, :]
@@ -280,24 +160,21 @@ def _checked(values: RealArray, names: Sequence[str], resamples: int, level: flo
             f"design {design + 1} has no finite value of '{names[response]}': leave failed designs "
             "out before correlating"
         )
-    spread = np.ptp(rows, axis=(0, 1))
-    size = np.abs(rows).max(axis=(0, 1))
-    constant = spread <= 1e-12 * size
+    constant = np.ptp(rows, axis=(0, 1)) <= 1e-12 * np.abs(rows).max(axis=(0, 1))
     if constant.any():
-        name = names[int(np.argmax(constant))]
         raise InputError(
-            f"response '{name}' is the same in all {len(rows)} designs and correlates with "
-            "nothing: check that a variable acts on it, or leave it out"
+            f"response '{names[int(np.argmax(constant))]}' is the same in all {len(rows)} designs "
+            "and correlates with nothing: check that a variable acts on it, or leave it out"
         )
     return rows
 
 
-def _values(values: RealArray) -> Transform:
+def _values(values: RealArray) -> _Transform:
     centred = (values - values.mean(axis=1, keepdims=True))[np.newaxis]
     return lambda _: centred
 
 
-def _mid_ranks(values: RealArray) -> Transform:
+def _mid_ranks(values: RealArray) -> _Transform:
     """Sort once; ranks within a weighted sample then follow from sums of weights."""
     orders = np.argsort(values, axis=1, kind="stable")
     ascending = np.take_along_axis(values, orders, axis=1)
@@ -316,7 +193,7 @@ def _mid_ranks(values: RealArray) -> Transform:
     return ranks
 
 
-def _weighted(transform: Transform, weights: RealArray) -> RealArray:
+def _weighted(transform: _Transform, weights: RealArray) -> RealArray:
     """Correlation of the rows in each weighted sample, shape (n_samples, r, r); NaN: no spread."""
     moved = transform(weights)
     total = weights.sum(axis=1)[:, np.newaxis]
@@ -329,9 +206,118 @@ def _weighted(transform: Transform, weights: RealArray) -> RealArray:
         return np.asarray(np.clip(covariance / scale, -1.0, 1.0))
 
 
-def _draws(evaluate: Evaluate, made: RealArray) -> RealArray:
-    """Responses of all draws of one design, shape (m, r)."""
-    try:
-        return responses(evaluate, made)
-    except (ArithmeticError, np.linalg.LinAlgError):
-        return np.full((len(made), len(evaluate.response_names)), np.nan)
+def tolerance_scatter(
+    evaluate: Evaluate, space: DesignSpace, designs: RealArray, *, n_draws: int, seed: int
+) -> tuple[RealArray, RealArray]:
+    """Split the responses of toleranced designs into means and scatter.
+
+    Parameters
+    ----------
+    evaluate : Evaluate
+        Model.
+    space : DesignSpace
+        Its variables with their tolerances.
+    designs : array, shape (n, k)
+        Designs as made without scatter [units of the space].
+    n_draws : int
+        Draws per design, a power of two.
+    seed : int
+        Seed from 1.
+
+    Returns
+    -------
+    mean : array, shape (n, r)
+        Mean of each design over its draws [unit of the responses].
+    scatter : array, shape (n, n_draws, r)
+        Each draw less the mean of its design; NaN for all draws of a design of which one could
+        not be computed [unit of the responses].
+
+    Raises
+    ------
+    InputError
+        A number of draws that is not a power of two from 2, seed 0, designs of another shape.
+
+    Notes
+    -----
+    Each design has scrambled Sobol draws of its own. Draws that all designs share would be better
+    for comparing designs, but would leave the correlation of the scatter to those few draws.
+    """
+    rows = []
+    for number, design in enumerate(space.checked(designs), 1):
+        purpose = f"scatter of design {number}"
+        draws = sobol_sample(space.n_variables, n_draws, seed=seed, purpose=purpose).values
+        try:
+            rows.append(responses(evaluate, design * (1.0 + space.relative_sigma * draws)))
+        except (ArithmeticError, np.linalg.LinAlgError):
+            rows.append(np.full((n_draws, len(evaluate.response_names)), np.nan))
+    drawn = np.stack(rows)
+    mean = drawn.mean(axis=1)
+    return mean, drawn - mean[:, np.newaxis]
+
+
+@checked(merges="m 4")
+class Families:
+    """Responses that go together.
+
+    Parameters
+    ----------
+    names : tuple of str
+        Names of the responses.
+    members : tuple of tuple of str
+        The families, the largest first, each in the order of the names.
+    merges : array, shape (r - 1, 4)
+        Tree in the layout of `scipy.cluster.hierarchy.linkage`; heights are 1 - r [1].
+    cut : float
+        Least correlation of any two members of a family [1].
+    """
+
+    names: tuple[str, ...]
+    members: tuple[tuple[str, ...], ...]
+    merges: RealArray
+    cut: float
+
+    def number(self, name: str) -> int:
+        """Return the number of a response's family, from 1."""
+        return next(i for i, family in enumerate(self.members, 1) if name in family)
+
+
+def families(names: Sequence[str], r: RealArray, cut: float = 0.9) -> Families:
+    """Group responses so that any two of a group correlate at least as much as asked.
+
+    Parameters
+    ----------
+    names : sequence of str, length n
+        Names of at least two responses.
+    r : array, shape (n, n)
+        Their correlation [1].
+    cut : float
+        Correlation that is asked for, between 0 and 1 [1].
+
+    Raises
+    ------
+    InputError
+        Fewer than two responses, a matrix of another shape, a cut outside 0 to 1.
+
+    Notes
+    -----
+    Hierarchical clustering of the distance 1 − r with complete linkage: the height of a branch is
+    the worst pair below it, so that a cut at 1 − `cut` promises every pair of a family.
+    """
+    matrix = np.asarray(r, dtype=float)
+    if len(names) < 2 or matrix.shape != (len(names), len(names)):
+        raise InputError(
+            f"families of {len(names)} responses from a matrix of shape {matrix.shape}: bring at "
+            "least two responses and one row and column for each"
+        )
+    if not 0.0 < cut < 1.0:
+        raise InputError(f"families cut at r = {cut:g}: take a correlation between 0 and 1")
+    distance = np.maximum(1.0 - (matrix + matrix.T) / 2.0, 0.0)
+    np.fill_diagonal(distance, 0.0)
+    merges = linkage(squareform(distance, checks=False), method="complete")
+    labels = fcluster(merges, 1.0 - cut, criterion="distance")
+    together = [
+        tuple(name for name, label in zip(names, labels, strict=True) if label == family)
+        for family in dict.fromkeys(labels)
+    ]
+    members = tuple(sorted(together, key=len, reverse=True))
+    return Families(tuple(names), members, merges, cut)

@@ -1,4 +1,7 @@
-"""Pareto fronts: made, verified with fresh draws, and compared with each other."""
+"""Pareto fronts: made, verified with fresh draws, and compared; the door to moocore.
+
+All objectives are to be minimised. Fronts to compare are plain arrays of shape (n, m), finite.
+"""
 
 from __future__ import annotations
 
@@ -11,18 +14,25 @@ import numpy as np
 import numpy.typing as npt
 from scipy import stats
 
-from deboom.arrays import BoolArray, RealArray, frozen_copy
+from deboom.arrays import BoolArray, RealArray, checked
 from deboom.errors import InputError
 from deboom.explore.robust import RobustResponse, RobustValues, joined
 from deboom.explore.scatter import sobol_sample
 
+CONFIDENCE = 0.99
+"""Confidence from which a difference of two fronts is called real [1]."""
+LAST_PART = 0.2
+"""Last part of the generations, whose gain says how far a single search can be trusted [1]."""
+ENOUGH_SEEDS = 3
+"""Runs whose spread is their own measure of noise; fewer are judged by their last gain."""
+_MARGIN = 0.1  # of the common box, by which the reference point lies beyond its worst corner
+
 
 @dataclass(frozen=True, eq=False)
 class ParetoFront(RobustValues):
-    """Feasible designs of which none beats another in all objectives.
+    """Feasible designs of which none beats another in all objectives, made by `pareto_front`.
 
-    Sorted by the first objective; of two, the second then falls from row to row. `pareto_front`
-    makes it.
+    Sorted by the first objective; of two, the second then falls from row to row.
 
     Raises
     ------
@@ -48,19 +58,15 @@ def pareto_front(*values: RobustValues) -> ParetoFront:
 
     Of designs with equal objectives the one with the smallest first variable (then second, ...)
     stays, so that the order of rows and arguments does not matter.
-
-    Parameters
-    ----------
-    *values : RobustValues
-        At least one; fronts of several runs merge in the same way.
     """
     merged = joined(values)
     keys = np.column_stack([merged.objectives, merged.designs])
     order = np.lexsort(keys.T[::-1])
     order = order[merged.feasible[order]]
     order = order[nondominated(merged.objectives[order])]
-    columns = (field.name for field in fields(RobustValues))
-    return ParetoFront(**{name: getattr(merged, name)[order] for name in columns})
+    return ParetoFront(
+        **{column.name: getattr(merged, column.name)[order] for column in fields(RobustValues)}
+    )
 
 
 def nondominated(objectives: RealArray) -> BoolArray:
@@ -83,7 +89,7 @@ def hypervolume(objectives: RealArray, reference_point: npt.ArrayLike) -> float:
     Parameters
     ----------
     objectives : array, shape (n, m)
-        To be minimised, finite; points beyond the reference point add nothing.
+        Finite points; those beyond the reference point add nothing.
     reference_point : array, shape (m,)
         State it beside every figure: hypervolumes of different reference points do not compare.
 
@@ -105,24 +111,24 @@ def hypervolume(objectives: RealArray, reference_point: npt.ArrayLike) -> float:
     return float(moocore.hypervolume(objectives, ref=reference))
 
 
-@dataclass(frozen=True, eq=False)
+@checked(nondominated="n")
 class Verification:
     """A front evaluated again, with draws that the search never saw.
 
     Parameters
     ----------
     values : RobustValues
-        Row by row the designs of the front.
+        The designs of the front, row by row.
     nondominated : array of bool, shape (n,)
         Rows that no other row beats under the new draws.
     n_samples, seed : int
-        Of the new draws.
+        Number and seed of the new draws.
     mean_bias : float
-        Mean over the front of search minus verified `mean_sum` [response unit]; negative means
-        that the search was optimistic.
+        Mean over the front of search minus verified `mean_sum`; negative means that the search was
+        optimistic [response unit].
     sigma_bias_percent : float
-        Mean over the front of (search - verified) / verified `sigma_sum` [%]; negative means that
-        the search was optimistic.
+        Mean over the front of (search - verified) / verified `sigma_sum`; negative means that the
+        search was optimistic [%].
     """
 
     values: RobustValues
@@ -132,29 +138,20 @@ class Verification:
     mean_bias: float
     sigma_bias_percent: float
 
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "nondominated", frozen_copy(self.nondominated))
-
 
 def verification_response(
     robust: RobustResponse, n_samples: int = 1024, *, seed: int
 ) -> RobustResponse:
-    """Return a robust response with draws that a search never saw.
+    """Return a robust response with scrambled Sobol draws that a search never saw.
 
     Parameters
     ----------
     robust : RobustResponse
-        Of the search: model, space and the meaning of the mean are taken from it, its sample is
-        not.
+        Response of the search, of which only the sample is replaced.
     n_samples : int
-        Scrambled Sobol points, a power of two.
+        Number of draws, a power of two.
     seed : int
-        From 1 upwards. The same seed as the search's gives independent draws all the same.
-
-    Raises
-    ------
-    InputError
-        See `sobol_sample`.
+        Seed from 1 upwards. The seed of the search gives independent draws all the same.
     """
     sample = sobol_sample(robust.n_draws, n_samples, seed=seed, purpose="verification sample")
     return replace(robust, sample=sample)
@@ -168,16 +165,16 @@ def verify(
     Parameters
     ----------
     front : ParetoFront
-        Of the search.
+        Front of the search.
     robust : RobustResponse
-        Of the search.
+        Response of the search.
     n_samples, seed : int
         See `verification_response`.
 
     Raises
     ------
     InputError
-        See `sobol_sample`; an empty front; a front that fails altogether under the new draws.
+        See `sobol_sample`; a front that fails altogether under the new draws.
     """
     values = verification_response(robust, n_samples, seed=seed)(front.designs)
     ok = np.flatnonzero(~values.failed)
@@ -190,8 +187,7 @@ def verify(
     survivors[ok[nondominated(values.objectives[ok])]] = True
     verified = values.sigma_sum[ok]
     excess = front.sigma_sum[ok] - verified
-    scattered = verified > 0.0
-    relative = np.divide(excess, verified, out=np.zeros_like(excess), where=scattered)
+    relative = np.divide(excess, verified, out=np.zeros_like(excess), where=verified > 0.0)
     return Verification(
         values=values,
         nondominated=survivors,
@@ -202,11 +198,7 @@ def verify(
     )
 
 
-MARGIN = 0.1
-"""The reference point lies this share of the box beyond its worst corner [1]."""
-
-
-@dataclass(frozen=True, eq=False)
+@checked(ideal="m", nadir="m", front="n m")
 class CommonBox:
     """The box of the best front that several fronts make together.
 
@@ -225,10 +217,6 @@ class CommonBox:
     nadir: RealArray
     front: RealArray
 
-    def __post_init__(self) -> None:
-        for name in ("ideal", "nadir", "front"):
-            object.__setattr__(self, name, frozen_copy(np.asarray(getattr(self, name))))
-
     @property
     def span(self) -> RealArray:
         """Size of the box, shape (m,); 1 where the common front does not extend [their units]."""
@@ -237,8 +225,8 @@ class CommonBox:
 
     @property
     def reference_point(self) -> RealArray:
-        """Of the hypervolume, shape (m,) [their units]: state it beside every figure."""
-        return np.asarray(self.nadir + MARGIN * self.span)
+        """Reference point of the hypervolume, shape (m,) [their units]."""
+        return np.asarray(self.nadir + _MARGIN * self.span)
 
     def scaled(self, objectives: RealArray) -> RealArray:
         """Return objectives with the ideal at 0 and the nadir at 1 [1]."""
@@ -247,13 +235,12 @@ class CommonBox:
     def hypervolume(self, objectives: RealArray) -> float:
         """Return the share of the box up to the reference point that a front dominates [1]."""
         m = len(self.ideal)
-        volume = hypervolume(self.scaled(objectives), np.full(m, 1.0 + MARGIN))
-        return volume / (1.0 + MARGIN) ** m
+        volume = hypervolume(self.scaled(objectives), np.full(m, 1.0 + _MARGIN))
+        return volume / (1.0 + _MARGIN) ** m
 
     def share(self, volume: float) -> float:
         """Return a hypervolume in the objectives' own units as a share of the same box [1]."""
-        whole = np.prod(self.reference_point - self.ideal)
-        return float(volume / whole)
+        return float(volume / np.prod(self.reference_point - self.ideal))
 
     def igd_plus(self, objectives: RealArray) -> float:
         """Return the mean distance from the common front to what a front reaches of it [1].
@@ -279,7 +266,7 @@ class CommonBox:
 
 
 def common_box(fronts: Sequence[RealArray]) -> CommonBox:
-    """Return the box of the union of fronts.
+    """Return the box of the union of fronts, each of shape (n_i, m).
 
     Raises
     ------
@@ -320,15 +307,15 @@ def attainment(fronts: Sequence[RealArray], shares: Sequence[float]) -> Mapping[
     Parameters
     ----------
     fronts : sequence of array, shape (n_i, m)
-        Such as of several seeds; two or three objectives.
+        Fronts such as of several seeds, with two or three objectives.
     shares : sequence of float
-        Above 0, up to 1 [1]; 0.5 is the median.
+        Shares above 0, up to 1; 0.5 is the median [1].
 
     Returns
     -------
     mapping of float to array, shape (n, m)
-        Share → the points that at least this share of all fronts equals or beats, themselves a
-        front, sorted by the first objective.
+        Points that at least this share of all fronts equals or beats, themselves a front, sorted
+        by the first objective, for each share.
 
     Notes
     -----
@@ -355,7 +342,7 @@ def level_gap(front: RealArray, other: RealArray, n_points: int = 200) -> float:
     Parameters
     ----------
     front, other : array, shape (n, 2)
-        Two objectives.
+        Fronts of two objectives.
     n_points : int
         Values of the second objective, evenly over the range that both fronts have.
 
@@ -374,7 +361,7 @@ def level_gap(front: RealArray, other: RealArray, n_points: int = 200) -> float:
 
 
 def _best_first(front: RealArray, levels: RealArray) -> RealArray:
-    """Return the smallest first objective that stays below each level of the second."""
+    """Smallest first objective that stays below each level of the second."""
     order = np.argsort(front[:, 1], kind="stable")
     best = np.minimum.accumulate(front[order, 0])
     return np.asarray(best[np.searchsorted(front[order, 1], levels, side="right") - 1])
@@ -383,21 +370,11 @@ def _best_first(front: RealArray, levels: RealArray) -> RealArray:
 def design_distance(
     designs: RealArray, others: RealArray, lower: npt.ArrayLike, upper: npt.ArrayLike
 ) -> float:
-    """Return how far two sets of designs lie apart.
+    """Return how far two sets of designs, (n, k) and (p, k), lie apart within bounds, (k,) [1].
 
-    Parameters
-    ----------
-    designs, others : array, shape (n, k), (p, k)
-        [units of the bounds].
-    lower, upper : array, shape (k,)
-        Bounds of the search; variables that cannot move do not count.
-
-    Returns
-    -------
-    float
-        Root mean square over the variables of the distance to the closest design of the other set,
-        in shares of the bounds, averaged over both sets [1]: 0 for equal sets, 1 from corner to
-        opposite corner.
+    Root mean square over the variables that can move of the distance to the closest design of the
+    other set, in shares of the bounds, averaged over both sets: 0 for equal sets, 1 from corner to
+    opposite corner.
     """
     span = np.asarray(upper, dtype=float) - np.asarray(lower, dtype=float)
     moves = span > 0.0
@@ -409,35 +386,27 @@ def design_distance(
     return float(np.mean(nearest))
 
 
-CONFIDENCE = 0.99
-"""How sure a difference must be to be called real [1]."""
-LAST_PART = 0.2
-"""Of the generations: what they gained says how far a single search can be trusted [1]."""
-ENOUGH_SEEDS = 3
-"""Runs from which on their own spread is taken."""
-
-
 class Verdict(Enum):
-    """What a comparison says."""
+    """What a comparison of two fronts says."""
 
     real = "real difference"
     noise = "within noise"
     open = "not decided"
 
 
-@dataclass(frozen=True, eq=False)
+@checked(merit="n s ?", progress="n ?")
 class Contestant:
     """The runs of one configuration, which differ in nothing but their seed.
 
     Parameters
     ----------
     name : str
-        Of the configuration.
+        Name of the configuration.
     merit : array, shape (n_runs, n_sets)
         Figure of merit, such as the hypervolume, of each run under each of several independent
         sets of draws, which all contestants share.
     progress : array, shape (n_runs,)
-        What the last part of each search has gained in the same figure; NaN: not known.
+        Gain of the last part of each search in the same figure; NaN: not known.
 
     Raises
     ------
@@ -450,12 +419,8 @@ class Contestant:
     progress: RealArray
 
     def __post_init__(self) -> None:
-        for field in ("merit", "progress"):
-            object.__setattr__(self, field, frozen_copy(np.asarray(getattr(self, field), float)))
-        if self.merit.ndim != 2 or self.merit.shape[1] < 2:
+        if self.merit.shape[1] < 2:
             raise InputError(f"{self.name}: noise of the draws needs at least two sets of them")
-        if self.progress.shape != self.merit.shape[:1]:
-            raise InputError(f"{self.name}: give one progress per run")
 
     @property
     def search_noise(self) -> tuple[float, float]:
@@ -468,12 +433,12 @@ class Contestant:
 
 @dataclass(frozen=True)
 class Difference:
-    """Of two contestants, first minus second.
+    """Difference of two contestants, first minus second.
 
     Parameters
     ----------
     value : float
-        Of the mean merit.
+        Difference of the mean merits.
     draw_error, search_error : float
         Standard errors from the draws and from the searches.
     noise : float
@@ -490,7 +455,7 @@ class Difference:
 
 
 def difference(first: Contestant, second: Contestant) -> Difference:
-    """Compare two contestants.
+    """Say whether one contestant is really better than another, or whether it could be chance.
 
     Raises
     ------
@@ -525,7 +490,7 @@ def difference(first: Contestant, second: Contestant) -> Difference:
 
 
 def _student(parts: list[tuple[float, float]], error: float) -> float:
-    """Return the quantile for errors of different degrees of freedom."""
+    """Quantile for errors of different degrees of freedom."""
     spread = sum(part**4 / freedom for part, freedom in parts)
     freedom = error**4 / spread if spread > 0.0 else np.inf
     quantile = 0.5 + CONFIDENCE / 2.0

@@ -1,9 +1,13 @@
-"""The largest box in which a stated share of the parts keeps a limit,."""
+"""The largest box in which a stated share of the parts keeps a limit, and what it is compared with.
+
+The problem is that of M. Zimmermann and J. E. von Hoessle, "Computing solution spaces for robust
+design", Int. J. Numer. Meth. Engng 94, 2013.
+"""
 
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, replace
 from multiprocessing import get_context
@@ -21,213 +25,20 @@ from deboom.explore.box import (
     BoxQuestion,
     VerifiedShare,
     bernstein_gap,
-    box_sample,
-    checked_point,
     smooth_share,
-    typical_spread,
     verified_share,
 )
-from deboom.explore.space import checked_seed
+from deboom.explore.space import Progress, checked_seed, sobol_points
 
-TRIED = 1024
-"""Designs over the bounds that are tried first."""
-STEPS = 60
-"""Of each descent towards the limit."""
-
-
-class UnreachableLimit(InputError):
-    """No design inside the bounds keeps the limit in as many responses as the share asks for.
-
-    Parameters
-    ----------
-    question : BoxQuestion
-    design : array, shape (k,)
-        That comes closest.
-    missed : float
-        By how much it misses the limit that binds [response_unit].
-    binding : str
-        Response that binds.
-    """
-
-    def __init__(
-        self, question: BoxQuestion, design: RealArray, missed: float, binding: str
-    ) -> None:
-        unit = question.response.response_unit
-        names = question.response.response_names
-        column = names.index(binding)
-        super().__init__(
-            f"no design inside the bounds keeps the limit in {question.least_kept} of "
-            f"{len(names)} responses: the closest one misses it by {missed:.3g} {unit} in "
-            f"'{binding}', which binds ({question.limit[column] + missed:.4g} against "
-            f"{question.limit[column]:.4g} {unit}): raise the limit or widen the bounds"
-        )
-        self.question, self.design, self.missed, self.binding = question, design, missed, binding
-
-
-def ranked_excess(question: BoxQuestion, excess: RealArray) -> RealArray:
-    """Return the excess that decides whether enough responses keep the limit, (n,), of (n, r)."""
-    return np.asarray(np.sort(excess, axis=1)[:, question.least_kept - 1])
-
-
-def reachable_designs(
-    question: BoxQuestion,
-    *,
-    seed: int,
-    count: int,
-    points: Sequence[npt.ArrayLike] = (),
-) -> tuple[RealArray, ...]:
-    """Return designs around which a box has room, the roomiest first.
-
-    Parameters
-    ----------
-    question : BoxQuestion
-    seed : int
-        From 1 upwards, of the designs that are tried.
-    count : int
-        Descents towards the limit, from places that lie apart.
-    points : sequence of array, shape (k,)
-        Designs to start from as well, such as one of a Pareto front; they go on to the limit too.
-
-    Returns
-    -------
-    tuple of array, shape (k,)
-        At least one, each below the limit in as many responses as the share asks for.
-
-    Raises
-    ------
-    UnreachableLimit
-        There is none.
-
-    Notes
-    -----
-    Each descent minimises the largest excess of the responses that the start keeps best, by
-    sequential quadratic programming (SLSQP) with the model's gradient.
-    """
-    given = np.array([checked_point(question, point) for point in points])
-    unit = box_sample(len(question.names), TRIED, seed=seed, purpose="designs below a limit")
-    tried = question.bounds.at(unit)
-    if len(given):
-        tried = np.vstack([given, tried])
-    worst = ranked_excess(question, question.excess(tried))
-    starts = _apart(question, tried, worst, count, len(given))
-    ends = np.array([_descend(question, tried[row]) for row in starts])
-    found = ranked_excess(question, question.excess(ends))
-    order = np.argsort(found, kind="stable")
-    if not found[order[0]] < 0.0:
-        _refuse(question, ends[order[0]])
-    return tuple(ends[row] for row in order if found[row] < 0.0)
-
-
-def _apart(
-    question: BoxQuestion, designs: RealArray, worst: RealArray, count: int, n_given: int
-) -> list[int]:
-    """Return the given rows, and of the best tenth those that lie farthest from each other."""
-    chosen = list(range(n_given))
-    order = np.argsort(worst, kind="stable")
-    best = [int(row) for row in order[: max(count, len(order) // 10)] if row >= n_given]
-    span = np.where(question.free, question.upper - question.lower, 1.0)
-    scaled = designs / span
-    if not chosen:
-        chosen.append(best[0])
-    while len(chosen) < n_given + count and len(set(best) - set(chosen)):
-        rest = [row for row in best if row not in chosen]
-        distance = [
-            min(np.linalg.norm(scaled[row] - scaled[one]) for one in chosen) for row in rest
-        ]
-        chosen.append(rest[int(np.argmax(distance))])
-    return chosen
-
-
-def _descend(question: BoxQuestion, start: RealArray) -> RealArray:
-    """Return the design where the largest of the easiest excesses is least."""
-    excess = question.excess(start[np.newaxis])[0]
-    if not np.all(np.isfinite(excess)):
-        return start
-    easy = np.sort(np.argsort(excess, kind="stable")[: question.least_kept])
-    low, span = question.lower, question.upper - question.lower
-    first = (start - low) / np.where(span > 0.0, span, 1.0)
-    scale = float(np.ptp(excess)) or float(np.abs(excess).max()) or 1.0
-
-    def below(place: RealArray) -> RealArray:
-        found = question.excess((low + place[:-1] * span)[np.newaxis])[0, easy]
-        return np.asarray(place[-1] - found / scale)
-
-    def slope(place: RealArray) -> RealArray:
-        gradient = question.response.gradient((low + place[:-1] * span)[np.newaxis])[0, easy]
-        return np.hstack([-gradient * span / scale, np.ones((len(easy), 1))])
-
-    top = float(excess[easy].max()) / scale
-    found = minimize(  # type: ignore[call-overload]  # the stubs know no array of any length
-        lambda place: place[-1],
-        np.append(first, top),
-        jac=lambda place: np.append(np.zeros(len(place) - 1), 1.0),
-        method="SLSQP",
-        bounds=[(0.0, 1.0)] * len(start) + [(None, None)],
-        constraints={"type": "ineq", "fun": below, "jac": slope},
-        options={"maxiter": STEPS, "ftol": 1e-9},
-    )
-    end = low + np.clip(found.x[:-1], 0.0, 1.0) * span
-    both = np.array([start, end])
-    return np.asarray(both[int(np.argmin(ranked_excess(question, question.excess(both))))])
-
-
-def _refuse(question: BoxQuestion, design: RealArray) -> None:
-    excess = question.excess(design[np.newaxis])[0]
-    binding = int(np.argsort(excess, kind="stable")[question.least_kept - 1])
-    raise UnreachableLimit(
-        question, design, float(excess[binding]), question.response.response_names[binding]
-    )
-
-
-def box_around(question: BoxQuestion, design: RealArray, size: float) -> Box:
-    """Return the bounds of the question, shrunk about a design to a part `size` of them [1]."""
-    lower = design - size * (design - question.lower)
-    upper = design + size * (question.upper - design)
-    return Box(question.names, lower, upper)
-
-
-def largest_size(question: BoxQuestion, design: RealArray, unit: RealArray, share: float) -> float:
-    """Return the largest `size` of `box_around` that keeps a share of the sample, by bisection.
-
-    Parameters
-    ----------
-    question : BoxQuestion
-    design : array, shape (k,)
-        Below the limit in as many responses as the share asks for.
-    unit : array, shape (n, k)
-        Uniform draws that stand for the parts [1].
-    share : float
-        To be kept [1].
-    """
-    good, bad = 0.0, 1.0
-    if question.share_of(box_around(question, design, bad), unit) >= share:
-        return bad
-    for _ in range(30):
-        middle = 0.5 * (good + bad)
-        if question.share_of(box_around(question, design, middle), unit) >= share:
-            good = middle
-        else:
-            bad = middle
-    return good
-
-
-NARROWEST = 1e-3
-"""Least width of an interval, as a part of its bounds, that counts as one [1]."""
-SMALLEST_GAIN = 1e-6
-"""Steps end when the logarithm of the volume gains less [1]."""
-ON_BOUND = 1e-9
-"""An end this close to its bound, as a part of the bounds' distance, lies on it [1]."""
-OUTSIDE = 0.6
-"""Part of the share in the first box of the start that comes from outside [1]."""
-LEAST_SIZED = 4096
-"""Parts on which the boxes of different starts and stages are made comparable, at least."""
-QUIETER = 0.5
-"""Standard error of a share over scrambled Sobol points, in those of random points [1]."""
-RESERVE = 2.0
-"""Standard errors of both samples by which the search aims above what the bound needs [1]."""
-
-Progress = Callable[[int, int, str], None]
-"""Called after each stage with its number, the number of stages, and a line of text."""
+_TRIED = 1024  # designs over the bounds that are tried first
+_DESCENT_STEPS = 60  # of each descent towards the limit
+_NARROWEST = 1e-3  # width of an interval, as a part of its bounds, that counts as one
+_SMALLEST_GAIN = 1e-6  # of the logarithm of the volume, at which a stage ends
+_ON_BOUND = 1e-9  # distance, as a part of the bounds' distance, at which an end lies on its bound
+_OUTSIDE = 0.6  # part of the share in the first box of the start that comes from outside
+_LEAST_SIZED = 4096  # parts on which boxes of different starts and stages are compared, at least
+_QUIETER = 0.5  # standard error of a share over scrambled Sobol points, in those of random ones
+_RESERVE = 2.0  # standard errors by which the search aims above what the bound needs
 
 
 @dataclass(frozen=True)
@@ -244,13 +55,13 @@ class BoxEffort:
     fine : tuple of (softness, parts)
         Stages of the best start.
     steps : int
-        Of each stage at most.
+        Largest number of steps of each stage.
     calibration : int
         Parts on which the size of the box is settled; a power of two.
     verification : int
         Independent parts of the verification.
     confidence : float
-        Of its one-sided bound [1].
+        Confidence of its one-sided bound [1].
     """
 
     starts: int = 2
@@ -269,17 +80,20 @@ class FoundBox:
     Parameters
     ----------
     question : BoxQuestion
+        What was asked.
     box : Box
+        Intervals.
     verified : VerifiedShare
-        Of independent parts that the search has not seen.
+        Share of independent parts that the search has not seen.
     calibrated : float
         Share of the parts that settled the size of the box [1].
     room : float
-        What the limits could be lowered by at most, before no design keeps them [response_unit].
+        Step by which the limits could be lowered at most, before no design keeps them
+        [response_unit].
     start_log_volumes : array, shape (n_starts,)
         Logarithm of the weighted volume that each start reached in the coarse stages.
     seconds : float
-        Of search and verification.
+        Time of search and verification.
     """
 
     question: BoxQuestion
@@ -294,6 +108,31 @@ class FoundBox:
     def confirmed(self) -> bool:
         """Whether the bound on the verified share reaches the stated one."""
         return self.verified.bound >= self.question.share
+
+
+class UnreachableLimit(InputError):
+    """No design inside the bounds keeps the limit in as many responses as the share asks for.
+
+    Parameters
+    ----------
+    question : BoxQuestion
+        What was asked.
+    design : array, shape (k,)
+        Design that comes closest.
+    """
+
+    def __init__(self, question: BoxQuestion, design: RealArray) -> None:
+        excess = question.excess(design[np.newaxis])[0]
+        column = int(np.argsort(excess, kind="stable")[question.least_kept - 1])
+        unit, names = question.response.response_unit, question.response.response_names
+        missed, limit = float(excess[column]), question.limit[column]
+        super().__init__(
+            f"no design inside the bounds keeps the limit in {question.least_kept} of "
+            f"{len(names)} responses: the closest one misses it by {missed:.3g} {unit} in "
+            f"'{names[column]}', which binds ({limit + missed:.4g} against {limit:.4g} {unit}): "
+            "raise the limit or widen the bounds"
+        )
+        self.missed, self.binding = missed, names[column]
 
 
 def largest_box(
@@ -311,21 +150,19 @@ def largest_box(
     Parameters
     ----------
     question : BoxQuestion
+        What is asked.
     seed : int
-        From 1 upwards. Same seed, same box, whatever the number of workers.
+        Seed from 1 upwards. Same seed, same box, whatever the number of workers.
     points : sequence of array, shape (k,)
         Designs to start from as well, such as one of a Pareto front.
     boxes : sequence of Box
-        To start from as well, such as the box at a neighbouring limit.
+        Boxes to start from as well, such as the one at a neighbouring limit.
     effort : BoxEffort, optional
+        How hard it is searched for.
     workers : int
         Processes that share the starts.
     progress : callable, optional
-        See `Progress`.
-
-    Returns
-    -------
-    FoundBox
+        Called after each stage.
 
     Raises
     ------
@@ -345,38 +182,154 @@ def largest_box(
     the larger sample keeps the stated share plus the reserve that the verification's bound needs.
     """
     checked_seed(seed)
-    effort = effort or BoxEffort()
-    started = time.perf_counter()
-    n_variables = len(question.names)
+    effort, say = effort or BoxEffort(), progress or (lambda *_: None)
+    began = time.perf_counter()
+    size = len(question.names)
+    most = max(n_parts for _, n_parts in (*effort.coarse, *effort.fine))
     designs = reachable_designs(question, seed=seed, count=effort.starts, points=points)
-    sample = box_sample(n_variables, effort.calibration, seed=seed, purpose="size of a box")
-    search = box_sample(n_variables, _most_parts(effort), seed=seed, purpose="search of a box")
+    sample = sobol_points(size, effort.calibration, seed=seed, purpose="size of a box")
+    search = sobol_points(size, most, seed=seed, purpose="search of a box")
     few = search[: effort.coarse[0][1]]
-    sizes = [(x, question.share) for x in designs] + [(designs[0], OUTSIDE * question.share)]
-    begins = [box_around(question, x, largest_size(question, x, few, least)) for x, least in sizes]
+    shares = [(x, question.share) for x in designs] + [(designs[0], _OUTSIDE * question.share)]
+    begins = [_box_around(question, x, _largest_size(question, x, few, part)) for x, part in shares]
     tasks = [_Coarse(question, effort, search, sample, begin) for begin in (*begins, *boxes)]
     ends = _all(tasks, workers)
-    _tell(progress, 1, f"{len(ends)} starts")
+    say(1, 4, f"{len(ends)} starts")
     volumes = np.array([volume for _, volume in ends])
     if np.isneginf(volumes.max()):
         raise InputError(
             "no start has led to a box that keeps the share: raise the limit, lower the share or "
             "give a design about which parts keep it"
         )
-    best = ends[int(np.argmax(volumes))][0]
-    best = _fine(question, effort, search, sample, best)
-    _tell(progress, 2, "fine stages")
+    best = _fine(question, effort, search, sample, ends[int(np.argmax(volumes))][0])
+    say(2, 4, "fine stages")
     wanted = _wanted(question, effort, best, sample)
     box, calibrated = _calibrated(question, best, sample, wanted, halvings=11)
     _refuse_flat(question, box)
-    _tell(progress, 3, "size settled")
+    say(3, 4, "size settled")
     verified = verified_share(
         question, box, seed=seed, n_parts=effort.verification, confidence=effort.confidence
     )
-    _tell(progress, 4, "verified")
-    seconds = time.perf_counter() - started
-    room = -float(ranked_excess(question, question.excess(designs[0][np.newaxis]))[0])
+    say(4, 4, "verified")
+    room = -float(_ranked_excess(question, designs[0][np.newaxis])[0])
+    seconds = time.perf_counter() - began
     return FoundBox(question, box, verified, calibrated, room, volumes, seconds)
+
+
+def reachable_designs(
+    question: BoxQuestion, *, seed: int, count: int, points: Sequence[npt.ArrayLike] = ()
+) -> tuple[RealArray, ...]:
+    """Return designs around which a box has room, each of shape (k,), the roomiest first.
+
+    Parameters
+    ----------
+    question : BoxQuestion
+        What is asked.
+    seed : int
+        Seed from 1 upwards of the designs that are tried.
+    count : int
+        Descents towards the limit, from places that lie apart.
+    points : sequence of array, shape (k,)
+        Designs to start from as well, such as one of a Pareto front; they go on to the limit too.
+
+    Raises
+    ------
+    UnreachableLimit
+        There is none.
+
+    Notes
+    -----
+    Each descent minimises the largest excess of the responses that the start keeps best, by
+    sequential quadratic programming (SLSQP) with the model's gradient.
+    """
+    given = [question.checked(point) for point in points]
+    unit = sobol_points(len(question.names), _TRIED, seed=seed, purpose="designs below a limit")
+    tried = np.vstack([*given, question.bounds.at(unit)])
+    worst = _ranked_excess(question, tried)
+    starts = _apart(question, tried, worst, count, len(given))
+    ends = np.array([_descend(question, tried[row]) for row in starts])
+    reached = _ranked_excess(question, ends)
+    order = np.argsort(reached, kind="stable")
+    if not reached[order[0]] < 0.0:
+        raise UnreachableLimit(question, ends[order[0]])
+    return tuple(ends[row] for row in order if reached[row] < 0.0)
+
+
+def _ranked_excess(question: BoxQuestion, designs: RealArray) -> RealArray:
+    """Return the excess that decides whether enough responses keep the limit, (n,)."""
+    excess = question.excess(designs)
+    return np.asarray(np.sort(excess, axis=1)[:, question.least_kept - 1])
+
+
+def _apart(
+    question: BoxQuestion, designs: RealArray, worst: RealArray, count: int, n_given: int
+) -> list[int]:
+    """Return the given rows, and of the best tenth those that lie farthest from each other."""
+    chosen = list(range(n_given))
+    order = np.argsort(worst, kind="stable")
+    best = [int(row) for row in order[: max(count, len(order) // 10)] if row >= n_given]
+    span = np.where(question.free, question.upper - question.lower, 1.0)
+    scaled = designs / span
+    if not chosen:
+        chosen.append(best[0])
+    while len(chosen) < n_given + count and len(set(best) - set(chosen)):
+        rest = [row for row in best if row not in chosen]
+        gaps = np.linalg.norm(scaled[rest][:, np.newaxis] - scaled[chosen], axis=2).min(axis=1)
+        chosen.append(rest[int(np.argmax(gaps))])
+    return chosen
+
+
+def _descend(question: BoxQuestion, start: RealArray) -> RealArray:
+    """Return the design where the largest of the easiest excesses is least."""
+    excess = question.excess(start[np.newaxis])[0]
+    if not np.all(np.isfinite(excess)):
+        return start
+    easy = np.sort(np.argsort(excess, kind="stable")[: question.least_kept])
+    low, span = question.lower, question.upper - question.lower
+    first = (start - low) / np.where(span > 0.0, span, 1.0)
+    scale = float(np.ptp(excess)) or float(np.abs(excess).max()) or 1.0
+
+    def below(place: RealArray) -> RealArray:
+        reached = question.excess((low + place[:-1] * span)[np.newaxis])[0, easy]
+        return np.asarray(place[-1] - reached / scale)
+
+    def slope(place: RealArray) -> RealArray:
+        gradient = question.response.gradient((low + place[:-1] * span)[np.newaxis])[0, easy]
+        return np.hstack([-gradient * span / scale, np.ones((len(easy), 1))])
+
+    top = float(excess[easy].max()) / scale
+    end = minimize(  # type: ignore[call-overload]  # the stubs know no array of any length
+        lambda place: place[-1],
+        np.append(first, top),
+        jac=lambda place: np.append(np.zeros(len(place) - 1), 1.0),
+        method="SLSQP",
+        bounds=[(0.0, 1.0)] * len(start) + [(None, None)],
+        constraints={"type": "ineq", "fun": below, "jac": slope},
+        options={"maxiter": _DESCENT_STEPS, "ftol": 1e-9},
+    )
+    both = np.array([start, low + np.clip(end.x[:-1], 0.0, 1.0) * span])
+    return np.asarray(both[int(np.argmin(_ranked_excess(question, both)))])
+
+
+def _box_around(question: BoxQuestion, design: RealArray, size: float) -> Box:
+    """Return the bounds of the question, shrunk about a design to a part `size` of them."""
+    lower = design - size * (design - question.lower)
+    upper = design + size * (question.upper - design)
+    return Box(question.names, lower, upper)
+
+
+def _largest_size(question: BoxQuestion, design: RealArray, unit: RealArray, share: float) -> float:
+    """Return the largest `size` of `_box_around` that keeps a share of the sample, by bisection."""
+    good, bad = 0.0, 1.0
+    if question.share_of(_box_around(question, design, bad), unit) >= share:
+        return bad
+    for _ in range(30):
+        middle = 0.5 * (good + bad)
+        if question.share_of(_box_around(question, design, middle), unit) >= share:
+            good = middle
+        else:
+            bad = middle
+    return good
 
 
 @dataclass(frozen=True, eq=False)
@@ -395,18 +348,12 @@ class _Coarse:
         The first box itself stays where the stages lead nowhere, such as at the edge of what could
         be computed, which has no slope.
         """
-        box = self.begin
+        box, share = self.begin, self.question.share
         for softness, n_parts in self.effort.coarse:
-            box = _stage(
-                self.question,
-                box,
-                self.search[:n_parts],
-                softness,
-                self.effort,
-                self.question.share,
-            )
-        found = _sized(self.question, box, self.sample)
-        return found if found[1] > -np.inf else _sized(self.question, self.begin, self.sample)
+            unit = self.search[:n_parts]
+            box = _stage(self.question, box, unit, softness, self.effort.steps, share)
+        sized = _sized(self.question, box, self.sample)
+        return sized if sized[1] > -np.inf else _sized(self.question, self.begin, self.sample)
 
 
 def _all(tasks: Sequence[_Coarse], workers: int) -> list[tuple[Box, float]]:
@@ -422,53 +369,39 @@ def _call(task: _Coarse) -> tuple[Box, float]:
     return task()
 
 
-def _most_parts(effort: BoxEffort) -> int:
-    return max(n_parts for _, n_parts in (*effort.coarse, *effort.fine))
-
-
-def _tell(progress: Progress | None, number: int, text: str) -> None:
-    if progress is not None:
-        progress(number, 4, text)
-
-
 def _fine(
     question: BoxQuestion, effort: BoxEffort, search: RealArray, sample: RealArray, box: Box
 ) -> Box:
     """Go on from the best start, to the share that the larger sample counts."""
     target = question.share
-    found = [_sized(question, box, sample)]
+    sized = [_sized(question, box, sample)]
     for softness, n_parts in effort.fine:
-        box = _stage(question, box, search[:n_parts], softness, effort, target)
-        found.append(_sized(question, box, sample))
+        box = _stage(question, box, search[:n_parts], softness, effort.steps, target)
+        sized.append(_sized(question, box, sample))
         counted = question.share_of(box, sample)
         missed = (1.0 - question.share) / max(1.0 - counted, 1.0 / len(sample))
         target = float(np.clip(1.0 - (1.0 - target) * missed, 0.5 * question.share, 1.0 - 1e-6))
-    return max(found, key=lambda one: one[1])[0]
+    return max(sized, key=lambda pair: pair[1])[0]
 
 
 def _sized(question: BoxQuestion, box: Box, sample: RealArray) -> tuple[Box, float]:
     """Return a box, sized to the stated share, and its volume; -inf if it cannot have the share."""
-    few = sample[: max(LEAST_SIZED, len(sample) // 16)]
+    few = sample[: max(_LEAST_SIZED, len(sample) // 16)]
     box, kept = _calibrated(question, box, few, question.share, halvings=7)
     flat = np.any(box.width[question.free] <= 0.0)
     return box, -np.inf if flat or kept < question.share else question.log_volume(box)
 
 
 def _stage(
-    question: BoxQuestion,
-    box: Box,
-    unit: RealArray,
-    softness: float,
-    effort: BoxEffort,
-    target: float,
+    question: BoxQuestion, box: Box, unit: RealArray, softness: float, steps: int, target: float
 ) -> Box:
     """Maximise the volume within a smoothed share of at least `target`, from a box.
 
     The ends are counted in widths of that box, so that all steps are of the order of one.
     """
-    spread = softness * typical_spread(question, box, unit)
+    spread = softness * _typical_spread(question, box, unit)
     span = question.upper - question.lower
-    scale = np.where(question.free, np.maximum(box.width, NARROWEST * span), 1.0)
+    scale = np.where(question.free, np.maximum(box.width, _NARROWEST * span), 1.0)
     size = len(span)
     known: dict[bytes, tuple[float, RealArray]] = {}
 
@@ -479,8 +412,7 @@ def _stage(
         key = place.tobytes()
         if key not in known:
             known.clear()
-            tried = _AnyBox(question.names, *ends_of(place))
-            share, gradient = smooth_share(question, tried, unit, spread)
+            share, gradient = smooth_share(question, ends_of(place), unit, spread)
             lost = max(1.0 - share, 1e-12)
             known[key] = (float(np.log(lost)), -(gradient * scale).ravel() / lost)
         return known[key]
@@ -490,16 +422,16 @@ def _stage(
 
     def negative_volume(place: RealArray) -> float:
         width = place[size:] - place[:size]
-        tiny = np.minimum(width, NARROWEST) / NARROWEST - 1.0  # a straight line below NARROWEST
-        return float(-weight @ (np.log(np.maximum(width, NARROWEST)) + tiny))
+        tiny = np.minimum(width, _NARROWEST) / _NARROWEST - 1.0  # a straight line below it
+        return float(-weight @ (np.log(np.maximum(width, _NARROWEST)) + tiny))
 
     def volume_slope(place: RealArray) -> RealArray:
-        slope = weight / np.maximum(place[size:] - place[:size], NARROWEST)
+        slope = weight / np.maximum(place[size:] - place[:size], _NARROWEST)
         return np.concatenate([slope, -slope])
 
     allowed = float(np.log(1.0 - target))
     low, high = (question.lower - box.lower) / scale, (question.upper - box.lower) / scale
-    found = minimize(  # type: ignore[call-overload]  # the stubs know no array of any length
+    end = minimize(  # type: ignore[call-overload]  # the stubs know no array of any length
         negative_volume,
         np.concatenate([np.zeros(size), box.width / scale]),
         jac=volume_slope,
@@ -510,30 +442,33 @@ def _stage(
             "fun": lambda place: allowed - missed(place)[0],
             "jac": lambda place: -missed(place)[1],
         },
-        options={"maxiter": effort.steps, "ftol": SMALLEST_GAIN},
+        options={"maxiter": steps, "ftol": _SMALLEST_GAIN},
     )
-    ends = np.clip(np.sort(ends_of(found.x), axis=0), question.lower, question.upper)
+    ends = np.clip(np.sort(ends_of(end.x), axis=0), question.lower, question.upper)
     return Box(question.names, *ends)
 
 
-class _AnyBox(Box):
-    """A box of a line search, whose ends may have crossed for a moment."""
-
-    def __post_init__(self) -> None:
-        """Check nothing."""
+def _typical_spread(question: BoxQuestion, box: Box, unit: RealArray) -> float:
+    """Root mean square over the responses of their standard deviation over the parts of a box."""
+    excess = question.excess(question.parts(box, unit))
+    known = excess[np.isfinite(excess).all(axis=1)]
+    spread = float(np.sqrt(known.var(axis=0).mean())) if len(known) > 1 else 0.0
+    return spread if spread > 0.0 else 1.0
 
 
 def resized(question: BoxQuestion, box: Box, growth: float) -> Box:
-    """Return a box whose ends, where they are no bounds, are moved outwards.
+    """Return a box whose ends, where they are no bounds, are moved outwards up to the bounds.
 
     Parameters
     ----------
     question : BoxQuestion
+        Bounds.
     box : Box
+        Intervals.
     growth : float
-        By this part of each half width, from -1 upwards; ends stop at the bounds [1].
+        Part of each half width by which the ends are moved, from -1 upwards [1].
     """
-    near = ON_BOUND * (question.upper - question.lower)
+    near = _ON_BOUND * (question.upper - question.lower)
     step = 0.5 * growth * box.width
     lower = np.where(box.lower - question.lower > near, box.lower - step, question.lower)
     upper = np.where(question.upper - box.upper > near, box.upper + step, question.upper)
@@ -546,13 +481,17 @@ def _calibrated(
     question: BoxQuestion, box: Box, sample: RealArray, wanted: float, halvings: int
 ) -> tuple[Box, float]:
     """Return the box, resized to keep the wanted share of a sample, and the share it keeps."""
+
+    def share_at(growth: float) -> float:
+        return question.share_of(resized(question, box, growth), sample)
+
     good, bad = -1.0, None
     kept = question.share_of(box, sample)
     step = 0.02
     if kept >= wanted:
         good, best = 0.0, kept
         while bad is None and good < 16.0:
-            share = question.share_of(resized(question, box, good + step), sample)
+            share = share_at(good + step)
             if share >= wanted:
                 good, best, step = good + step, share, 2.0 * step
             else:
@@ -561,7 +500,7 @@ def _calibrated(
         bad, best = 0.0, 0.0
         while bad > -0.999:
             tried = max(bad - step, -0.999)
-            share = question.share_of(resized(question, box, tried), sample)
+            share = share_at(tried)
             if share >= wanted:
                 good, best = tried, share
                 break
@@ -570,7 +509,7 @@ def _calibrated(
         return resized(question, box, good), best
     for _ in range(halvings):
         middle = 0.5 * (good + bad)
-        share = question.share_of(resized(question, box, middle), sample)
+        share = share_at(middle)
         if share >= wanted:
             good, best = middle, share
         else:
@@ -582,10 +521,10 @@ def _wanted(question: BoxQuestion, effort: BoxEffort, box: Box, sample: RealArra
     """Return the share that the larger sample must keep for the bound to reach the stated one."""
     shares = question.part_shares(question.excess(question.parts(box, sample)))
     variance = float(shares.var(ddof=1))
-    sobol = QUIETER**2 * variance / effort.calibration
+    sobol = _QUIETER**2 * variance / effort.calibration
     both = np.sqrt(variance / effort.verification + sobol)
     gap = bernstein_gap(variance, effort.verification, effort.confidence)
-    return float(min(question.share + gap + RESERVE * both, 1.0 - 1e-9))
+    return float(min(question.share + gap + _RESERVE * both, 1.0 - 1e-9))
 
 
 def _refuse_flat(question: BoxQuestion, box: Box) -> None:
@@ -593,7 +532,7 @@ def _refuse_flat(question: BoxQuestion, box: Box) -> None:
     span = np.where(question.free, question.upper - question.lower, 1.0)
     part = np.where(question.free, box.width / span, np.inf)
     column = int(np.argmin(part))
-    if part[column] < NARROWEST:
+    if part[column] < _NARROWEST:
         raise InputError(
             f"the largest box has no interior: '{question.names[column]}' would have to lie "
             f"between {box.lower[column]:.6g} and {box.upper[column]:.6g}; raise the limit, lower "
@@ -601,16 +540,52 @@ def _refuse_flat(question: BoxQuestion, box: Box) -> None:
         )
 
 
-def tolerance_box(names: Sequence[str], design: RealArray, tolerance: float) -> Box:
-    """Return the box of one tolerance about a design.
+def trade_off(
+    question: BoxQuestion,
+    steps: Sequence[float],
+    *,
+    seed: int,
+    points: Sequence[npt.ArrayLike] = (),
+    effort: BoxEffort | None = None,
+    workers: int = 1,
+) -> tuple[FoundBox | UnreachableLimit, ...]:
+    """Find the largest box at several limits, each starting from that of the one before too.
 
     Parameters
     ----------
-    names : sequence of str
-    design : array, shape (k,)
-    tolerance : float
-        Half width as a part of each variable's own value, 0 or more [1].
+    question : BoxQuestion
+        What is asked.
+    steps : sequence of float
+        Steps by which all limits are lowered [response_unit].
+    seed, points, effort, workers
+        As for `largest_box`.
+
+    Returns
+    -------
+    tuple
+        Boxes in the order of the steps; for a limit that cannot be reached, the error that says
+        why.
     """
+    boxes: dict[float, FoundBox | UnreachableLimit] = {}
+    before: tuple[Box, ...] = ()
+    for step in sorted(steps):
+        try:
+            largest = largest_box(
+                question.lowered(step),
+                seed=seed,
+                points=points,
+                boxes=before,
+                effort=effort,
+                workers=workers,
+            )
+            boxes[step], before = largest, (largest.box,)
+        except UnreachableLimit as error:
+            boxes[step] = error
+    return tuple(boxes[step] for step in steps)
+
+
+def tolerance_box(names: Sequence[str], design: RealArray, tolerance: float) -> Box:
+    """Return the box of one tolerance, a part of each variable's own value, about a design (k,)."""
     half = tolerance * np.abs(design)
     return Box(tuple(names), design - half, design + half)
 
@@ -621,30 +596,32 @@ def kept_offset(question: BoxQuestion, box: Box, *, seed: int, n_parts: int = 65
     Parameters
     ----------
     question : BoxQuestion
+        What is asked.
     box : Box
+        Intervals.
     seed : int
-        From 1 upwards.
+        Seed from 1 upwards.
     n_parts : int
-        A power of two.
+        Parts drawn, a power of two.
 
     Returns
     -------
     float
-        Below 0 if they may be lowered: quantile of the excess, pooled over parts and responses or,
-        with ``question.together``, of the largest of each part [response_unit].
+        Quantile of the excess, pooled over parts and responses or, with ``question.together``, of
+        the largest of each part; below 0 if the limits may be lowered [response_unit].
 
     Raises
     ------
     InputError
         A quantile that is not finite: too many parts could not be computed.
     """
-    unit = box_sample(len(question.names), n_parts, seed=checked_seed(seed), purpose="kept limit")
+    unit = sobol_points(len(question.names), n_parts, seed=seed, purpose="kept limit")
     excess = question.excess(question.parts(box, unit))
     pooled = excess.max(axis=1) if question.together else excess.ravel()
-    found = float(np.quantile(pooled, question.share, method="higher"))
-    if not np.isfinite(found):
+    offset = float(np.quantile(pooled, question.share, method="higher"))
+    if not np.isfinite(offset):
         raise InputError("too many parts of the box could not be computed: no limit is kept")
-    return found
+    return offset
 
 
 @dataclass(frozen=True, eq=False)
@@ -654,11 +631,11 @@ class BisectionBox:
     Parameters
     ----------
     box : Box
-        Cut at the bounds.
+        Intervals, cut at the bounds.
     tolerance : float
         Half width as a part of each variable's own value; 0 if none is kept [1].
     share : float
-        Of the sample that settled it [1].
+        Share of the sample that settled it [1].
     """
 
     box: Box
@@ -674,16 +651,17 @@ def bisection_box(
     Parameters
     ----------
     question : BoxQuestion
+        What is asked.
     design : array, shape (k,)
+        Middle of the box.
     seed : int
-        From 1 upwards.
+        Seed from 1 upwards.
     effort : BoxEffort, optional
-        Its calibration is the sample.
+        Its calibration is the number of parts.
     """
-    effort = effort or BoxEffort()
-    point = checked_point(question, design)
-    size = effort.calibration
-    unit = box_sample(len(point), size, seed=checked_seed(seed), purpose="size of a box")
+    point = question.checked(design)
+    calibration = (effort or BoxEffort()).calibration
+    unit = sobol_points(len(point), calibration, seed=seed, purpose="size of a box")
 
     def cut(tolerance: float) -> Box:
         whole = tolerance_box(question.names, point, tolerance)
@@ -716,7 +694,7 @@ class VolumeRatio:
     width : float
         Geometric mean of the ratios of the widths [1].
     n_variables : int
-        That were counted.
+        Number of variables that were counted.
     """
 
     volume: float
@@ -730,53 +708,11 @@ def volume_ratio(box: Box, other: Box, counted: BoolArray) -> VolumeRatio:
     Parameters
     ----------
     box, other : Box
-        Of the same variables.
+        Boxes of the same variables.
     counted : array of bool, shape (k,)
-        Such as those with an effect on a response.
+        Variables such as those with an effect on a response.
     """
     if np.any(other.width[counted] <= 0.0):
         return VolumeRatio(float("inf"), float("inf"), int(counted.sum()))
     ratio = np.log(box.width[counted]) - np.log(other.width[counted])
     return VolumeRatio(float(np.exp(ratio.sum())), float(np.exp(ratio.mean())), int(counted.sum()))
-
-
-def trade_off(
-    question: BoxQuestion,
-    steps: Sequence[float],
-    *,
-    seed: int,
-    points: Sequence[npt.ArrayLike] = (),
-    effort: BoxEffort | None = None,
-    workers: int = 1,
-) -> tuple[FoundBox | UnreachableLimit, ...]:
-    """Find the largest box at several limits, each starting from that of the one before too.
-
-    Parameters
-    ----------
-    question : BoxQuestion
-    steps : sequence of float
-        What all limits are lowered by [response_unit].
-    seed, points, effort, workers
-        As for `deboom.explore.largest_box.largest_box`.
-
-    Returns
-    -------
-    tuple
-        In the order of the steps; what cannot be reached is in it as the error that says why.
-    """
-    found: dict[float, FoundBox | UnreachableLimit] = {}
-    before: tuple[Box, ...] = ()
-    for step in sorted(steps):
-        try:
-            one = largest_box(
-                question.lowered(step),
-                seed=seed,
-                points=points,
-                boxes=before,
-                effort=effort,
-                workers=workers,
-            )
-            found[step], before = one, (one.box,)
-        except UnreachableLimit as error:
-            found[step] = error
-    return tuple(found[step] for step in steps)

@@ -1,446 +1,19 @@
-"""Mean and standard deviation of every response over the manufacturing scatter,."""
+"""Mean and standard deviation of every response over the manufacturing scatter, within limits."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
-from typing import NamedTuple, Protocol
+from typing import Protocol
 
 import numpy as np
 
-from deboom.arrays import BoolArray, RealArray, frozen_copy
+from deboom.arrays import BoolArray, RealArray, checked, frozen_copy
 from deboom.errors import InputError
-from deboom.explore.scatter import (
-    ToleranceSample,
-    ToleranceSampler,
-    ToleranceStructure,
-    cut_normal_moments,
-)
-from deboom.explore.space import DesignSpace, Evaluate, responses
-
-
-class Moments(NamedTuple):
-    """Of the responses of one design; all in the unit of the responses.
-
-    Attributes
-    ----------
-    mean, sigma : array, shape (r,)
-        Of each response.
-    mean_error, sigma_error : float
-        Standard error of the sum of the means and of the sum of the standard deviations.
-    """
-
-    mean: RealArray
-    sigma: RealArray
-    mean_error: float
-    sigma_error: float
-
-
-class Estimator(Protocol):
-    """How moments are read from draws."""
-
-    @property
-    def kind(self) -> str:
-        """In words, for reports and run records."""
-
-    def __call__(self, normals: RealArray) -> Callable[[RealArray], Moments]:
-        """Return the function that reads the moments of responses to given draws.
-
-        Parameters
-        ----------
-        normals : array, shape (n_samples, m)
-            The independent draws [1].
-
-        Returns
-        -------
-        callable
-            From responses, shape (n_samples, r), to their moments; where a response is not finite,
-            neither are its moments.
-        """
-
-
-@dataclass(frozen=True)
-class SampleMoments:
-    """Mean and standard deviation of the sample itself: the definition."""
-
-    kind: str = "moments of the sample"
-
-    def __call__(self, normals: RealArray) -> Callable[[RealArray], Moments]:  # noqa: ARG002
-        """Return `sample_statistics`."""
-        return sample_statistics
-
-
-SAMPLE_MOMENTS = SampleMoments()
-
-
-@dataclass(frozen=True)
-class ControlVariate:
-    """Moments with a simple function of the draws as control variate.
-
-    What the function explains has known moments, whatever the draws were; only what is left over
-    is estimated from the sample. It costs no evaluation, and of responses that are nearly linear,
-    or nearly sums of functions of one variable, it takes most of the error.
-
-    Parameters
-    ----------
-    degree : int
-        1: a straight line. 2: a parabola in each draw.
-
-    Raises
-    ------
-    InputError
-        Another degree.
-
-    Notes
-    -----
-    Least squares give ``y_t = a + β·φ_t + e_t``, with ``φ = z`` and, for degree 2, ``z² - m2``
-    beside it. The mean is ``a`` and the variance ``Σ_p β_p² var(φ_p) + Σ_t e_t² / (n - 1 - p)``:
-    the ``φ`` are not correlated, and their variances follow from the moments of the cut normal
-    distribution (regression estimator, W. G. Cochran, "Sampling Techniques", 3rd ed., 1977,
-    ch. 7). The standard errors come from the scatter of the influences ``Σ_r e_tr`` and
-    ``Σ_r (2 β_r·φ_t e_tr + e_tr²) / (2 σ_r)``, each ``e_t`` divided by one minus its leverage (the
-    jackknife; J. G. MacKinnon and H. White, Journal of Econometrics 29, 1985). The draws must be
-    independent standard-normal columns cut at ±3, such as those of `sobol_sample`.
-    """
-
-    degree: int = 1
-
-    def __post_init__(self) -> None:
-        if self.degree not in (1, 2):
-            raise InputError(f"a control variate of degree {self.degree}: take 1 or 2")
-
-    @property
-    def kind(self) -> str:
-        """In words."""
-        return f"sample moments with a control variate of degree {self.degree}"
-
-    def __call__(self, normals: RealArray) -> FittedMoments:
-        """Prepare the fit to given draws, shape (n_samples, m).
-
-        Raises
-        ------
-        InputError
-            Not more draws than the function has coefficients.
-        """
-        second, fourth = cut_normal_moments()
-        terms, variance = normals, np.full(normals.shape[1], second)
-        if self.degree == 2:
-            terms = np.hstack([normals, normals**2 - second])
-            variance = np.concatenate([variance, np.full(normals.shape[1], fourth - second**2)])
-        n_samples, n_terms = terms.shape
-        if n_samples < n_terms + 2:
-            raise InputError(
-                f"{n_samples} draws are too few for a control variate of degree {self.degree} in "
-                f"{normals.shape[1]} draws per part: take at least {n_terms + 2}"
-            )
-        spread = terms - terms.sum(axis=0) / n_samples
-        # einsum, not @: the threads of a BLAS library may change the last bit
-        gram = np.einsum("tp,tq->pq", spread, spread)
-        solver = np.linalg.solve(gram, spread.T)
-        leverage = 1.0 / n_samples + np.einsum("tp,pt->t", spread, solver)
-        return FittedMoments(terms, variance, solver, leverage)
-
-
-class Fit(NamedTuple):
-    """A function of the draws through the responses of one design.
-
-    Attributes
-    ----------
-    intercept : array, shape (r,)
-        Mean of the function [response unit].
-    slope : array, shape (p, r)
-        Coefficients of the terms [response unit].
-    rest : array, shape (n_samples, r)
-        What is left over [response unit].
-    explained : array, shape (p, r)
-        Variance of each term [response unit squared].
-    unexplained : array, shape (r,)
-        Variance of what is left over [response unit squared].
-    """
-
-    intercept: RealArray
-    slope: RealArray
-    rest: RealArray
-    explained: RealArray
-    unexplained: RealArray
-
-
-@dataclass(frozen=True, eq=False)
-class FittedMoments:
-    """A control variate, prepared for one set of draws.
-
-    Parameters
-    ----------
-    terms : array, shape (n_samples, p)
-        What the function is made of, draw by draw; term p belongs to draw p modulo m [1].
-    variance : array, shape (p,)
-        Exact variance of each term; their exact means are zero [1].
-    solver : array, shape (p, n_samples)
-        From responses to the coefficients of the terms [1].
-    leverage : array, shape (n_samples,)
-        How much each response draws the function to itself, 0 to 1 [1].
-    """
-
-    terms: RealArray
-    variance: RealArray
-    solver: RealArray
-    leverage: RealArray
-
-    def fit(self, values: RealArray) -> Fit:
-        """Return the function through the responses, shape (n_samples, r)."""
-        n_samples, n_terms = self.terms.shape
-        with np.errstate(over="ignore", invalid="ignore"):
-            # measured from the first draw, a response without scatter has a slope of exactly zero
-            offset = values - values[0]
-            slope = np.einsum("pt,tr->pr", self.solver, offset)
-            above = offset - np.einsum("tp,pr->tr", self.terms, slope)
-            intercept = above.sum(axis=0) / n_samples
-            rest = above - intercept
-            unexplained = (rest * rest).sum(axis=0) / (n_samples - 1 - n_terms)
-            explained = slope * slope * self.variance[:, None]
-        return Fit(values[0] + intercept, slope, rest, explained, unexplained)
-
-    def __call__(self, values: RealArray) -> Moments:
-        """Return the moments of the responses, shape (n_samples, r)."""
-        fit = self.fit(values)
-        with np.errstate(over="ignore", invalid="ignore"):
-            sigma = np.sqrt(fit.explained.sum(axis=0) + fit.unexplained)
-            weight = np.divide(0.5, sigma, out=np.zeros(sigma.size), where=sigma > 0.0)
-            curve = np.einsum("tp,pr->tr", self.terms, fit.slope)
-            # as large as the rest would be, had its draw been left out of the fit
-            rest = fit.rest / (1.0 - self.leverage)[:, None]
-            mean_error = standard_error(rest.sum(axis=1))
-            influence = rest * (2.0 * curve + rest)
-            sigma_error = standard_error(np.einsum("tr,r->t", influence, weight))
-        return Moments(fit.intercept, sigma, mean_error, sigma_error)
-
-
-def sample_statistics(values: RealArray) -> Moments:
-    """Return mean, standard deviation and the standard errors of their sums.
-
-    Parameters
-    ----------
-    values : array, shape (n_samples, r)
-        Responses over the draws of one design.
-
-    Returns
-    -------
-    Moments
-        Not finite where a value is not.
-
-    Notes
-    -----
-    Standard deviations divide by ``n - 1``. The standard errors come from the scatter, over the
-    draws ``t``, of the influence of one draw on the sum over the responses ``r``: ``Σ_r y_tr`` for
-    the mean and ``Σ_r ((y_tr - mean_r)² - σ_r²) / (2 σ_r)`` for the standard deviation. Summing
-    before taking the scatter keeps the correlation between responses.
-    """
-    n_samples = len(values)
-    with np.errstate(over="ignore", invalid="ignore"):
-        # measured from the first draw, a response without scatter has a sigma of exactly zero
-        offset = values - values[0]
-        centre = offset.sum(axis=0) / n_samples
-        deviation = offset - centre
-        square = deviation * deviation
-        sigma = np.sqrt(square.sum(axis=0) / (n_samples - 1))
-        weight = np.divide(0.5, sigma, out=np.zeros(sigma.size), where=sigma > 0.0)
-        # einsum, not @: the threads of a BLAS library may change the last bit
-        mean_error = standard_error(deviation.sum(axis=1))
-        sigma_error = standard_error(np.einsum("tr,r->t", square, weight))
-    return Moments(values[0] + centre, sigma, mean_error, sigma_error)
-
-
-def moment_weights(
-    moments: Callable[[RealArray], Moments], values: RealArray, sigma: RealArray
-) -> tuple[RealArray, RealArray]:
-    """Return the derivatives of mean and sigma by the response to each draw.
-
-    Parameters
-    ----------
-    moments : callable
-        What an `Estimator` prepared.
-    values : array, shape (n_samples, r)
-        Responses.
-    sigma : array, shape (r,)
-        Their standard deviations.
-
-    Returns
-    -------
-    mean : array, shape (n_samples,)
-        The same for every response [1].
-    sigma : array, shape (n_samples, r)
-        Zero for a response without scatter [1].
-    """
-    n_samples = len(values)
-    per_sigma = np.divide(1.0, sigma, out=np.zeros_like(sigma), where=sigma > 0.0)
-    if isinstance(moments, FittedMoments):
-        fit = moments.fit(values)
-        middle = moments.terms.sum(axis=0) / n_samples
-        spare = n_samples - 1 - moments.terms.shape[1]
-        mean = 1.0 / n_samples - np.einsum("p,pt->t", middle, moments.solver)
-        along = fit.slope * moments.variance[:, None]
-        variance = np.einsum("pt,pr->tr", moments.solver, along) + fit.rest / spare
-        return mean, variance * per_sigma
-    deviation = values - values.sum(axis=0) / n_samples
-    return np.full(n_samples, 1.0 / n_samples), deviation * per_sigma / (n_samples - 1)
-
-
-def standard_error(influence: RealArray) -> float:
-    """Return the standard error of a mean from its terms, shape (n_samples,), ``n > 1``."""
-    centred = influence - influence.sum() / influence.size
-    spread = np.einsum("t,t->", centred, centred)
-    return float(np.sqrt(spread / (influence.size * (influence.size - 1))))
-
-
-class Statistic(Protocol):
-    """One number of each response over its scatter."""
-
-    @property
-    def name(self) -> str:
-        """In words."""
-
-    def __call__(self, values: RealArray, mean: RealArray, sigma: RealArray) -> RealArray:
-        """Return the statistic, shape (r,) [response unit].
-
-        Parameters
-        ----------
-        values : array, shape (n_samples, r)
-            Responses, draw by draw.
-        mean, sigma : array, shape (r,)
-            As the estimator found them.
-        """
-
-
-@dataclass(frozen=True)
-class Mean:
-    """The mean."""
-
-    name: str = "mean"
-
-    def __call__(self, values: RealArray, mean: RealArray, sigma: RealArray) -> RealArray:  # noqa: ARG002
-        """Return the mean of each response."""
-        return mean
-
-
-@dataclass(frozen=True)
-class Sigma:
-    """The standard deviation."""
-
-    name: str = "sigma"
-
-    def __call__(self, values: RealArray, mean: RealArray, sigma: RealArray) -> RealArray:  # noqa: ARG002
-        """Return the standard deviation of each response."""
-        return sigma
-
-
-@dataclass(frozen=True)
-class Quantile:
-    """The level that a share of all parts stays below.
-
-    Parameters
-    ----------
-    share : float
-        Between 0 and 1, such as 0.95 [1].
-    """
-
-    share: float
-
-    def __post_init__(self) -> None:
-        _check_share(self.share)
-
-    @property
-    def name(self) -> str:
-        """In words."""
-        return f"{100 * self.share:g} % quantile"
-
-    def __call__(self, values: RealArray, mean: RealArray, sigma: RealArray) -> RealArray:  # noqa: ARG002
-        """Return the quantile of each response."""
-        return np.asarray(np.quantile(values, self.share, axis=0))
-
-
-@dataclass(frozen=True)
-class TailMean:
-    """The mean of the worst parts (conditional value at risk, CVaR).
-
-    Parameters
-    ----------
-    share : float
-        The worst ``1 - share`` of all parts count, such as the worst 5 % at 0.95 [1].
-
-    Notes
-    -----
-    ``q + mean(max(y - q, 0)) / (1 - share)`` with ``q`` the quantile (R. T. Rockafellar and
-    S. Uryasev, "Optimization of conditional value-at-risk", Journal of Risk 2, 2000).
-    """
-
-    share: float
-
-    def __post_init__(self) -> None:
-        _check_share(self.share)
-
-    @property
-    def name(self) -> str:
-        """In words."""
-        return f"mean of the worst {100 * (1 - self.share):g} %"
-
-    def __call__(self, values: RealArray, mean: RealArray, sigma: RealArray) -> RealArray:  # noqa: ARG002
-        """Return the tail mean of each response."""
-        limit = np.quantile(values, self.share, axis=0, method="inverted_cdf")
-        beyond = np.maximum(values - limit, 0.0).sum(axis=0) / len(values)
-        return np.asarray(limit + beyond / (1.0 - self.share))
-
-
-class Objective(Protocol):
-    """One number of a design, to be minimised."""
-
-    @property
-    def name(self) -> str:
-        """In words."""
-
-    def __call__(self, values: RealArray, mean: RealArray, sigma: RealArray) -> float:
-        """Return the objective [response unit]; arguments as of `Statistic`."""
-
-
-@dataclass(frozen=True)
-class Total:
-    """A statistic, summed over the responses."""
-
-    statistic: Statistic
-
-    @property
-    def name(self) -> str:
-        """In words."""
-        return f"{self.statistic.name}, sum"
-
-    def __call__(self, values: RealArray, mean: RealArray, sigma: RealArray) -> float:
-        """Return the sum."""
-        return float(self.statistic(values, mean, sigma).sum())
-
-
-@dataclass(frozen=True)
-class Worst:
-    """A statistic of that response which has most of it, such as the loudest vehicle's mean."""
-
-    statistic: Statistic
-
-    @property
-    def name(self) -> str:
-        """In words."""
-        return f"{self.statistic.name}, worst response"
-
-    def __call__(self, values: RealArray, mean: RealArray, sigma: RealArray) -> float:
-        """Return the largest."""
-        return float(self.statistic(values, mean, sigma).max())
-
-
-MEAN_SUM = Total(Mean())
-SIGMA_SUM = Total(Sigma())
-
-
-def _check_share(share: float) -> None:
-    if not 0.0 < share < 1.0:
-        raise InputError(f"a share of {share:g} of all parts: take one between 0 and 1")
+from deboom.explore.moments import MEAN_SUM, SIGMA_SUM, Estimator, Objective, PreparedEstimator
+from deboom.explore.scatter import ToleranceSample, ToleranceSampler, ToleranceStructure
+from deboom.explore.space import DesignSpace, Evaluate, check_same_names, responses
 
 
 @dataclass(frozen=True, eq=False)
@@ -453,20 +26,19 @@ class RobustValues:
     Parameters
     ----------
     designs : array, shape (n, k)
-        As made without scatter.
+        Designs as made without scatter.
     mean, sigma : array, shape (n, r)
         Mean (or the nominal design's response) and standard deviation of each response.
     mean_sum, sigma_sum : array, shape (n,)
-        Their sums over the responses: the two objectives.
+        Their sums over the responses.
     standard_error_mean_sum, standard_error_sigma_sum : array, shape (n,)
-        Of the two sums, for independent draws; an upper bound for Sobol points.
+        Standard errors of the two sums for independent draws; upper bounds for Sobol points.
     failed : array of bool, shape (n,)
         Designs with a response that could not be computed somewhere in the scatter.
     objectives : array, shape (n, m), optional
-        What a search minimises; default are the two sums, ``[mean_sum, sigma_sum]``.
+        Numbers that a search minimises; by default the two sums.
     excess : array, shape (n, c), optional
-        How far each of c limits is missed, negative where room is left [unit of the limit]; see
-        `deboom.explore.limits`. Default is no limit.
+        Distance beyond each of c limits, negative where room is left [unit of the limit].
     """
 
     designs: RealArray
@@ -512,13 +84,22 @@ def joined(parts: Sequence[RobustValues]) -> RobustValues:
 class Robust(Protocol):
     """What a search drives: designs of a space in, `RobustValues` out.
 
-    It may say how many objectives these have, in an attribute ``n_objectives``; without it there
-    are two. A response with limits names them in an attribute ``limits``.
+    A class that derives from it has two objectives and no limits unless it says otherwise.
     """
 
     @property
     def space(self) -> DesignSpace:
         """The designs that may be asked for."""
+
+    @property
+    def n_objectives(self) -> int:
+        """Number m of objectives."""
+        return 2
+
+    @property
+    def limits(self) -> Limits | None:
+        """Limits that the designs must keep; None without."""
+        return None
 
     def __call__(self, designs: RealArray) -> RobustValues:
         """Return the values of the designs, shape (n, k)."""
@@ -531,7 +112,7 @@ class RobustResponse:
     Parameters
     ----------
     evaluate : Evaluate
-        The model; it is called once per design, with all draws of that design.
+        Model that is called once per design, with all draws of that design.
     space : DesignSpace
         Its variables, in the model's order, with their tolerances.
     sample : ToleranceSampler
@@ -541,9 +122,9 @@ class RobustResponse:
     estimator : Estimator
         How mean and standard deviation are read from the draws.
     objectives : tuple of Objective
-        What a search minimises, at least two.
+        Numbers that a search minimises, at least two.
     structure : ToleranceStructure, optional
-        What the variables' scatter has in common; default is independent scatter. The sample then
+        What the variables' scatter has in common; by default it is independent. The sample then
         has one column per draw of the structure.
 
     Raises
@@ -554,47 +135,36 @@ class RobustResponse:
 
     Notes
     -----
-    A made design is ``x (1 + σ_rel z)``, with σ_rel a third of the tolerance. The standard errors
-    take the draws for independent: scrambled Sobol points do better, so for them the figures are
-    upper bounds.
+    A made design is ``x (1 + σ_rel z)``, with σ_rel a third of the tolerance.
     """
 
     evaluate: Evaluate
     space: DesignSpace
     sample: ToleranceSampler
     nominal_mean: bool = False
-    estimator: Estimator = SAMPLE_MOMENTS
+    estimator: Estimator = field(default_factory=Estimator)
     objectives: tuple[Objective, ...] = (MEAN_SUM, SIGMA_SUM)
     structure: ToleranceStructure | None = None
+    limits = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "objectives", tuple(self.objectives))
         if len(self.objectives) < 2:
             raise InputError("a search for a front needs at least two objectives")
-        if self.evaluate.variable_names != self.space.names:
-            raise InputError(
-                f"the model has the variables {list(self.evaluate.variable_names)}, the design "
-                f"space {list(self.space.names)}: give both the same names in the same order"
-            )
+        names = self.space.names
+        check_same_names("the model has the variables", self.evaluate.variable_names, names)
         if self.structure is not None:
-            self._check_structure(self.structure)
-        elif self.sample.n_variables != self.space.n_variables:
+            check_same_names(
+                "the tolerance structure has the variables", self.structure.names, names
+            )
+            self._check_reach(self.structure)
+        if self.sample.n_variables != self.n_draws:
             raise InputError(
-                f"the tolerance sample has {self.sample.n_variables} columns for "
-                f"{self.space.n_variables} design variables: draw one column per variable"
+                f"the tolerance sample has {self.sample.n_variables} columns for {self.n_draws} "
+                f"draws of {len(names)} design variables: draw one column for each"
             )
 
-    def _check_structure(self, structure: ToleranceStructure) -> None:
-        if structure.names != self.space.names:
-            raise InputError(
-                f"the tolerance structure has the variables {list(structure.names)}, the design "
-                f"space {list(self.space.names)}: give both the same names in the same order"
-            )
-        if self.sample.n_variables != structure.n_draws:
-            raise InputError(
-                f"the tolerance sample has {self.sample.n_variables} columns for a structure of "
-                f"{structure.n_draws} draws: draw one column for each"
-            )
+    def _check_reach(self, structure: ToleranceStructure) -> None:
         reach = self.space.tolerance * structure.largest
         for name, value in zip(self.space.names, reach, strict=True):
             if value >= 1.0:
@@ -608,6 +178,16 @@ class RobustResponse:
         """Number m of objectives."""
         return len(self.objectives)
 
+    @property
+    def n_draws(self) -> int:
+        """Number of independent draws that make one part: columns of its sample."""
+        return self.space.n_variables if self.structure is None else self.structure.n_draws
+
+    @property
+    def draw_names(self) -> tuple[str, ...]:
+        """Meaning of each draw: the variables, or what they share."""
+        return self.space.names if self.structure is None else self.structure.draw_names
+
     def __call__(self, designs: RealArray) -> RobustValues:
         """Return the values of the designs, shape (n, k).
 
@@ -617,13 +197,11 @@ class RobustResponse:
             Designs of another shape or not finite; a model that breaks its promised shape.
         """
         designs = self.space.checked(designs)
-        n_responses = len(self.evaluate.response_names)
-        rows = np.empty((len(designs), 2 * n_responses + 2 + self.n_objectives))
+        r = len(self.evaluate.response_names)
+        rows = np.empty((len(designs), 2 * r + 2 + self.n_objectives))
         for row, design in zip(rows, designs, strict=True):
-            row[:] = self._one_design(design)
-        mean, sigma, errors, objectives = np.hsplit(
-            rows, [n_responses, 2 * n_responses, 2 * n_responses + 2]
-        )
+            row[:] = self._statistics(design)
+        mean, sigma, errors, objectives = np.hsplit(rows, [r, 2 * r, 2 * r + 2])
         return RobustValues(
             designs=designs,
             mean=mean,
@@ -636,37 +214,50 @@ class RobustResponse:
             objectives=objectives,
         )
 
-    @property
-    def n_draws(self) -> int:
-        """Number of independent draws that make one part: columns of its sample."""
-        return self.space.n_variables if self.structure is None else self.structure.n_draws
+    def scatter(self, design: RealArray) -> RealArray:
+        """Return the scatter of the variables of one design, shape (n_samples, k) [1]."""
+        normals = self.sample.normals(design)
+        return normals if self.structure is None else self.structure.scatter(normals)
 
     def made(self, design: RealArray) -> RealArray:
         """Return one design (k,) as it is made, draw by draw, shape (n_samples, k)."""
-        return self._made(design, self.sample.normals(design))
+        return design * (1.0 + self.space.relative_sigma * self.scatter(design))
 
-    def _made(self, design: RealArray, normals: RealArray) -> RealArray:
-        scatter = normals if self.structure is None else self.structure.scatter(normals)
-        return design * (1.0 + self.space.relative_sigma * scatter)
+    def made_responses(self, design: RealArray) -> tuple[RealArray, RealArray]:
+        """Return one design (k,) as it is made, (n_samples, k), and its responses (n_samples, r).
+
+        Raises
+        ------
+        InputError
+            A design that fails somewhere in its scatter.
+        """
+        made = self.made(design)
+        values = responses(self.evaluate, made)
+        if not np.all(np.isfinite(values)):
+            raise InputError(
+                "the design fails somewhere in its scatter: choose another one, or tighter bounds"
+            )
+        return made, values
+
+    def prepared(self, design: RealArray) -> PreparedEstimator:
+        """Return the estimator, prepared for the draws of a design (k,)."""
+        return self._shared_estimator or self.estimator(self.sample.normals(design))
 
     @cached_property
-    def _shared_moments(self) -> Callable[[RealArray], Moments] | None:
+    def _shared_estimator(self) -> PreparedEstimator | None:
         """The estimator, prepared once for draws that all designs share."""
-        return (
-            self.estimator(self.sample.values) if isinstance(self.sample, ToleranceSample) else None
-        )
+        if isinstance(self.sample, ToleranceSample):
+            return self.estimator(self.sample.values)
+        return None
 
-    def _one_design(self, design: RealArray) -> RealArray:
-        """Return moments, their standard errors and the objectives; all NaN if it failed."""
-        normals = self.sample.normals(design)
-        size = 2 * len(self.evaluate.response_names) + 2 + self.n_objectives
-        failed = np.full(size, np.nan)
+    def _statistics(self, design: RealArray) -> RealArray:
+        """Moments, their standard errors and the objectives; all NaN if the design failed."""
+        failed = np.full(2 * len(self.evaluate.response_names) + 2 + self.n_objectives, np.nan)
         try:
-            values = responses(self.evaluate, self._made(design, normals))
+            values = responses(self.evaluate, self.made(design))
             if not np.all(np.isfinite(values)):
                 return failed
-            moments = self._shared_moments or self.estimator(normals)
-            mean, sigma, mean_error, sigma_error = moments(values)
+            mean, sigma, mean_error, sigma_error = self.prepared(design).moments(values)
             if self.nominal_mean:
                 mean, mean_error = responses(self.evaluate, design[None, :])[0], 0.0
             objectives = [objective(values, mean, sigma) for objective in self.objectives]
@@ -676,18 +267,18 @@ class RobustResponse:
         return statistics if np.all(np.isfinite(statistics)) else failed
 
 
-@dataclass(frozen=True, eq=False)
+@checked(of_response="m r", rest="r", of_sum="m")
 class SigmaShares:
     """Where the variance of one design comes from.
 
     Parameters
     ----------
     names : tuple of str, length m
-        The draws: the variables, or what they share.
+        Draws: the variables, or what they share.
     of_response : array, shape (m, r)
         Share of each draw alone in the variance of each response [1].
     rest : array, shape (r,)
-        What no draw explains alone: draws together, and what is not a line or parabola [1].
+        Share that no draw explains alone: draws together, and what is no line or parabola [1].
     of_sum : array, shape (m,)
         Share of each draw in the sum of the standard deviations, each response counting with its
         own standard deviation [1].
@@ -698,10 +289,6 @@ class SigmaShares:
     rest: RealArray
     of_sum: RealArray
 
-    def __post_init__(self) -> None:
-        for name in ("of_response", "rest", "of_sum"):
-            object.__setattr__(self, name, frozen_copy(np.asarray(getattr(self, name))))
-
 
 def sigma_shares(robust: RobustResponse, design: RealArray, degree: int = 1) -> SigmaShares:
     """Return the share of each draw in the variance of one design.
@@ -709,17 +296,16 @@ def sigma_shares(robust: RobustResponse, design: RealArray, degree: int = 1) -> 
     Parameters
     ----------
     robust : RobustResponse
-        Whose draws are used; no further evaluations than those of one design are needed.
+        Response whose draws are used; they are evaluated once more at the design.
     design : array, shape (k,)
-        [units of the space]
+        Design [units of the space].
     degree : int
-        See `ControlVariate`.
+        Degree of the control variate, see `Estimator`; 1 or 2.
 
     Returns
     -------
     SigmaShares
-        Shares of a response add up to 1 with its rest. A response without any scatter has the
-        shares 0 and the rest 0.
+        The shares of a response add up to 1 with its rest; all are 0 without any scatter.
 
     Raises
     ------
@@ -728,28 +314,208 @@ def sigma_shares(robust: RobustResponse, design: RealArray, degree: int = 1) -> 
 
     Notes
     -----
-    The share in the sum of the standard deviations is ``Σ_r var_rk / σ_r / Σ_r σ_r``: the part by
-    which the sum falls, to first order in the variance, when that draw no longer scatters, doubled.
+    The share in the sum of the standard deviations is ``Σ_r var_rk / σ_r / Σ_r σ_r``: twice the
+    part by which the sum falls, to first order, when that draw no longer scatters.
     """
     base = robust.space.checked(np.atleast_2d(design))[0]
-    values = responses(robust.evaluate, robust.made(base))
-    if not np.all(np.isfinite(values)):
-        raise InputError("the design whose scatter is to be shared out fails itself")
+    _, values = robust.made_responses(base)
     normals = robust.sample.normals(base)
-    fit = ControlVariate(degree)(normals).fit(values)
-    own = fit.explained.reshape(degree, normals.shape[1], -1).sum(axis=0)
-    variance = own.sum(axis=0) + fit.unexplained
+    fit = Estimator(degree)(normals).fit(values)
+    alone = fit.explained.reshape(degree, normals.shape[1], -1).sum(axis=0)
+    variance = alone.sum(axis=0) + fit.unexplained
     sigma = np.sqrt(variance)
     scatters = variance > 0.0
-    total = sigma.sum()
-    per_sigma = np.divide(own, sigma, out=np.zeros_like(own), where=scatters)
+    per_sigma = np.divide(alone, sigma, out=np.zeros_like(alone), where=scatters)
     return SigmaShares(
-        names=_names(robust),
-        of_response=np.divide(own, variance, out=np.zeros_like(own), where=scatters),
+        names=robust.draw_names,
+        of_response=np.divide(alone, variance, out=np.zeros_like(alone), where=scatters),
         rest=np.divide(fit.unexplained, variance, out=np.zeros_like(variance), where=scatters),
-        of_sum=np.divide(per_sigma.sum(axis=1), total or 1.0),
+        of_sum=np.divide(per_sigma.sum(axis=1), sigma.sum() or 1.0),
     )
 
 
-def _names(robust: RobustResponse) -> tuple[str, ...]:
-    return robust.space.names if robust.structure is None else robust.structure.draw_names
+@dataclass(frozen=True)
+class Limit:
+    """One response with a bound.
+
+    Parameters
+    ----------
+    response : str
+        Name of the response.
+    unit : str
+        Unit of response and bounds; ``"1"`` is a plain number.
+    at_least, at_most : float
+        Bounds, both allowed values [unit]. Infinite where there is none.
+
+    Raises
+    ------
+    InputError
+        No bound at all, or bounds that leave no value between them.
+    """
+
+    response: str
+    unit: str
+    at_least: float = -np.inf
+    at_most: float = np.inf
+
+    def __post_init__(self) -> None:
+        if not self.at_least <= self.at_most:
+            raise InputError(
+                f"limit of {self.response}: at least {self.at_least:g} {self.unit} and at most "
+                f"{self.at_most:g} {self.unit} exclude each other"
+            )
+        if np.isinf(self.at_least) and np.isinf(self.at_most):
+            raise InputError(f"limit of {self.response}: give at_least, at_most or both")
+
+
+@dataclass(frozen=True)
+class Limits:
+    """Several limits as one-sided bounds, the columns of `RobustValues.excess`.
+
+    Parameters
+    ----------
+    limits : sequence of Limit
+        At least one, in the order of the responses.
+    """
+
+    limits: tuple[Limit, ...]
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "limits", tuple(self.limits))
+        if not self.limits:
+            raise InputError("there is no limit to keep: give at least one")
+
+    @property
+    def _bounds(self) -> list[tuple[int, float, float]]:
+        """Column of the response, sign (1: at most, -1: at least) and bound of each side."""
+        return [
+            (column, sign, bound)
+            for column, limit in enumerate(self.limits)
+            for sign, bound in ((-1.0, limit.at_least), (1.0, limit.at_most))
+            if np.isfinite(bound)
+        ]
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Each bound in words, such as ``EnM z sag at most 4 mm``."""
+        return tuple(
+            f"{self.limits[column].response} at {'most' if sign > 0 else 'least'} {bound:g} "
+            f"{self.limits[column].unit}"
+            for column, sign, bound in self._bounds
+        )
+
+    @property
+    def scale(self) -> RealArray:
+        """Size of each bound, or 1 where it is 0, shape (c,) [unit of the limit]."""
+        return np.array([abs(bound) or 1.0 for *_, bound in self._bounds])
+
+    def excess(self, values: RealArray) -> RealArray:
+        """Return how far responses, shape (n, r), miss each bound, shape (n, c).
+
+        Negative where room is left [unit of the limit]; infinite where a response could not be
+        computed.
+        """
+        columns = [sign * (values[:, column] - bound) for column, sign, bound in self._bounds]
+        beyond = np.column_stack(columns)
+        return np.where(np.isnan(beyond), np.inf, beyond)
+
+    def closest(self, designs_excess: RealArray) -> str:
+        """Say what the closest of designs that all miss a limit lacks, and what none keeps.
+
+        Parameters
+        ----------
+        designs_excess : array, shape (n, c)
+            Excess of designs of which each misses a bound [unit of the limit].
+        """
+        relative = designs_excess / self.scale
+        row = int(np.argmin(relative.max(axis=1)))
+        binding = int(np.argmax(relative[row]))
+        column, sign, bound = self._bounds[binding]
+        limit, missed = self.limits[column], float(designs_excess[row, binding])
+        if np.isinf(missed):
+            text = f"'{self.names[binding]}' could not be computed for any"
+        else:
+            text = (
+                f"the closest one misses '{self.names[binding]}' by {missed:.3g} {limit.unit} "
+                f"(it has {bound + sign * missed:.4g} {limit.unit})"
+            )
+        never = np.flatnonzero(np.all(designs_excess > 0.0, axis=0))
+        others = ", ".join(f"'{self.names[place]}'" for place in never if place != binding)
+        return f"{text}; none keeps {others} either" if others else text
+
+
+class Requirements(Protocol):
+    """What can be limited: an `Evaluate` whose responses may have units of their own."""
+
+    @property
+    def variable_names(self) -> tuple[str, ...]:
+        """Name of each column of the designs."""
+
+    @property
+    def response_names(self) -> tuple[str, ...]:
+        """Name of each column of the result."""
+
+    def __call__(self, designs: RealArray) -> RealArray:
+        """Return the responses, shape (n, r), nan where one could not be computed."""
+
+
+@dataclass(frozen=True, eq=False)
+class LimitedResponse:
+    """A robust response whose designs must keep limits.
+
+    Put it around what `deboom.explore.workers.workers_for` gives: the limits are evaluated in this
+    process.
+
+    Parameters
+    ----------
+    robust : Robust
+        Response to be minimised.
+    response : Requirements
+        Responses that are limited, of the same variables, in the units of the limits.
+    limits : Limits
+        One limit per response, by name.
+    made : callable, optional
+        Map from a design, shape (k,), to the designs as they are made, shape (n_samples, k), such
+        as `RobustResponse.made`: then the worst of them must keep each limit. Default is the
+        design itself.
+
+    Raises
+    ------
+    InputError
+        Other variables, or other responses than limits.
+    """
+
+    robust: Robust
+    response: Requirements
+    limits: Limits
+    made: Callable[[RealArray], RealArray] | None = None
+
+    def __post_init__(self) -> None:
+        names, limited = self.response.variable_names, self.response.response_names
+        check_same_names("the limited responses have the variables", names, self.robust.space.names)
+        wanted = [limit.response for limit in self.limits.limits]
+        check_same_names("the limited responses have the responses", limited, wanted)
+
+    @property
+    def space(self) -> DesignSpace:
+        """The designs that may be asked for."""
+        return self.robust.space
+
+    @property
+    def n_objectives(self) -> int:
+        """Number m of objectives."""
+        return self.robust.n_objectives
+
+    def excess(self, designs: RealArray) -> RealArray:
+        """Return how far designs, shape (n, k), miss each bound, shape (n, c) [its unit]."""
+        if self.made is None:
+            return self.limits.excess(self.response(designs))
+        rows = [
+            self.limits.excess(self.response(self.made(design))).max(axis=0) for design in designs
+        ]
+        return np.array(rows).reshape(len(designs), len(self.limits.names))
+
+    def __call__(self, designs: RealArray) -> RobustValues:
+        """Return the values of the designs, shape (n, k), with their excess."""
+        values = self.robust(designs)
+        return replace(values, excess=self.excess(values.designs))

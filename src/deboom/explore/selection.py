@@ -1,27 +1,22 @@
-"""Choosing from a front, and the last steps to it by gradient."""
+"""Choosing from a front: named picks, indifference intervals, and the last steps by gradient."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
-from typing import Protocol
+from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 from scipy.optimize import minimize
 
 from deboom.arrays import RealArray
 from deboom.errors import InputError
-from deboom.explore.robust import (
-    MEAN_SUM,
-    SIGMA_SUM,
-    Robust,
-    RobustResponse,
-    RobustValues,
-    moment_weights,
-)
+from deboom.explore.moments import MEAN_SUM, SIGMA_SUM
+from deboom.explore.robust import Robust, RobustResponse, RobustValues
 from deboom.explore.scatter import ToleranceSample
-from deboom.explore.space import DesignSpace, Evaluate, responses
+from deboom.explore.space import DesignSpace, Evaluate, check_gradient, responses
+
+_SMALLEST_GAIN = 1e-9  # of the sum of standard deviations, at which a polish ends
 
 
 @dataclass(frozen=True)
@@ -33,7 +28,7 @@ class Picks:
     best_mean, best_sigma : int
         Smallest `mean_sum` and smallest `sigma_sum`; of equals the better in the other objective.
     knee : int
-        Where a little of one objective costs most of the other, see `pick`.
+        Row where a little of one objective costs most of the other, see `pick`.
     """
 
     best_mean: int
@@ -42,16 +37,7 @@ class Picks:
 
 
 def pick(values: RobustValues) -> Picks:
-    """Return the named rows of a front.
-
-    Parameters
-    ----------
-    values : RobustValues
-        A front, or a front evaluated again; rows that failed are passed over.
-
-    Returns
-    -------
-    Picks
+    """Return the named rows of a front, or of a front evaluated again; failed rows do not count.
 
     Raises
     ------
@@ -65,11 +51,13 @@ def pick(values: RobustValues) -> Picks:
     "On characterizing the 'knee' of the Pareto curve", Structural Optimization 18, 1999). A front
     without any row on that side has its knee at best mean.
     """
-    rows = _computed_rows(values)
+    rows = np.flatnonzero(~values.failed)
+    if rows.size == 0:
+        raise InputError("no design of this front could be computed: there is nothing to pick")
     if values.objectives.shape[1] != 2:
         raise InputError(
             f"best mean, best sigma and knee belong to two objectives, not to "
-            f"{values.objectives.shape[1]}: use compromise or pseudo_weight_pick"
+            f"{values.objectives.shape[1]}: choose a row by its objectives"
         )
     mean, sigma = values.objectives[rows].T
     best_mean = np.lexsort((sigma, mean))[0]
@@ -86,98 +74,13 @@ def pick(values: RobustValues) -> Picks:
     return Picks(*(int(rows[row]) for row in (best_mean, best_sigma, knee)))
 
 
-def compromise(values: RobustValues, weights: npt.ArrayLike) -> int:
-    """Return the row that is closest to the ideal point.
-
-    Parameters
-    ----------
-    values : RobustValues
-        A front, or a front evaluated again; rows that failed are passed over.
-    weights : array, shape (m,)
-        Importance of each objective, above 0; only their ratios count [1].
-
-    Raises
-    ------
-    InputError
-        Weights of another number or not above 0; no row that could be computed.
-
-    Notes
-    -----
-    The smallest of ``max_i w_i (f_i - ideal_i) / (nadir_i - ideal_i)`` over the front, the
-    weighted Chebyshev distance (M. Zeleny, "Compromise programming", 1973); of equals the one with
-    the smallest sum. An objective that does not change along the front does not count.
-    """
-    weight = _checked_weights(values, weights)
-    rows, scaled = _scaled_objectives(values)
-    distance = scaled * weight
-    return int(rows[np.lexsort((distance.sum(axis=1), distance.max(axis=1)))[0]])
-
-
-def pseudo_weight_pick(values: RobustValues, weights: npt.ArrayLike) -> int:
-    """Return the row whose place on the front is closest to wanted weights.
-
-    Parameters
-    ----------
-    values : RobustValues
-        A front, or a front evaluated again; rows that failed are passed over.
-    weights : array, shape (m,)
-        Importance of each objective, above 0; only their ratios count [1].
-
-    Raises
-    ------
-    InputError
-        Weights of another number or not above 0; no row that could be computed.
-
-    Notes
-    -----
-    The pseudo weight of a row is its distance from the worst value of each objective, scaled to
-    the front and to the sum 1 (K. Deb, "Multi-Objective Optimization using Evolutionary
-    Algorithms", 2001, eq. 8.5). The best row in one objective, worst in the others, has the whole
-    weight there.
-    """
-    weight = _checked_weights(values, weights)
-    rows, scaled = _scaled_objectives(values)
-    place = 1.0 - scaled
-    total = place.sum(axis=1, keepdims=True)
-    place = np.divide(place, total, out=np.zeros_like(place), where=total > 0.0)
-    return int(rows[np.argmin(((place - weight) ** 2).sum(axis=1))])
-
-
-def _checked_weights(values: RobustValues, weights: npt.ArrayLike) -> RealArray:
-    weight = np.asarray(weights, dtype=float)
-    if weight.shape != values.objectives.shape[1:] or not np.all((weight > 0) & (weight < np.inf)):
-        raise InputError(
-            f"the weights {weight.tolist()} do not weigh {values.objectives.shape[1]} objectives: "
-            "give one number above 0 for each"
-        )
-    return np.asarray(weight / weight.sum())
-
-
-def _scaled_objectives(values: RobustValues) -> tuple[npt.NDArray[np.intp], RealArray]:
-    """Return the rows that did not fail, and their objectives from 0 (ideal) to 1 (nadir)."""
-    rows = _computed_rows(values)
-    objectives = values.objectives[rows]
-    ideal = objectives.min(axis=0)
-    span = objectives.max(axis=0) - ideal
-    return rows, np.divide(
-        objectives - ideal, span, out=np.zeros_like(objectives), where=span > 0.0
-    )
-
-
-def _computed_rows(values: RobustValues) -> npt.NDArray[np.intp]:
-    rows = np.flatnonzero(~values.failed)
-    if rows.size == 0:
-        raise InputError("no design of this front could be computed: there is nothing to pick")
-    return rows
-
-
 def variables_without_effect(evaluate: Evaluate, space: DesignSpace) -> tuple[str, ...]:
     """Return the variables that no response depends on ("no requirement").
 
     Parameters
     ----------
     evaluate : Evaluate
-        The model.
+        Model.
     space : DesignSpace
         Its variables and bounds.
 
@@ -228,21 +131,20 @@ def indifference_intervals(
     Parameters
     ----------
     robust : Robust
-        Such as `RobustResponse`.
+        Response such as `RobustResponse`.
     design : array, shape (k,)
-        A pick, within the bounds of the space [units of the space].
+        Pick within the bounds of the space [units of the space].
     change : float
-        What counts as noticeable: change of `mean_sum` per response [response unit].
+        Change of `mean_sum` per response that counts as noticeable [response unit].
     n_points : int
         Values of each variable that are tried, evenly from bound to bound.
 
     Returns
     -------
     lower, upper : array, shape (k,)
-        Ends of the interval around the design [units of the space]. Within the interval
-        ``|mean_sum - mean_sum(design)| / r`` stays below `change` at every value tried; its ends
-        are interpolated between the last value within and the first beyond, or are the bounds of
-        the space.
+        Ends of the interval around the design [units of the space], within which
+        ``|mean_sum - mean_sum(design)| / r`` stays below `change` at every value tried:
+        interpolated between the last value within and the first beyond, or the bounds.
 
     Raises
     ------
@@ -277,7 +179,7 @@ def indifference_intervals(
 
 
 def _reach(start: float, points: RealArray, moved: RealArray, limit: float) -> float:
-    """Return how far along `points`, which lead away from `start`, `moved` stays below `limit`."""
+    """How far along `points`, which lead away from `start`, `moved` stays below `limit`."""
     path = np.concatenate([[start], points])
     height = np.concatenate([[0.0], moved])
     beyond = np.flatnonzero(~(height < limit))  # a failed design, NaN, counts as beyond
@@ -290,32 +192,21 @@ def _reach(start: float, points: RealArray, moved: RealArray, limit: float) -> f
     return float(path[last] + fraction * (path[first] - path[last]))
 
 
-SMALLEST_GAIN = 1e-9
-"""Steps end when they gain less than this part of the sum of standard deviations [1]."""
-
-
-class Differentiable(Evaluate, Protocol):
-    """An evaluation with exact derivatives."""
-
-    def gradient(self, designs: RealArray) -> RealArray:
-        """Return the derivatives of the responses by the variables, shape (n, r, k)."""
-
-
 def polish(
     robust: RobustResponse, front: RobustValues, rows: Sequence[int], steps: int = 30
 ) -> RobustValues:
-    """Improve designs: less mean at no more sigma.
+    """Improve designs of a front by gradient: less mean at no more sigma.
 
     Parameters
     ----------
     robust : RobustResponse
-        Of the search, of a model with a gradient (`Differentiable`).
+        Response of the search, of a model with a gradient (`Differentiable`).
     front : RobustValues
-        Of the search.
+        Front of the search.
     rows : sequence of int
-        Which designs to improve.
+        Designs to improve.
     steps : int
-        Largest number of steps per design. Each costs about one evaluation with its gradient.
+        Largest number of steps per design, each of about one evaluation with its gradient.
 
     Returns
     -------
@@ -335,9 +226,26 @@ def polish(
     bounds, by sequential quadratic programming (SLSQP). Mean and variance of the draws are a linear
     and a quadratic form of the responses, so that their derivatives follow from the model's.
     """
-    _check(robust, front, rows)
-    designs = [_descend(robust, front.designs[row], steps) for row in rows]
-    return _better(robust(np.array(designs)), front, rows)
+    check_gradient(
+        robust.evaluate, "designs can be polished only with one, search more generations instead"
+    )
+    if robust.objectives != (MEAN_SUM, SIGMA_SUM):
+        raise InputError(
+            "designs are polished for the sums of means and standard deviations, not for "
+            f"{[objective.name for objective in robust.objectives]}"
+        )
+    if not isinstance(robust.sample, ToleranceSample):
+        raise InputError("designs are polished with draws that they share: take sobol_sample")
+    chosen = np.asarray(rows, dtype=int)
+    if chosen.size == 0 or np.any(front.failed[chosen]):
+        raise InputError("choose at least one design to polish, and none that fails")
+    polished = robust(np.array([_descend(robust, front.designs[row], steps) for row in chosen]))
+    worse = polished.failed | np.all(polished.objectives >= front.objectives[chosen], axis=1)
+    columns = {}
+    for column in fields(RobustValues):
+        new, old = getattr(polished, column.name), getattr(front, column.name)[chosen]
+        columns[column.name] = np.where(worse.reshape(-1, *[1] * (new.ndim - 1)), old, new)
+    return RobustValues(**columns)
 
 
 def sums_and_gradient(robust: RobustResponse, design: RealArray) -> tuple[RealArray, RealArray]:
@@ -348,26 +256,23 @@ def sums_and_gradient(robust: RobustResponse, design: RealArray) -> tuple[RealAr
     InputError
         A design that fails.
     """
-    normals = robust.sample.normals(design)
-    made = robust.made(design)
-    values = responses(robust.evaluate, made)
-    if not np.all(np.isfinite(values)):
-        raise InputError("a design on the way of a polish fails: leave its row out")
-    moments = robust.estimator(normals)
-    mean, sigma = moments(values)[:2]
-    mean_weight, sigma_weight = moment_weights(moments, values, sigma)
+    model: Any = robust.evaluate
+    made, values = robust.made_responses(design)
+    estimator = robust.prepared(design)
+    mean, sigma = estimator.moments(values)[:2]
+    mean_weight, sigma_weight = estimator.derivatives(values, sigma)
     # a made design is x (1 + scatter)
-    by_variable = _gradient_of(robust, made) * (made / design)[:, None, :]
+    by_variable = model.gradient(made) * (made / design)[:, None, :]
     mean_gradient = np.einsum("t,trk->k", mean_weight, by_variable)
     if robust.nominal_mean:
-        mean = responses(robust.evaluate, design[None, :])[0]
-        mean_gradient = _gradient_of(robust, design[None, :])[0].sum(axis=0)
+        mean = responses(model, design[None, :])[0]
+        mean_gradient = model.gradient(design[None, :])[0].sum(axis=0)
     sigma_gradient = np.einsum("tr,trk->k", sigma_weight, by_variable)
     return np.array([mean.sum(), sigma.sum()]), np.array([mean_gradient, sigma_gradient])
 
 
 def _descend(robust: RobustResponse, start: RealArray, steps: int) -> RealArray:
-    """Return where SLSQP ends, in variables that run from 0 to 1 between their bounds."""
+    """Where SLSQP ends, in variables that run from 0 to 1 between their bounds."""
     lower, upper = robust.space.lower, robust.space.upper
     span = upper - lower
     known: dict[bytes, tuple[RealArray, RealArray]] = {}
@@ -387,46 +292,13 @@ def _descend(robust: RobustResponse, start: RealArray, steps: int) -> RealArray:
         "fun": lambda place: (limit - at(place)[0][1]) / scale,
         "jac": lambda place: -at(place)[1][1] * span / scale,
     }
-    found = minimize(  # type: ignore[call-overload]  # the stubs know no array of any length
+    end = minimize(  # type: ignore[call-overload]  # the stubs know no array of any length
         lambda place: at(place)[0][0] / scale,
         first,
         jac=lambda place: at(place)[1][0] * span / scale,
         method="SLSQP",
         bounds=[(0.0, 1.0)] * len(start),
         constraints=no_more_sigma,
-        options={"maxiter": steps, "ftol": SMALLEST_GAIN},
+        options={"maxiter": steps, "ftol": _SMALLEST_GAIN},
     )
-    return np.asarray(np.clip(lower + found.x * span, lower, upper))
-
-
-def _better(found: RobustValues, front: RobustValues, rows: Sequence[int]) -> RobustValues:
-    """Return what was found where it is not dominated by its start, and the start elsewhere."""
-    keep = np.asarray(rows, dtype=int)
-    worse = found.failed | (np.all(found.objectives >= front.objectives[keep], axis=1))
-    columns = {}
-    for column in fields(RobustValues):
-        new, old = getattr(found, column.name), getattr(front, column.name)[keep]
-        columns[column.name] = np.where(worse.reshape(-1, *[1] * (new.ndim - 1)), old, new)
-    return RobustValues(**columns)
-
-
-def _gradient_of(robust: RobustResponse, designs: RealArray) -> RealArray:
-    gradient: RealArray = robust.evaluate.gradient(designs)  # type: ignore[attr-defined]
-    return gradient
-
-
-def _check(robust: RobustResponse, front: RobustValues, rows: Sequence[int]) -> None:
-    if not hasattr(robust.evaluate, "gradient"):
-        raise InputError(
-            f"{type(robust.evaluate).__name__} offers no gradient: designs can be polished only "
-            "with one, search for more generations instead"
-        )
-    if robust.objectives != (MEAN_SUM, SIGMA_SUM):
-        raise InputError(
-            "designs are polished for the sums of means and standard deviations, not for "
-            f"{[objective.name for objective in robust.objectives]}"
-        )
-    if not isinstance(robust.sample, ToleranceSample):
-        raise InputError("designs are polished with draws that they share: take sobol_sample")
-    if len(rows) == 0 or np.any(front.failed[np.asarray(rows, dtype=int)]):
-        raise InputError("choose at least one design to polish, and none that fails")
+    return np.asarray(np.clip(lower + end.x * span, lower, upper))

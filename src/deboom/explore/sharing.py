@@ -10,24 +10,30 @@ import numpy as np
 import numpy.typing as npt
 from scipy.optimize import NonlinearConstraint, minimize
 
-from deboom.arrays import RealArray, frozen_copy
+from deboom.arrays import BoolArray, IntArray, RealArray, checked
 from deboom.errors import InputError
-from deboom.explore.selection import Differentiable
-from deboom.explore.space import DesignSpace, generator, responses
+from deboom.explore.space import (
+    DesignSpace,
+    Differentiable,
+    check_gradient,
+    generator,
+    responses,
+)
 
-IntArray = npt.NDArray[np.intp]
+_SAME_LEVEL = 0.02  # optima whose levels differ by less in all vehicles are one [unit]
 
 
-@dataclass(frozen=True, eq=False)
+@checked(numbers="m v")
 class Sharing:
     """Part numbers of every vehicle.
 
     Parameters
     ----------
     parts : tuple of str, length m
-        Such as the mounts.
+        Names of the parts, such as the mounts.
     vehicles : tuple of str, length v
-    numbers : array, shape (m, v)
+        Names of the vehicles.
+    numbers : array of int, shape (m, v)
         Part number of each part in each vehicle: 0, 1, … in the order in which vehicles first use
         them, whatever numbers were given.
 
@@ -42,29 +48,25 @@ class Sharing:
     numbers: IntArray
 
     def __post_init__(self) -> None:
-        numbers = np.asarray(self.numbers, dtype=np.intp)
-        if numbers.shape != (len(self.parts), len(self.vehicles)):
+        if self.numbers.shape != (len(self.parts), len(self.vehicles)):
             raise InputError(
-                f"part numbers of shape {numbers.shape} for {len(self.parts)} parts in "
+                f"part numbers of shape {self.numbers.shape} for {len(self.parts)} parts in "
                 f"{len(self.vehicles)} vehicles: give one row per part, one column per vehicle"
             )
-        in_order = [_in_order(row) for row in numbers]
-        object.__setattr__(self, "numbers", frozen_copy(np.array(in_order, dtype=np.intp)))
-
-    @classmethod
-    def of_all(cls, parts: Sequence[str], vehicles: Sequence[str]) -> Sharing:
-        """One part number of each part for all vehicles."""
-        shape = (len(parts), len(vehicles))
-        return cls(tuple(parts), tuple(vehicles), np.zeros(shape, dtype=np.intp))
+        in_order = np.zeros_like(self.numbers)
+        for row, numbers in enumerate(self.numbers.tolist()):
+            in_order[row] = [list(dict.fromkeys(numbers)).index(number) for number in numbers]
+        in_order.setflags(write=False)
+        object.__setattr__(self, "numbers", in_order)
 
     @property
     def counts(self) -> tuple[int, ...]:
-        """Part numbers of each part."""
+        """Number of part numbers of each part."""
         return tuple(int(row.max()) + 1 for row in self.numbers)
 
     @property
     def total(self) -> int:
-        """Part numbers in all."""
+        """Number of part numbers in all."""
         return sum(self.counts)
 
     @property
@@ -73,31 +75,14 @@ class Sharing:
         return self.numbers.tobytes()
 
     def members(self, part: int, number: int) -> tuple[str, ...]:
-        """Vehicles that use a part number."""
+        """Return the vehicles that use a part number."""
         users = np.flatnonzero(self.numbers[part] == number)
         return tuple(self.vehicles[user] for user in users)
 
-    def separated(self, parts: Sequence[int], vehicles: npt.NDArray[np.bool_]) -> Sharing:
-        """Give the marked vehicles new numbers of some parts, one for all of them.
-
-        Parameters
-        ----------
-        parts : sequence of int
-        vehicles : bool array, shape (v,)
-
-        Returns
-        -------
-        Sharing
-        """
+    def merged(self, part: int, first: int, second: int) -> Sharing:
+        """Return the sharing with two numbers of a part replaced by one."""
         numbers = self.numbers.copy()
-        for part in parts:
-            numbers[part, vehicles] = numbers[part].max() + 1
-        return Sharing(self.parts, self.vehicles, numbers)
-
-    def merged(self, part: int, one: int, other: int) -> Sharing:
-        """Replace two numbers of a part by one."""
-        numbers = self.numbers.copy()
-        numbers[part, numbers[part] == other] = one
+        numbers[part, numbers[part] == second] = first
         return Sharing(self.parts, self.vehicles, numbers)
 
 
@@ -135,10 +120,10 @@ class SharingRules:
                     )
         for part in parts:
             units = self.units(part, vehicles)
-            for one, other in self._pairs_apart(part):
-                if units[vehicles.index(one)] == units[vehicles.index(other)]:
+            for first, second in self._pairs_apart(part):
+                if units[vehicles.index(first)] == units[vehicles.index(second)]:
                     raise InputError(
-                        f"{part}: {one} and {other} must not share a part number, and by the "
+                        f"{part}: {first} and {second} must not share a part number, and by the "
                         "rules of what belongs together they must: drop one of the rules"
                     )
 
@@ -147,24 +132,21 @@ class SharingRules:
         unit = np.arange(len(vehicles))
         for group in self.together.get(part, ()):
             places = [vehicles.index(name) for name in group]
-            joined = np.isin(unit, unit[places])
-            unit[joined] = unit[places].min()
+            unit[np.isin(unit, unit[places])] = unit[places].min()
         return unit
 
-    def clash(self, part: str, vehicles: Sequence[str]) -> npt.NDArray[np.bool_]:
-        """Mark pairs of vehicles that must not share a part, shape (v, v)."""
+    def clash(self, part: str, vehicles: Sequence[str]) -> BoolArray:
+        """Return which pairs of vehicles must not share a part, shape (v, v)."""
         units = self.units(part, vehicles)
         marked = np.zeros((len(vehicles), len(vehicles)), dtype=bool)
-        for one, other in self._pairs_apart(part):
-            first = units == units[vehicles.index(one)]
-            second = units == units[vehicles.index(other)]
+        for pair in self._pairs_apart(part):
+            first, second = (units == units[vehicles.index(name)] for name in pair)
             marked |= np.outer(first, second) | np.outer(second, first)
         return marked
 
     def kept_by(self, sharing: Sharing) -> bool:
-        """Say whether a sharing keeps the rules."""
-        for row, part in enumerate(sharing.parts):
-            numbers = sharing.numbers[row]
+        """Return whether a sharing keeps the rules."""
+        for numbers, part in zip(sharing.numbers, sharing.parts, strict=True):
             same = numbers[:, np.newaxis] == numbers
             units = self.units(part, sharing.vehicles)
             must = units[:, np.newaxis] == units
@@ -179,23 +161,19 @@ class SharingRules:
         still do.
         """
         rows = [_fewest(self.units(part, vehicles), self.clash(part, vehicles)) for part in parts]
-        return Sharing(tuple(parts), tuple(vehicles), np.array(rows, dtype=np.intp))
+        return Sharing(tuple(parts), tuple(vehicles), np.array(rows))
 
     def _pairs_apart(self, part: str) -> list[tuple[str, str]]:
         return [
-            (one, other)
+            (name, other)
             for group in self.apart.get(part, ())
-            for place, one in enumerate(group)
+            for place, name in enumerate(group)
             for other in group[place + 1 :]
         ]
 
 
-NO_RULES = SharingRules({}, {})
-"""Every vehicle may share every part with every other."""
-
-
-def _fewest(units: IntArray, clash: npt.NDArray[np.bool_]) -> list[int]:
-    """Return the fewest numbers of vehicles, shape (v,), so that none that clash share one."""
+def _fewest(units: IntArray, clash: BoolArray) -> list[int]:
+    """Fewest numbers of vehicles, shape (v,), so that none that clash share one."""
 
     def filled(numbers: list[int], most: int) -> list[int] | None:
         place = len(numbers)
@@ -205,38 +183,29 @@ def _fewest(units: IntArray, clash: npt.NDArray[np.bool_]) -> list[int]:
             return filled([*numbers, numbers[units[place]]], most)
         forbidden = {numbers[other] for other in range(place) if clash[place, other]}
         for number in range(min(max(numbers, default=-1) + 2, most)):
-            if number not in forbidden and (found := filled([*numbers, number], most)):
-                return found
+            if number not in forbidden and (rest := filled([*numbers, number], most)):
+                return rest
         return None
 
-    return next(found for most in range(1, len(units) + 1) if (found := filled([], most)))
+    return next(rest for most in range(1, len(units) + 1) if (rest := filled([], most)))
 
 
-def _in_order(row: IntArray) -> list[int]:
-    """Count again in the order of first use."""
-    seen: dict[int, int] = {}
-    return [seen.setdefault(number, len(seen)) for number in row.tolist()]
-
-
-SAME_LEVEL = 0.02
-"""Own optima whose levels in all vehicles differ by less are taken for one [unit]."""
-
-
-@dataclass(frozen=True, eq=False)
+@checked(limits="v")
 class SharingProblem:
     """A fleet in which every vehicle has a design of its own, made of parts with part numbers.
 
     Parameters
     ----------
     evaluate : Differentiable
-        One response per vehicle, smaller is better.
+        Model with one response per vehicle, smaller is better.
     space : DesignSpace
-        Of one vehicle's design; continuous variables.
+        Space of one vehicle's design; continuous variables.
     parts : mapping of str to sequence of str
         Part → its variables, which a part number fixes together. Every variable belongs to one.
     limits : array, shape (v,)
         Largest allowed response of each vehicle [response_unit].
     rules : SharingRules
+        What is decided already.
 
     Raises
     ------
@@ -249,14 +218,10 @@ class SharingProblem:
     space: DesignSpace
     parts: Mapping[str, Sequence[str]]
     limits: RealArray
-    rules: SharingRules = NO_RULES
+    rules: SharingRules = SharingRules({}, {})
 
     def __post_init__(self) -> None:
-        if not hasattr(self.evaluate, "gradient"):
-            raise InputError(
-                f"{type(self.evaluate).__name__} has no gradient: shared parts are found by "
-                "gradients, use a model that offers one"
-            )
+        check_gradient(self.evaluate, "shared parts are found by gradients")
         if self.space.integer.any():
             raise InputError("part numbers are shared among continuous variables only")
         listed = [name for names in self.parts.values() for name in names]
@@ -265,27 +230,26 @@ class SharingProblem:
                 f"the parts have the variables {sorted(listed)}, the designs "
                 f"{sorted(self.space.names)}: put every variable into exactly one part"
             )
-        limits = np.array(self.limits, dtype=float)
-        if limits.shape != (len(self.vehicles),) or not np.all(np.isfinite(limits)):
+        if self.limits.shape != (len(self.vehicles),):
             raise InputError(f"give each of the vehicles {list(self.vehicles)} a finite limit")
-        object.__setattr__(self, "limits", frozen_copy(limits))
         self.rules.check(self.part_names, self.vehicles)
 
     @property
     def vehicles(self) -> tuple[str, ...]:
-        """One per response."""
+        """Names of the vehicles, one per response."""
         return tuple(self.evaluate.response_names)
 
     @property
     def part_names(self) -> tuple[str, ...]:
-        """In the order of the parts."""
+        """Names of the parts, in their order."""
         return tuple(self.parts)
 
     @cached_property
     def columns(self) -> tuple[tuple[int, ...], ...]:
         """Columns of each part's variables in a design."""
-        place = {name: column for column, name in enumerate(self.space.names)}
-        return tuple(tuple(place[name] for name in names) for names in self.parts.values())
+        return tuple(
+            tuple(self.space.names.index(name) for name in names) for names in self.parts.values()
+        )
 
     def own(self, designs: RealArray) -> RealArray:
         """Return the response of each vehicle to its own design, (…, v, k) → (…, v)."""
@@ -303,19 +267,20 @@ class SharingProblem:
         return np.asarray(gradient[place.ravel(), np.arange(len(self.vehicles))])
 
 
-@dataclass(frozen=True, eq=False)
+@checked(designs="v k", levels="v", excess="v")
 class SharedDesign:
     """A sharing with values for its part numbers.
 
     Parameters
     ----------
     sharing : Sharing
+        Part numbers.
     designs : array, shape (v, k)
-        Of the vehicles [units]; equal where numbers are shared.
+        Design of each vehicle [units]; equal where numbers are shared.
     levels : array, shape (v,)
         Response of each vehicle [response_unit].
     excess : array, shape (v,)
-        Beyond its limit; negative where room is left [response_unit].
+        Response beyond its limit; negative where room is left [response_unit].
     """
 
     sharing: Sharing
@@ -323,17 +288,13 @@ class SharedDesign:
     levels: RealArray
     excess: RealArray
 
-    def __post_init__(self) -> None:
-        for name in ("designs", "levels", "excess"):
-            object.__setattr__(self, name, frozen_copy(np.asarray(getattr(self, name), float)))
-
     @property
     def worst(self) -> float:
         """Largest excess [response_unit]."""
         return float(self.excess.max())
 
 
-@dataclass(frozen=True, eq=False)
+@checked(levels="v", designs="v k", candidates="n k")
 class OwnOptima:
     """What each vehicle could have with parts of its own.
 
@@ -342,6 +303,7 @@ class OwnOptima:
     levels : array, shape (v,)
         Best response [response_unit].
     designs : array, shape (v, k)
+        Best design of each vehicle.
     candidates : array, shape (n, k)
         Different local optima of all vehicles: where a search for shared parts begins.
     """
@@ -349,10 +311,6 @@ class OwnOptima:
     levels: RealArray
     designs: RealArray
     candidates: RealArray
-
-    def __post_init__(self) -> None:
-        for name in ("levels", "designs", "candidates"):
-            object.__setattr__(self, name, frozen_copy(np.asarray(getattr(self, name), float)))
 
 
 def own_optima(
@@ -363,17 +321,14 @@ def own_optima(
     Parameters
     ----------
     evaluate : Differentiable
-        One response per vehicle.
+        Model with one response per vehicle.
     space : DesignSpace
+        Variables and bounds.
     starts : int
         Descents per vehicle, at least one: from the nominal design, then from random corners of
         the bounds, where stiffness factors like to end.
     seed : int
-        Of the corners, from 1.
-
-    Returns
-    -------
-    OwnOptima
+        Seed of the corners, from 1.
 
     Raises
     ------
@@ -385,25 +340,32 @@ def own_optima(
     random = generator(seed, "own optima")
     n_vehicles = len(evaluate.response_names)
     bounds = list(zip(space.lower, space.upper, strict=True))
-    found: list[tuple[float, int, RealArray]] = []
+    levels, ends = np.empty((n_vehicles, starts)), np.empty((n_vehicles, starts, len(bounds)))
     for vehicle in range(n_vehicles):
+
+        def level(design: RealArray, vehicle: int = vehicle) -> tuple[float, RealArray]:
+            row = design[np.newaxis]
+            return evaluate(row)[0, vehicle], evaluate.gradient(row)[0, vehicle]
+
         for start in range(starts):
             corner = random.integers(0, 2, space.n_variables) == 1
             begin = space.nominal if start == 0 else np.where(corner, space.upper, space.lower)
-
-            def level(design: RealArray, vehicle: int = vehicle) -> tuple[float, RealArray]:
-                one = design[np.newaxis]
-                return evaluate(one)[0, vehicle], evaluate.gradient(one)[0, vehicle]
-
             end = minimize(level, begin, jac=True, method="L-BFGS-B", bounds=bounds).x
-            found.append((float(evaluate(end[np.newaxis])[0, vehicle]), vehicle, end))
-    best = [min((f for f in found if f[1] == v), key=lambda f: f[0]) for v in range(n_vehicles)]
-    ends = np.array([end for _, _, end in found])
-    return OwnOptima(
-        np.array([level for level, *_ in best]),
-        np.array([end for *_, end in best]),
-        ends[_different(responses(evaluate, ends))],
-    )
+            ends[vehicle, start] = end
+            levels[vehicle, start] = evaluate(end[np.newaxis])[0, vehicle]
+    best = np.arange(n_vehicles), levels.argmin(axis=1)
+    candidates = ends.reshape(-1, len(bounds))
+    different = _different(responses(evaluate, candidates))
+    return OwnOptima(levels[best], ends[best], candidates[different])
+
+
+def _different(levels: RealArray) -> list[int]:
+    """Rows that differ from each row before them in some vehicle."""
+    kept: list[int] = []
+    for row, values in enumerate(levels):
+        if all(np.abs(values - levels[other]).max() > _SAME_LEVEL for other in kept):
+            kept.append(row)
+    return kept
 
 
 def shared_design(
@@ -419,17 +381,15 @@ def shared_design(
     Parameters
     ----------
     problem : SharingProblem
+        Fleet.
     sharing : Sharing
+        Part numbers.
     starts : sequence of array, shape (v, k)
         Designs to begin with; a number begins with the mean of its vehicles. The best end counts.
     enough : float
         Worst excess that ends the search: further starts are left out [response_unit].
     steps : int
-        Of each descent.
-
-    Returns
-    -------
-    SharedDesign
+        Largest number of steps of each descent.
 
     Raises
     ------
@@ -441,19 +401,18 @@ def shared_design(
     Minimises t over part values and t, subject to ``level_v − limit_v ≤ t``: sequential quadratic
     programming (SLSQP) with exact gradients. A local optimum of a problem that has several.
     """
+    if not len(starts):
+        raise InputError("shared parts need a design to begin with: give at least one start")
     numbering = _Numbering.of(problem, sharing)
-    best: SharedDesign | None = None
+    tried: list[SharedDesign] = []
     for start in starts:
         begin = numbering.values(start)
         # a descent over a kink may end above its start
         for values in (begin, _descend(problem, numbering, begin, steps)):
-            found = _finished(problem, sharing, numbering.designs(values))
-            if best is None or found.worst < best.worst:
-                best = found
-        if best is not None and best.worst <= enough:
+            tried.append(_finished(problem, sharing, numbering.designs(values)))
+        best = min(tried, key=lambda design: design.worst)
+        if best.worst <= enough:
             break
-    if best is None:
-        raise InputError("shared parts need a design to begin with: give at least one start")
     return best
 
 
@@ -463,13 +422,9 @@ def quietest_within_limits(problem: SharingProblem, start: SharedDesign) -> Shar
     Parameters
     ----------
     problem : SharingProblem
+        Fleet.
     start : SharedDesign
-        Within all limits.
-
-    Returns
-    -------
-    SharedDesign
-        Within all limits; `start` itself where nothing was gained.
+        Design within all limits; returned itself where nothing was gained.
     """
     numbering = _Numbering.of(problem, start.sharing)
 
@@ -492,17 +447,16 @@ def quietest_within_limits(problem: SharingProblem, start: SharedDesign) -> Shar
         constraints=[NonlinearConstraint(room, 0.0, np.inf, jac=room_gradient)],
         options={"maxiter": 40},
     )
-    found = _finished(problem, start.sharing, numbering.designs(end.x))
-    better = found.worst <= max(start.worst, 0.0) and found.levels.sum() < start.levels.sum()
-    return found if better else start
+    quiet = _finished(problem, start.sharing, numbering.designs(end.x))
+    better = quiet.worst <= max(start.worst, 0.0) and quiet.levels.sum() < start.levels.sum()
+    return quiet if better else start
 
 
 @dataclass(frozen=True, eq=False)
 class _Numbering:
-    """Where the variables of each vehicle stand in the vector of part values."""
+    """Where the variables of each vehicle stand, (v, k), in the vector of part values."""
 
     places: npt.NDArray[np.intp]
-    """Shape (v, k)."""
     bounds: list[tuple[float, float]]
 
     @classmethod
@@ -545,6 +499,8 @@ class _Numbering:
 def _descend(
     problem: SharingProblem, numbering: _Numbering, start: RealArray, steps: int
 ) -> RealArray:
+    """Part values, (n,), where a descent of the worst excess ends."""
+
     def excess(values: RealArray) -> RealArray:
         return np.asarray(problem.own(numbering.designs(values)) - problem.limits)
 
@@ -575,12 +531,3 @@ def _descend(
 def _finished(problem: SharingProblem, sharing: Sharing, designs: RealArray) -> SharedDesign:
     levels = problem.own(designs)
     return SharedDesign(sharing, designs, levels, levels - problem.limits)
-
-
-def _different(levels: RealArray) -> list[int]:
-    """Rows that differ from each row before them in some vehicle."""
-    kept: list[int] = []
-    for row, values in enumerate(levels):
-        if all(np.abs(values - levels[other]).max() > SAME_LEVEL for other in kept):
-            kept.append(row)
-    return kept

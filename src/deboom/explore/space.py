@@ -1,4 +1,4 @@
-"""What can be explored: a design space, an evaluation behind one seam,."""
+"""What can be explored: a design space, a model behind one seam, and seeded random streams."""
 
 from __future__ import annotations
 
@@ -8,77 +8,39 @@ from dataclasses import dataclass, field
 from typing import Protocol
 
 import numpy as np
+from scipy.stats import qmc
 
-from deboom.arrays import BoolArray, RealArray, frozen_copy
+from deboom.arrays import BoolArray, RealArray, checked, checked_array
 from deboom.errors import InputError
 
-
-def checked_seed(seed: int) -> int:
-    """Return the seed, or refuse it.
-
-    Raises
-    ------
-    InputError
-        Anything but an integer from 1 upwards; some libraries read 0 as "no seed".
-    """
-    if isinstance(seed, bool) or not isinstance(seed, int | np.integer) or seed < 1:
-        raise InputError(f"seed {seed!r} is not an integer from 1 upwards: choose one, such as 1")
-    return int(seed)
-
-
-def generator(seed: int, purpose: str, *words: int) -> np.random.Generator:
-    """Return the generator of one purpose.
-
-    Parameters
-    ----------
-    seed : int
-        From 1 upwards.
-    purpose : str
-        Such as ``"search sample"``. Streams of different purposes are independent, so that the
-        verification never meets the numbers of the search although both are given one seed.
-    *words : int
-        Further entropy, such as the bytes of one design.
-
-    Raises
-    ------
-    InputError
-        A seed that is not an integer from 1 upwards.
-    """
-    entropy = [checked_seed(seed), *words]
-    key = zlib.crc32(purpose.encode())
-    return np.random.default_rng(np.random.SeedSequence(entropy, spawn_key=(key,)))
-
-
 SIGMAS_PER_TOLERANCE = 3.0
-"""A tolerance's half width is this many standard deviations of the scatter [1]."""
+"""Standard deviations of the scatter in the half width of a tolerance [1]."""
+
+Progress = Callable[[int, int, str], None]
+"""Called after each step with its number, the number of steps, and a line of text."""
 
 
-@dataclass(frozen=True, eq=False)
+@checked(nominal="k ?", lower="k ?", upper="k ?", tolerance="k ?")
 class DesignSpace:
     """Design variables with units, nominal values, bounds and tolerances.
 
-    ``dataclasses.replace`` gives a changed copy.
-
     Parameters
     ----------
-    names, units : sequence of str, length k
+    names, units : tuple of str, length k
         Name and unit of each variable; ``"1"`` is a plain number.
     nominal, lower, upper : array, shape (k,)
         Today's design and the bounds of the search [units]. Equal bounds hold a variable fixed.
     tolerance : array, shape (k,)
-        Half width of the manufacturing scatter as a fraction of the design's own value [1]. It
-        stands for three standard deviations; 0 means exactly made.
+        Half width of the manufacturing scatter as a fraction of the design's own value, three
+        standard deviations; 0 means exactly made [1].
     integer : array of bool, shape (k,), optional
-        Variables that take whole numbers only, such as the number of a part in a catalogue; their
-        bounds and nominal values are whole and they have no tolerance. Default is none.
+        Variables that take whole numbers only, such as the number of a part in a catalogue.
 
     Raises
     ------
     InputError
-        Names the variable that has reversed bounds, a nominal value outside of them, a value that
-        is not finite, no unit, a name used twice, a tolerance outside 0 <= tolerance < 1 (from 1 on
-        the scatter would change the sign of a design), or a whole-number variable with a fraction
-        or a tolerance.
+        Names the variable whose bounds, nominal value, unit, name or tolerance cannot be: a
+        tolerance lies in 0 <= tolerance < 1, a whole-number variable has whole values and none.
     """
 
     names: tuple[str, ...]
@@ -90,66 +52,46 @@ class DesignSpace:
     integer: BoolArray = field(default_factory=lambda: np.empty(0, dtype=bool))
 
     def __post_init__(self) -> None:
-        if np.size(self.integer) == 0:
-            object.__setattr__(self, "integer", np.zeros(len(self.names), dtype=bool))
-        object.__setattr__(self, "names", tuple(self.names))
-        object.__setattr__(self, "units", tuple(self.units))
         if not self.names:
             raise InputError("a design space needs at least one variable")
-        for column in ("units", "nominal", "lower", "upper", "tolerance", "integer"):
-            count = np.shape(getattr(self, column))
-            if count != (len(self.names),):
-                raise InputError(
-                    f"the design space names {len(self.names)} variables, but its {column} have "
-                    f"shape {count}: give one value per variable"
-                )
-        for column in ("nominal", "lower", "upper", "tolerance"):
-            values = np.asarray(getattr(self, column), dtype=float)
-            object.__setattr__(self, column, frozen_copy(values))
-        object.__setattr__(self, "integer", frozen_copy(np.asarray(self.integer, dtype=bool)))
-        for position, name in enumerate(self.names):
-            self._check_variable(position, name)
+        counts = (len(self.units), self.nominal.size)
+        if counts != (len(self.names),) * 2:
+            raise InputError(
+                f"the design space names {len(self.names)} variables, but has {counts[0]} units "
+                f"and {counts[1]} nominal values: give one value per variable"
+            )
+        integer = self.integer if np.size(self.integer) else np.zeros(len(self.names))
+        integer = checked_array(integer, "k", "integer", {"k": len(self.names)}, bool)
+        object.__setattr__(self, "integer", integer)
+        for column, name in enumerate(self.names):
+            self._check_variable(column, name)
 
-    def _check_variable(self, position: int, name: str) -> None:
-        if self.names.count(name) > 1:
-            raise InputError(
-                f"design variable '{name}' appears {self.names.count(name)} times: "
-                "every variable needs a name of its own"
-            )
-        if not self.units[position].strip():
-            raise InputError(
-                f"design variable '{name}' has no unit: give one, '1' for a plain number"
-            )
-        nominal, lower, upper = (
-            float(values[position]) for values in (self.nominal, self.lower, self.upper)
+    def _check_variable(self, column: int, name: str) -> None:
+        nominal, lower, upper, tolerance = (
+            float(values[column])
+            for values in (self.nominal, self.lower, self.upper, self.tolerance)
         )
-        tolerance = float(self.tolerance[position])
-        if not np.all(np.isfinite([nominal, lower, upper, tolerance])):
-            raise InputError(
-                f"design variable '{name}' has a nominal value, bound or tolerance that is not "
-                "finite: give a number"
-            )
-        if lower > upper:
-            raise InputError(
-                f"design variable '{name}' has its bounds reversed: lower {lower:g} is above "
-                f"upper {upper:g}"
-            )
-        if not lower <= nominal <= upper:
-            raise InputError(
-                f"design variable '{name}' has the nominal value {nominal:g} outside its bounds "
-                f"{lower:g} to {upper:g}: move one of them"
-            )
-        if not 0.0 <= tolerance < 1.0:
-            raise InputError(
-                f"design variable '{name}' has the tolerance {tolerance:g}: give the half width "
-                "as a fraction of the design's value, from 0 up to but not including 1"
-            )
-        whole = np.all(np.mod([nominal, lower, upper], 1.0) == 0.0)
-        if self.integer[position] and not (whole and tolerance == 0.0):
-            raise InputError(
-                f"design variable '{name}' takes whole numbers: give whole bounds, a whole nominal "
-                "value and the tolerance 0"
-            )
+        whole = tolerance == 0.0 and all(value % 1.0 == 0.0 for value in (nominal, lower, upper))
+        faults = {
+            f"appears {self.names.count(name)} times: every variable needs a name of its own": (
+                self.names.count(name) > 1
+            ),
+            "has no unit: give one, '1' for a plain number": not self.units[column].strip(),
+            "has a nominal value, bound or tolerance that is not finite: give a number": (
+                not np.isfinite([nominal, lower, upper, tolerance]).all()
+            ),
+            f"has its bounds reversed: lower {lower:g} is above upper {upper:g}": lower > upper,
+            f"has the nominal value {nominal:g} outside its bounds {lower:g} to {upper:g}: move "
+            "one of them": not lower <= nominal <= upper,
+            f"has the tolerance {tolerance:g}: give the half width as a fraction of the design's "
+            "value, from 0 up to but not including 1": not 0.0 <= tolerance < 1.0,
+            "takes whole numbers: give whole bounds, a whole nominal value and the tolerance 0": (
+                bool(self.integer[column]) and not whole
+            ),
+        }
+        for words, wrong in faults.items():
+            if wrong:
+                raise InputError(f"design variable '{name}' {words}")
 
     @property
     def n_variables(self) -> int:
@@ -167,13 +109,12 @@ class DesignSpace:
         return self.tolerance / SIGMAS_PER_TOLERANCE
 
     def checked(self, designs: RealArray) -> RealArray:
-        """Return the designs as a finite array of shape (n, k), or refuse them.
+        """Return designs as a finite array of shape (n, k); they may lie outside the bounds.
 
         Raises
         ------
         InputError
-            Another number of columns, or a value that is not finite. Designs outside the bounds
-            are allowed: what a search keeps out, a question may ask for.
+            Another number of columns, or a value that is not finite.
         """
         array = np.asarray(designs, dtype=float)
         if array.ndim != 2 or array.shape[1] != self.n_variables:
@@ -192,22 +133,17 @@ class DesignSpace:
 def stiffness_factor_space(
     names: Sequence[str], half_width: float = 0.20, tolerance: float = 0.15
 ) -> DesignSpace:
-    """Return the space of factors on today's stiffnesses.
+    """Return the space of factors on today's stiffnesses, each with the nominal value 1.
 
     Parameters
     ----------
     names : sequence of str
-        One per factor, such as ``TSM x``.
+        Names of the factors, such as ``TSM x``.
     half_width : float
-        The search runs from ``1 - half_width`` to ``1 + half_width`` [1].
+        Half width of the search about 1 [1].
     tolerance : float
-        Manufacturing scatter of the design's own stiffness, half width = three standard
-        deviations [1]. The default is ±15 % (σ = 5 %); 0.45 reads the same 15 % as one σ.
-
-    Returns
-    -------
-    DesignSpace
-        Nominal value 1 for every factor.
+        Half width of the manufacturing scatter, three standard deviations [1]. The default is
+        ±15 % (σ = 5 %); 0.45 reads the same 15 % as one σ.
 
     Raises
     ------
@@ -233,10 +169,9 @@ def stiffness_factor_space(
 class Evaluate(Protocol):
     """What can be explored: ``evaluate(designs (n, k)) -> responses (n, r)``.
 
-    Rows are independent of each other, and the same design always gives the same responses. An
-    object of a module-level class can be carried by a process pool, a closure cannot. A design
-    that cannot be computed gives a row that is not finite, or raises ``ArithmeticError`` or
-    ``numpy.linalg.LinAlgError``.
+    Rows are independent of each other, and the same design always gives the same responses. A
+    design that cannot be computed gives a row that is not finite, or raises ``ArithmeticError`` or
+    ``numpy.linalg.LinAlgError``. A process pool carries objects of importable classes, no closures.
     """
 
     @property
@@ -255,6 +190,13 @@ class Evaluate(Protocol):
         """Return the responses, shape (n, r) [response_unit], of the designs, shape (n, k)."""
 
 
+class Differentiable(Evaluate, Protocol):
+    """An evaluation with exact derivatives."""
+
+    def gradient(self, designs: RealArray) -> RealArray:
+        """Return the derivatives of the responses by the variables, shape (n, r, k)."""
+
+
 @dataclass(frozen=True)
 class ResponseFunction:
     """A plain function with the names that make it explorable.
@@ -262,7 +204,7 @@ class ResponseFunction:
     Parameters
     ----------
     function : callable
-        From designs, shape (n, k), to responses, shape (n, r) [response_unit].
+        Responses, shape (n, r) [response_unit], of designs, shape (n, k).
     variable_names, response_names : tuple of str
         Name of each column of the designs and of the responses.
     response_unit : str
@@ -289,23 +231,12 @@ class ResponseFunction:
 
 
 def responses(evaluate: Evaluate, designs: RealArray) -> RealArray:
-    """Evaluate designs and hold the answer to the shape that was promised.
-
-    Parameters
-    ----------
-    evaluate : Evaluate
-        With k variables and r responses.
-    designs : array, shape (n, k)
-
-    Returns
-    -------
-    array, shape (n, r)
-        [evaluate.response_unit]; rows that could not be computed are not finite.
+    """Return the responses to designs (n, k), shape (n, r), not finite where a design fails.
 
     Raises
     ------
     InputError
-        A result of another shape.
+        A model that returns another shape.
     """
     values = np.asarray(evaluate(designs), dtype=float)
     promised = (len(designs), len(evaluate.response_names))
@@ -315,3 +246,84 @@ def responses(evaluate: Evaluate, designs: RealArray) -> RealArray:
             f"designs and {promised[1]} named responses: return shape {promised}"
         )
     return values
+
+
+def check_same_names(what: str, names: Sequence[str], expected: Sequence[str]) -> None:
+    """Refuse names that differ from those of the design space or of the limits.
+
+    Raises
+    ------
+    InputError
+        Shows both lists.
+    """
+    if tuple(names) != tuple(expected):
+        raise InputError(
+            f"{what} {list(names)}, expected {list(expected)}: give both the same names in the "
+            "same order"
+        )
+
+
+def check_gradient(evaluate: Evaluate, remedy: str) -> None:
+    """Refuse a model without a gradient.
+
+    Raises
+    ------
+    InputError
+        Names the model's class and the remedy.
+    """
+    if not hasattr(evaluate, "gradient"):
+        raise InputError(f"{type(evaluate).__name__} offers no gradient: {remedy}")
+
+
+def checked_seed(seed: int) -> int:
+    """Return the seed, or refuse it.
+
+    Raises
+    ------
+    InputError
+        Anything but an integer from 1 upwards; some libraries read 0 as "no seed".
+    """
+    if isinstance(seed, bool) or not isinstance(seed, int | np.integer) or seed < 1:
+        raise InputError(f"seed {seed!r} is not an integer from 1 upwards: choose one, such as 1")
+    return int(seed)
+
+
+def generator(seed: int, purpose: str, *words: int) -> np.random.Generator:
+    """Return the random generator of one purpose.
+
+    Parameters
+    ----------
+    seed : int
+        Seed from 1 upwards.
+    purpose : str
+        Name of the stream, such as ``"search sample"``. Streams of different purposes are
+        independent: a verification never meets the draws of its search.
+    *words : int
+        Further entropy, such as the bytes of one design.
+
+    Raises
+    ------
+    InputError
+        A seed that is not an integer from 1 upwards.
+    """
+    entropy = [checked_seed(seed), *words]
+    key = zlib.crc32(purpose.encode())
+    return np.random.default_rng(np.random.SeedSequence(entropy, spawn_key=(key,)))
+
+
+def sobol_points(n_variables: int, n_points: int, *, seed: int, purpose: str) -> RealArray:
+    """Return scrambled Sobol points in the unit cube, shape (n_points, n_variables) [1].
+
+    Raises
+    ------
+    InputError
+        A count that is not a power of two, which would be unbalanced; seed 0.
+    """
+    exponent = max(n_points, 1).bit_length() - 1
+    if n_points != 2**exponent:
+        raise InputError(
+            f"{n_points} Sobol points are not a power of two and would be unbalanced: take "
+            f"{2**exponent} or {2 ** (exponent + 1)}"
+        )
+    sampler = qmc.Sobol(n_variables, rng=generator(seed, purpose))
+    return np.asarray(sampler.random_base2(exponent))

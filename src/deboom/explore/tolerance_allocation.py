@@ -1,28 +1,33 @@
-"""Tolerances as a choice: what they cost, what they do, and the cheapest ones for a target."""
+"""Tolerances as a choice: what they do, what they cost, and the cheapest ones for a target."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any, Protocol
+from typing import Any, TypeAlias
 
 import numpy as np
 from scipy.interpolate import PchipInterpolator
 from scipy.optimize import brentq, minimize
 from scipy.special import ndtr
 
-from deboom.arrays import RealArray, frozen_copy
+from deboom.arrays import RealArray, checked, frozen_copy
 from deboom.errors import InputError
-from deboom.explore.robust import RobustResponse, RobustValues, joined, moment_weights
+from deboom.explore.robust import RobustResponse, RobustValues, joined
 from deboom.explore.scatter import ToleranceSample
-from deboom.explore.space import SIGMAS_PER_TOLERANCE, DesignSpace, responses
+from deboom.explore.space import SIGMAS_PER_TOLERANCE, DesignSpace, check_gradient
 
 SUFFIX = " tolerance"
-"""What the name of a tolerance's variable adds to that of its design variable."""
+"""Ending of the name of a tolerance's variable."""
+
+_SOFTNESS = 0.2  # step with which parts within a limit are counted, in standard deviations
+_STEPS = 200  # of the search for tolerances
+_PRECISION = 1e-10  # gain, as a part of the cost, at which steps end
+_MET = 1e-7  # excess of a target that counts as met
 
 
-@dataclass(frozen=True, eq=False)
+@checked(weight="k", reference="k")
 class ToleranceCost:
     """Price of tolerances, ``Σ_k w_k (reference_k / tolerance_k − 1)``.
 
@@ -49,11 +54,6 @@ class ToleranceCost:
     reference: RealArray
 
     def __post_init__(self) -> None:
-        for name in ("weight", "reference"):
-            object.__setattr__(self, name, frozen_copy(np.asarray(getattr(self, name), float)))
-        finite = np.isfinite(self.weight).all() and np.isfinite(self.reference).all()
-        if self.weight.shape != self.reference.shape or self.weight.ndim != 1 or not finite:
-            raise InputError("a cost of tolerances needs one weight and one reference per variable")
         if np.any(self.weight < 0.0) or np.any(self.reference <= 0.0):
             raise InputError(
                 "a cost of tolerances needs weights of at least 0 and references above 0"
@@ -71,7 +71,7 @@ class ToleranceResponse:
     Parameters
     ----------
     robust : RobustResponse
-        Its model, draws and objectives; the tolerances of its space are the nominal ones here.
+        Response whose space has the nominal tolerances.
     lower, upper : float
         Bounds of every tolerance, half widths as a fraction of the design's value [1].
     cost : ToleranceCost
@@ -88,12 +88,12 @@ class ToleranceResponse:
     lower: float
     upper: float
     cost: ToleranceCost
+    limits = None
 
     def __post_init__(self) -> None:
         if not self.lower > 0.0:
             raise InputError(f"a tolerance of {self.lower:g} cannot be made: give more than 0")
-        if self.robust.space.integer.any():
-            raise InputError("whole-number variables have no tolerance that could be chosen")
+        _check_continuous(self.robust.space)
         if self.cost.weight.size != self.robust.space.n_variables:
             raise InputError(
                 f"the cost knows {self.cost.weight.size} tolerances, the design space has "
@@ -117,7 +117,7 @@ class ToleranceResponse:
 
     @property
     def n_objectives(self) -> int:
-        """Those of the response, and the cost."""
+        """Objectives of the response, and the cost."""
         return self.robust.n_objectives + 1
 
     def split(self, designs: RealArray) -> tuple[RealArray, RealArray]:
@@ -125,55 +125,60 @@ class ToleranceResponse:
         k = self.robust.space.n_variables
         return designs[:, :k], designs[:, k:]
 
-    def with_tolerances(self, tolerances: RealArray) -> RobustResponse:
-        """Return the response with given tolerances, shape (k,)."""
-        return replace(self.robust, space=replace(self.robust.space, tolerance=tolerances))
-
     def __call__(self, designs: RealArray) -> RobustValues:
         """Return the values of the designs, shape (n, 2 k); the cost is their last objective."""
         designs = self.space.checked(designs)
         inner, tolerances = self.split(designs)
-        rows = [
-            self.with_tolerances(tolerance)(design[np.newaxis, :])
-            for design, tolerance in zip(inner, tolerances, strict=True)
-        ]
-        values = joined(rows)
-        cost = np.where(values.failed, np.nan, self.cost(tolerances))
-        return replace(
-            values, designs=designs, objectives=np.column_stack([values.objectives, cost])
+        values = joined(
+            [
+                _with_tolerance(self.robust, tolerance)(design[np.newaxis, :])
+                for design, tolerance in zip(inner, tolerances, strict=True)
+            ]
         )
+        cost = np.where(values.failed, np.nan, self.cost(tolerances))
+        objectives = np.column_stack([values.objectives, cost])
+        return replace(values, designs=designs, objectives=objectives)
 
 
-class CostCurve(Protocol):
-    """The price of one variable's tolerance."""
-
-    @property
-    def name(self) -> str:
-        """Of the variable."""
-
-    @property
-    def lower(self) -> float:
-        """Tightest tolerance with a price, half width [1]."""
-
-    @property
-    def upper(self) -> float:
-        """Widest one [1]."""
-
-    def cost(self, tolerance: float) -> float:
-        """Return the price [money]."""
-
-    def slope(self, tolerance: float) -> float:
-        """Return the derivative of the price by the tolerance, 0 or less [money]."""
+def _with_tolerance(robust: RobustResponse, tolerance: RealArray) -> RobustResponse:
+    return replace(robust, space=replace(robust.space, tolerance=np.asarray(tolerance, float)))
 
 
-@dataclass(frozen=True)
-class ReciprocalCurve:
-    """The price ``weight · reference / tolerance``.
+def _check_continuous(space: DesignSpace) -> None:
+    if space.integer.any():
+        raise InputError("whole-number variables have no tolerance that could be chosen")
+
+
+@dataclass(frozen=True, eq=False)
+class CostCurve:
+    """Price of one variable's tolerance, falling with the width.
 
     Parameters
     ----------
     name : str
-        Of the variable.
+        Name of the variable.
+    lower, upper : float
+        Tightest and widest tolerance with a price, half widths [1].
+    cost : callable
+        Price of a tolerance [money].
+    slope : callable
+        Derivative of the price by the tolerance, 0 or less [money].
+    """
+
+    name: str
+    lower: float
+    upper: float
+    cost: Callable[[float], float]
+    slope: Callable[[float], float]
+
+
+def reciprocal_curve(name: str, weight: float, reference: float) -> CostCurve:
+    """Return the price ``weight · reference / tolerance``.
+
+    Parameters
+    ----------
+    name : str
+        Name of the variable.
     weight : float
         Price of the reference tolerance, 0 or more [money].
     reference : float
@@ -186,41 +191,29 @@ class ReciprocalCurve:
 
     Notes
     -----
-    K. W. Chase and W. H. Greenwood, "Design issues in mechanical tolerance analysis",
-    Manufacturing Review 1, 1988. `deboom.explore.tolerance_allocation.ToleranceCost` is the
-    same law less the price of the reference.
+    `ToleranceCost` is the same law less the price of the reference.
     """
-
-    name: str
-    weight: float
-    reference: float
-    lower: float = 0.0
-    upper: float = 1.0
-
-    def __post_init__(self) -> None:
-        if not (0.0 <= self.weight < np.inf and 0.0 < self.reference < np.inf):
-            raise InputError(
-                f"the cost of '{self.name}' has the weight {self.weight:g} and the reference "
-                f"{self.reference:g}: give a weight of at least 0 and a reference above 0"
-            )
-
-    def cost(self, tolerance: float) -> float:
-        """Return the price [money]."""
-        return self.weight * self.reference / tolerance
-
-    def slope(self, tolerance: float) -> float:
-        """Return the derivative of the price by the tolerance [money]."""
-        return -self.weight * self.reference / tolerance**2
+    if not (0.0 <= weight < np.inf and 0.0 < reference < np.inf):
+        raise InputError(
+            f"the cost of '{name}' has the weight {weight:g} and the reference {reference:g}: "
+            "give a weight of at least 0 and a reference above 0"
+        )
+    return CostCurve(
+        name,
+        0.0,
+        1.0,
+        cost=lambda tolerance: weight * reference / tolerance,
+        slope=lambda tolerance: -weight * reference / tolerance**2,
+    )
 
 
-@dataclass(frozen=True, eq=False)
-class TabulatedCurve:
-    """A price known at some tolerances; between them a monotone curve, beyond them nothing.
+def tabulated_curve(name: str, tolerance: RealArray, costs: RealArray) -> CostCurve:
+    """Return a price known at some tolerances; between them monotone, beyond them nan.
 
     Parameters
     ----------
     name : str
-        Of the variable.
+        Name of the variable.
     tolerance : array, shape (n,)
         At least two half widths, above 0, in any order, each once [1].
     costs : array, shape (n,)
@@ -236,57 +229,32 @@ class TabulatedCurve:
     Piecewise cubic over the logarithm of the tolerance that keeps the points' monotony (F. N.
     Fritsch and J. Butland, SIAM Journal on Scientific and Statistical Computing 5, 1984).
     """
-
-    name: str
-    tolerance: RealArray
-    costs: RealArray
-
-    def __post_init__(self) -> None:
-        tolerance = np.asarray(self.tolerance, dtype=float)
-        costs = np.asarray(self.costs, dtype=float)
-        if tolerance.ndim != 1 or tolerance.shape != costs.shape or tolerance.size < 2:
-            raise InputError(f"the cost of '{self.name}' needs at least two tolerances with prices")
-        order = np.argsort(tolerance)
-        tolerance, costs = tolerance[order], costs[order]
-        finite = np.isfinite(tolerance).all() and np.isfinite(costs).all()
-        if not (finite and tolerance[0] > 0.0 and costs.min() >= 0.0):
-            raise InputError(
-                f"the cost of '{self.name}' needs tolerances above 0 and prices of at least 0"
-            )
-        if np.any(np.diff(tolerance) == 0.0):
-            raise InputError(f"the cost of '{self.name}' names a tolerance twice: keep one")
-        rising = np.flatnonzero(np.diff(costs) > 0.0)
-        if rising.size:
-            at = rising[0]
-            raise InputError(
-                f"the cost of '{self.name}' rises from {costs[at]:g} at ±{tolerance[at]:g} to "
-                f"{costs[at + 1]:g} at ±{tolerance[at + 1]:g}: a wider tolerance never costs more, "
-                "correct the table"
-            )
-        object.__setattr__(self, "tolerance", frozen_copy(tolerance))
-        object.__setattr__(self, "costs", frozen_copy(costs))
-
-    @property
-    def lower(self) -> float:
-        """Tightest tolerance with a price [1]."""
-        return float(self.tolerance[0])
-
-    @property
-    def upper(self) -> float:
-        """Widest one [1]."""
-        return float(self.tolerance[-1])
-
-    def cost(self, tolerance: float) -> float:
-        """Return the price, nan beyond the points [money]."""
-        return float(self._curve(np.log(tolerance)))
-
-    def slope(self, tolerance: float) -> float:
-        """Return the derivative of the price by the tolerance, nan beyond the points [money]."""
-        return float(self._curve(np.log(tolerance), 1)) / tolerance
-
-    @cached_property
-    def _curve(self) -> PchipInterpolator:
-        return PchipInterpolator(np.log(self.tolerance), self.costs, extrapolate=False)
+    tolerance, costs = np.asarray(tolerance, dtype=float), np.asarray(costs, dtype=float)
+    if tolerance.ndim != 1 or tolerance.shape != costs.shape or tolerance.size < 2:
+        raise InputError(f"the cost of '{name}' needs at least two tolerances with prices")
+    order = np.argsort(tolerance)
+    tolerance, costs = tolerance[order], costs[order]
+    finite = np.isfinite(tolerance).all() and np.isfinite(costs).all()
+    if not (finite and tolerance[0] > 0.0 and costs.min() >= 0.0):
+        raise InputError(f"the cost of '{name}' needs tolerances above 0 and prices of at least 0")
+    if np.any(np.diff(tolerance) == 0.0):
+        raise InputError(f"the cost of '{name}' names a tolerance twice: keep one")
+    rising = np.flatnonzero(np.diff(costs) > 0.0)
+    if rising.size:
+        at = rising[0]
+        raise InputError(
+            f"the cost of '{name}' rises from {costs[at]:g} at ±{tolerance[at]:g} to "
+            f"{costs[at + 1]:g} at ±{tolerance[at + 1]:g}: a wider tolerance never costs more, "
+            "correct the table"
+        )
+    curve = PchipInterpolator(np.log(tolerance), costs, extrapolate=False)
+    return CostCurve(
+        name,
+        float(tolerance[0]),
+        float(tolerance[-1]),
+        cost=lambda width: float(curve(np.log(width))),
+        slope=lambda width: float(curve(np.log(width), 1)) / width,
+    )
 
 
 @dataclass(frozen=True)
@@ -296,7 +264,7 @@ class CostCurves:
     Parameters
     ----------
     curves : tuple of CostCurve
-        One per variable, each once.
+        One curve per variable, each once.
 
     Raises
     ------
@@ -308,9 +276,9 @@ class CostCurves:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "curves", tuple(self.curves))
-        twice = [name for name in self.names if self.names.count(name) > 1]
-        if twice or not self.curves:
-            raise InputError(f"every tolerance needs one cost curve: there are {twice or 'none'}")
+        doubled = [name for name in self.names if self.names.count(name) > 1]
+        if doubled or not self.curves:
+            raise InputError(f"every tolerance needs one cost curve: there are {doubled or 'none'}")
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -325,19 +293,11 @@ class CostCurves:
         """Return the derivative of each price by its tolerance, shape (k,) → (k,) [money]."""
         return np.array([c.slope(float(t)) for c, t in zip(self.curves, tolerance, strict=True)])
 
-    def total(self, tolerance: RealArray) -> float:
-        """Return the price of all tolerances, shape (k,) [money]."""
-        return float(self.each(tolerance).sum())
-
 
 def reciprocal_curves(names: Sequence[str], cost: ToleranceCost) -> CostCurves:
     """Return the curves of a reciprocal cost, one per variable in its order."""
     rows = zip(names, cost.weight, cost.reference, strict=True)
-    return CostCurves(tuple(ReciprocalCurve(name, float(w), float(r)) for name, w, r in rows))
-
-
-SOFTNESS = 0.2
-"""Width of the step with which parts within a limit are counted, in standard deviations [1]."""
+    return CostCurves(tuple(reciprocal_curve(name, float(w), float(r)) for name, w, r in rows))
 
 
 @dataclass(frozen=True, eq=False)
@@ -349,11 +309,11 @@ class Scattered:
     tolerance : array, shape (k,)
         Half widths [1].
     values : array, shape (n_samples, r)
-        Responses, draw by draw.
+        Responses, draw by draw [response unit].
     by_tolerance : array, shape (n_samples, r, k)
         Their derivatives [response unit per unit tolerance].
     sigma : array, shape (r,)
-        Standard deviations.
+        Standard deviations [response unit].
     sigma_by_tolerance : array, shape (r, k)
         Their derivatives [response unit per unit tolerance].
     """
@@ -368,34 +328,24 @@ class Scattered:
         """Return the share of parts within the limits, shape (r,) → (r,) [1]."""
         return np.asarray((self.values <= limit).mean(axis=0))
 
-    def soft_share(
-        self, limit: RealArray, softness: float = SOFTNESS
-    ) -> tuple[RealArray, RealArray]:
+    def soft_share(self, limit: RealArray) -> tuple[RealArray, RealArray]:
         """Return a share that can be differentiated, shape (r,), with its derivatives (r, k).
-
-        Parameters
-        ----------
-        limit : array, shape (r,)
-            Of each response [response unit].
-        softness : float
-            Width of the step, in standard deviations of the response [1].
 
         Notes
         -----
-        ``mean Φ((limit − y) / w)`` with ``w`` the softness times the standard deviation: the share
-        of responses with a further normal scatter ``w``. Of more than half it is slightly less
-        than the share itself.
+        ``mean Φ((limit − y) / w)`` with a width ``w`` of a fifth of the standard deviation: the
+        share of responses with a further normal scatter ``w``. Of more than half it is slightly
+        less than the share itself.
         """
         scatters = self.sigma > 0.0
-        width = np.where(scatters, softness * self.sigma, 1.0)
+        width = np.where(scatters, _SOFTNESS * self.sigma, 1.0)
         place = (limit - self.values) / width
         soft = np.where(scatters, ndtr(place), self.values <= limit)
         density = np.where(scatters, np.exp(-0.5 * place**2) / np.sqrt(2.0 * np.pi), 0.0) / width
-        by_width = place * density * np.where(scatters, softness, 0.0)
-        count = len(self.values)
+        by_width = place * density * np.where(scatters, _SOFTNESS, 0.0)
         slope = -np.einsum("tr,trk->rk", density, self.by_tolerance)
         slope -= by_width.sum(axis=0)[:, None] * self.sigma_by_tolerance
-        return np.asarray(soft.mean(axis=0)), np.asarray(slope / count)
+        return np.asarray(soft.mean(axis=0)), np.asarray(slope / len(self.values))
 
 
 @dataclass(frozen=True, eq=False)
@@ -405,9 +355,9 @@ class ToleranceEffect:
     Parameters
     ----------
     robust : RobustResponse
-        Model with a gradient, draws that all tolerances share, and perhaps a structure.
+        Response with a gradient of its model and draws that all tolerances share.
     design : array, shape (k,)
-        [units of the space]
+        Design [units of the space].
 
     Raises
     ------
@@ -421,24 +371,19 @@ class ToleranceEffect:
     def __post_init__(self) -> None:
         design = self.robust.space.checked(np.atleast_2d(self.design))[0]
         object.__setattr__(self, "design", frozen_copy(design))
-        model = self.robust.evaluate
-        if not hasattr(model, "gradient"):
-            raise InputError(
-                f"{type(model).__name__} offers no gradient: tolerances can be chosen only with one"
-            )
+        check_gradient(self.robust.evaluate, "tolerances can be chosen only with one")
         if not isinstance(self.robust.sample, ToleranceSample):
             raise InputError("tolerances are chosen with draws that they share: take sobol_sample")
-        if self.robust.space.integer.any():
-            raise InputError("whole-number variables have no tolerance that could be chosen")
+        _check_continuous(self.robust.space)
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Of the variables."""
+        """Names of the variables."""
         return self.robust.space.names
 
     @property
     def response_names(self) -> tuple[str, ...]:
-        """Of the responses."""
+        """Names of the responses."""
         return self.robust.evaluate.response_names
 
     @property
@@ -452,7 +397,7 @@ class ToleranceEffect:
 
     def values(self, tolerance: RealArray) -> RealArray:
         """Return the responses, shape (n_samples, r), at tolerances (k,)."""
-        return self._values(self._response(tolerance))[1]
+        return _with_tolerance(self.robust, tolerance).made_responses(self.design)[1]
 
     def at(self, tolerance: RealArray) -> Scattered:
         """Return the responses with their derivatives at tolerances, shape (k,).
@@ -469,50 +414,16 @@ class ToleranceEffect:
         ∂y/∂x · x s / 3``; the standard deviation's derivatives follow by the chain rule through
         its estimator and are exact for these draws.
         """
-        robust = self._response(tolerance)
-        made, values = self._values(robust)
-        normals = robust.sample.normals(self.design)
-        scatter = normals if robust.structure is None else robust.structure.scatter(normals)
+        robust = _with_tolerance(self.robust, tolerance)
         model: Any = robust.evaluate
-        by_tolerance = (
-            model.gradient(made) * (self.design * scatter / SIGMAS_PER_TOLERANCE)[:, None]
-        )
-        moments = robust.estimator(normals)
-        sigma = moments(values)[1]
-        weights = moment_weights(moments, values, sigma)[1]
+        made, values = robust.made_responses(self.design)
+        made_by_tolerance = self.design * robust.scatter(self.design) / SIGMAS_PER_TOLERANCE
+        by_tolerance = model.gradient(made) * made_by_tolerance[:, None]
+        estimator = self.robust.prepared(self.design)
+        sigma = estimator.moments(values).sigma
+        weights = estimator.derivatives(values, sigma)[1]
         slope = np.einsum("tr,trk->rk", weights, by_tolerance)
         return Scattered(np.asarray(tolerance), values, by_tolerance, sigma, slope)
-
-    def _response(self, tolerance: RealArray) -> RobustResponse:
-        space = replace(self.robust.space, tolerance=np.asarray(tolerance, dtype=float))
-        return replace(self.robust, space=space)
-
-    def _values(self, robust: RobustResponse) -> tuple[RealArray, RealArray]:
-        made = robust.made(self.design)
-        values = responses(robust.evaluate, made)
-        if not np.all(np.isfinite(values)):
-            raise InputError(
-                "the design fails somewhere in its scatter: choose another one, or tighter bounds"
-            )
-        return made, values
-
-
-STEPS = 200
-"""Largest number of steps of the search for tolerances."""
-PRECISION = 1e-10
-"""Steps end when they gain less than this part of the cost [1]."""
-MET = 1e-7
-"""A target missed by less than this counts as met [unit of the target's excess]."""
-
-
-class Target(Protocol):
-    """What tolerances must reach."""
-
-    def excess(self, scattered: Scattered) -> tuple[float, RealArray]:
-        """Return by how much it is missed, 0 or less if it is met, and the derivatives (k,)."""
-
-    def missed(self, scattered: Scattered, names: tuple[str, ...]) -> str:
-        """Say by how much it is missed, and by which response most."""
 
 
 @dataclass(frozen=True)
@@ -522,11 +433,11 @@ class SigmaTarget:
     Parameters
     ----------
     sigma_sum : float
-        Above 0 [response unit].
+        Target above 0 [response unit].
     scale : float
-        What messages multiply the sum with, such as from a sum to a mean [1].
+        Factor on the sum in messages, such as from a sum to a mean [1].
     words : str
-        What messages call it then.
+        Name of the scaled sum in messages.
     """
 
     sigma_sum: float
@@ -555,40 +466,34 @@ class SigmaTarget:
         )
 
 
-@dataclass(frozen=True, eq=False)
+@checked(limit="r")
 class ShareTarget:
-    """A smallest share of parts × responses within a limit.
+    """A smallest share of parts × responses within a limit; count the parts afterwards.
 
     Parameters
     ----------
     limit : array, shape (r,)
-        Of each response [response unit].
+        Limit of each response [response unit].
     share : float
-        Between 0 and 1 [1].
-    softness : float
-        See `Scattered.soft_share`: what is searched with. Count the parts afterwards.
+        Target between 0 and 1 of the soft share [1].
     scale : float
-        What messages multiply responses with, such as from a sum to a mean [1].
+        Factor on responses in messages, such as from a sum to a mean [1].
     unit : str
-        That messages give responses then.
+        Unit of the scaled responses in messages.
     """
 
     limit: RealArray
     share: float
-    softness: float = SOFTNESS
     scale: float = 1.0
     unit: str = ""
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "limit", frozen_copy(np.asarray(self.limit, dtype=float)))
         if not 0.0 < self.share < 1.0:
             raise InputError(f"a share of {self.share:g} of all parts: take one between 0 and 1")
-        if not np.isfinite(self.limit).all():
-            raise InputError("limits of the responses must be finite")
 
     def excess(self, scattered: Scattered) -> tuple[float, RealArray]:
         """Return by how much the share falls short, with derivatives (k,) [1]."""
-        share, slope = scattered.soft_share(self.limit, self.softness)
+        share, slope = scattered.soft_share(self.limit)
         return float(self.share - share.mean()), -slope.mean(axis=0)
 
     def missed(self, scattered: Scattered, names: tuple[str, ...]) -> str:
@@ -605,6 +510,10 @@ class ShareTarget:
         )
 
 
+Target: TypeAlias = SigmaTarget | ShareTarget
+"""What tolerances must reach."""
+
+
 @dataclass(frozen=True, eq=False)
 class MarginalValues:
     """What a little more or less tolerance does, one value per variable with a cost curve.
@@ -614,7 +523,7 @@ class MarginalValues:
     names : tuple of str, length k
         The variables.
     tolerance : array, shape (k,)
-        Where the values hold, half widths [1].
+        Half widths at which the values hold [1].
     sigma_by_tolerance : array, shape (k,)
         Sum of standard deviations per unit of tolerance [response unit].
     cost_by_tolerance : array, shape (k,)
@@ -645,7 +554,7 @@ class MarginalValues:
 
 @dataclass(frozen=True, eq=False)
 class Allocation:
-    """Tolerances that reach a target.
+    """Tolerances with their price and their effect.
 
     Parameters
     ----------
@@ -656,7 +565,7 @@ class Allocation:
     cost : array, shape (k,)
         Price of each [money].
     scattered : Scattered
-        The responses there, in the draws of the search; of all variables of the space.
+        Responses in the draws of the search; of all variables of the space.
     """
 
     names: tuple[str, ...]
@@ -772,9 +681,9 @@ class Allocator:
         def cost(place: RealArray) -> tuple[float, RealArray]:
             tolerance = self._within(np.exp(place))
             slope = self.curves.slope(tolerance) * tolerance
-            return self.curves.total(tolerance) / scale, slope / scale
+            return float(self.curves.each(tolerance).sum()) / scale, slope / scale
 
-        found = minimize(  # type: ignore[call-overload]  # the stubs know no array of any length
+        end = minimize(  # type: ignore[call-overload]  # the stubs know no array of any length
             cost,
             np.log(start.tolerance),
             jac=True,
@@ -785,34 +694,25 @@ class Allocator:
                 "fun": lambda place: -excess(place)[0],
                 "jac": lambda place: -excess(place)[1] * np.exp(place),
             },
-            options={"maxiter": STEPS, "ftol": PRECISION},
+            options={"maxiter": _STEPS, "ftol": _PRECISION},
         )
-        best = self.at(self._within(np.exp(found.x)))
-        missed = target.excess(best.scattered)[0] > MET
+        best = self.at(self._within(np.exp(end.x)))
+        missed = target.excess(best.scattered)[0] > _MET
         return start if missed or best.total_cost > start.total_cost else best
 
-    def price_spread(self, found: Allocation, target: Target) -> float:
-        """Return how far tolerances are from the cheapest: 0 at the optimum [1].
+    def price_spread(self, chosen: Allocation, target: Target) -> float:
+        """Return how far tolerances are from the cheapest for a target: 0 at the optimum [1].
 
-        Parameters
-        ----------
-        found : Allocation
-            Tolerances.
-        target : Target
-            What they reach.
-
-        Returns
-        -------
-        float
-            Largest minus smallest price of the target, ``-C_k' / (∂e/∂t_k)`` with its excess
-            ``e``, over the tolerances between their bounds, by its mean; 0 of fewer than two.
+        Largest minus smallest price of the target, ``-C_k' / (∂e/∂t_k)`` with its excess ``e``,
+        over the tolerances between their bounds, by its mean; 0 of fewer than two.
         """
-        by_tolerance = target.excess(found.scattered)[1][self._columns]
-        inside = (found.tolerance > 1.0001 * self.lower) & (found.tolerance < 0.9999 * self.upper)
+        by_tolerance = target.excess(chosen.scattered)[1][self._columns]
+        tolerance = chosen.tolerance
+        inside = (tolerance > 1.0001 * self.lower) & (tolerance < 0.9999 * self.upper)
         inside &= by_tolerance > 0.0
         if inside.sum() < 2:
             return 0.0
-        price = -self.curves.slope(found.tolerance)[inside] / by_tolerance[inside]
+        price = -self.curves.slope(tolerance)[inside] / by_tolerance[inside]
         return float(np.ptp(price) / price.mean())
 
     def uniform(self, target: Target) -> Allocation:
@@ -850,13 +750,13 @@ class Allocator:
     def _within(self, tolerance: RealArray) -> RealArray:
         return np.clip(tolerance, self.lower, self.upper)
 
-    @property
+    @cached_property
     def _columns(self) -> list[int]:
         return [self.effect.names.index(name) for name in self.names]
 
 
 def _reached(excess: Callable[[float], float], low: float, high: float) -> float:
-    """Return the end of the last interval around a root at which the target is met."""
+    """End of the last interval around a root at which the target is met."""
     root = float(brentq(excess, low, high, xtol=1e-13, rtol=1e-13))
     step = 1e-13
     while excess(root) > 0.0:

@@ -1,7 +1,7 @@
-"""Who computes: this process, a pool of processes, or a Dask cluster. The result is the same.
+"""Who computes: this process, a pool of processes, or a Dask cluster; the result is the same bits.
 
-The robust response travels to each worker once. Then every batch of designs is cut into one chunk
-per worker, and the rows come back in their order. A worker that dies costs time, nothing else.
+Every design is computed alone, so that a batch can be cut anywhere: it is cut into one chunk per
+worker, and the rows come back in their order. A worker that dies costs time, nothing else.
 """
 
 from __future__ import annotations
@@ -22,18 +22,15 @@ import numpy as np
 
 from deboom.arrays import RealArray
 from deboom.errors import InputError
-from deboom.explore.robust import Robust, RobustValues, joined
+from deboom.explore.robust import Limits, Robust, RobustValues, joined
 from deboom.explore.space import DesignSpace
 
 ATTEMPTS = 3
 """Times that one batch of designs may lose workers before the search gives up."""
-
 CONNECT_S = 10.0
 """Wait for a cluster's scheduler [s]."""
-
 WORKER_S = 60.0
 """Wait for a cluster's first worker, or for another one when the last has died [s]."""
-
 SAME_ON_WORKERS = ("deboom", "numpy", "scipy")
 """Packages whose versions decide the last bit of a result."""
 
@@ -43,7 +40,7 @@ class Pool(Protocol):
 
     @property
     def n_workers(self) -> int:
-        """How many there are now, at least 1."""
+        """Number of workers now, at least 1."""
 
     def compute(self, chunks: Sequence[RealArray]) -> list[RobustValues]:
         """Return the values of each chunk of designs, in their order."""
@@ -55,17 +52,29 @@ class SpreadResponse:
 
     Parameters
     ----------
-    space : DesignSpace
-        Of the response that the workers hold.
+    robust : Robust
+        Response that the workers hold.
     pool : Pool
         The workers.
-    n_objectives : int
-        Of that response.
     """
 
-    space: DesignSpace
+    robust: Robust
     pool: Pool
-    n_objectives: int = 2
+
+    @property
+    def space(self) -> DesignSpace:
+        """The designs that may be asked for."""
+        return self.robust.space
+
+    @property
+    def n_objectives(self) -> int:
+        """Number m of objectives."""
+        return self.robust.n_objectives
+
+    @property
+    def limits(self) -> Limits | None:
+        """Limits that the designs must keep; None without."""
+        return self.robust.limits
 
     def __call__(self, designs: RealArray) -> RobustValues:
         """Return the values of the designs, shape (n, k): those that one process would give.
@@ -77,8 +86,7 @@ class SpreadResponse:
         """
         designs = self.space.checked(designs)
         n_chunks = max(1, min(self.pool.n_workers, len(designs)))
-        parts = self.pool.compute(np.array_split(designs, n_chunks))
-        return joined(parts)
+        return joined(self.pool.compute(np.array_split(designs, n_chunks)))
 
 
 def workers_for(
@@ -89,8 +97,8 @@ def workers_for(
     Parameters
     ----------
     robust : Robust
-        Such as `RobustResponse`. Its rows do not depend on each other. Beyond one process it
-        consists of objects of importable modules.
+        Response such as `RobustResponse`, whose rows do not depend on each other. Beyond one
+        process it consists of objects of importable modules.
     workers : int
         Processes on this machine; 1 stays in this process.
     scheduler : str, optional
@@ -104,17 +112,18 @@ def workers_for(
     Raises
     ------
     InputError
-        Fewer than one worker, or both a pool and a cluster; see also `process_pool` and
-        `dask_cluster`.
+        Fewer than one worker, or both a pool and a cluster; a response that cannot travel to
+        another process; a cluster that does not answer, has no worker or other versions.
 
     Examples
     --------
-    >>> from deboom.explore import design_space, known_truth, robust, tolerance_samples
-    >>> model = known_truth.quad2(4, seed=1)
-    >>> space = design_space.stiffness_factor_space(model.variable_names)
-    >>> alone = robust.RobustResponse(model, space, tolerance_samples.sobol_sample(4, seed=1))
+    >>> import numpy as np
+    >>> from deboom.explore import robust, scatter, space
+    >>> factors = space.stiffness_factor_space(("TSM x", "GeM x"))
+    >>> model = space.ResponseFunction(np.square, factors.names, ("sedan", "tourer"), "dB")
+    >>> alone = robust.RobustResponse(model, factors, scatter.sobol_sample(2, seed=1))
     >>> with workers_for(alone, workers=1) as response:
-    ...     response(space.nominal[None, :]).sigma.shape
+    ...     response(factors.nominal[None, :]).sigma.shape
     (1, 2)
     """
     if workers < 1:
@@ -125,19 +134,13 @@ def workers_for(
                 f"{workers} workers here and the cluster at {scheduler} cannot both compute: "
                 "give one of the two"
             )
-        return dask_cluster(robust, scheduler)
-    return process_pool(robust, workers) if workers > 1 else nullcontext(robust)
+        return _dask_cluster(robust, scheduler)
+    return _process_pool(robust, workers) if workers > 1 else nullcontext(robust)
 
 
 @contextmanager
-def process_pool(robust: Robust, workers: int) -> Iterator[Robust]:
-    """Compute on several processes of this machine.
-
-    Raises
-    ------
-    InputError
-        A response that cannot travel to another process.
-    """
+def _process_pool(robust: Robust, workers: int) -> Iterator[Robust]:
+    """Compute on several processes of this machine."""
     try:
         ForkingPickler.dumps(robust)
     except (PicklingError, AttributeError, TypeError) as error:
@@ -147,40 +150,9 @@ def process_pool(robust: Robust, workers: int) -> Iterator[Robust]:
         ) from None
     pool = _ProcessPool(robust, workers)
     try:
-        yield SpreadResponse(robust.space, pool, getattr(robust, "n_objectives", 2))
+        yield SpreadResponse(robust, pool)
     finally:
         pool.close()
-
-
-@contextmanager
-def dask_cluster(robust: Robust, scheduler: str) -> Iterator[Robust]:
-    """Compute on an existing Dask cluster.
-
-    Raises
-    ------
-    InputError
-        Dask is not installed, nothing answers at the address, no worker is there, or a worker has
-        other versions of what decides the last bit.
-    """
-    try:
-        from distributed import Client
-    except ModuleNotFoundError:
-        raise InputError(
-            f"the cluster at {scheduler} needs Dask, which is not installed: "
-            "pip install 'deboom[cluster]'"
-        ) from None
-    try:
-        client = Client(scheduler, timeout=CONNECT_S, set_as_default=False)
-    except (OSError, ValueError) as error:
-        raise InputError(
-            f"no Dask scheduler answers at {scheduler} ({error}): start one with `dask scheduler` "
-            "and give the address that it prints"
-        ) from None
-    with client:
-        _wait_for_a_worker(client)
-        _check_workers(client, scheduler)
-        pool = _DaskCluster(robust, client)
-        yield SpreadResponse(robust.space, pool, getattr(robust, "n_objectives", 2))
 
 
 class _ProcessPool:
@@ -221,8 +193,7 @@ class _ProcessPool:
         self._executor.shutdown(wait=True, cancel_futures=True)
 
 
-_carried: list[Robust] = []
-"""In a worker process of a pool: the one response that it computes."""
+_carried: list[Robust] = []  # in a worker process of a pool: the one response that it computes
 
 
 def _carry(robust: Robust) -> None:
@@ -231,6 +202,29 @@ def _carry(robust: Robust) -> None:
 
 def _compute_carried(designs: RealArray) -> RobustValues:
     return _carried[0](designs)
+
+
+@contextmanager
+def _dask_cluster(robust: Robust, scheduler: str) -> Iterator[Robust]:
+    """Compute on an existing Dask cluster."""
+    try:
+        from distributed import Client
+    except ModuleNotFoundError:
+        raise InputError(
+            f"the cluster at {scheduler} needs Dask, which is not installed: "
+            "pip install 'deboom[cluster]'"
+        ) from None
+    try:
+        client = Client(scheduler, timeout=CONNECT_S, set_as_default=False)
+    except (OSError, ValueError) as error:
+        raise InputError(
+            f"no Dask scheduler answers at {scheduler} ({error}): start one with `dask scheduler` "
+            "and give the address that it prints"
+        ) from None
+    with client:
+        _wait_for_a_worker(client)
+        _check_workers(client, scheduler)
+        yield SpreadResponse(robust, _DaskCluster(robust, client))
 
 
 class _DaskCluster:
@@ -243,7 +237,7 @@ class _DaskCluster:
 
     def _scatter(self) -> None:
         # a list: a dataclass alone may be taken apart on its way
-        self._held = self.client.scatter([self.robust], broadcast=True, hash=False)[0]
+        self._scattered = self.client.scatter([self.robust], broadcast=True, hash=False)[0]
 
     @property
     def n_workers(self) -> int:
@@ -254,11 +248,11 @@ class _DaskCluster:
 
         for _ in range(ATTEMPTS):
             futures = [
-                self.client.submit(_compute, self._held, chunk, pure=False) for chunk in chunks
+                self.client.submit(_compute, self._scattered, chunk, pure=False) for chunk in chunks
             ]
             try:
                 return list(self.client.gather(futures))
-            except (CancelledError, KilledWorker):  # the last worker that held the response died
+            except (CancelledError, KilledWorker):  # the last worker with the response died
                 _wait_for_a_worker(self.client)
                 self._scatter()
         raise InputError(
@@ -284,16 +278,16 @@ def _wait_for_a_worker(client: Any) -> None:
 def _check_workers(client: Any, scheduler: str) -> None:
     """Refuse workers whose results might differ in the last bit."""
     here = _versions()
-    for address, there in client.run(_versions, on_error="return").items():
-        if not isinstance(there, dict):
+    for address, versions in client.run(_versions, on_error="return").items():
+        if not isinstance(versions, dict):
             raise InputError(
-                f"worker {address} of the cluster at {scheduler} cannot import deboom ({there}): "
-                "install the same version there"
+                f"worker {address} of the cluster at {scheduler} cannot import deboom "
+                f"({versions}): install the same version there"
             )
         for name, version in here.items():
-            if there[name] != version:
+            if versions[name] != version:
                 raise InputError(
-                    f"worker {address} of the cluster at {scheduler} has {name} {there[name]}, "
+                    f"worker {address} of the cluster at {scheduler} has {name} {versions[name]}, "
                     f"this process {version}: identical results need the same version"
                 )
 

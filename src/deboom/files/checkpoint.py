@@ -1,7 +1,6 @@
-"""A search's folder: its last state, and every evaluation in chunks.
+"""A search's folder: what was searched, and every evaluation in chunks.
 
-``state.npz`` holds arrays by name and, as text of its own, JSON with the facts; one file, so that
-both always belong together. ``evaluations/000001.npz`` holds the first generation, and so on.
+``search.json`` holds the facts about the search, ``evaluations/000001.npz`` the first generation.
 ``inputs.json`` holds the hashes of the files that all of it was computed from. Nothing is pickled.
 """
 
@@ -22,7 +21,6 @@ from deboom.errors import InputError
 from deboom.files.disk import read_json, replace_bytes, replace_text
 
 AnyArray = npt.NDArray[Any]
-FACTS = "facts.json"
 
 
 @dataclass(frozen=True)
@@ -60,35 +58,26 @@ class CheckpointFolder:
                     f"{self.folder}: bring the file back as it was or start a new run"
                 )
 
-    def save(self, arrays: Mapping[str, AnyArray], facts: Mapping[str, Any]) -> None:
-        """Replace the state in one step.
+    def save(self, facts: Mapping[str, Any]) -> None:
+        """Replace the facts about the search, which JSON can hold, in one step."""
+        self._write("search.json", (json.dumps(facts, allow_nan=False) + "\n").encode())
 
-        Parameters
-        ----------
-        arrays : mapping of str to array
-            Numbers, booleans or text.
-        facts : mapping
-            What JSON can hold.
-        """
-        text = json.dumps(facts, allow_nan=False)
-        self._write("state.npz", {**arrays, FACTS: np.array(text)})
-
-    def load(self) -> tuple[dict[str, AnyArray], dict[str, Any]] | None:
-        """Return the arrays and the facts of the last state saved; None before the first.
+    def load(self) -> dict[str, Any] | None:
+        """Return the facts about the search; None before they were first saved.
 
         Raises
         ------
         InputError
             A damaged file.
         """
-        arrays = _read_npz(self.folder / "state.npz")
-        if arrays is None:
-            return None
-        return arrays, json.loads(str(arrays.pop(FACTS)))
+        path = self.folder / "search.json"
+        return read_json(path, "it is damaged, start a new run") if path.exists() else None
 
     def keep(self, number: int, arrays: Mapping[str, AnyArray]) -> None:
         """Keep the evaluations of one generation, from number 1."""
-        self._write(f"evaluations/{number:06d}.npz", arrays)
+        stream = io.BytesIO()
+        np.savez(stream, allow_pickle=False, **arrays)
+        self._write(f"evaluations/{number:06d}.npz", stream.getvalue())
 
     def kept(self, number: int) -> dict[str, AnyArray] | None:
         """Return the evaluations of one generation; None if they were not kept.
@@ -100,15 +89,13 @@ class CheckpointFolder:
         """
         return _read_npz(self.folder / "evaluations" / f"{number:06d}.npz")
 
-    def _write(self, name: str, arrays: Mapping[str, AnyArray]) -> None:
+    def _write(self, name: str, data: bytes) -> None:
         path = self.folder / name
         path.parent.mkdir(parents=True, exist_ok=True)
         inputs = self.folder / "inputs.json"
         if not inputs.exists():
             replace_text(inputs, json.dumps(dict(self.inputs_sha256), indent=2) + "\n")
-        stream = io.BytesIO()
-        np.savez(stream, allow_pickle=False, **arrays)
-        replace_bytes(path, stream.getvalue())
+        replace_bytes(path, data)
 
 
 def read_evaluations(folder: Path) -> dict[str, AnyArray]:

@@ -69,7 +69,7 @@ def index_bars(
     x_label: str,
     columns: int = 3,
 ) -> bytes:
-    """Draw shares of variance as stacked bars: alone, and coupled with others.
+    """Draw shares of variance as stacked bars: alone, and interacting with others.
 
     Parameters
     ----------
@@ -266,7 +266,7 @@ def _bar_legend(figure: Figure, free: Sequence[Axes]) -> None:
 
     handles = [
         Patch(facecolor=MUTED, label="alone (first order)"),
-        Patch(facecolor="white", edgecolor=MUTED, hatch="//////", label="coupled with others"),
+        Patch(facecolor="white", edgecolor=MUTED, hatch="//////", label="interacting with others"),
         Line2D([], [], color=INK, marker="|", ms=4.0, lw=0.9, label="95 % interval of the total"),
         Line2D([], [], linestyle="none", label="zero: not above its interval"),
     ]

@@ -17,8 +17,8 @@ import pandas as pd
 from deboom import plot as figures
 from deboom.arrays import RealArray
 from deboom.errors import InputError
-from deboom.explore.box import box_sample
 from deboom.explore.scatter import Capability, capability, fewest_pieces, predicted_pieces
+from deboom.explore.space import sobol_points
 from deboom.files.acceptance import (
     AXES,
     AcceptanceBox,
@@ -413,7 +413,7 @@ class _Levels:
         lower, upper, nominal = np.array([(v.lower, v.upper, v.nominal) for v in variables]).T
         required = np.array([variable.required for variable in variables])
         # the other mounts are the same for every process, which tells processes apart sooner
-        places = box_sample(len(names), CARS, seed=self.seed, purpose="cars of a delivery")
+        places = sobol_points(len(names), CARS, seed=self.seed, purpose="cars of a delivery")
         designs = np.tile(lower + places * (upper - lower), (len(pieces), 1))
         designs[:, ~required] = nominal[~required]
         for place, axis in enumerate(axes):

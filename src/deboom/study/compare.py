@@ -32,11 +32,11 @@ from deboom.explore.front import (
     level_gap,
     nondominated,
 )
-from deboom.explore.problems import Progress
-from deboom.explore.robust import MEAN_SUM, SIGMA_SUM, RobustResponse
+from deboom.explore.moments import MEAN_SUM, SIGMA_SUM
+from deboom.explore.robust import RobustResponse
 from deboom.explore.scatter import sobol_sample
 from deboom.explore.selection import at_nominal, variables_without_effect
-from deboom.explore.space import checked_seed
+from deboom.explore.space import Progress, checked_seed
 from deboom.plot import AttainedFront
 from deboom.plot.style import signed
 from deboom.report.page import Headline, Page, Picture, Section, Table
@@ -222,7 +222,7 @@ def comparison(
     seed : int
         Of the common draws, from 1.
     progress : callable
-        See `deboom.explore.problems.Progress`.
+        See `deboom.explore.space.Progress`.
 
     Raises
     ------

@@ -52,12 +52,25 @@ from deboom.compressor.identify import Identification, IdentifyOptions, identify
 from deboom.compressor.sources import case_name, source_loads
 from deboom.errors import InputError
 from deboom.explore.front import Verification, verification_response, verify
-from deboom.explore.limits import Limit, LimitedResponse, Limits
-from deboom.explore.problems import SearchResult
-from deboom.explore.robust import Robust, RobustResponse, RobustValues, SigmaShares, sigma_shares
+from deboom.explore.robust import (
+    Limit,
+    LimitedResponse,
+    Limits,
+    Robust,
+    RobustResponse,
+    RobustValues,
+    SigmaShares,
+    sigma_shares,
+)
 from deboom.explore.scatter import sobol_sample
+from deboom.explore.search import SearchResult
 from deboom.explore.selection import indifference_intervals, pick
-from deboom.explore.sensitivity import SensitivityInputs, SobolIndices, sobol_designs, sobol_indices
+from deboom.explore.sensitivity import (
+    SensitivityInputs,
+    SobolIndices,
+    fast_sobol_indices,
+    sobol_designs,
+)
 from deboom.explore.space import DesignSpace, generator
 from deboom.files.electric_car import read_electric_car
 from deboom.files.tables import workbook_bytes
@@ -906,7 +919,7 @@ def stiffness_sobol(model: MountedFleet, space: DesignSpace, n: int, *, seed: in
     chosen = sobol_designs(inputs, n, seed=seed, second_order=False)
     designs = np.tile(space.nominal, (len(chosen), 1))
     designs[:, columns] = chosen
-    return sobol_indices(
+    return fast_sobol_indices(
         model.index(designs),
         inputs.factors,
         model.index.response_names,

@@ -13,8 +13,8 @@ import pandas as pd
 from deboom import plot
 from deboom.arrays import RealArray
 from deboom.explore.front import Verification, verification_response
-from deboom.explore.problems import SearchResult
 from deboom.explore.robust import RobustResponse, RobustValues
+from deboom.explore.search import SearchResult
 from deboom.explore.selection import at_nominal, pick, variables_without_effect
 from deboom.report import Scalar
 

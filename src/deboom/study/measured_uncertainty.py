@@ -16,8 +16,8 @@ from deboom import plot as figures
 from deboom.arrays import RealArray
 from deboom.errors import InputError
 from deboom.explore.front import verify
-from deboom.explore.problems import nsga2
 from deboom.explore.robust import RobustResponse
+from deboom.explore.search import nsga2
 from deboom.explore.selection import pick
 from deboom.files.vehicle import read_vehicle
 from deboom.measurement.channels import Frf

@@ -15,20 +15,8 @@ from typer import Option
 
 import deboom
 from deboom.errors import InputError
-from deboom.explore.robust import (
-    MEAN_SUM,
-    SAMPLE_MOMENTS,
-    SIGMA_SUM,
-    ControlVariate,
-    Mean,
-    Objective,
-    Quantile,
-    RobustResponse,
-    Sigma,
-    TailMean,
-    Total,
-    Worst,
-)
+from deboom.explore.moments import MEAN_SUM, SIGMA_SUM, Estimator, Objective, Statistic
+from deboom.explore.robust import RobustResponse
 from deboom.explore.scatter import (
     FreshGaussianSampler,
     ToleranceSampler,
@@ -181,9 +169,9 @@ class Aim(Enum):
 
 _OBJECTIVES: dict[Aim, tuple[Objective, Objective]] = {
     Aim.mean: (MEAN_SUM, SIGMA_SUM),
-    Aim.quantile: (Total(Quantile(TAIL)), SIGMA_SUM),
-    Aim.tail: (Total(TailMean(TAIL)), SIGMA_SUM),
-    Aim.worst: (Worst(Mean()), Worst(Sigma())),
+    Aim.quantile: (Objective(Statistic.QUANTILE, share=TAIL), SIGMA_SUM),
+    Aim.tail: (Objective(Statistic.TAIL_MEAN, share=TAIL), SIGMA_SUM),
+    Aim.worst: (Objective(Statistic.MEAN, worst=True), Objective(Statistic.SIGMA, worst=True)),
 }
 
 
@@ -214,7 +202,7 @@ def robust_response(
     InputError
         As `deboom.explore.robust.RobustResponse`.
     """
-    estimator = ControlVariate(2) if control_variate else SAMPLE_MOMENTS
+    estimator = Estimator(degree=2 if control_variate else 0)
     return RobustResponse(
         evaluate, space, sample, nominal_mean, estimator, _OBJECTIVES[aim], structure
     )

@@ -14,11 +14,11 @@ import pandas as pd
 
 from deboom.arrays import RealArray
 from deboom.errors import InputError
-from deboom.explore.archive import Checkpoint
 from deboom.explore.front import verification_response
 from deboom.explore.robust import RobustResponse
+from deboom.files.checkpoint import CheckpointFolder
 from deboom.files.run_folder import Run, RunEntry, check_files, hash_files, read_run
-from deboom.study.result import EVERY, RunContext
+from deboom.study.result import RunContext
 from deboom.study.runner import SAME_RESULT, Study, arguments_of, load_study, study_files
 
 
@@ -42,8 +42,7 @@ class _ModelOnly(RunContext):
         self,
         inputs: Iterable[Path],  # noqa: ARG002
         name: str = "search",  # noqa: ARG002
-        every: int = EVERY,  # noqa: ARG002
-    ) -> Checkpoint:
+    ) -> CheckpointFolder:
         """Refuse a search that has not shown its model: it would write into the run."""
         raise InputError(_no_front(self.run.folder))
 

@@ -9,7 +9,6 @@ from typing import Any
 
 import pandas as pd
 
-from deboom.explore.archive import Checkpoint
 from deboom.explore.robust import RobustResponse
 from deboom.files.checkpoint import CheckpointFolder
 from deboom.files.run_folder import Run, hash_files
@@ -69,10 +68,6 @@ def as_report(result: Report | StudyResult) -> Report:
     return result.report() if isinstance(result, StudyResult) else result
 
 
-EVERY = 5
-"""Generations between two states of a search."""
-
-
 @dataclass(frozen=True)
 class RunContext:
     """The run that a study is part of.
@@ -101,9 +96,7 @@ class RunContext:
             Model, design space and draws of the search.
         """
 
-    def checkpoint(
-        self, inputs: Iterable[Path], name: str = "search", every: int = EVERY
-    ) -> Checkpoint:
+    def checkpoint(self, inputs: Iterable[Path], name: str = "search") -> CheckpointFolder:
         """Return where a search of this run is kept.
 
         Parameters
@@ -112,8 +105,6 @@ class RunContext:
             Every file that the search depends on.
         name : str
             Folder within the run; each search of a run has its own.
-        every : int
-            Generations between two states.
 
         Raises
         ------
@@ -121,4 +112,4 @@ class RunContext:
             An input file that has changed since the run began, or cannot be read.
         """
         hashes = hash_files(inputs, relative_to=self.relative_to)
-        return Checkpoint(CheckpointFolder(self.run.folder / name, hashes), every)
+        return CheckpointFolder(self.run.folder / name, hashes)

@@ -13,12 +13,11 @@ from typer import Option
 
 from deboom.arrays import RealArray
 from deboom.errors import InputError
-from deboom.explore.archive import merge
 from deboom.explore.front import pareto_front
-from deboom.explore.limits import Limit, LimitedResponse, Limits
-from deboom.explore.problems import Progress, SearchResult, nsga2
-from deboom.explore.robust import Robust, RobustResponse
+from deboom.explore.robust import Limit, LimitedResponse, Limits, Robust, RobustResponse
+from deboom.explore.search import SearchResult, merge, nsga2
 from deboom.explore.selection import pick, polish
+from deboom.explore.space import Progress
 from deboom.explore.workers import workers_for
 from deboom.files.library_export import read_library_json
 from deboom.files.limits import LimitsFile, load_limits
@@ -100,7 +99,7 @@ def robust_search(
     seed : int
         Of the first search.
     progress : callable
-        See `deboom.explore.problems.Progress`.
+        See `deboom.explore.space.Progress`.
     run : RunContext or None
         Where the searches are kept, each by itself.
     inputs : sequence of Path

@@ -15,7 +15,12 @@ from deboom.arrays import ComplexArray, RealArray
 from deboom.errors import InputError
 from deboom.explore.robust import RobustResponse, RobustValues, SigmaShares, sigma_shares
 from deboom.explore.scatter import sobol_sample
-from deboom.explore.sensitivity import SobolIndices, design_inputs, sobol_designs, sobol_indices
+from deboom.explore.sensitivity import (
+    SobolIndices,
+    design_inputs,
+    fast_sobol_indices,
+    sobol_designs,
+)
 from deboom.explore.space import DesignSpace
 from deboom.measurement.channels import LoadCase
 from deboom.measurement.uncertainty import Interval, pivotal_interval
@@ -275,7 +280,7 @@ class SupplierEffects:
         inputs = design_inputs(study.space)
         designs = sobol_designs(inputs, BASE_POINTS, seed=study.run.seed, second_order=False)
         parts = [study.index(designs[at : at + PART]) for at in range(0, len(designs), PART)]
-        return sobol_indices(
+        return fast_sobol_indices(
             np.concatenate(parts),
             inputs.factors,
             study.vehicles,

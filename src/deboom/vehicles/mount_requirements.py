@@ -1,7 +1,7 @@
 """What a mount design must do beside being quiet: carry the weight and the torque, place the modes.
 
 Every class here is a function of the stiffness factors with named columns; `MountRequirements`
-joins several. Which values are allowed is not said here, see `deboom.explore.limits`.
+joins several. Which values are allowed is not said here, see `deboom.explore.robust.Limits`.
 """
 
 from __future__ import annotations

@@ -19,8 +19,8 @@ from scipy.optimize import brentq, minimize
 
 from deboom.arrays import RealArray
 from deboom.explore.box import Box
-from deboom.explore.known_truth import Quad2
-from deboom.explore.selection import Differentiable
+from deboom.explore.space import Differentiable
+from known_truth import Quad2
 
 NODES = 400
 """Nodes per variable of a quadrature; the error of a share is below 1e-4."""

@@ -59,10 +59,10 @@ class Ishigami:
         alone = (0.5 * (1.0 + self.b * np.pi**4 / 5.0) ** 2, self.a**2 / 8.0, 0.0)
         both = 8.0 / 225.0 * self.b**2 * np.pi**8
         first = np.array(alone) / (sum(alone) + both)
-        coupled = both / (sum(alone) + both)
+        interaction = both / (sum(alone) + both)
         second = np.zeros((3, 3))
-        second[0, 2] = coupled
-        return ExactIndices(first, first + coupled * np.array([1.0, 0.0, 1.0]), second)
+        second[0, 2] = interaction
+        return ExactIndices(first, first + interaction * np.array([1.0, 0.0, 1.0]), second)
 
     def __call__(self, designs: RealArray) -> RealArray:
         """Return its value, shape (n, 1)."""

@@ -1,0 +1,290 @@
+"""Statistics of responses over their scatter: mean, standard deviation, and what a search asks."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+from typing import NamedTuple
+
+import numpy as np
+
+from deboom.arrays import RealArray
+from deboom.errors import InputError
+from deboom.explore.scatter import cut_normal_moments
+
+
+class Moments(NamedTuple):
+    """Mean and standard deviation of the responses of one design [response unit].
+
+    Attributes
+    ----------
+    mean, sigma : array, shape (r,)
+        Mean and standard deviation of each response.
+    mean_error, sigma_error : float
+        Standard error of the sum of the means and of the sum of the standard deviations.
+    """
+
+    mean: RealArray
+    sigma: RealArray
+    mean_error: float
+    sigma_error: float
+
+
+@dataclass(frozen=True)
+class Estimator:
+    """How mean and standard deviation are read from draws, perhaps with a control variate.
+
+    What a simple function of the draws explains has known moments, whatever the draws were; only
+    the rest is estimated from the sample. It costs no evaluation, and takes most of the error from
+    responses that are nearly linear, or nearly sums of functions of one variable.
+
+    Parameters
+    ----------
+    degree : int
+        Degree of the control variate: 0 for the moments of the sample itself, 1 for a straight
+        line, 2 for a parabola in each draw.
+
+    Raises
+    ------
+    InputError
+        Another degree.
+
+    Notes
+    -----
+    Least squares give ``y_t = a + β·φ_t + e_t``, with ``φ = z`` and, for degree 2, ``z² - m2``
+    beside it. The mean is ``a`` and the variance ``Σ_p β_p² var(φ_p) + Σ_t e_t² / (n - 1 - p)``:
+    the ``φ`` are not correlated, and their variances follow from the moments of the cut normal
+    distribution (regression estimator, W. G. Cochran, "Sampling Techniques", 3rd ed., 1977,
+    ch. 7). The standard errors come from the scatter of the influences ``Σ_r e_tr`` and
+    ``Σ_r (2 β_r·φ_t e_tr + e_tr²) / (2 σ_r)``, which keeps the correlation between responses; with
+    a control variate each ``e_t`` is divided by one minus its leverage (the jackknife; J. G.
+    MacKinnon and H. White, Journal of Econometrics 29, 1985). A control variate needs independent
+    standard-normal draws cut at ±3, such as those of `sobol_sample`.
+    """
+
+    degree: int = 0
+
+    def __post_init__(self) -> None:
+        if self.degree not in (0, 1, 2):
+            raise InputError(f"a control variate of degree {self.degree}: take 1 or 2, 0 for none")
+
+    @property
+    def kind(self) -> str:
+        """Name of the estimator, for reports and run records."""
+        if self.degree == 0:
+            return "moments of the sample"
+        return f"sample moments with a control variate of degree {self.degree}"
+
+    def __call__(self, normals: RealArray) -> PreparedEstimator:
+        """Prepare the estimator for given draws, shape (n_samples, m).
+
+        Raises
+        ------
+        InputError
+            Too few draws for the coefficients of the control variate.
+        """
+        second, fourth = cut_normal_moments()
+        n_samples, m = normals.shape
+        powers = [normals, normals**2 - second][: self.degree]
+        terms = np.hstack([np.empty((n_samples, 0)), *powers])
+        variance = np.repeat([second, fourth - second**2][: self.degree], m)
+        if n_samples < terms.shape[1] + 2:
+            raise InputError(
+                f"{n_samples} draws are too few for a control variate of degree {self.degree} in "
+                f"{m} draws per part: take at least {terms.shape[1] + 2}"
+            )
+        spread = terms - terms.sum(axis=0) / n_samples
+        # einsum, not @: the threads of a BLAS library may change the last bit
+        gram = np.einsum("tp,tq->pq", spread, spread)
+        solver = np.linalg.solve(gram, spread.T)
+        leverage = 1.0 / n_samples + np.einsum("tp,pt->t", spread, solver)
+        if self.degree == 0:
+            leverage = np.zeros(n_samples)
+        return PreparedEstimator(terms, variance, solver, leverage)
+
+
+class Fit(NamedTuple):
+    """A function of the draws through the responses of one design.
+
+    Attributes
+    ----------
+    intercept : array, shape (r,)
+        Mean of the function [response unit].
+    slope : array, shape (p, r)
+        Coefficients of the terms [response unit].
+    rest : array, shape (n_samples, r)
+        Part of the responses that the function leaves over [response unit].
+    explained : array, shape (p, r)
+        Variance of each term [response unit squared].
+    unexplained : array, shape (r,)
+        Variance of the rest [response unit squared].
+    """
+
+    intercept: RealArray
+    slope: RealArray
+    rest: RealArray
+    explained: RealArray
+    unexplained: RealArray
+
+
+@dataclass(frozen=True, eq=False)
+class PreparedEstimator:
+    """An estimator, prepared for one set of draws.
+
+    Parameters
+    ----------
+    terms : array, shape (n_samples, p)
+        Terms of the control variate; term p belongs to draw p modulo m [1].
+    variance : array, shape (p,)
+        Exact variance of each term; their exact means are zero [1].
+    solver : array, shape (p, n_samples)
+        Map from responses to the coefficients of the terms [1].
+    leverage : array, shape (n_samples,)
+        Pull of each response on the function, 0 to 1 [1].
+    """
+
+    terms: RealArray
+    variance: RealArray
+    solver: RealArray
+    leverage: RealArray
+
+    def fit(self, values: RealArray) -> Fit:
+        """Return the function through the responses, shape (n_samples, r)."""
+        n_samples, n_terms = self.terms.shape
+        with np.errstate(over="ignore", invalid="ignore"):
+            # measured from the first draw, a response without scatter has a sigma of exactly zero
+            offset = values - values[0]
+            slope = np.einsum("pt,tr->pr", self.solver, offset)
+            above = offset - np.einsum("tp,pr->tr", self.terms, slope)
+            intercept = above.sum(axis=0) / n_samples
+            rest = above - intercept
+            unexplained = (rest * rest).sum(axis=0) / (n_samples - 1 - n_terms)
+            explained = slope * slope * self.variance[:, None]
+        return Fit(values[0] + intercept, slope, rest, explained, unexplained)
+
+    def moments(self, values: RealArray) -> Moments:
+        """Return the moments of responses, shape (n_samples, r), not finite where these are not."""
+        fit = self.fit(values)
+        with np.errstate(over="ignore", invalid="ignore"):
+            sigma = np.sqrt(fit.explained.sum(axis=0) + fit.unexplained)
+            weight = np.divide(0.5, sigma, out=np.zeros(sigma.size), where=sigma > 0.0)
+            curve = np.einsum("tp,pr->tr", self.terms, fit.slope)
+            # as large as the rest would be, had its draw been left out of the fit
+            rest = fit.rest / (1.0 - self.leverage)[:, None]
+            mean_error = _standard_error(rest.sum(axis=1))
+            influence = rest * (2.0 * curve + rest)
+            sigma_error = _standard_error(np.einsum("tr,r->t", influence, weight))
+        return Moments(fit.intercept, sigma, mean_error, sigma_error)
+
+    def derivatives(self, values: RealArray, sigma: RealArray) -> tuple[RealArray, RealArray]:
+        """Return the derivatives of mean and sigma by the response to each draw.
+
+        Parameters
+        ----------
+        values : array, shape (n_samples, r)
+            Responses [response unit].
+        sigma : array, shape (r,)
+            Their standard deviations [response unit].
+
+        Returns
+        -------
+        mean : array, shape (n_samples,)
+            Derivatives of a mean, the same for every response [1].
+        sigma : array, shape (n_samples, r)
+            Derivatives of each sigma; zero for a response without scatter [1].
+        """
+        n_samples, n_terms = self.terms.shape
+        fit = self.fit(values)
+        middle = self.terms.sum(axis=0) / n_samples
+        mean = 1.0 / n_samples - np.einsum("p,pt->t", middle, self.solver)
+        along = np.einsum("pt,pr->tr", self.solver, fit.slope * self.variance[:, None])
+        variance = along + fit.rest / (n_samples - 1 - n_terms)
+        return mean, variance * np.divide(1.0, sigma, out=np.zeros_like(sigma), where=sigma > 0.0)
+
+
+def _standard_error(influence: RealArray) -> float:
+    """Return the standard error of a mean from its terms, shape (n_samples,)."""
+    centred = influence - influence.sum() / influence.size
+    spread = np.einsum("t,t->", centred, centred)
+    return float(np.sqrt(spread / (influence.size * (influence.size - 1))))
+
+
+class Statistic(Enum):
+    """One number of each response over its scatter."""
+
+    MEAN = "mean"
+    SIGMA = "sigma"
+    QUANTILE = "quantile"
+    """Level that a share of all parts stays below."""
+    TAIL_MEAN = "tail mean"
+    """Mean of the worst parts (conditional value at risk, CVaR)."""
+
+
+@dataclass(frozen=True)
+class Objective:
+    """One number of a design, to be minimised: a statistic, summed or of the worst response.
+
+    Parameters
+    ----------
+    statistic : Statistic
+        Number of each response over its scatter.
+    worst : bool
+        Take the largest over the responses, such as the loudest vehicle's, instead of the sum.
+    share : float
+        Share of all parts below the quantile, or in front of the tail, such as 0.95 [1].
+
+    Raises
+    ------
+    InputError
+        A share outside 0 to 1.
+
+    Notes
+    -----
+    The tail mean is ``q + mean(max(y - q, 0)) / (1 - share)`` with ``q`` the quantile
+    (R. T. Rockafellar and S. Uryasev, "Optimization of conditional value-at-risk", Journal of Risk
+    2, 2000).
+    """
+
+    statistic: Statistic
+    worst: bool = False
+    share: float = 0.95
+
+    def __post_init__(self) -> None:
+        if not 0.0 < self.share < 1.0:
+            raise InputError(f"a share of {self.share:g} of all parts: take one between 0 and 1")
+
+    @property
+    def name(self) -> str:
+        """Objective in words, such as ``95 % quantile, sum``."""
+        statistic = {
+            Statistic.QUANTILE: f"{100 * self.share:g} % quantile",
+            Statistic.TAIL_MEAN: f"mean of the worst {100 * (1 - self.share):g} %",
+        }.get(self.statistic, self.statistic.value)
+        return f"{statistic}, {'worst response' if self.worst else 'sum'}"
+
+    def __call__(self, values: RealArray, mean: RealArray, sigma: RealArray) -> float:
+        """Return the objective [response unit].
+
+        Parameters
+        ----------
+        values : array, shape (n_samples, r)
+            Responses, draw by draw [response unit].
+        mean, sigma : array, shape (r,)
+            Their moments, as the estimator found them [response unit].
+        """
+        match self.statistic:
+            case Statistic.MEAN:
+                numbers = mean
+            case Statistic.SIGMA:
+                numbers = sigma
+            case Statistic.QUANTILE:
+                numbers = np.quantile(values, self.share, axis=0)
+            case Statistic.TAIL_MEAN:
+                limit = np.quantile(values, self.share, axis=0, method="inverted_cdf")
+                beyond = np.maximum(values - limit, 0.0).sum(axis=0) / len(values)
+                numbers = limit + beyond / (1.0 - self.share)
+        return float(numbers.max() if self.worst else numbers.sum())
+
+
+MEAN_SUM = Objective(Statistic.MEAN)
+SIGMA_SUM = Objective(Statistic.SIGMA)

@@ -1,0 +1,433 @@
+"""The door to pymoo: a robust response as its problem, and NSGA-II that resumes bit for bit."""
+
+from __future__ import annotations
+
+import hashlib
+import time
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, fields
+from typing import Any, Protocol
+
+import numpy as np
+import numpy.typing as npt
+from pymoo.algorithms.moo.nsga2 import NSGA2
+from pymoo.core.problem import Problem
+from pymoo.operators.crossover.sbx import SBX
+from pymoo.operators.mutation.pm import PM
+from pymoo.operators.sampling.rnd import FloatRandomSampling
+from pymoo.termination.max_gen import MaximumGenerationTermination
+
+from deboom.arrays import RealArray, frozen_copy
+from deboom.errors import InputError
+from deboom.explore.doe import checked_within
+from deboom.explore.front import ParetoFront, hypervolume, pareto_front
+from deboom.explore.robust import Limits, Robust, RobustValues, joined
+from deboom.explore.space import DesignSpace, Progress, checked_seed
+
+FAILED_OBJECTIVE = 1e30
+"""All objectives of a failed design: finite, because pymoo lets NaN win [response unit]."""
+
+_TRAVELLING = ("mean", "sigma", "standard_error_mean_sum", "standard_error_sigma_sum")
+
+
+@dataclass(frozen=True, eq=False)
+class SearchResult:
+    """What a search found and how.
+
+    Parameters
+    ----------
+    front : ParetoFront
+        Front of all designs seen, not only of the last population.
+    n_evaluated : int
+        Number of designs evaluated.
+    failed_designs : array, shape (n_failed, k)
+        Designs that could not be computed.
+    hypervolume : array, shape (n_generations,)
+        Hypervolume of the front after each generation [product of the objectives' units].
+    reference_point : array, shape (m,)
+        Reference of the hypervolume: the worst objectives in the first generation [their units].
+    seed : int
+        Seed of the search.
+    seconds : float
+        Wall time; of a resumed search, of all its parts [s].
+    infeasible_designs : array, shape (n_infeasible, k)
+        Designs that were computed and miss a limit.
+    infeasible_excess : array, shape (n_infeasible, c)
+        Distance of these beyond each limit, see `RobustValues.excess`.
+    """
+
+    front: ParetoFront
+    n_evaluated: int
+    failed_designs: RealArray
+    hypervolume: RealArray
+    reference_point: RealArray
+    seed: int
+    seconds: float
+    infeasible_designs: RealArray = field(default_factory=lambda: np.empty((0, 0)))
+    infeasible_excess: RealArray = field(default_factory=lambda: np.empty((0, 0)))
+
+    def __post_init__(self) -> None:
+        for column in fields(self):
+            value = getattr(self, column.name)
+            if isinstance(value, np.ndarray):
+                object.__setattr__(self, column.name, frozen_copy(value))
+
+    @property
+    def n_failed(self) -> int:
+        """Number of designs that could not be computed."""
+        return len(self.failed_designs)
+
+    @property
+    def n_infeasible(self) -> int:
+        """Number of designs that were computed and miss a limit."""
+        return len(self.infeasible_designs)
+
+
+def merge(searches: Sequence[SearchResult]) -> SearchResult:
+    """Return several searches of one problem, such as of several seeds, as one.
+
+    Returns
+    -------
+    SearchResult
+        With the front of all fronts, the seed of the first search, counts, failures and seconds
+        added up, and of the hypervolumes only the final one, up to the worst reference point.
+
+    Raises
+    ------
+    InputError
+        No search.
+    """
+    if not searches:
+        raise InputError("there are no searches to merge: bring at least one")
+    front = pareto_front(*(search.front for search in searches))
+    reference = np.max([search.reference_point for search in searches], axis=0)
+    return SearchResult(
+        front=front,
+        n_evaluated=sum(search.n_evaluated for search in searches),
+        failed_designs=np.concatenate([search.failed_designs for search in searches]),
+        hypervolume=np.array([hypervolume(front.objectives, reference)]),
+        reference_point=reference,
+        seed=searches[0].seed,
+        seconds=sum(search.seconds for search in searches),
+        infeasible_designs=np.concatenate([search.infeasible_designs for search in searches]),
+        infeasible_excess=np.concatenate([search.infeasible_excess for search in searches]),
+    )
+
+
+class Store(Protocol):
+    """Where one search keeps what must survive its process, such as a folder.
+
+    A search that starts again with the same seed asks for the same designs; those that the store
+    holds are not computed again, so that it ends bit for bit as if it had never stopped.
+    """
+
+    def save(self, facts: Mapping[str, Any]) -> None:
+        """Replace the facts about the search, which JSON can hold, in one step."""
+
+    def load(self) -> Mapping[str, Any] | None:
+        """Return the facts; None before they were first saved."""
+
+    def keep(self, number: int, arrays: Mapping[str, npt.NDArray[Any]]) -> None:
+        """Keep the evaluations of one generation by name; the first is number 1."""
+
+    def kept(self, number: int) -> Mapping[str, npt.NDArray[Any]] | None:
+        """Return the evaluations of one generation; None if they were not kept."""
+
+
+class RobustProblem(Problem):
+    """A robust response as a pymoo problem: minimise its objectives.
+
+    A failed design is infeasible (``G > 0``), so that it never beats one that could be computed.
+    After it come the limits of the response, if it has any, each relative to its bound.
+    The columns ``mean``, ``sigma``, ``standard_error_mean_sum`` and ``standard_error_sigma_sum``
+    travel with each individual: ``res.pop.get("sigma")`` has shape (n, r).
+
+    Parameters
+    ----------
+    robust : Robust
+        Response such as `RobustResponse`.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from pymoo.optimize import minimize
+    >>> from deboom.explore import robust, scatter, space
+    >>> factors = space.stiffness_factor_space(("TSM x", "GeM x"))
+    >>> model = space.ResponseFunction(np.square, factors.names, ("sedan", "tourer"), "dB")
+    >>> sample = scatter.sobol_sample(factors.n_variables, seed=1)
+    >>> problem = RobustProblem(robust.RobustResponse(model, factors, sample))
+    >>> result = minimize(problem, NSGA2(20), ("n_gen", 10), seed=1)
+    >>> result.F.shape[1], result.pop.get("sigma").shape
+    (2, (20, 2))
+    """
+
+    def __init__(self, robust: Robust) -> None:
+        space, limits = robust.space, robust.limits
+        n_constraints = 1 + (len(limits.names) if limits else 0)
+        super().__init__(
+            space.n_variables, robust.n_objectives, n_constraints, xl=space.lower, xu=space.upper
+        )
+        self.robust = robust
+
+    def _evaluate(self, x: RealArray, out: dict[str, Any], *_args: Any, **_kwargs: Any) -> None:
+        values = self.robust(x)
+        out["F"] = np.where(values.failed[:, None], FAILED_OBJECTIVE, values.objectives)
+        out["G"] = self._constraints(values)
+        for name in _TRAVELLING:
+            out[name] = getattr(values, name)
+
+    def _constraints(self, values: RobustValues) -> RealArray:
+        """Constraints, shape (n, 1 + c): at most 0 if they are kept."""
+        failed, limits = values.failed[:, None], self.robust.limits
+        if limits is None:
+            return np.where(failed, 1.0, -1.0)
+        missed = np.minimum(values.excess / limits.scale, FAILED_OBJECTIVE)
+        return np.hstack([np.where(failed, FAILED_OBJECTIVE, -1.0), missed])
+
+
+def nsga2(
+    robust: Robust,
+    population: int = 100,
+    generations: int = 100,
+    *,
+    seed: int,
+    progress: Progress | None = None,
+    checkpoint: Store | None = None,
+    first_population: RealArray | None = None,
+) -> SearchResult:
+    """Search the Pareto front of all objectives with NSGA-II.
+
+    Population for population the same as pymoo's ``minimize(RobustProblem(robust),
+    NSGA2(population), ("n_gen", generations), seed=seed)``; beyond it, every non-dominated design
+    that was seen is kept. Whole-number variables get operators of their own: pymoo's treat options
+    as if they had an order. A design beyond a limit never beats one that keeps them all; of two
+    such designs the smaller sum of excesses, each relative to its bound, wins.
+
+    Parameters
+    ----------
+    robust : Robust
+        Response such as `RobustResponse` or `deboom.explore.robust.LimitedResponse`.
+    population, generations : int
+        Designs per generation, at least 4, and generations, at least 1; all of them are run.
+    seed : int
+        Seed from 1 upwards. The global random generators are neither read nor moved.
+    progress : callable, optional
+        Called after each generation.
+    checkpoint : Store, optional
+        Where evaluations are kept, and taken from when the search is started again.
+    first_population : array, shape (population, k), optional
+        Designs of the first generation [units of the space]; drawn at random if None.
+
+    Raises
+    ------
+    InputError
+        Seed 0, too small a population or no generation; a first generation that fails altogether;
+        limits that no design keeps; a first population of another size or outside the bounds; a
+        checkpoint of a search with another seed, population, first population or other variables.
+    """
+    checked_seed(seed)
+    if population < 4 or generations < 1:
+        raise InputError(
+            f"a search with a population of {population} over {generations} generations cannot "
+            "run: take at least 4 designs and 1 generation"
+        )
+    if first_population is not None:
+        first_population = checked_within(robust.space, first_population)
+        if len(first_population) != population:
+            raise InputError(
+                f"a first population of {len(first_population)} designs does not fit a search "
+                f"with a population of {population}: give as many"
+            )
+    facts = {
+        "seed": seed,
+        "population": population,
+        "variables": list(robust.space.names),
+        "first_population_sha256": _digest(first_population),
+    }
+    begun = time.perf_counter() - _seconds_before(checkpoint, facts)
+    archive = _Archive(robust, checkpoint)
+    algorithm = _algorithm(robust.space, population, first_population)
+    algorithm.setup(
+        RobustProblem(archive), termination=MaximumGenerationTermination(generations), seed=seed
+    )
+    while algorithm.has_next():
+        algorithm.next()
+        if checkpoint is not None:
+            checkpoint.save({**facts, "seconds": time.perf_counter() - begun})
+        if progress is not None:
+            progress(len(archive.generations), generations, archive.summary())
+    return archive.result(seed, time.perf_counter() - begun)
+
+
+def _digest(designs: RealArray | None) -> str | None:
+    """SHA-256 of a first population; None if the search draws its own."""
+    if designs is None:
+        return None
+    return hashlib.sha256(np.ascontiguousarray(designs).tobytes()).hexdigest()
+
+
+def _seconds_before(checkpoint: Store | None, facts: Mapping[str, Any]) -> float:
+    """Wall time of the parts of a search before this one; refuses those of another search."""
+    known = checkpoint.load() if checkpoint is not None else None
+    if known is None:
+        return 0.0
+    for name, value in facts.items():
+        if known.get(name) != value:
+            raise InputError(
+                f"what was kept belongs to {name} {known.get(name)!r}, not {value!r}: "
+                "go on with the former or start anew"
+            )
+    return float(known["seconds"])
+
+
+class _Archive(Robust):
+    """Hands designs on to a robust response, once per generation, and keeps all values."""
+
+    def __init__(self, robust: Robust, store: Store | None) -> None:
+        self.robust = robust
+        self.store = store
+        self.front: ParetoFront | None = None
+        self.reference_point = np.empty(0)
+        self.generations: list[RobustValues] = []
+        self.hypervolume: list[float] = []
+
+    @property
+    def space(self) -> DesignSpace:
+        return self.robust.space
+
+    @property
+    def n_objectives(self) -> int:
+        return self.robust.n_objectives
+
+    @property
+    def limits(self) -> Limits | None:
+        return self.robust.limits
+
+    def __call__(self, designs: RealArray) -> RobustValues:
+        values = self._values(designs)
+        if self.front is None:
+            self.reference_point = _worst_objectives(values)
+            self.front = pareto_front(values)
+        else:
+            self.front = pareto_front(self.front, values)
+        self.generations.append(values)
+        self.hypervolume.append(hypervolume(self.front.objectives, self.reference_point))
+        return values
+
+    def _values(self, designs: RealArray) -> RobustValues:
+        if self.store is None:
+            return self.robust(designs)
+        number = len(self.generations) + 1
+        kept = self.store.kept(number)
+        if kept is not None and np.array_equal(kept["designs"], designs):
+            return RobustValues(**kept)
+        values = self.robust(designs)
+        columns = (column.name for column in fields(RobustValues))
+        self.store.keep(number, {name: getattr(values, name) for name in columns})
+        return values
+
+    def summary(self) -> str:
+        """Return one line of text about the generations so far."""
+        n_failed = sum(int(values.failed.sum()) for values in self.generations)
+        n_worse = sum(int((~values.failed & ~values.feasible).sum()) for values in self.generations)
+        failed = f", {n_failed} failed" if n_failed else ""
+        beyond = f", {n_worse} beyond limits" if n_worse else ""
+        return f"hypervolume {self.hypervolume[-1]:.5g}{failed}{beyond}"
+
+    def result(self, seed: int, seconds: float) -> SearchResult:
+        """Return what was found; refuse a search without a design that keeps all limits."""
+        assert self.front is not None
+        every = joined(self.generations)
+        infeasible = ~every.failed & ~every.feasible
+        if len(self.front) == 0 and self.limits is not None:
+            raise InputError(
+                f"none of the {len(every)} designs of this search keeps all limits: "
+                f"{self.limits.closest(every.excess[infeasible])}; relax that limit or widen the "
+                "bounds of the design space"
+            )
+        return SearchResult(
+            front=self.front,
+            n_evaluated=len(every),
+            failed_designs=every.designs[every.failed],
+            hypervolume=np.asarray(self.hypervolume),
+            reference_point=self.reference_point,
+            seed=seed,
+            seconds=seconds,
+            infeasible_designs=every.designs[infeasible],
+            infeasible_excess=every.excess[infeasible],
+        )
+
+
+def _worst_objectives(values: RobustValues) -> RealArray:
+    if np.all(values.failed):
+        raise InputError(
+            f"none of the {len(values)} designs of the first generation could be computed: "
+            "evaluate the nominal design alone and check the bounds of the design space"
+        )
+    return np.asarray(values.objectives[~values.failed].max(axis=0))
+
+
+def _algorithm(space: DesignSpace, population: int, first: RealArray | None) -> NSGA2:
+    if not space.integer.any():
+        sampling = FloatRandomSampling() if first is None else first
+        return NSGA2(pop_size=population, sampling=sampling)
+    return NSGA2(
+        pop_size=population,
+        sampling=_MixedSampling(space) if first is None else first,
+        crossover=_MixedCrossover(space),
+        mutation=_MixedMutation(space),
+    )
+
+
+class _MixedSampling(FloatRandomSampling):
+    """Draws whole-number variables evenly from their options."""
+
+    def __init__(self, space: DesignSpace) -> None:
+        super().__init__()
+        self.space = space
+
+    def _do(self, *args: Any, random_state: Any = None, **kwargs: Any) -> RealArray:
+        designs = super()._do(*args, random_state=random_state, **kwargs)
+        return _with_options(designs, self.space, random_state)
+
+
+class _MixedCrossover(SBX):
+    """Exchanges whole-number variables between the parents, never mixes them."""
+
+    def __init__(self, space: DesignSpace) -> None:
+        super().__init__(eta=15, prob=0.9)
+        self.space = space
+
+    def _do(  # type: ignore[override]  # the base classes do not agree on its arguments
+        self, problem: Any, X: RealArray, *args: Any, random_state: Any = None, **kwargs: Any
+    ) -> RealArray:
+        children = super()._do(problem, X, *args, random_state=random_state, **kwargs)
+        whole = self.space.integer
+        exchanged = random_state.random(X.shape[1:]) < 0.5
+        children[:, :, whole] = np.where(exchanged, X[::-1], X)[:, :, whole]
+        return np.asarray(children)
+
+
+class _MixedMutation(PM):
+    """Mutates a whole-number variable to any of its options."""
+
+    def __init__(self, space: DesignSpace) -> None:
+        super().__init__(eta=20)
+        self.space = space
+
+    def _do(  # type: ignore[override]  # the base classes do not agree on its arguments
+        self, problem: Any, X: RealArray, *args: Any, random_state: Any = None, **kwargs: Any
+    ) -> RealArray:
+        mutated = super()._do(problem, X, *args, random_state=random_state, **kwargs)
+        chosen = random_state.random(X.shape) < 1.0 / self.space.n_variables
+        drawn = _with_options(X, self.space, random_state)
+        whole = self.space.integer
+        mutated[:, whole] = np.where(chosen, drawn, X)[:, whole]
+        return np.asarray(mutated)
+
+
+def _with_options(designs: RealArray, space: DesignSpace, random: Any) -> RealArray:
+    """Designs (n, k) whose whole-number variables are drawn anew."""
+    n_options = np.where(space.integer, space.upper - space.lower + 1.0, 0.0)
+    drawn = space.lower + np.floor(random.random(designs.shape) * n_options)
+    return np.where(space.integer, drawn, designs)

@@ -94,8 +94,9 @@ def test_residuals_stand_for_the_mode_left_out():
 def still_air():
     """Take a vehicle whose air only compresses: pressure follows the panels alike at all lines."""
     fleet = load_fleet(1)
-    cabin = replace(fleet.cabin, frequency=1e6)
-    return fleet.bodies["U06-1"], replace(cabin, ear_shape=0.0)
+    (mode,) = fleet.cabin.modes
+    still = replace(mode, frequency=1e6, ear_shape=0.0)
+    return fleet.bodies["U06-1"], replace(fleet.cabin, modes=(still,))
 
 
 def as_constants(body, row, column):
@@ -123,7 +124,9 @@ def test_loudspeaker_and_noise_transfer_are_receptance_like(still_air, kind):
     clusters = pole_clusters(poles_over_orders(frf, FrfForm.RECEPTANCE, band))
     model = modal_model(frf, FrfForm.RECEPTANCE, band, clusters)
 
-    np.testing.assert_allclose(model.frequency, body.frequencies, rtol=1e-6)
+    # equations with a condition of up to 1e14 carry five digits on every processor: the last of
+    # the eight modes moves by 1e-5 from order to order, and its median by some 1e-6
+    np.testing.assert_allclose(model.frequency, body.frequencies, rtol=1e-5)
     np.testing.assert_allclose(model.damping, body.damping_ratios, rtol=1e-4)
     error = np.abs(model.residues - expected).max() / np.abs(expected).max()
     assert error < 1e-4

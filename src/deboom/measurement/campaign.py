@@ -60,30 +60,21 @@ class OperatingRun:
 
     Parameters
     ----------
-    name : str
-        Name, such as ``M1_g5_wot220_rising``.
-    mount_set : str
-        Parts on the bench, such as ``M1``.
-    gear : int
-        Gear, from 1.
-    total_ratio : float
-        Engine speed over wheel speed [1].
+    name : str — name, such as ``M1_g5_wot220_rising``
+    mount_set : str — parts on the bench, such as ``M1``
+    gear : int — gear, from 1
+    total_ratio : float — engine speed over wheel speed [1]
     full_load : bool
         True for a ramp with wide open throttle; False for a slice at constant engine torque.
-    torque_limit : float
-        Limit of a full-load ramp, torque of a slice [N m].
-    rising : bool
-        Whether the engine speed, and with it the torque of a full-load ramp, rose.
-    order : float
-        Engine order of the spectra [1].
-    engine_torque : array, shape (n_frequency,)
-        Measured torque [N m].
+    torque_limit : float — limit of a full-load ramp, torque of a slice [N m]
+    rising : bool — whether the engine speed, and with it the torque of a full-load ramp, rose
+    order : float — engine order of the spectra [1]
+    engine_torque : array, shape (n_frequency,) — measured torque [N m]
     acceleration, cell_force : Spectrum
         Channels ``<sensor> <axis>`` in sensor axes, phase to the tacho [m/s^2], [N].
     static_force : array, shape (n_frequency, n)
         Quasi-static force of each mount direction, all cells of a mount together [N].
-    static_force_names : sequence of str
-        Column names ``<mount> [<piece>] <axis>``.
+    static_force_names : sequence of str — column names ``<mount> [<piece>] <axis>``
     """
 
     name: str
@@ -133,22 +124,16 @@ class TimeRun:
     ----------
     name, mount_set, gear, total_ratio, full_load, torque_limit, rising, order
         As of `OperatingRun`.
-    sample_rate : float
-        Samples per second [Hz].
-    tacho : array, shape (n_sample,)
-        Pulse train [1]; revolutions count from its first rising edge.
-    pulses_per_revolution : int
-        Pulses of the tacho.
-    engine_torque : array, shape (n_sample,)
-        Torque [N m].
+    sample_rate : float — samples per second [Hz]
+    tacho : array, shape (n_sample,) — pulse train [1]; revolutions count from its first rising edge
+    pulses_per_revolution : int — pulses of the tacho
+    engine_torque : array, shape (n_sample,) — torque [N m]
     acceleration, cell_force : array, shape (n_sample, n_channel)
         Channels in sensor axes [m/s²], [N].
-    acceleration_channels, cell_force_channels : tuple of str
-        Names ``<sensor> <axis>``.
+    acceleration_channels, cell_force_channels : tuple of str — names ``<sensor> <axis>``
     static_force : array, shape (n_sample, n)
         Quasi-static force of each mount direction, all cells of a mount together [N].
-    static_force_names : tuple of str
-        Names ``<mount> [<piece>] <axis>``.
+    static_force_names : tuple of str — names ``<mount> [<piece>] <axis>``
     """
 
     name: str
@@ -195,15 +180,12 @@ def rising_runs(run: Sequence[str], direction: Mapping[str, RunDirection]) -> Bo
 
     Parameters
     ----------
-    run : sequence of str, length n
-        Name of the run that each line belongs to.
-    direction : mapping of str to RunDirection
-        Direction of every run that occurs.
+    run : sequence of str, length n — name of the run that each line belongs to
+    direction : mapping of str to RunDirection — direction of every run that occurs
 
     Returns
     -------
-    array of bool, shape (n,)
-        A run without direction, or no rising run at all, raises InputError.
+    array of bool, shape (n,) — a run without direction, or no rising run at all, raises InputError
     """
     unknown = sorted(set(run) - set(direction))
     if unknown:
@@ -222,12 +204,9 @@ class ShakerRun:
 
     Parameters
     ----------
-    mount, piece : str
-        Mount and piece; the piece of a single one is ``""``.
-    axis : str
-        Vehicle axis of the shaker.
-    repeat : int
-        Number of the repeat, from 1.
+    mount, piece : str — mount and piece; the piece of a single one is ``""``
+    axis : str — vehicle axis of the shaker
+    repeat : int — number of the repeat, from 1
     response : Frf
         Outputs: channels of the cells below this mount, in sensor axes; one input
         ``<mount> [<piece>] <axis>``; unit ``N/N``.
@@ -254,12 +233,9 @@ class PushRun:
 
     Parameters
     ----------
-    mount, piece : str
-        Mount and piece; the piece of a single one is ``""``.
-    push : Impact
-        Point and direction of the force.
-    repeat : int
-        Number of the repeat, from 1.
+    mount, piece : str — mount and piece; the piece of a single one is ``""``
+    push : Impact — point and direction of the force
+    repeat : int — number of the repeat, from 1
     response : Frf
         Outputs: channels of the cells below this mount, in sensor axes; one input, named as the
         push; unit ``N/N``.
@@ -289,14 +265,10 @@ class StaticCurve:
 
     Parameters
     ----------
-    mount, axis : str
-        Direction.
-    mount_set : str
-        Measured part.
-    deflection : array, shape (n,)
-        Increasing deflection, n ≥ 2 [m].
-    force : array, shape (n,)
-        Force [N].
+    mount, axis : str — direction
+    mount_set : str — measured part
+    deflection : array, shape (n,) — increasing deflection, n ≥ 2 [m]
+    force : array, shape (n,) — force [N]
     force_uncertainty : float
         Standard deviation relative to the force: one scale error of the whole curve [1].
     """
@@ -324,44 +296,29 @@ class Campaign:
 
     Parameters
     ----------
-    name : str
-        Short key.
-    mounts : tuple of Mount
-        Mounts in the order of the platform.
+    name : str — short key
+    mounts : tuple of Mount — mounts in the order of the platform
     powertrain_mounts : tuple of str
         Mounts that carry the powertrain. Each piece of every other mount carries a body of its own
         with its own sensor, and needs no virtual point of the powertrain.
-    sensors : tuple of Sensor
-        Position sheet: accelerometers and force cells.
-    switched_off : tuple of str
-        Channels not to be used, such as ``A3 y``.
-    mount_sets : tuple of str
-        Parts that were on the bench.
-    runs : tuple of OperatingRun
-        Runs; frequency axes may differ from run to run.
+    sensors : tuple of Sensor — position sheet: accelerometers and force cells
+    switched_off : tuple of str — channels not to be used, such as ``A3 y``
+    mount_sets : tuple of str — parts that were on the bench
+    runs : tuple of OperatingRun — runs; frequency axes may differ from run to run
     shaker_runs : tuple of ShakerRun
         Three axes for each mount (piece) that occurs; cells of a mount without are taken as they
         read.
-    static_curves : tuple of StaticCurve
-        Curves of the supplier; may be empty.
+    static_curves : tuple of StaticCurve — curves of the supplier; may be empty
     mass_matrix : array, shape (6, 6)
         Mass matrix of the powertrain at its centre of gravity, from the data sheet [kg, kg m²].
-    mass_tolerance : float
-        Half width [kg].
-    inertia_tolerance : float
-        Half width of entry ij relative to ``√(J_ii J_jj)`` [1].
-    centre_of_gravity_tolerance : float
-        Half width per axis [m].
-    total_ratios : tuple of float
-        Engine speed over wheel speed, gear 1 first [1].
-    order : float
-        Engine order of all spectra [1].
-    sensor_catalogue : mapping of str to SensorModel
-        Every model that occurs.
-    tolerances : Tolerances
-        Tolerances of this bench.
-    input_files : tuple of Path
-        Every file that was read.
+    mass_tolerance : float — half width [kg]
+    inertia_tolerance : float — half width of entry ij relative to ``√(J_ii J_jj)`` [1]
+    centre_of_gravity_tolerance : float — half width per axis [m]
+    total_ratios : tuple of float — engine speed over wheel speed, gear 1 first [1]
+    order : float — engine order of all spectra [1]
+    sensor_catalogue : mapping of str to SensorModel — every model that occurs
+    tolerances : Tolerances — tolerances of this bench
+    input_files : tuple of Path — every file that was read
     pushes : tuple of PushRun
         Pushes beside the virtual points, for force transfer matrices with moments; may be empty.
     """

@@ -57,14 +57,10 @@ class Spectrum:
 
     Parameters
     ----------
-    frequency : array, shape (n_frequency,)
-        Increasing lines [Hz].
-    values : array, shape (n_frequency, n_channel)
-        Complex peak amplitudes, factor e^{+jωt} [unit].
-    channels : sequence of str
-        Name of each column.
-    unit : str
-        SI unit of all columns.
+    frequency : array, shape (n_frequency,) — increasing lines [Hz]
+    values : array, shape (n_frequency, n_channel) — complex peak amplitudes, factor e^{+jωt} [unit]
+    channels : sequence of str — name of each column
+    unit : str — SI unit of all columns
     """
 
     frequency: RealArray
@@ -88,14 +84,10 @@ class Frf:
 
     Parameters
     ----------
-    frequency : array, shape (n_frequency,)
-        Increasing lines [Hz].
-    values : array, shape (n_frequency, n_output, n_input)
-        Complex response per unit input [unit].
-    outputs, inputs : sequence of str
-        Names of the rows and of the columns.
-    unit : str
-        SI unit, such as ``Pa/N``.
+    frequency : array, shape (n_frequency,) — increasing lines [Hz]
+    values : array, shape (n_frequency, n_output, n_input) — complex response per unit input [unit]
+    outputs, inputs : sequence of str — names of the rows and of the columns
+    unit : str — SI unit, such as ``Pa/N``
     """
 
     frequency: RealArray
@@ -140,16 +132,11 @@ class TimeRecord:
 
     Parameters
     ----------
-    values : array, shape (n_sample, n_channel)
-        Samples [unit].
-    rate : float
-        Samples per second, above 0 [Hz].
-    channels : sequence of str
-        Name of each column.
-    unit : str
-        SI unit of all columns.
-    start : float
-        Time of the first sample on the clock of the tacho [s].
+    values : array, shape (n_sample, n_channel) — samples [unit]
+    rate : float — samples per second, above 0 [Hz]
+    channels : sequence of str — name of each column
+    unit : str — SI unit of all columns
+    start : float — time of the first sample on the clock of the tacho [s]
     """
 
     values: RealArray
@@ -172,22 +159,15 @@ class LoadCase:
 
     Parameters
     ----------
-    name : str
-        Short key, such as ``g5_wot220``.
-    title : str
-        Title for a reader, such as ``5th gear, full load, 220 Nm``.
-    gear : int
-        Gear of the run.
-    total_ratio : float
-        Engine speed over wheel speed [1].
-    torque_limit : float
-        Engine torque limit of the run [N m].
-    order : float
-        Engine order of the spectra [1]; ``f = order * rpm / 60``.
+    name : str — short key, such as ``g5_wot220``
+    title : str — title for a reader, such as ``5th gear, full load, 220 Nm``
+    gear : int — gear of the run
+    total_ratio : float — engine speed over wheel speed [1]
+    torque_limit : float — engine torque limit of the run [N m]
+    order : float — engine order of the spectra [1]; ``f = order * rpm / 60``
     displacement : Spectrum
         Displacement at the virtual points, columns ``<mount> [<piece>] <axis>`` [m].
-    force : Spectrum
-        Force on the receiver there, the same columns and lines [N].
+    force : Spectrum — force on the receiver there, the same columns and lines [N]
     engine_torque : array, shape (n_frequency,), optional
         Quasi-static engine torque at every line [N m]; None where it was not recorded.
     """

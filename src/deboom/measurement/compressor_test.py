@@ -28,8 +28,7 @@ class CompressorMount:
 
     Parameters
     ----------
-    name : str
-        Name, such as ``mount 1``.
+    name : str — name, such as ``mount 1``
     position : array, shape (3,)
         Elastic centre, from the virtual point, the origin of the position sheet [m].
     rotation : array, shape (3,)
@@ -59,15 +58,12 @@ class Drawing:
 
     Parameters
     ----------
-    mass : float
-        Mass, above 0 [kg].
-    centre : array, shape (3,)
-        Centre of gravity, from the origin of the position sheet [m].
+    mass : float — mass, above 0 [kg]
+    centre : array, shape (3,) — centre of gravity, from the origin of the position sheet [m]
     inertia : array, shape (3, 3)
         Inertia about the centre of gravity, products with their sign as matrix elements; symmetric,
         positive definite [kg m²].
-    mounts : tuple of CompressorMount
-        Mounts of the body.
+    mounts : tuple of CompressorMount — mounts of the body
     """
 
     mass: float
@@ -92,37 +88,27 @@ class Drawing:
 class InertanceTest:
     """FRFs from every impact to every accelerometer channel, and what is known besides.
 
+    Raises InputError: too few sensors or impacts for the six motions of a body, names or shapes
+    that do not fit together, a line at 0 Hz, a coherence outside 0 to 1, a mass without its
+    deviation.
+
     Parameters
     ----------
-    name : str
-        Title of the test.
-    sensors : tuple of Sensor
-        Triaxial accelerometers of the position sheet.
-    impacts : tuple of Impact
-        Impacts of the position sheet.
+    name : str — title of the test
+    sensors : tuple of Sensor — triaxial accelerometers of the position sheet
+    impacts : tuple of Impact — impacts of the position sheet
     frf : Frf
         Outputs are the channels of the sensors in their order, inputs the impacts
         [`ACCELERATION_PER_FORCE`]; no line at 0 Hz.
     coherence : array, shape (n_frequency, n_channel, n_impact)
         Ordinary coherence of the hits of an impact, 0 … 1 [1].
-    n_averages : int
-        Hits per impact, the fewest where they differ.
-    tolerances : PlacementTolerances
-        Tolerances of gains, positions and angles.
+    n_averages : int — hits per impact, the fewest where they differ
+    tolerances : PlacementTolerances — tolerances of gains, positions and angles
     weighed_mass : float or None
         Mass of the body from a pair of scales; None if it was not weighed [kg].
-    weighed_mass_deviation : float
-        1 σ; 0 if it was not weighed [kg].
-    drawing : Drawing or None
-        None where there is none.
-    input_files : tuple of Path
-        Every file that was read.
-
-    Raises
-    ------
-    InputError
-        Too few sensors or impacts for the six motions of a body, names or shapes that do not fit
-        together, a line at 0 Hz, a coherence outside 0 to 1, a mass without its deviation.
+    weighed_mass_deviation : float — 1 σ; 0 if it was not weighed [kg]
+    drawing : Drawing or None — None where there is none
+    input_files : tuple of Path — every file that was read
     """
 
     name: str
@@ -204,12 +190,9 @@ class OperatingSweep:
 
     Parameters
     ----------
-    name : str
-        Name, such as ``standard 7.5 bar``.
-    hoses : HoseState
-        Hoses of the sweep.
-    pressure : float
-        Pressure of the gas at the outlet, above 0 [Pa].
+    name : str — name, such as ``standard 7.5 bar``
+    hoses : HoseState — hoses of the sweep
+    pressure : float — pressure of the gas at the outlet, above 0 [Pa]
     acceleration : Spectrum
         One line per rotational frequency, channels of the accelerometers on the compressor;
         complex peak, the phase from the pulse of the tacho, which stands at the rotor's y axis
@@ -219,8 +202,7 @@ class OperatingSweep:
     holder : Spectrum or None
         The same of triaxial accelerometers on the body side of the mounts, ``<mount> x`` …
         [m/s^2]; None where there were none.
-    sound : Spectrum or None
-        The same of microphones [Pa]; None where there were none.
+    sound : Spectrum or None — the same of microphones [Pa]; None where there were none
     """
 
     name: str
@@ -265,20 +247,14 @@ class HoseDrawing:
 
     Parameters
     ----------
-    name : str
-        Name, such as ``suction hose``.
-    position : array, shape (3,)
-        Port on the compressor, from the virtual point [m].
-    direction : array, shape (3,)
-        Direction from the port to the body, of any length but 0 [1].
-    length, line_mass : float
-        Length [m] and mass per length [kg/m].
+    name : str — name, such as ``suction hose``
+    position : array, shape (3,) — port on the compressor, from the virtual point [m]
+    direction : array, shape (3,) — direction from the port to the body, of any length but 0 [1]
+    length, line_mass : float — length [m] and mass per length [kg/m]
     tension, torsion, bending : float
         EA [N], GJ and EI [N m²], as a supplier may state them: start values.
-    loss_factor : float
-        Loss factor of all three stiffnesses [1].
-    torsion_radius : float
-        Radius of gyration of the section about its axis [m].
+    loss_factor : float — loss factor of all three stiffnesses [1]
+    torsion_radius : float — radius of gyration of the section about its axis [m]
     """
 
     name: str
@@ -307,20 +283,16 @@ class OperatingTest:
 
     Parameters
     ----------
-    name : str
-        Title of the test.
-    hammer : InertanceTest
-        Test without hoses, compressor off.
+    name : str — title of the test
+    hammer : InertanceTest — test without hoses, compressor off
     hammer_with_hoses : InertanceTest or None
         Test with the standard hoses, compressor off; same sensors and impacts.
     sweeps : tuple of OperatingSweep
         At least one sweep, with the accelerometers of the hammer test.
     rotor_inertia : float or None
         Polar moment of the rotor, from its data sheet [kg m²]; None where not known.
-    hoses : tuple of HoseDrawing
-        Empty where no drawing exists.
-    input_files : tuple of Path
-        Every file that was read.
+    hoses : tuple of HoseDrawing — empty where no drawing exists
+    input_files : tuple of Path — every file that was read
     """
 
     name: str
@@ -356,14 +328,3 @@ class OperatingTest:
     def with_hoses(self, state: HoseState) -> tuple[OperatingSweep, ...]:
         """Sweeps with these hoses, in their order."""
         return tuple(sweep for sweep in self.sweeps if sweep.hoses is state)
-
-
-def freeze_field(owner: object, field: str, shape: tuple[int, ...], who: str) -> None:
-    """Replace an array field by a checked, read-only copy."""
-    array = np.array(getattr(owner, field), dtype=float)
-    if array.shape != shape:
-        raise InputError(f"{who}: {field} has shape {array.shape}, expected {shape}")
-    if not np.all(np.isfinite(array)):
-        raise InputError(f"{who}: {field} holds a value that is not finite")
-    array.setflags(write=False)
-    object.__setattr__(owner, field, array)

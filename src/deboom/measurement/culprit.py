@@ -72,14 +72,10 @@ class Suspect:
 
     Parameters
     ----------
-    name : str
-        Sensor or impact; the channel if only that one was left out.
-    fault : Fault
-        Likely kind of its fault.
-    channels : tuple of str
-        Channels concerned.
-    detail : str
-        Size of the fault, in words.
+    name : str — sensor or impact; the channel if only that one was left out
+    fault : Fault — likely kind of its fault
+    channels : tuple of str — channels concerned
+    detail : str — size of the fault, in words
     significance : float
         Contradiction to the rest over what the tolerances of all sensors let expect, rms [1].
     residual_undone : float
@@ -107,10 +103,8 @@ class Diagnosis:
         cannot do without its sensor) [1].
     suspect : Suspect or None
         First suspect; None where the data agree to rounding or nothing can be left out.
-    named : bool
-        Whether the suspect stands out enough to be called the culprit.
-    verdict : str
-        One sentence.
+    named : bool — whether the suspect stands out enough to be called the culprit
+    verdict : str — one sentence
     """
 
     residual_of_all: float
@@ -125,19 +119,7 @@ def culprit_of_responses(
 ) -> Diagnosis:
     """Find the sensor that contradicts all others; see `find_culprit`.
 
-    Parameters
-    ----------
-    point : VirtualPoint
-        Virtual point of the motion sensors.
-    measured : Spectrum or Frf
-        Their spectra, or frequency response functions with them as outputs.
-    tolerances : Tolerances
-        Tolerances of placement and calibration: what is within them is nobody's fault.
-
-    Raises
-    ------
-    InputError
-        A missing channel, or no signal in any of them.
+    A missing channel, or no signal in any of them, raises InputError.
 
     Notes
     -----
@@ -162,19 +144,14 @@ def find_culprit(
 ) -> Diagnosis:
     """Leave out each sensor in turn, and explain the one without which the rest agrees.
 
+    Raises InputError: shapes that disagree, or no signal.
+
     Parameters
     ----------
-    geometry : ChannelGeometry
-        Places of n channels.
+    geometry : ChannelGeometry — places of n channels
     channels : array, shape (n_line, n)
         Complex values; each row (line and excitation) counts alike.
-    tolerances : Tolerances
-        Tolerances of placement and calibration.
-
-    Raises
-    ------
-    InputError
-        Shapes that disagree, or no signal.
+    tolerances : Tolerances — tolerances of placement and calibration
 
     Notes
     -----
@@ -355,27 +332,11 @@ def _significance(states: _MotionStates, item: _LeftOut, tolerances: Tolerances)
 def error_variance(
     geometry: ChannelGeometry, motion: RealArray, tolerances: Tolerances
 ) -> RealArray:
-    """Return the variance of each channel's error, summed over several states of motion.
+    """Return the variance of each channel's error, summed over states of motion (6, n_state).
 
-    Parameters
-    ----------
-    geometry : ChannelGeometry
-        Places of n channels, seen from the virtual point.
-    motion : array, shape (6, n_state)
-        Motion of the virtual point.
-    tolerances : Tolerances
-        Tolerances of the sensors; the noise floor, an absolute value, is left out.
-
-    Returns
-    -------
-    array, shape (n,)
-        Variance in the squared unit of the channels.
-
-    Notes
-    -----
     To first order, with the acceleration b of the sensor and the angular acceleration α: a gain
     error adds ``g d·b``, an angle ``φ·(d × b)``, the cross-axis sensitivity ``κ`` times the two
-    other axes, an offset ``δ·(d × α)``.
+    other axes, an offset ``δ·(d × α)``. The noise floor, an absolute value, is left out.
     """
     along = np.sum((geometry.forward @ motion) ** 2, axis=1)
     at_channel = forward_matrices(geometry.levers).reshape(-1, 3, 6)
@@ -499,8 +460,7 @@ class Exchange:
 
     Parameters
     ----------
-    first, second : str
-        Channels, or whole sensors or impacts.
+    first, second : str — channels, or whole sensors or impacts
     disagreement, left : float
         Rms of what no rigid motion explains, relative to the rms signal, as measured and with the
         exchange undone [1].
@@ -521,22 +481,8 @@ class Exchange:
 
 
 def exchanged_responses(point: VirtualPoint, measured: Frf) -> Exchange | None:
-    """Find two channels or two sensors that were exchanged.
+    """Find two channels or sensors that were exchanged; None where no exchange halves the misfit.
 
-    Parameters
-    ----------
-    point : VirtualPoint
-        Virtual point of the motion sensors.
-    measured : Frf
-        Functions with all their channels as outputs, else InputError.
-
-    Returns
-    -------
-    Exchange or None
-        None where no exchange halves the disagreement.
-
-    Notes
-    -----
     An exchange contradicts the rest at two places, so that no single sensor can be left out to make
     the rest agree (`find_culprit` finds nothing). With a right sheet every exchange makes matters
     worse, whatever the tolerances. Two axes of one sensor are a matter of `find_culprit`.

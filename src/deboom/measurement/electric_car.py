@@ -53,14 +53,11 @@ class TransferPoint:
 
     Parameters
     ----------
-    name : str
-        Name, such as ``mount 1``; a mount is called like the holder of the sweeps.
-    kind : PointKind
-        Mount or hose.
+    name : str — name, such as ``mount 1``; a mount is called like the holder of the sweeps
+    kind : PointKind — mount or hose
     position : array, shape (3,)
         Elastic centre of the mount, or end of the hose, from the compressor's virtual point [m].
-    sensors : tuple of Sensor
-        Triaxial accelerometers on the body around it, at least three.
+    sensors : tuple of Sensor — triaxial accelerometers on the body around it, at least three
     impacts : tuple of Impact
         Impacts of the hammer on the body around it, at least six, more to be overdetermined.
     """
@@ -102,35 +99,26 @@ class TransferPoint:
 class ElectricCar:
     """Everything measured on one electric car and its compressor.
 
+    Raises InputError: doubled points; a mount of sweeps or drawing without noise transfer
+    functions, or the other way round; a sweep without the ear; names, units or lines that do not
+    fit together.
+
     Parameters
     ----------
-    name : str
-        Name, such as ``EV-1``.
+    name : str — name, such as ``EV-1``
     operation : OperatingTest
         Compressor struck on its rig, and run in the car with holders and ear.
-    points : tuple of TransferPoint
-        All mounts, and the hose ends that were measured.
-    ear : str
-        Name of the microphone, such as ``driver ear``.
+    points : tuple of TransferPoint — all mounts, and the hose ends that were measured
+    ear : str — name of the microphone, such as ``driver ear``
     pressure : Frf
         Output is the ear, inputs are the impacts of all points, in their order; struck with the
         compressor taken out [Pa/N].
     coherence : array, shape (n_frequency, 1, n_impact)
         Ordinary coherence of the hits of every impact [1].
-    n_averages : int
-        Hits per impact.
-    accelerance : Frf
-        Outputs are the channels of all points' sensors, inputs as above [(m/s^2)/N].
-    tolerances : PlacementTolerances
-        Tolerances of everything on the body.
-    input_files : tuple of Path
-        Every file that was read.
-
-    Raises
-    ------
-    InputError
-        Doubled points; a mount of sweeps or drawing without noise transfer functions, or the other
-        way round; a sweep without the ear; names, units or lines that do not fit together.
+    n_averages : int — hits per impact
+    accelerance : Frf — outputs are the channels of all points' sensors, inputs as above [(m/s^2)/N]
+    tolerances : PlacementTolerances — tolerances of everything on the body
+    input_files : tuple of Path — every file that was read
     """
 
     name: str
@@ -228,8 +216,7 @@ class WrenchNoiseTransfer:
 
     Parameters
     ----------
-    transfer : Frf
-        Output is the ear, inputs ``<point> x y z`` [Pa/N] and ``mx my mz`` [Pa/(N m)].
+    transfer : Frf — output is the ear, inputs ``<point> x y z`` [Pa/N] and ``mx my mz`` [Pa/(N m)]
     deviation : array, shape (n_frequency, n_input)
         Root of the mean square modulus of the error, in the unit of each column.
     consistency : mapping of str to RigidConsistency
@@ -257,17 +244,12 @@ def wrench_noise_transfer(
 ) -> WrenchNoiseTransfer:
     """Refer the hammer's noise transfer functions to six loads at every point.
 
+    Raises InputError: no point at all, or no such one; impacts that do not determine all six loads.
+
     Parameters
     ----------
-    car : ElectricCar
-        Measured car.
-    points : sequence of str, optional
-        Names of the points; all of the car if left out.
-
-    Raises
-    ------
-    InputError
-        No point at all, or no such one; impacts that do not determine all six loads.
+    car : ElectricCar — measured car
+    points : sequence of str, optional — names of the points; all of the car if left out
 
     Notes
     -----
@@ -298,10 +280,8 @@ def wrench_accelerance(car: ElectricCar, points: Sequence[str] | None = None) ->
 
     Parameters
     ----------
-    car : ElectricCar
-        Measured car.
-    points : sequence of str, optional
-        Names of the points; all of the car if left out.
+    car : ElectricCar — measured car
+    points : sequence of str, optional — names of the points; all of the car if left out
 
     Returns
     -------

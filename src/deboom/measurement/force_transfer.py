@@ -41,32 +41,26 @@ class ForceTransferMatrix:
 
     Parameters
     ----------
-    mount, piece : str
-        Mount and piece; the piece of a single one is ``""``.
-    cells : tuple of Sensor
-        Force cells below the mount; their forces are added.
+    mount, piece : str — mount and piece; the piece of a single one is ``""``
+    cells : tuple of Sensor — force cells below the mount; their forces are added
     position : array, shape (3,)
         Virtual point about which moments are taken; without moments the middle of the cells [m].
     length : float
         Characteristic length that makes moments comparable with forces [m]; 1 without moments.
-    frequency : array, shape (n_frequency,)
-        Lines that were averaged [Hz].
+    frequency : array, shape (n_frequency,) — lines that were averaged [Hz]
     response : array, shape (n_frequency, n, n)
         Mean over the repeats, line by line, n = 3 (forces) or 6 (with moments) [1, m, 1/m].
-    matrix : array, shape (n, n)
-        Mean over lines and repeats.
+    matrix : array, shape (n, n) — mean over lines and repeats
     frequency_dependence : array, shape (n, n)
         Largest deviation of `response` from `matrix` over the lines, relative to the norm of the
         matrix's column [1].
     drift : array, shape (n, n)
         Largest deviation of one repeat's mean over the lines from `matrix`, relative to the same
         norm [1]; 0 for a single repeat, which cannot show any.
-    repeats : tuple of int, length n
-        Number of measurements of each column.
+    repeats : tuple of int, length n — number of measurements of each column
     residual : float
         Rms deviation of all lines and repeats from `matrix`, relative to its rms column norm [1].
-    condition_number : float
-        Condition number of `matrix`, with moments scaled by `length` [1].
+    condition_number : float — condition number of `matrix`, with moments scaled by `length` [1]
     """
 
     mount: str
@@ -103,22 +97,16 @@ def force_transfer_matrix(
 ) -> ForceTransferMatrix:
     """Return the 3×3 force transfer matrix of one mount out of its shaker runs.
 
+    Raises InputError: an axis without a run, a doubled repeat, runs on different lines, a cell that
+    a run lacks, no line in the band, or a matrix without an inverse.
+
     Parameters
     ----------
     runs : sequence of ShakerRun
         Shaker runs, one or more repeats per axis; other mounts and pieces are not looked at.
-    cells : sequence of Sensor
-        All force cells below the mount (piece).
-    mount, piece : str
-        Mount and piece.
-    band : (float, float), optional
-        Lines to average, from and to [Hz]; by default all.
-
-    Raises
-    ------
-    InputError
-        An axis without a run, a doubled repeat, runs on different lines, a cell that a run lacks,
-        no line in the band, or a matrix without an inverse.
+    cells : sequence of Sensor — all force cells below the mount (piece)
+    mount, piece : str — mount and piece
+    band : (float, float), optional — lines to average, from and to [Hz]; by default all
 
     Notes
     -----
@@ -163,28 +151,22 @@ def force_transfer_matrix_with_moments(
 ) -> ForceTransferMatrix:
     """Return the 6×6 force transfer matrix of one mount out of pushes about its virtual point.
 
+    Raises InputError: pushes that do not make up, or cells that do not show, all six loads; no
+    repeat, a missing channel, runs on different lines, no line in the band, or a matrix without an
+    inverse.
+
     Parameters
     ----------
     pushes : sequence of Impact
-        At least six points and directions of the shaker, or of a hammer, that make up every force
-        and every moment.
+        Six or more points and directions of shaker or hammer that make up every force and moment.
     repeats : sequence of Frf
         Outputs: channels of the cells; inputs: names of the pushes; all on the same lines [N/N].
     cells : sequence of Sensor
         All force cells below the mount; three or more that are not on one line. Two do not show
         the moment about the line that joins them.
-    mount, piece : str
-        Mount and piece.
-    position : array, shape (3,)
-        Virtual point [m].
-    band : (float, float), optional
-        Lines to average, from and to [Hz]; by default all.
-
-    Raises
-    ------
-    InputError
-        Pushes that do not make up, or cells that do not show, all six loads; no repeat, a missing
-        channel, runs on different lines, no line in the band, or a matrix without an inverse.
+    mount, piece, band
+        As for `force_transfer_matrix`.
+    position : array, shape (3,) — virtual point [m]
 
     Notes
     -----
@@ -216,18 +198,15 @@ def moment_transfer_matrix(
 ) -> ForceTransferMatrix:
     """Return the 6×6 force transfer matrix of one mount out of a campaign.
 
+    Raises InputError: no such mount, no push beside its virtual point, repeats that differ in
+    number, and as `force_transfer_matrix_with_moments`.
+
     Parameters
     ----------
     campaign : Campaign
         Campaign whose shaker runs push at the virtual point, and whose pushes do beside it.
     mount, piece, band
         As for `force_transfer_matrix`.
-
-    Raises
-    ------
-    InputError
-        No such mount, no push beside its virtual point, repeats that differ in number, and as
-        `force_transfer_matrix_with_moments`.
     """
     name = _name(mount, piece)
     places = {
@@ -291,20 +270,10 @@ def without_moments(transfer: ForceTransferMatrix) -> ForceTransferMatrix:
 
 
 def operating_force(transfer: ForceTransferMatrix, cell_force: Spectrum) -> Spectrum:
-    """Return the force at the virtual point out of the cells in operation, ``FTM⁻¹ F_cells``.
+    """Return the force ``<mount> [<piece>] <axis>`` at the virtual point, ``FTM⁻¹ F_cells`` [N].
 
-    Parameters
-    ----------
-    transfer : ForceTransferMatrix
-        Force transfer matrix of the mount.
-    cell_force : Spectrum
-        Spectra of at least the channels of its cells, else InputError [N].
-
-    Returns
-    -------
-    Spectrum
-        Channels ``<mount> [<piece>] <axis>`` [N]; a matrix with moments gives the same three, freed
-        from the moments' share.
+    A matrix with moments gives the same three, freed from the moments' share. A missing cell
+    channel raises InputError.
     """
     load = load_at_point(transfer.cells, cell_force, transfer.position).values
     if transfer.has_moments:

@@ -37,31 +37,20 @@ NOISE_PEAKS = 5.0
 class HammerMeasurement:
     """All hits on one point, each with one block of every channel.
 
+    Raises InputError: blocks of different length, shapes that disagree, doubled names, a value that
+    is not finite (impact, hit and channel are named), no force at all, a rate or range that is not
+    positive, a pretrigger outside the block.
+
     Parameters
     ----------
-    impact : str
-        Name of the point, such as ``I07`` or ``EnM x``: the input of the FRF.
-    force : array, shape (n_hit, n_sample)
-        Force, positive along the direction of the impact [N].
-    response : array, shape (n_hit, n_sample, n_channel)
-        Responses [units].
-    channels, units : sequence of str
-        Name and SI unit of each response.
-    rate : float
-        Samples per second [Hz].
-    pretrigger : float
-        Time from the first sample to the trigger [s].
-    force_range : float
-        Largest force that the channel can hold; ``math.inf`` is not known [N].
-    ranges : sequence of float
-        The same of each response [units]; left out, not known.
-
-    Raises
-    ------
-    InputError
-        Blocks of different length, shapes that disagree, doubled names, a value that is not
-        finite (impact, hit and channel are named), no force at all, a rate or range that is not
-        positive, a pretrigger outside the block.
+    impact : str — name of the point, such as ``I07`` or ``EnM x``: the input of the FRF
+    force : array, shape (n_hit, n_sample) — force, positive along the direction of the impact [N]
+    response : array, shape (n_hit, n_sample, n_channel) — responses [units]
+    channels, units : sequence of str — name and SI unit of each response
+    rate : float — samples per second [Hz]
+    pretrigger : float — time from the first sample to the trigger [s]
+    force_range : float — largest force that the channel can hold; ``math.inf`` is not known [N]
+    ranges : sequence of float — the same of each response [units]; left out, not known
     """
 
     impact: str
@@ -147,21 +136,16 @@ class HammerMeasurement:
 class HammerTest:
     """An impact test: where the hammer struck, where sensors sit, and the hits.
 
+    Raises InputError: another impact than measured, doubled names, or a sensor whose channels are
+    not measured.
+
     Parameters
     ----------
-    title : str
-        Title of the test.
-    impacts : tuple of Impact
-        Points that were struck.
+    title : str — title of the test
+    impacts : tuple of Impact — points that were struck
     sensors : tuple of Sensor
         Sensors with a position; responses without one, such as ears, have no entry.
-    measurements : tuple of HammerMeasurement
-        One per impact, in the order of the impacts.
-
-    Raises
-    ------
-    InputError
-        Another impact than measured, doubled names, or a sensor whose channels are not measured.
+    measurements : tuple of HammerMeasurement — one per impact, in the order of the impacts
     """
 
     title: str
@@ -196,12 +180,9 @@ class HitChecks:
 
     Parameters
     ----------
-    double_hit : float
-        Largest second push, over the main one, above 0 to 1 [1].
-    overload : float
-        Largest value of a channel, over its range, above 0 to 1 [1].
-    smallest_force : float
-        Least peak force; a hit is never accepted without any [N].
+    double_hit : float — largest second push, over the main one, above 0 to 1 [1]
+    overload : float — largest value of a channel, over its range, above 0 to 1 [1]
+    smallest_force : float — least peak force; a hit is never accepted without any [N]
     latest : float
         Time by which the main push has its peak, over the duration of the block, above 0 to 1 [1].
     """
@@ -226,12 +207,9 @@ class HitRecord:
 
     Parameters
     ----------
-    number : int
-        Number from 1, in the order measured.
-    peak : float
-        Largest force [N].
-    reasons : tuple of str
-        Reasons to leave it out of the average; empty when used.
+    number : int — number from 1, in the order measured
+    peak : float — largest force [N]
+    reasons : tuple of str — reasons to leave it out of the average; empty when used
     """
 
     number: int
@@ -251,10 +229,8 @@ def check_hits(
 
     Parameters
     ----------
-    measurement : HammerMeasurement
-        Hits on one point.
-    checks : HitChecks, optional
-        Limits; by default `HitChecks()`.
+    measurement : HammerMeasurement — hits on one point
+    checks : HitChecks, optional — limits; by default `HitChecks()`
 
     Notes
     -----
@@ -373,10 +349,8 @@ class ForceWindow:
 
     Parameters
     ----------
-    before, after : float
-        Duration of the flat part before and after the trigger [s].
-    taper : float
-        Duration of the cosine at both ends [s].
+    before, after : float — duration of the flat part before and after the trigger [s]
+    taper : float — duration of the cosine at both ends [s]
     """
 
     before: float
@@ -390,10 +364,8 @@ class HammerOptions:
 
     Parameters
     ----------
-    estimator : Estimator
-        H1 by default: a hammer's force cell is quieter than the responses.
-    force_window : ForceWindow, optional
-        Window of the force; by default none.
+    estimator : Estimator — H1 by default: a hammer's force cell is quieter than the responses
+    force_window : ForceWindow, optional — window of the force; by default none
     time_constant : float, optional
         τ of an exponential window on force and response; by default none [s]. It moves every pole
         by 1/τ; the result states it as `added_decay_rate`, and the values are left as measured.
@@ -402,8 +374,7 @@ class HammerOptions:
         which anti-aliasing filters work.
     minimum_hits : int
         Fewest good hits, at least 1. With 1, allow an FRF whose coherence is not known.
-    checks : HitChecks
-        Limits of a good hit.
+    checks : HitChecks — limits of a good hit
     """
 
     estimator: Estimator = Estimator.H1
@@ -424,24 +395,18 @@ class FrfEstimate:
 
     Parameters
     ----------
-    frequency : array, shape (n_frequency,)
-        Increasing lines above 0 [Hz].
-    values : array, shape (n_frequency, n_output, n_input)
-        Functions, e^{+jωt} [output unit / N].
-    outputs, inputs : tuple of str
-        Names of the rows and of the columns.
-    units : tuple of str
-        SI units of the rows.
+    frequency : array, shape (n_frequency,) — increasing lines above 0 [Hz]
+    values : array, shape (n_frequency, n_output, n_input) — functions, e^{+jωt} [output unit / N]
+    outputs, inputs : tuple of str — names of the rows and of the columns
+    units : tuple of str — SI units of the rows
     coherence, random_error : array, shape (n_frequency, n_output, n_input)
         Ordinary coherence, and relative standard deviation of |H| by chance [1]. NaN is not known:
         one hit only. Bias is not in the error.
-    n_averages : tuple of int, one per input
-        Number of hits.
+    n_averages : tuple of int, one per input — number of hits
     added_decay_rate : float
         1/τ of an exponential window: the values are those of a body whose poles lie this much
         further left, and stay so until poles are corrected [1/s].
-    records : tuple of tuple of HitRecord, one per input
-        Hits used and rejected.
+    records : tuple of tuple of HitRecord, one per input — hits used and rejected
     """
 
     frequency: RealArray
@@ -495,27 +460,20 @@ def hammer_frf(
 ) -> FrfEstimate:
     """Estimate the FRFs of all responses to one impact.
 
+    Raises InputError: too few good hits, one hit without having allowed it, a push outside the
+    force window, no line in the band.
+
     Parameters
     ----------
-    measurement : HammerMeasurement
-        Hits on one point.
-    options : HammerOptions, optional
-        By default `HammerOptions()`.
+    measurement : HammerMeasurement — hits on one point
+    options : HammerOptions, optional — by default `HammerOptions()`
     hits : sequence of int, optional
         Numbers of the hits to choose from, 1 is the first; by default all.
-    count : int, optional
-        Number of good ones of them to average, the first ones; by default all.
+    count : int, optional — number of good ones of them to average, the first ones; by default all
 
     Returns
     -------
-    FrfEstimate
-        One column; `records` says which hits were rejected and why.
-
-    Raises
-    ------
-    InputError
-        Too few good hits, one hit without having allowed it, a push outside the force window, no
-        line in the band.
+    FrfEstimate — one column; `records` says which hits were rejected and why
 
     Notes
     -----

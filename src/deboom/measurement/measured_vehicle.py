@@ -43,16 +43,11 @@ class VehicleRun:
 
     Parameters
     ----------
-    name : str
-        Name, such as ``g5_wot220``.
-    gear : int
-        Gear, from 1.
-    total_ratio : float
-        Engine speed over wheel speed [1].
-    torque_limit : float
-        Limit of the engine [N m].
-    order : float
-        Engine order of the spectra [1].
+    name : str — name, such as ``g5_wot220``
+    gear : int — gear, from 1
+    total_ratio : float — engine speed over wheel speed [1]
+    torque_limit : float — limit of the engine [N m]
+    order : float — engine order of the spectra [1]
     pressure, acceleration : Spectrum
         Pressure at the ears [Pa], and all accelerometers in sensor axes [m/s²], complex peak.
     """
@@ -72,12 +67,9 @@ class MeasuredVehicle:
 
     Parameters
     ----------
-    name, group : str
-        Names, such as ``U06-1`` and ``U06``.
-    ears : tuple of str
-        Names, such as ``driver ear``.
-    mounts : tuple of MeasuredMount
-        All mounts, with pieces and positions [m].
+    name, group : str — names, such as ``U06-1`` and ``U06``
+    ears : tuple of str — names, such as ``driver ear``
+    mounts : tuple of MeasuredMount — all mounts, with pieces and positions [m]
     body_sensors : mapping of str to tuple of Sensor
         Point (``TSM``, ``Du left``) to the accelerometers on the body around it.
     source_sensors : tuple of Sensor
@@ -85,17 +77,14 @@ class MeasuredVehicle:
     powertrain_mounts : tuple of str
         Mounts whose source side is the one rigid powertrain; every other piece has a source sensor
         of its own.
-    impacts : mapping of str to tuple of Impact
-        Point to the blows of the hammer around it.
-    direct : Frf
-        Outputs are the ears, inputs the blows [Pa/N].
+    impacts : mapping of str to tuple of Impact — point to the blows of the hammer around it
+    direct : Frf — outputs are the ears, inputs the blows [Pa/N]
     reciprocal : Frf
         Outputs are the channels of the body sensors, inputs the ears [(m/s²)/(m³/s²)].
     accelerance : Frf or None
         Outputs are the channels of the body sensors, inputs the blows [(m/s²)/N]; None where the
         accelerometers were not recorded.
-    runs : tuple of VehicleRun
-        Runs of the assembled vehicle on the road.
+    runs : tuple of VehicleRun — runs of the assembled vehicle on the road
     panels : PanelMeasurement or None
         Panels of the cabin under the loudspeaker; None where nobody measured them.
     """
@@ -159,12 +148,9 @@ class MeasuredVehicle:
 def point_noise_transfer(
     vehicle: MeasuredVehicle, method: Method, points: Sequence[str] | None = None
 ) -> Frf:
-    """Return the noise transfer functions of all six loads at virtual points, by default all.
+    """Return the noise transfer functions of six loads at virtual points, by default all.
 
-    Returns
-    -------
-    Frf
-        Outputs are the ears, inputs ``<point> x y z`` [Pa/N] and ``mx my mz`` [Pa/(N m)].
+    Outputs are the ears, inputs ``<point> x y z`` [Pa/N] and ``mx my mz`` [Pa/(N m)].
     """
     measured = (
         vehicle.direct if method is Method.DIRECT else reciprocal_noise_transfer(vehicle.reciprocal)
@@ -176,13 +162,7 @@ def point_noise_transfer(
 
 
 def path_noise_transfer(vehicle: MeasuredVehicle, method: Method, ear: str) -> Frf:
-    """Return one noise transfer function per transfer path of the mounts, at one ear.
-
-    Returns
-    -------
-    Frf
-        Output is the ear, inputs ``<mount> <axis>`` as a platform names them [Pa/N].
-    """
+    """Return one noise transfer function per path ``<mount> <axis>`` at one ear [Pa/N]."""
     points = point_noise_transfer(vehicle, method)
     return noise_transfer_of_paths(points, piece_paths(vehicle.mounts), ear)
 
@@ -197,19 +177,11 @@ def piece_paths(mounts: Sequence[MeasuredMount]) -> dict[str, tuple[str, ...]]:
 
 
 def path_accelerance(vehicle: MeasuredVehicle) -> Frf:
-    """Return what the body's sensors show of a force at every path, source removed.
+    """Return what the body's sensors show of a force at every path, source removed [(m/s²)/N].
 
-    Parameters
-    ----------
-    vehicle : MeasuredVehicle
-        Vehicle with accelerances from its hammer test, and blows around every path, else
-        InputError.
-
-    Returns
-    -------
-    Frf
-        Outputs are the channels of all body sensors, inputs the pieces of `piece_paths`
-        [(m/s²)/N]: the matrix of `path_forces.forces_by_inversion`.
+    Outputs are the channels of all body sensors, inputs the pieces of `piece_paths`: the matrix of
+    `path_forces.forces_by_inversion`. Raises InputError: accelerometers that were not recorded in
+    the hammer test, or a path without blows around it.
 
     Notes
     -----
@@ -237,19 +209,10 @@ def path_accelerance(vehicle: MeasuredVehicle) -> Frf:
 
 
 def summed_over_pieces(force: Spectrum, paths: Mapping[str, Sequence[str]]) -> Spectrum:
-    """Add the forces of the pieces that share a path.
+    """Add the forces of the pieces that share a path, from `piece_paths` [N].
 
-    Parameters
-    ----------
-    force : Spectrum
-        One channel per piece, else InputError; further ones are not looked at [N].
-    paths : mapping of str to sequence of str
-        Path to its pieces, from `piece_paths`.
-
-    Returns
-    -------
-    Spectrum
-        One channel per path [N], for noise transfer functions per newton of the summed force.
+    For noise transfer functions per newton of the summed force. A piece without force raises
+    InputError; further channels are not looked at.
     """
     for path, pieces in paths.items():
         missing = [piece for piece in pieces if piece not in force.channels]
@@ -260,13 +223,7 @@ def summed_over_pieces(force: Spectrum, paths: Mapping[str, Sequence[str]]) -> S
 
 
 def body_motion(vehicle: MeasuredVehicle, run: VehicleRun) -> Spectrum:
-    """Return the acceleration of the body at every virtual point.
-
-    Returns
-    -------
-    Spectrum
-        Channels ``<point> x`` … ``<point> rz`` [m/s²], rotations [rad/s²].
-    """
+    """Return the acceleration ``<point> x`` … ``<point> rz`` of the body at every virtual point."""
     parts = {
         point: motion_at_point(
             virtual_point(vehicle.geometry(point, Method.RECIPROCAL)), run.acceleration
@@ -302,13 +259,10 @@ def _source_motion(vehicle: MeasuredVehicle, run: VehicleRun) -> Spectrum:
 
 
 def mount_deflection(vehicle: MeasuredVehicle, run: VehicleRun) -> Spectrum:
-    """Return how far each mount is deflected: source side against body side.
+    """Return how far each mount is deflected, source side against body side, ``<point> x y z`` [m].
 
-    Returns
-    -------
-    Spectrum
-        Channels ``<point> x``, ``y``, ``z`` [m]; times the mount's stiffness it is the force on the
-        body. Too few sensors on a source raise InputError.
+    Times the mount's stiffness it is the force on the body. Too few sensors on a source raise
+    InputError.
     """
     source = _source_motion(vehicle, run)
     relative = source.values - body_motion(vehicle, run).select(source.channels).values

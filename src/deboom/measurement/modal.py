@@ -57,16 +57,12 @@ class StabilisationChart:
 
     Parameters
     ----------
-    order : int array, shape (n_pole,)
-        Order of the polynomial [1].
-    pole : array, shape (n_pole,)
-        Complex poles, ``−ζω₀ + jω₀√(1−ζ²)`` [rad/s].
+    order : int array, shape (n_pole,) — order of the polynomial [1]
+    pole : array, shape (n_pole,) — complex poles, ``−ζω₀ + jω₀√(1−ζ²)`` [rad/s]
     stable : bool array, shape (n_pole,)
         Whether the order below has a pole of nearly equal frequency and damping.
-    orders : tuple of int
-        All orders computed, increasing.
-    band : tuple of float
-        First and last frequency [Hz].
+    orders : tuple of int — all orders computed, increasing
+    band : tuple of float — first and last frequency [Hz]
     """
 
     order: IntArray
@@ -96,8 +92,7 @@ class PoleCluster:
         Median natural frequency over the orders and its standard deviation [Hz].
     damping, damping_spread : float
         Median damping ratio over the orders and its standard deviation [1].
-    share : float
-        Part of the orders that have a stable pole here [1].
+    share : float — part of the orders that have a stable pole here [1]
     """
 
     frequency: float
@@ -163,20 +158,15 @@ def pole_clusters(
 ) -> tuple[PoleCluster, ...]:
     """Gather the stable poles into modes, increasing in frequency.
 
+    Raises InputError: no cluster: a band without modes, too low an order, or too much noise.
+
     Parameters
     ----------
-    chart : StabilisationChart
-        Poles of all orders.
+    chart : StabilisationChart — poles of all orders
     width : float
         Largest relative gap in frequency between neighbours of one cluster [1]. Where modes lie
         closer, so that one order has two poles in a cluster, it is divided at its widest gap.
-    smallest_share : float
-        Part of the orders that must agree [1].
-
-    Raises
-    ------
-    InputError
-        No cluster: a band without modes, too low an order, or too much noise.
+    smallest_share : float — part of the orders that must agree [1]
     """
     sequence = np.flatnonzero(chart.stable)
     sequence = sequence[np.argsort(chart.frequency[sequence])]
@@ -233,12 +223,9 @@ class ModalModel:
 
     Parameters
     ----------
-    clusters : tuple of PoleCluster
-        One per mode.
-    form : FrfForm
-        Form of the FRF.
-    outputs, inputs : tuple of str
-        Names as in the FRF.
+    clusters : tuple of PoleCluster — one per mode
+    form : FrfForm — form of the FRF
+    outputs, inputs : tuple of str — names as in the FRF
     residues : array, shape (n_mode, n_output, n_input)
         Complex modal constants of the receptance-like form.
     shapes : array, shape (n_mode, n_output)
@@ -248,13 +235,11 @@ class ModalModel:
     rank_one : array, shape (n_mode,)
         Share of the residues' energy that is one shape times one participation; far below 1 two
         modes share a pole [1].
-    rebuilt : Frf
-        FRF from modes and residuals, on the lines of the fit.
+    rebuilt : Frf — FRF from modes and residuals, on the lines of the fit
     error : array, shape (n_output, n_input)
         Rms deviation of the rebuilt FRF from the measured one over the rms of the latter; near 1
         where a channel shows noise only [1].
-    total_error : float
-        The same of all FRFs together [1].
+    total_error : float — the same of all FRFs together [1]
     """
 
     clusters: tuple[PoleCluster, ...]
@@ -305,23 +290,18 @@ def require_coherence(
 ) -> None:
     """Refuse to go on with FRFs that are not a response to their input.
 
+    Raises InputError: the worst output and input and its coherence, or which of them have none; a
+    coherence of another shape or outside 0 … 1; no line in the band.
+
     Parameters
     ----------
-    frf : Frf
-        Functions to be identified from.
+    frf : Frf — functions to be identified from
     coherence : array, shape (n_frequency, n_output, n_input)
-        Ordinary coherence; multiple coherence where several inputs acted; NaN is not known [1].
-    band : (float, float)
-        First and last frequency that the identification uses [Hz].
+        Ordinary coherence, multiple where several inputs acted; NaN is not known [1].
+    band : (float, float) — first and last frequency that the identification uses [Hz]
     smallest : float
-        Least median of the coherence over the band, of every output and input [1]. The median:
-        dips at antiresonances and at nodes are no fault.
-
-    Raises
-    ------
-    InputError
-        The worst output and input and its coherence, or which of them have none; a coherence of
-        another shape or outside 0 … 1; no line in the band.
+        Least median over the band of every output and input [1]. The median: dips at antiresonances
+        and at nodes are no fault.
     """
     low, high = band
     given = np.asarray(coherence, dtype=float)
@@ -368,27 +348,21 @@ def poles_over_orders(
 ) -> StabilisationChart:
     """Estimate poles by least squares on a common denominator (LSCF) for growing orders.
 
+    Raises InputError: sdypy-EMA is not installed; lines that are not equidistant; a band outside
+    the lines or with fewer lines than unknowns; an order that the band does not carry; apparent
+    mass or another inverse form.
+
     Parameters
     ----------
     frf : Frf
         Functions on equidistant lines at whole multiples of their step; every pair of output and
         input takes part. Judge their coherence first: `require_coherence`.
-    form : FrfForm
-        Form of the FRF, a ratio of displacement, velocity or acceleration.
-    band : tuple of float
-        First and last frequency; lines outside are not used [Hz].
+    form : FrfForm — form of the FRF, a ratio of displacement, velocity or acceleration
+    band : tuple of float — first and last frequency; lines outside are not used [Hz]
     largest_order : int, optional
         Order of the polynomial; twice as many poles. Left out, as high as the band carries, 20 at
         most.
-    limits : StabilityLimits, optional
-        By default `StabilityLimits()`.
-
-    Raises
-    ------
-    InputError
-        sdypy-EMA is not installed; lines that are not equidistant; a band outside the lines or with
-        fewer lines than unknowns; an order that the band does not carry; apparent mass or another
-        inverse form.
+    limits : StabilityLimits, optional — by default `StabilityLimits()`
 
     Notes
     -----
@@ -417,17 +391,13 @@ def modal_model(
 ) -> ModalModel:
     """Estimate modal constants and residuals for known poles, and rebuild the FRF from them.
 
+    Raises InputError: as `poles_over_orders`; no mode; two modes with one pole.
+
     Parameters
     ----------
     frf, form, band
         As for `poles_over_orders`.
-    clusters : sequence of PoleCluster
-        Modes to keep.
-
-    Raises
-    ------
-    InputError
-        As `poles_over_orders`; no mode; two modes with one pole.
+    clusters : sequence of PoleCluster — modes to keep
 
     Notes
     -----
@@ -569,19 +539,11 @@ def _ema_model(frf: Frf, form: FrfForm, band: tuple[float, float], order: int) -
 
 
 def mac_matrix(first: npt.ArrayLike, second: npt.ArrayLike) -> RealArray:
-    """Return the modal assurance criterion of every shape of one set with every one of another.
+    """Return the modal assurance criterion of every shape of one set with every one of another [1].
 
-    Parameters
-    ----------
-    first : array, shape (n_first, n_output)
-        Real or complex shapes, of any scale.
-    second : array, shape (n_second, n_output)
-        Shapes of the same outputs in the same order, all of one unit, since the largest ones count.
-
-    Returns
-    -------
-    array, shape (n_first, n_second)
-        Criterion [1]; other numbers of outputs, or a shape that is zero, raise InputError.
+    Shapes are rows, (n_first, n_output) and (n_second, n_output), of outputs in one order and of
+    one unit, since the largest ones count. Raises InputError: other numbers of outputs, a shape of
+    zeros.
     """
     rows, columns = np.atleast_2d(first), np.atleast_2d(second)
     if rows.shape[1] != columns.shape[1]:
@@ -593,23 +555,13 @@ def mac_matrix(first: npt.ArrayLike, second: npt.ArrayLike) -> RealArray:
 
 
 def phase_collinearity(shapes: npt.ArrayLike) -> RealArray:
-    """Return how nearly the entries of each shape share one phase, or its opposite (MPC).
-
-    Parameters
-    ----------
-    shapes : array, shape (..., n_output)
-        Complex shapes.
-
-    Returns
-    -------
-    array, shape (...)
-        1 for a real shape times any factor, 0 for a wave that only travels [1].
+    """Return how nearly the entries of each shape, (..., n_output), share one phase (MPC) [1].
 
     Notes
     -----
-    Without the mean removed, after Pappa, Elliott and Schenk (1993), ``|φᵀφ|² / (φᴴφ)²``. A body
-    whose damping is spread like its mass and stiffness has real shapes; noise and modes that
-    overlap lower it.
+    ``|φᵀφ|² / (φᴴφ)²``, without the mean removed, after Pappa, Elliott and Schenk (1993): 1 for a
+    real shape times any factor, 0 for a wave that only travels. A body whose damping is spread like
+    its mass and stiffness has real shapes; noise and modes that overlap lower it.
     """
     values = np.asarray(shapes, dtype=complex)
     alike = np.abs(np.sum(values**2, axis=-1)) ** 2
@@ -635,12 +587,9 @@ class PanelMeasurement:
 
     Parameters
     ----------
-    names : tuple of str
-        Names, such as ``trunk floor``.
-    positions : array, shape (n_panel, 3)
-        Positions of the accelerometers [m].
-    normals : array, shape (n_panel, 3)
-        Unit vectors into the cabin [1].
+    names : tuple of str — names, such as ``trunk floor``
+    positions : array, shape (n_panel, 3) — positions of the accelerometers [m]
+    normals : array, shape (n_panel, 3) — unit vectors into the cabin [1]
     areas : array, shape (n_panel,)
         Areas with which the motion of each accelerometer changes the volume of the cabin [m²].
     motion, pressure : Frf
@@ -662,12 +611,9 @@ class PanelContributions:
 
     Parameters
     ----------
-    ear : str
-        Name of the ear.
-    panels : tuple of str
-        Names of the panels.
-    frequency : array, shape (n_mode,)
-        Natural frequencies [Hz].
+    ear : str — name of the ear
+    panels : tuple of str — names of the panels
+    frequency : array, shape (n_mode,) — natural frequencies [Hz]
     values : array, shape (n_mode, n_panel)
         Complex pressure at the ear, with the modes moving as the loudspeaker at this ear moves
         them: modal constants [Pa/(m³/s²) · 1/s].
@@ -697,20 +643,15 @@ def panel_contributions(
 ) -> PanelContributions:
     """Multiply the modes at the panels by what each panel transfers to the ear.
 
+    Raises InputError: a panel or ear without modal constants, a mode outside the lines of the
+    panels' pressure, a model that is not receptance-like.
+
     Parameters
     ----------
     model : ModalModel
         Model of accelerations per volume acceleration; outputs hold the panels, inputs the ear.
-    panels : PanelMeasurement
-        Areas of the panels and pressure at them.
-    ear : str
-        Name of the ear.
-
-    Raises
-    ------
-    InputError
-        A panel or ear without modal constants, a mode outside the lines of the panels' pressure, a
-        model that is not receptance-like.
+    panels : PanelMeasurement — areas of the panels and pressure at them
+    ear : str — name of the ear
 
     Notes
     -----

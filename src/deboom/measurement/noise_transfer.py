@@ -1,8 +1,8 @@
 """Noise transfer functions: from what hammer or loudspeaker gave to pressure per force at a path.
 
 Direct: a hammer pushes at a mount, a microphone listens at an ear, p/F. Reciprocal: a loudspeaker
-breathes at the ear, accelerometers listen at the mount, a/Q̇. Either way three places around a mount
-give the three forces and three moments of its virtual point.
+breathes at the ear, accelerometers listen at the mount, a/Q̇. Either way three places around a
+mount give the three forces and three moments of its virtual point.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ POINT_LOADS = ("x", "y", "z", "mx", "my", "mz")
 
 
 def reciprocal_noise_transfer(measured: Frf) -> Frf:
-    """Turn a measurement with a loudspeaker at the ear into noise transfer functions.
+    """Turn a measurement with a loudspeaker at the ear into noise transfer functions [Pa/N].
 
     Parameters
     ----------
@@ -30,12 +30,6 @@ def reciprocal_noise_transfer(measured: Frf) -> Frf:
         Outputs are accelerometer channels, inputs are ears; acceleration along the channel per
         volume acceleration of the source, positive out of the loudspeaker [(m/s²)/(m³/s²)];
         another unit, such as that of a volume velocity, raises InputError.
-
-    Returns
-    -------
-    Frf
-        Outputs are the ears, inputs the channels: pressure at the ear per force along each channel
-        [Pa/N].
 
     Notes
     -----
@@ -56,6 +50,9 @@ def reciprocal_noise_transfer(measured: Frf) -> Frf:
 def noise_transfer_at_points(measured: Frf, points: Mapping[str, ChannelGeometry]) -> Frf:
     """Refer noise transfer functions around the mounts to their virtual points.
 
+    Raises InputError: no point, a channel that was not measured, channels that do not determine all
+    six loads.
+
     Parameters
     ----------
     measured : Frf
@@ -67,13 +64,7 @@ def noise_transfer_at_points(measured: Frf, points: Mapping[str, ChannelGeometry
 
     Returns
     -------
-    Frf
-        Inputs ``<point> x``, ``y``, ``z`` [Pa/N] and ``<point> mx``, ``my``, ``mz`` [Pa/(N m)].
-
-    Raises
-    ------
-    InputError
-        No point, a channel that was not measured, channels that do not determine all six loads.
+    Frf — inputs ``<point> x``, ``y``, ``z`` [Pa/N] and ``<point> mx``, ``my``, ``mz`` [Pa/(N m)]
 
     Notes
     -----
@@ -98,25 +89,19 @@ def noise_transfer_of_paths(
 ) -> Frf:
     """Choose the noise transfer functions that a transfer path analysis needs.
 
+    Raises InputError: a path without noise transfer function, no such ear.
+
     Parameters
     ----------
-    points : Frf
-        Noise transfer functions at virtual points, from `noise_transfer_at_points`.
+    points : Frf — noise transfer functions at virtual points, from `noise_transfer_at_points`
     paths : mapping of str to sequence of str
         Path ``<mount> <axis>`` to the inputs that share its force evenly: one, or one per piece,
         such as ``Du x`` to ``Du left x`` and ``Du right x``.
-    ear : str, optional
-        One output; all of them if left out.
+    ear : str, optional — one output; all of them if left out
 
     Returns
     -------
-    Frf
-        Inputs are the paths; a path of several pieces per newton of their summed force [Pa/N].
-
-    Raises
-    ------
-    InputError
-        A path without noise transfer function, no such ear.
+    Frf — inputs are the paths; a path of several pieces per newton of their summed force [Pa/N]
     """
     _check_unit(points)
     for path, pieces in paths.items():

@@ -50,20 +50,16 @@ class OrderSpectrum:
 
     Parameters
     ----------
-    order : float
-        Cycles per revolution [1].
-    rpm : array, shape (n_line,)
-        Speed of each line [1/min].
-    time : array, shape (n_line,)
-        Time at which the run passed it [s].
+    order : float — cycles per revolution [1]
+    rpm : array, shape (n_line,) — speed of each line [1/min]
+    time : array, shape (n_line,) — time at which the run passed it [s]
     spectrum : Spectrum
         Complex peak amplitudes, phase to the tacho's zero mark, over ``order · rpm / 60``.
     bandwidth : array, shape (n_line,)
         Full half-power width about the order: what lies nearer is not separated [Hz].
     noise_bandwidth : array, shape (n_line,)
         Noise bandwidth, for `physics.order_tracking.noise_amplitude` [Hz].
-    sweep_rate : array, shape (n_line,)
-        Rate of change of the order's frequency [Hz/s].
+    sweep_rate : array, shape (n_line,) — rate of change of the order's frequency [Hz/s]
     settled : array of bool, shape (n_line,)
         False where the filter reached the end of the record and looked to one side only.
     """
@@ -93,24 +89,17 @@ def computed_order_spectrum(
 ) -> OrderSpectrum:
     """Return an order spectrum by computed order tracking: angular resampling and a Hann window.
 
+    Raises InputError: a speed that the run does not pass, a window that leaves the record, or a
+    sampling rate too low for the order.
+
     Parameters
     ----------
-    record : TimeRecord
-        Time records.
-    shaft : ShaftAngle
-        Shaft on the same clock.
-    order : float
-        Cycles per revolution [1].
+    record : TimeRecord — time records
+    shaft : ShaftAngle — shaft on the same clock
+    order : float — cycles per revolution [1]
     rpm : array, shape (n_line,)
         Speeds of the lines, increasing [1/min]; the run itself may rise or fall.
-    revolutions : float
-        Length of the window [rev]; a multiple of 4 separates half orders.
-
-    Raises
-    ------
-    InputError
-        A speed that the run does not pass, a window that leaves the record, or a sampling rate too
-        low for the order.
+    revolutions : float — length of the window [rev]; a multiple of 4 separates half orders
 
     Notes
     -----
@@ -155,27 +144,21 @@ def vold_kalman_spectra(
 ) -> tuple[OrderSpectrum, ...]:
     """Return order spectra by a Vold-Kalman filter that solves all orders together.
 
+    Raises InputError: a speed that the run does not pass, a bandwidth wider than the lowest
+    frequency of an order, or a sampling rate too low for the highest.
+
     Parameters
     ----------
     record, shaft, rpm
         As for `computed_order_spectrum`.
     orders : sequence of float
         Cycles per revolution, each positive [1]; name every strong order, not only the wanted one.
-    bandwidth : float or array, shape (n_order,)
-        Full half-power width about each order [Hz].
-    poles : int
-        1, 2 or 3.
+    bandwidth : float or array, shape (n_order,) — full half-power width about each order [Hz]
+    poles : int — 1, 2 or 3
 
     Returns
     -------
-    tuple of OrderSpectrum
-        One per order.
-
-    Raises
-    ------
-    InputError
-        A speed that the run does not pass, a bandwidth wider than the lowest frequency of an order,
-        or a sampling rate too low for the highest.
+    tuple of OrderSpectrum — one per order
 
     Notes
     -----
@@ -307,19 +290,15 @@ class TrackingOptions:
 
     Parameters
     ----------
-    method : OrderTracking
-        Vold-Kalman filter, or angular resampling with a Hann window.
-    bandwidth : float
-        Full half-power width of the Vold-Kalman filter [Hz].
-    revolutions : float
-        Length of the Hann window [rev]; a multiple of 4 separates half orders.
+    method : OrderTracking — Vold-Kalman filter, or angular resampling with a Hann window
+    bandwidth : float — full half-power width of the Vold-Kalman filter [Hz]
+    revolutions : float — length of the Hann window [rev]; a multiple of 4 separates half orders
     other_orders : tuple of float or None
         Strong orders that the filter solves together with the dominant one [1]; by default 0.5,
         twice and four times the dominant order.
     lowest_rpm, highest_rpm : float or None
         Range of the lines [1/min]; by default all that the record holds with a settled filter.
-    rpm_step : float
-        Distance of the lines [1/min].
+    rpm_step : float — distance of the lines [1/min]
     """
 
     method: OrderTracking = OrderTracking.VOLD_KALMAN
@@ -355,10 +334,8 @@ class TrackedRun:
     ----------
     run : OperatingRun
         Spectra of the dominant order, engine torque and static force over its lines.
-    order : OrderSpectrum
-        Order spectrum of the accelerations: lines, bandwidth, smear.
-    shaft : ShaftAngle
-        Shaft from the repaired tacho.
+    order : OrderSpectrum — order spectrum of the accelerations: lines, bandwidth, smear
+    shaft : ShaftAngle — shaft from the repaired tacho
     acceleration_beside, force_beside : float
         Amplitude that shows a quarter order beside the dominant one, where a four-stroke engine has
         none, relative to the dominant one (rms over lines, median over channels) [1]: what noise
@@ -398,20 +375,14 @@ def tracked_run(
 ) -> TrackedRun:
     """Make an operating run of a run over time.
 
+    Raises InputError: a tacho that cannot be repaired, a speed outside of the run, a record too
+    short or sampled too slowly.
+
     Parameters
     ----------
-    time_run : TimeRun
-        Channels, tacho, torque and static forces over time.
-    options : TrackingOptions
-        Method, resolution and lines.
-    name : str, optional
-        Name of the operating run; that of the time run if left out.
-
-    Raises
-    ------
-    InputError
-        A tacho that cannot be repaired, a speed outside of the run, a record too short or sampled
-        too slowly.
+    time_run : TimeRun — channels, tacho, torque and static forces over time
+    options : TrackingOptions — method, resolution and lines
+    name : str, optional — name of the operating run; that of the time run if left out
 
     Notes
     -----
@@ -555,22 +526,18 @@ class TrackedSweep:
 def tracked_sweep(tacho: RealArray, records: Sequence[TimeRecord]) -> TrackedSweep:
     """Track the first order of a run-up or run-down with one tacho pulse per revolution.
 
+    Raises InputError: a tacho without pulses or that cannot be repaired, a record too short or
+    sampled too slowly.
+
     Parameters
     ----------
     tacho : array, shape (n_sample,)
         Signal on the samples of the records; the rising edge marks the angle.
-    records : sequence of TimeRecord
-        Records of one rate.
+    records : sequence of TimeRecord — records of one rate
 
     Returns
     -------
-    TrackedSweep
-        Lines at whole multiples of `SWEEP_STEP` where the filter has settled.
-
-    Raises
-    ------
-    InputError
-        A tacho without pulses or that cannot be repaired, a record too short or sampled too slowly.
+    TrackedSweep — lines at whole multiples of `SWEEP_STEP` where the filter has settled
 
     Notes
     -----

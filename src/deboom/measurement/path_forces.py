@@ -50,8 +50,7 @@ class PathForces:
 
     Parameters
     ----------
-    force : Spectrum
-        One channel per path [N].
+    force : Spectrum — one channel per path [N]
     receiver : Receiver
         State in which transfer functions are exact with these forces. The other state is an
         approximation.
@@ -75,21 +74,16 @@ def forces_by_inversion(
 ) -> PathForces:
     """Find the interface forces that explain the indicators: classical transfer path analysis.
 
+    Raises InputError: a line at 0 Hz, more unknown forces than indicators, singular positions.
+
     Parameters
     ----------
     accelerance : Frf
         Indicators per force at the paths, source removed; of any response, ``<unit>/N``.
-    response : Spectrum
-        The same indicators in operation [unit].
-    inversion : Inversion
-        Regularisation.
+    response : Spectrum — the same indicators in operation [unit]
+    inversion : Inversion — regularisation
     noise : array, shape (n_indicator,) or (n_frequency, n_indicator), optional
         Standard deviation of the responses [unit].
-
-    Raises
-    ------
-    InputError
-        A line at 0 Hz, more unknown forces than indicators, singular positions.
     """
     return _inverted(accelerance, response, inversion, noise, Receiver.UNCOUPLED)
 
@@ -128,10 +122,8 @@ def forces_by_mount_stiffness(
 
     Parameters
     ----------
-    stiffness : Spectrum
-        Complex dynamic stiffness, one channel per path [N/m].
-    source, receiver : Spectrum
-        Displacement above and below each mount; the same channels [m].
+    stiffness : Spectrum — complex dynamic stiffness, one channel per path [N/m]
+    source, receiver : Spectrum — displacement above and below each mount; the same channels [m]
     """
     _refuse_other_unit(stiffness.unit, "N/m", "mount stiffness")
     paths, lines = stiffness.channels, stiffness.frequency
@@ -226,8 +218,7 @@ class OnBoardValidation:
 
     Parameters
     ----------
-    predicted, measured : Spectrum
-        Same lines and channels.
+    predicted, measured : Spectrum — same lines and channels
     relative_error : array, shape (n_channel,)
         Norm of the difference over that of the measured response, over all lines [1].
     corr_f, corr_s : array, shape (n_channel,)
@@ -247,20 +238,16 @@ class OnBoardValidation:
 def validate_on_board(transfer: Frf, forces: PathForces, measured: Spectrum) -> OnBoardValidation:
     """Compare what forces predict at validation sensors with what was measured there.
 
+    Raises InputError: a sensor that was an indicator of the inversion, one that was not measured or
+    is silent.
+
     Parameters
     ----------
     transfer : Frf
         Validation sensors per force, one input per path; of the receiver in the state that goes
         with the forces.
-    forces : PathForces
-        Forces to be judged.
-    measured : Spectrum
-        The same sensors in operation.
-
-    Raises
-    ------
-    InputError
-        A sensor that was an indicator of the inversion, one that was not measured or is silent.
+    forces : PathForces — forces to be judged
+    measured : Spectrum — the same sensors in operation
 
     Notes
     -----

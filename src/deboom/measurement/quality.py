@@ -58,10 +58,8 @@ class QualityLimits:
     condition_number : float
         Largest scaled condition number: the worst-seen motion has this much more noise than the
         best-seen one [1].
-    redundancy : float
-        Smallest share of a channel's error that shows [1].
-    repeat_coherence : float
-        Smallest coherence of repeats, mean over the lines [1].
+    redundancy : float — smallest share of a channel's error that shows [1]
+    repeat_coherence : float — smallest coherence of repeats, mean over the lines [1]
     geometric_consistency : float
         Largest mean error of a channel [1]; the thesis's metric flags inverted channels (0.09) and
         swapped axes (0.27) safely from 0.02.
@@ -91,14 +89,11 @@ class QualityCheck:
 
     Parameters
     ----------
-    name : str
-        Name of the check.
+    name : str — name of the check
     number, limit : float or None
         Figure and its limit [1]; None where the data do not allow the check.
-    at_most : bool
-        Whether the limit is an upper one.
-    passed : bool or None
-        Whether the limit is kept; None where nothing was checked.
+    at_most : bool — whether the limit is an upper one
+    passed : bool or None — whether the limit is kept; None where nothing was checked
     culprit : str
         Channel, sensor, pair or motion with the worst figure; without a number, what is missing.
     """
@@ -179,28 +174,17 @@ def quality_in_operation(
 ) -> tuple[QualityCheck, ...]:
     """Judge the virtual point of a body in operation.
 
+    All checks are listed in their order; those that need a known force as not checked. Raises
+    InputError: a missing channel, repeats of other lines, or lines without signal.
+
     Parameters
     ----------
-    point : VirtualPoint
-        Virtual point of the motion sensors.
-    measured : Spectrum
-        One run.
+    point : VirtualPoint — virtual point of the motion sensors
+    measured : Spectrum — one run
     repeats : sequence of Spectrum
         The same run again, phase referred to the same event; may be empty.
-    tolerances : Tolerances
-        Tolerances of placement and calibration.
-    limits : QualityLimits
-        Limits of the checks.
-
-    Returns
-    -------
-    tuple of QualityCheck
-        All checks in their order; those that need a known force are listed as not checked.
-
-    Raises
-    ------
-    InputError
-        A missing channel, repeats of other lines, or lines without signal.
+    tolerances : Tolerances — tolerances of placement and calibration
+    limits : QualityLimits — limits of the checks
     """
     missing = "needs frequency response functions"
     return (
@@ -225,27 +209,9 @@ def quality_of_frf(
 ) -> tuple[QualityCheck, ...]:
     """Judge a virtual point that was hit and watched.
 
-    Parameters
-    ----------
-    response, excitation : VirtualPoint
-        Virtual points of the motion sensors and of the points of excitation.
-    measured : Frf
-        Channels as outputs, impacts as inputs.
-    form : FrfForm
-        Motion per force.
-    repeats, tolerances, limits
-        As for `quality_in_operation`; tolerances of the sensors are taken for the impacts as well.
-
-    Returns
-    -------
-    tuple of QualityCheck
-        All checks in their order. Reciprocity and passivity are those of a driving point, not
-        checked if the two virtual points are apart.
-
-    Raises
-    ------
-    InputError
-        A missing channel or impact, repeats of other lines, or lines without signal.
+    Parameters and errors as for `quality_in_operation`, with functions from impacts to channels, of
+    the given form. Reciprocity and passivity are those of a driving point, not checked if the two
+    virtual points are apart. Tolerances of the sensors are taken for the impacts as well.
     """
     used = measured.select(response.channels, excitation.channels)
     again = [repeat.select(used.outputs, used.inputs) for repeat in repeats]
@@ -336,18 +302,8 @@ def _leave_one_out(what: str, diagnosis: Diagnosis) -> QualityCheck:
 def likeness(first: npt.ArrayLike, second: npt.ArrayLike, axis: int | None = None) -> RealArray:
     """Return the coherence criterion of two complex quantities that should be equal.
 
-    Parameters
-    ----------
-    first, second : array
-        Quantities of one shape.
-    axis : int, optional
-        Axis over which energies are summed; by default each number stands for itself.
-
-    Returns
-    -------
-    array
-        1 if equal, 0 if opposite, 0.5 if one of them is zero and on average 0.5 if they are
-        unrelated [1]; 1 where both are zero.
+    1 if equal, 0 if opposite, 0.5 if one of them is zero and on average 0.5 if they are unrelated
+    [1]; 1 where both are zero. Energies are summed over `axis`, if given.
 
     Notes
     -----
@@ -396,13 +352,9 @@ class RigidConsistency:
 
     Parameters
     ----------
-    frequency : array, shape (n_frequency,)
-        Lines [Hz].
-    channels : tuple of str
-        Sensor channels or impacts.
-    overall : array, shape (n_frequency,)
-        Norm of the projected over norm of the measured channels, 0 … 1 [1].
-    specific : array, shape (n_frequency, n_channel)
+    frequency : array, shape (n_frequency,) — lines [Hz] channels : tuple of str — sensor channels
+    or impacts overall : array, shape (n_frequency,) — norm of the projected over norm of the
+    measured channels [1] specific : array, shape (n_frequency, n_channel)
         Coherence of projected and measured channel, 0 … 1 [1]; 0.5 if nothing is left of it.
     """
 
@@ -415,18 +367,8 @@ class RigidConsistency:
 def geometric_consistency(point: VirtualPoint, measured: Spectrum | Frf) -> dict[str, float]:
     """Return the geometric consistency of the thesis: the mean error of each channel.
 
-    Parameters
-    ----------
-    point : VirtualPoint
-        Virtual point of the motion sensors.
-    measured : Spectrum or Frf
-        Spectra of their channels, or functions with them as outputs; then every line of every input
-        is a line. A missing channel, or no signal, raises InputError.
-
-    Returns
-    -------
-    dict of channel name to float
-        0 is perfect; above 0.02 a channel deserves a look [1].
+    0 is perfect; above 0.02 a channel deserves a look [1]. Every line of every input of a matrix
+    counts as a line. A missing channel, or no signal, raises InputError.
 
     Notes
     -----
@@ -484,8 +426,7 @@ class Reciprocity:
 
     Parameters
     ----------
-    names : tuple of str
-        Degrees of freedom, by their output.
+    names : tuple of str — degrees of freedom, by their output
     likeness : array, shape (n, n)
         Coherence criterion of each entry and its mirror image, mean over the lines: 1 is
         perfect, 0.5 what two unrelated functions have, 0 opposite sign [1].
@@ -520,11 +461,8 @@ class Reciprocity:
 def reciprocity(frf: Frf) -> Reciprocity:
     """Compare each entry of a square matrix with its mirror image.
 
-    Parameters
-    ----------
-    frf : Frf
-        Functions whose output i and input i are one degree of freedom, such as a virtual point's x
-        and fx. Not square, or a diagonal entry of 0, raises InputError.
+    Output i and input i are one degree of freedom, such as a virtual point's x and fx. Not square,
+    or a diagonal entry of 0, raises InputError.
 
     Notes
     -----
@@ -562,10 +500,8 @@ class Passivity:
 
     Parameters
     ----------
-    frequency : array, shape (n_frequency,)
-        Lines [Hz].
-    names : tuple of str
-        Degrees of freedom, by their output.
+    frequency : array, shape (n_frequency,) — lines [Hz]
+    names : tuple of str — degrees of freedom, by their output
     margin : array, shape (n_frequency,)
         Least power over all forces of one size, −1 … 1; negative where power comes out [1].
     driving_point : array, shape (n_frequency, n)
@@ -592,21 +528,17 @@ class Passivity:
 def passivity(frf: Frf, form: FrfForm, length: float) -> Passivity:
     """Check the sign of the power at a driving point: a structure takes power and gives none.
 
+    Raises InputError: a matrix that is not square, a line at 0 Hz where it is divided by, a length
+    that is not positive, or a driving point function that is 0.
+
     Parameters
     ----------
     frf : Frf
         Functions whose output i and input i are one degree of freedom; outputs named rx ry rz
         (mx my mz of an inverse form) are rotations.
-    form : FrfForm
-        Motion per force, or force per motion.
+    form : FrfForm — motion per force, or force per motion
     length : float
         Characteristic length by which rotations are made comparable with translations [m].
-
-    Raises
-    ------
-    InputError
-        A matrix that is not square, a line at 0 Hz where it is divided by, a length that is not
-        positive, or a driving point function that is 0.
 
     Notes
     -----

@@ -32,14 +32,10 @@ class Sensor:
 
     Parameters
     ----------
-    name : str
-        Name, such as ``A1``.
-    kind : SensorKind
-        Measured quantity: acceleration [m/s²] or force [N].
-    model : str
-        Type in the sensor catalogue, such as ``Kistler 9077C``.
-    mount, piece : str
-        Mount it belongs to and its piece; empty where there is none.
+    name : str — name, such as ``A1``
+    kind : SensorKind — measured quantity: acceleration [m/s²] or force [N]
+    model : str — type in the sensor catalogue, such as ``Kistler 9077C``
+    mount, piece : str — mount it belongs to and its piece; empty where there is none
     position : array, shape (3,)
         Position in vehicle axes, from the powertrain's centre of gravity [m].
     orientation : array, shape (3, 3)
@@ -74,8 +70,7 @@ class Impact:
 
     Parameters
     ----------
-    name : str
-        Name, such as ``I07``.
+    name : str — name, such as ``I07``
     position : array, shape (3,)
         Position in vehicle axes, from the origin of the position sheet [m].
     direction : array, shape (3,)
@@ -103,34 +98,25 @@ class Tolerances:
 
     Parameters
     ----------
-    sensor_position : float
-        Position of an accelerometer against the position sheet, per axis [m].
+    sensor_position : float — position of an accelerometer against the position sheet, per axis [m]
     sensor_angle : float
         Orientation of an accelerometer against the position sheet, per axis [rad].
-    sensor_gain : float
-        Sensitivity of an accelerometer channel [1].
+    sensor_gain : float — sensitivity of an accelerometer channel [1]
     sensor_cross_axis : float
         Sensitivity of an accelerometer channel to each of the other two axes [1]. A limit ± c of a
         data sheet has the standard deviation c/√3 where any value within is as likely.
     acceleration_own, acceleration_norm : float
         Order-tracking noise per amplitude of the channel itself and per norm of its triaxial
         sensor, complex amplitude [1].
-    acceleration_floor : float
-        Noise of an accelerometer channel at rest, complex amplitude [m/s²].
-    cell_gain : float
-        Sensitivity of a force cell that no shaker calibrates in place [1].
+    acceleration_floor : float — noise of an accelerometer channel at rest, complex amplitude [m/s²]
+    cell_gain : float — sensitivity of a force cell that no shaker calibrates in place [1]
     force_own, force_norm : float
         Order-tracking noise of a cell channel, as for the acceleration [1].
-    force_floor : float
-        Noise of a cell channel at rest, complex amplitude [N].
-    shaker_angle : float
-        Direction of the shaker against its nominal axis, per axis [rad].
-    shaker_gain : float
-        Force that the shaker states [1].
-    torque : float
-        Engine torque, per line [N m].
-    static_force : float
-        Quasi-static cell force, per line [N].
+    force_floor : float — noise of a cell channel at rest, complex amplitude [N]
+    shaker_angle : float — direction of the shaker against its nominal axis, per axis [rad]
+    shaker_gain : float — force that the shaker states [1]
+    torque : float — engine torque, per line [N m]
+    static_force : float — quasi-static cell force, per line [N]
 
     Notes
     -----
@@ -165,14 +151,10 @@ class PlacementTolerances:
 
     Parameters
     ----------
-    sensor_gain : float
-        Sensitivity of each accelerometer channel [1].
-    sensor_position, impact_position : float
-        Positions against the position sheet, per axis [m].
-    sensor_angle, impact_angle : float
-        Directions against the position sheet, per axis [rad].
-    hammer_gain : float
-        Sensitivity of the hammer, common to all impacts [1].
+    sensor_gain : float — sensitivity of each accelerometer channel [1]
+    sensor_position, impact_position : float — positions against the position sheet, per axis [m]
+    sensor_angle, impact_angle : float — directions against the position sheet, per axis [rad]
+    hammer_gain : float — sensitivity of the hammer, common to all impacts [1]
     """
 
     sensor_gain: float = 0.02
@@ -199,24 +181,17 @@ class SensorModel:
 
     Parameters
     ----------
-    name : str
-        Type, such as ``Kistler 9077C``.
-    quantity_unit : str
-        SI unit of what it measures: ``m/s^2`` or ``N``.
-    signal_unit : str
-        SI unit of what it delivers: ``C`` (charge) or ``V``.
+    name : str — type, such as ``Kistler 9077C``
+    quantity_unit : str — SI unit of what it measures: ``m/s^2`` or ``N``
+    signal_unit : str — SI unit of what it delivers: ``C`` (charge) or ``V``
     sensitivity : tuple of float
         Nominal sensitivity, per axis; one for a single-axis sensor [signal_unit/quantity_unit].
     gain_tolerance : float
         Half width about the nominal sensitivity, before the single sensor is calibrated [1].
-    cross_axis : tuple of float
-        Largest sensitivity of an axis to the other two, per axis [1].
-    noise_floor : float
-        Threshold [quantity_unit].
-    frequency_range : (float, float)
-        Usable range [Hz]; ``(0, inf)`` where the maker states none.
-    source : str
-        Origin of the figures.
+    cross_axis : tuple of float — largest sensitivity of an axis to the other two, per axis [1]
+    noise_floor : float — threshold [quantity_unit]
+    frequency_range : (float, float) — usable range [Hz]; ``(0, inf)`` where the maker states none
+    source : str — origin of the figures
     """
 
     name: str

@@ -69,18 +69,15 @@ def pulse_times(
 ) -> RealArray:
     """Return the times at which a tacho signal crosses its trigger level.
 
+    Raises InputError: a signal that is constant, not finite, or has fewer than ten pulses.
+
     Parameters
     ----------
-    voltage : array, shape (n_sample,)
-        Signal as recorded [V].
-    rate : float
-        Samples per second [Hz].
-    name : str
-        Name of the channel, for messages.
-    start : float
-        Time of the first sample [s].
-    edge : Edge
-        Edge that marks the angle; the rising one unless the pulse is upside down.
+    voltage : array, shape (n_sample,) — signal as recorded [V]
+    rate : float — samples per second [Hz]
+    name : str — name of the channel, for messages
+    start : float — time of the first sample [s]
+    edge : Edge — edge that marks the angle; the rising one unless the pulse is upside down
     level : float, optional
         Trigger level [V]; half-way between low and high voltage where it is not given.
     hysteresis : float, optional
@@ -91,11 +88,6 @@ def pulse_times(
     -------
     array, shape (n_pulse,)
         Increasing times [s], by a straight line between the two samples about each crossing.
-
-    Raises
-    ------
-    InputError
-        A signal that is constant, not finite, or has fewer than ten pulses.
 
     Notes
     -----
@@ -138,17 +130,13 @@ class PulseTrain:
 
     Parameters
     ----------
-    name : str
-        Name of the tacho channel.
-    times : array, shape (n_pulse,)
-        Increasing times [s].
+    name : str — name of the tacho channel
+    times : array, shape (n_pulse,) — increasing times [s]
     number : array of int, shape (n_pulse,)
         Count of each pulse from the one nearest to the first that was triggered; a step above 1
         bridges missing pulses.
-    pulses_per_revolution : int
-        Pulses of the tacho.
-    dropped : array, shape (n_dropped,)
-        Times of pulses left out: doubled, stray or displaced [s].
+    pulses_per_revolution : int — pulses of the tacho
+    dropped : array, shape (n_dropped,) — times of pulses left out: doubled, stray or displaced [s]
     missing : array, shape (n_missing,)
         Times at which a pulse was due and none was trusted [s]. A displaced pulse counts here and
         among the dropped.
@@ -176,21 +164,15 @@ def repair_pulses(
 ) -> PulseTrain:
     """Give each pulse its number, for a shaft whose speed changes smoothly.
 
+    Raises InputError: fewer than ten pulses, times that do not increase, intervals that no smooth
+    speed explains, a gap that cannot be counted, too many bad pulses, or a shaft that stops or
+    turns back.
+
     Parameters
     ----------
-    times : array, shape (n,)
-        Pulses as triggered, increasing [s].
-    pulses_per_revolution : int
-        Pulses of the tacho, at least 1.
-    name : str
-        Name of the tacho channel.
-
-    Raises
-    ------
-    InputError
-        Fewer than ten pulses, times that do not increase, intervals that no smooth speed
-        explains, a gap that cannot be counted, too many bad pulses, or a shaft that stops or turns
-        back.
+    times : array, shape (n,) — pulses as triggered, increasing [s]
+    pulses_per_revolution : int — pulses of the tacho, at least 1
+    name : str — name of the tacho channel
 
     Notes
     -----
@@ -385,13 +367,11 @@ class ShaftAngle:
 
     Parameters
     ----------
-    begin, end : float
-        Times of the first and the last pulse [s].
+    begin, end : float — times of the first and the last pulse [s]
     jitter : float
         Root mean square distance of the pulses from the smooth course [rad]; it contains what the
         shaft itself turns unevenly within a few revolutions.
-    pulses : PulseTrain
-        Pulses it was made from, with the report on their repair.
+    pulses : PulseTrain — pulses it was made from, with the report on their repair
     """
 
     begin: float
@@ -462,21 +442,17 @@ def shaft_angle(
 ) -> ShaftAngle:
     """Lay a smooth course through the pulses of a tacho.
 
+    Raises InputError: a knot spacing that is negative, a zero time outside the pulses, or pulses
+    whose course stands still or turns back.
+
     Parameters
     ----------
-    pulses : PulseTrain
-        Pulses from `repair_pulses`.
+    pulses : PulseTrain — pulses from `repair_pulses`
     knot_spacing : float
         Revolutions between the knots of the spline; 0 puts the course through every pulse.
     zero_time : float, optional
         Time of the zero mark, which is the nearest pulse [s]; the first pulse where it is not
         given.
-
-    Raises
-    ------
-    InputError
-        A knot spacing that is negative, a zero time outside the pulses, or pulses whose course
-        stands still or turns back.
 
     Notes
     -----

@@ -40,13 +40,11 @@ class Interval:
 
     Parameters
     ----------
-    value : array, shape (...)
-        Value as measured [unit].
+    value : array, shape (...) — value as measured [unit]
     lower, upper : array, shape (...)
         Ends of the interval [unit]. The value need not lie in the middle, and in data whose errors
         push to one side not even inside.
-    coverage : float
-        Coverage of the interval [1].
+    coverage : float — coverage of the interval [1]
     """
 
     value: RealArray
@@ -76,19 +74,15 @@ def pivotal_interval(
 ) -> Interval:
     """Return the interval of the truth behind a measured value.
 
+    Raises InputError: too few draws, shapes that differ, values that are not finite, a coverage
+    outside of ]0, 1[.
+
     Parameters
     ----------
-    value : array_like, shape (...)
-        Value from the data as measured [unit].
+    value : array_like, shape (...) — value from the data as measured [unit]
     again : array_like, shape (n_draws, ...)
         Values from data that were measured again by drawing their errors [unit].
-    coverage : float
-        Coverage between 0 and 1 [1].
-
-    Raises
-    ------
-    InputError
-        Too few draws, shapes that differ, values that are not finite, a coverage outside of ]0, 1[.
+    coverage : float — coverage between 0 and 1 [1]
 
     Notes
     -----
@@ -114,20 +108,10 @@ def pivotal_interval(
 
 
 def probability_below(value: npt.ArrayLike, again: npt.ArrayLike, bound: float = 0.0) -> RealArray:
-    """Return the probability that the truth behind a measured value lies below a bound.
+    """Return the probability that the truth behind a measured value lies below a bound [1].
 
-    Parameters
-    ----------
-    value, again : array_like, shape (...) and (n_draws, ...)
-        As for `pivotal_interval`, such as the level of design A minus that of design B with the
-        same errors for both [unit].
-    bound : float
-        Bound [unit].
-
-    Returns
-    -------
-    array, shape (...)
-        From 0 to 1; a difference that is 0 in every draw gives one half [1].
+    Arguments as for `pivotal_interval`, such as the level of design A minus that of design B with
+    the same errors for both. A difference that is 0 in every draw gives one half.
     """
     truth = 2.0 * np.asarray(value, dtype=float) - np.asarray(again, dtype=float)
     below, at = (truth < bound).mean(axis=0), (truth == bound).mean(axis=0)
@@ -140,10 +124,8 @@ class VariancePart:
 
     Parameters
     ----------
-    name : str
-        Name of the cause.
-    variance : float
-        Variance, from 0 [unit²].
+    name : str — name of the cause
+    variance : float — variance, from 0 [unit²]
     degrees_of_freedom : float
         Degrees of freedom behind that variance, from 1; infinite where it is stated.
     """
@@ -167,8 +149,7 @@ class NextMeasurement:
 
     Parameters
     ----------
-    name : str
-        Measurement in words.
+    name : str — measurement in words
     remaining : mapping of str to float
         Cause → share of its variance that would remain, 0 to 1; causes that are not named stay [1].
     more_degrees_of_freedom : mapping of str to float
@@ -237,8 +218,7 @@ class CrossedSpread:
     ----------
     rows, columns, rest : array, shape (...)
         Variance between rows, between columns, and what neither explains; not below 0 [unit²].
-    n_row, n_column : int
-        Size of the table.
+    n_row, n_column : int — size of the table
     """
 
     rows: RealArray
@@ -249,13 +229,10 @@ class CrossedSpread:
 
 
 def crossed_spread(values: npt.ArrayLike) -> CrossedSpread:
-    """Split the variance of a table such as vehicles × load cases.
+    """Split the variance of a table (n_row, n_column, ...) such as vehicles × load cases.
 
-    Parameters
-    ----------
-    values : array_like, shape (n_row, n_column, ...)
-        Finite values of at least two rows, else InputError; with a single column the rows hold all
-        the spread [unit].
+    With a single column the rows hold all the spread. Raises InputError: fewer than two rows,
+    values that are not finite.
 
     Notes
     -----
@@ -286,10 +263,8 @@ class VarianceSplit:
 
     Parameters
     ----------
-    levels : tuple of str
-        Names, such as ``vehicle``, ``state``, ``repeat``.
-    degrees_of_freedom : tuple of int
-        Degrees of freedom per level.
+    levels : tuple of str — names, such as ``vehicle``, ``state``, ``repeat``
+    degrees_of_freedom : tuple of int — degrees of freedom per level
     mean_square : array, shape (n_level, ...)
         Mean square between the means of each level, inside the one above [unit²].
     estimate : array, shape (n_level, ...)
@@ -325,8 +300,7 @@ def variance_split(values: npt.ArrayLike, levels: tuple[str, ...] = LEVELS) -> V
         One leading axis per level, the outermost first; at least two of each, finite, else
         InputError. Levels [dB], or complex values, whose variance is that of real and imaginary
         part together.
-    levels : tuple of str
-        Names of the leading axes.
+    levels : tuple of str — names of the leading axes
 
     Notes
     -----
@@ -395,12 +369,9 @@ class LevelSpread:
 
 
 def level_spread(levels: npt.ArrayLike) -> LevelSpread:
-    """Return the spread of levels over nominally identical vehicles under the same conditions.
+    """Return the spread of levels (n_vehicle, n_frequency, ...) over nominally identical vehicles.
 
-    Parameters
-    ----------
-    levels : array_like, shape (n_vehicle, n_frequency, ...)
-        Finite levels of at least two vehicles, else InputError [dB or dB(A)].
+    Raises InputError: fewer than two vehicles, levels that are not finite.
     """
     values = np.asarray(levels, dtype=float)
     if values.ndim < 2 or values.shape[0] < 2:
@@ -416,22 +387,14 @@ class MethodDifference:
 
     Parameters
     ----------
-    calibration_db : float
-        Level common to all paths of a vehicle, standard deviation [dB].
-    calibration_degrees_of_freedom : int
-        Number of vehicles behind it.
-    body : float
-        Smooth complex error that all paths of a vehicle share, root mean square [1].
-    body_length : float
-        Correlation length of that error over frequency [Hz].
-    path : float
-        Smooth complex error of every path over its local magnitude, root mean square [1].
-    path_degrees_of_freedom : int
-        Number of paths of all vehicles behind it.
-    length : float
-        Correlation length of that error over frequency [Hz].
-    floor : float
-        White noise of the real and of the imaginary part [unit of the functions].
+    calibration_db : float — level common to all paths of a vehicle, standard deviation [dB]
+    calibration_degrees_of_freedom : int — number of vehicles behind it
+    body : float — smooth complex error that all paths of a vehicle share, root mean square [1]
+    body_length : float — correlation length of that error over frequency [Hz]
+    path : float — smooth complex error of every path over its local magnitude, root mean square [1]
+    path_degrees_of_freedom : int — number of paths of all vehicles behind it
+    length : float — correlation length of that error over frequency [Hz]
+    floor : float — white noise of the real and of the imaginary part [unit of the functions]
     """
 
     calibration_db: float
@@ -445,17 +408,11 @@ class MethodDifference:
 
 
 def local_magnitude(values: ComplexArray, frequency: RealArray) -> RealArray:
-    """Return the root mean square of |Y| around each line, in a gaussian window of `SMOOTHING`.
+    """Return the rms of |Y|, (..., n_frequency, n_path), around each line [Hz].
 
     An error of place, or another day, moves an antiresonance and does not scale what is left in it:
-    errors go with the magnitude around. The window is normalised at the ends of the band.
-
-    Parameters
-    ----------
-    values : array, shape (..., n_frequency, n_path)
-        Transfer functions.
-    frequency : array, shape (n_frequency,)
-        Lines [Hz].
+    errors go with the magnitude around. The gaussian window of `SMOOTHING` is normalised at the
+    ends.
     """
     distance = (frequency[:, np.newaxis] - frequency) / SMOOTHING
     weight = np.exp(-(distance**2) / 2.0)
@@ -466,6 +423,9 @@ def local_magnitude(values: ComplexArray, frequency: RealArray) -> RealArray:
 def method_difference(pairs: Sequence[tuple[Frf, Frf]]) -> MethodDifference:
     """Estimate the errors of noise transfer functions from two measurements per vehicle.
 
+    Raises InputError: no pair, functions that differ in ears, paths or lines; fewer than two paths
+    or five lines; a path without any answer.
+
     Parameters
     ----------
     pairs : sequence of (Frf, Frf)
@@ -474,14 +434,7 @@ def method_difference(pairs: Sequence[tuple[Frf, Frf]]) -> MethodDifference:
 
     Returns
     -------
-    MethodDifference
-        Errors of the mean of both.
-
-    Raises
-    ------
-    InputError
-        No pair, functions that differ in ears, paths or lines; fewer than two paths or five lines;
-        a path without any answer.
+    MethodDifference — errors of the mean of both
 
     Notes
     -----

@@ -32,16 +32,11 @@ class ChannelGeometry:
 
     Parameters
     ----------
-    position : array, shape (3,)
-        Virtual point, from the origin of the position sheet [m].
-    channels : sequence of str
-        Names of the n channels in use.
-    owners : sequence of str, length n
-        Sensor or impact that each channel belongs to.
-    levers : array, shape (n, 3)
-        Position of each channel, from the virtual point [m].
-    directions : array, shape (n, 3)
-        Unit vector that each channel measures along [1].
+    position : array, shape (3,) — virtual point, from the origin of the position sheet [m]
+    channels : sequence of str — names of the n channels in use
+    owners : sequence of str, length n — sensor or impact that each channel belongs to
+    levers : array, shape (n, 3) — position of each channel, from the virtual point [m]
+    directions : array, shape (n, 3) — unit vector that each channel measures along [1]
     """
 
     position: RealArray
@@ -98,19 +93,13 @@ def sensor_geometry(
 ) -> ChannelGeometry:
     """Return the geometry of triaxial sensors on one body, from the position sheet alone.
 
+    Raises InputError: sensors of several kinds, doubled names, or unknown channels.
+
     Parameters
     ----------
-    sensors : sequence of Sensor
-        Sensors of one kind, with names of their own.
-    position : array, shape (3,)
-        Virtual point, from the origin of the position sheet [m].
-    switched_off : sequence of str
-        Channels not to be used, such as ``A3 y``.
-
-    Raises
-    ------
-    InputError
-        Sensors of several kinds, doubled names, or unknown channels.
+    sensors : sequence of Sensor — sensors of one kind
+    position : array, shape (3,) — virtual point, from the origin of the position sheet [m]
+    switched_off : sequence of str — channels not to be used, such as ``A3 y``
     """
     kinds = sorted({sensor.kind.value for sensor in sensors})
     if len(kinds) > 1:
@@ -135,15 +124,7 @@ def sensor_geometry(
 def impact_geometry(
     impacts: Sequence[Impact], position: npt.ArrayLike = (0.0, 0.0, 0.0)
 ) -> ChannelGeometry:
-    """Return the geometry of the points of excitation of one body, from the position sheet alone.
-
-    Parameters
-    ----------
-    impacts : sequence of Impact
-        Points of excitation, with names of their own, else InputError.
-    position : array, shape (3,)
-        Virtual point, from the origin of the position sheet [m].
-    """
+    """Return the geometry of the points of excitation of one body, as `sensor_geometry` does."""
     names = tuple(impact.name for impact in impacts)
     positions = np.reshape([impact.position for impact in impacts], (-1, 3))
     return ChannelGeometry(
@@ -168,15 +149,12 @@ class Conditioning:
 
     Parameters
     ----------
-    rank : int
-        Number of independent motions, out of six, that the channels see.
+    rank : int — number of independent motions, out of six, that the channels see
     condition_number : float
         Condition number of the forward matrix with rotations counted as motion at `length`;
         infinite where the rank is short [1].
-    length : float
-        Characteristic length: mean distance of the channels from the virtual point [m].
-    worst_seen : str
-        Motion, or mixture of motions, that the channels see least, in words.
+    length : float — characteristic length: mean distance of the channels from the virtual point [m]
+    worst_seen : str — motion, or mixture of motions, that the channels see least, in words
     noise_gain : array, shape (6,)
         Standard deviation of each motion per that of a channel [1, 1/m]; infinite where the rank is
         short.
@@ -248,14 +226,10 @@ class VirtualPoint:
 
     Parameters
     ----------
-    geometry : ChannelGeometry
-        Channels in use, seen from the point.
-    conditioning : Conditioning
-        How well they determine it.
-    forward : array, shape (n_channel, 6)
-        Motion at the point → channels, ``V``.
-    inverse : array, shape (6, n_channel)
-        Channels → motion by least squares, ``V⁺``.
+    geometry : ChannelGeometry — channels in use, seen from the point
+    conditioning : Conditioning — how well they determine it
+    forward : array, shape (n_channel, 6) — motion at the point → channels, ``V``
+    inverse : array, shape (6, n_channel) — channels → motion by least squares, ``V⁺``
     """
 
     geometry: ChannelGeometry
@@ -278,13 +252,7 @@ class VirtualPoint:
 
 
 def channel_values(point: VirtualPoint, measured: Spectrum | Frf) -> ComplexArray:
-    """Take the channels of a virtual point of responses out of a measurement.
-
-    Returns
-    -------
-    array, shape (n_frequency, n_input, n_channel)
-        Values, with one input for a spectrum; a missing channel raises InputError.
-    """
+    """Take the channels of a virtual point out, shape (n_frequency, n_input, n_channel)."""
     if isinstance(measured, Frf):
         return np.moveaxis(measured.select(outputs=point.channels).values, 1, 2)
     return measured.select(point.channels).values[:, np.newaxis, :]
@@ -293,16 +261,13 @@ def channel_values(point: VirtualPoint, measured: Spectrum | Frf) -> ComplexArra
 def virtual_point(geometry: ChannelGeometry) -> VirtualPoint:
     """Make the transformation between channels and the motion of their virtual point.
 
+    Raises InputError: channels that do not determine every motion: fewer than three triaxial
+    sensors, sensors on one line, too many channels switched off.
+
     Parameters
     ----------
     geometry : ChannelGeometry
         Sensors (`sensor_geometry`) or points of excitation (`impact_geometry`).
-
-    Raises
-    ------
-    InputError
-        Channels that do not determine every motion: fewer than three triaxial sensors, sensors on
-        one line, too many channels switched off.
 
     Notes
     -----
@@ -327,20 +292,10 @@ def virtual_point(geometry: ChannelGeometry) -> VirtualPoint:
 
 
 def motion_at_point(point: VirtualPoint, measured: Spectrum) -> Spectrum:
-    """Return the motion of the virtual point out of all its channels.
+    """Return the motion of the virtual point, ``x y z rx ry rz``, out of all its channels.
 
-    Parameters
-    ----------
-    point : VirtualPoint
-        Virtual point of motion sensors.
-    measured : Spectrum
-        Spectra of at least the channels in use, else InputError.
-
-    Returns
-    -------
-    Spectrum
-        Channels ``x y z rx ry rz``; translations in the unit of `measured`, rotations in that unit
-        per metre.
+    Translations in the unit of `measured`, rotations in that unit per metre; a missing channel
+    raises InputError.
     """
     values = measured.select(point.channels).values @ point.inverse.T
     return Spectrum(measured.frequency, values, RIGID_MOTIONS, measured.unit)
@@ -349,25 +304,10 @@ def motion_at_point(point: VirtualPoint, measured: Spectrum) -> Spectrum:
 def motion_at_mounts(
     point: VirtualPoint, measured: Spectrum, mounts: Mapping[str, npt.ArrayLike]
 ) -> Spectrum:
-    """Return the motion of several points of the body, such as the virtual points of its mounts.
+    """Return the motion ``<name> x``, ``y``, ``z`` of points of the body, such as its mounts.
 
-    Parameters
-    ----------
-    point : VirtualPoint
-        Virtual point of motion sensors.
-    measured : Spectrum
-        Spectra of at least the channels in use, else InputError.
-    mounts : mapping of name to array, shape (3,)
-        Positions, from the origin of the position sheet [m].
-
-    Returns
-    -------
-    Spectrum
-        Channels ``<name> x``, ``<name> y``, ``<name> z``, in the unit of `measured`.
-
-    Notes
-    -----
-    ``a_i = V_i a_B`` with the forward matrix of the mount (thesis, eq. 28).
+    ``a_i = V_i a_B`` with the forward matrix of the mount (thesis, eq. 28). Positions are from the
+    origin of the position sheet [m]; a missing channel raises InputError.
     """
     positions = np.reshape([np.asarray(r, dtype=float) for r in mounts.values()], (-1, 3))
     forward = forward_matrices(positions - point.geometry.position)
@@ -379,19 +319,8 @@ def motion_at_mounts(
 def load_at_point(cells: Sequence[Sensor], measured: Spectrum, position: npt.ArrayLike) -> Spectrum:
     """Return the sum of the forces of several cells, and their moment about a point.
 
-    Parameters
-    ----------
-    cells : sequence of Sensor
-        All cells that carry the body or mount; a sum cannot do without one of them.
-    measured : Spectrum
-        Spectra of at least their channels, else InputError [N].
-    position : array, shape (3,)
-        Point, from the origin of the position sheet [m].
-
-    Returns
-    -------
-    Spectrum
-        Channels ``fx fy fz mx my mz``, in the unit of `measured`, moments times metre.
+    Channels ``fx fy fz mx my mz``, in the unit of `measured`, moments times metre. A sum cannot do
+    without one of the cells: a missing channel raises InputError.
 
     Notes
     -----
@@ -411,20 +340,8 @@ def virtual_point_frf(
 ) -> Frf:
     """Return frequency response functions at virtual points: of responses, of forces or both.
 
-    Parameters
-    ----------
-    measured : Frf
-        Functions of at least the channels of the given virtual points, else InputError.
-    response : VirtualPoint, optional
-        Virtual point of the motion sensors; without it the outputs stay channels.
-    excitation : VirtualPoint, optional
-        Virtual point of the points of excitation; without it the inputs stay channels.
-
-    Returns
-    -------
-    Frf
-        Outputs ``x … rz``, inputs ``fx … mz`` on each transformed side, in the unit of `measured`;
-        per metre for each rotation or moment.
+    Outputs ``x … rz``, inputs ``fx … mz`` on each transformed side, in the unit of `measured`; per
+    metre for each rotation or moment. A missing channel raises InputError.
 
     Notes
     -----

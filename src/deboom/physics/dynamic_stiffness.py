@@ -16,10 +16,8 @@ def displacement_from_acceleration(
 
     Parameters
     ----------
-    acceleration : array, shape (n_frequency, ...)
-        Complex amplitudes [m/s²].
-    frequency : array, shape (n_frequency,)
-        Lines above 0 Hz, else InputError [Hz].
+    acceleration : array, shape (n_frequency, ...) — complex amplitudes [m/s²]
+    frequency : array, shape (n_frequency,) — lines above 0 Hz, else InputError [Hz]
     """
     values = np.asarray(acceleration, dtype=complex)
     lines = np.asarray(frequency, dtype=float)
@@ -38,8 +36,7 @@ def dynamic_stiffness(force: npt.ArrayLike, displacement: npt.ArrayLike) -> Comp
 
     Parameters
     ----------
-    force : array, shape (...)
-        Force on the receiver at the virtual point, complex amplitudes [N].
+    force : array, shape (...) — force on the receiver at the virtual point, complex amplitudes [N]
     displacement : array, shape (...)
         Displacement of the source relative to the receiver there, nowhere 0, else InputError [m].
 
@@ -81,6 +78,9 @@ def stiffness_hv(
 ) -> ComplexArray:
     """Return the dynamic stiffness over repeats with noise in both: the default.
 
+    Raises InputError: shapes that differ, a noise ratio that is not positive and finite, or force
+    and displacement that have nothing in common.
+
     Parameters
     ----------
     force, displacement : array, shape (..., n_repeat)
@@ -91,14 +91,7 @@ def stiffness_hv(
 
     Returns
     -------
-    array, shape (...)
-        Dynamic stiffness [N/m].
-
-    Raises
-    ------
-    InputError
-        Shapes that differ, a noise ratio that is not positive and finite, or force and displacement
-        that have nothing in common.
+    array, shape (...) — dynamic stiffness [N/m]
 
     Notes
     -----
@@ -138,8 +131,7 @@ def force_at_virtual_point(
     force_transfer_matrix : array, shape (3, 3)
         Cells' force per force at the virtual point, averaged over frequency [1]; without an inverse
         it raises InputError.
-    measured_force : array, shape (..., 3)
-        Complex amplitudes [N].
+    measured_force : array, shape (..., 3) — complex amplitudes [N]
 
     Notes
     -----
@@ -162,10 +154,8 @@ def kelvin_voigt(
 
     Parameters
     ----------
-    frequency : array, shape (...)
-        Lines [Hz].
-    stiffness, damping : array, broadcastable
-        Spring [N/m] and damper [N s/m].
+    frequency : array, shape (...) — lines [Hz]
+    stiffness, damping : array, broadcastable — spring [N/m] and damper [N s/m]
     """
     omega = 2 * np.pi * np.asarray(frequency, dtype=float)
     loss = omega * np.asarray(damping, dtype=float)

@@ -37,22 +37,10 @@ class ElasticCentre:
 
 
 def residual_coupling(stiffness: npt.ArrayLike) -> float:
-    """Return how much translations and rotations are coupled by a 6×6 stiffness.
+    """Return how much translations and rotations are coupled by a 6×6 stiffness, 0 to 1 [1].
 
-    Parameters
-    ----------
-    stiffness : array, shape (6, 6)
-        Real, symmetric and positive definite stiffness [N/m, N/rad, N m/rad].
-
-    Returns
-    -------
-    float
-        0 (a force gives a pure translation, a moment a pure rotation) to 1 [1].
-
-    Raises
-    ------
-    InputError
-        Complex, asymmetric or not positive definite.
+    0: a force gives a pure translation, a moment a pure rotation. Raises InputError: a stiffness
+    that is complex, asymmetric or not positive definite.
 
     Notes
     -----
@@ -71,15 +59,7 @@ def residual_coupling(stiffness: npt.ArrayLike) -> float:
 def centre_of_stiffness(stiffness: npt.ArrayLike) -> ElasticCentre:
     """Return the point at which the coupling block of the stiffness is symmetric.
 
-    Parameters
-    ----------
-    stiffness : array, shape (6, 6)
-        Real, symmetric and positive definite stiffness [N/m, N/rad, N m/rad].
-
-    Raises
-    ------
-    InputError
-        Complex, asymmetric or not positive definite.
+    Raises InputError: a stiffness (6, 6) that is complex, asymmetric or not positive definite.
 
     Notes
     -----
@@ -99,44 +79,21 @@ def centre_of_stiffness(stiffness: npt.ArrayLike) -> ElasticCentre:
 def centre_of_compliance(stiffness: npt.ArrayLike) -> ElasticCentre:
     """Return the point at which the coupling block of the compliance is symmetric.
 
-    Parameters
-    ----------
-    stiffness : array, shape (6, 6)
-        Real, symmetric and positive definite stiffness [N/m, N/rad, N m/rad].
-
-    Raises
-    ------
-    InputError
-        Complex, asymmetric or not positive definite.
+    Argument, errors and source as for `centre_of_stiffness`.
 
     Notes
     -----
     With ``C = K⁻¹``, ``C_xθ − skew(r) C_θθ`` is symmetric for
-    ``r = (tr(C_θθ) I − C_θθ)⁻¹ axial(C_xθ − C_xθᵀ)`` (Ciblak and Lipkin, see
-    `centre_of_stiffness`). It is the centre of stiffness where the coupling vanishes, and another
-    point where it does not.
+    ``r = (tr(C_θθ) I − C_θθ)⁻¹ axial(C_xθ − C_xθᵀ)``. It is the centre of stiffness where the
+    coupling vanishes, and another point where it does not.
     """
     return _static(dynamic_centre_of_compliance(_checked_static(stiffness)[np.newaxis]))
 
 
 def dynamic_coupling(stiffness: npt.ArrayLike) -> RealArray:
-    """Return how much translations and rotations are coupled by dynamic stiffnesses.
+    """Return how much translations and rotations are coupled, 0 and up, shape (n_frequency,) [1].
 
-    Parameters
-    ----------
-    stiffness : array, shape (n_frequency, 6, 6)
-        Complex, symmetric: ``K`` of a mount, ``K − ω²M`` of a mounted body
-        [N/m, N/rad, N m/rad].
-
-    Returns
-    -------
-    array, shape (n_frequency,)
-        0 (none) and up [1].
-
-    Raises
-    ------
-    InputError
-        Another shape, not symmetric, or a block without an inverse.
+    Argument as for `dynamic_centre_of_stiffness`; a block without an inverse raises InputError.
 
     Notes
     -----
@@ -160,16 +117,12 @@ def dynamic_coupling(stiffness: npt.ArrayLike) -> RealArray:
 def dynamic_centre_of_stiffness(stiffness: npt.ArrayLike) -> ElasticCentre:
     """Return the dynamic elastic centre: where the coupling block is most symmetric, per line.
 
+    Raises InputError: a stiffness that is not symmetric, or along one axis alone.
+
     Parameters
     ----------
     stiffness : array, shape (n_frequency, 6, 6)
-        Complex, symmetric: ``K`` of a mount, ``K − ω²M`` of a mounted body
-        [N/m, N/rad, N m/rad].
-
-    Raises
-    ------
-    InputError
-        Another shape, not symmetric, or a stiffness along one axis alone.
+        Complex, symmetric: ``K`` of a mount, ``K − ω²M`` of a mounted body [N/m, N/rad, N m/rad].
 
     Notes
     -----
@@ -185,21 +138,8 @@ def dynamic_centre_of_stiffness(stiffness: npt.ArrayLike) -> ElasticCentre:
 def dynamic_centre_of_compliance(stiffness: npt.ArrayLike) -> ElasticCentre:
     """Return the point where the coupling block of the compliance is most symmetric, per line.
 
-    Parameters
-    ----------
-    stiffness : array, shape (n_frequency, 6, 6)
-        Complex, symmetric: ``K`` of a mount, ``K − ω²M`` of a mounted body
-        [N/m, N/rad, N m/rad].
-
-    Raises
-    ------
-    InputError
-        Another shape, not symmetric, or a stiffness without an inverse.
-
-    Notes
-    -----
-    `centre_of_compliance` at each line. Where it meets `dynamic_centre_of_stiffness`, a force at
-    the point gives a translation alone and a moment a rotation alone.
+    `centre_of_compliance` at each line; argument and errors as for `dynamic_centre_of_stiffness`.
+    Where both meet, a force at the point gives a translation alone and a moment a rotation alone.
     """
     matrix = _checked_lines(stiffness)
     try:
@@ -284,16 +224,14 @@ class ReducedMount:
         the virtual point [N/m, N/rad, N m/rad].
     one_point : array, shape (n_frequency, 6, 6)
         Load on the receiver per motion of the source relative to the receiver.
-    translations : array, shape (n_frequency, 3)
-        First three diagonal entries of `one_point` [N/m].
+    translations : array, shape (n_frequency, 3) — first three diagonal entries of `one_point` [N/m]
     condensation_error : array, shape (n_frequency,)
         Error of the load on the receiver, 12×12 → 6×6, relative to the largest load, over all
         motions of both ends [1]: mass of the mount, and whatever carries load to ground.
     translation_error : array, shape (n_frequency,)
         Error of the load on the receiver, 6×6 → 3, relative to the largest load, over all relative
         motions [1]: rotations, and axes that are coupled.
-    length : float
-        Length at which a rotation counts as much as a translation [m].
+    length : float — length at which a rotation counts as much as a translation [m]
     """
 
     both_ends: ComplexArray
@@ -312,21 +250,18 @@ def reduce_mount(
 ) -> ReducedMount:
     """Reduce a mount from twelve motions to six, and to three.
 
+    Raises InputError: another shape, a stiffness that is not reciprocal, or a length that is not
+    positive.
+
     Parameters
     ----------
     stiffness : array, shape (n_frequency, 12, 12)
         Loads on the mount at its source end, then its receiver end, per motions of these ends
         [N/m, N/rad, N m/rad]. Complex, reciprocal.
-    source_end, receiver_end : array, shape (3,)
-        Positions of the ends, from the virtual point [m].
+    source_end, receiver_end : array, shape (3,) — positions of the ends, from the virtual point [m]
     length : float
         Length at which a rotation counts as much as a translation, such as the size of the mount
         [m]; to be printed with the errors.
-
-    Raises
-    ------
-    InputError
-        Another shape, a stiffness that is not reciprocal, or a length that is not positive.
 
     Notes
     -----
@@ -374,24 +309,15 @@ def reduction_error_in_operation(
 ) -> tuple[RealArray, RealArray]:
     """Return what the two steps cost in the force on the receiver for one motion.
 
+    Norms of the error of the three forces, of 6×6 and of three translations against 12×12, over
+    their norm, each of shape (n_frequency,) [1]. A line without force raises InputError.
+
     Parameters
     ----------
-    mount : ReducedMount
-        Mount of n_frequency lines.
+    mount : ReducedMount — mount of n_frequency lines
     motion : array, shape (n_frequency, 12)
         Motion of the source end, then the receiver end, both at the virtual point, complex peak
         [m, rad].
-
-    Returns
-    -------
-    condensed, translational : array, shape (n_frequency,)
-        Norm of the error of the three forces, of 6×6 and of three translations against 12×12, over
-        their norm [1].
-
-    Raises
-    ------
-    InputError
-        Another shape, or a line without force.
 
     Notes
     -----

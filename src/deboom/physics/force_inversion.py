@@ -56,8 +56,7 @@ class Inversion:
 
     Parameters
     ----------
-    regularisation : Regularisation
-        Nothing, a cut, or a smooth damping of small singular values.
+    regularisation : Regularisation — nothing, a cut, or a smooth damping of small singular values
     amount : Choice or float
         Choice per line, or the same fraction of the largest singular value on all lines, 0 to 1,
         else InputError: singular values below it are left out, or it is Tikhonov's λ [1]. Without
@@ -95,8 +94,7 @@ class InvertedForces:
 
     Parameters
     ----------
-    force : array, shape (n_frequency, n_path)
-        Complex peak [N].
+    force : array, shape (n_frequency, n_path) — complex peak [N]
     condition_number : array, shape (n_frequency,)
         Condition number of the matrix with columns (and rows, where their noise was given) scaled
         [1].
@@ -131,6 +129,10 @@ def invert_for_forces(
 ) -> InvertedForces:
     """Find the forces that explain the responses of the indicators.
 
+    Raises InputError: shapes that disagree, values that are not finite, more unknown forces than
+    indicators, paths that no indicator sees or tells apart, noise that is not positive, a choice of
+    the amount without an indicator to spare.
+
     Parameters
     ----------
     matrix : array_like, shape (n_frequency, n_indicator, n_path)
@@ -138,19 +140,10 @@ def invert_for_forces(
         the assembled bodies blocked forces.
     response : array_like, shape (n_frequency, n_indicator)
         Responses in operation, complex peak [unit].
-    inversion : Inversion
-        Regularisation.
+    inversion : Inversion — regularisation
     noise : array_like, shape (n_indicator,) or (n_frequency, n_indicator), optional
         Standard deviation of each response [unit]; by default all alike. Rows are divided by it.
-    path_names : sequence of str, optional
-        Names for messages; by default ``path 0``, …
-
-    Raises
-    ------
-    InputError
-        Shapes that disagree, values that are not finite, more unknown forces than indicators,
-        paths that no indicator sees or tells apart, noise that is not positive, a choice of the
-        amount without an indicator to spare.
+    path_names : sequence of str, optional — names for messages; by default ``path 0``, …
 
     Notes
     -----
@@ -209,10 +202,8 @@ class Decomposition:
 
     Parameters
     ----------
-    left : array, shape (n_frequency, n_indicator, n_path)
-        Left singular vectors [1].
-    singular : array, shape (n_frequency, n_path)
-        Singular values, falling, above 0.
+    left : array, shape (n_frequency, n_indicator, n_path) — left singular vectors [1]
+    singular : array, shape (n_frequency, n_path) — singular values, falling, above 0
     responses : array, shape (n_frequency, n_indicator)
         Responses, scaled as the rows of the matrix.
     """
@@ -293,12 +284,9 @@ def cross_validation_scores(
 
     Parameters
     ----------
-    data : Decomposition
-        Responses of n_indicator sensors, more than there are paths.
-    filters : array, shape (n_frequency or 1, n_candidate, n_path)
-        Filter factors [1].
-    generalised : bool
-        ``‖r‖²/(n − Σφ)²`` instead of ``Σ (r_i/(1 − h_i))²``.
+    data : Decomposition — responses of n_indicator sensors, more than there are paths
+    filters : array, shape (n_frequency or 1, n_candidate, n_path) — filter factors [1]
+    generalised : bool — ``‖r‖²/(n − Σφ)²`` instead of ``Σ (r_i/(1 − h_i))²``
 
     Returns
     -------

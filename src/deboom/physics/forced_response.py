@@ -39,26 +39,19 @@ def forced_response(
 ) -> ComplexArray:
     """Return the displacement under harmonic loads, ``(K − ω²M) q = F``, solved line by line.
 
+    Raises InputError: loads that do not fit, or an undamped system in resonance.
+
     Parameters
     ----------
-    mass_matrix : array, shape (n, n)
-        Mass matrix [kg, kg m, kg m²].
+    mass_matrix : array, shape (n, n) — mass matrix [kg, kg m, kg m²]
     stiffness : array, shape (n_frequency, n, n) or (n, n)
         Complex stiffness at the same point [N/m, N/rad, N m/rad].
-    force : array, shape (n_frequency, n)
-        Complex amplitudes [N, N m].
-    frequency : array, shape (n_frequency,)
-        Lines [Hz].
+    force : array, shape (n_frequency, n) — complex amplitudes [N, N m]
+    frequency : array, shape (n_frequency,) — lines [Hz]
 
     Returns
     -------
-    array, shape (n_frequency, n)
-        Complex amplitudes [m, rad].
-
-    Raises
-    ------
-    InputError
-        Loads that do not fit, or an undamped system in resonance.
+    array, shape (n_frequency, n) — complex amplitudes [m, rad]
 
     Notes
     -----
@@ -91,15 +84,13 @@ def modal_superposition(
     ----------
     mass_matrix, force, frequency
         As for `forced_response`.
-    stiffness : array, shape (n, n)
-        Real, static stiffness [N/m, N/rad, N m/rad].
+    stiffness : array, shape (n, n) — real, static stiffness [N/m, N/rad, N m/rad]
     gain : array, shape (n_frequency,)
         Complex dynamic gain v: the stiffness of a line is ``v K`` [1].
 
     Returns
     -------
-    array, shape (n_frequency, n)
-        Complex amplitudes [m, rad]; errors as of `rigid_body_modes`.
+    array, shape (n_frequency, n) — complex amplitudes [m, rad]; errors as of `rigid_body_modes`
 
     Notes
     -----
@@ -126,8 +117,7 @@ class SteadyState:
         Displacement of the body, complex amplitudes [m, rad].
     amplitude : array, shape (n_frequency, n_amplitude)
         Amplitudes on which the stiffness depends [m].
-    iterations : int
-        Iterations of the slowest line.
+    iterations : int — iterations of the slowest line
     """
 
     displacement: ComplexArray
@@ -149,6 +139,10 @@ def amplitude_dependent_response(
 ) -> SteadyState:
     """Return the displacement under harmonic loads when the stiffness depends on the amplitude.
 
+    Raises InputError: an option out of range, or loads that do not fit. Raises ConvergenceError: no
+    steady state within `max_iterations`, or a stiffness that is not finite; with the frequency of
+    the line.
+
     Parameters
     ----------
     mass_matrix, force, frequency
@@ -161,20 +155,10 @@ def amplitude_dependent_response(
         forward matrices of the mounts.
     start : float or array, shape (n_frequency, n_amplitude)
         Amplitudes to begin with, above 0 [m]; those of a neighbouring design are a warm start.
-    tolerance : float
-        Largest change of the logarithm of an amplitude at the end [1].
+    tolerance : float — largest change of the logarithm of an amplitude at the end [1]
     relaxation : float
         Share of each step that is taken, 0 to 1; below 1 calms an iteration that swings.
-    max_iterations : int
-        Number of iterations after which it is given up.
-
-    Raises
-    ------
-    InputError
-        An option out of range, or loads that do not fit.
-    ConvergenceError
-        No steady state within `max_iterations`, or a stiffness that is not finite; with the
-        frequency of the line.
+    max_iterations : int — number of iterations after which it is given up
 
     Notes
     -----

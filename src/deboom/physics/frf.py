@@ -54,6 +54,9 @@ def convert(
 ) -> ComplexArray:
     """Convert a matrix of frequency response functions from one form to another.
 
+    Raises InputError: shapes that disagree, 0 Hz where it is divided by, or a matrix without an
+    inverse.
+
     Parameters
     ----------
     values : array, shape (n_frequency, n_output, n_input)
@@ -62,11 +65,6 @@ def convert(
         Lines [Hz]; above 0 where a power of ω has to be divided by.
     source, target : FrfForm
         Present and wanted form; outputs and inputs change places from one to its inverse.
-
-    Raises
-    ------
-    InputError
-        Shapes that disagree, 0 Hz where it is divided by, or a matrix without an inverse.
 
     Notes
     -----
@@ -99,8 +97,7 @@ def scaled_condition_number(values: npt.ArrayLike, form: FrfForm, length: float)
 
     Parameters
     ----------
-    values : array, shape (..., 6, 6)
-        Functions in the order x y z rx ry rz, SI units.
+    values : array, shape (..., 6, 6) — functions in the order x y z rx ry rz, SI units
     form : FrfForm
         Their form: motions are multiplied, and loads divided, by `length` where they rotate.
     length : float
@@ -140,6 +137,8 @@ def _inverse(matrix: ComplexArray, frequency: RealArray) -> ComplexArray:
 def mac(a: npt.ArrayLike, b: npt.ArrayLike) -> RealArray:
     """Return the modal assurance criterion of two curves, ``|aᴴ b|² / (aᴴ a · bᴴ b)``.
 
+    Raises InputError: different numbers of lines, or a curve that is zero on all lines.
+
     Parameters
     ----------
     a, b : array_like, shape (n_frequency, ...)
@@ -148,13 +147,7 @@ def mac(a: npt.ArrayLike, b: npt.ArrayLike) -> RealArray:
 
     Returns
     -------
-    array, shape (...)
-        0 (nothing in common) to 1 (one is a complex multiple of the other) [1].
-
-    Raises
-    ------
-    InputError
-        Different numbers of lines, or a curve that is zero on all lines.
+    array, shape (...) — 0 (nothing in common) to 1 (one is a complex multiple of the other) [1]
 
     Notes
     -----
@@ -226,16 +219,11 @@ class CrossSpectra:
 
     Parameters
     ----------
-    frequency : array, shape (n_frequency,)
-        Lines from 0 [Hz].
-    input_auto : array, shape (n_frequency, n_input, n_input)
-        ``E[X_a X_b*]``.
-    output_input : array, shape (n_frequency, n_output, n_input)
-        ``E[Y_a X_b*]``.
-    output_auto : array, shape (n_frequency, n_output, n_output)
-        ``E[Y_a Y_b*]``.
-    n_averages : int
-        Number of blocks, at least 1.
+    frequency : array, shape (n_frequency,) — lines from 0 [Hz]
+    input_auto : array, shape (n_frequency, n_input, n_input) — ``E[X_a X_b*]``
+    output_input : array, shape (n_frequency, n_output, n_input) — ``E[Y_a X_b*]``
+    output_auto : array, shape (n_frequency, n_output, n_output) — ``E[Y_a Y_b*]``
+    n_averages : int — number of blocks, at least 1
 
     Notes
     -----
@@ -285,14 +273,14 @@ def cross_spectra(
 ) -> CrossSpectra:
     """Average the one-sided spectra of blocks that were sampled together.
 
+    Raises InputError: shapes that disagree, fewer than two samples, a value that is not finite, a
+    rate that is not positive, or a window of zeros.
+
     Parameters
     ----------
-    inputs : array, shape (n_block, n_sample, n_input)
-        Excitation, such as force [N].
-    outputs : array, shape (n_block, n_sample, n_output)
-        Response, such as acceleration [m/s²].
-    rate : float
-        Samples per second [Hz].
+    inputs : array, shape (n_block, n_sample, n_input) — excitation, such as force [N]
+    outputs : array, shape (n_block, n_sample, n_output) — response, such as acceleration [m/s²]
+    rate : float — samples per second [Hz]
     input_window, output_window : array, shape (n_sample,), optional
         Factors of every block; by default 1.
     scaling : SpectrumScaling
@@ -301,14 +289,7 @@ def cross_spectra(
 
     Returns
     -------
-    CrossSpectra
-        ``n_sample // 2 + 1`` lines, ``rate / n_sample`` apart.
-
-    Raises
-    ------
-    InputError
-        Shapes that disagree, fewer than two samples, a value that is not finite, a rate that is
-        not positive, or a window of zeros.
+    CrossSpectra — ``n_sample // 2 + 1`` lines, ``rate / n_sample`` apart
 
     Notes
     -----
@@ -367,21 +348,9 @@ def _scale(scaling: SpectrumScaling, first: RealArray, second: RealArray, rate: 
 
 
 def overlapping_blocks(record: npt.ArrayLike, length: int, step: int) -> RealArray:
-    """Cut a long record into blocks for Welch's average; samples after the last block are left.
+    """Cut a record (n_sample, n_channel) into blocks (n_block, length, n_channel) to average.
 
-    Parameters
-    ----------
-    record : array, shape (n_sample, n_channel)
-        Samples [unit].
-    length : int
-        Samples of a block.
-    step : int
-        Samples from one block's begin to the next one's, 1 to `length`.
-
-    Returns
-    -------
-    array, shape (n_block, length, n_channel)
-        Blocks [unit].
+    Blocks begin `step` samples apart, 1 to `length`; samples after the last whole block are left.
     """
     values = np.asarray(record, dtype=float)
     if values.ndim != 2 or not 2 <= length <= values.shape[0]:
@@ -400,8 +369,7 @@ def effective_averages(window: npt.ArrayLike, step: int, n_block: int) -> float:
 
     Parameters
     ----------
-    window : array, shape (n_sample,)
-        Window of every block.
+    window : array, shape (n_sample,) — window of every block
     step, n_block : int
         Samples from one block's begin to the next one's, and number of blocks, from 1.
 
@@ -424,20 +392,16 @@ def effective_averages(window: npt.ArrayLike, step: int, n_block: int) -> float:
 def h1(spectra: CrossSpectra) -> ComplexArray:
     """Estimate frequency response functions for noise in the outputs, ``H = G_yx G_xx⁻¹``.
 
+    Raises InputError: a line without input, fewer averages than inputs, or inputs that depend on
+    each other.
+
     Parameters
     ----------
-    spectra : CrossSpectra
-        Spectra of one input or of several that acted together.
+    spectra : CrossSpectra — spectra of one input or of several that acted together
 
     Returns
     -------
-    array, shape (n_frequency, n_output, n_input)
-        Functions [output unit / input unit].
-
-    Raises
-    ------
-    InputError
-        A line without input, fewer averages than inputs, or inputs that depend on each other.
+    array, shape (n_frequency, n_output, n_input) — functions [output unit / input unit]
 
     Notes
     -----
@@ -455,21 +419,8 @@ def h1(spectra: CrossSpectra) -> ComplexArray:
 def h2(spectra: CrossSpectra) -> ComplexArray:
     """Estimate frequency response functions for noise in the inputs, ``H = G_yy G_xy⁻¹``.
 
-    Parameters
-    ----------
-    spectra : CrossSpectra
-        Spectra of one input; or of several, with as many outputs.
-
-    Returns
-    -------
-    array, shape (n_frequency, n_output, n_input)
-        Functions [output unit / input unit].
-
-    Raises
-    ------
-    InputError
-        Several inputs and another number of outputs, outputs or inputs that depend on each other,
-        or output and input without anything in common at a line.
+    Raises InputError: several inputs and another number of outputs, outputs or inputs that depend
+    on each other, or output and input without anything in common at a line.
 
     Notes
     -----
@@ -495,24 +446,19 @@ def h2(spectra: CrossSpectra) -> ComplexArray:
 def hv(spectra: CrossSpectra, noise_ratio: npt.ArrayLike | None = None) -> ComplexArray:
     """Estimate frequency response functions for noise in inputs and outputs.
 
+    Raises InputError: a noise ratio that is not positive and finite, a line without input or
+    output, fewer averages than inputs, or inputs that depend on each other.
+
     Parameters
     ----------
-    spectra : CrossSpectra
-        Spectra of one input or of several that acted together.
+    spectra : CrossSpectra — spectra of one input or of several that acted together
     noise_ratio : float or array, broadcastable to (n_frequency, n_output, n_input), optional
         Standard deviation of the noise of the output over that of the input [output unit / input
         unit]. By default noise is taken to be the same fraction of each channel.
 
     Returns
     -------
-    array, shape (n_frequency, n_output, n_input)
-        Functions [output unit / input unit].
-
-    Raises
-    ------
-    InputError
-        A noise ratio that is not positive and finite, a line without input or output, fewer
-        averages than inputs, or inputs that depend on each other.
+    array, shape (n_frequency, n_output, n_input) — functions [output unit / input unit]
 
     Notes
     -----
@@ -549,17 +495,10 @@ def hv(spectra: CrossSpectra, noise_ratio: npt.ArrayLike | None = None) -> Compl
 
 
 def coherence(spectra: CrossSpectra) -> RealArray:
-    """Return the ordinary coherence of each output with each input, ``|G_yx|² / G_xx G_yy``.
+    """Return the ordinary coherence of each output with each input, ``|G_yx|² / G_xx G_yy`` [1].
 
-    Returns
-    -------
-    array, shape (n_frequency, n_output, n_input)
-        0 … 1 [1]; 0 where input or output is silent.
-
-    Raises
-    ------
-    InputError
-        One average only, whose coherence is 1 whatever was measured; a coherence above 1.
+    0 where input or output is silent. Raises InputError: one average only, whose coherence is 1
+    whatever was measured; a coherence above 1.
     """
     _needs_averages(spectra, 1)
     power = spectra.output_power[:, :, np.newaxis] * spectra.input_power[:, np.newaxis]
@@ -567,21 +506,10 @@ def coherence(spectra: CrossSpectra) -> RealArray:
 
 
 def multiple_coherence(spectra: CrossSpectra) -> RealArray:
-    """Return the share of each output's power that all inputs together explain.
+    """Return the share of each output's power that all inputs explain, (n_frequency, n_output) [1].
 
-    Returns
-    -------
-    array, shape (n_frequency, n_output)
-        0 … 1 [1]; with one input, its ordinary coherence.
-
-    Raises
-    ------
-    InputError
-        Not more averages than inputs, inputs that depend on each other, a coherence above 1.
-
-    Notes
-    -----
-    ``G_yx G_xx⁻¹ G_xy / G_yy`` (Bendat and Piersol, Random Data, 4th ed., eq. 7.35).
+    ``G_yx G_xx⁻¹ G_xy / G_yy`` (Bendat and Piersol, Random Data, 4th ed., eq. 7.35). Errors as of
+    `coherence`, and inputs that depend on each other.
     """
     _needs_averages(spectra, spectra.input_auto.shape[1])
     explained = np.sum(h1(spectra) * np.conj(spectra.output_input), axis=2).real
@@ -589,22 +517,13 @@ def multiple_coherence(spectra: CrossSpectra) -> RealArray:
 
 
 def partial_coherence(spectra: CrossSpectra) -> RealArray:
-    """Return the coherence of each output with one input, less what the other inputs explain.
-
-    Returns
-    -------
-    array, shape (n_frequency, n_output, n_input)
-        0 … 1 [1]; with one input, its ordinary coherence.
-
-    Raises
-    ------
-    InputError
-        Not more averages than inputs, or inputs that depend on each other.
+    """Return the coherence of each output with one input, less what the other inputs explain [1].
 
     Notes
     -----
     Ordinary coherence of the conditioned spectra ``G_ab·r = G_ab − G_ar G_rr⁻¹ G_rb`` with the
-    other inputs r (Bendat and Piersol, Random Data, 4th ed., section 7.3).
+    other inputs r (Bendat and Piersol, Random Data, 4th ed., section 7.3). Errors as of
+    `multiple_coherence`.
     """
     n_input = spectra.input_auto.shape[1]
     if n_input == 1:
@@ -694,25 +613,20 @@ def _coherent(values: RealArray, spectra: CrossSpectra) -> RealArray:
 def magnitude_error(coherence: npt.ArrayLike, n_averages: float, n_inputs: int = 1) -> RealArray:
     """Return the relative standard deviation of |H| by chance.
 
+    Raises InputError: a coherence outside 0 … 1, or not more averages than inputs.
+
     Parameters
     ----------
     coherence : array, shape (...)
         Ordinary coherence with one input, partial with several, 0 … 1 [1].
-    n_averages : float
-        Independent averages, above `n_inputs` [1].
-    n_inputs : int
-        Number of inputs that acted together.
+    n_averages : float — independent averages, above `n_inputs` [1]
+    n_inputs : int — number of inputs that acted together
 
     Returns
     -------
     array, shape (...)
         Error [1]; infinite where the coherence is 0. Beyond `LARGEST_VALID_ERROR` it says "large"
         and no more.
-
-    Raises
-    ------
-    InputError
-        A coherence outside 0 … 1, or not more averages than inputs.
 
     Notes
     -----
@@ -773,14 +687,11 @@ def force_window(
 
     Parameters
     ----------
-    n_sample : int
-        Samples of a block.
-    rate : float
-        Samples per second [Hz].
+    n_sample : int — samples of a block
+    rate : float — samples per second [Hz]
     begin, end : float
         Flat part, from the first sample of the block [s]; without a sample in it, InputError.
-    taper : float
-        Duration of the rise before `begin` and of the fall after `end` [s].
+    taper : float — duration of the rise before `begin` and of the fall after `end` [s]
 
     Notes
     -----
@@ -806,14 +717,10 @@ def exponential_window(
 
     Parameters
     ----------
-    n_sample : int
-        Samples of a block.
-    rate : float
-        Samples per second [Hz].
-    time_constant : float
-        τ, above 0, else InputError [s].
-    begin : float
-        Time of the blow, where it is 1, from the first sample of the block [s].
+    n_sample : int — samples of a block
+    rate : float — samples per second [Hz]
+    time_constant : float — τ, above 0, else InputError [s]
+    begin : float — time of the blow, where it is 1, from the first sample of the block [s]
 
     Notes
     -----
@@ -831,18 +738,13 @@ def exponential_window(
 def corrected_pole(pole: npt.ArrayLike, time_constant: float) -> ComplexArray:
     """Return the pole of the body out of the one fitted to windowed data, ``s = s_fitted + 1/τ``.
 
+    Raises InputError: a time constant that is not positive, or a pole that the window alone would
+    move further than it lies: no decay is left.
+
     Parameters
     ----------
-    pole : array, shape (...)
-        Fitted pole, ``−ζω + jω√(1 − ζ²)`` [rad/s].
-    time_constant : float
-        τ of the exponential window of force and response [s].
-
-    Raises
-    ------
-    InputError
-        A time constant that is not positive, or a pole that the window alone would move further
-        than it lies: no decay is left.
+    pole : array, shape (...) — fitted pole, ``−ζω + jω√(1 − ζ²)`` [rad/s]
+    time_constant : float — τ of the exponential window of force and response [s]
 
     Notes
     -----
@@ -865,16 +767,8 @@ def corrected_damping_ratio(
 ) -> RealArray:
     """Return the damping ratio of the body out of the one fitted to windowed data [1].
 
-    Parameters
-    ----------
-    damping_ratio, frequency : array, shape (...)
-        Fitted ζ [1] and undamped natural frequency |s|/2π [Hz].
-    time_constant : float
-        τ of the exponential window of force and response [s].
-
-    Notes
-    -----
-    ``−Re s / |s|`` of the corrected pole; for small damping ``ζ − 1/(ω τ)``.
+    ``−Re s / |s|`` of the corrected pole, for small damping ``ζ − 1/(ω τ)``; from fitted ζ [1] and
+    undamped natural frequency |s|/2π [Hz], and τ of the window [s].
     """
     zeta, omega = np.broadcast_arrays(
         np.asarray(damping_ratio, dtype=float), 2 * np.pi * np.asarray(frequency, dtype=float)

@@ -32,20 +32,7 @@ _STEEPEST = 1e13
 
 
 def frequency_of_order(rpm: npt.ArrayLike, order: float) -> RealArray:
-    """Return the frequency of an order at a speed, ``f = order · rpm / 60``.
-
-    Parameters
-    ----------
-    rpm : array_like, any shape
-        Shaft speed [1/min].
-    order : float
-        Cycles per revolution, positive and finite, else InputError [1].
-
-    Returns
-    -------
-    array, same shape
-        Frequency [Hz].
-    """
+    """Return the frequency of an order at a speed [1/min], ``f = order · rpm / 60`` [Hz]."""
     return np.asarray(_checked_order(order) * np.asarray(rpm, dtype=float) / 60)
 
 
@@ -57,13 +44,6 @@ def rpm_of_frequency(frequency: npt.ArrayLike, order: float) -> RealArray:
 def dominant_order(cylinders: int) -> float:
     """Return the firing order of a four-stroke engine: 1.5 for three cylinders, 2 for four.
 
-    Parameters
-    ----------
-    cylinders : int
-        Number of cylinders, a whole number from 1, else InputError.
-
-    Notes
-    -----
     Each cylinder fires once in two revolutions, hence ``cylinders / 2``; valid for evenly spaced
     firing.
     """
@@ -86,14 +66,14 @@ def lower_rate(
 ) -> tuple[RealArray, float]:
     """Return every n-th sample of low-pass filtered records, without delay.
 
+    Raises InputError: fewer than four samples per period of the highest frequency, or a record
+    shorter than the filter.
+
     Parameters
     ----------
-    values : array, shape (n_sample, n_channel)
-        Samples [unit].
-    rate : float
-        Samples per second [Hz].
-    highest_frequency : float
-        Frequency up to which the records must stay as they are [Hz].
+    values : array, shape (n_sample, n_channel) — samples [unit]
+    rate : float — samples per second [Hz]
+    highest_frequency : float — frequency up to which the records must stay as they are [Hz]
 
     Returns
     -------
@@ -102,12 +82,6 @@ def lower_rate(
     rate : float
         A whole fraction of the old one, at least ten times the highest frequency, or the old one
         [Hz].
-
-    Raises
-    ------
-    InputError
-        Fewer than four samples per period of the highest frequency, or a record shorter than the
-        filter.
 
     Notes
     -----
@@ -153,28 +127,20 @@ def angular_resample(
 ) -> tuple[RealArray, RealArray]:
     """Resample time records at equal steps of shaft angle.
 
+    Raises InputError: shapes that disagree, values that are not finite, a shaft that turns back,
+    fewer than one sample per revolution, or a record too short to interpolate.
+
     Parameters
     ----------
-    values : array, shape (n_sample, n_channel)
-        Samples [unit].
-    angle : array, shape (n_sample,)
-        Shaft angle at each sample, increasing [rad].
-    samples_per_revolution : int
-        Number of new samples, see `samples_needed`.
+    values : array, shape (n_sample, n_channel) — samples [unit]
+    angle : array, shape (n_sample,) — shaft angle at each sample, increasing [rad]
+    samples_per_revolution : int — number of new samples, see `samples_needed`
 
     Returns
     -------
     revolution : array, shape (n_angle,)
-        Shaft angle of the new samples, in whole steps of one over `samples_per_revolution` from the
-        zero mark [rev].
-    resampled : array, shape (n_angle, n_channel)
-        New samples [unit].
-
-    Raises
-    ------
-    InputError
-        Shapes that disagree, values that are not finite, a shaft that turns back, fewer than one
-        sample per revolution, or a record too short to interpolate.
+        Shaft angle of the new samples, whole steps from the zero mark [rev].
+    resampled : array, shape (n_angle, n_channel) — new samples [unit]
 
     Notes
     -----
@@ -208,28 +174,21 @@ def order_amplitudes(
 ) -> ComplexArray:
     """Return complex amplitudes of orders, each over a Hann window about a shaft angle.
 
+    Raises InputError: an order that is not positive, a window that leaves the record or is too
+    short for an order.
+
     Parameters
     ----------
-    revolution : array, shape (n_angle,)
-        Equidistant shaft angles from `angular_resample` [rev].
-    resampled : array, shape (n_angle, n_channel)
-        Samples there [unit].
-    order : array, shape (n_order,)
-        Cycles per revolution [1].
-    centre : array, shape (n_line,)
-        Middle of the window of each line [rev].
-    revolutions : float
-        Length of the window [rev].
+    revolution : array, shape (n_angle,) — equidistant shaft angles from `angular_resample` [rev]
+    resampled : array, shape (n_angle, n_channel) — samples there [unit]
+    order : array, shape (n_order,) — cycles per revolution [1]
+    centre : array, shape (n_line,) — middle of the window of each line [rev]
+    revolutions : float — length of the window [rev]
 
     Returns
     -------
     array, shape (n_line, n_order, n_channel)
         Peak amplitudes A, so that an order is ``Re(A e^{j order · angle})`` [unit].
-
-    Raises
-    ------
-    InputError
-        An order that is not positive, a window that leaves the record or is too short for an order.
 
     Notes
     -----
@@ -270,16 +229,8 @@ def order_amplitudes(
 def hann_bandwidth(rpm: npt.ArrayLike, revolutions: float) -> RealArray:
     """Return the full width between the half-power points of computed order tracking [Hz].
 
-    Parameters
-    ----------
-    rpm : array_like, any shape
-        Shaft speed in the middle of the window [1/min].
-    revolutions : float
-        Length of the Hann window [rev].
-
-    Notes
-    -----
-    ``B = 1.44 / (duration of the window)``; in orders ``1.44 / revolutions`` at every speed.
+    ``B = 1.44 / (duration of the window)`` at the speed in the middle of the window [1/min]; in
+    orders ``1.44 / revolutions`` at every speed.
     """
     return np.asarray(HANN_HALF_POWER_WIDTH * np.asarray(rpm, dtype=float) / (60 * revolutions))
 
@@ -294,20 +245,16 @@ def smear(sweep_rate: npt.ArrayLike, bandwidth: npt.ArrayLike) -> RealArray:
 
     Parameters
     ----------
-    sweep_rate : array_like
-        Rate of change of the order's frequency, either sign [Hz/s].
-    bandwidth : array_like, broadcasts with sweep_rate
-        Full width of the filter between its half-power points [Hz].
+    sweep_rate : array_like — rate of change of the order's frequency, either sign [Hz/s]
+    bandwidth : array_like — full width of the filter between its half-power points [Hz]
 
     Notes
     -----
     A ripple of period P over frequency passes at ``sweep_rate / P`` ripples per second; the filter
-    keeps half their power at ``bandwidth / 2``, hence ``P = 2 |sweep_rate| / bandwidth``: a ripple
-    of that period comes out at 1/√2 of its size, anything finer is smeared. A narrow filter
-    separates neighbouring orders and smears the run-up, a wide one the other way round.
-
-    It speaks of the record only. A lightly damped structure driven through its resonance lags
-    behind the steady state that the same speeds would bring; that is in the record.
+    keeps half their power at ``bandwidth / 2``, hence ``P = 2 |sweep_rate| / bandwidth``: anything
+    finer is smeared. A narrow filter separates neighbouring orders and smears the run-up. A lightly
+    damped structure driven through its resonance lags behind its steady state; that is in the
+    record.
     """
     return np.asarray(2 * np.abs(sweep_rate) / np.asarray(bandwidth, dtype=float))
 
@@ -317,8 +264,7 @@ def noise_amplitude(density: npt.ArrayLike, noise_bandwidth: npt.ArrayLike) -> R
 
     Parameters
     ----------
-    density : array_like
-        One-sided power density G of the noise about the order [unit²/Hz].
+    density : array_like — one-sided power density G of the noise about the order [unit²/Hz]
     noise_bandwidth : array_like, broadcasts with density
         Noise bandwidth B of an order spectrum [Hz].
     """
@@ -334,33 +280,27 @@ def vold_kalman(
 ) -> ComplexArray:
     """Return complex amplitudes of one or several orders in time, all solved together.
 
+    Raises InputError: shapes that disagree, values that are not finite, a shaft that turns back, a
+    bandwidth that is not positive, exceeds the frequency of an order or is too narrow for the rate,
+    or a number of poles other than 1, 2 and 3.
+
     Parameters
     ----------
-    values : array, shape (n_sample, n_channel)
-        Time records at a constant rate [unit].
+    values : array, shape (n_sample, n_channel) — time records at a constant rate [unit]
     phase : array, shape (n_sample, n_order)
         Angle of every order at each sample, ``order · shaft angle`` [rad]. Any tone whose phase is
         known can stand beside the orders; a column of zeros takes up the quasi-static part.
-    rate : float
-        Samples per second [Hz].
+    rate : float — samples per second [Hz]
     bandwidth : float or array, shape (n_order,)
         Full width between the half-power (−3 dB) points about each order [Hz]; an amplitude that
         changes faster than half of it is smoothed.
-    poles : int
-        1, 2 or 3: how steeply the filter falls beyond its bandwidth.
+    poles : int — 1, 2 or 3: how steeply the filter falls beyond its bandwidth
 
     Returns
     -------
     array, shape (n_sample, n_order, n_channel)
         Peak amplitudes A, so that the part of an order in the record is ``Re(A e^{j phase})``
         [unit]; for a column of zeros the quasi-static part itself.
-
-    Raises
-    ------
-    InputError
-        Shapes that disagree, values that are not finite, a shaft that turns back, a bandwidth
-        that is not positive, exceeds the frequency of an order or is too narrow for the rate, or a
-        number of poles other than 1, 2 and 3.
 
     Notes
     -----

@@ -15,18 +15,7 @@ from deboom.errors import InputError
 
 
 def skew(vector: npt.ArrayLike) -> RealArray:
-    """Return the matrix of the cross product, ``skew(r) @ b = r × b``.
-
-    Parameters
-    ----------
-    vector : array, shape (..., 3)
-        Vector in any unit.
-
-    Returns
-    -------
-    array, shape (..., 3, 3)
-        Antisymmetric matrix in the same unit.
-    """
+    """Return the matrix of the cross product, ``skew(r) @ b = r × b``, shape (..., 3, 3)."""
     x, y, z = np.moveaxis(np.asarray(vector, dtype=float), -1, 0)
     zero = np.zeros_like(x)
     rows = [[zero, -z, y], [z, zero, -x], [-y, x, zero]]
@@ -34,21 +23,11 @@ def skew(vector: npt.ArrayLike) -> RealArray:
 
 
 def rotation_matrix(angles: npt.ArrayLike) -> RealArray:
-    """Return the rotation ``R = Rz Ry Rx`` that turns local into global components.
+    """Return the rotation ``R = Rz Ry Rx``; its columns are the local axes in global components.
 
-    Parameters
-    ----------
-    angles : array, shape (..., 3)
-        Angles about the fixed axes x, then y, then z [rad].
-
-    Returns
-    -------
-    array, shape (..., 3, 3)
-        Matrix whose columns are the local axes in global components [1].
-
-    Notes
-    -----
-    In this order the axial axes of all mounts of the thesis's table 10 meet the compressor's axis.
+    Angles have shape (..., 3), about the fixed axes x, then y, then z [rad], the matrix (..., 3,
+    3). In this order the axial axes of all mounts of the thesis's table 10 meet the compressor's
+    axis.
     """
     angles = np.asarray(angles, dtype=float)
     (cx, cy, cz), (sx, sy, sz) = (np.moveaxis(f(angles), -1, 0) for f in (np.cos, np.sin))
@@ -66,21 +45,13 @@ def point_acceleration(
     angular_acceleration: npt.ArrayLike,
     angular_velocity: npt.ArrayLike,
 ) -> RealArray:
-    """Return the acceleration of a point of a rigid body, with the centripetal term.
+    """Return the acceleration of a point of a rigid body, with the centripetal term [m/s²].
 
     Parameters
     ----------
-    position : array, shape (..., 3)
-        Point, from the reference point of the body [m].
-    acceleration : array, shape (..., 3)
-        Acceleration of the reference point [m/s²].
-    angular_acceleration, angular_velocity : array, shape (..., 3)
-        Rotation of the body [rad/s², rad/s].
-
-    Returns
-    -------
-    array, shape (..., 3)
-        Acceleration of the point [m/s²].
+    position : array, shape (..., 3) — point, from the reference point of the body [m]
+    acceleration : array, shape (..., 3) — acceleration of the reference point [m/s²]
+    angular_acceleration, angular_velocity : array, shape (..., 3) — rotation [rad/s², rad/s]
 
     Notes
     -----
@@ -96,15 +67,8 @@ def point_acceleration(
 
 
 def forward_matrix(position: npt.ArrayLike) -> RealArray:
-    """Return the forward matrix of one point, ``V = [I, skew(r)ᵀ]``, shape (3, 6) [1, m/rad].
+    """Return the forward matrix of a point [m], ``V = [I, skew(r)ᵀ]``, shape (3, 6) [1, m/rad].
 
-    Parameters
-    ----------
-    position : array, shape (3,)
-        Point, from the reference point of the body [m].
-
-    Notes
-    -----
     Thesis, eq. 19-21 and 28: a row block, printed there as a column stack. Exact for accelerations
     but for the centripetal term, and for displacements of small rotation.
     """
@@ -114,25 +78,14 @@ def forward_matrix(position: npt.ArrayLike) -> RealArray:
 def forward_matrices(
     positions: npt.ArrayLike, orientations: npt.ArrayLike | None = None
 ) -> RealArray:
-    """Return the forward matrices of several points, one below the other.
+    """Return the forward matrices of several points, one below the other, shape (3 n, 6).
 
     Parameters
     ----------
-    positions : array, shape (n, 3)
-        Points, from the reference point of the body [m].
+    positions : array, shape (n, 3) — points, from the reference point of the body [m]
     orientations : array, shape (n, 3, 3), optional
         Rotation matrix of each sensor or mount, its local axes as columns; by default all are
         parallel to the body's axes.
-
-    Returns
-    -------
-    array, shape (3 n, 6)
-        Motion of the body → motion of the points, in their local axes [1, m/rad].
-
-    Raises
-    ------
-    InputError
-        Not three coordinates per point, or not one orientation per point.
 
     Notes
     -----
@@ -158,22 +111,13 @@ def forward_matrices(
 
 
 def shift_matrix(position: npt.ArrayLike) -> RealArray:
-    """Return χ, which takes the motion of a body at point E to its origin O, ``δ_O = χ δ_E``.
-
-    Parameters
-    ----------
-    position : array, shape (3,)
-        Point E, from O [m].
-
-    Returns
-    -------
-    array, shape (6, 6)
-        ``χ = [[I, skew(r)], [0, I]]`` [1, m].
+    """Return χ, which takes the motion of a body at point E [m] to its origin O, ``δ_O = χ δ_E``.
 
     Notes
     -----
-    From the same χ follow all shifts of thesis, eq. 3-5: loads ``F_E = χᵀ F_O``, stiffness and mass
-    ``K_E = χᵀ K_O χ``. Eq. 5 prints χ and χ⁻¹ in the place of χᵀ, which makes K_E asymmetric.
+    ``χ = [[I, skew(r)], [0, I]]``. From it follow all shifts of thesis, eq. 3-5: loads ``F_E = χᵀ
+    F_O``, stiffness and mass ``K_E = χᵀ K_O χ``. Eq. 5 prints χ and χ⁻¹ in the place of χᵀ, which
+    makes K_E asymmetric.
     """
     chi = np.eye(6)
     chi[:3, 3:] = skew(position)
@@ -186,15 +130,7 @@ def shift_load(load: RealOrComplexArray, position: npt.ArrayLike) -> RealOrCompl
 
 
 def shift_stiffness(stiffness: RealOrComplexArray, position: npt.ArrayLike) -> RealOrComplexArray:
-    """Refer a stiffness or mass, shape (..., 6, 6), to a point, ``K_E = χᵀ K_O χ``.
-
-    Parameters
-    ----------
-    stiffness : array, shape (..., 6, 6)
-        Stiffness at the origin [N/m, N/rad, N m/rad], or a mass matrix.
-    position : array, shape (3,)
-        New point, from the origin [m].
-    """
+    """Refer a stiffness or mass, shape (..., 6, 6), to a point [m], ``K_E = χᵀ K_O χ``."""
     chi = shift_matrix(position)
     return chi.T @ stiffness @ chi
 
@@ -206,10 +142,11 @@ def mount_stiffness_matrix(
 ) -> RealOrComplexArray:
     """Return the 6×6 stiffness of a body on mounts, ``K = Σ V_iᵀ diag(k_i) V_i``.
 
+    Raises InputError: not three stiffnesses per mount.
+
     Parameters
     ----------
-    positions : array, shape (n, 3)
-        Mounts, from the reference point of the body [m].
+    positions : array, shape (n, 3) — mounts, from the reference point of the body [m]
     stiffness : array, shape (..., n, 3) or (..., 3 n)
         Stiffness of each mount along its three axes, real or complex [N/m]. Last axes of (n, 3) are
         always read as the first form.
@@ -218,13 +155,7 @@ def mount_stiffness_matrix(
 
     Returns
     -------
-    array, shape (..., 6, 6)
-        Stiffness at the reference point, symmetric [N/m, N/rad, N m/rad].
-
-    Raises
-    ------
-    InputError
-        Not three stiffnesses per mount.
+    array, shape (..., 6, 6) — at the reference point, symmetric [N/m, N/rad, N m/rad]
 
     Notes
     -----
@@ -250,18 +181,8 @@ def mass_matrix(
 ) -> RealArray:
     """Return the 6×6 mass matrix of a rigid body at its reference point [kg, kg m, kg m²].
 
-    Parameters
-    ----------
-    mass : float
-        Mass [kg].
-    inertia : array, shape (3, 3)
-        Inertia about the centre of gravity [kg m²].
-    centre : array, shape (3,)
-        Centre of gravity, from the reference point [m].
-
-    Notes
-    -----
-    Thesis, eq. 39-41, with the moment ``r × F``.
+    Mass [kg]; inertia (3, 3) about the centre of gravity [kg m²]; centre of gravity, from the
+    reference point [m]. Thesis, eq. 39-41, with the moment ``r × F``.
     """
     at_centre = np.zeros((6, 6))
     at_centre[:3, :3] = mass * np.eye(3)
@@ -276,10 +197,8 @@ class RigidBody:
 
     Parameters
     ----------
-    mass : float
-        Mass [kg].
-    centre : array, shape (3,)
-        Centre of gravity, from the reference point [m].
+    mass : float — mass [kg]
+    centre : array, shape (3,) — centre of gravity, from the reference point [m]
     inertia : array, shape (3, 3)
         Inertia about the centre of gravity, products as the matrix entries [kg m²].
     """
@@ -292,18 +211,14 @@ class RigidBody:
 def mass_properties(matrix: npt.ArrayLike, tolerance: float = 1e-6) -> RigidBody:
     """Read mass, centre of gravity and inertia from a mass matrix, the inverse of `mass_matrix`.
 
+    Raises InputError: not positive definite, or further from a rigid body than `tolerance`.
+
     Parameters
     ----------
-    matrix : array, shape (6, 6)
-        Mass matrix at any reference point [kg, kg m, kg m²].
+    matrix : array, shape (6, 6) — mass matrix at any reference point [kg, kg m, kg m²]
     tolerance : float
         Largest deviation from the mass matrix of a rigid body, relative to its mass, with lengths
         divided by the radius of gyration [1]. A measured apparent mass needs a wide one.
-
-    Raises
-    ------
-    InputError
-        Not positive definite, or further from a rigid body than `tolerance`.
     """
     matrix = np.asarray(matrix, dtype=float)
     if matrix.shape != (6, 6):
@@ -332,23 +247,10 @@ def characteristic_length(mass: float, inertia: npt.ArrayLike) -> float:
 
 
 def torque_roll_axis(inertia: npt.ArrayLike, torque: npt.ArrayLike = (0.0, 1.0, 0.0)) -> RealArray:
-    """Return the direction about which a free body turns under a torque.
+    """Return the direction about which a free body turns under a torque, ``J⁻¹ t / |J⁻¹ t|``.
 
-    Parameters
-    ----------
-    inertia : array, shape (3, 3)
-        Inertia about the centre of gravity [kg m²].
-    torque : array, shape (3,)
-        Direction of the torque, by default the crankshaft along y.
-
-    Returns
-    -------
-    array, shape (3,)
-        Unit vector ``J⁻¹ t / |J⁻¹ t|``; the axis passes through the centre of gravity.
-
-    Notes
-    -----
-    Holds above the rigid-body modes, where the mounts no longer hold the body.
+    The inertia (3, 3) is about the centre of gravity [kg m²], through which the axis passes; the
+    torque is by default that of a crankshaft along y. Holds above the rigid-body modes.
     """
     direction = np.linalg.solve(np.asarray(inertia, dtype=float), np.asarray(torque, dtype=float))
     return np.asarray(direction / np.linalg.norm(direction))
@@ -359,27 +261,22 @@ def rigid_body_modes(
 ) -> tuple[RealArray, RealArray]:
     """Return the undamped modes of a body on springs.
 
+    Raises InputError: complex stiffness, asymmetric matrices, a mass matrix that is not positive
+    definite, or a stiffness with a negative direction.
+
     Parameters
     ----------
-    mass_matrix : array, shape (n, n)
-        Symmetric, positive definite mass matrix [kg, kg m, kg m²].
+    mass_matrix : array, shape (n, n) — symmetric, positive definite [kg, kg m, kg m²]
     stiffness : array, shape (..., n, n)
         Real, symmetric stiffness at the same point [N/m, N/rad, N m/rad]; of a complex stiffness
         the real part.
 
     Returns
     -------
-    frequency : array, shape (..., n)
-        Natural frequencies, increasing [Hz]; 0 for a free direction.
+    frequency : array, shape (..., n) — increasing [Hz]; 0 for a free direction
     shapes : array, shape (..., n, n)
         One mode per column, ``Ψᵀ M Ψ = I``; the entry that moves most, weighted by the square
         root of its mass or inertia, is positive.
-
-    Raises
-    ------
-    InputError
-        Complex stiffness, asymmetric matrices, a mass matrix that is not positive definite, or a
-        stiffness with a negative direction.
     """
     mass, springs = np.asarray(mass_matrix), np.asarray(stiffness)
     if np.iscomplexobj(mass) or np.iscomplexobj(springs):

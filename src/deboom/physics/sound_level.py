@@ -68,24 +68,18 @@ def unweighted_level(pressure: npt.ArrayLike) -> RealArray:
 def spl(pressure: npt.ArrayLike, frequency: npt.ArrayLike, axis: int = 0) -> RealArray:
     """Return the A-weighted sound pressure level of each line.
 
+    Raises InputError: a frequency axis of another length than `pressure` has, or of lines without a
+    weighting.
+
     Parameters
     ----------
-    pressure : array_like, shape (n_frequency, ...)
-        Complex peak amplitudes [Pa].
-    frequency : array_like, shape (n_frequency,)
-        Lines [Hz].
-    axis : int
-        Frequency axis of `pressure`.
+    pressure : array_like, shape (n_frequency, ...) — complex peak amplitudes [Pa]
+    frequency : array_like, shape (n_frequency,) — lines [Hz]
+    axis : int — frequency axis of `pressure`
 
     Returns
     -------
-    array, same shape as `pressure`
-        Levels [dB(A)]; silence (exactly 0 Pa) is minus infinity.
-
-    Raises
-    ------
-    InputError
-        A frequency axis of another length than `pressure` has, or of lines without a weighting.
+    array, same shape as `pressure` — levels [dB(A)]; silence (exactly 0 Pa) is minus infinity
 
     Notes
     -----
@@ -139,10 +133,8 @@ def band_energy_level(
 ) -> RealArray:
     """Return the energy sum of the lines of one band, both edges included [dB].
 
-    Raises
-    ------
-    InputError
-        A band [Hz] without a line, or a frequency axis of another length than `level` has.
+    Raises InputError: a band [Hz] without a line, or a frequency axis of another length than
+    `level` has.
     """
     levels, lines = np.asarray(level, dtype=float), np.asarray(frequency, dtype=float)
     _check_lines(levels, lines, axis)

@@ -43,8 +43,7 @@ def mount_force(
 
     Returns
     -------
-    array, shape (n_frequency, n_path)
-        Interface force, complex peak [N].
+    array, shape (n_frequency, n_path) — interface force, complex peak [N]
 
     Notes
     -----
@@ -73,8 +72,7 @@ def contributions(ntf: npt.ArrayLike, force: npt.ArrayLike) -> ComplexArray:
 
     Returns
     -------
-    array, shape of `ntf`
-        Complex peak pressure per path [Pa].
+    array, shape of `ntf` — complex peak pressure per path [Pa]
 
     Notes
     -----
@@ -89,21 +87,10 @@ def contributions(ntf: npt.ArrayLike, force: npt.ArrayLike) -> ComplexArray:
 
 
 def pressure(ntf: npt.ArrayLike, force: npt.ArrayLike) -> ComplexArray:
-    """Return the pressure as the sum of all paths, ``p_d = Σ_j Y_dj f_j``.
+    """Return the pressure as the sum of all paths, ``p_d = Σ_j Y_dj f_j``, complex peak [Pa].
 
-    Parameters
-    ----------
-    ntf, force : array_like
-        As for `contributions`.
-
-    Returns
-    -------
-    array, shape (n_frequency,) or (n_frequency, n_ear)
-        Complex peak pressure [Pa].
-
-    Notes
-    -----
-    Thesis, eq. 13; eq. 7 and 8 with other responses in place of the pressure.
+    Arguments as for `contributions`; shape (n_frequency,) or (n_frequency, n_ear). Thesis, eq. 13;
+    eq. 7 and 8 with other responses in place of the pressure.
     """
     return np.asarray(contributions(ntf, force).sum(axis=-1))
 
@@ -127,8 +114,7 @@ def pressure_with_airborne(
 
     Returns
     -------
-    array, shape (n_frequency,)
-        Complex peak pressure [Pa].
+    array, shape (n_frequency,) — complex peak pressure [Pa]
 
     Notes
     -----
@@ -141,20 +127,14 @@ def pressure_with_airborne(
 def partial_sums(
     path_contributions: npt.ArrayLike, groups: Sequence[Sequence[int]]
 ) -> ComplexArray:
-    """Return the contribution of groups of paths, such as all axes of one mount.
+    """Return the contribution of groups of paths, shape (n_frequency, ..., n_group) [Pa].
 
     Parameters
     ----------
-    path_contributions : array_like, shape (n_frequency, ..., n_path)
-        Complex contributions [Pa].
+    path_contributions : array_like, shape (n_frequency, ..., n_path) — complex contributions [Pa]
     groups : sequence of sequences of int
-        Path numbers of each group. Each path belongs to exactly one group, so that the groups add
-        up to the pressure; else InputError.
-
-    Returns
-    -------
-    array, shape (n_frequency, ..., n_group)
-        Complex peak pressure per group [Pa].
+        Path numbers of each group, such as all axes of one mount. Each path belongs to exactly one
+        group, so that the groups add up to the pressure; else InputError.
     """
     values = np.asarray(path_contributions, dtype=complex)
     n_path = values.shape[-1]
@@ -173,8 +153,7 @@ def energy_share(
 
     Parameters
     ----------
-    path_contributions : array_like, shape (n_frequency, n_path)
-        Complex contributions [Pa].
+    path_contributions : array_like, shape (n_frequency, n_path) — complex contributions [Pa]
     line_weight : array_like, shape (n_frequency,), optional
         Energy weight of each line, such as the A-weighting; by default all alike [1].
 
@@ -209,19 +188,13 @@ def rms_contribution(
 
 
 def mounted_source(source: npt.ArrayLike, stiffness: npt.ArrayLike) -> ComplexArray:
-    """Return the receptance of a source seen from the far side of its mounts.
+    """Return the receptance [m/N] of a source seen from the far side of its mounts.
 
     Parameters
     ----------
-    source : array_like, shape (n_frequency, n_path, n_path)
-        Receptance of the source at its interface [m/N].
+    source : array_like, shape (n_frequency, n_path, n_path) — receptance at the interface [m/N]
     stiffness : array_like, shape (n_frequency, n_path)
         Complex dynamic stiffness of the mount in each path, not 0 [N/m].
-
-    Returns
-    -------
-    array, shape (n_frequency, n_path, n_path)
-        Receptance [m/N].
 
     Notes
     -----
@@ -242,7 +215,7 @@ def mounted_source(source: npt.ArrayLike, stiffness: npt.ArrayLike) -> ComplexAr
 def interface_force(
     source: npt.ArrayLike, receiver: npt.ArrayLike, free_displacement: npt.ArrayLike
 ) -> ComplexArray:
-    """Return the force of a source on the receiver to which it is joined.
+    """Return the force of a source on the receiver to which it is joined, complex peak [N].
 
     Parameters
     ----------
@@ -250,11 +223,6 @@ def interface_force(
         Uncoupled receptances at the interface [m/N]; a source behind mounts: `mounted_source`.
     free_displacement : array_like, shape (n_frequency, n_path)
         Motion of the source's interface when nothing is attached, complex peak [m].
-
-    Returns
-    -------
-    array, shape (n_frequency, n_path)
-        Force on the receiver, complex peak [N].
 
     Notes
     -----
@@ -268,24 +236,10 @@ def interface_force(
 
 
 def blocked_force(source: npt.ArrayLike, free_displacement: npt.ArrayLike) -> ComplexArray:
-    """Return the force of a source on a rigid receiver, a property of the source alone.
+    """Return the force of a source on a rigid receiver, ``f_bl = Y_A⁻¹ u_free`` [N].
 
-    Parameters
-    ----------
-    source : array_like, shape (n_frequency, n_path, n_path)
-        Receptance at the interface [m/N].
-    free_displacement : array_like, shape (n_frequency, n_path)
-        Motion of the interface when nothing is attached, complex peak [m].
-
-    Returns
-    -------
-    array, shape (n_frequency, n_path)
-        Complex peak [N].
-
-    Notes
-    -----
-    ``f_bl = Y_A⁻¹ u_free``. It belongs with the assembled receptance, ``p = Y_AB f_bl``
-    (`assembled_frf`).
+    Arguments as for `interface_force`. A property of the source alone, which belongs with the
+    assembled receptance, ``p = Y_AB f_bl`` (`assembled_frf`).
     """
     sizes: dict[str, int] = {}
     receptance = _complex(source, "f p p", "receptance of the source", sizes)
@@ -296,23 +250,15 @@ def blocked_force(source: npt.ArrayLike, free_displacement: npt.ArrayLike) -> Co
 def blocked_force_on_rig(
     source: npt.ArrayLike, rig_force: npt.ArrayLike, rig_displacement: npt.ArrayLike
 ) -> ComplexArray:
-    """Return the blocked force from a test rig that gives way.
+    """Return the blocked force from a test rig that gives way, ``f_bl = g + Y_A⁻¹ u`` [N].
+
+    Thesis, eq. 11; on a rigid rig u = 0 and the cells read f_bl.
 
     Parameters
     ----------
-    source : array_like, shape (n_frequency, n_path, n_path)
-        Receptance at the interface [m/N].
+    source : array_like, shape (n_frequency, n_path, n_path) — receptance at the interface [m/N]
     rig_force, rig_displacement : array_like, shape (n_frequency, n_path)
         Force between source and rig, on the rig [N], and motion of the interface [m].
-
-    Returns
-    -------
-    array, shape (n_frequency, n_path)
-        Complex peak [N].
-
-    Notes
-    -----
-    ``f_bl = g + Y_A⁻¹ u``, thesis, eq. 11; on a rigid rig u = 0 and the cells read f_bl.
     """
     sizes: dict[str, int] = {}
     _complex(source, "f p p", "receptance of the source", sizes)
@@ -328,21 +274,19 @@ def assembled_frf(
 ) -> ComplexArray:
     """Return functions of the assembled bodies out of those of the uncoupled ones.
 
+    Response on the receiver per force on the source, (n_frequency, n_output, n_input), unit of
+    `response`.
+
     Parameters
     ----------
     response : array_like, shape (n_frequency, n_output, n_path)
-        Uncoupled receiver: response per force at the interface; a noise transfer function [Pa/N],
-        or the receptance of `receiver` [m/N].
+        Response of the receiver per force at the interface; a noise transfer function [Pa/N], or
+        the receptance of `receiver` [m/N].
     receiver, source : array_like, shape (n_frequency, n_path, n_path)
         Uncoupled receptances at the interface [m/N]; a source behind mounts: `mounted_source`.
     excitation : array_like, shape (n_frequency, n_path, n_input)
-        Uncoupled source: motion of the interface per force inside the source [m/N]. `source`
-        itself for forces at the interface.
-
-    Returns
-    -------
-    array, shape (n_frequency, n_output, n_input)
-        Response on the receiver per force on the source; the unit of `response`.
+        Motion of the interface per force inside the source [m/N]; `source` itself for forces at the
+        interface.
 
     Notes
     -----

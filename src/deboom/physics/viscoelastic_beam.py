@@ -29,14 +29,10 @@ class ViscoelasticBeam:
 
     Parameters
     ----------
-    length, line_mass : float
-        Length [m] and mass per length [kg/m].
-    tension, torsion, bending : float
-        Real parts of EA [N], GJ and EI [N m²].
-    loss_factor : float
-        Loss factor of all three stiffnesses [1].
-    torsion_radius : float
-        Radius of gyration of the section about the axis [m].
+    length, line_mass : float — length [m] and mass per length [kg/m]
+    tension, torsion, bending : float — real parts of EA [N], GJ and EI [N m²]
+    loss_factor : float — loss factor of all three stiffnesses [1]
+    torsion_radius : float — radius of gyration of the section about the axis [m]
     """
 
     length: float
@@ -57,24 +53,19 @@ class ViscoelasticBeam:
 def beam_stiffness(beam: ViscoelasticBeam, frequency: npt.ArrayLike) -> ComplexArray:
     """Return the dynamic stiffness between the two ends, in the axes of the beam.
 
+    Raises InputError: a line at or below 0 Hz, or so high that the bending waves are shorter than
+    an eighth of the length.
+
     Parameters
     ----------
-    beam : ViscoelasticBeam
-        Beam or hose.
-    frequency : array, shape (n_frequency,)
-        Lines above 0 Hz [Hz].
+    beam : ViscoelasticBeam — beam or hose
+    frequency : array, shape (n_frequency,) — lines above 0 Hz [Hz]
 
     Returns
     -------
     array, shape (n_frequency, 12, 12)
         Loads on the ends per motion of the ends; local x runs from the first end to the second;
         symmetric [N/m, N/rad, N m/rad].
-
-    Raises
-    ------
-    InputError
-        A line at or below 0 Hz, or so high that the bending waves are shorter than an eighth of
-        the length.
 
     Notes
     -----
@@ -96,8 +87,7 @@ def beam_stiffness_derivatives(beam: ViscoelasticBeam, frequency: npt.ArrayLike)
 
     Returns
     -------
-    array, shape (5, n_frequency, 12, 12)
-        Derivatives in the order of `DERIVATIVES`.
+    array, shape (5, n_frequency, 12, 12) — derivatives in the order of `DERIVATIVES`
 
     Notes
     -----
@@ -113,8 +103,7 @@ def frame_along(direction: npt.ArrayLike) -> RealArray:
 
     Parameters
     ----------
-    direction : array, shape (3,)
-        Direction from the first end to the second, of any length but 0.
+    direction : array, shape (3,) — direction from the first end to the second, of any length but 0
 
     Returns
     -------
@@ -143,8 +132,7 @@ def beam_congruence(
 
     Parameters
     ----------
-    frame : array, shape (3, 3)
-        Axes of the beam from `frame_along`.
+    frame : array, shape (3, 3) — Axes of the beam from `frame_along`
     first, second : array, shape (3,)
         Ends, each from the point of the body that holds it, such as a virtual point [m].
 

@@ -27,13 +27,11 @@ from deboom.measurement.order_tracking import (
 from deboom.measurement.tacho import ShaftAngle, pulse_times, repair_pulses, shaft_angle
 from deboom.physics.order_tracking import (
     angular_resample,
-    envelope_response,
-    noise_amplitude,
-    noise_bandwidth,
     order_amplitudes,
     samples_needed,
     vold_kalman,
 )
+from order_noise import envelope_response, noise_amplitude, noise_bandwidth
 
 RATE = 16384.0
 SEEDS = (1, 2, 3)

@@ -123,25 +123,10 @@ def test_rejected_hits_stay_in_the_record():
     np.testing.assert_allclose([r.peak for r in estimate.records[0]], [100, 80, 100, 90, 120])
 
 
-def test_hits_are_chosen_by_number_and_by_count():
-    assert used(hammer_frf(hits(FORCES), hits=[1, 3, 5])) == [1, 5]
-    chosen = hammer_frf(hits(FORCES), count=3)
-    assert used(chosen) == [1, 2, 4]
-    assert chosen.records[0][4].reasons == ("after the first 3 good hits",)
-    for wrong, words in (
-        ({"hits": [1, 6]}, "choose among"),
-        ({"hits": [1, 1]}, "each once"),
-        ({"count": 0}, "at least 1"),
-        ({"count": 5}, "5 good hits were asked for, there are 4: hit 3: double hit"),
-    ):
-        with pytest.raises(InputError, match=words):
-            hammer_frf(hits(FORCES), **wrong)
-
-
 def test_one_hit_has_no_coherence():
     with pytest.raises(InputError, match="coherence of one hit is 1 whatever was measured"):
-        hammer_frf(hits(FORCES), hits=[1])
-    alone = hammer_frf(hits(FORCES), HammerOptions(minimum_hits=1), hits=[1])
+        hammer_frf(hits(FORCES[:1]))
+    alone = hammer_frf(hits(FORCES[:1]), HammerOptions(minimum_hits=1))
     for worth in (alone.coherence, alone.random_error):
         assert np.isnan(worth).all()
     np.testing.assert_allclose(alone.values, hammer_frf(hits(FORCES)).values, atol=1e-12)

@@ -33,15 +33,6 @@ TEST = InertanceTest(
 )
 
 
-def test_arrays_are_copies_that_nobody_changes():
-    coherence = np.full((2, 9, 6), 0.5)
-    test = replace(TEST, coherence=coherence)
-    coherence[:] = 0
-    assert test.coherence.min() == 0.5
-    with pytest.raises(ValueError, match="read-only"):
-        test.coherence[0, 0, 0] = 1
-
-
 @pytest.mark.parametrize(
     ("changes", "words"),
     [

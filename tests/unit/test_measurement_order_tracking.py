@@ -88,8 +88,6 @@ def test_what_a_spectrum_states():
     computed = computed_order_spectrum(RECORD, SHAFT, 1.5, lines[1:3], revolutions=6)
     np.testing.assert_allclose(computed.bandwidth, 1.4406 * lines[1:3] / 360, rtol=1e-4)
     assert computed.settled.all()
-    with pytest.raises(ValueError, match="read-only"):
-        main.rpm[0] = 0
 
 
 @pytest.mark.parametrize(
@@ -105,14 +103,6 @@ def test_what_a_spectrum_states():
 def test_time_record_refuses(values, rate, channels, message):
     with pytest.raises(InputError, match=message):
         TimeRecord(values, rate, channels, "N")
-
-
-def test_time_record_is_a_value():
-    values = np.zeros((5, 1))
-    record = TimeRecord(values, 10.0, ["a"], "N")
-    values[0] = 1
-    assert record.values[0, 0] == 0
-    assert record.channels == ("a",)
 
 
 RATE_2 = 4096.0
@@ -177,13 +167,8 @@ def test_five_missing_in_a_row_are_counted():
     assert train.number[-1] == RISING.size - 1
 
 
-def test_a_train_is_a_value():
-    times = STEADY.copy()
-    train = repair_pulses(times)
-    times[0] = -1
-    assert train.times[0] == 0
-    with pytest.raises(ValueError, match="read-only"):
-        train.times[0] = 1
+def test_nothing_to_repair_is_said():
+    train = repair_pulses(STEADY)
     assert train.report() == "tacho: 60 pulses, none repaired"
 
 

@@ -96,12 +96,6 @@ def test_a_line_does_not_depend_on_its_neighbours():
         np.testing.assert_allclose(alone.amplitude, together.amplitude[line], rtol=1e-13)
 
 
-def test_steady_state_is_read_only():
-    state = respond()
-    with pytest.raises(ValueError, match="read-only"):
-        state.amplitude[0, 0] = 1.0
-
-
 def test_a_motionless_mount_does_not_stop_the_iteration():
     """Without load nothing moves, and the stiffness is asked for at the smallest amplitude."""
     asked = []

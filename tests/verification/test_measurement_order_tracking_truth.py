@@ -14,7 +14,7 @@ from deboom.measurement.order_tracking import (
     vold_kalman_spectra,
 )
 from deboom.measurement.tacho import Edge, pulse_times, repair_pulses, shaft_angle
-from deboom.physics.order_tracking import noise_amplitude
+from order_noise import hann_noise_bandwidth, noise_amplitude, noise_bandwidth
 
 ORDERS = (0.5, 1.5, 3.0, 6.0)
 RPM = np.arange(1560.0, 2041.0, 10.0)
@@ -159,11 +159,17 @@ def test_noise_of_the_spectrum_is_the_stated_one():
     record = run.record(*rng.normal(0, sigma, (channels, run.time.size)))
     shaft = run.shaft()
     density = 2 * sigma**2 / RATE
-    for spectrum in (
-        computed_order_spectrum(record, shaft, 1.5, RPM_2, revolutions=8),
-        vold_kalman_spectra(record, shaft, [1.5], RPM_2, bandwidth=4.0)[0],
+    for spectrum, width in (
+        (
+            computed_order_spectrum(record, shaft, 1.5, RPM_2, revolutions=8),
+            hann_noise_bandwidth(RPM_2, 8),
+        ),
+        (
+            vold_kalman_spectra(record, shaft, [1.5], RPM_2, bandwidth=4.0)[0],
+            np.full(RPM_2.size, noise_bandwidth(4.0)),
+        ),
     ):
-        stated = noise_amplitude(density, spectrum.noise_bandwidth)
+        stated = noise_amplitude(density, width)
         level = np.mean(np.abs(spectrum.spectrum.values / stated[:, np.newaxis]) ** 2)
         assert np.sqrt(level) == pytest.approx(1, rel=0.06)
 

@@ -9,16 +9,11 @@ from scipy import integrate, linalg, optimize, signal
 
 from deboom.physics.order_tracking import (
     HANN_HALF_POWER_WIDTH,
-    HANN_NOISE_WIDTH,
     angular_resample,
     dominant_order,
-    envelope_response,
     frequency_of_order,
     hann_bandwidth,
-    hann_noise_bandwidth,
     lower_rate,
-    noise_amplitude,
-    noise_bandwidth,
     order_amplitudes,
     penalty,
     rpm_of_frequency,
@@ -26,6 +21,7 @@ from deboom.physics.order_tracking import (
     smear,
     vold_kalman,
 )
+from order_noise import envelope_response, hann_noise_bandwidth, noise_amplitude, noise_bandwidth
 
 RATE = 16384.0
 
@@ -51,7 +47,7 @@ def test_constants_of_the_hann_window():
     assert pytest.approx(2 * half, rel=1e-7) == HANN_HALF_POWER_WIDTH
     window = signal.windows.hann(1000, sym=False)
     noise = window.size * np.sum(window**2) / window.sum() ** 2
-    assert pytest.approx(noise, rel=1e-9) == HANN_NOISE_WIDTH
+    assert pytest.approx(noise, rel=1e-9) == 1.5
 
 
 @pytest.mark.parametrize("per_revolution", [100, 128])
@@ -201,13 +197,6 @@ POLES = [1, 2, 3]
 ROTA = Path(__file__).parents[1] / "data" / "rota-order" / "envelopes.csv"
 
 
-def run_up_2(first_rpm, last_rpm, duration, rate):
-    """Time, shaft angle [rad] and speed [1/min] of a linear run-up."""
-    time = np.arange(round(duration * rate)) / rate
-    slope = (last_rpm - first_rpm) / duration
-    return time, 2 * np.pi / 60 * (first_rpm * time + slope * time**2 / 2), first_rpm + slope * time
-
-
 def away_from_ends(time, bandwidth, times=2.0):
     return (time > times / bandwidth) & (time < time[-1] - times / bandwidth)
 
@@ -235,7 +224,7 @@ def test_against_dense_least_squares(poles):
 def test_modulated_order_passes_by_the_transfer_function(poles):
     """One sideband of an order, 0 to 2.5 times the half bandwidth away."""
     rate, bandwidth, order = 1024.0, 6.0, 3.0
-    time, angle, _ = run_up_2(1800.0, 2400.0, 6.0, rate)
+    time, angle, _ = run_up(1800.0, 2400.0, 6.0, rate)
     rates = np.array([0.0, 1.0, 3.0, 5.0, 7.5])
     turning = np.exp(2j * np.pi * np.outer(time, rates))
     record = np.real(turning * np.exp(1j * order * angle)[:, np.newaxis])
@@ -252,7 +241,7 @@ def test_against_another_code():
     """Three orders, one through a resonance, and a tone that nobody tracks; ROTA 0.3.0."""
     table = np.loadtxt(ROTA, delimiter=",", skiprows=1)
     rate = 2048.0
-    time, angle, rpm = run_up_2(900.0, 2700.0, 8.0, rate)
+    time, angle, rpm = run_up(900.0, 2700.0, 8.0, rate)
     frequency = 1.5 * rpm / 60
     main = 2j / (1 - (frequency / 42) ** 2 + 0.12j * frequency / 42)
     record = np.real(main * np.exp(1.5j * angle)) + 0.5 * np.cos(0.5 * angle + 1)
@@ -298,7 +287,7 @@ def test_noise_floor_2(poles):
     """White noise in 40 channels: the rms amplitude of an order that is not there."""
     rng = np.random.default_rng(5)
     rate, bandwidth, sigma = 512.0, 4.0, 0.7
-    time, angle, _ = run_up_2(1500.0, 2100.0, 8.0, rate)
+    time, angle, _ = run_up(1500.0, 2100.0, 8.0, rate)
     record = rng.normal(0, sigma, (time.size, 40))
     found = vold_kalman(record, 1.5 * angle[:, np.newaxis], rate, bandwidth, poles)[:, 0]
     measured = np.sqrt(np.mean(np.abs(found[away_from_ends(time, bandwidth)]) ** 2))
@@ -309,7 +298,7 @@ def test_noise_floor_2(poles):
 def test_noise_at_the_ends_is_at_most_twice_as_large():
     rng = np.random.default_rng(6)
     rate, bandwidth = 512.0, 4.0
-    time, angle, _ = run_up_2(1500.0, 2100.0, 4.0, rate)
+    time, angle, _ = run_up(1500.0, 2100.0, 4.0, rate)
     record = rng.normal(size=(time.size, 200))
     found = vold_kalman(record, 1.5 * angle[:, np.newaxis], rate, bandwidth)[:, 0]
     level = np.sqrt(np.mean(np.abs(found) ** 2, axis=1))
@@ -321,7 +310,7 @@ def test_noise_at_the_ends_is_at_most_twice_as_large():
 def test_three_orders_of_a_run_up_are_exact_to_its_ends():
     """Orders 0.5, 1.5 and 3 from 900 to 2700 1/min in 5 s, a static force beside them."""
     rate = 4096.0
-    _, angle, _ = run_up_2(900.0, 2700.0, 5.0, rate)
+    _, angle, _ = run_up(900.0, 2700.0, 5.0, rate)
     orders = np.array([0.0, 0.5, 1.5, 3.0])
     amplitudes = np.array([150.0, 0.4 * np.exp(1j), 2 * np.exp(-0.5j), np.exp(2.5j)])
     phase = np.outer(angle, orders)
@@ -333,7 +322,7 @@ def test_three_orders_of_a_run_up_are_exact_to_its_ends():
 def test_crossing_orders_are_separated_where_order_tracking_cannot():
     """Order 2, modulated in amplitude, crosses a tone of 60 Hz, modulated in phase."""
     rate, bandwidth = 1638.4, 3.0
-    time, angle, rpm = run_up_2(1200.0, 2400.0, 6.0, rate)
+    time, angle, rpm = run_up(1200.0, 2400.0, 6.0, rate)
     phase = np.column_stack([2 * angle, 2 * np.pi * 60 * time + 0.4])
     swelling = (1 + 0.3 * np.sin(np.pi * time / 2)) * np.exp(0.3j)
     turning = 0.8 * np.exp(-1j + 0.4j * np.cos(0.4 * np.pi * time))
@@ -359,7 +348,7 @@ def test_crossing_orders_are_separated_where_order_tracking_cannot():
 def test_amplitude_that_follows_a_resonance_within_the_stated_smear():
     """Order 1.5 through a resonance at 30 Hz, 8 % damping: error against smear over its width."""
     rate = 1638.4
-    time, angle, rpm = run_up_2(700.0, 1900.0, 10.0, rate)
+    time, angle, rpm = run_up(700.0, 1900.0, 10.0, rate)
     frequency = 1.5 * rpm / 60
     amplitude = 1 / (1 - (frequency / 30) ** 2 + 0.16j * frequency / 30)
     record = np.real(amplitude * np.exp(1.5j * angle))[:, np.newaxis]
@@ -380,7 +369,7 @@ def test_amplitude_that_follows_a_resonance_within_the_stated_smear():
 def test_normal_equations_would_lose_all_digits():
     """Constant order at 16384 Hz and 1 Hz: condition 5e15; the filter keeps eight digits."""
     rate, bandwidth = 16384.0, 1.0
-    time, angle, _ = run_up_2(1500.0, 1800.0, 3.0, rate)
+    time, angle, _ = run_up(1500.0, 1800.0, 3.0, rate)
     amplitude = 2 * np.exp(0.7j)
     record = np.real(amplitude * np.exp(1.5j * angle))[:, np.newaxis]
     found = vold_kalman(record, 1.5 * angle[:, np.newaxis], rate, bandwidth)[:, 0, 0]

@@ -421,10 +421,9 @@ def test_measured_frame_of_the_browser_is_no_possible_body():
     np.testing.assert_allclose(mass_properties(possible.mass_matrix).inertia, inertia, rtol=1e-9)
 
 
-DATA_3 = Path(__file__).parents[1] / "data"
-PLATFORMS = json.loads((DATA_3 / "benchmarks" / "benchmarks.json").read_text(encoding="utf-8"))[
-    "rigid_mass_matrix_to_cg"
-]["cases"]
+PLATFORMS = json.loads(
+    (DATA.parent / "benchmarks" / "benchmarks.json").read_text(encoding="utf-8")
+)["rigid_mass_matrix_to_cg"]["cases"]
 
 
 @pytest.mark.parametrize(
@@ -441,16 +440,6 @@ def test_published_mass_matrix_gives_the_printed_centre_of_gravity(name, mass):
     )
 
 
-def read_3(name):
-    """Value and standard deviation of each line ``key = value+/-deviation``."""
-    numbers = {}
-    for line in (DATA_3 / "bicycle-inertia" / name).read_text(encoding="utf-8").splitlines():
-        key, _, text = line.partition("=")
-        value, _, deviation = text.partition("+/-")
-        numbers[key.strip()] = (float(value), float(deviation or 0))
-    return numbers
-
-
 def period(inertia, rate):
     """Of one degree of freedom [s]."""
     frequency, _ = rigid_body_modes([[inertia]], [[rate]])
@@ -459,8 +448,8 @@ def period(inertia, rate):
 
 @pytest.fixture(params=["Browser", "Pista"])
 def bicycle(request):
-    measured = {key: value for key, (value, _) in read_3(f"{request.param}Measured.txt").items()}
-    printed = {key: value for key, (value, _) in read_3(f"{request.param}Benchmark.txt").items()}
+    measured = {key: value for key, (value, _) in read(f"{request.param}Measured.txt").items()}
+    printed = {key: value for key, (value, _) in read(f"{request.param}Benchmark.txt").items()}
     radius, length = measured["dP"] / 2, measured["lP"]
     rod = measured["mP"] / 12 * (3 * radius**2 + length**2)
     wire = rod * (2 * np.pi / measured["TtP1"]) ** 2  # torsional rate, from a rod of known inertia

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from enum import Enum
 
 import numpy as np
 import numpy.typing as npt
@@ -22,8 +21,6 @@ from deboom.physics.frf import (
     exponential_window,
     force_window,
     h1,
-    h2,
-    hv,
     magnitude_error,
 )
 
@@ -298,49 +295,12 @@ def _overloads(measurement: HammerMeasurement, index: int, limit: float) -> list
     ]
 
 
-def _chosen_hits(
-    records: Sequence[HitRecord], numbers: Sequence[int] | None, count: int | None
-) -> tuple[HitRecord, ...]:
-    """Mark what a choice by number or by count leaves out; what was rejected stays rejected."""
-    known = [record.number for record in records]
-    wanted = known if numbers is None else list(numbers)
-    if not set(wanted) <= set(known) or len(set(wanted)) != len(wanted):
-        raise InputError(f"hits {list(wanted)}: choose among {known}, each once")
-    if count is not None and count < 1:
-        raise InputError(f"{count} hits cannot be averaged: choose at least 1")
-    chosen: list[HitRecord] = []
-    for record in records:
-        n_used = sum(earlier.used for earlier in chosen)
-        if record.number not in wanted:
-            record = replace(record, reasons=(*record.reasons, "not chosen"))
-        elif record.used and count is not None and n_used == count:
-            record = replace(record, reasons=(f"after the first {count} good hits",))
-        chosen.append(record)
-    n_used = sum(record.used for record in chosen)
-    if count is not None and n_used < count:
-        raise InputError(
-            f"{count} good hits were asked for, there are {n_used}: {_summary(records)}"
-        )
-    return tuple(chosen)
-
-
 def _summary(records: Sequence[HitRecord]) -> str:
     """One sentence on which hits were rejected and why."""
     rejected = [
         f"hit {record.number}: {', '.join(record.reasons)}" for record in records if not record.used
     ]
     return "; ".join(rejected) if rejected else f"all {len(records)} hits are good"
-
-
-class Estimator(Enum):
-    """How spectra become an FRF: where the noise is decides."""
-
-    H1 = "noise in the responses"
-    H2 = "noise in the excitation"
-    HV = "noise in both, the same share of each"
-
-
-_ESTIMATE = {Estimator.H1: h1, Estimator.H2: h2, Estimator.HV: hv}
 
 
 @dataclass(frozen=True)
@@ -364,7 +324,6 @@ class HammerOptions:
 
     Parameters
     ----------
-    estimator : Estimator — H1 by default: a hammer's force cell is quieter than the responses
     force_window : ForceWindow, optional — window of the force; by default none
     time_constant : float, optional
         τ of an exponential window on force and response; by default none [s]. It moves every pole
@@ -377,7 +336,6 @@ class HammerOptions:
     checks : HitChecks — limits of a good hit
     """
 
-    estimator: Estimator = Estimator.H1
     force_window: ForceWindow | None = None
     time_constant: float | None = None
     band: tuple[float, float] | None = None
@@ -451,13 +409,7 @@ class FrfEstimate:
         )
 
 
-def hammer_frf(
-    measurement: HammerMeasurement,
-    options: HammerOptions | None = None,
-    *,
-    hits: Sequence[int] | None = None,
-    count: int | None = None,
-) -> FrfEstimate:
+def hammer_frf(measurement: HammerMeasurement, options: HammerOptions | None = None) -> FrfEstimate:
     """Estimate the FRFs of all responses to one impact.
 
     Raises InputError: too few good hits, one hit without having allowed it, a push outside the
@@ -467,9 +419,6 @@ def hammer_frf(
     ----------
     measurement : HammerMeasurement — hits on one point
     options : HammerOptions, optional — by default `HammerOptions()`
-    hits : sequence of int, optional
-        Numbers of the hits to choose from, 1 is the first; by default all.
-    count : int, optional — number of good ones of them to average, the first ones; by default all
 
     Returns
     -------
@@ -481,7 +430,7 @@ def hammer_frf(
     a step of it. Spectra are energy densities: an impact has energy, no power.
     """
     options = HammerOptions() if options is None else options
-    records = _chosen_hits(check_hits(measurement, options.checks), hits, count)
+    records = check_hits(measurement, options.checks)
     used = [record.number - 1 for record in records if record.used]
     if len(used) < options.minimum_hits:
         why = ""
@@ -514,7 +463,7 @@ def hammer_frf(
             f"{spectra.frequency[1]:g} Hz to {spectra.frequency[-1]:g} Hz"
         )
     part = spectra.on_lines(lines)
-    values = _ESTIMATE[options.estimator](part)
+    values = h1(part)
     coherent = error = np.full(values.shape, np.nan)
     if len(used) > 1:
         coherent = coherence(part)

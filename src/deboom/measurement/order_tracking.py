@@ -20,9 +20,7 @@ from deboom.physics.order_tracking import (
     angular_resample,
     frequency_of_order,
     hann_bandwidth,
-    hann_noise_bandwidth,
     lower_rate,
-    noise_bandwidth,
     order_amplitudes,
     samples_needed,
     smear,
@@ -44,7 +42,7 @@ SWEEP_ORDERS = (1.0, 2.0, 3.0, 1.5)
 pumps have whole orders and all that shows is noise."""
 
 
-@checked(rpm="f", time="f", bandwidth="f", noise_bandwidth="f", sweep_rate="f", settled="f")
+@checked(rpm="f", time="f", bandwidth="f", sweep_rate="f", settled="f")
 class OrderSpectrum:
     """One order over engine speed, with what it can resolve.
 
@@ -57,8 +55,6 @@ class OrderSpectrum:
         Complex peak amplitudes, phase to the tacho's zero mark, over ``order · rpm / 60``.
     bandwidth : array, shape (n_line,)
         Full half-power width about the order: what lies nearer is not separated [Hz].
-    noise_bandwidth : array, shape (n_line,)
-        Noise bandwidth, for `physics.order_tracking.noise_amplitude` [Hz].
     sweep_rate : array, shape (n_line,) — rate of change of the order's frequency [Hz/s]
     settled : array of bool, shape (n_line,)
         False where the filter reached the end of the record and looked to one side only.
@@ -69,7 +65,6 @@ class OrderSpectrum:
     time: RealArray
     spectrum: Spectrum
     bandwidth: RealArray
-    noise_bandwidth: RealArray
     sweep_rate: RealArray
     settled: BoolArray
 
@@ -127,7 +122,6 @@ def computed_order_spectrum(
         time=time,
         spectrum=_spectrum(record, order, speeds, amplitudes),
         bandwidth=hann_bandwidth(speeds, revolutions),
-        noise_bandwidth=hann_noise_bandwidth(speeds, revolutions),
         sweep_rate=frequency_of_order(shaft.rpm_rate(time), order),
         settled=np.ones(speeds.size, dtype=bool),
     )
@@ -189,7 +183,6 @@ def vold_kalman_spectra(
             time=time,
             spectrum=_spectrum(record, order, speeds, amplitudes[:, column]),
             bandwidth=np.full(speeds.size, width),
-            noise_bandwidth=np.full(speeds.size, float(noise_bandwidth(width, poles))),
             sweep_rate=frequency_of_order(shaft.rpm_rate(time), order),
             settled=from_end >= 1 / width,
         )

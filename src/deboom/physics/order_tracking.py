@@ -21,8 +21,6 @@ LEAST_SAMPLES_PER_PERIOD = 4
 """Samples per period below which a record is refused."""
 HANN_HALF_POWER_WIDTH = 1.4405826
 """Full width of a Hann window's transform between its half-power points, times its length [1]."""
-HANN_NOISE_WIDTH = 1.5
-"""Noise bandwidth of a Hann window, times its length [1]."""
 POLES = (1, 2, 3)
 """Orders of the difference that a Vold-Kalman filter keeps small; 2 unless there is a reason."""
 _RIPPLE = 110.0
@@ -235,11 +233,6 @@ def hann_bandwidth(rpm: npt.ArrayLike, revolutions: float) -> RealArray:
     return np.asarray(HANN_HALF_POWER_WIDTH * np.asarray(rpm, dtype=float) / (60 * revolutions))
 
 
-def hann_noise_bandwidth(rpm: npt.ArrayLike, revolutions: float) -> RealArray:
-    """Return the width of the ideal filter that passes as much white noise as the window [Hz]."""
-    return np.asarray(HANN_NOISE_WIDTH * np.asarray(rpm, dtype=float) / (60 * revolutions))
-
-
 def smear(sweep_rate: npt.ArrayLike, bandwidth: npt.ArrayLike) -> RealArray:
     """Return the finest detail over frequency that order tracking keeps in a run-up [Hz].
 
@@ -257,18 +250,6 @@ def smear(sweep_rate: npt.ArrayLike, bandwidth: npt.ArrayLike) -> RealArray:
     record.
     """
     return np.asarray(2 * np.abs(sweep_rate) / np.asarray(bandwidth, dtype=float))
-
-
-def noise_amplitude(density: npt.ArrayLike, noise_bandwidth: npt.ArrayLike) -> RealArray:
-    """Return the rms of the peak amplitude that noise alone pretends, ``√(2 G B)`` [unit].
-
-    Parameters
-    ----------
-    density : array_like — one-sided power density G of the noise about the order [unit²/Hz]
-    noise_bandwidth : array_like, broadcasts with density
-        Noise bandwidth B of an order spectrum [Hz].
-    """
-    return np.asarray(np.sqrt(2 * np.asarray(density, dtype=float) * noise_bandwidth))
 
 
 def vold_kalman(
@@ -318,10 +299,10 @@ def vold_kalman(
     Here ``u = r ∇^p A`` is an unknown of its own; the matrix is banded and its condition is the
     square root of that.
 
-    Away from the ends the envelope of one order is its demodulated record through
-    `envelope_response`. At the ends the filter looks to one side only: within about one over the
-    bandwidth the noise is up to twice as large. Two orders that run together for longer than one
-    over the bandwidth share their energy in a way that no method can tell.
+    Away from the ends the envelope of one order is its demodulated record through the filter
+    ``1 / (1 + r² (2 sin(πf/rate))^{2p})``. At the ends the filter looks to one side only: within
+    about one over the bandwidth the noise is up to twice as large. Two orders that run together for
+    longer than one over the bandwidth share their energy in a way that no method can tell.
     """
     record, angle, widths = _checked_filter(values, phase, rate, bandwidth, poles)
     static = np.ptp(angle, axis=0) == 0
@@ -346,33 +327,6 @@ def penalty(bandwidth: npt.ArrayLike, rate: float, poles: int) -> RealArray:
     """
     step = 2 * np.sin(np.pi * np.asarray(bandwidth, dtype=float) / (2 * rate))
     return np.asarray(np.sqrt(np.sqrt(2) - 1) / step**poles)
-
-
-def envelope_response(
-    modulation: npt.ArrayLike, bandwidth: float, rate: float, poles: int = 2
-) -> RealArray:
-    """Return the factor, 0 to 1, by which the filter passes a modulation [Hz] of an amplitude.
-
-    Notes
-    -----
-    ``H(f) = 1 / (1 + r² (2 sin(πf/rate))^{2p})``, so ``H(B/2) = 1/√2``; without phase, exact away
-    from the ends of a record.
-    """
-    step = 2 * np.sin(np.pi * np.asarray(modulation, dtype=float) / rate)
-    return np.asarray(1 / (1 + (penalty(bandwidth, rate, poles) * step**poles) ** 2))
-
-
-def noise_bandwidth(bandwidth: npt.ArrayLike, poles: int = 2) -> RealArray:
-    """Return the width of the ideal filter that passes as much white noise [Hz].
-
-    Notes
-    -----
-    ``∫ H² df = B (√2 − 1)^{−1/(2p)} · (π/2p) (1 − 1/2p) / sin(π/2p)``, for a bandwidth far below
-    the rate.
-    """
-    share = 1 / (2 * poles)
-    factor = np.pi * share * (1 - share) / np.sin(np.pi * share) / (np.sqrt(2) - 1) ** share
-    return np.asarray(factor * np.asarray(bandwidth, dtype=float))
 
 
 def _smoothest(basis: RealArray, weight: RealArray, record: RealArray, poles: int) -> RealArray:

@@ -242,14 +242,9 @@ class WrenchNoiseTransfer:
 def wrench_noise_transfer(
     car: ElectricCar, points: Sequence[str] | None = None
 ) -> WrenchNoiseTransfer:
-    """Refer the hammer's noise transfer functions to six loads at every point.
+    """Refer the hammer's noise transfer functions to six loads at points, by default all.
 
     Raises InputError: no point at all, or no such one; impacts that do not determine all six loads.
-
-    Parameters
-    ----------
-    car : ElectricCar — measured car
-    points : sequence of str, optional — names of the points; all of the car if left out
 
     Notes
     -----
@@ -276,22 +271,11 @@ def wrench_noise_transfer(
 
 
 def wrench_accelerance(car: ElectricCar, points: Sequence[str] | None = None) -> Frf:
-    """Refer the accelerances of the free body to six motions and six loads at every point.
+    """Refer the accelerances of the free body to six motions and six loads at points.
 
-    Parameters
-    ----------
-    car : ElectricCar — measured car
-    points : sequence of str, optional — names of the points; all of the car if left out
-
-    Returns
-    -------
-    Frf
-        Outputs ``<point> x`` … ``rz``, inputs ``<point> x y z mx my mz`` [(m/s^2)/N], per metre for
-        each rotation or moment. Errors as of `wrench_noise_transfer`, with the sensors.
-
-    Notes
-    -----
-    ``Y_VP = V⁺ Y (U⁺)ᵀ``, block by block.
+    ``Y_VP = V⁺ Y (U⁺)ᵀ``, block by block, at all points of the car by default: outputs ``<point>
+    x`` … ``rz``, inputs ``<point> x y z mx my mz`` [(m/s^2)/N], per metre for each rotation or
+    moment. Errors as of `wrench_noise_transfer`.
     """
     chosen = car.chosen(points)
     seen = [virtual_point(sensor_geometry(point.sensors, point.position)) for point in chosen]

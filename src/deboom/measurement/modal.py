@@ -391,18 +391,9 @@ def modal_model(
 ) -> ModalModel:
     """Estimate modal constants and residuals for known poles, and rebuild the FRF from them.
 
-    Raises InputError: as `poles_over_orders`; no mode; two modes with one pole.
-
-    Parameters
-    ----------
-    frf, form, band
-        As for `poles_over_orders`.
-    clusters : sequence of PoleCluster — modes to keep
-
-    Notes
-    -----
     Least squares in the frequency domain (LSFD), with a lower and an upper residual for the modes
-    outside the band. Shapes are the leading left singular vectors of the residues.
+    outside the band. Shapes are the leading left singular vectors of the residues. Arguments and
+    errors as of `poles_over_orders`; no mode, or two modes with one pole, raise InputError.
     """
     kept = tuple(clusters)
     if not kept:

@@ -136,10 +136,12 @@ def vold_kalman_spectra(
     bandwidth: npt.ArrayLike,
     poles: int = 2,
 ) -> tuple[OrderSpectrum, ...]:
-    """Return order spectra by a Vold-Kalman filter that solves all orders together.
+    """Return order spectra by a Vold-Kalman filter that solves all orders together, one per order.
 
-    Raises InputError: a speed that the run does not pass, a bandwidth wider than the lowest
-    frequency of an order, or a sampling rate too low for the highest.
+    The quasi-static part of the record, such as the static force on a cell, is solved together with
+    the orders, so that it does not leak into them. Raises InputError: a speed that the run does not
+    pass, a bandwidth wider than the lowest frequency of an order, a sampling rate too low for the
+    highest.
 
     Parameters
     ----------
@@ -149,15 +151,6 @@ def vold_kalman_spectra(
         Cycles per revolution, each positive [1]; name every strong order, not only the wanted one.
     bandwidth : float or array, shape (n_order,) — full half-power width about each order [Hz]
     poles : int — 1, 2 or 3
-
-    Returns
-    -------
-    tuple of OrderSpectrum — one per order
-
-    Notes
-    -----
-    The quasi-static part of the record, such as the static force on a cell, is solved together with
-    the orders, so that it does not leak into them.
     """
     if len(orders) == 0 or min(orders) <= 0:
         raise InputError(f"orders {list(orders)} are not positive: give cycles per revolution")
@@ -193,25 +186,11 @@ def vold_kalman_spectra(
 def quasi_static(
     record: TimeRecord, shaft: ShaftAngle, rpm: npt.ArrayLike, *, bandwidth: float
 ) -> RealArray:
-    """Return the slow part of a record at the lines of an order spectrum: static force, torque.
+    """Return the slow part of a record, such as torque, at the lines of an order spectrum.
 
-    Parameters
-    ----------
-    record, shaft, rpm
-        As for `computed_order_spectrum`.
-    bandwidth : float
-        Twice the highest frequency that counts as slow; far below the lowest order [Hz].
-
-    Returns
-    -------
-    array, shape (n_line, n_channel)
-        Values [unit of the record]; a speed that the run does not pass or the record does not hold
-        raises InputError.
-
-    Notes
-    -----
-    The Vold-Kalman filter at order 0, two poles: what oscillates at f passes by
-    ``1/(1 + 0.41 (2f/bandwidth)⁴)``.
+    Shape (n_line, n_channel) [unit of the record]; arguments and errors as for
+    `computed_order_spectrum`. The Vold-Kalman filter at order 0, two poles: what oscillates at f
+    passes by ``1/(1 + 0.41 (2f/bandwidth)⁴)``.
     """
     speeds, time = _times_of_lines(shaft, rpm)
     samples, values, rate = _cut(record, shaft, SAMPLES_PER_PERIOD * bandwidth)
@@ -368,19 +347,10 @@ def tracked_run(
 ) -> TrackedRun:
     """Make an operating run of a run over time.
 
+    Phases refer to the first pulse of the tacho, as those of all channels of the run do; a dynamic
+    stiffness does not depend on which pulse that is. The name is that of the time run if left out.
     Raises InputError: a tacho that cannot be repaired, a speed outside of the run, a record too
     short or sampled too slowly.
-
-    Parameters
-    ----------
-    time_run : TimeRun — channels, tacho, torque and static forces over time
-    options : TrackingOptions — method, resolution and lines
-    name : str, optional — name of the operating run; that of the time run if left out
-
-    Notes
-    -----
-    Phases refer to the first pulse of the tacho, as those of all channels of the run do. A dynamic
-    stiffness does not depend on which pulse that is.
     """
     try:
         return _tracked(time_run, options, time_run.name if name is None else name)
@@ -519,26 +489,16 @@ class TrackedSweep:
 def tracked_sweep(tacho: RealArray, records: Sequence[TimeRecord]) -> TrackedSweep:
     """Track the first order of a run-up or run-down with one tacho pulse per revolution.
 
-    Raises InputError: a tacho without pulses or that cannot be repaired, a record too short or
-    sampled too slowly.
-
-    Parameters
-    ----------
-    tacho : array, shape (n_sample,)
-        Signal on the samples of the records; the rising edge marks the angle.
-    records : sequence of TimeRecord — records of one rate
-
-    Returns
-    -------
-    TrackedSweep — lines at whole multiples of `SWEEP_STEP` where the filter has settled
+    Lines at whole multiples of `SWEEP_STEP` where the Vold-Kalman filter has settled. The tacho is
+    sampled with the records, all at one rate; its rising edge marks the angle. Raises InputError: a
+    tacho without pulses or that cannot be repaired, a record too short or sampled too slowly.
 
     Notes
     -----
-    Vold-Kalman filter of two poles. With one pulse per revolution it does not matter for the phase
-    of a whole order which pulse is the first; with several it would.
-
-    Valid for slow runs: within the filter's third of a second the speed must change by less than a
-    resonance is wide, and lines that are passed within it share their noise. 1 Hz/s is slow.
+    With one pulse per revolution it does not matter for the phase of a whole order which pulse is
+    the first. Valid for slow runs: within the filter's third of a second the speed must change by
+    less than a resonance is wide, and lines that are passed within it share their noise. 1 Hz/s is
+    slow.
     """
     shaft = shaft_angle(repair_pulses(pulse_times(tacho, records[0].rate), 1))
     ends = _settled(shaft, SWEEP_BANDWIDTH)

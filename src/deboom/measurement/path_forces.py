@@ -94,18 +94,10 @@ def blocked_forces_in_situ(
     inversion: Inversion = CROSS_VALIDATED,
     noise: RealArray | None = None,
 ) -> PathForces:
-    """Find the blocked forces of a source in the place where it runs.
+    """Find the blocked forces of a source in the place where it runs, ``f_bl = (Y^AB)⁺ a``.
 
-    Parameters
-    ----------
-    accelerance : Frf
-        Indicators on the receiver per force at the interface, source mounted; ``<unit>/N``.
-    response, inversion, noise
-        As for `forces_by_inversion`, with its errors.
-
-    Notes
-    -----
-    ``f_bl = (Y^AB)⁺ a``. Any receiver will do, a vehicle or a rig: what gives way is part of Y^AB.
+    As `forces_by_inversion`, with indicators on the receiver per force at the interface, source
+    mounted. Any receiver will do, a vehicle or a rig: what gives way is part of Y^AB.
 
     References
     ----------
@@ -136,19 +128,15 @@ def forces_by_mount_stiffness(
 def blocked_forces_on_rig(
     receptance: Frf, cell_force: Spectrum, displacement: Spectrum
 ) -> PathForces:
-    """Find the blocked forces from load cells on a rig that may give way.
+    """Find the blocked forces from load cells on a rig that may give way (thesis, eq. 11).
 
     Parameters
     ----------
     receptance : Frf
-        Receptance of the source (with its mounts) on its own, at the interface; outputs and inputs
-        are the paths, in one order [m/N].
+        Receptance of the source (with its mounts) on its own; outputs and inputs are the paths, in
+        one order [m/N].
     cell_force, displacement : Spectrum
         Force on the rig [N] and motion of the interface [m], one channel per path.
-
-    Notes
-    -----
-    Thesis, eq. 11, ``f_bl = g_LC + Y_A⁻¹ u``; u is zero on a rigid rig.
     """
     paths, lines = receptance.inputs, receptance.frequency
     if receptance.outputs != paths:
@@ -238,8 +226,8 @@ class OnBoardValidation:
 def validate_on_board(transfer: Frf, forces: PathForces, measured: Spectrum) -> OnBoardValidation:
     """Compare what forces predict at validation sensors with what was measured there.
 
-    Raises InputError: a sensor that was an indicator of the inversion, one that was not measured or
-    is silent.
+    Close agreement is necessary, not proof: forces that a sensor hardly sees may be wrong. Raises
+    InputError: a sensor that was an indicator of the inversion, was not measured or is silent.
 
     Parameters
     ----------
@@ -248,10 +236,6 @@ def validate_on_board(transfer: Frf, forces: PathForces, measured: Spectrum) -> 
         with the forces.
     forces : PathForces — forces to be judged
     measured : Spectrum — the same sensors in operation
-
-    Notes
-    -----
-    Close agreement is necessary, not proof: forces that a sensor hardly sees may be wrong.
     """
     used = [name for name in transfer.outputs if name in forces.indicators]
     if used:

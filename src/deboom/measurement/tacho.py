@@ -67,33 +67,28 @@ def pulse_times(
     level: float | None = None,
     hysteresis: float | None = None,
 ) -> RealArray:
-    """Return the times at which a tacho signal crosses its trigger level.
+    """Return the times at which a tacho signal crosses its trigger level, increasing [s].
 
     Raises InputError: a signal that is constant, not finite, or has fewer than ten pulses.
 
     Parameters
     ----------
     voltage : array, shape (n_sample,) — signal as recorded [V]
-    rate : float — samples per second [Hz]
+    rate, start : float — samples per second [Hz] and time of the first sample [s]
     name : str — name of the channel, for messages
-    start : float — time of the first sample [s]
-    edge : Edge — edge that marks the angle; the rising one unless the pulse is upside down
+    edge : Edge — the rising edge marks the angle unless the pulse is upside down
     level : float, optional
         Trigger level [V]; half-way between low and high voltage where it is not given.
     hysteresis : float, optional
         Voltage by which the signal must leave the level backwards, once triggered, before it counts
         again [V]; a fifth of the swing where it is not given.
 
-    Returns
-    -------
-    array, shape (n_pulse,)
-        Increasing times [s], by a straight line between the two samples about each crossing.
-
     Notes
     -----
-    Low and high voltage are the quantiles at 0.1 % and 99.9 % of the samples. The straight line
-    gives the time to a small part of a sample where the edge is as slow as the recorder's
-    anti-aliasing filter makes it; a perfect step is known to ± half a sample only.
+    Low and high voltage are the quantiles at 0.1 % and 99.9 % of the samples. A straight line
+    between the two samples about each crossing gives the time to a small part of a sample where the
+    edge is as slow as the recorder's anti-aliasing filter makes it; a perfect step is known to ±
+    half a sample.
     """
     signal = np.asarray(voltage, dtype=float)
     if signal.ndim != 1 or signal.size == 0:
@@ -451,19 +446,15 @@ def shaft_angle(
     knot_spacing : float
         Revolutions between the knots of the spline; 0 puts the course through every pulse.
     zero_time : float, optional
-        Time of the zero mark, which is the nearest pulse [s]; the first pulse where it is not
-        given.
+        Time whose nearest pulse is the zero mark [s]; the first pulse where it is not given.
 
     Notes
     -----
-    Cubic spline of least squares of the revolutions over time, knots at every
-    ``knot_spacing · pulses per revolution``-th pulse, exact for a linear run-up. Averaging over the
-    knots takes out jitter and the unevenness within an engine cycle, so the angle is that of the
-    mean rotation.
-
-    A half order has two phases a half turn apart in one revolution: whether 1.5 leads or lags by
-    180° depends on which pulse is zero. Within a run nothing depends on it; to compare runs give
-    the `zero_time` of a mark once per engine cycle, such as an ignition.
+    Cubic spline of least squares, exact for a linear run-up. Averaging over the knots takes out
+    jitter and the unevenness within an engine cycle, so the angle is that of the mean rotation. A
+    half order has two phases a half turn apart in one revolution, so whether 1.5 leads or lags by
+    180° depends on which pulse is zero; to compare runs give the `zero_time` of a mark once per
+    engine cycle.
     """
     if not knot_spacing >= 0:
         raise InputError(f"a knot spacing of {knot_spacing} revolutions is negative")

@@ -138,25 +138,20 @@ def invert_for_forces(
     matrix : array_like, shape (n_frequency, n_indicator, n_path)
         Response per force [unit per N]. Of the receiver on its own it gives interface forces, of
         the assembled bodies blocked forces.
-    response : array_like, shape (n_frequency, n_indicator)
-        Responses in operation, complex peak [unit].
+    response : array_like, shape (n_frequency, n_indicator) — in operation, complex peak [unit]
     inversion : Inversion — regularisation
     noise : array_like, shape (n_indicator,) or (n_frequency, n_indicator), optional
         Standard deviation of each response [unit]; by default all alike. Rows are divided by it.
-    path_names : sequence of str, optional — names for messages; by default ``path 0``, …
+    path_names : sequence of str, optional — names for messages
 
     Notes
     -----
     ``f = Y⁺ a`` with ``Y = U S Vᴴ`` after scaling, ``f = V Φ S⁻¹ Uᴴ a``: Φ = 1 for none, 1 or 0 for
-    truncated, ``s²/(s² + λ²)`` for Tikhonov. The thesis (section 2.4.2) names the method and its
-    ill-conditioning, and gives no equation. With truncation the L-curve is that of Tikhonov:
-    singular values above the λ of its corner are kept, as both filters cut there.
-
-    References
-    ----------
-    Hansen, "Rank-Deficient and Discrete Ill-Posed Problems", SIAM, 1998.
-    Thite and Thompson, "The quantification of structure-borne transmission paths by inverse
-    methods", Journal of Sound and Vibration 264, 2003.
+    truncated, ``s²/(s² + λ²)`` for Tikhonov (Hansen, "Rank-Deficient and Discrete Ill-Posed
+    Problems", SIAM, 1998; Thite and Thompson, Journal of Sound and Vibration 264, 2003). The thesis
+    (section 2.4.2) names the method and its ill-conditioning, and gives no equation. With
+    truncation the L-curve is that of Tikhonov: singular values above the λ of its corner are kept,
+    as both filters cut there.
     """
     sizes: dict[str, int] = {}
     transfer: ComplexArray = checked_array(matrix, "f m p", "matrix to invert", sizes, complex)
@@ -246,12 +241,7 @@ def l_curve_curvature(data: Decomposition) -> RealArray:
     -----
     Curvature of ``lg‖f‖`` over ``lg‖Y f − a‖``, positive at the corner [1], from the closed
     derivatives over ``ln λ``: with ``dφ/dln λ = −2φ(1 − φ)``, those of ``η = Σ φ²|β|²/s²`` and
-    ``ρ = Σ (1 − φ)²|β|² + ρ₀``.
-
-    References
-    ----------
-    Hansen and O'Leary, "The use of the L-curve in the regularization of discrete ill-posed
-    problems", SIAM Journal on Scientific Computing 14, 1993.
+    ``ρ = Σ (1 − φ)²|β|² + ρ₀`` (Hansen and O'Leary, SIAM Journal on Scientific Computing 14, 1993).
     """
     kept = tikhonov_filters(data.relative, LAMBDAS)
     # not 1 − kept, which rounds to nothing where λ is small
@@ -282,27 +272,15 @@ def cross_validation_scores(
 ) -> RealArray:
     """Return how badly each set of filters predicts indicators left out of the inversion.
 
-    Parameters
-    ----------
-    data : Decomposition — responses of n_indicator sensors, more than there are paths
-    filters : array, shape (n_frequency or 1, n_candidate, n_path) — filter factors [1]
-    generalised : bool — ``‖r‖²/(n − Σφ)²`` instead of ``Σ (r_i/(1 − h_i))²``
-
-    Returns
-    -------
-    array, shape (n_frequency, n_candidate)
-        Scores; an indicator that cannot be left out raises InputError.
+    Filters have shape (n_frequency or 1, n_candidate, n_path), scores (n_frequency, n_candidate).
+    An indicator that cannot be left out raises InputError.
 
     Notes
     -----
-    h_i, the share of an indicator in its own prediction, is ``Σ_k |U_ik|² φ_k``; the second form is
-    the exact error of all inversions with one indicator left out (PRESS), the first its average
-    over rotations of the responses.
-
-    References
-    ----------
-    Golub, Heath and Wahba, "Generalized cross-validation as a method for choosing a good ridge
-    parameter", Technometrics 21, 1979.
+    ``‖r‖²/(n − Σφ)²`` if `generalised` (Golub, Heath and Wahba, Technometrics 21, 1979), else ``Σ
+    (r_i/(1 − h_i))²``, the exact error of all inversions with one indicator left out (PRESS), of
+    which the first is the average over rotations of the responses. h_i, the share of an indicator
+    in its own prediction, is ``Σ_k |U_ik|² φ_k``.
     """
     n_indicator = data.left.shape[1]
     filters = np.broadcast_to(filters, (len(data.singular), *filters.shape[1:]))

@@ -39,23 +39,19 @@ def forced_response(
 ) -> ComplexArray:
     """Return the displacement under harmonic loads, ``(K − ω²M) q = F``, solved line by line.
 
-    Raises InputError: loads that do not fit, or an undamped system in resonance.
+    Thesis, eq. 47 and 59 (with the damping inside K). Raises InputError: loads that do not fit, or
+    an undamped system in resonance.
 
     Parameters
     ----------
     mass_matrix : array, shape (n, n) — mass matrix [kg, kg m, kg m²]
-    stiffness : array, shape (n_frequency, n, n) or (n, n)
-        Complex stiffness at the same point [N/m, N/rad, N m/rad].
+    stiffness : array, shape (n_frequency, n, n) or (n, n) — complex [N/m, N/rad, N m/rad]
     force : array, shape (n_frequency, n) — complex amplitudes [N, N m]
     frequency : array, shape (n_frequency,) — lines [Hz]
 
     Returns
     -------
     array, shape (n_frequency, n) — complex amplitudes [m, rad]
-
-    Notes
-    -----
-    Thesis, eq. 47 and 59 (with the damping inside K).
     """
     impedance = dynamic_stiffness_matrix(mass_matrix, stiffness, frequency)
     load = np.asarray(force, dtype=complex)
@@ -80,17 +76,8 @@ def modal_superposition(
 ) -> ComplexArray:
     """Return the displacement as a sum over modes, for one gain common to all stiffness.
 
-    Parameters
-    ----------
-    mass_matrix, force, frequency
-        As for `forced_response`.
-    stiffness : array, shape (n, n) — real, static stiffness [N/m, N/rad, N m/rad]
-    gain : array, shape (n_frequency,)
-        Complex dynamic gain v: the stiffness of a line is ``v K`` [1].
-
-    Returns
-    -------
-    array, shape (n_frequency, n) — complex amplitudes [m, rad]; errors as of `rigid_body_modes`
+    As `forced_response`, with a real, static stiffness (n, n) and the complex dynamic gain v of
+    each line: the stiffness of a line is ``v K``. Errors as of `rigid_body_modes`.
 
     Notes
     -----

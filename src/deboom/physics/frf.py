@@ -137,22 +137,15 @@ def _inverse(matrix: ComplexArray, frequency: RealArray) -> ComplexArray:
 def mac(a: npt.ArrayLike, b: npt.ArrayLike) -> RealArray:
     """Return the modal assurance criterion of two curves, ``|aᴴ b|² / (aᴴ a · bᴴ b)``.
 
-    Raises InputError: different numbers of lines, or a curve that is zero on all lines.
-
-    Parameters
-    ----------
-    a, b : array_like, shape (n_frequency, ...)
-        Complex values to compare along the first axis; the other axes broadcast. Mode shapes have
-        their degrees of freedom in the place of the lines.
-
-    Returns
-    -------
-    array, shape (...) — 0 (nothing in common) to 1 (one is a complex multiple of the other) [1]
+    0 (nothing in common) to 1 (one is a complex multiple of the other) [1], along the first axis;
+    the other axes broadcast. Raises InputError: different numbers of lines, a curve that is zero on
+    all.
 
     Notes
     -----
-    Give complex pressures or their magnitudes, never decibels: two dB curves share a large mean,
-    which makes MAC close to 1 for any pair.
+    Mode shapes have their degrees of freedom in the place of the lines. Give complex pressures or
+    their magnitudes, never decibels: two dB curves share a large mean, which makes MAC close to 1
+    for any pair.
     """
     first, second = _checked_pair(a, b)
     cross = np.abs(np.sum(first.conj() * second, axis=0)) ** 2
@@ -367,17 +360,11 @@ def overlapping_blocks(record: npt.ArrayLike, length: int, step: int) -> RealArr
 def effective_averages(window: npt.ArrayLike, step: int, n_block: int) -> float:
     """Return the number of independent averages that overlapping random blocks are worth.
 
-    Parameters
-    ----------
-    window : array, shape (n_sample,) — window of every block
-    step, n_block : int
-        Samples from one block's begin to the next one's, and number of blocks, from 1.
-
     Notes
     -----
-    Welch (1967): ``n / (1 + 2 Σ_k (1 − k/n) ρ_k²)`` with
-    ``ρ_k = Σ_m w_m w_{m+k·step} / Σ w²``, for white noise. Hann blocks that overlap by half are
-    worth 0.947 n, where the same record without overlap gives 0.5 n.
+    Welch (1967): ``n / (1 + 2 Σ_k (1 − k/n) ρ_k²)`` with ``ρ_k = Σ_m w_m w_{m+k·step} / Σ w²``, for
+    white noise and n blocks of a window w that begin `step` samples apart. Hann blocks that overlap
+    by half are worth 0.947 n, where the same record without overlap gives 0.5 n.
     """
     shape = np.asarray(window, dtype=float)
     if n_block < 1 or step < 1:
@@ -685,13 +672,8 @@ def force_window(
 ) -> RealArray:
     """Return a window of 1 while the hammer touches and 0 otherwise, with a cosine at both ends.
 
-    Parameters
-    ----------
-    n_sample : int — samples of a block
-    rate : float — samples per second [Hz]
-    begin, end : float
-        Flat part, from the first sample of the block [s]; without a sample in it, InputError.
-    taper : float — duration of the rise before `begin` and of the fall after `end` [s]
+    Flat from `begin` to `end` after the first sample of the block, with a taper before and after
+    [s]; a flat part without a sample raises InputError.
 
     Notes
     -----
@@ -741,15 +723,11 @@ def corrected_pole(pole: npt.ArrayLike, time_constant: float) -> ComplexArray:
     Raises InputError: a time constant that is not positive, or a pole that the window alone would
     move further than it lies: no decay is left.
 
-    Parameters
-    ----------
-    pole : array, shape (...) — fitted pole, ``−ζω + jω√(1 − ζ²)`` [rad/s]
-    time_constant : float — τ of the exponential window of force and response [s]
-
     Notes
     -----
-    The damped frequency Im s is left as it is; the decay rate −Re s shrinks by 1/τ. An error of the
-    fitted decay rate stays as it is, so its share of a small damping grows.
+    Poles are ``−ζω + jω√(1 − ζ²)`` [rad/s]. The damped frequency Im s is left as it is; the decay
+    rate −Re s shrinks by 1/τ. An error of the fitted decay rate stays as it is, so its share of a
+    small damping grows.
     """
     _check_time_constant(time_constant)
     corrected = np.asarray(pole, dtype=complex) + 1.0 / time_constant

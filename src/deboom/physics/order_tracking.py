@@ -62,24 +62,11 @@ def _checked_order(order: float) -> float:
 def lower_rate(
     values: npt.ArrayLike, rate: float, highest_frequency: float
 ) -> tuple[RealArray, float]:
-    """Return every n-th sample of low-pass filtered records, without delay.
+    """Return every n-th sample of low-pass filtered records without delay, and the lower rate.
 
-    Raises InputError: fewer than four samples per period of the highest frequency, or a record
-    shorter than the filter.
-
-    Parameters
-    ----------
-    values : array, shape (n_sample, n_channel) — samples [unit]
-    rate : float — samples per second [Hz]
-    highest_frequency : float — frequency up to which the records must stay as they are [Hz]
-
-    Returns
-    -------
-    values : array, shape (n_lower, n_channel)
-        Samples at the lower rate; the first keeps its time [unit].
-    rate : float
-        A whole fraction of the old one, at least ten times the highest frequency, or the old one
-        [Hz].
+    The rate is a whole fraction of the old one, at least ten times the highest frequency [Hz] up to
+    which the records must stay as they are, or the old one; the first sample keeps its time. Raises
+    InputError: fewer than four samples per period, or a record shorter than the filter.
 
     Notes
     -----
@@ -177,8 +164,8 @@ def order_amplitudes(
 
     Parameters
     ----------
-    revolution : array, shape (n_angle,) — equidistant shaft angles from `angular_resample` [rev]
-    resampled : array, shape (n_angle, n_channel) — samples there [unit]
+    revolution, resampled : array, shape (n_angle,) and (n_angle, n_channel)
+        Equidistant shaft angles from `angular_resample` [rev], and samples there [unit].
     order : array, shape (n_order,) — cycles per revolution [1]
     centre : array, shape (n_line,) — middle of the window of each line [rev]
     revolutions : float — length of the window [rev]
@@ -192,8 +179,7 @@ def order_amplitudes(
     -----
     ``A = 2/Σw · Σ w(θ) y(θ) e^{−j order θ}``. Constant orders that are whole multiples of
     ``1/revolutions`` apart, two or more of them, do not disturb each other: four revolutions
-    separate the half orders of a four-stroke engine. The amplitude is averaged over the window with
-    the weight w; see `smear`.
+    separate the half orders of a four-stroke engine.
     """
     position, record = np.asarray(revolution, dtype=float), np.asarray(resampled, dtype=float)
     orders, centres = np.atleast_1d(order).astype(float), np.atleast_1d(centre).astype(float)
@@ -262,8 +248,7 @@ def vold_kalman(
     """Return complex amplitudes of one or several orders in time, all solved together.
 
     Raises InputError: shapes that disagree, values that are not finite, a shaft that turns back, a
-    bandwidth that is not positive, exceeds the frequency of an order or is too narrow for the rate,
-    or a number of poles other than 1, 2 and 3.
+    bandwidth that is not positive, exceeds the frequency of an order or is too narrow for the rate.
 
     Parameters
     ----------
@@ -273,8 +258,7 @@ def vold_kalman(
         known can stand beside the orders; a column of zeros takes up the quasi-static part.
     rate : float — samples per second [Hz]
     bandwidth : float or array, shape (n_order,)
-        Full width between the half-power (−3 dB) points about each order [Hz]; an amplitude that
-        changes faster than half of it is smoothed.
+        Full width between the half-power (−3 dB) points about each order [Hz].
     poles : int — 1, 2 or 3: how steeply the filter falls beyond its bandwidth
 
     Returns
@@ -292,17 +276,14 @@ def vold_kalman(
 
     with p poles and r_k from the bandwidth (`penalty`); a quasi-static part is real and has no ½. A
     constant amplitude comes out exactly, up to the ends of the record; the usual form, complex
-    envelopes on a real record, mistakes an order's mirror image for noise and errs by some percent
-    there.
+    envelopes on a real record, mistakes an order's mirror image for noise. The normal equations
+    lose up to all digits at usual rates; here ``u = r ∇^p A`` is an unknown of its own, the matrix
+    is banded and its condition the square root of theirs.
 
-    The normal equations lose up to all digits at usual rates (condition 3e14 at 16384 Hz and 2 Hz).
-    Here ``u = r ∇^p A`` is an unknown of its own; the matrix is banded and its condition is the
-    square root of that.
-
-    Away from the ends the envelope of one order is its demodulated record through the filter
-    ``1 / (1 + r² (2 sin(πf/rate))^{2p})``. At the ends the filter looks to one side only: within
-    about one over the bandwidth the noise is up to twice as large. Two orders that run together for
-    longer than one over the bandwidth share their energy in a way that no method can tell.
+    Away from the ends the envelope of one order is its demodulated record through the filter ``1 /
+    (1 + r² (2 sin(πf/rate))^{2p})``; at the ends it looks to one side only: within about one over
+    the bandwidth the noise is up to twice as large. Two orders that run together for longer than
+    one over the bandwidth share their energy in a way that no method can tell.
     """
     record, angle, widths = _checked_filter(values, phase, rate, bandwidth, poles)
     static = np.ptp(angle, axis=0) == 0

@@ -66,20 +66,16 @@ def unweighted_level(pressure: npt.ArrayLike) -> RealArray:
 
 
 def spl(pressure: npt.ArrayLike, frequency: npt.ArrayLike, axis: int = 0) -> RealArray:
-    """Return the A-weighted sound pressure level of each line.
+    """Return the A-weighted sound pressure level of each line [dB(A)].
 
-    Raises InputError: a frequency axis of another length than `pressure` has, or of lines without a
-    weighting.
+    Silence (exactly 0 Pa) is minus infinity. Raises InputError: a frequency axis of another length
+    than `pressure` has, or of lines without a weighting.
 
     Parameters
     ----------
     pressure : array_like, shape (n_frequency, ...) — complex peak amplitudes [Pa]
     frequency : array_like, shape (n_frequency,) — lines [Hz]
     axis : int — frequency axis of `pressure`
-
-    Returns
-    -------
-    array, same shape as `pressure` — levels [dB(A)]; silence (exactly 0 Pa) is minus infinity
 
     Notes
     -----

@@ -101,25 +101,12 @@ def pressure_with_airborne(
     acoustic_ntf: npt.ArrayLike,
     source_strength: npt.ArrayLike,
 ) -> ComplexArray:
-    """Return the pressure of the structure-borne and the airborne paths together.
+    """Return the pressure of the structure-borne and the airborne paths together [Pa].
 
-    Parameters
-    ----------
-    ntf, force : array_like, shape (n_frequency, n_path)
-        Noise transfer functions [Pa/N] and forces [N].
-    acoustic_ntf : array_like, shape (n_frequency, n_source)
-        Pressure per volume velocity of each airborne source [Pa s/m³].
-    source_strength : array_like, shape (n_frequency, n_source)
-        Volume velocity of each source, complex peak [m³/s].
-
-    Returns
-    -------
-    array, shape (n_frequency,) — complex peak pressure [Pa]
-
-    Notes
-    -----
-    ``p_d = Σ_j Y_dj f_j + Σ_k Y_dk q_k``, thesis, eq. 12. At low frequency the structure carries
-    90 to 95 % (thesis, section 2.4), and eq. 13 leaves the second sum out.
+    ``p_d = Σ_j Y_dj f_j + Σ_k Y_dk q_k``, thesis, eq. 12, with the pressure per volume velocity [Pa
+    s/m³] and the volume velocity [m³/s] of each airborne source, both (n_frequency, n_source). At
+    low frequency the structure carries 90 to 95 % (thesis, section 2.4), and eq. 13 leaves the
+    second sum out.
     """
     return pressure(ntf, force) + pressure(acoustic_ntf, source_strength)
 
@@ -149,18 +136,15 @@ def partial_sums(
 def energy_share(
     path_contributions: npt.ArrayLike, line_weight: npt.ArrayLike | None = None
 ) -> RealArray:
-    """Return the part of the energy of the sum that each path brings, with its phase.
+    """Return the part of the energy of the sum that each path brings, with its phase, (n_path,).
+
+    Shares add up to 1; one is below 0 where a path takes away from the others [1].
 
     Parameters
     ----------
     path_contributions : array_like, shape (n_frequency, n_path) — complex contributions [Pa]
     line_weight : array_like, shape (n_frequency,), optional
         Energy weight of each line, such as the A-weighting; by default all alike [1].
-
-    Returns
-    -------
-    array, shape (n_path,)
-        Shares, which add up to 1; below 0 where a path takes away from the others [1].
 
     Notes
     -----

@@ -128,24 +128,18 @@ def beam_congruence(
     first: npt.ArrayLike = (0.0, 0.0, 0.0),
     second: npt.ArrayLike = (0.0, 0.0, 0.0),
 ) -> RealArray:
-    """Return the congruence from the motion of two points to that of the ends of a beam.
+    """Return the congruence from the motion of two points to that of the ends of a beam, (12, 12).
 
     Parameters
     ----------
-    frame : array, shape (3, 3) — Axes of the beam from `frame_along`
+    frame : array, shape (3, 3) — axes of the beam from `frame_along`
     first, second : array, shape (3,)
         Ends, each from the point of the body that holds it, such as a virtual point [m].
-
-    Returns
-    -------
-    array, shape (12, 12)
-        G; the stiffness seen at the points is ``Gᵀ K G``, the loads on the beam there
-        ``Gᵀ K G u`` [1, m].
 
     Notes
     -----
     ``G = diag(Rᵀ, Rᵀ) [[I, skew(r)ᵀ], [0, I]]`` for each end: all six motions of the point, not
-    only the three of a mount.
+    only the three of a mount. The stiffness seen at the points is ``Gᵀ K G``.
     """
     turned = np.asarray(frame, dtype=float).T
     turn = np.kron(np.eye(2), turned)

@@ -42,14 +42,6 @@ class MeasuredMount(Protocol):
     def transfer_axes(self) -> tuple[str, ...]:
         """Axes whose force reaches the cabin."""
 
-    @property
-    def variables(self) -> tuple[str, ...]:
-        """Names ``<mount> <axis>`` for all three axes."""
-
-    @property
-    def paths(self) -> tuple[str, ...]:
-        """Names ``<mount> <axis>`` for the transfer axes."""
-
     def channels(self, axis: str) -> tuple[str, ...]:
         """Names ``<mount> [<piece>] <axis>`` along one axis, one per piece."""
 

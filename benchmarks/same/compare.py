@@ -35,7 +35,7 @@ UNSTEADY = re.compile(
 )
 """Keys and columns that hold times, versions or texts of the source."""
 
-UNCOMPARED = (".lock", "cpu.txt", "steps.txt", "state.npz", "inputs.json")
+UNCOMPARED = (".lock", "cpu.txt", "steps.txt", "state.npz", "search.json", "inputs.json")
 """Files of the search's and of our own book-keeping: hashes, times, states of generators."""
 
 PROGRESS = re.compile(r"%\||it/s|\x1b|: \d+/\d+( |$)")

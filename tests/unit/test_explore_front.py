@@ -20,6 +20,7 @@ from deboom.explore.front import (
     level_gap,
     nondominated,
     pareto_front,
+    pareto_rank,
     verify,
 )
 from deboom.explore.robust import RobustResponse, RobustValues
@@ -83,6 +84,17 @@ def test_nondominated_against_the_definition():
     )
     np.testing.assert_array_equal(nondominated(points), brute)
     assert nondominated(np.empty((0, 2))).shape == (0,)
+
+
+def test_ranks_peel_front_by_front():
+    points = np.random.default_rng(1).random((40, 2))
+    rank, left, number = pareto_rank(points), np.arange(40), 0
+    while left.size:
+        front = nondominated(points[left])
+        assert (rank[left[front]] == number).all()
+        left, number = left[~front], number + 1
+    assert rank.max() == number - 1
+    assert pareto_rank(np.empty((0, 2))).size == 0
 
 
 def test_only_a_sorted_front_is_called_one():

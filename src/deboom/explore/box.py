@@ -53,12 +53,7 @@ class Box:
     names : tuple of str, length k
         Variables.
     lower, upper : array, shape (k,)
-        Ends of the intervals, both inside [units of the variables].
-
-    Raises
-    ------
-    InputError
-        Ends of another number, not finite or reversed.
+        Ends of the intervals, both inside, finite and in order [units of the variables].
     """
 
     names: tuple[str, ...]
@@ -103,27 +98,24 @@ class BoxQuestion:
     Parameters
     ----------
     response : Differentiable
-        Model, such as the level in every vehicle; a value that could not be computed keeps no
-        limit.
+        Model, such as the level in every vehicle; what cannot be computed keeps no limit.
     limit : array, shape (r,)
         Largest value of each response that is kept [response_unit].
     share : float
-        Least share of parts and responses that keep their limit, above 0 and below 1 [1].
+        Least share of parts and responses that keep their limit, between 0 and 1 [1].
     lower, upper : array, shape (k,)
         Bounds of all parts; equal bounds hold a variable fixed [units of the variables].
     weight : array, shape (k,), optional
         Cost of a per cent of tolerance, above 0; only ratios count. Default is 1 [1].
     together : bool
-        A part counts as a whole: it must keep all its limits (worst vehicle). Otherwise every pair
-        of part and response counts.
+        Whether a part counts as a whole and must keep all its limits (worst vehicle).
     law : PartLaw
         How parts lie in the box.
 
     Raises
     ------
     InputError
-        A model without gradient; limits, bounds or weights of another number or value; a share
-        outside 0 to 1; bounds that leave nothing free.
+        Limits, bounds, weights or a share that cannot be; a model without gradient; nothing free.
     """
 
     response: Differentiable
@@ -213,13 +205,7 @@ class BoxQuestion:
         return float(self.weight[self.free] @ np.log(box.width[self.free]))
 
     def checked(self, point: npt.ArrayLike) -> RealArray:
-        """Return a design inside the bounds, shape (k,), or refuse it.
-
-        Raises
-        ------
-        InputError
-            Another shape, or a value outside the bounds.
-        """
+        """Return a design (k,) inside the bounds, or refuse it by the name of the variable."""
         values = np.asarray(point, dtype=float)
         if values.shape != self.lower.shape:
             raise InputError(
@@ -250,8 +236,7 @@ def smooth_share(
     unit : array, shape (n, k)
         Uniform draws that stand for the parts [1].
     softness : float
-        Standard deviation of the normal distribution that the step from kept to missed is smoothed
-        with, above 0 [response_unit].
+        Width of the normal distribution that smooths the step from kept to missed [response_unit].
 
     Returns
     -------
@@ -263,8 +248,7 @@ def smooth_share(
     Notes
     -----
     A part is ``l + t (u - l)`` with its place t from the shared draws, thus ``∂x/∂l = 1 - t`` and
-    ``∂x/∂u = t``: the model's gradient is all that is needed, and of parts near the limit only.
-    With ``question.together`` the excess is the largest of the part.
+    ``∂x/∂u = t``: the model's gradient of parts near the limit is all that is needed.
     """
     places = question.law.places(unit)
     designs = ends[0] + places * (ends[1] - ends[0])
@@ -290,20 +274,11 @@ def smooth_share(
 def face_shares(question: BoxQuestion, box: Box, unit: RealArray) -> RealArray:
     """Return the share of the parts exactly at each lower and each upper end, shape (2, k) [1].
 
-    Parameters
-    ----------
-    question : BoxQuestion
-        Limits.
-    box : Box
-        Intervals.
-    unit : array, shape (n, k)
-        Uniform draws that stand for the parts [1].
-
     Notes
     -----
-    Where parts lie evenly, ``∂share/∂u_k = (share of the upper face - share) / (u_k - l_k)``, by
-    Leibniz' rule, without any smoothing. In the largest box each face that is not a bound of the
-    question therefore has a share that is lower than that of the box by the same multiple of the
+    Where parts, ``unit`` of shape (n, k), lie evenly, ``∂share/∂u_k = (share of the upper face -
+    share) / (u_k - l_k)``, by Leibniz' rule, without any smoothing. In the largest box each face
+    that is no bound has a share that is lower than that of the box by the same multiple of the
     weight: the check of an optimum that needs no gradient of the model.
     """
     shares = np.empty((2, len(question.names)))
@@ -321,18 +296,15 @@ class VerifiedShare:
 
     Parameters
     ----------
-    share : float
-        Share of parts and responses (or of parts) that keep the limit [1].
-    bound : float
-        Lower bound of the true share with the stated confidence [1].
-    confidence : float
-        One-sided confidence [1].
+    share, standard_error : float
+        Share of parts and responses (or of parts) that keep the limit, and its error over parts
+        [1].
+    bound, confidence : float
+        Lower bound of the true share with a one-sided confidence [1].
     n_parts : int
         Parts drawn.
     by_response : array, shape (r,)
         Share of the parts that keep the limit of each response [1].
-    standard_error : float
-        Standard error of the share, over parts [1].
     """
 
     share: float
@@ -359,17 +331,10 @@ def verified_share(
         Limits.
     box : Box
         Intervals.
-    seed : int
-        Seed from 1 upwards; the draws are those of the purpose "verification of a box".
-    n_parts : int
-        Parts drawn.
+    seed, n_parts : int
+        Seed from 1 upwards and number of the parts.
     confidence : float
-        Confidence of the bound [1].
-
-    Raises
-    ------
-    InputError
-        See `lower_bound`; seed 0.
+        Confidence of the bound of `lower_bound` [1].
     """
     draws = generator(checked_seed(seed), "verification of a box")
     shares = np.empty(n_parts)
@@ -396,15 +361,9 @@ def lower_bound(part_shares: RealArray, confidence: float) -> float:
     Parameters
     ----------
     part_shares : array, shape (n,)
-        Shares of independent parts, 0 to 1. The vehicles of one part are not independent, therefore
-        each part counts once [1].
+        Shares of at least two independent parts; vehicles of one part are not independent [1].
     confidence : float
-        Confidence above 0 and below 1 [1].
-
-    Raises
-    ------
-    InputError
-        Fewer than two parts, or a confidence outside 0 to 1.
+        Confidence between 0 and 1 [1].
 
     Notes
     -----

@@ -45,13 +45,11 @@ class Commonality:
     Parameters
     ----------
     by_count : tuple of SharedDesign
-        Best sharing found for each count of part numbers, from few to many; each has a lower worst
-        excess than those before it.
+        Best sharing found for each count of part numbers that improves on fewer, from few to many.
     fewest : SharedDesign
         The first within all limits; among all values of these part numbers the quietest found.
     lower_bound : int
-        With fewer numbers some vehicle misses its limit, even where every part that has several
-        numbers has one for each vehicle.
+        Count below which some vehicle misses its limit.
     """
 
     by_count: tuple[SharedDesign, ...]
@@ -69,10 +67,8 @@ def fewest_part_numbers(
 
     Parameters
     ----------
-    problem : SharingProblem
-        Fleet with limits and rules.
-    own : OwnOptima
-        Result of `own_optima` for the same model and space.
+    problem, own : SharingProblem, OwnOptima
+        Fleet with limits and rules, and the result of `own_optima` for it.
     guesses : sequence of Sharing
         Sharings that are tried as well, such as the families of a correlation study.
     step : callable, optional
@@ -86,12 +82,10 @@ def fewest_part_numbers(
 
     Notes
     -----
-    Two steps in turn. Numbers: of a library of part values, choose a stated count and give every
-    vehicle one of each part, so that the worst vehicle is as good as can be: an exact integer
-    program on that library. Values: move the values of these numbers by gradients
-    (`shared_design`), then put other values of the library in wherever vehicles gain. The library
-    holds the local optima of every vehicle by itself; a vehicle's optimum may need two parts to
-    change together, which is why numbers are chosen for all parts at once.
+    Two steps in turn. Numbers: of a library of part values, the local optima of every vehicle,
+    choose a stated count and give every vehicle one of each part, so that the worst vehicle is as
+    good as can be: an exact integer program. Values: move the values of these numbers by gradients
+    (`shared_design`), then put other values of the library in wherever vehicles gain.
 
     The lower bound is a relaxation: parts outside of a subset are shared by all vehicles, those
     inside, and those of which rules keep vehicles apart, are free for each vehicle. All optima of
@@ -151,15 +145,6 @@ def separate_sets(problem: SharingProblem, own: OwnOptima, sharing: Sharing) -> 
 
     In each set the worst vehicle is as good as was found. One search per set, with room for all
     others: in a search of all, values of a set without the worst vehicle stay where they began.
-
-    Parameters
-    ----------
-    problem : SharingProblem
-        Fleet.
-    own : OwnOptima
-        Result of `own_optima` for the same model and space.
-    sharing : Sharing
-        Part numbers, such as one of every part for each group of vehicles.
     """
     place = np.unique(sharing.numbers, axis=1, return_inverse=True)[1].ravel()
     designs = own.designs.copy()

@@ -92,25 +92,22 @@ def correlations(
         resampled.
     names : sequence of str, length r
         Names of the responses.
-    seed : int
-        Seed of the bootstrap, from 1.
-    resamples : int
-        Number of bootstrap resamples, at least 100.
+    seed, resamples : int
+        Seed from 1 and number of resamples, at least 100, of the bootstrap.
     level : float
         Confidence of the interval [1].
 
     Raises
     ------
     InputError
-        Fewer than `FEWEST` designs, fewer than two responses, a value that is not finite, a
-        response that is the same in all designs, too few resamples, a level outside 0 to 1.
+        Fewer than `FEWEST` designs or two responses; a value that is not finite, or a response that
+        is the same in all designs, by name; a count, level or seed that cannot be.
 
     Notes
     -----
     Percentile bootstrap over the designs: Efron and Tibshirani, "An Introduction to the Bootstrap",
-    ch. 13. It takes the designs for independent draws; designs of a space-filling plan cover the
-    space more evenly, so their interval is rather too wide. Ranks are found anew in each resample,
-    ties share the mean of their ranks.
+    ch. 13. It takes the designs for independent draws; those of a space-filling plan cover the
+    space more evenly, so their interval is rather too wide. Ranks are found anew in each resample.
     """
     rows = _checked(values, names, resamples, level)
     n, m, _ = rows.shape
@@ -209,38 +206,23 @@ def _weighted(transform: _Transform, weights: RealArray) -> RealArray:
 def tolerance_scatter(
     evaluate: Evaluate, space: DesignSpace, designs: RealArray, *, n_draws: int, seed: int
 ) -> tuple[RealArray, RealArray]:
-    """Split the responses of toleranced designs into means and scatter.
+    """Split the responses of toleranced designs, (n, k), into means and scatter.
 
-    Parameters
-    ----------
-    evaluate : Evaluate
-        Model.
-    space : DesignSpace
-        Its variables with their tolerances.
-    designs : array, shape (n, k)
-        Designs as made without scatter [units of the space].
-    n_draws : int
-        Draws per design, a power of two.
-    seed : int
-        Seed from 1.
+    Each design has ``n_draws`` scrambled Sobol draws of its own, a power of two: draws that all
+    designs share would leave the correlation of the scatter to those few.
 
     Returns
     -------
     mean : array, shape (n, r)
         Mean of each design over its draws [unit of the responses].
     scatter : array, shape (n, n_draws, r)
-        Each draw less the mean of its design; NaN for all draws of a design of which one could
-        not be computed [unit of the responses].
+        Each draw less the mean of its design; NaN for all draws of a design of which one could not
+        be computed [unit of the responses].
 
     Raises
     ------
     InputError
         A number of draws that is not a power of two from 2, seed 0, designs of another shape.
-
-    Notes
-    -----
-    Each design has scrambled Sobol draws of its own. Draws that all designs share would be better
-    for comparing designs, but would leave the correlation of the scatter to those few draws.
     """
     rows = []
     for number, design in enumerate(space.checked(designs), 1):
@@ -261,10 +243,8 @@ class Families:
 
     Parameters
     ----------
-    names : tuple of str
-        Names of the responses.
-    members : tuple of tuple of str
-        The families, the largest first, each in the order of the names.
+    names, members : tuple of str, tuple of tuple of str
+        Names of the responses, and the families, the largest first.
     merges : array, shape (r - 1, 4)
         Tree in the layout of `scipy.cluster.hierarchy.linkage`; heights are 1 - r [1].
     cut : float
@@ -292,11 +272,6 @@ def families(names: Sequence[str], r: RealArray, cut: float = 0.9) -> Families:
         Their correlation [1].
     cut : float
         Correlation that is asked for, between 0 and 1 [1].
-
-    Raises
-    ------
-    InputError
-        Fewer than two responses, a matrix of another shape, a cut outside 0 to 1.
 
     Notes
     -----

@@ -45,32 +45,17 @@ _INCOMPLETE_BLOCKS = {
 def sobol_designs(space: DesignSpace, n_designs: int, *, seed: int) -> RealArray:
     """Return scrambled Sobol designs within the bounds, shape (n_designs, k) [units of the space].
 
-    Raises
-    ------
-    InputError
-        A count that is not a power of two, seed 0.
+    The number of designs is a power of two, or it is refused.
     """
     points = sobol_points(space.n_variables, n_designs, seed=seed, purpose="designs")
     return _within(space, points)
 
 
 def latin_hypercube(space: DesignSpace, n_designs: int, *, seed: int) -> RealArray:
-    """Return a Latin hypercube whose closest designs are far apart (maximin).
+    """Return a Latin hypercube whose closest designs are far apart, shape (n_designs, k).
 
-    Parameters
-    ----------
-    space : DesignSpace
-        Variables and bounds.
-    n_designs : int
-        Number of designs, at least 2.
-    seed : int
-        Seed from 1 upwards.
-
-    Returns
-    -------
-    array, shape (n_designs, k)
-        Designs with exactly one value of each variable in each of `n_designs` equal intervals
-        [units of the space].
+    Every variable has exactly one design in each of `n_designs` equal intervals [units of the
+    space].
 
     Raises
     ------
@@ -125,12 +110,8 @@ def _within(space: DesignSpace, points: RealArray) -> RealArray:
 def full_factorial(n_variables: int, levels: int = 2) -> RealArray:
     """Return every combination of equally spaced levels, shape (levels**k, k) [1].
 
-    The runs are in standard order: the first column alternates fastest.
-
-    Raises
-    ------
-    InputError
-        No variable, fewer than two levels, or more than `MOST_DESIGNS` designs.
+    The runs are in standard order: the first column alternates fastest. Nothing to vary, or more
+    than `MOST_DESIGNS` designs, is refused.
     """
     if n_variables < 1 or levels < 2:
         raise InputError(
@@ -148,7 +129,7 @@ def full_factorial(n_variables: int, levels: int = 2) -> RealArray:
 
 
 def fractional_factorial(generators: str) -> RealArray:
-    """Return a regular two-level fraction.
+    """Return a regular two-level fraction, shape (2**n_base, k), in standard order [1].
 
     Parameters
     ----------
@@ -157,16 +138,10 @@ def fractional_factorial(generators: str) -> RealArray:
         full factorial, a longer word the product of base variables, a minus in front turns it.
         ``"a b c abc"`` is the half fraction of four variables.
 
-    Returns
-    -------
-    array, shape (2**n_base, k)
-        Levels in standard order of the base variables, which are sorted by letter [1].
-
     Raises
     ------
     InputError
-        No word, a word that is no letters, a letter without a column of its own, or two columns
-        that are the same up to their sign.
+        Words that are no letters, letters without a column of their own, or two equal columns.
 
     Notes
     -----
@@ -227,7 +202,7 @@ def _words(generators: str) -> list[tuple[float, str]]:
 
 
 def box_behnken(n_variables: int, n_centre: int = 1) -> RealArray:
-    """Return a Box-Behnken design: no variable at its limit together with all others.
+    """Return a Box-Behnken design (n, k): no variable at its limit together with all others [1].
 
     Parameters
     ----------
@@ -235,16 +210,6 @@ def box_behnken(n_variables: int, n_centre: int = 1) -> RealArray:
         Number k of variables, at least 3.
     n_centre : int
         Runs in the middle; more than one say nothing about a model without noise.
-
-    Returns
-    -------
-    array, shape (n, k)
-        Levels -1, 0 and 1 [1].
-
-    Raises
-    ------
-    InputError
-        Fewer than three variables or a negative count.
 
     Notes
     -----
@@ -270,7 +235,7 @@ def box_behnken(n_variables: int, n_centre: int = 1) -> RealArray:
 def central_composite(
     factorial: RealArray, star_distance: float | None = None, n_centre: int = 1
 ) -> RealArray:
-    """Return a factorial with a star of axial points and a middle.
+    """Return a factorial, its star (low and high by variable) and its middle as coded levels [1].
 
     Parameters
     ----------
@@ -281,16 +246,6 @@ def central_composite(
         the fourth root of n, which makes the design rotatable [1].
     n_centre : int
         Runs in the middle.
-
-    Returns
-    -------
-    array, shape (n + 2 k + n_centre, k)
-        Factorial, star (low and high by variable), middle [1].
-
-    Raises
-    ------
-    InputError
-        A factorial with other levels, a distance that is not above 0, a negative count.
 
     Notes
     -----
@@ -311,19 +266,9 @@ def central_composite(
 
 
 def within_bounds(space: DesignSpace, coded: RealArray) -> RealArray:
-    """Return the designs of a coded plan, its outermost levels on the bounds.
+    """Return the designs of a coded plan, (n, k), its outermost levels on the bounds.
 
-    Parameters
-    ----------
-    space : DesignSpace
-        Variables and bounds.
-    coded : array, shape (n, k)
-        Levels around 0; a star beyond ±1 shrinks the rest of its plan [1].
-
-    Returns
-    -------
-    array, shape (n, k)
-        Designs [units of the space].
+    A star beyond ±1 shrinks the rest of its plan.
 
     Raises
     ------
@@ -370,12 +315,10 @@ class Doe:
         Name of the model and its purpose; only a DOE of the same name is continued.
     space : DesignSpace
         Variables, with bounds around the designs.
-    response_names : tuple of str
-        Columns of the responses.
-    response_unit : str
-        Unit of all responses.
+    response_names, response_unit : tuple of str, str
+        Columns of the responses and their unit.
     designs : array, shape (n, k)
-        Designs [units of the space].
+        Designs, each once [units of the space].
     responses : array, shape (n, r)
         Responses, NaN where the design failed [response_unit].
     failures : tuple of Failure, length n
@@ -386,8 +329,7 @@ class Doe:
     Raises
     ------
     InputError
-        Lengths that do not fit, a design outside the bounds, responses that do not fit the failure
-        code, a design that comes twice.
+        Columns that contradict each other, a design outside the bounds or one that comes twice.
     """
 
     name: str
@@ -448,18 +390,7 @@ class Doe:
 def run_doe(
     evaluate: Evaluate, space: DesignSpace, designs: RealArray, *, name: str, plan: str
 ) -> Doe:
-    """Evaluate designs and keep them all, in their order, each once.
-
-    Parameters
-    ----------
-    evaluate : Evaluate
-        Model.
-    space : DesignSpace
-        Its variables and bounds.
-    designs : array, shape (n, k)
-        Designs within the bounds [units of the space].
-    name, plan : str
-        See `Doe`.
+    """Evaluate designs (n, k) within the bounds and keep them all, in their order, each once.
 
     Raises
     ------
@@ -485,19 +416,12 @@ def run_doe(
 def continue_doe(
     doe: Doe, evaluate: Evaluate, space: DesignSpace, designs: RealArray, *, name: str, plan: str
 ) -> tuple[Doe, int]:
-    """Add designs to a DOE, without repeating those that it holds.
-
-    Parameters
-    ----------
-    doe : Doe
-        Earlier designs; those that failed are not tried again.
-    evaluate, space, designs, name, plan
-        As for `run_doe`.
+    """Add designs (n, k) to a DOE, without repeating those that it holds.
 
     Returns
     -------
     doe : Doe
-        The old designs, then the new ones.
+        The old designs, then the new ones; failed designs are not tried again.
     n_known : int
         Designs that were not evaluated, because the DOE holds them or the plan repeats them.
 
@@ -524,13 +448,7 @@ def continue_doe(
 
 
 def checked_within(space: DesignSpace, designs: RealArray) -> RealArray:
-    """Return designs of the right shape within the bounds, or refuse them.
-
-    Raises
-    ------
-    InputError
-        See `DesignSpace.checked`; also a value outside its bounds: names design and variable.
-    """
+    """Return designs (n, k) within the bounds, or refuse them by design and variable."""
     array = space.checked(designs)
     slack = SAME * (space.upper - space.lower)
     outside = (array < space.lower - slack) | (array > space.upper + slack)

@@ -32,12 +32,8 @@ _MARGIN = 0.1  # of the common box, by which the reference point lies beyond its
 class ParetoFront(RobustValues):
     """Feasible designs of which none beats another in all objectives, made by `pareto_front`.
 
-    Sorted by the first objective; of two, the second then falls from row to row.
-
-    Raises
-    ------
-    InputError
-        Rows that are not such a front.
+    Sorted by the first objective; of two, the second then falls from row to row. Other rows are
+    refused.
     """
 
     def __post_init__(self) -> None:
@@ -84,24 +80,10 @@ def pareto_rank(objectives: RealArray) -> npt.NDArray[np.intp]:
 
 
 def hypervolume(objectives: RealArray, reference_point: npt.ArrayLike) -> float:
-    """Return the volume that points dominate, up to a reference point.
+    """Return the volume that points, (n, m), dominate up to a reference point (m,).
 
-    Parameters
-    ----------
-    objectives : array, shape (n, m)
-        Finite points; those beyond the reference point add nothing.
-    reference_point : array, shape (m,)
-        State it beside every figure: hypervolumes of different reference points do not compare.
-
-    Returns
-    -------
-    float
-        Product of the objectives' units.
-
-    Raises
-    ------
-    InputError
-        A value that is not finite.
+    State the reference point beside every figure: hypervolumes of different ones do not compare.
+    Points beyond it add nothing, and values that are not finite are refused.
     """
     reference = np.asarray(reference_point, dtype=float)
     if not (np.all(np.isfinite(objectives)) and np.all(np.isfinite(reference))):
@@ -123,12 +105,9 @@ class Verification:
         Rows that no other row beats under the new draws.
     n_samples, seed : int
         Number and seed of the new draws.
-    mean_bias : float
-        Mean over the front of search minus verified `mean_sum`; negative means that the search was
-        optimistic [response unit].
-    sigma_bias_percent : float
-        Mean over the front of (search - verified) / verified `sigma_sum`; negative means that the
-        search was optimistic [%].
+    mean_bias, sigma_bias_percent : float
+        Mean over the front of search minus verified `mean_sum` [response unit], and of the relative
+        difference of `sigma_sum` [%]; negative means that the search was optimistic.
     """
 
     values: RobustValues
@@ -144,14 +123,7 @@ def verification_response(
 ) -> RobustResponse:
     """Return a robust response with scrambled Sobol draws that a search never saw.
 
-    Parameters
-    ----------
-    robust : RobustResponse
-        Response of the search, of which only the sample is replaced.
-    n_samples : int
-        Number of draws, a power of two.
-    seed : int
-        Seed from 1 upwards. The seed of the search gives independent draws all the same.
+    Their number is a power of two. The seed of the search gives independent draws all the same.
     """
     sample = sobol_sample(robust.n_draws, n_samples, seed=seed, purpose="verification sample")
     return replace(robust, sample=sample)
@@ -160,21 +132,12 @@ def verification_response(
 def verify(
     front: ParetoFront, robust: RobustResponse, n_samples: int = 1024, *, seed: int
 ) -> Verification:
-    """Evaluate a front again with an independent scrambled Sobol sample.
-
-    Parameters
-    ----------
-    front : ParetoFront
-        Front of the search.
-    robust : RobustResponse
-        Response of the search.
-    n_samples, seed : int
-        See `verification_response`.
+    """Evaluate a front again with the independent draws of `verification_response`.
 
     Raises
     ------
     InputError
-        See `sobol_sample`; a front that fails altogether under the new draws.
+        A front that fails altogether under the new draws.
     """
     values = verification_response(robust, n_samples, seed=seed)(front.designs)
     ok = np.flatnonzero(~values.failed)
@@ -200,10 +163,7 @@ def verify(
 
 @checked(ideal="m", nadir="m", front="n m")
 class CommonBox:
-    """The box of the best front that several fronts make together.
-
-    Figures of merit are taken in the units of this box, so that objectives of different size
-    count alike.
+    """The box of the best front that several fronts make together: unit of their figures of merit.
 
     Parameters
     ----------
@@ -266,13 +226,7 @@ class CommonBox:
 
 
 def common_box(fronts: Sequence[RealArray]) -> CommonBox:
-    """Return the box of the union of fronts, each of shape (n_i, m).
-
-    Raises
-    ------
-    InputError
-        No front, an empty one, one that is not finite, or another number of objectives.
-    """
+    """Return the box of the union of fronts, each of shape (n_i, m), finite and not empty."""
     if not fronts:
         raise InputError("there are no fronts to compare: bring at least one")
     width = fronts[0].shape[1]
@@ -314,8 +268,7 @@ def attainment(fronts: Sequence[RealArray], shares: Sequence[float]) -> Mapping[
     Returns
     -------
     mapping of float to array, shape (n, m)
-        Points that at least this share of all fronts equals or beats, themselves a front, sorted
-        by the first objective, for each share.
+        For each share, the points that at least so many fronts equal or beat, themselves a front.
 
     Notes
     -----
@@ -339,18 +292,9 @@ def attainment(fronts: Sequence[RealArray], shares: Sequence[float]) -> Mapping[
 def level_gap(front: RealArray, other: RealArray, n_points: int = 200) -> float:
     """Return how much better a front is in the first objective at equal second objective.
 
-    Parameters
-    ----------
-    front, other : array, shape (n, 2)
-        Fronts of two objectives.
-    n_points : int
-        Values of the second objective, evenly over the range that both fronts have.
-
-    Returns
-    -------
-    float
-        Mean over that range of ``front - other``, negative if the front is better; NaN if the
-        ranges do not meet [unit of the first objective].
+    Mean of ``front - other`` over ``n_points`` values of the second objective, evenly over the
+    range that both fronts, (n, 2), have: negative if the front is better; NaN if the ranges do not
+    meet.
     """
     low = max(front[:, 1].min(), other[:, 1].min())
     high = min(front[:, 1].max(), other[:, 1].max())
@@ -403,15 +347,10 @@ class Contestant:
     name : str
         Name of the configuration.
     merit : array, shape (n_runs, n_sets)
-        Figure of merit, such as the hypervolume, of each run under each of several independent
+        Figure of merit, such as the hypervolume, of each run under each of at least two independent
         sets of draws, which all contestants share.
     progress : array, shape (n_runs,)
         Gain of the last part of each search in the same figure; NaN: not known.
-
-    Raises
-    ------
-    InputError
-        Fewer than two sets of draws, or arrays that do not fit.
     """
 
     name: str
@@ -437,14 +376,10 @@ class Difference:
 
     Parameters
     ----------
-    value : float
-        Difference of the mean merits.
-    draw_error, search_error : float
-        Standard errors from the draws and from the searches.
-    noise : float
-        Largest difference that `CONFIDENCE` still calls chance; NaN: not known.
-    verdict : Verdict
-        What follows.
+    value, draw_error, search_error : float
+        Difference of the mean merits, and its standard errors from the draws and the searches.
+    noise, verdict : float, Verdict
+        Largest difference that `CONFIDENCE` still calls chance, NaN if not known, and what follows.
     """
 
     value: float
@@ -457,11 +392,6 @@ class Difference:
 def difference(first: Contestant, second: Contestant) -> Difference:
     """Say whether one contestant is really better than another, or whether it could be chance.
 
-    Raises
-    ------
-    InputError
-        Different numbers of sets of draws.
-
     Notes
     -----
     The difference is real when it exceeds ``t s``. ``s²`` adds up the variance from the draws and
@@ -469,10 +399,9 @@ def difference(first: Contestant, second: Contestant) -> Difference:
     scrambled sets, and its mean has the standard error of their spread (A. B. Owen, "Scrambled net
     variance for integrals of smooth functions", Annals of Statistics 25, 1997); what all fronts
     have in common cancels. The searches: from three seeds on the standard error over the seeds;
-    with fewer, what the last fifth of a search's generations has gained stands for its standard
-    deviation, since a search that still moved by so much could as well have ended elsewhere by so
-    much. ``t`` is Student's, two-sided at `CONFIDENCE`, with the degrees of freedom of B. L. Welch
-    (Biometrika 34, 1947).
+    with fewer, the gain of the last fifth of a search's generations stands for its standard
+    deviation. ``t`` is Student's, two-sided at `CONFIDENCE`, with the degrees of freedom of B. L.
+    Welch (Biometrika 34, 1947).
     """
     if first.merit.shape[1] != second.merit.shape[1]:
         raise InputError(f"{first.name} and {second.name} are not judged by the same draws")

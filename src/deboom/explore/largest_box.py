@@ -49,19 +49,15 @@ class BoxEffort:
     ----------
     starts : int
         Descents from designs that lie apart, beside the given ones and the whole bounds.
-    coarse : tuple of (softness, parts)
-        Stages of every start: softness of the share in standard deviations of the responses, and a
-        power of two of parts.
-    fine : tuple of (softness, parts)
-        Stages of the best start.
+    coarse, fine : tuple of (softness, parts)
+        Stages of every start, and of the best one: softness of the share in standard deviations of
+        the responses, and a power of two of parts.
     steps : int
         Largest number of steps of each stage.
-    calibration : int
-        Parts on which the size of the box is settled; a power of two.
-    verification : int
-        Independent parts of the verification.
+    calibration, verification : int
+        Parts that settle the size of the box, a power of two, and independent parts that verify it.
     confidence : float
-        Confidence of its one-sided bound [1].
+        Confidence of the one-sided bound of the verification [1].
     """
 
     starts: int = 2
@@ -88,8 +84,7 @@ class FoundBox:
     calibrated : float
         Share of the parts that settled the size of the box [1].
     room : float
-        Step by which the limits could be lowered at most, before no design keeps them
-        [response_unit].
+        Step by which the limits could be lowered before no design keeps them [response_unit].
     start_log_volumes : array, shape (n_starts,)
         Logarithm of the weighted volume that each start reached in the coarse stages.
     seconds : float
@@ -113,12 +108,7 @@ class FoundBox:
 class UnreachableLimit(InputError):
     """No design inside the bounds keeps the limit in as many responses as the share asks for.
 
-    Parameters
-    ----------
-    question : BoxQuestion
-        What was asked.
-    design : array, shape (k,)
-        Design that comes closest.
+    Its sentence names the response that binds at the closest ``design``, shape (k,).
     """
 
     def __init__(self, question: BoxQuestion, design: RealArray) -> None:
@@ -153,33 +143,28 @@ def largest_box(
         What is asked.
     seed : int
         Seed from 1 upwards. Same seed, same box, whatever the number of workers.
-    points : sequence of array, shape (k,)
-        Designs to start from as well, such as one of a Pareto front.
-    boxes : sequence of Box
-        Boxes to start from as well, such as the one at a neighbouring limit.
+    points, boxes : sequence of array, shape (k,), sequence of Box
+        Designs and boxes to start from as well, such as those of a front or of a neighbouring
+        limit.
     effort : BoxEffort, optional
         How hard it is searched for.
-    workers : int
-        Processes that share the starts.
-    progress : callable, optional
-        Called after each stage.
+    workers, progress : int, callable, optional
+        Processes that share the starts, and what is called after each stage.
 
     Raises
     ------
-    UnreachableLimit
-        No design inside the bounds keeps the limit.
     InputError
-        A box with no interior: an interval that nobody can make; seed 0.
+        `UnreachableLimit`; a box with no interior: an interval that nobody can make; seed 0.
 
     Notes
     -----
     The parts of every box are the same scrambled Sobol points, mapped into it. A sequential
     quadratic program (SLSQP) maximises ``Σ weight log(u - l)`` within
     ``log(1 - S) ≤ log(1 - share)`` for the smoothed share S, with the model's exact gradients, from
-    boxes around reachable designs, one of them too large. The softness falls from stage to stage.
-    The smoothing and the few points bias S a little; what a larger sample counts instead corrects
-    the target of the last stage. At the end the ends that are not bounds are moved together until
-    the larger sample keeps the stated share plus the reserve that the verification's bound needs.
+    boxes around reachable designs, one of them too large. The softness falls from stage to stage;
+    what a larger sample counts corrects the target of the last one. At the end the ends that are
+    not bounds are moved together until the larger sample keeps the stated share plus the reserve
+    that the verification's bound needs.
     """
     checked_seed(seed)
     effort, say = effort or BoxEffort(), progress or (lambda *_: None)
@@ -221,16 +206,8 @@ def reachable_designs(
 ) -> tuple[RealArray, ...]:
     """Return designs around which a box has room, each of shape (k,), the roomiest first.
 
-    Parameters
-    ----------
-    question : BoxQuestion
-        What is asked.
-    seed : int
-        Seed from 1 upwards of the designs that are tried.
-    count : int
-        Descents towards the limit, from places that lie apart.
-    points : sequence of array, shape (k,)
-        Designs to start from as well, such as one of a Pareto front; they go on to the limit too.
+    ``count`` descents towards the limit start at designs that lie apart, and one at each of
+    ``points``.
 
     Raises
     ------
@@ -457,16 +434,9 @@ def _typical_spread(question: BoxQuestion, box: Box, unit: RealArray) -> float:
 
 
 def resized(question: BoxQuestion, box: Box, growth: float) -> Box:
-    """Return a box whose ends, where they are no bounds, are moved outwards up to the bounds.
+    """Return a box whose ends are moved outwards by a part of each half width, up to the bounds.
 
-    Parameters
-    ----------
-    question : BoxQuestion
-        Bounds.
-    box : Box
-        Intervals.
-    growth : float
-        Part of each half width by which the ends are moved, from -1 upwards [1].
+    Ends on the bounds stay; a growth from -1 to 0 moves the others inwards.
     """
     near = _ON_BOUND * (question.upper - question.lower)
     step = 0.5 * growth * box.width
@@ -549,22 +519,10 @@ def trade_off(
     effort: BoxEffort | None = None,
     workers: int = 1,
 ) -> tuple[FoundBox | UnreachableLimit, ...]:
-    """Find the largest box at several limits, each starting from that of the one before too.
+    """Find the largest box with all limits lowered by each step, starting from the one before too.
 
-    Parameters
-    ----------
-    question : BoxQuestion
-        What is asked.
-    steps : sequence of float
-        Steps by which all limits are lowered [response_unit].
-    seed, points, effort, workers
-        As for `largest_box`.
-
-    Returns
-    -------
-    tuple
-        Boxes in the order of the steps; for a limit that cannot be reached, the error that says
-        why.
+    For a limit that cannot be reached, the error that says why stands in place of the box. Other
+    parameters are as for `largest_box`.
     """
     boxes: dict[float, FoundBox | UnreachableLimit] = {}
     before: tuple[Box, ...] = ()
@@ -591,29 +549,15 @@ def tolerance_box(names: Sequence[str], design: RealArray, tolerance: float) -> 
 
 
 def kept_offset(question: BoxQuestion, box: Box, *, seed: int, n_parts: int = 65536) -> float:
-    """Return what the limits have to be raised by for a box to keep just the share.
+    """Return what the limits have to be raised by for a box to keep just the share [response_unit].
 
-    Parameters
-    ----------
-    question : BoxQuestion
-        What is asked.
-    box : Box
-        Intervals.
-    seed : int
-        Seed from 1 upwards.
-    n_parts : int
-        Parts drawn, a power of two.
-
-    Returns
-    -------
-    float
-        Quantile of the excess, pooled over parts and responses or, with ``question.together``, of
-        the largest of each part; below 0 if the limits may be lowered [response_unit].
+    Quantile of the excess, pooled over parts and responses or, with ``question.together``, of the
+    largest of each part; below 0 if the limits may be lowered. ``n_parts`` is a power of two.
 
     Raises
     ------
     InputError
-        A quantile that is not finite: too many parts could not be computed.
+        Too many parts that could not be computed.
     """
     unit = sobol_points(len(question.names), n_parts, seed=seed, purpose="kept limit")
     excess = question.excess(question.parts(box, unit))
@@ -632,10 +576,9 @@ class BisectionBox:
     ----------
     box : Box
         Intervals, cut at the bounds.
-    tolerance : float
-        Half width as a part of each variable's own value; 0 if none is kept [1].
-    share : float
-        Share of the sample that settled it [1].
+    tolerance, share : float
+        Half width as a part of each variable's own value, and the share of the sample that kept
+        [1].
     """
 
     box: Box
@@ -646,19 +589,7 @@ class BisectionBox:
 def bisection_box(
     question: BoxQuestion, design: npt.ArrayLike, *, seed: int, effort: BoxEffort | None = None
 ) -> BisectionBox:
-    """Return the box of one tolerance about a design that plain bisection finds.
-
-    Parameters
-    ----------
-    question : BoxQuestion
-        What is asked.
-    design : array, shape (k,)
-        Middle of the box.
-    seed : int
-        Seed from 1 upwards.
-    effort : BoxEffort, optional
-        Its calibration is the number of parts.
-    """
+    """Return the box of one tolerance about a design (k,) that plain bisection finds."""
     point = question.checked(design)
     calibration = (effort or BoxEffort()).calibration
     unit = sobol_points(len(point), calibration, seed=seed, purpose="size of a box")
@@ -689,10 +620,8 @@ class VolumeRatio:
 
     Parameters
     ----------
-    volume : float
-        Ratio of the products of the widths [1].
-    width : float
-        Geometric mean of the ratios of the widths [1].
+    volume, width : float
+        Ratio of the products of the widths, and geometric mean of the ratios of the widths [1].
     n_variables : int
         Number of variables that were counted.
     """
@@ -703,15 +632,7 @@ class VolumeRatio:
 
 
 def volume_ratio(box: Box, other: Box, counted: BoolArray) -> VolumeRatio:
-    """Compare two boxes over the variables that count; infinite where the other has no volume.
-
-    Parameters
-    ----------
-    box, other : Box
-        Boxes of the same variables.
-    counted : array of bool, shape (k,)
-        Variables such as those with an effect on a response.
-    """
+    """Compare two boxes over the variables that count; infinite where the other has no volume."""
     if np.any(other.width[counted] <= 0.0):
         return VolumeRatio(float("inf"), float("inf"), int(counted.sum()))
     ratio = np.log(box.width[counted]) - np.log(other.width[counted])

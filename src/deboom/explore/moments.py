@@ -14,15 +14,7 @@ from deboom.explore.scatter import cut_normal_moments
 
 
 class Moments(NamedTuple):
-    """Mean and standard deviation of the responses of one design [response unit].
-
-    Attributes
-    ----------
-    mean, sigma : array, shape (r,)
-        Mean and standard deviation of each response.
-    mean_error, sigma_error : float
-        Standard error of the sum of the means and of the sum of the standard deviations.
-    """
+    """Mean and sigma of each response, and standard errors of their sums [response unit]."""
 
     mean: RealArray
     sigma: RealArray
@@ -76,13 +68,7 @@ class Estimator:
         return f"sample moments with a control variate of degree {self.degree}"
 
     def __call__(self, normals: RealArray) -> PreparedEstimator:
-        """Prepare the estimator for given draws, shape (n_samples, m).
-
-        Raises
-        ------
-        InputError
-            Too few draws for the coefficients of the control variate.
-        """
+        """Return the objective of responses (n_samples, r) with their moments [response unit]."""
         second, fourth = cut_normal_moments()
         n_samples, m = normals.shape
         powers = [normals, normals**2 - second][: self.degree]
@@ -108,16 +94,12 @@ class Fit(NamedTuple):
 
     Attributes
     ----------
-    intercept : array, shape (r,)
-        Mean of the function [response unit].
-    slope : array, shape (p, r)
-        Coefficients of the terms [response unit].
+    intercept, slope : array, shape (r,), (p, r)
+        Mean of the function and coefficients of its terms [response unit].
     rest : array, shape (n_samples, r)
         Part of the responses that the function leaves over [response unit].
-    explained : array, shape (p, r)
-        Variance of each term [response unit squared].
-    unexplained : array, shape (r,)
-        Variance of the rest [response unit squared].
+    explained, unexplained : array, shape (p, r), (r,)
+        Variance of each term and of the rest [response unit squared].
     """
 
     intercept: RealArray
@@ -133,10 +115,9 @@ class PreparedEstimator:
 
     Parameters
     ----------
-    terms : array, shape (n_samples, p)
-        Terms of the control variate; term p belongs to draw p modulo m [1].
-    variance : array, shape (p,)
-        Exact variance of each term; their exact means are zero [1].
+    terms, variance : array, shape (n_samples, p), (p,)
+        Terms of the control variate, of which p belongs to draw p modulo m, and their exact
+        variances; their exact means are zero [1].
     solver : array, shape (p, n_samples)
         Map from responses to the coefficients of the terms [1].
     leverage : array, shape (n_samples,)
@@ -177,21 +158,9 @@ class PreparedEstimator:
         return Moments(fit.intercept, sigma, mean_error, sigma_error)
 
     def derivatives(self, values: RealArray, sigma: RealArray) -> tuple[RealArray, RealArray]:
-        """Return the derivatives of mean and sigma by the response to each draw.
+        """Return the derivatives of mean (n_samples,) and sigma (n_samples, r) by each response.
 
-        Parameters
-        ----------
-        values : array, shape (n_samples, r)
-            Responses [response unit].
-        sigma : array, shape (r,)
-            Their standard deviations [response unit].
-
-        Returns
-        -------
-        mean : array, shape (n_samples,)
-            Derivatives of a mean, the same for every response [1].
-        sigma : array, shape (n_samples, r)
-            Derivatives of each sigma; zero for a response without scatter [1].
+        Those of a mean are the same for every response; those of a sigma without scatter are zero.
         """
         n_samples, n_terms = self.terms.shape
         fit = self.fit(values)

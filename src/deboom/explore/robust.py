@@ -107,14 +107,14 @@ class Robust(Protocol):
 
 @dataclass(frozen=True, eq=False)
 class RobustResponse:
-    """An evaluation wrapped with manufacturing scatter.
+    """An evaluation wrapped with manufacturing scatter: designs are made as ``x (1 + σ_rel z)``.
 
     Parameters
     ----------
     evaluate : Evaluate
         Model that is called once per design, with all draws of that design.
     space : DesignSpace
-        Its variables, in the model's order, with their tolerances.
+        Its variables, in the model's order, with their tolerances, three times σ_rel.
     sample : ToleranceSampler
         The draws ``z``.
     nominal_mean : bool
@@ -131,11 +131,7 @@ class RobustResponse:
     ------
     InputError
         Variables of the model, the space, the structure and the sample that differ; a structure
-        that would let a variable change its sign; fewer than two objectives.
-
-    Notes
-    -----
-    A made design is ``x (1 + σ_rel z)``, with σ_rel a third of the tolerance.
+        that would let a variable change its sign.
     """
 
     evaluate: Evaluate
@@ -189,13 +185,7 @@ class RobustResponse:
         return self.space.names if self.structure is None else self.structure.draw_names
 
     def __call__(self, designs: RealArray) -> RobustValues:
-        """Return the values of the designs, shape (n, k).
-
-        Raises
-        ------
-        InputError
-            Designs of another shape or not finite; a model that breaks its promised shape.
-        """
+        """Return the values of the designs, shape (n, k)."""
         designs = self.space.checked(designs)
         r = len(self.evaluate.response_names)
         rows = np.empty((len(designs), 2 * r + 2 + self.n_objectives))
@@ -275,13 +265,11 @@ class SigmaShares:
     ----------
     names : tuple of str, length m
         Draws: the variables, or what they share.
-    of_response : array, shape (m, r)
-        Share of each draw alone in the variance of each response [1].
-    rest : array, shape (r,)
-        Share that no draw explains alone: draws together, and what is no line or parabola [1].
+    of_response, rest : array, shape (m, r), (r,)
+        Share of each draw alone in the variance of each response, and what no draw explains alone
+        [1].
     of_sum : array, shape (m,)
-        Share of each draw in the sum of the standard deviations, each response counting with its
-        own standard deviation [1].
+        Share of each draw in the sum of the standard deviations of the responses [1].
     """
 
     names: tuple[str, ...]
@@ -291,21 +279,10 @@ class SigmaShares:
 
 
 def sigma_shares(robust: RobustResponse, design: RealArray, degree: int = 1) -> SigmaShares:
-    """Return the share of each draw in the variance of one design.
+    """Return the share of each draw in the variance of one design (k,).
 
-    Parameters
-    ----------
-    robust : RobustResponse
-        Response whose draws are used; they are evaluated once more at the design.
-    design : array, shape (k,)
-        Design [units of the space].
-    degree : int
-        Degree of the control variate, see `Estimator`; 1 or 2.
-
-    Returns
-    -------
-    SigmaShares
-        The shares of a response add up to 1 with its rest; all are 0 without any scatter.
+    The shares of a response add up to 1 with its rest; all are 0 without any scatter. The degree is
+    that of the control variate, see `Estimator`: 1 or 2.
 
     Raises
     ------
@@ -336,16 +313,14 @@ def sigma_shares(robust: RobustResponse, design: RealArray, degree: int = 1) -> 
 
 @dataclass(frozen=True)
 class Limit:
-    """One response with a bound.
+    """One response with bounds that are allowed values; infinite where there is none.
 
     Parameters
     ----------
-    response : str
-        Name of the response.
-    unit : str
-        Unit of response and bounds; ``"1"`` is a plain number.
+    response, unit : str
+        Name of the response, and unit of response and bounds; ``"1"`` is a plain number.
     at_least, at_most : float
-        Bounds, both allowed values [unit]. Infinite where there is none.
+        Bounds [unit].
 
     Raises
     ------
@@ -370,13 +345,7 @@ class Limit:
 
 @dataclass(frozen=True)
 class Limits:
-    """Several limits as one-sided bounds, the columns of `RobustValues.excess`.
-
-    Parameters
-    ----------
-    limits : sequence of Limit
-        At least one, in the order of the responses.
-    """
+    """Several limits as one-sided bounds, the columns of `RobustValues.excess`."""
 
     limits: tuple[Limit, ...]
 
@@ -420,13 +389,7 @@ class Limits:
         return np.where(np.isnan(beyond), np.inf, beyond)
 
     def closest(self, designs_excess: RealArray) -> str:
-        """Say what the closest of designs that all miss a limit lacks, and what none keeps.
-
-        Parameters
-        ----------
-        designs_excess : array, shape (n, c)
-            Excess of designs of which each misses a bound [unit of the limit].
-        """
+        """Say what the closest of designs that all miss a limit lacks, and what none keeps."""
         relative = designs_excess / self.scale
         row = int(np.argmin(relative.max(axis=1)))
         binding = int(np.argmax(relative[row]))
@@ -461,10 +424,7 @@ class Requirements(Protocol):
 
 @dataclass(frozen=True, eq=False)
 class LimitedResponse:
-    """A robust response whose designs must keep limits.
-
-    Put it around what `deboom.explore.workers.workers_for` gives: the limits are evaluated in this
-    process.
+    """A robust response whose designs must keep limits, put around what `workers_for` gives.
 
     Parameters
     ----------
@@ -476,8 +436,7 @@ class LimitedResponse:
         One limit per response, by name.
     made : callable, optional
         Map from a design, shape (k,), to the designs as they are made, shape (n_samples, k), such
-        as `RobustResponse.made`: then the worst of them must keep each limit. Default is the
-        design itself.
+        as `RobustResponse.made`: then the worst of them must keep each limit.
 
     Raises
     ------

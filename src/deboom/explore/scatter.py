@@ -34,16 +34,9 @@ class ToleranceSample:
     Parameters
     ----------
     values : array, shape (n_samples, m)
-        Standard-normal draws [1].
-    kind : str
-        Kind of draws in words, for reports.
-    seed : int
-        Seed of the draws, from 1 upwards.
-
-    Raises
-    ------
-    InputError
-        Fewer than two draws, a value that is not finite, seed 0.
+        At least two standard-normal draws [1].
+    kind, seed : str, int
+        Kind of draws in words, for reports, and their seed from 1 upwards.
     """
 
     values: RealArray
@@ -85,11 +78,6 @@ class FreshGaussianSampler:
         Draws per design, at least 2.
     seed : int
         Seed from 1 upwards.
-
-    Raises
-    ------
-    InputError
-        Fewer than two draws, no variable, seed 0.
     """
 
     n_variables: int
@@ -120,18 +108,9 @@ ToleranceSampler: TypeAlias = ToleranceSample | FreshGaussianSampler
 def sobol_sample(
     n_variables: int, n_samples: int = 128, *, seed: int, purpose: str = "search sample"
 ) -> ToleranceSample:
-    """Return scrambled Sobol draws, shared by all designs: the default.
+    """Return scrambled Sobol draws, (n_samples, n_variables), shared by all designs: the default.
 
-    Parameters
-    ----------
-    n_variables : int
-        Number m of independent draws per part.
-    n_samples : int
-        Draws per design, a power of two.
-    seed : int
-        Seed from 1 upwards.
-    purpose : str
-        Name of the stream; samples of different purposes are independent under one seed.
+    Samples of different purposes are independent under one seed.
 
     Raises
     ------
@@ -178,6 +157,9 @@ def _check_size(n_variables: int, n_samples: int) -> None:
 class ToleranceStructure:
     """A linear map from independent standard-normal draws to the scatter of the variables.
 
+    Draws are cut at three standard deviations one by one. A variable that is made of several may
+    go beyond three standard deviations of its own, in a few cases in a thousand.
+
     Parameters
     ----------
     names : tuple of str, length k
@@ -187,16 +169,6 @@ class ToleranceStructure:
         or less where the variable is the mean of several pieces, which even out.
     draw_names : tuple of str, length m
         Meaning of each draw, such as a part or a batch.
-
-    Raises
-    ------
-    InputError
-        Another shape, or a row of length 0 or longer than 1.
-
-    Notes
-    -----
-    Draws are cut at three standard deviations one by one. A variable that is made of several may
-    go beyond three standard deviations of its own, in a few cases in a thousand.
     """
 
     names: tuple[str, ...]
@@ -238,22 +210,14 @@ class PartNumber:
 
     Parameters
     ----------
-    name : str
-        Name such as ``bush 4711``.
-    places : tuple of str
-        Mounts that take pieces of one batch of it, such as ``("Du",)``.
+    name, places : str, tuple of str
+        Name such as ``bush 4711``, and the mounts that take pieces of one batch of it.
     pieces : int
         Pieces behind the variables of one place, such as 2 for a left and a right one: a variable
         is then the mean of its pieces.
-    hardness_share : float
-        Share of the variance that all axes of a piece have in common, 0 to 1 [1].
-    batch_share : float
-        Share of the variance that all pieces of a batch have in common, 0 to 1 [1].
-
-    Raises
-    ------
-    InputError
-        No place, a place twice, no piece, or a share outside 0 to 1.
+    hardness_share, batch_share : float
+        Share of the variance that all axes of a piece, and that all pieces of a batch have in
+        common, 0 to 1 [1].
 
     Notes
     -----
@@ -289,16 +253,10 @@ def part_structure(
     hardness_share: float = 0.0,
     batch_share: float = 0.0,
 ) -> ToleranceStructure:
-    """Return how variables scatter that are directions of parts.
+    """Return how variables, ``<place> <axis>``, scatter that are directions of parts.
 
-    Parameters
-    ----------
-    names : sequence of str
-        All variables, ``<place> <axis>``.
-    parts : sequence of PartNumber
-        Part numbers; a place of none of them has a part number of its own, of one piece.
-    hardness_share, batch_share : float
-        Shares of those places [1]; of a single piece nobody can tell what comes from its batch.
+    A place of none of the parts has a part number of its own, of one piece, with the given shares;
+    of a single piece nobody can tell what comes from its batch.
 
     Raises
     ------
@@ -397,12 +355,9 @@ class Capability:
     cp, cp_bound : float
         Width of the interval over six standard deviations, and its one-sided lower bound [1].
     cpk, cpk_bound : float
-        The same with the distance of the mean to the nearer end over three; negative where the
-        mean lies outside [1].
-    expected_outside : float
-        Share of a normal process with this mean and sigma outside of the interval [1].
-    confidence : float
-        Confidence of the bounds [1].
+        The same with the distance of the mean to the nearer end over three; negative outside [1].
+    expected_outside, confidence : float
+        Share of a normal process outside of the interval, and confidence of the bounds [1].
     """
 
     n: int
@@ -419,22 +374,13 @@ class Capability:
 def capability(
     values: npt.ArrayLike, lower: float, upper: float, confidence: float = 0.95
 ) -> Capability:
-    """Return the capability of a process from a sample of its pieces.
-
-    Parameters
-    ----------
-    values : array, shape (n,)
-        Measured pieces, at least two [unit of the interval].
-    lower, upper : float
-        Ends of the interval.
-    confidence : float
-        Confidence of the one-sided lower bounds, from 0.5 to below 1 [1].
+    """Return the capability of a process from two pieces or more, with one-sided lower bounds.
 
     Raises
     ------
     InputError
-        Too few values, one that is not finite, all values equal, an interval without width, a
-        confidence out of range.
+        Values that are equal or not finite, an interval without width, a confidence outside 0.5 to
+        1.
 
     Notes
     -----
@@ -478,23 +424,7 @@ def fewest_pieces(n_axes: int) -> int:
 def predicted_pieces(
     measured: npt.ArrayLike, n_processes: int, n_pieces: int, *, seed: int
 ) -> RealArray:
-    """Draw pieces of processes that the measured pieces may have come from.
-
-    Parameters
-    ----------
-    measured : array, shape (n, k)
-        Characteristics of the measured pieces, such as stiffness factors per axis.
-    n_processes : int
-        Number of means and covariances that are drawn.
-    n_pieces : int
-        Number of pieces of each.
-    seed : int
-        Seed from 1 upwards.
-
-    Returns
-    -------
-    array, shape (n_processes, n_pieces, k)
-        Pieces that nobody has measured [units of the measured].
+    """Draw (n_processes, n_pieces, k) of processes that measured pieces (n, k) may come from.
 
     Raises
     ------

@@ -38,22 +38,14 @@ class SearchResult:
     ----------
     front : ParetoFront
         Front of all designs seen, not only of the last population.
-    n_evaluated : int
-        Number of designs evaluated.
+    n_evaluated, seed, seconds : int, int, float
+        Number of designs, seed, and wall time of all parts of the search [s].
     failed_designs : array, shape (n_failed, k)
         Designs that could not be computed.
-    hypervolume : array, shape (n_generations,)
-        Hypervolume of the front after each generation [product of the objectives' units].
-    reference_point : array, shape (m,)
-        Reference of the hypervolume: the worst objectives in the first generation [their units].
-    seed : int
-        Seed of the search.
-    seconds : float
-        Wall time; of a resumed search, of all its parts [s].
-    infeasible_designs : array, shape (n_infeasible, k)
-        Designs that were computed and miss a limit.
-    infeasible_excess : array, shape (n_infeasible, c)
-        Distance of these beyond each limit, see `RobustValues.excess`.
+    hypervolume, reference_point : array, shape (n_generations,), (m,)
+        Hypervolume of the front after each generation, up to the worst objectives in the first one.
+    infeasible_designs, infeasible_excess : array, shape (n_infeasible, k), (n_infeasible, c)
+        Designs that miss a limit, and their `RobustValues.excess`.
     """
 
     front: ParetoFront
@@ -86,16 +78,8 @@ class SearchResult:
 def merge(searches: Sequence[SearchResult]) -> SearchResult:
     """Return several searches of one problem, such as of several seeds, as one.
 
-    Returns
-    -------
-    SearchResult
-        With the front of all fronts, the seed of the first search, counts, failures and seconds
-        added up, and of the hypervolumes only the final one, up to the worst reference point.
-
-    Raises
-    ------
-    InputError
-        No search.
+    It has the front of all fronts, the seed of the first search, counts, failures and seconds added
+    up, and of the hypervolumes only the final one, up to the worst reference point.
     """
     if not searches:
         raise InputError("there are no searches to merge: bring at least one")
@@ -221,9 +205,8 @@ def nsga2(
     Raises
     ------
     InputError
-        Seed 0, too small a population or no generation; a first generation that fails altogether;
-        limits that no design keeps; a first population of another size or outside the bounds; a
-        checkpoint of a search with another seed, population, first population or other variables.
+        A budget or a first population that cannot be; a first generation that fails altogether;
+        limits that no design keeps; a checkpoint of another search.
     """
     checked_seed(seed)
     if population < 4 or generations < 1:

@@ -77,19 +77,8 @@ def pick(values: RobustValues) -> Picks:
 def variables_without_effect(evaluate: Evaluate, space: DesignSpace) -> tuple[str, ...]:
     """Return the variables that no response depends on ("no requirement").
 
-    Parameters
-    ----------
-    evaluate : Evaluate
-        Model.
-    space : DesignSpace
-        Its variables and bounds.
-
-    Returns
-    -------
-    tuple of str
-        Variables whose lower and upper bound give the same responses, bit for bit, at the nominal
-        design and at two designs between the bounds. A weak variable is not among them: see
-        `indifference_intervals`.
+    Their lower and upper bound give the same responses, bit for bit, at the nominal design and at
+    two designs between the bounds. A weak variable is not among them: see `indifference_intervals`.
     """
     pattern = np.where(np.arange(space.n_variables) % 2 == 0, 0.25, 0.75)
     span = space.upper - space.lower
@@ -107,13 +96,7 @@ def variables_without_effect(evaluate: Evaluate, space: DesignSpace) -> tuple[st
 
 
 def at_nominal(designs: RealArray, space: DesignSpace, variables: Sequence[str]) -> RealArray:
-    """Return designs, shape (n, k), with the named variables back at their nominal values.
-
-    Raises
-    ------
-    InputError
-        A variable that the space does not have.
-    """
+    """Return designs, shape (n, k), with the named variables back at their nominal values."""
     changed = space.checked(designs).copy()
     for name in variables:
         if name not in space.names:
@@ -126,7 +109,7 @@ def at_nominal(designs: RealArray, space: DesignSpace, variables: Sequence[str])
 def indifference_intervals(
     robust: Robust, design: RealArray, change: float, n_points: int = 21
 ) -> tuple[RealArray, RealArray]:
-    """Return how far each variable may move alone before the mean moves noticeably.
+    """Return how far, (k,) and (k,), each variable may move alone before the mean moves noticeably.
 
     Parameters
     ----------
@@ -137,20 +120,13 @@ def indifference_intervals(
     change : float
         Change of `mean_sum` per response that counts as noticeable [response unit].
     n_points : int
-        Values of each variable that are tried, evenly from bound to bound.
-
-    Returns
-    -------
-    lower, upper : array, shape (k,)
-        Ends of the interval around the design [units of the space], within which
-        ``|mean_sum - mean_sum(design)| / r`` stays below `change` at every value tried:
-        interpolated between the last value within and the first beyond, or the bounds.
+        Values of each variable that are tried from bound to bound; ends between them are
+        interpolated.
 
     Raises
     ------
     InputError
-        A design outside the bounds or one that fails; a change that is not positive; fewer than
-        2 points.
+        A design outside the bounds or one that fails; no positive change; fewer than 2 points.
     """
     space = robust.space
     base = space.checked(np.atleast_2d(design))[0]
@@ -195,7 +171,7 @@ def _reach(start: float, points: RealArray, moved: RealArray, limit: float) -> f
 def polish(
     robust: RobustResponse, front: RobustValues, rows: Sequence[int], steps: int = 30
 ) -> RobustValues:
-    """Improve designs of a front by gradient: less mean at no more sigma.
+    """Improve some rows of a front by gradient: less mean at no more sigma.
 
     Parameters
     ----------
@@ -203,16 +179,13 @@ def polish(
         Response of the search, of a model with a gradient (`Differentiable`).
     front : RobustValues
         Front of the search.
-    rows : sequence of int
-        Designs to improve.
-    steps : int
-        Largest number of steps per design, each of about one evaluation with its gradient.
+    rows, steps : sequence of int, int
+        Designs to improve, and the largest number of steps of each.
 
     Returns
     -------
     RobustValues
-        One row per design, never dominated by where it came from; ``pareto_front(front,
-        polished)`` joins both.
+        One row per design, never dominated by where it came from.
 
     Raises
     ------
@@ -249,13 +222,7 @@ def polish(
 
 
 def sums_and_gradient(robust: RobustResponse, design: RealArray) -> tuple[RealArray, RealArray]:
-    """Return mean and sigma sum, shape (2,), and their derivatives, shape (2, k), of one design.
-
-    Raises
-    ------
-    InputError
-        A design that fails.
-    """
+    """Return mean and sigma sum, shape (2,), and their derivatives, shape (2, k), of one design."""
     model: Any = robust.evaluate
     made, values = robust.made_responses(design)
     estimator = robust.prepared(design)

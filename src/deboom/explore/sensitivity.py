@@ -116,13 +116,7 @@ class SensitivityInputs:
 
 
 def design_inputs(space: DesignSpace) -> SensitivityInputs:
-    """Return variables that are uniform within the bounds of a space: what a designer may choose.
-
-    Raises
-    ------
-    InputError
-        A variable that is fixed.
-    """
+    """Return variables that are uniform within the bounds of a space: a designer's choice."""
     return SensitivityInputs(space.names, space.lower, space.upper)
 
 
@@ -130,11 +124,6 @@ def tolerance_inputs(space: DesignSpace) -> SensitivityInputs:
     """Return variables that scatter around the nominal design: what manufacturing does.
 
     Gaussian, with the tolerance as three standard deviations, and cut there.
-
-    Raises
-    ------
-    InputError
-        A variable without a tolerance.
     """
     sigma = np.abs(space.nominal) * space.relative_sigma
     reach = TRUNCATION * sigma
@@ -147,24 +136,18 @@ class SobolIndices:
 
     Parameters
     ----------
-    factors : tuple of str, length d
-        Variables or groups.
-    outputs : tuple of str, length r
-        Outputs that were analysed.
+    factors, outputs : tuple of str
+        Variables or groups, and outputs, d and r of them.
     pairs : tuple of (int, int)
         Places of the factors of each pair; empty without second order.
-    n_base : int
-        Base points N of the scheme.
-    n_resamples : int
-        Bootstrap resamples behind the intervals.
-    first, total : array, shape (d, r)
-        Share of a factor alone, and with all that it does together with others.
-    interaction : array, shape (d, r)
-        Total minus first.
-    first_interval, total_interval, interaction_interval : array, shape (d, r)
-        Half widths at the confidence `CONFIDENCE`.
-    second, second_interval : array, shape (len(pairs), r)
+    n_base, n_resamples : int
+        Base points N of the scheme, and bootstrap resamples behind the intervals.
+    first, total, interaction : array, shape (d, r)
+        Share of a factor alone, with all that it does together with others, and their difference.
+    second : array, shape (len(pairs), r)
         Share of a pair beyond what both do alone.
+    first_interval, total_interval, interaction_interval, second_interval : array
+        Half widths at the confidence `CONFIDENCE`.
     """
 
     factors: tuple[str, ...]
@@ -201,8 +184,8 @@ class MorrisEffects:
     factors, outputs : tuple of str
         Names, d and r of them.
     mu, mu_star, mu_star_interval : array, shape (d, r)
-        Mean of the effects, mean of their magnitudes and half width of its interval
-        [unit of the output].
+        Mean of the effects, of their magnitudes and half width of its interval [unit of the
+        output].
     sigma : array, shape (d, r)
         Standard deviation of the effects: curvature and interaction; nan for groups of several
         variables [unit of the output].
@@ -218,14 +201,9 @@ class MorrisEffects:
 
 @dataclass(frozen=True, eq=False)
 class PawnIndices:
-    """What fixing a factor does to the whole distribution of an output, 0 to 1.
+    """Effect of each factor on the whole distribution of each output, ``index`` (d, r), 0 to 1.
 
-    Parameters
-    ----------
-    factors, outputs : tuple of str
-        Names, d and r of them.
-    index : array, shape (d, r)
-        Median distance of cumulative distributions over ten slices of the factor [1].
+    It is the median distance of cumulative distributions over ten slices of the factor.
     """
 
     factors: tuple[str, ...]
@@ -238,26 +216,8 @@ def sobol_designs(
 ) -> RealArray:
     """Return the designs of Saltelli's scheme on scrambled Sobol points.
 
-    Parameters
-    ----------
-    inputs : SensitivityInputs
-        k variables in d groups; without groups d = k.
-    n_base : int
-        Base points N, a power of two. The first points of more points are the same ones.
-    seed : int
-        Seed from 1 upwards.
-    second_order : bool
-        Whether pairs are to be analysed.
-
-    Returns
-    -------
-    array, shape (n, k)
-        Designs, ``n = N (2d + 2)``, without second order ``N (d + 2)``.
-
-    Raises
-    ------
-    InputError
-        N not a power of two, seed 0.
+    For N base points, a power of two, and d factors there are ``N (2d + 2)`` designs, without
+    second order ``N (d + 2)``. The first points of more points are the same ones.
     """
     from SALib.sample import sobol
 
@@ -301,24 +261,18 @@ def sobol_indices(
     Parameters
     ----------
     values : array, shape (n, r)
-        Responses to the designs of `sobol_designs`, in their order; ``n = N (2d + 2)``, without
-        second order ``N (d + 2)``.
-    factors : sequence of str, length d
-        Variables, or groups of them.
-    outputs : sequence of str, length r
-        Names of the responses.
-    seed : int
-        Seed of the resampling, from 1 upwards; all outputs share the resamples.
+        Responses to the designs of `sobol_designs`, in their order.
+    factors, outputs : sequence of str
+        Variables, or groups of them, and names of the responses, d and r of them.
+    seed, n_resamples : int
+        Seed from 1 upwards and number of the resamples, at least 2, which all outputs share.
     second_order : bool
         Whether the designs are those for second order.
-    n_resamples : int
-        Bootstrap resamples, at least 2.
 
     Raises
     ------
     InputError
-        A value that is not finite or an output that does not vary, by name; another shape; N not a
-        power of two, fewer than two resamples, seed 0.
+        A value that is not finite or an output that does not vary, by name; another shape or count.
 
     Notes
     -----
@@ -414,27 +368,7 @@ def _one_output(
 
 
 def morris_designs(inputs: SensitivityInputs, n_trajectories: int, *, seed: int) -> RealArray:
-    """Return the designs of Morris's method: paths that change one factor after another.
-
-    Parameters
-    ----------
-    inputs : SensitivityInputs
-        k variables in d groups; without groups d = k.
-    n_trajectories : int
-        Number of paths, at least 2.
-    seed : int
-        Seed from 1 upwards.
-
-    Returns
-    -------
-    array, shape (n_trajectories * (d + 1), k)
-        Designs.
-
-    Raises
-    ------
-    InputError
-        Fewer than two paths, seed 0.
-    """
+    """Return the designs of Morris's method: two paths or more that change factor by factor."""
     from SALib.sample.morris import morris
 
     if n_trajectories < 2:
@@ -459,18 +393,12 @@ def morris_analysis(
 
     Parameters
     ----------
-    inputs : SensitivityInputs
-        Variables of the designs.
-    designs : array, shape (n, k)
-        Designs of `morris_designs`.
-    values : array, shape (n, r)
-        Responses to them.
-    outputs : sequence of str, length r
-        Names of the responses.
-    seed : int
-        Seed of the resampling, from 1 upwards.
-    n_resamples : int
-        Bootstrap resamples behind the intervals.
+    inputs, designs : SensitivityInputs, array, shape (n, k)
+        Variables and the designs of `morris_designs`.
+    values, outputs : array, shape (n, r), sequence of str
+        Responses to them with their names.
+    seed, n_resamples : int
+        Seed from 1 upwards and number of the bootstrap resamples.
 
     Raises
     ------
@@ -506,18 +434,7 @@ def morris_analysis(
 def pawn_analysis(
     inputs: SensitivityInputs, designs: RealArray, values: RealArray, outputs: Sequence[str]
 ) -> PawnIndices:
-    """Return PAWN indices; a group has the mean of its variables.
-
-    Parameters
-    ----------
-    inputs : SensitivityInputs
-        Variables of the designs.
-    designs : array, shape (n, k)
-        Independent designs, such as the `base_rows` of a Sobol analysis.
-    values : array, shape (n, r)
-        Responses to them.
-    outputs : sequence of str, length r
-        Names of the responses.
+    """Return PAWN indices of independent designs (n, k), such as `base_rows` gives.
 
     Raises
     ------

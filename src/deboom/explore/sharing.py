@@ -29,18 +29,11 @@ class Sharing:
 
     Parameters
     ----------
-    parts : tuple of str, length m
-        Names of the parts, such as the mounts.
-    vehicles : tuple of str, length v
-        Names of the vehicles.
+    parts, vehicles : tuple of str
+        Names of the parts, such as the mounts, and of the vehicles, m and v of them.
     numbers : array of int, shape (m, v)
         Part number of each part in each vehicle: 0, 1, … in the order in which vehicles first use
         them, whatever numbers were given.
-
-    Raises
-    ------
-    InputError
-        Another shape.
     """
 
     parts: tuple[str, ...]
@@ -88,27 +81,20 @@ class Sharing:
 
 @dataclass(frozen=True)
 class SharingRules:
-    """What is decided already: same part numbers, different part numbers.
+    """What is decided already: sets of vehicles for each part.
 
     Parameters
     ----------
-    together : mapping of str to sequence of sequence of str
-        Part → sets of vehicles that have one number of it.
-    apart : mapping of str to sequence of sequence of str
-        Part → sets of vehicles of which no two have one number of it.
+    together, apart : mapping of str to sequence of sequence of str
+        Sets of vehicles that have one number of the part, and of which no two have one number of
+        it.
     """
 
     together: Mapping[str, Sequence[Sequence[str]]]
     apart: Mapping[str, Sequence[Sequence[str]]]
 
     def check(self, parts: Sequence[str], vehicles: Sequence[str]) -> None:
-        """Refuse unknown names and rules that exclude each other.
-
-        Raises
-        ------
-        InputError
-            Names part, vehicles and both rules.
-        """
+        """Refuse unknown names and rules that exclude each other, by part, vehicles and rules."""
         for rule, given in (("together", self.together), ("apart", self.apart)):
             for part, groups in given.items():
                 if part not in parts:
@@ -201,7 +187,7 @@ class SharingProblem:
     space : DesignSpace
         Space of one vehicle's design; continuous variables.
     parts : mapping of str to sequence of str
-        Part → its variables, which a part number fixes together. Every variable belongs to one.
+        Variables of each part, which a part number fixes together; every variable belongs to one.
     limits : array, shape (v,)
         Largest allowed response of each vehicle [response_unit].
     rules : SharingRules
@@ -277,10 +263,8 @@ class SharedDesign:
         Part numbers.
     designs : array, shape (v, k)
         Design of each vehicle [units]; equal where numbers are shared.
-    levels : array, shape (v,)
-        Response of each vehicle [response_unit].
-    excess : array, shape (v,)
-        Response beyond its limit; negative where room is left [response_unit].
+    levels, excess : array, shape (v,)
+        Response of each vehicle, and its distance beyond the limit [response_unit].
     """
 
     sharing: Sharing
@@ -300,10 +284,8 @@ class OwnOptima:
 
     Parameters
     ----------
-    levels : array, shape (v,)
-        Best response [response_unit].
-    designs : array, shape (v, k)
-        Best design of each vehicle.
+    levels, designs : array, shape (v,), (v, k)
+        Best response of each vehicle [response_unit] and its design.
     candidates : array, shape (n, k)
         Different local optima of all vehicles: where a search for shared parts begins.
     """
@@ -318,22 +300,8 @@ def own_optima(
 ) -> OwnOptima:
     """Find the best design of each vehicle, as if it shared nothing.
 
-    Parameters
-    ----------
-    evaluate : Differentiable
-        Model with one response per vehicle.
-    space : DesignSpace
-        Variables and bounds.
-    starts : int
-        Descents per vehicle, at least one: from the nominal design, then from random corners of
-        the bounds, where stiffness factors like to end.
-    seed : int
-        Seed of the corners, from 1.
-
-    Raises
-    ------
-    InputError
-        No start; seed 0.
+    ``starts`` descents per vehicle, at least one: from the nominal design, then from random corners
+    of the bounds, where stiffness factors like to end.
     """
     if starts < 1:
         raise InputError(f"{starts} starts: at least one descent per vehicle is needed")
@@ -380,21 +348,14 @@ def shared_design(
 
     Parameters
     ----------
-    problem : SharingProblem
-        Fleet.
-    sharing : Sharing
-        Part numbers.
+    problem, sharing : SharingProblem, Sharing
+        Fleet and part numbers.
     starts : sequence of array, shape (v, k)
         Designs to begin with; a number begins with the mean of its vehicles. The best end counts.
     enough : float
         Worst excess that ends the search: further starts are left out [response_unit].
     steps : int
         Largest number of steps of each descent.
-
-    Raises
-    ------
-    InputError
-        No start.
 
     Notes
     -----
@@ -417,15 +378,7 @@ def shared_design(
 
 
 def quietest_within_limits(problem: SharingProblem, start: SharedDesign) -> SharedDesign:
-    """Lower the sum of all levels while every vehicle keeps its limit.
-
-    Parameters
-    ----------
-    problem : SharingProblem
-        Fleet.
-    start : SharedDesign
-        Design within all limits; returned itself where nothing was gained.
-    """
+    """Lower the sum of all levels while every vehicle keeps its limit, from a design that does."""
     numbering = _Numbering.of(problem, start.sharing)
 
     def total(values: RealArray) -> tuple[float, RealArray]:

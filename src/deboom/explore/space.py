@@ -109,13 +109,7 @@ class DesignSpace:
         return self.tolerance / SIGMAS_PER_TOLERANCE
 
     def checked(self, designs: RealArray) -> RealArray:
-        """Return designs as a finite array of shape (n, k); they may lie outside the bounds.
-
-        Raises
-        ------
-        InputError
-            Another number of columns, or a value that is not finite.
-        """
+        """Return designs as a finite array (n, k), inside or outside the bounds, or refuse them."""
         array = np.asarray(designs, dtype=float)
         if array.ndim != 2 or array.shape[1] != self.n_variables:
             raise InputError(
@@ -140,15 +134,10 @@ def stiffness_factor_space(
     names : sequence of str
         Names of the factors, such as ``TSM x``.
     half_width : float
-        Half width of the search about 1 [1].
+        Half width of the search about 1, below 1 [1].
     tolerance : float
         Half width of the manufacturing scatter, three standard deviations [1]. The default is
         ±15 % (σ = 5 %); 0.45 reads the same 15 % as one σ.
-
-    Raises
-    ------
-    InputError
-        See `DesignSpace`; also a half width that would reach a stiffness of zero.
     """
     if not 0.0 <= half_width < 1.0:
         raise InputError(
@@ -231,13 +220,7 @@ class ResponseFunction:
 
 
 def responses(evaluate: Evaluate, designs: RealArray) -> RealArray:
-    """Return the responses to designs (n, k), shape (n, r), not finite where a design fails.
-
-    Raises
-    ------
-    InputError
-        A model that returns another shape.
-    """
+    """Return the responses to designs (n, k), shape (n, r), not finite where a design fails."""
     values = np.asarray(evaluate(designs), dtype=float)
     promised = (len(designs), len(evaluate.response_names))
     if values.shape != promised:
@@ -249,13 +232,7 @@ def responses(evaluate: Evaluate, designs: RealArray) -> RealArray:
 
 
 def check_same_names(what: str, names: Sequence[str], expected: Sequence[str]) -> None:
-    """Refuse names that differ from those of the design space or of the limits.
-
-    Raises
-    ------
-    InputError
-        Shows both lists.
-    """
+    """Refuse names that differ from those of the design space or of the limits: show both lists."""
     if tuple(names) != tuple(expected):
         raise InputError(
             f"{what} {list(names)}, expected {list(expected)}: give both the same names in the "
@@ -264,47 +241,23 @@ def check_same_names(what: str, names: Sequence[str], expected: Sequence[str]) -
 
 
 def check_gradient(evaluate: Evaluate, remedy: str) -> None:
-    """Refuse a model without a gradient.
-
-    Raises
-    ------
-    InputError
-        Names the model's class and the remedy.
-    """
+    """Refuse a model without a gradient, with the remedy."""
     if not hasattr(evaluate, "gradient"):
         raise InputError(f"{type(evaluate).__name__} offers no gradient: {remedy}")
 
 
 def checked_seed(seed: int) -> int:
-    """Return the seed, or refuse it.
-
-    Raises
-    ------
-    InputError
-        Anything but an integer from 1 upwards; some libraries read 0 as "no seed".
-    """
+    """Return the seed, an integer from 1, or refuse it: some libraries read 0 as "no seed"."""
     if isinstance(seed, bool) or not isinstance(seed, int | np.integer) or seed < 1:
         raise InputError(f"seed {seed!r} is not an integer from 1 upwards: choose one, such as 1")
     return int(seed)
 
 
 def generator(seed: int, purpose: str, *words: int) -> np.random.Generator:
-    """Return the random generator of one purpose.
+    """Return the random generator of one purpose, such as ``"search sample"``.
 
-    Parameters
-    ----------
-    seed : int
-        Seed from 1 upwards.
-    purpose : str
-        Name of the stream, such as ``"search sample"``. Streams of different purposes are
-        independent: a verification never meets the draws of its search.
-    *words : int
-        Further entropy, such as the bytes of one design.
-
-    Raises
-    ------
-    InputError
-        A seed that is not an integer from 1 upwards.
+    Streams of different purposes are independent under one seed: a verification never meets the
+    draws of its search.
     """
     entropy = [checked_seed(seed), *words]
     key = zlib.crc32(purpose.encode())
@@ -312,13 +265,7 @@ def generator(seed: int, purpose: str, *words: int) -> np.random.Generator:
 
 
 def sobol_points(n_variables: int, n_points: int, *, seed: int, purpose: str) -> RealArray:
-    """Return scrambled Sobol points in the unit cube, shape (n_points, n_variables) [1].
-
-    Raises
-    ------
-    InputError
-        A count that is not a power of two, which would be unbalanced; seed 0.
-    """
+    """Return a power of two of scrambled Sobol points in the unit cube, (n_points, n_variables)."""
     exponent = max(n_points, 1).bit_length() - 1
     if n_points != 2**exponent:
         raise InputError(

@@ -33,15 +33,9 @@ class ToleranceCost:
 
     Parameters
     ----------
-    weight : array, shape (k,)
-        Price of halving the reference tolerance of each variable, 0 or more [1].
-    reference : array, shape (k,)
-        Tolerance that costs nothing more than today, above 0 [1].
-
-    Raises
-    ------
-    InputError
-        Shapes that differ, a negative weight, a reference of 0 or less.
+    weight, reference : array, shape (k,)
+        Price of halving the reference tolerance of each variable, 0 or more, and that tolerance,
+        which costs nothing more than today, above 0 [1].
 
     Notes
     -----
@@ -73,15 +67,9 @@ class ToleranceResponse:
     robust : RobustResponse
         Response whose space has the nominal tolerances.
     lower, upper : float
-        Bounds of every tolerance, half widths as a fraction of the design's value [1].
+        Bounds of every tolerance around the nominal ones, half widths above 0 [1].
     cost : ToleranceCost
         The last objective.
-
-    Raises
-    ------
-    InputError
-        Bounds that do not enclose the nominal tolerances or are not above 0, a space with
-        whole-number variables, a cost of another number of variables.
     """
 
     robust: RobustResponse
@@ -159,10 +147,8 @@ class CostCurve:
         Name of the variable.
     lower, upper : float
         Tightest and widest tolerance with a price, half widths [1].
-    cost : callable
-        Price of a tolerance [money].
-    slope : callable
-        Derivative of the price by the tolerance, 0 or less [money].
+    cost, slope : callable
+        Price of a tolerance, and its derivative, 0 or less [money].
     """
 
     name: str
@@ -173,26 +159,7 @@ class CostCurve:
 
 
 def reciprocal_curve(name: str, weight: float, reference: float) -> CostCurve:
-    """Return the price ``weight · reference / tolerance``.
-
-    Parameters
-    ----------
-    name : str
-        Name of the variable.
-    weight : float
-        Price of the reference tolerance, 0 or more [money].
-    reference : float
-        Half width, above 0 [1].
-
-    Raises
-    ------
-    InputError
-        A weight below 0, a reference of 0 or less, or a value that is not finite.
-
-    Notes
-    -----
-    `ToleranceCost` is the same law less the price of the reference.
-    """
+    """Return the price ``weight · reference / tolerance``, but for a constant `ToleranceCost`."""
     if not (0.0 <= weight < np.inf and 0.0 < reference < np.inf):
         raise InputError(
             f"the cost of '{name}' has the weight {weight:g} and the reference {reference:g}: "
@@ -208,16 +175,7 @@ def reciprocal_curve(name: str, weight: float, reference: float) -> CostCurve:
 
 
 def tabulated_curve(name: str, tolerance: RealArray, costs: RealArray) -> CostCurve:
-    """Return a price known at some tolerances; between them monotone, beyond them nan.
-
-    Parameters
-    ----------
-    name : str
-        Name of the variable.
-    tolerance : array, shape (n,)
-        At least two half widths, above 0, in any order, each once [1].
-    costs : array, shape (n,)
-        Their prices, 0 or more; none is dearer than a tighter one [money].
+    """Return a price known at two tolerances or more; between them monotone, beyond them nan.
 
     Raises
     ------
@@ -259,18 +217,7 @@ def tabulated_curve(name: str, tolerance: RealArray, costs: RealArray) -> CostCu
 
 @dataclass(frozen=True)
 class CostCurves:
-    """The price of all tolerances that can be chosen: the sum of their curves.
-
-    Parameters
-    ----------
-    curves : tuple of CostCurve
-        One curve per variable, each once.
-
-    Raises
-    ------
-    InputError
-        No curve, or two of one variable.
-    """
+    """The price of all tolerances that can be chosen: the sum of their curves, one per variable."""
 
     curves: tuple[CostCurve, ...]
 
@@ -308,14 +255,10 @@ class Scattered:
     ----------
     tolerance : array, shape (k,)
         Half widths [1].
-    values : array, shape (n_samples, r)
-        Responses, draw by draw [response unit].
-    by_tolerance : array, shape (n_samples, r, k)
-        Their derivatives [response unit per unit tolerance].
-    sigma : array, shape (r,)
-        Standard deviations [response unit].
-    sigma_by_tolerance : array, shape (r, k)
-        Their derivatives [response unit per unit tolerance].
+    values, by_tolerance : array, shape (n_samples, r), (n_samples, r, k)
+        Responses, draw by draw, and their derivatives [response unit (per unit tolerance)].
+    sigma, sigma_by_tolerance : array, shape (r,), (r, k)
+        Standard deviations and their derivatives [response unit (per unit tolerance)].
     """
 
     tolerance: RealArray
@@ -350,19 +293,10 @@ class Scattered:
 
 @dataclass(frozen=True, eq=False)
 class ToleranceEffect:
-    """One design whose tolerances can be chosen.
+    """One design, (k,), whose tolerances can be chosen.
 
-    Parameters
-    ----------
-    robust : RobustResponse
-        Response with a gradient of its model and draws that all tolerances share.
-    design : array, shape (k,)
-        Design [units of the space].
-
-    Raises
-    ------
-    InputError
-        A model without gradient, draws that are not shared, or whole-number variables.
+    Its response has a gradient of its model, draws that all tolerances share and no whole-number
+    variables, or it is refused.
     """
 
     robust: RobustResponse
@@ -402,12 +336,6 @@ class ToleranceEffect:
     def at(self, tolerance: RealArray) -> Scattered:
         """Return the responses with their derivatives at tolerances, shape (k,).
 
-        Raises
-        ------
-        InputError
-            A design that fails, tolerances outside 0 to 1 or so wide that a structure's scatter
-            could change a sign.
-
         Notes
         -----
         A made design is ``x (1 + t/3 s)`` with the scatter ``s`` of the draws, so that ``∂y/∂t =
@@ -428,16 +356,9 @@ class ToleranceEffect:
 
 @dataclass(frozen=True)
 class SigmaTarget:
-    """A largest sum of standard deviations over the responses.
+    """A largest sum of standard deviations over the responses, above 0 [response unit].
 
-    Parameters
-    ----------
-    sigma_sum : float
-        Target above 0 [response unit].
-    scale : float
-        Factor on the sum in messages, such as from a sum to a mean [1].
-    words : str
-        Name of the scaled sum in messages.
+    Messages multiply it with ``scale``, such as from a sum to a mean, and call it ``words``.
     """
 
     sigma_sum: float
@@ -468,18 +389,9 @@ class SigmaTarget:
 
 @checked(limit="r")
 class ShareTarget:
-    """A smallest share of parts × responses within a limit; count the parts afterwards.
+    """A smallest share of parts × responses within a limit, (r,); count the parts afterwards.
 
-    Parameters
-    ----------
-    limit : array, shape (r,)
-        Limit of each response [response unit].
-    share : float
-        Target between 0 and 1 of the soft share [1].
-    scale : float
-        Factor on responses in messages, such as from a sum to a mean [1].
-    unit : str
-        Unit of the scaled responses in messages.
+    Messages multiply responses with ``scale``, such as from a sum to a mean, and give ``unit``.
     """
 
     limit: RealArray
@@ -520,14 +432,10 @@ class MarginalValues:
 
     Parameters
     ----------
-    names : tuple of str, length k
-        The variables.
-    tolerance : array, shape (k,)
-        Half widths at which the values hold [1].
-    sigma_by_tolerance : array, shape (k,)
-        Sum of standard deviations per unit of tolerance [response unit].
-    cost_by_tolerance : array, shape (k,)
-        Price per unit of tolerance, 0 or less [money].
+    names, tolerance : tuple of str, array, shape (k,)
+        The variables and the half widths at which the values hold [1].
+    sigma_by_tolerance, cost_by_tolerance : array, shape (k,)
+        Sum of standard deviations [response unit] and price [money] per unit of tolerance.
     """
 
     names: tuple[str, ...]
@@ -554,16 +462,12 @@ class MarginalValues:
 
 @dataclass(frozen=True, eq=False)
 class Allocation:
-    """Tolerances with their price and their effect.
+    """Tolerances of the variables with a cost curve, with their price and their effect.
 
     Parameters
     ----------
-    names : tuple of str, length k
-        Variables with a cost curve.
-    tolerance : array, shape (k,)
-        Half widths [1].
-    cost : array, shape (k,)
-        Price of each [money].
+    names, tolerance, cost : tuple of str, array, shape (k,), array, shape (k,)
+        The variables, their half widths [1] and the price of each [money].
     scattered : Scattered
         Responses in the draws of the search; of all variables of the space.
     """
@@ -590,18 +494,11 @@ class Allocator:
 
     Parameters
     ----------
-    effect : ToleranceEffect
-        The design. Variables without a cost curve keep their tolerance.
-    curves : CostCurves
-        Prices.
+    effect, curves : ToleranceEffect, CostCurves
+        The design and the prices. Variables without a cost curve keep their tolerance.
     lower, upper : float or array, shape (k,)
         Bounds of the tolerances that have a price, half widths above 0 and below 1 [1]; a curve
         that ends before narrows them.
-
-    Raises
-    ------
-    InputError
-        A curve of a variable that there is not, bounds that leave nothing.
     """
 
     effect: ToleranceEffect
@@ -716,13 +613,7 @@ class Allocator:
         return float(np.ptp(price) / price.mean())
 
     def uniform(self, target: Target) -> Allocation:
-        """Return the widest one tolerance everywhere, within the bounds, that reaches a target.
-
-        Raises
-        ------
-        InputError
-            As `cheapest`.
-        """
+        """Return the widest one tolerance everywhere, within the bounds, that reaches a target."""
 
         def everywhere(place: float) -> RealArray:
             return self._within(np.full(len(self.names), np.exp(place)))

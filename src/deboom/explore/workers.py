@@ -48,15 +48,7 @@ class Pool(Protocol):
 
 @dataclass(frozen=True, eq=False)
 class SpreadResponse:
-    """A robust response that is computed by workers.
-
-    Parameters
-    ----------
-    robust : Robust
-        Response that the workers hold.
-    pool : Pool
-        The workers.
-    """
+    """A robust response that is computed by workers: the values that one process would give."""
 
     robust: Robust
     pool: Pool
@@ -77,13 +69,7 @@ class SpreadResponse:
         return self.robust.limits
 
     def __call__(self, designs: RealArray) -> RobustValues:
-        """Return the values of the designs, shape (n, k): those that one process would give.
-
-        Raises
-        ------
-        InputError
-            Workers that die again and again, and what the response itself refuses.
-        """
+        """Return the values of the designs, shape (n, k)."""
         designs = self.space.checked(designs)
         n_chunks = max(1, min(self.pool.n_workers, len(designs)))
         return joined(self.pool.compute(np.array_split(designs, n_chunks)))
@@ -104,16 +90,10 @@ def workers_for(
     scheduler : str, optional
         Address of an existing Dask cluster, such as ``tcp://node7:8786``.
 
-    Returns
-    -------
-    context manager
-        Its value is the response to use inside: the same bits, whoever computes them.
-
     Raises
     ------
     InputError
-        Fewer than one worker, or both a pool and a cluster; a response that cannot travel to
-        another process; a cluster that does not answer, has no worker or other versions.
+        Workers and a cluster that cannot be; a response that cannot travel to another process.
 
     Examples
     --------

@@ -9,7 +9,6 @@ from deboom.errors import InputError
 from deboom.measurement.channels import Frf
 from deboom.measurement.modal import (
     PoleCluster,
-    StabilityLimits,
     in_common_phase,
     mac_matrix,
     modal_model,
@@ -61,8 +60,10 @@ def test_what_a_structure_cannot_have_is_dropped():
 def test_limits_decide_what_is_stable():
     poles = {4: np.array([pole(30.0, 0.02)]), 5: np.array([pole(30.6, 0.02)])}
     assert stabilisation_chart(poles, BAND).stable.tolist() == [False, False]
-    wide = stabilisation_chart(poles, BAND, StabilityLimits(frequency=0.03))
-    assert wide.stable.tolist() == [False, True]
+    poles[5] = np.array([pole(30.2, 0.022)])
+    assert stabilisation_chart(poles, BAND).stable.tolist() == [False, True]
+    poles[5] = np.array([pole(30.2, 0.03)])
+    assert stabilisation_chart(poles, BAND).stable.tolist() == [False, False]
 
 
 def test_clusters_carry_the_spread_over_the_orders():

@@ -12,13 +12,16 @@ import numpy as np
 import numpy.typing as npt
 from scipy.linalg import toeplitz
 
-from deboom.arrays import BoolArray, ComplexArray, IntArray, RealArray, checked
+from deboom.arrays import BoolArray, ComplexArray, IntArray, RealArray, checked, checked_array
 from deboom.errors import InputError
 from deboom.measurement.channels import Frf
 from deboom.physics.frf import FrfForm, mac
 
 LARGEST_DAMPING = 0.3
 """Damping ratio above which a pole belongs to the polynomial, not to a structure [1]."""
+STABLE_FREQUENCY, STABLE_DAMPING = 0.01, 0.2
+"""Relative changes from one order to the next up to which a pole is called stable [1]. Damping
+scatters ten times as much as frequency; twice that keeps the weak modes of a body at 3 % noise."""
 SMALLEST_ORDER = 4
 LARGEST_ORDER = 20
 """Beyond, more poles belong to the noise than to a body below 140 Hz; judgement."""
@@ -34,21 +37,6 @@ _FORM_NAMES = {
     FrfForm.MOBILITY: "mobility",
     FrfForm.INERTANCE: "accelerance",
 }
-
-
-@dataclass(frozen=True)
-class StabilityLimits:
-    """How little a pole may move from one order to the next to be called stable.
-
-    Parameters
-    ----------
-    frequency, damping : float
-        Relative changes [1]. Damping scatters ten times as much as frequency; twice that keeps the
-        weak modes of a body at 3 % noise.
-    """
-
-    frequency: float = 0.01
-    damping: float = 0.2
 
 
 @checked(pole="p", stable="p")
@@ -109,21 +97,18 @@ class PoleCluster:
 
 
 def stabilisation_chart(
-    poles_by_order: dict[int, ComplexArray],
-    band: tuple[float, float],
-    limits: StabilityLimits | None = None,
+    poles_by_order: dict[int, ComplexArray], band: tuple[float, float]
 ) -> StabilisationChart:
     """Keep the poles [rad/s] of each order that a structure may have and mark the stable ones.
 
     Dropped by rule: poles at 0 Hz or outside the band, with negative or excessive damping, the
     conjugates, and duplicates of one order.
     """
-    limits = limits or StabilityLimits()
     rows: list[tuple[int, complex, bool]] = []
     below = np.empty(0, dtype=complex)
     for order in sorted(poles_by_order):
         possible = _physical(poles_by_order[order], band)
-        rows += [(order, complex(pole), _has_twin(pole, below, limits)) for pole in possible]
+        rows += [(order, complex(pole), _has_twin(pole, below)) for pole in possible]
         below = possible
     return StabilisationChart(
         np.array([order for order, _, _ in rows], dtype=np.int64),
@@ -147,10 +132,10 @@ def _physical(poles: ComplexArray, band: tuple[float, float]) -> ComplexArray:
     return np.asarray(kept[apart])
 
 
-def _has_twin(pole: complex, others: ComplexArray, limits: StabilityLimits) -> bool:
-    near = np.abs(np.abs(others) - abs(pole)) <= limits.frequency * abs(pole)
+def _has_twin(pole: complex, others: ComplexArray) -> bool:
+    near = np.abs(np.abs(others) - abs(pole)) <= STABLE_FREQUENCY * abs(pole)
     damping, theirs = -pole.real / abs(pole), -others.real / np.abs(others)
-    return bool(np.any(near & (np.abs(theirs - damping) <= limits.damping * damping)))
+    return bool(np.any(near & (np.abs(theirs - damping) <= STABLE_DAMPING * damping)))
 
 
 def pole_clusters(
@@ -304,12 +289,8 @@ def require_coherence(
         and at nodes are no fault.
     """
     low, high = band
-    given = np.asarray(coherence, dtype=float)
-    if given.shape != frf.values.shape:
-        raise InputError(
-            f"a coherence of shape {given.shape} does not belong to FRFs of shape "
-            f"{frf.values.shape}"
-        )
+    sizes = dict(zip("foi", frf.values.shape, strict=True))
+    given: RealArray = checked_array(coherence, "f o i ?", "coherence of the FRFs", sizes)
     lines = (frf.frequency >= low) & (frf.frequency <= high)
     if not lines.any():
         raise InputError(f"no line from {low:g} Hz to {high:g} Hz to judge the coherence by")
@@ -344,7 +325,6 @@ def poles_over_orders(
     form: FrfForm,
     band: tuple[float, float],
     largest_order: int | None = None,
-    limits: StabilityLimits | None = None,
 ) -> StabilisationChart:
     """Estimate poles by least squares on a common denominator (LSCF) for growing orders.
 
@@ -362,7 +342,6 @@ def poles_over_orders(
     largest_order : int, optional
         Order of the polynomial; twice as many poles. Left out, as high as the band carries, 20 at
         most.
-    limits : StabilityLimits, optional — by default `StabilityLimits()`
 
     Notes
     -----
@@ -383,7 +362,7 @@ def poles_over_orders(
         for poles in model.all_poles
         if len(poles) // 2 >= SMALLEST_ORDER
     }
-    return stabilisation_chart(by_order, band, limits)
+    return stabilisation_chart(by_order, band)
 
 
 def modal_model(

@@ -3,8 +3,8 @@
 A DOE (Sobol) in all vehicles, the correlation of groups and of the vehicles of one group in it,
 the robust front of that group (NSGA-II, on request from the best designs of the DOE) and its Sobol
 sensitivities (SALib), all of one model, in one run folder and on one page. Each step is a study of
-its own, too: group_correlation, u06_correlation, u06_robust_front, u06_sensitivity; not begun from
-the DOE, the front is that of u06_robust_front, byte for byte.
+its own, too: fleet_correlation, u06_robust_front, u06_sensitivity; not begun from the DOE, the
+front is that of u06_robust_front, byte for byte.
 
 Keys of summary.json: those of the four studies, such as splv_change_db_per_line_U06-1,
 r_group_min, r_u06_1_4_min, r_u06_5_mean and st_TSM_x_U06-1. Where two have the same key the front's
@@ -33,9 +33,8 @@ from deboom.study.correlation import (
     DoeRequest,
     Levels,
     Plan,
+    correlation_report,
     correlation_study,
-    group_correlation_result,
-    vehicle_correlation_result,
 )
 from deboom.study.options import (
     Aim,
@@ -143,10 +142,11 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
         ranked = sensitivity(platform, index, plan, bar)
 
     parts: dict[str, Report] = {}
+    fleet_names = fleet.names if fleet is not None else ()
     if fleet is not None:
-        parts["DOE and groups"] = as_report(group_correlation_result(fleet))
-    if vehicles is not None:
-        parts["Vehicles"] = as_report(vehicle_correlation_result(vehicles, None))
+        parts["DOE and groups"] = correlation_report(fleet)
+    if vehicles is not None and vehicles.names != fleet_names:
+        parts["Vehicles"] = correlation_report(vehicles)
     parts["Front"] = front_report(front)
     parts["Sensitivity"] = as_report(sensitivity_result(ranked))
     names = _names(parts)
@@ -171,7 +171,9 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
         f"±{100 * SEARCHED:g} %. {front.note}",
     )
     alone = f"{front.vehicles[0]} is the only vehicle: there is none to compare it with."
-    otherwise = {"DOE and groups": NOTHING, "Vehicles": "one vehicle"}
+    if len(front.vehicles) > 1:
+        alone = "These are all vehicles of the platform: they are compared above."
+    otherwise = {"DOE and groups": NOTHING, "Vehicles": "no other vehicle to compare with"}
     rows = [
         {
             "step": title,

@@ -39,11 +39,11 @@ def claims() -> list[Claim]:
 
 
 def _studies() -> list[Claim]:
-    groups = _summaries("group_correlation", {})
+    groups = _summaries({"group": None})
     begin = time.perf_counter()
-    vehicles = _summaries("u06_correlation", {})
+    vehicles = _summaries({"group": "U06"})
     seconds = (time.perf_counter() - begin) / len(SEEDS)
-    sobol = _summaries("u06_correlation", MANY, seeds=(1,))[0]
+    sobol = _summaries({"group": "U06"} | MANY, seeds=(1,))[0]
     r_group = [summary["r_group_min"] for summary in groups]
     alike = [summary["r_u06_1_4_min"] for summary in vehicles]
     apart = [summary["r_u06_5_mean"] for summary in vehicles]
@@ -79,7 +79,7 @@ def _studies() -> list[Claim]:
             f"{apart[0]:.3f} and {sobol['r_u06_5_mean']:.3f}",
             abs(apart[0] - sobol["r_u06_5_mean"]) < 0.08,
         ),
-        Claim("a run of u06_correlation [s]", "≤ 60", f"{seconds:.1f}", seconds <= 60),
+        Claim("a run of fleet_correlation [s]", "≤ 60", f"{seconds:.1f}", seconds <= 60),
     ]
 
 
@@ -137,10 +137,8 @@ def _coverage() -> list[Claim]:
     return rows
 
 
-def _summaries(
-    name: str, changes: dict[str, Any], seeds: tuple[int, ...] = SEEDS
-) -> list[dict[str, Any]]:
-    study = load_study(STUDIES / f"{name}.py")
+def _summaries(changes: dict[str, Any], seeds: tuple[int, ...] = SEEDS) -> list[dict[str, Any]]:
+    study = load_study(STUDIES / "fleet_correlation.py")
     with tempfile.TemporaryDirectory() as folder:
         runs = [run_study(study, Path(folder), {"seed": seed, **changes}) for seed in seeds]
         return [json.loads((run / "summary.json").read_text()) for run in runs]

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import tomllib
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -25,10 +26,12 @@ def read_scenarios(path: Path = LIST) -> tuple[Scenario, ...]:
     content = tomllib.loads(path.read_text(encoding="utf-8"))
     words = content.pop("words")
     spoilt = content.pop("spoilt")
+    moved = content.pop("moved")
     scenarios = [
         _scenario(name, entry, words) for part in content.values() for name, entry in part.items()
     ]
     scenarios += [_spoilt(f"refused-{name}", entry, words) for name, entry in spoilt.items()]
+    scenarios = [_moved(scenario, moved) for scenario in scenarios]
     names = [scenario.name for scenario in scenarios]
     for scenario in scenarios:
         unknown = {needed for _, needed in scenario.needs} - set(names)
@@ -47,6 +50,14 @@ def _scenario(name: str, entry: Any, words: Mapping[str, str]) -> Scenario:
         None if new is None else tuple(_filled(step, words) for step in new),
         table.get("absolute", 0.0),
     )
+
+
+def _moved(scenario: Scenario, moved: Mapping[str, str]) -> Scenario:
+    """Give a scenario the names that its studies have on the work tree."""
+    steps = scenario.steps if scenario.new is None else scenario.new
+    for old, new in moved.items():
+        steps = tuple(step.replace(old, new) for step in steps)
+    return replace(scenario, new=None if steps == scenario.steps else steps)
 
 
 def _spoilt(name: str, entry: Mapping[str, Any], words: Mapping[str, str]) -> Scenario:

@@ -39,7 +39,7 @@ def levels(motion: str) -> dict[str, Any]:
     names = [f"{mount} {axis} [1]" for mount in ("EnM", "GeM", "TSM", "Du") for axis in "xyz"]
     pd.DataFrame(DESIGNS, columns=names).to_csv("designs.csv", index=False)
     few = ("--resamples", "100", "--draws", "4", "--motion", motion)
-    run = _study("u06_correlation", "--table", "designs.csv", *few)
+    run = _study("fleet_correlation", "--group", "U06", "--table", "designs.csv", *few)
     check = _columns(run / "surface_check.csv", ["rms difference [dB]"])
     return _columns(run / "doe.csv", VEHICLES) | (check if motion == "prescribed" else {})
 

@@ -33,7 +33,7 @@ def run(out, name="u06_platform", **asked):
 def few_trajectories_and_pictures():
     """Leave out what takes long and is drawn in the tests of the single studies."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(correlation, "scatter_figures", lambda *_: {})
+        patch.setattr(correlation, "_append_clouds", lambda *_: None)
         patch.setattr(sensitivity, "TRAJECTORIES", 4)
         yield
 

@@ -8,12 +8,12 @@ from dataclasses import dataclass
 from enum import Enum
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pandas as pd
 
-from deboom import plot as figures
+from deboom import plot
 from deboom.arrays import RealArray
 from deboom.bench.unselected_fleets import Rate, UnselectedFleets, load_unselected
 from deboom.errors import InputError
@@ -41,11 +41,13 @@ from deboom.explore.space import DesignSpace, Evaluate
 from deboom.files.doe_table import doe_frame, read_designs, read_doe
 from deboom.plot.correlations import MOST
 from deboom.plot.style import vehicle_colours
-from deboom.report.page import Headline, Page, Picture, Section, Table
+from deboom.report import Report
 from deboom.study.options import factor_space
 from deboom.study.platform_model import Operation
-from deboom.study.result import Scalar, StudyResult
 from deboom.vehicles.booming_model import LoadCaseIndex
+
+if TYPE_CHECKING:
+    from deboom.plot.style import Drawing
 
 
 class Plan(Enum):
@@ -446,87 +448,213 @@ def key_of(names: Sequence[str]) -> str:
     return re.sub(r"\W+", "_", " ".join(parts)).strip("_").lower()
 
 
-TERMS = (
-    "booming noise",
-    "SPL",
-    "SPLV",
-    "stiffness factor",
-    "tolerance",
-    "σ",
-    "noise transfer function",
-    "correlation",
-    "family of vehicles",
-)
+def correlation_report(study: CorrelationStudy, apart: str | None = None) -> Report:
+    """Report who goes with whom: groups where there are several, else one vehicle held apart.
+
+    Parameters
+    ----------
+    study : CorrelationStudy
+        All vehicles of a platform, or those of one group.
+    apart : str, optional
+        Vehicle of a single group that is held against the others; by default the least alike one.
+
+    Raises
+    ------
+    InputError
+        An unknown vehicle.
+    """
+    if study.by_group is None:
+        return _vehicle_report(study, apart)
+    return _group_report(study, study.by_group)
 
 
-def matrix_figure(sets: CorrelationSet, groups: Sequence[str] = ()) -> bytes:
-    """Draw the matrices of designs, means and scatter."""
-    panels = [
-        figures.CorrelationPanel(kind, found.pearson, found.pearson_low, found.pearson_high)
-        for kind, found in sets.kinds.items()
-    ]
-    return figures.correlation_matrices(sets.designs.names, panels, groups)
-
-
-def scatter_figures(
-    study: CorrelationStudy, levels: Levels, sets: CorrelationSet, stem: str, label: str
-) -> dict[str, bytes]:
-    """Draw the scatter matrices of designs and of tolerance draws; none if there are too many."""
-    names = levels.names
-    if len(names) > MOST:
-        return {}
-    colours = vehicle_colours(study.runs.platform.fleet.names)
-    drawn = {
-        f"{stem}_designs": (levels.designs, sets.designs, label),
-        f"{stem}_tolerance": (
-            levels.scatter.reshape(-1, len(names)),
-            sets.scatter,
-            "scatter around each design's mean [dB]",
-        ),
-    }
-    return {
-        file: figures.scatter_matrix(
-            names,
-            values,
-            (found.pearson, found.pearson_low, found.pearson_high),
-            colours,
-            value_label=words,
-        )
-        for file, (values, found, words) in drawn.items()
-    }
-
-
-def family_figure(study: CorrelationStudy) -> bytes:
-    """Draw the tree of the vehicles."""
-    families = study.families
-    return figures.family_tree(
-        families.merges,
-        study.names,
-        [families.number(name) for name in study.names],
-        families.cut,
+def _group_report(study: CorrelationStudy, by_group: CorrelationSet) -> Report:
+    """Report groups with each other, then all vehicles."""
+    designs = study.by_vehicle.designs
+    worst = min(by_group.designs.pairs, key=lambda pair: by_group.designs.pearson[pair])
+    r_min = float(by_group.designs.among(by_group.designs.names).min())
+    report = _begun(
+        study,
+        "Correlation of vehicle groups",
+        "Do the groups of a platform, and their vehicles, rise and fall together when mount "
+        "stiffnesses change, so that one group can stand for the others?",
     )
+    report.tile(f"{r_min:.3f}", "least correlation of two groups")
+    report.tile(f"{report.summary['r_vehicle_min']:.3f}", "least correlation of two vehicles")
+    _family_tile(report, study)
+    report.summary |= {
+        "r_group_min": r_min,
+        "r_group_min_from": float(by_group.designs.pearson_low[worst]),
+        "r_group_min_to": float(by_group.designs.pearson_high[worst]),
+        "r_group_min_means": float(by_group.means.among(by_group.means.names).min()),
+        "r_group_min_tolerance": float(by_group.scatter.among(by_group.scatter.names).min()),
+    }
+    sizes = ", ".join(f"{name} ({len(members)})" for name, members in study.groups.items())
+    report.section("Groups", f"The index of a group is the sum over its vehicles: {sizes}.")
+    report.figure(
+        "group_matrix",
+        _matrix_figure(by_group),
+        "Pearson's correlation of the groups, below it its interval.",
+    )
+    _append_clouds(
+        report,
+        study,
+        study.group_levels,
+        by_group,
+        "groups",
+        "mean level of the lines, summed over the vehicles of a group [dB(A)]",
+        "Designs: each dot is one design, the sums of two groups.",
+    )
+    report.table("group_matrix", _matrix_table(by_group.designs))
+    _append_pairs(report, "group_pairs", by_group)
+    report.section(
+        "Vehicles",
+        "Every vehicle with every other one, over the designs; the intervals, Spearman's "
+        "coefficients and those of means and tolerance scatter stand in vehicle_pairs.csv.",
+    )
+    panel = plot.CorrelationPanel(
+        "designs", designs.pearson, designs.pearson_low, designs.pearson_high
+    )
+    report.figure(
+        "vehicle_matrix",
+        plot.correlation_matrices(
+            study.names, [panel], [study.group_of[name] for name in study.names]
+        ),
+        "Pearson's correlation of all vehicles; white lines part the groups.",
+    )
+    report.table("vehicle_matrix", _matrix_table(designs))
+    report.table("vehicle_pairs", _pair_table(study.by_vehicle))
+    _append_families(report, study)
+    fleets = _unselected(study)
+    if fleets is not None:
+        rates = fleets.rates()
+        panels = [
+            plot.PopulationPanel(
+                "least correlation of two groups [1]",
+                fleets.values("r_groups_min"),
+                r_min,
+                (0.9,),
+                f"{len(fleets.fleets)} unselected fleets",
+            )
+        ]
+        _append_rates(report, rates, {"groups": f"least r {r_min:.3f}"}, panels)
+        rate = f"{100 * rates['groups'].rate:.0f} %"
+        report.tile(rate, "of unselected fleets: groups above 0.9")
+    return report
 
 
-def asked(study: CorrelationStudy) -> Section:
-    """Say what was evaluated."""
-    doe, space = study.doe, study.doe.space
-    platform = study.runs.platform
+def _vehicle_report(study: CorrelationStudy, apart: str | None) -> Report:
+    """Report the vehicles of one group, one of them held against the others."""
+    if apart is not None and apart not in study.names:
+        raise InputError(f"--apart '{apart}' is no vehicle of this study: use {list(study.names)}")
+    kinds, designs = study.by_vehicle.kinds, study.by_vehicle.designs
+    report = _begun(
+        study,
+        "Correlation of vehicles",
+        f"Do {', '.join(study.names)} rise and fall together when mount stiffnesses change, so "
+        "that one mount set can serve them all?",
+    )
+    others: tuple[str, ...] = ()
+    if len(study.names) < 3:
+        least = f"{report.summary['r_vehicle_min']:.3f}"
+        report.tile(least, "least correlation of two vehicles")
+    else:
+        apart = apart or study.least_alike()
+        others = tuple(name for name in study.names if name != apart)
+        alike = float(designs.among(others).min())
+        mean = float(designs.between(apart, others).mean())
+        report.tile(f"{alike:.3f}", f"least correlation without {apart}")
+        report.tile(f"{mean:.2f}", f"{apart} with the others, mean")
+        report.summary["apart"] = apart
+        for suffix, of in zip(("", "_means", "_tolerance"), kinds.values(), strict=True):
+            report.summary[f"r_{key_of(others)}_min{suffix}"] = float(of.among(others).min())
+            report.summary[f"r_{key_of([apart])}_mean{suffix}"] = float(
+                of.between(apart, others).mean()
+            )
+    _family_tile(report, study)
+    shift = np.max([np.abs(of.pearson - designs.pearson) for of in kinds.values()])
+    report.section(
+        "Vehicle by vehicle",
+        "A narrow cloud means that what quietens one vehicle quietens the other. The correlations "
+        f"of means and of tolerance scatter differ from those of the designs by {shift:.2f} at "
+        "most; the intervals say how much of that is chance.",
+    )
+    report.figure(
+        "matrix",
+        _matrix_figure(study.by_vehicle),
+        "Pearson's correlation of the vehicles, below it its interval.",
+    )
+    _append_clouds(
+        report,
+        study,
+        study.vehicles,
+        study.by_vehicle,
+        "vehicles",
+        "mean level of the lines [dB(A)]",
+        "Designs: each dot is one design, two vehicles with the same mounts.",
+    )
+    report.table("matrix", _matrix_table(designs))
+    _append_pairs(report, "pairs", study.by_vehicle)
+    _append_families(report, study)
+    fleets = _unselected(study)
+    if fleets is not None and (apart, others) == (fleets.battery, fleets.alike):
+        rates = fleets.rates()
+        shown = {
+            "alike": f"least r {alike:.3f}",
+            "alike_closely": f"least r {alike:.3f}",
+            "battery": f"mean r {mean:.3f}",
+        }
+        panels = [
+            plot.PopulationPanel(
+                f"least r, {others[0]} to {others[-1]} [1]",
+                fleets.values("r_alike_min"),
+                alike,
+                (0.95,),
+                f"{len(fleets.fleets)} unselected fleets",
+            ),
+            plot.PopulationPanel(
+                f"mean r of {apart} with them [1]",
+                fleets.values("r_battery_mean"),
+                mean,
+                (0.3, 0.8),
+            ),
+        ]
+        _append_rates(report, rates, shown, panels)
+        rate = f"{100 * rates['battery'].rate:.0f} %"
+        report.tile(rate, "of unselected fleets set it apart like this")
+    return report
+
+
+def _begun(study: CorrelationStudy, title: str, question: str) -> Report:
+    """Begin a report: what was evaluated, its DOE and the numbers that every such report has."""
+    doe, space, platform = study.doe, study.doe.space, study.runs.platform
+    report = Report(title, question)
+    report.explain(
+        *("booming noise", "SPL", "SPLV", "stiffness factor", "tolerance", "σ"),
+        *("noise transfer function", "correlation", "family of vehicles"),
+    )
+    report.summary |= {
+        "n_designs": len(doe),
+        "n_failed": doe.n_failed,
+        "n_families": len(study.families.members),
+        "r_vehicle_min": float(study.by_vehicle.designs.among(study.names).min()),
+    }
+    report.facts |= {
+        "plan": study.plan,
+        "kernel": study.index.kernel.name,
+        "known_designs": study.n_known,
+    }
+    report.inputs += [*platform.input_files, *study.inputs]
     cases = ", ".join(
         f"{platform.load_case(case.name).title} (weight {weight:g})"
         for case, weight in study.runs.cases
     )
-    scatter = study.by_vehicle.scatter
-    known = (
-        f" {study.n_known} of the asked designs were known already and not evaluated again."
-        if study.n_known
-        else ""
-    )
-    lost = (
-        f"; {study.n_untoleranced} of them failed in some draw and have no scatter"
-        if study.n_untoleranced
-        else ""
-    )
-    return Section(
+    known, lost = "", ""
+    if study.n_known:
+        known = f" {study.n_known} of the asked designs were known already and not evaluated again."
+    if study.n_untoleranced:
+        lost = f"; {study.n_untoleranced} of them failed in some draw and have no scatter"
+    report.section(
         "What was asked, and with which data",
         f"{platform.title}: {platform.description}\n\n"
         f"Load cases: {cases}. Lines: {study.index.n_lines} between {study.runs.band[0]:g} and "
@@ -534,7 +662,7 @@ def asked(study: CorrelationStudy) -> Section:
         "shown divided by their number.\n\n"
         f"{len(doe)} designs ({study.plan}) of {space.n_variables} stiffness factors between "
         f"{space.lower.min():g} and {space.upper.max():g}; {doe.n_failed} failed.{known} Each was "
-        f"also made {scatter.n_draws} times within its tolerance of "
+        f"also made {study.by_vehicle.scatter.n_draws} times within its tolerance of "
         f"±{100 * space.tolerance.max():.0f} % (three standard deviations){lost}.\n\n"
         "Three correlations are told apart. Designs: the levels of the designs as drawn, the "
         "thesis's. Means: of each design's mean over its scatter. Tolerance scatter: of what "
@@ -542,14 +670,54 @@ def asked(study: CorrelationStudy) -> Section:
         f"95 % bootstrap intervals over the designs ({study.resamples} resamples): they say how "
         "much the coefficients would move with other designs, not with other vehicles.",
     )
+    report.table("doe", doe_frame(doe))
+    return report
 
 
-def family_section(
-    study: CorrelationStudy, tables: Mapping[str, pd.DataFrame], pictures: Mapping[str, bytes]
-) -> Section:
+def _family_tile(report: Report, study: CorrelationStudy) -> None:
+    n = len(study.families.members)
+    report.tile(str(n), "family of vehicles" if n == 1 else "families of vehicles")
+
+
+def _matrix_figure(sets: CorrelationSet) -> Drawing:
+    """Draw the matrices of designs, means and scatter."""
+    panels = [
+        plot.CorrelationPanel(kind, of.pearson, of.pearson_low, of.pearson_high)
+        for kind, of in sets.kinds.items()
+    ]
+    return plot.correlation_matrices(sets.designs.names, panels)
+
+
+def _append_clouds(
+    report: Report,
+    study: CorrelationStudy,
+    levels: Levels,
+    sets: CorrelationSet,
+    stem: str,
+    label: str,
+    caption: str,
+) -> None:
+    """Show the scatter matrices of designs and of tolerance draws; none if there are too many."""
+    if len(levels.names) > MOST:
+        return
+    colours = vehicle_colours(study.runs.platform.fleet.names)
+    draws = levels.scatter.reshape(-1, len(levels.names))
+    made = "Tolerance scatter: each dot is one design as made once."
+    for kind, values, of, words, text in (
+        ("designs", levels.designs, sets.designs, label, caption),
+        ("tolerance", draws, sets.scatter, "scatter around each design's mean [dB]", made),
+    ):
+        r = (of.pearson, of.pearson_low, of.pearson_high)
+        drawing = plot.scatter_matrix(levels.names, values, r, colours, value_label=words)
+        report.figure(f"{stem}_{kind}", drawing, text)
+
+
+def _append_families(report: Report, study: CorrelationStudy) -> None:
     """Say which vehicles can share one mount set."""
-    families = study.families
-    return Section(
+    families, levels, names = study.families, study.vehicles, study.names
+    designs = study.by_vehicle.designs
+    number = [families.number(name) for name in names]
+    report.section(
         "Which vehicles can share one mount set?",
         f"{len(families.members)} famil{'y' if len(families.members) == 1 else 'ies'} at "
         f"r = {families.cut:g}: within a family any two vehicles correlate by {families.cut:g} or "
@@ -557,58 +725,104 @@ def family_section(
         "one vehicle of a family then quietens the others; how much it does is another matter and "
         "shows in σ over designs. A vehicle alone in its family needs its own look before it gets "
         "the mounts of the others.",
-        figures=(
-            picture(
-                pictures,
-                "families",
-                "Vehicles by family. Branches join where the worst pair below them stands; those "
-                "left of the dashed line are families.",
-            ),
-        ),
-        tables=(
-            Table(tables["families"], "Families and their worst pairs, in all three correlations."),
-            Table(
-                tables["vehicles"],
-                "By vehicle. A dash: alone in its family.",
-                {"sigma over designs [dB]": 3, "sigma over the tolerance [dB]": 3},
-            ),
-        ),
+    )
+    report.figure(
+        "families",
+        plot.family_tree(families.merges, names, number, families.cut),
+        "Vehicles by family. Branches join where the worst pair below them stands; those left of "
+        "the dashed line are families.",
+    )
+    rows = []
+    for place, members in enumerate(families.members, 1):
+        inside = {kind: of.among(members) for kind, of in study.by_vehicle.kinds.items()}
+        worst = {
+            f"least r, {kind} [1]": float(r.min()) if r.size else np.nan
+            for kind, r in inside.items()
+        }
+        rows.append({"family": place, "vehicles": ", ".join(members), **worst})
+    report.table(
+        "families",
+        pd.DataFrame(rows),
+        "Families and their worst pairs, in all three correlations.",
+    )
+    relatives = [
+        [other for other in families.members[place - 1] if other != name]
+        for name, place in zip(names, number, strict=True)
+    ]
+    vehicles = pd.DataFrame(
+        {
+            "vehicle": list(names),
+            "group": [study.group_of[name] for name in names],
+            "family": number,
+            "least r within its family [1]": [
+                float(designs.between(name, others).min()) if others else np.nan
+                for name, others in zip(names, relatives, strict=True)
+            ],
+            "mean r with all others [1]": [study.mean_with_others(name) for name in names],
+            "mean level [dB(A)]": levels.designs.mean(axis=0),
+            "sigma over designs [dB]": levels.designs.std(axis=0, ddof=1),
+            "sigma over the tolerance [dB]": levels.scatter.std(axis=(0, 1)),
+        }
+    )
+    report.table(
+        "vehicles",
+        vehicles,
+        "By vehicle. A dash: alone in its family.",
+        {"sigma over designs [dB]": 3, "sigma over the tolerance [dB]": 3},
     )
 
 
-def fleet_section(
-    tables: Mapping[str, pd.DataFrame], pictures: Mapping[str, bytes]
-) -> tuple[Section, ...]:
-    """Say how often fleets that nobody chose show the same; nothing for other platforms."""
-    if "rates" not in tables:
-        return ()
-    n = int(tables["rates"]["fleets"].iloc[0])
-    return (
-        Section(
-            "How special is this fleet?",
-            "The virtual platform's fleet was selected because it shows every phenomenon of the "
-            f"thesis. {n} fleets were drawn from the same prior and none of them selected, with "
-            "the true forces of 5th gear at 220 Nm; the rates say how often a phenomenon comes by "
-            "itself. A rate near 1 follows from the physics of the model, a small one is the "
-            "choice of this fleet.",
-            figures=(
-                picture(
-                    pictures,
-                    "unselected_fleets",
-                    "Correlations in the unselected fleets (grey), those of this platform (orange) "
-                    "and the bounds asked for (dashed).",
-                ),
-            ),
-            tables=(Table(tables["rates"], "Phenomena beside their rates."),),
-        ),
+def _append_rates(
+    report: Report,
+    rates: Mapping[str, Rate],
+    shown: Mapping[str, str],
+    panels: Sequence[plot.PopulationPanel],
+) -> None:
+    """Say how often fleets that nobody chose show the same."""
+    table = pd.DataFrame(
+        [
+            {
+                "phenomenon": rates[name].phenomenon,
+                "this platform": figure,
+                "rate in unselected fleets [1]": rates[name].rate,
+                "standard error [1]": rates[name].standard_error,
+                "fleets": rates[name].n_fleets,
+            }
+            for name, figure in shown.items()
+        ]
     )
+    report.summary |= {f"rate_{name}": rates[name].rate for name in shown}
+    report.summary["n_unselected_fleets"] = int(table["fleets"].iloc[0])
+    report.section(
+        "How special is this fleet?",
+        "The virtual platform's fleet was selected because it shows every phenomenon of the "
+        f"thesis. {table['fleets'].iloc[0]} fleets were drawn from the same prior and none of "
+        "them selected, with the true forces of 5th gear at 220 Nm; the rates say how often a "
+        "phenomenon comes by itself. A rate near 1 follows from the physics of the model, a small "
+        "one is the choice of this fleet.",
+    )
+    report.figure(
+        "unselected_fleets",
+        plot.populations(panels),
+        "Correlations in the unselected fleets (grey), those of this platform (orange) and the "
+        "bounds asked for (dashed).",
+    )
+    report.table("rates", table, "Phenomena beside their rates.")
 
 
-def pair_words(pairs: pd.DataFrame) -> Table:
-    """Return the pairs for the page: designs with their interval, the others beside them."""
-    kinds = {kind: part.reset_index() for kind, part in pairs.groupby("correlated", sort=False)}
-    designs, means, scatter = kinds.values()
-    frame = pd.DataFrame(
+def _unselected(study: CorrelationStudy) -> UnselectedFleets | None:
+    """Return the bench's unselected fleets, if the platform is the bench's."""
+    fleets = load_unselected()
+    return fleets if fleets.platform == study.runs.platform.name else None
+
+
+def _append_pairs(report: Report, stem: str, sets: CorrelationSet) -> None:
+    """Keep all pairs; show those of the designs with their interval, the others beside them."""
+    pairs = _pair_table(sets)
+    designs, means, scatter = (
+        part.reset_index() for _, part in pairs.groupby("correlated", sort=False)
+    )
+    shown = pd.DataFrame(
         {
             "pair": designs["first"] + " and " + designs["second"],
             "r [1]": designs["pearson [1]"],
@@ -619,493 +833,28 @@ def pair_words(pairs: pd.DataFrame) -> Table:
             "r, tolerance [1]": scatter["pearson [1]"],
         }
     )
-    return Table(frame, "Pairs: Pearson's r over the designs with its interval, and the others.")
+    caption = "Pairs: Pearson's r over the designs with its interval, and the others."
+    report.table(stem, pairs, caption, shown=shown)
 
 
-def picture(pictures: Mapping[str, bytes], stem: str, caption: str) -> Picture:
-    """Return a figure with its words."""
-    return Picture(pictures[stem], alt=caption, caption=caption)
-
-
-def doe_table(study: CorrelationStudy) -> pd.DataFrame:
-    """Every design with its responses and failure code; a later run can go on from it."""
-    return doe_frame(study.doe)
-
-
-def pair_table(sets: CorrelationSet) -> pd.DataFrame:
-    """One row per pair and kind: both coefficients with their intervals."""
-    return pd.concat([_pairs(kind, found) for kind, found in sets.kinds.items()], ignore_index=True)
-
-
-def matrix_table(found: Correlations) -> pd.DataFrame:
+def _matrix_table(of: Correlations) -> pd.DataFrame:
     """Pearson's coefficients as a square: one row and one column per name."""
-    columns = {f"{name} [1]": found.pearson[:, i] for i, name in enumerate(found.names)}
-    return pd.DataFrame({"name": list(found.names), **columns})
+    columns = {f"{name} [1]": of.pearson[:, i] for i, name in enumerate(of.names)}
+    return pd.DataFrame({"name": list(of.names), **columns})
 
 
-def vehicle_table(study: CorrelationStudy) -> pd.DataFrame:
-    """One row per vehicle: level, how far designs and scatter move it, family."""
-    levels, names = study.vehicles, study.names
-    families = study.families
-    inside = [
-        [other for other in families.members[families.number(name) - 1] if other != name]
-        for name in names
-    ]
-    designs = study.by_vehicle.designs
-    return pd.DataFrame(
-        {
-            "vehicle": list(names),
-            "group": [study.group_of[name] for name in names],
-            "family": [families.number(name) for name in names],
-            "least r within its family [1]": [
-                float(designs.between(name, others).min()) if others else np.nan
-                for name, others in zip(names, inside, strict=True)
-            ],
-            "mean r with all others [1]": [study.mean_with_others(name) for name in names],
-            "mean level [dB(A)]": levels.designs.mean(axis=0),
-            "sigma over designs [dB]": levels.designs.std(axis=0, ddof=1),
-            "sigma over the tolerance [dB]": levels.scatter.std(axis=(0, 1)),
+def _pair_table(sets: CorrelationSet) -> pd.DataFrame:
+    """One row per pair and kind: both coefficients with their intervals."""
+    parts = []
+    for kind, of in sets.kinds.items():
+        rows, columns = (np.array(side) for side in zip(*of.pairs, strict=True))
+        table: dict[str, object] = {
+            "correlated": kind,
+            "first": [of.names[row] for row in rows],
+            "second": [of.names[column] for column in columns],
         }
-    )
-
-
-def family_table(study: CorrelationStudy) -> pd.DataFrame:
-    """One row per family: who belongs to it, and its worst pair."""
-    rows = []
-    for number, members in enumerate(study.families.members, 1):
-        inside = {kind: found.among(members) for kind, found in study.by_vehicle.kinds.items()}
-        worst = {
-            f"least r, {kind} [1]": float(r.min()) if r.size else np.nan
-            for kind, r in inside.items()
-        }
-        rows.append({"family": number, "vehicles": ", ".join(members), **worst})
-    return pd.DataFrame(rows)
-
-
-def rate_table(rates: dict[str, Rate], own: dict[str, str]) -> pd.DataFrame:
-    """One row per phenomenon: what this platform shows, and how often unselected fleets do."""
-    return pd.DataFrame(
-        [
-            {
-                "phenomenon": rates[name].phenomenon,
-                "this platform": figure,
-                "rate in unselected fleets [1]": rates[name].rate,
-                "standard error [1]": rates[name].standard_error,
-                "fleets": rates[name].n_fleets,
-            }
-            for name, figure in own.items()
-        ]
-    )
-
-
-def unselected(study: CorrelationStudy) -> UnselectedFleets | None:
-    """Return the bench's unselected fleets, if the platform is the bench's."""
-    fleets = load_unselected()
-    return fleets if fleets.platform == study.runs.platform.name else None
-
-
-def _pairs(kind: str, found: Correlations) -> pd.DataFrame:
-    rows, columns = (np.array(side) for side in zip(*found.pairs, strict=True))
-    table: dict[str, object] = {
-        "correlated": kind,
-        "first": [found.names[row] for row in rows],
-        "second": [found.names[column] for column in columns],
-    }
-    for name in ("pearson", "spearman"):
-        for end, words in (("", ""), ("_low", " from"), ("_high", " to")):
-            table[f"{name}{words} [1]"] = getattr(found, name + end)[rows, columns]
-    return pd.DataFrame(table)
-
-
-def group_correlation_result(study: CorrelationStudy) -> StudyResult:
-    """Make tables, figures, headline numbers and page of the correlation of groups.
-
-    Parameters
-    ----------
-    study : CorrelationStudy
-        Of all vehicles of a platform.
-
-    Returns
-    -------
-    StudyResult
-        Tables ``doe``, ``vehicle_matrix``, ``vehicle_pairs``, ``vehicles``, ``families``; with two
-        groups or more ``group_matrix`` and ``group_pairs``; of the bench's platform ``rates``.
-    """
-    by_group, by_vehicle = study.by_group, study.by_vehicle
-    tables = {
-        "doe": doe_table(study),
-        "vehicle_matrix": matrix_table(by_vehicle.designs),
-        "vehicle_pairs": pair_table(by_vehicle),
-        "vehicles": vehicle_table(study),
-        "families": family_table(study),
-    }
-    groups = [study.group_of[name] for name in study.names]
-    designs = by_vehicle.designs
-    pictures = {
-        "vehicle_matrix": figures.correlation_matrices(
-            study.names,
-            [
-                figures.CorrelationPanel(
-                    "designs", designs.pearson, designs.pearson_low, designs.pearson_high
-                )
-            ],
-            groups,
-        ),
-        "families": family_figure(study),
-    }
-    summary: dict[str, Scalar] = {
-        "n_designs": len(study.doe),
-        "n_failed": study.doe.n_failed,
-        "n_families": len(study.families.members),
-        "r_vehicle_min": float(designs.among(study.names).min()),
-    }
-    if by_group is not None:
-        tables |= {
-            "group_matrix": matrix_table(by_group.designs),
-            "group_pairs": pair_table(by_group),
-        }
-        pictures["group_matrix"] = matrix_figure(by_group)
-        pictures |= scatter_figures(
-            study,
-            study.group_levels,
-            by_group,
-            "groups",
-            "mean level of the lines, summed over the vehicles of a group [dB(A)]",
-        )
-        summary |= _group_summary(by_group)
-        _fleet(study, float(summary["r_group_min"]), tables, pictures, summary)
-    return StudyResult(
-        tables=tables,
-        figures=pictures,
-        summary=summary,
-        page=_page(study, tables, pictures, summary),
-        inputs=(*study.runs.platform.input_files, *study.inputs),
-        facts={
-            "plan": study.plan,
-            "kernel": study.index.kernel.name,
-            "known_designs": study.n_known,
-        },
-    )
-
-
-def _group_summary(by_group: CorrelationSet) -> dict[str, Scalar]:
-    names = by_group.designs.names
-    worst = min(by_group.designs.pairs, key=lambda pair: by_group.designs.pearson[pair])
-    return {
-        "r_group_min": float(by_group.designs.among(names).min()),
-        "r_group_min_from": float(by_group.designs.pearson_low[worst]),
-        "r_group_min_to": float(by_group.designs.pearson_high[worst]),
-        "r_group_min_means": float(by_group.means.among(names).min()),
-        "r_group_min_tolerance": float(by_group.scatter.among(names).min()),
-    }
-
-
-def _fleet(
-    study: CorrelationStudy,
-    r_min: float,
-    tables: dict[str, pd.DataFrame],
-    pictures: dict[str, bytes],
-    summary: dict[str, Scalar],
-) -> None:
-    """Add how often unselected fleets show the same."""
-    fleets = unselected(study)
-    if fleets is None:
-        return
-    rates = fleets.rates()
-    tables["rates"] = rate_table(rates, {"groups": f"least r {r_min:.3f}"})
-    pictures["unselected_fleets"] = figures.populations(
-        [
-            figures.PopulationPanel(
-                "least correlation of two groups [1]",
-                fleets.values("r_groups_min"),
-                r_min,
-                (0.9,),
-                f"{len(fleets.fleets)} unselected fleets",
-            )
-        ]
-    )
-    summary["rate_groups"] = rates["groups"].rate
-    summary["n_unselected_fleets"] = rates["groups"].n_fleets
-
-
-def _page(
-    study: CorrelationStudy,
-    tables: Mapping[str, pd.DataFrame],
-    pictures: Mapping[str, bytes],
-    summary: Mapping[str, Scalar],
-) -> Page:
-    n = len(study.families.members)
-    headlines = [
-        Headline(f"{float(summary['r_vehicle_min']):.3f}", "least correlation of two vehicles"),
-        Headline(str(n), "family of vehicles" if n == 1 else "families of vehicles"),
-    ]
-    if "r_group_min" in summary:
-        r = f"{float(summary['r_group_min']):.3f}"
-        headlines.insert(0, Headline(r, "least correlation of two groups"))
-    if "rate_groups" in summary:
-        rate = f"{100 * float(summary['rate_groups']):.0f} %"
-        headlines.append(Headline(rate, "of unselected fleets: groups above 0.9"))
-    return Page(
-        title="Correlation of vehicle groups",
-        question=(
-            "Do the groups of a platform, and their vehicles, rise and fall together when mount "
-            "stiffnesses change, so that one group can stand for the others?"
-        ),
-        headlines=tuple(headlines),
-        terms=TERMS,
-        sections=(
-            asked(study),
-            *_groups(study, tables, pictures),
-            Section(
-                "Vehicles",
-                "Every vehicle with every other one, over the designs; the intervals, Spearman's "
-                "coefficients and those of means and tolerance scatter stand in "
-                "vehicle_pairs.csv.",
-                figures=(
-                    picture(
-                        pictures,
-                        "vehicle_matrix",
-                        "Pearson's correlation of all vehicles; white lines part the groups.",
-                    ),
-                ),
-            ),
-            family_section(study, tables, pictures),
-            *fleet_section(tables, pictures),
-        ),
-    )
-
-
-def _groups(
-    study: CorrelationStudy, tables: Mapping[str, pd.DataFrame], pictures: Mapping[str, bytes]
-) -> tuple[Section, ...]:
-    if "group_pairs" not in tables:
-        group = next(iter(study.groups))
-        text = f"All vehicles are of group {group}: there are no groups to compare."
-        return (Section("Groups", text),)
-    sizes = ", ".join(f"{name} ({len(members)})" for name, members in study.groups.items())
-    drawn = (
-        ("groups_designs", "Designs: each dot is one design, the sums of two groups."),
-        ("groups_tolerance", "Tolerance scatter: each dot is one design as made once."),
-    )
-    return (
-        Section(
-            "Groups",
-            f"The index of a group is the sum over its vehicles: {sizes}.",
-            figures=(
-                picture(
-                    pictures,
-                    "group_matrix",
-                    "Pearson's correlation of the groups, below it its interval.",
-                ),
-                *(picture(pictures, stem, words) for stem, words in drawn if stem in pictures),
-            ),
-            tables=(pair_words(tables["group_pairs"]),),
-        ),
-    )
-
-
-@dataclass(frozen=True)
-class Apart:
-    """One vehicle held against the others.
-
-    Parameters
-    ----------
-    vehicle : str
-        The one.
-    others : tuple of str
-        The others, at least two.
-    """
-
-    vehicle: str
-    others: tuple[str, ...]
-
-
-def vehicle_correlation_result(study: CorrelationStudy, apart: str | None) -> StudyResult:
-    """Make tables, figures, headline numbers and page of the correlation of vehicles.
-
-    Parameters
-    ----------
-    study : CorrelationStudy
-        Of the vehicles of a group.
-    apart : str or None
-        Vehicle that is held against the others; None takes the one least like them.
-
-    Returns
-    -------
-    StudyResult
-        Tables ``doe``, ``matrix``, ``pairs``, ``vehicles``, ``families``; of the bench's platform
-        ``rates``.
-
-    Raises
-    ------
-    InputError
-        An unknown vehicle.
-    """
-    both = _apart(study, apart)
-    tables = {
-        "doe": doe_table(study),
-        "matrix": matrix_table(study.by_vehicle.designs),
-        "pairs": pair_table(study.by_vehicle),
-        "vehicles": vehicle_table(study),
-        "families": family_table(study),
-    }
-    pictures = {
-        "matrix": matrix_figure(study.by_vehicle),
-        **scatter_figures(
-            study,
-            study.vehicles,
-            study.by_vehicle,
-            "vehicles",
-            "mean level of the lines [dB(A)]",
-        ),
-        "families": family_figure(study),
-    }
-    summary: dict[str, Scalar] = {
-        "n_designs": len(study.doe),
-        "n_failed": study.doe.n_failed,
-        "n_families": len(study.families.members),
-        "r_vehicle_min": float(study.by_vehicle.designs.among(study.names).min()),
-    }
-    if both is not None:
-        summary |= _summary(study, both)
-        _fleet_6(study, both, tables, pictures, summary)
-    return StudyResult(
-        tables=tables,
-        figures=pictures,
-        summary=summary,
-        page=_page_6(study, both, tables, pictures, summary),
-        inputs=(*study.runs.platform.input_files, *study.inputs),
-        facts={
-            "plan": study.plan,
-            "kernel": study.index.kernel.name,
-            "known_designs": study.n_known,
-        },
-    )
-
-
-def _apart(study: CorrelationStudy, name: str | None) -> Apart | None:
-    if name is not None and name not in study.names:
-        raise InputError(f"--apart '{name}' is no vehicle of this study: use {list(study.names)}")
-    if len(study.names) < 3:
-        return None
-    vehicle = name or study.least_alike()
-    return Apart(vehicle, tuple(other for other in study.names if other != vehicle))
-
-
-def _summary(study: CorrelationStudy, both: Apart) -> dict[str, Scalar]:
-    others, one = f"r_{key_of(both.others)}_min", f"r_{key_of([both.vehicle])}_mean"
-    summary: dict[str, Scalar] = {"apart": both.vehicle}
-    suffixes = ("", "_means", "_tolerance")
-    for suffix, found in zip(suffixes, study.by_vehicle.kinds.values(), strict=True):
-        summary[others + suffix] = float(found.among(both.others).min())
-        summary[one + suffix] = float(found.between(both.vehicle, both.others).mean())
-    return summary
-
-
-def _fleet_6(
-    study: CorrelationStudy,
-    both: Apart,
-    tables: dict[str, pd.DataFrame],
-    pictures: dict[str, bytes],
-    summary: dict[str, Scalar],
-) -> None:
-    """Add how often unselected fleets show the same."""
-    fleets = unselected(study)
-    if fleets is None or (both.vehicle, both.others) != (fleets.battery, fleets.alike):
-        return
-    alike = float(study.by_vehicle.designs.among(both.others).min())
-    mean = float(study.by_vehicle.designs.between(both.vehicle, both.others).mean())
-    rates = fleets.rates()
-    tables["rates"] = rate_table(
-        rates,
-        {
-            "alike": f"least r {alike:.3f}",
-            "alike_closely": f"least r {alike:.3f}",
-            "battery": f"mean r {mean:.3f}",
-        },
-    )
-    note = f"{len(fleets.fleets)} unselected fleets"
-    pictures["unselected_fleets"] = figures.populations(
-        [
-            figures.PopulationPanel(
-                f"least r, {both.others[0]} to {both.others[-1]} [1]",
-                fleets.values("r_alike_min"),
-                alike,
-                (0.95,),
-                note,
-            ),
-            figures.PopulationPanel(
-                f"mean r of {both.vehicle} with them [1]",
-                fleets.values("r_battery_mean"),
-                mean,
-                (0.3, 0.8),
-            ),
-        ]
-    )
-    for name in ("alike", "alike_closely", "battery"):
-        summary[f"rate_{name}"] = rates[name].rate
-    summary["n_unselected_fleets"] = len(fleets.fleets)
-
-
-def _page_6(
-    study: CorrelationStudy,
-    both: Apart | None,
-    tables: Mapping[str, pd.DataFrame],
-    pictures: Mapping[str, bytes],
-    summary: Mapping[str, Scalar],
-) -> Page:
-    n = len(study.families.members)
-    headlines = [Headline(str(n), "family of vehicles" if n == 1 else "families of vehicles")]
-    if both is None:
-        r = f"{float(summary['r_vehicle_min']):.3f}"
-        headlines.insert(0, Headline(r, "least correlation of two vehicles"))
-    else:
-        designs = study.by_vehicle.designs
-        least = float(designs.among(both.others).min())
-        mean = float(designs.between(both.vehicle, both.others).mean())
-        headlines[:0] = [
-            Headline(f"{least:.3f}", f"least correlation without {both.vehicle}"),
-            Headline(f"{mean:.2f}", f"{both.vehicle} with the others, mean"),
-        ]
-    if "rate_battery" in summary:
-        rate = f"{100 * float(summary['rate_battery']):.0f} %"
-        headlines.append(Headline(rate, "of unselected fleets set it apart like this"))
-    return Page(
-        title="Correlation of vehicles",
-        question=(
-            f"Do {', '.join(study.names)} rise and fall together when mount stiffnesses change, so "
-            "that one mount set can serve them all?"
-        ),
-        headlines=tuple(headlines),
-        terms=TERMS,
-        sections=(
-            asked(study),
-            _matrix_section(study, tables, pictures),
-            family_section(study, tables, pictures),
-            *fleet_section(tables, pictures),
-        ),
-    )
-
-
-def _matrix_section(
-    study: CorrelationStudy, tables: Mapping[str, pd.DataFrame], pictures: Mapping[str, bytes]
-) -> Section:
-    drawn = (
-        ("vehicles_designs", "Designs: each dot is one design, two vehicles with the same mounts."),
-        ("vehicles_tolerance", "Tolerance scatter: each dot is one design as made once."),
-    )
-    kinds = study.by_vehicle.kinds.values()
-    apart = np.max([np.abs(found.pearson - study.by_vehicle.designs.pearson) for found in kinds])
-    return Section(
-        "Vehicle by vehicle",
-        "A narrow cloud means that what quietens one vehicle quietens the other. The correlations "
-        f"of means and of tolerance scatter differ from those of the designs by {apart:.2f} at "
-        "most; the intervals say how much of that is chance.",
-        figures=(
-            picture(
-                pictures, "matrix", "Pearson's correlation of the vehicles, below it its interval."
-            ),
-            *(picture(pictures, stem, words) for stem, words in drawn if stem in pictures),
-        ),
-        tables=(pair_words(tables["pairs"]),),
-    )
+        for name in ("pearson", "spearman"):
+            for end, words in (("", ""), ("_low", " from"), ("_high", " to")):
+                table[f"{name}{words} [1]"] = getattr(of, name + end)[rows, columns]
+        parts.append(pd.DataFrame(table))
+    return pd.concat(parts, ignore_index=True)

@@ -19,10 +19,11 @@ PLATFORM = STUDIES / "data" / "u06_f39_f45"
 FRACTION = "fractional factorial of resolution 3"
 WORDS = "a b c d abc abd acd bcd ab ac ad bc"
 BUDGET = {"seed": 1, "designs": 64, "draws": 4, "resamples": 100, "mounts": MountSource.spectra}
+GROUP = {"group": "U06"}
 
 
-def run(name, out, **changes):
-    return run_study(load_study(STUDIES / f"{name}.py"), out, {**BUDGET, **changes})
+def run(out, **changes):
+    return run_study(load_study(STUDIES / "fleet_correlation.py"), out, {**BUDGET, **changes})
 
 
 def summary_of(folder):
@@ -32,11 +33,11 @@ def summary_of(folder):
 @pytest.fixture(scope="module")
 def vehicles(tmp_path_factory):
     """One run that several tests look at."""
-    return run("u06_correlation", tmp_path_factory.mktemp("results"))
+    return run(tmp_path_factory.mktemp("results"), **GROUP)
 
 
 def test_groups_go_together_and_all_vehicles_are_compared(tmp_path):
-    folder = run("group_correlation", tmp_path)
+    folder = run(tmp_path)
     summary = summary_of(folder)
     assert summary["r_group_min"] > 0.9
     assert summary["r_group_min_from"] < summary["r_group_min"] < summary["r_group_min_to"]
@@ -78,19 +79,19 @@ def test_a_doe_is_kept_and_goes_on(vehicles, tmp_path):
     assert len(doe) == 64
     assert set(doe["failure"]) == {""}
     path = vehicles / "doe.csv"
-    longer = run("u06_correlation", tmp_path, append_to=path, designs=32, seed=2)
+    longer = run(tmp_path, **GROUP, append_to=path, designs=32, seed=2)
     record = json.loads((longer / "run.json").read_text())
     assert record["facts"]["known_designs"] == 0
     again = pd.read_csv(longer / "doe.csv", keep_default_na=False)
     assert len(again) == 96
     pd.testing.assert_frame_equal(again[:64], doe)
     with pytest.raises(InputError, match=r"doe.csv line 2: the design belongs to the DOE .*1.15'"):
-        run("u06_correlation", tmp_path, append_to=path, half_width=0.2)
+        run(tmp_path, **GROUP, append_to=path, half_width=0.2)
 
 
 def test_other_options(tmp_path):
     changes = {"apart": "U06-1", "load_case": ["g5_wot120=1", "g6_wot220=2"]}
-    folder = run("u06_correlation", tmp_path, plan=Plan.sobol, **changes)
+    folder = run(tmp_path, **GROUP, plan=Plan.sobol, **changes)
     assert summary_of(folder)["apart"] == "U06-1"
     assert not (folder / "rates.csv").exists()  # of another question than the fleets were asked
 
@@ -128,7 +129,7 @@ def test_plans_of_twelve_variables(request_, n_designs, words):
 )
 def test_what_cannot_be_asked_is_said_in_a_sentence(tmp_path, changes, sentence):
     with pytest.raises(InputError, match=sentence):
-        run("u06_correlation", tmp_path, **changes)
+        run(tmp_path, **GROUP, **changes)
 
 
 def test_a_users_own_table(tmp_path, vehicles):
@@ -142,7 +143,7 @@ def test_a_users_own_table(tmp_path, vehicles):
     assert (request.words, request.inputs) == ("table own.xlsx", (path,))
     own.drop(columns="TSM x [1]").to_excel(path, index=False)
     with pytest.raises(InputError, match="column 'TSM x' is missing"):
-        run("u06_correlation", tmp_path, table=path)
+        run(tmp_path, **GROUP, table=path)
 
 
 @pytest.mark.parametrize(
@@ -168,10 +169,9 @@ def test_two_vehicles_of_one_group_under_other_names(tmp_path):
     kept = kept.replace('name = "U06-2"', 'name = "wagon"')
     text = head.replace("u06_f39_f45", "mine") + kept + last[last.index("[[load_cases]]") :]
     (platform / "platform.toml").write_text(text, encoding="utf-8")
-    folder = run("group_correlation", tmp_path, designs=12, platform=platform)
+    folder = run(tmp_path, designs=12, platform=platform)
     summary = summary_of(folder)
     assert summary["r_vehicle_min"] > 0.9
     assert "r_group_min" not in summary
     assert not (folder / "rates.csv").exists()
-    page = (folder / "report.html").read_text(encoding="utf-8")
-    assert "there are no groups to compare" in page
+    assert not (folder / "group_pairs.csv").exists()

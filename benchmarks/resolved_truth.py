@@ -10,7 +10,7 @@ import numpy as np
 
 from deboom.arrays import RealArray
 from deboom.bench.mount_law import DirectionLaw, SuspendedBody
-from deboom.bench.operating_run import full_load_run
+from deboom.bench.operating_run import PlannedRun, true_run
 from deboom.bench.powertrain import VirtualBench, load_bench
 from deboom.files.library_export import read_library_json
 from deboom.files.platform import Platform
@@ -85,7 +85,9 @@ def true_change(
     levels = []
     for design in np.vstack([np.ones(len(names)), designs]):
         bench = scaled_bench(load_bench(), design, names, part)
-        force = full_load_run(bench, load_case.gear, torque_limit, frequency).path_force[inside]
+        force = true_run(bench, PlannedRun(load_case.gear, torque_limit), frequency).path_force[
+            inside
+        ]
         pressure = np.einsum("vfp,fp->vf", ears, force)
         levels.append(spl(pressure, frequency[inside], axis=-1).mean(axis=-1))
     return np.asarray(levels[1:]) - levels[0]

@@ -18,7 +18,7 @@ from scipy.stats import qmc
 import deboom.bench
 from deboom.arrays import ComplexArray, RealArray
 from deboom.bench.fleet import draw_fleet, load_fleet, noise_transfer
-from deboom.bench.operating_run import full_load_run
+from deboom.bench.operating_run import PlannedRun, true_run
 from deboom.bench.platform_writer import NAME
 from deboom.bench.powertrain import load_bench, read_data
 from deboom.bench.unselected_fleets import DATA, FleetFigures, UnselectedFleets
@@ -42,7 +42,7 @@ def draw_unselected(seeds: Iterable[int]) -> UnselectedFleets:
     Jansen's estimate from `N_SOBOL` times as many points as forces plus two, of the sum of dB over
     the lines.
     """
-    force = full_load_run(load_bench(), GEAR, TORQUE_LIMIT, BAND).path_force
+    force = true_run(load_bench(), PlannedRun(GEAR, TORQUE_LIMIT), BAND).path_force
     fleets = tuple(_figures(seed, force) for seed in seeds)
     return UnselectedFleets(NAME, *_first_group(), fleets)
 

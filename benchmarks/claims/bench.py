@@ -16,7 +16,7 @@ from scipy.stats import qmc
 from claims import Claim
 from deboom.bench.fleet import draw_fleet, load_fleet, noise_transfer
 from deboom.bench.layout import LOAD_CASES
-from deboom.bench.operating_run import OperatingRun, full_load_run, true_run
+from deboom.bench.operating_run import OperatingRun, PlannedRun, true_run
 from deboom.bench.platform_writer import write_platform
 from deboom.bench.powertrain import load_bench
 from deboom.bench.sensors import ErrorBudget, draw_instrumentation, measured_run
@@ -32,7 +32,7 @@ def claims() -> list[Claim]:
     """Measure everything afresh; about 5 s on one core."""
     bench = load_bench()
     runs = [true_run(bench, case, FREQUENCY) for case in LOAD_CASES]
-    fifth = full_load_run(bench, 5, 220.0, FREQUENCY)
+    fifth = true_run(bench, PlannedRun(5, 220.0), FREQUENCY)
     return [_writing(), _strut(), _transfer_spread(), *_stiffness(runs), *_fleets(fifth)]
 
 
@@ -55,7 +55,7 @@ def _strut() -> Claim:
     strut = 3 * bench.mount_names.index("TSM")
     stiffness = np.abs(
         [
-            full_load_run(bench, gear, 220.0, FREQUENCY).powertrain.stiffness[:, strut]
+            true_run(bench, PlannedRun(gear, 220.0), FREQUENCY).powertrain.stiffness[:, strut]
             for gear in range(1, 8)
         ]
     )

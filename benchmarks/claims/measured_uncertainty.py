@@ -24,7 +24,7 @@ import numpy as np
 from claims import Claim
 from deboom.bench.campaign_plan import CampaignErrors
 from deboom.bench.fleet import BodySpread, load_fleet, noise_transfer, scattered_body
-from deboom.bench.operating_run import OperatingRun, PlannedRun, full_load_run
+from deboom.bench.operating_run import OperatingRun, PlannedRun, true_run
 from deboom.bench.powertrain import DRAWING, load_bench
 from deboom.bench.sensors import (
     ErrorBudget,
@@ -98,7 +98,7 @@ def _platform() -> Platform:
 
 @cache
 def _run() -> OperatingRun:
-    return full_load_run(load_bench(), GEAR, TORQUE, LINES)
+    return true_run(load_bench(), PlannedRun(GEAR, TORQUE), LINES)
 
 
 def _stated(number: int) -> tuple[_Held, ...]:

@@ -19,7 +19,7 @@ import numpy as np
 
 from claims import Claim
 from deboom.bench.layout import ACCELEROMETER_OFFSETS
-from deboom.bench.operating_run import full_load_run
+from deboom.bench.operating_run import PlannedRun, true_run
 from deboom.bench.powertrain import load_bench
 from deboom.bench.sensors import ErrorBudget, draw_instrumentation
 from deboom.bench.sensors import measured_run as measure_in_operation
@@ -227,7 +227,7 @@ def _careful_sheets() -> list[Claim]:
 def _operation() -> list[Claim]:
     bench, budget, lines = load_bench(), ErrorBudget(), np.arange(20.0, 80.1, 0.5)
     ramps = [
-        full_load_run(bench, gear, torque, lines)
+        true_run(bench, PlannedRun(gear, torque), lines)
         for gear, torque in ((3, 220.0), (5, 120.0), (5, 220.0), (7, 220.0))
     ]
     places = [

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from claims import Claim
-from deboom.bench.operating_run import full_load_run
+from deboom.bench.operating_run import PlannedRun, true_run
 from deboom.bench.powertrain import load_bench, with_mount_set
 from deboom.explore.front import pareto_front
 from deboom.explore.robust import RobustResponse
@@ -117,7 +117,7 @@ def _true_level(numbers: np.ndarray, runs: Operation) -> float:
     name = "-".join(f"{mount}{int(n)}" for mount, n in zip(mounts, numbers, strict=True))
     frequency = runs.cases[0][0].force.frequency
     inside = (frequency >= runs.band[0]) & (frequency <= runs.band[1])
-    run = full_load_run(with_mount_set(bench, name), 5, 220.0, frequency)
+    run = true_run(with_mount_set(bench, name), PlannedRun(5, 220.0), frequency)
     paths = [f"{mount} {axis}" for mount in bench.mount_names for axis in "xyz"] + ["Du x"]
     transfer = path_transfer(runs.fleet, paths, frequency[inside], runs.band, name)
     pressure = np.einsum("vfp,fp->vf", transfer, run.path_force[inside])

@@ -29,7 +29,7 @@ from deboom.bench.fleet import (
 from deboom.bench.interfaces import EARS, ear_transfer, source_motion
 from deboom.bench.layout import FREQUENCY
 from deboom.bench.layout import points as virtual_points
-from deboom.bench.operating_run import OperatingRun, full_load_run
+from deboom.bench.operating_run import OperatingRun, PlannedRun, true_run
 from deboom.bench.powertrain import VirtualBench, load_bench, with_mount_set
 from deboom.bench.sensors import TransferErrors, measured_noise_transfer
 from deboom.bench.vehicle_acquisition import (
@@ -320,7 +320,7 @@ def _variance() -> list[Claim]:
 
 
 def _spread() -> list[Claim]:
-    force = full_load_run(BENCH, 5, 220.0, FREQUENCY).path_force
+    force = true_run(BENCH, PlannedRun(5, 220.0), FREQUENCY).path_force
     groups = {group: [f"{group}-{k}" for k in range(1, 6)] for group in ("U06", "F39", "F45")}
     found = {}
     for group, names in {**groups, "U06 without its battery vehicle": groups["U06"][:4]}.items():
@@ -359,7 +359,7 @@ def _spread() -> list[Claim]:
 
 def _operated(number: int) -> tuple[VirtualBench, OperatingRun]:
     bench = with_mount_set(BENCH, f"M{number}")
-    return bench, full_load_run(bench, 5, 220.0, FREQUENCY)
+    return bench, true_run(bench, PlannedRun(5, 220.0), FREQUENCY)
 
 
 def _methods() -> list[Claim]:

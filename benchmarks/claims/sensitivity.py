@@ -19,7 +19,7 @@ import pandas as pd
 import sobol_indices as bench
 from claims import Claim
 from deboom.bench.fleet import draw_fleet, load_fleet, noise_transfer
-from deboom.bench.operating_run import full_load_run
+from deboom.bench.operating_run import PlannedRun, true_run
 from deboom.bench.powertrain import load_bench
 from deboom.explore.sensitivity import (
     design_inputs,
@@ -143,7 +143,7 @@ def _other_seeds() -> Claim:
 def _prior() -> list[Claim]:
     """Rates over draws of the prior, none of them chosen; the bench's truth, whole mounts."""
     frequency = np.arange(20.0, 60.25, 0.25)
-    run = full_load_run(load_bench(), 5, 220.0, frequency)
+    run = true_run(load_bench(), PlannedRun(5, 220.0), frequency)
     paths = [*run.channels[: run.path_force.shape[1] - 1], "Du x"]  # both wishbones as one
     cabin, ears = load_fleet(1).cabin, (*LOUD, BATTERY)
     inputs = design_inputs(stiffness_factor_space(paths, 0.15))

@@ -5,7 +5,7 @@ from dataclasses import fields, replace
 import numpy as np
 import pytest
 
-from deboom.bench.operating_run import full_load_run
+from deboom.bench.operating_run import PlannedRun, true_run
 from deboom.bench.powertrain import load_bench
 from deboom.bench.sensors import (
     CENTRE_TOLERANCE,
@@ -20,7 +20,7 @@ from deboom.bench.sensors import (
 )
 
 BENCH = load_bench()
-RUN = full_load_run(BENCH, 5, 220.0, np.linspace(20.0, 80.0, 61))
+RUN = true_run(BENCH, PlannedRun(5, 220.0), np.linspace(20.0, 80.0, 61))
 NO_ERRORS = ErrorBudget(
     **{field.name: 0.0 for field in fields(ErrorBudget)} | {"bench_frequency": 248.0}
 )

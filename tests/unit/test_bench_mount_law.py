@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from deboom.bench.mount_law import FluidBranch, play_operator, static_deflection
-from deboom.bench.operating_run import full_load_run, operate
+from deboom.bench.operating_run import PlannedRun, operate, true_run
 from deboom.bench.powertrain import FULL_LOAD_RAMP, THREE_CYLINDER_TORQUE, load_bench
 from deboom.errors import InputError
 
@@ -164,7 +164,7 @@ def test_driveline_passes_its_factor_at_low_frequency_and_isolates_above_its_mod
 
 
 def test_channels_and_paths_of_a_run():
-    run = full_load_run(BENCH, 5, 220.0, FREQUENCY_2)
+    run = true_run(BENCH, PlannedRun(5, 220.0), FREQUENCY_2)
     assert run.channels[:3] == ("EnM x", "EnM y", "EnM z")
     assert run.channels[-2:] == ("Du left x", "Du right x")
     assert run.displacement.shape == run.force.shape == run.stiffness.shape == (25, 11)
@@ -174,7 +174,7 @@ def test_channels_and_paths_of_a_run():
 
 def test_truth_is_read_only_and_does_not_freeze_the_callers_array():
     frequency = FREQUENCY_2.copy()
-    run = full_load_run(BENCH, 5, 220.0, frequency)
+    run = true_run(BENCH, PlannedRun(5, 220.0), frequency)
     with pytest.raises(ValueError, match="read-only"):
         run.powertrain.displacement[0, 0] = 1
     with pytest.raises(ValueError, match="read-only"):

@@ -24,29 +24,75 @@ from deboom.errors import InputError
 from deboom.files.campaign import read_campaign
 from deboom.files.platform import read_platform
 
+BENCH = load_bench()
+FREQUENCY = np.linspace(20.0, 80.0, 25)
+RAMP = PlannedRun(5, 220.0, full_load=True)
+SLICE = PlannedRun(6, 60.0, full_load=False)
+SMALL = CampaignPlan(("M1",), (RAMP, SLICE), shaker_repeats=1, frequency=FREQUENCY)
+
+
+def write_small(folder, seed, progress=None):
+    return write_campaign(folder, seed, SMALL, progress=progress)
+
+
+# true mounts under the true engine, and the plan of the channels, are those of every seed
+WRITERS = {
+    "platform": (write_platform, {"channels.csv", "truth/operating.npz"}),
+    "campaign": (write_small, {"channels.csv", "truth/M1.npz"}),
+}
+
 
 @pytest.fixture(scope="module")
-def written(tmp_path_factory):
-    return write_platform(tmp_path_factory.mktemp("bench") / "platform", seed=3)
+def folders(tmp_path_factory):
+    """Each kind of folder, of seeds 3 and 4."""
+    root = tmp_path_factory.mktemp("bench")
+    return {
+        kind: [write(root / kind / str(seed), seed) for seed in (3, 4)]
+        for kind, (write, _) in WRITERS.items()
+    }
+
+
+@pytest.fixture
+def written(folders):
+    return folders["platform"][0]
+
+
+@pytest.fixture
+def small(folders):
+    return folders["campaign"][0]
 
 
 def files_of(folder):
     return sorted(p.relative_to(folder).as_posix() for p in folder.rglob("*") if p.is_file())
 
 
-def test_the_same_seed_gives_the_same_bytes(written, tmp_path):
-    again = write_platform(tmp_path / "again", seed=3)
-    assert files_of(again) == files_of(written)
-    for name in files_of(written):
-        assert (again / name).read_bytes() == (written / name).read_bytes(), name
+def bytes_of(folder):
+    return {name: (folder / name).read_bytes() for name in files_of(folder)}
 
 
-def test_another_seed_gives_other_measurements(written, tmp_path):
-    other = write_platform(tmp_path / "other", seed=4)
-    for name in files_of(written):
-        differs = (other / name).read_bytes() != (written / name).read_bytes()
-        # the plan of the channels and the true mounts under the true engine are one platform's
-        assert differs == (name not in ("channels.csv", "truth/operating.npz")), name
+@pytest.mark.parametrize("kind", WRITERS)
+def test_the_same_seed_gives_the_same_bytes_and_progress_counts_the_files(kind, folders, tmp_path):
+    told = []
+    again = WRITERS[kind][0](tmp_path / "again", 3, progress=lambda *now: told.append(now))
+    assert bytes_of(again) == bytes_of(folders[kind][0])
+    assert [done for done, _, _ in told] == list(range(1, len(told) + 1))
+    assert {total for _, total, _ in told} == {len(told)}
+    assert told[-1][2] == f"{kind}.toml"
+    assert kind != "platform" or len(told) == 22
+
+
+@pytest.mark.parametrize("kind", WRITERS)
+def test_another_seed_gives_other_measurements(kind, folders):
+    one, other = map(bytes_of, folders[kind])
+    assert {name for name in one if one[name] == other[name]} == WRITERS[kind][1]
+
+
+@pytest.mark.parametrize("kind", WRITERS)
+@pytest.mark.parametrize("seed", [0, -3])
+def test_a_seed_below_one_is_refused(kind, tmp_path, seed):
+    with pytest.raises(InputError, match=f"seed {seed} is refused: seeds are whole numbers from 1"):
+        WRITERS[kind][0](tmp_path / kind, seed)
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_small_plain_text_and_explained(written):
@@ -85,10 +131,9 @@ def test_the_tables_name_every_axis_that_transmits(written):
     assert platform["mounts"][3]["pieces"] == ["left", "right"]
 
 
-def test_the_data_sheet_states_the_wheel_end_within_its_tolerance(written, tmp_path):
-    other = write_platform(tmp_path / "other", seed=4)
+def test_the_data_sheet_states_the_wheel_end_within_its_tolerance(folders, written):
     stated = []
-    for folder in (written, other):
+    for folder in folders["platform"]:
         toml = tomllib.loads((folder / "platform.toml").read_text(encoding="utf-8"))
         assert ["body_mass_kg" in mount for mount in toml["mounts"]] == [False, False, False, True]
         assert toml["mounts"][3]["body_mass_tolerance_kg"] == WHEEL_END_TOLERANCE
@@ -112,13 +157,6 @@ def test_the_truth_needs_no_pickle(written):
     with np.load(written / "truth" / "operating.npz", allow_pickle=False) as truth:
         assert truth["stiffness"].shape == (6, 241, 11)
         assert truth["channels"][-1] == "Du right x"
-
-
-@pytest.mark.parametrize("seed", [0, -3])
-def test_a_seed_below_one_is_refused(tmp_path, seed):
-    with pytest.raises(InputError, match=f"seed {seed} is refused: seeds are whole numbers from 1"):
-        write_platform(tmp_path / "platform", seed=seed)
-    assert list(tmp_path.iterdir()) == []
 
 
 def test_an_empty_folder_is_filled(tmp_path):
@@ -166,56 +204,18 @@ def test_a_run_that_fails_half_way_leaves_nothing(tmp_path, failure, seen):
     assert list(tmp_path.iterdir()) == []
 
 
-def test_progress_counts_the_files(tmp_path):
-    told = []
-    write_platform(tmp_path / "platform", seed=1, progress=lambda *state: told.append(state))
-    assert [done for done, _, _ in told] == list(range(1, 23))
-    assert {total for _, total, _ in told} == {22}
-    assert told[-1][2] == "platform.toml"
-
-
-BENCH = load_bench()
-FREQUENCY = np.linspace(20.0, 80.0, 25)
-RAMP = PlannedRun(5, 220.0, full_load=True)
-SLICE = PlannedRun(6, 60.0, full_load=False)
-SMALL = CampaignPlan(("M1",), (RAMP, SLICE), shaker_repeats=1, frequency=FREQUENCY)
-
-
-@pytest.fixture(scope="module")
-def written_2(tmp_path_factory):
-    return write_campaign(tmp_path_factory.mktemp("campaign") / "small", 3, SMALL)
-
-
-def test_the_same_seed_gives_the_same_bytes_2(written_2, tmp_path):
-    seen = []
-    again = write_campaign(tmp_path / "again", 3, SMALL, progress=lambda *now: seen.append(now))
-    assert files_of(again) == files_of(written_2)
-    for name in files_of(written_2):
-        assert (again / name).read_bytes() == (written_2 / name).read_bytes(), name
-    assert [done for done, _, _ in seen] == list(range(1, len(seen) + 1))
-    assert {total for _, total, _ in seen} == {len(seen)}
-    assert seen[-1][2] == "campaign.toml"
-
-
-def test_a_run_does_not_depend_on_the_plan(written_2, tmp_path):
+def test_a_run_does_not_depend_on_the_plan(small, tmp_path):
     runs = (PlannedRun(7, 120.0, full_load=True), RAMP)
     plan = CampaignPlan(("M2", "M1"), runs, shaker_repeats=2, frequency=FREQUENCY)
     other = write_campaign(tmp_path / "other", 3, plan)
     for name in ("runs/M1/g5_wot220.uff", "shaker/TSM_y_1.uff", "static_curves/M1/EnM_z.csv"):
-        assert (other / name).read_bytes() == (written_2 / name).read_bytes(), name
+        assert (other / name).read_bytes() == (small / name).read_bytes(), name
 
 
-def test_another_seed_is_another_bench_on_the_same_mounts(written_2, tmp_path):
-    other = write_campaign(tmp_path / "other", 4, SMALL)
-    for name in files_of(written_2):
-        differs = (other / name).read_bytes() != (written_2 / name).read_bytes()
-        assert differs == (name not in ("channels.csv", "truth/M1.npz")), name
-
-
-def test_the_truth_is_not_asked_for(written_2, tmp_path):
-    campaign = read_campaign(written_2)
+def test_the_truth_is_not_asked_for(small):
+    campaign = read_campaign(small)
     assert not any("truth" in path.parts for path in campaign.input_files)
-    readme = (written_2 / "README.txt").read_text(encoding="utf-8")
+    readme = (small / "README.txt").read_text(encoding="utf-8")
     for sensor in campaign.sensors:
         assert f" {sensor.name} " in readme
 
@@ -225,12 +225,6 @@ def test_a_failed_campaign_leaves_nothing(tmp_path):
     with pytest.raises(InputError, match="gear 9: the gearbox has the gears 1 to 7"):
         write_campaign(tmp_path / "failed", 1, plan)
     assert list(tmp_path.iterdir()) == []
-
-
-@pytest.mark.parametrize("seed", [0, -1])
-def test_seeds_below_one_are_refused(tmp_path, seed):
-    with pytest.raises(InputError, match="seeds are whole numbers from 1"):
-        write_campaign(tmp_path / "refused", seed, SMALL)
 
 
 def test_the_plans_hold_what_is_characterised():

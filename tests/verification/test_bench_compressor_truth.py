@@ -9,8 +9,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from bench_compressor_samples import DATA, gain, rows_along, table11
 from scipy.optimize import root
-from scipy.spatial.transform import Rotation
 
 from deboom.bench.compressor_rig import (
     NO_PLACEMENT_ERRORS,
@@ -24,18 +24,15 @@ from deboom.bench.compressor_rig import (
     without_noise,
 )
 from deboom.bench.compressor_truth import (
-    COMPRESSOR_DATA,
     CalibrationLevel,
     CompressorCase,
     CompressorPlan,
     true_compressor,
 )
 from deboom.bench.compressor_writer import write_compressor_test
-from deboom.bench.powertrain import read_data
 from deboom.errors import InputError
 from deboom.files.inertance_test import read_inertance_test
 
-DATA = read_data(COMPRESSOR_DATA)
 SHEET = position_sheet()
 TABLE11 = CompressorPlan(CompressorCase.TABLE11)
 FEW = np.array([10.0, 17.0, 28.5, 38.0, 60.0, 150.0])
@@ -49,49 +46,14 @@ def as_stated():
     return place(SHEET, NO_PLACEMENT_ERRORS, np.random.default_rng(1))
 
 
-def cross(r):
-    """``r × b = cross(r) b``, column by column."""
-    return np.cross(r, np.eye(3)).T
-
-
 def sensor_rows(sheet=SHEET):
-    turns = Rotation.from_euler("xyz", sheet.sensor_angles).as_matrix()
-    return np.vstack(
-        [
-            turn.T @ np.hstack([np.eye(3), -cross(r)])
-            for turn, r in zip(turns, sheet.sensor_positions, strict=True)
-        ]
-    )
+    return rows_along(sheet.sensor_angles, sheet.sensor_positions)
 
 
 def impact_rows(sheet=SHEET):
     return np.hstack(
         [sheet.impact_directions, np.cross(sheet.impact_positions, sheet.impact_directions)]
     )
-
-
-def table11():
-    """Mass matrix, mount axes and their static stiffness, out of the data alone."""
-    truth = DATA["truth"]
-    mass, centre = truth["mass_kg"], cross(truth["centre_of_gravity_m"])
-    xx, yy, zz, xy, xz, yz = truth["inertia_about_cog_kg_m2_xx_yy_zz_xy_xz_yz"]
-    about = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]) - mass * centre @ centre
-    whole = np.block([[mass * np.eye(3), -mass * centre], [mass * centre, about]])
-    turns = Rotation.from_euler("xyz", truth["mount_rotation_deg"], degrees=True).as_matrix()
-    axes = np.vstack(
-        [
-            turn.T @ np.hstack([np.eye(3), -cross(r)])
-            for turn, r in zip(turns, truth["mount_position_m"], strict=True)
-        ]
-    )
-    stiffness = np.ravel(truth["mount_static_stiffness_N_per_m_axial_radial1_radial2"])
-    return whole, axes, stiffness
-
-
-def gain(f):
-    truth = DATA["truth"]
-    (a, b, c), (d, e, g) = truth["gain_real_vinf_m_w0"], truth["gain_imag_vinf_m_w0"]
-    return a - 1 / (b * f + c) + 1j * (d - 1 / (e * f + g))
 
 
 @pytest.fixture(scope="module")

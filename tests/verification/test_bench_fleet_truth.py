@@ -12,7 +12,7 @@ from deboom.bench.fleet import (
     noise_transfer,
     receptance,
 )
-from deboom.bench.operating_run import full_load_run
+from deboom.bench.operating_run import PlannedRun, true_run
 from deboom.bench.powertrain import load_bench
 from deboom.physics.sound_level import REFERENCE_PRESSURE, spl
 
@@ -106,7 +106,7 @@ U06 = np.array([TRANSFER[f"U06-{number}"] for number in range(1, 6)])
 
 @pytest.fixture(scope="module")
 def force():
-    return full_load_run(load_bench(), 5, 220.0, FREQUENCY_2).path_force
+    return true_run(load_bench(), PlannedRun(5, 220.0), FREQUENCY_2).path_force
 
 
 @pytest.fixture(scope="module")

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from deboom.bench.operating_run import full_load_run
+from deboom.bench.operating_run import PlannedRun, true_run
 from deboom.bench.platform_writer import write_platform
 from deboom.bench.powertrain import load_bench
 from deboom.bench.sensors import ErrorBudget, draw_instrumentation, measured_run
@@ -16,7 +16,7 @@ SEEDS = range(1, 201)
 @pytest.fixture(scope="module")
 def stiffness_errors():
     """RMS over the lines of the error of |K| in per cent, shape (seed, channel)."""
-    run = full_load_run(BENCH, 5, 220.0, np.linspace(20.0, 80.0, 241))
+    run = true_run(BENCH, PlannedRun(5, 220.0), np.linspace(20.0, 80.0, 241))
     budget, errors = ErrorBudget(), []
     for seed in SEEDS:
         generator = np.random.default_rng(seed)

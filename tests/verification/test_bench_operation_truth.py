@@ -10,9 +10,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from bench_compressor_samples import DATA, cross, mounts, rows_along, table11
 from scipy.integrate import solve_ivp
 from scipy.optimize import root
-from scipy.spatial.transform import Rotation
 
 from deboom.bench.compressor_operation import (
     PRESSURES,
@@ -26,7 +26,6 @@ from deboom.bench.compressor_operation import (
     true_sweep,
 )
 from deboom.bench.compressor_truth import (
-    COMPRESSOR_DATA,
     CalibrationLevel,
     CompressorCase,
     CompressorPlan,
@@ -37,52 +36,21 @@ from deboom.bench.compressor_truth import (
     true_hoses,
 )
 from deboom.bench.compressor_writer import write_compressor_test, write_operating_test
-from deboom.bench.powertrain import read_data
 from deboom.compressor.unbalance_load import RotationSense, unbalance_load
 from deboom.files.operating_test import read_operating_test
 from deboom.measurement.compressor_test import HoseState
 
-DATA = read_data(COMPRESSOR_DATA)
 TABLE11 = CompressorPlan(CompressorCase.TABLE11)
 PLAN = OperationPlan(TABLE11, HoseCase.DRAWN)
 C2 = CalibrationLevel.C2
+MASS = table11()[0]
 FEW = np.array([17.0, 28.0, 60.0, 110.0, 150.0])
-
-
-def cross(r):
-    """``r × b = cross(r) b``, column by column."""
-    return np.cross(r, np.eye(3)).T
 
 
 def rigid(r, axes):
     """Motion of the body to that of a point along its axes, all six."""
     turn = np.kron(np.eye(2), axes.T)
     return turn @ np.block([[np.eye(3), -cross(r)], [np.zeros((3, 3)), np.eye(3)]])
-
-
-def whole_mass():
-    truth = DATA["truth"]
-    mass, centre = truth["mass_kg"], cross(truth["centre_of_gravity_m"])
-    xx, yy, zz, xy, xz, yz = truth["inertia_about_cog_kg_m2_xx_yy_zz_xy_xz_yz"]
-    about = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]) - mass * centre @ centre
-    return np.block([[mass * np.eye(3), -mass * centre], [mass * centre, about]])
-
-
-def mounts(f, storage=1.0, loss=1.0):
-    """Dynamic stiffness of the mounts of table 11 at the virtual point, in another state."""
-    truth = DATA["truth"]
-    (a, b, c), (d, e, g) = truth["gain_real_vinf_m_w0"], truth["gain_imag_vinf_m_w0"]
-    gain = storage * (a - 1 / (b * f + c)) + 1j * loss * (d - 1 / (e * f + g))
-    total = np.zeros((6, 6), dtype=complex)
-    for r, angles, k in zip(
-        truth["mount_position_m"],
-        truth["mount_rotation_deg"],
-        truth["mount_static_stiffness_N_per_m_axial_radial1_radial2"],
-        strict=True,
-    ):
-        seen = rigid(r, Rotation.from_euler("xyz", angles, degrees=True).as_matrix())[:3]
-        total += gain * seen.T @ np.diag(k) @ seen
-    return total
 
 
 def chained(element, n_dof, n_element):
@@ -231,7 +199,7 @@ def test_the_steady_state_stays_when_it_is_integrated_over_time(sense):
         @ rigid(h["port_position_m"], axes_along(h["direction"]))
         for h in DATA["hoses"]
     )
-    mass, spring, damper = whole_mass(), held.real, held.imag / omega
+    mass, spring, damper = MASS, held.real, held.imag / omega
 
     def load(t):
         turned = np.exp(1j * omega * t)
@@ -289,12 +257,7 @@ def noisy(tmp_path_factory):
 def test_exact_files_hold_the_closed_form(exact):
     folder, test = exact
     rig, source = DATA["rig"], true_source()
-    rows = np.vstack(
-        [
-            rigid(r, Rotation.from_euler("xyz", angles, degrees=True).as_matrix())[:3]
-            for r, angles in zip(rig["sensor_position_m"], rig["sensor_rotation_deg"], strict=True)
-        ]
-    )
+    rows = rows_along(rig["sensor_rotation_deg"], rig["sensor_position_m"], degrees=True)
     rotor = np.zeros((6, 6), dtype=complex)
     rotor[3:, 3:] = 1j * DATA["operation"]["rotor_polar_inertia_kg_m2"] * cross([1.0, 0, 0])
     names = [sweep.name for sweep in test.sweeps]
@@ -309,7 +272,7 @@ def test_exact_files_hold_the_closed_form(exact):
         hoses = held_stiffness(drawn_hoses() if standard else (), sweep.frequency)
         for line, f in enumerate(sweep.frequency):
             squared = (2 * np.pi * f) ** 2
-            apparent = whole_mass() + rotor - (mounts(f) + hoses[line]) / squared
+            apparent = MASS + rotor - (mounts(f) + hoses[line]) / squared
             moved = np.linalg.solve(apparent, load[line])
             expected = rows @ moved
             size = np.abs(expected).max()
@@ -343,7 +306,7 @@ def test_the_hammer_feels_the_hoses(exact):
         [[*i.direction, *np.cross(i.position, i.direction)] for i in test.hammer.impacts]
     )
     for f, values, held in zip(frf.frequency[lines], frf.values[lines], hoses[lines], strict=True):
-        apparent = whole_mass() - (mounts(f) + held) / (2 * np.pi * f) ** 2
+        apparent = MASS - (mounts(f) + held) / (2 * np.pi * f) ** 2
         found = rows @ values @ np.linalg.pinv(pushes).T
         expected = np.linalg.inv(apparent)
         assert np.abs(found - expected).max() < 1e-8 * np.abs(expected).max()
@@ -424,7 +387,7 @@ def test_a_mount_is_as_soft_as_its_stroke_makes_it_while_it_runs():
                 stiffness=factor(1e-6 * microns)[:, None] * bodies.stiffness,
             )
             held = scaled.mount_stiffness(np.array([f]))[0]
-            moved = np.linalg.solve(held - squared * (whole_mass() + rotor), load)
+            moved = np.linalg.solve(held - squared * (MASS + rotor), load)
             orbits = [np.real(point @ moved[:, None] * turns) for point in points]
             stroke = [np.linalg.norm(orbit, axis=0).max() for orbit in orbits]
             return 1e6 * np.array(stroke) - microns

@@ -11,7 +11,7 @@ from deboom.bench.mount_law import (
     static_deflection,
     static_forces,
 )
-from deboom.bench.operating_run import TORQUE_AXIS, full_load_run, operate
+from deboom.bench.operating_run import TORQUE_AXIS, PlannedRun, operate, true_run
 from deboom.bench.powertrain import THREE_CYLINDER_TORQUE, load_bench, read_data
 from deboom.physics.forced_response import amplitude_dependent_response
 from deboom.physics.rigid_body import forward_matrix, rigid_body_modes
@@ -97,7 +97,7 @@ def test_traction_preload_of_the_wishbone_mount():
 
 
 FREQUENCY = np.linspace(20.0, 80.0, 61)
-RUNS = {gear: full_load_run(BENCH, gear, 220.0, FREQUENCY) for gear in (1, 3, 5, 7)}
+RUNS = {gear: true_run(BENCH, PlannedRun(gear, 220.0), FREQUENCY) for gear in (1, 3, 5, 7)}
 
 
 def order_load(run):
@@ -315,7 +315,7 @@ AT = [0, 40, 80, 160, 240]  # 20, 30, 40, 60, 80 Hz
 
 @pytest.fixture(scope="module")
 def fifth_gear():
-    return full_load_run(BENCH, 5, 220.0, FREQUENCY_4)
+    return true_run(BENCH, PlannedRun(5, 220.0), FREQUENCY_4)
 
 
 @pytest.mark.parametrize(
@@ -346,7 +346,7 @@ def test_strut_stiffness_over_all_gears():
     strut = COLUMN["TSM"]
     stiffness = np.abs(
         [
-            full_load_run(BENCH, gear, 220.0, FREQUENCY_4).powertrain.stiffness[:, strut]
+            true_run(BENCH, PlannedRun(gear, 220.0), FREQUENCY_4).powertrain.stiffness[:, strut]
             for gear in range(1, 8)
         ]
     )
@@ -356,7 +356,7 @@ def test_strut_stiffness_over_all_gears():
 
 def test_strut_curve_has_seven_inflections_over_its_preload():
     law = BENCH.powertrain.laws[COLUMN["TSM"]]
-    full = full_load_run(BENCH, 1, 220.0, FREQUENCY_4).powertrain.static_deflection
+    full = true_run(BENCH, PlannedRun(1, 220.0), FREQUENCY_4).powertrain.static_deflection
     deflection = np.linspace(0.0, full[:, COLUMN["TSM"]].min(), 20001)
     preload, tangent = law.static_force(deflection), law.tangent_stiffness(deflection)
     curvature = np.gradient(np.gradient(tangent, preload), preload)[5:-5]
@@ -368,7 +368,7 @@ def test_loss_factors_over_gears_5_to_7():
     states = []
     for gear in (5, 6, 7):
         states += [
-            full_load_run(BENCH, gear, limit, FREQUENCY_4) for limit in (120.0, 160.0, 220.0)
+            true_run(BENCH, PlannedRun(gear, limit), FREQUENCY_4) for limit in (120.0, 160.0, 220.0)
         ]
         states += [operate(BENCH, gear, np.full(241, torque), FREQUENCY_4) for torque in slices]
     stiffness = np.array([state.powertrain.stiffness for state in states])

@@ -10,7 +10,7 @@ from deboom.bench.coupled_car import NO_CAR_ERRORS, CarErrors, at_ears, drive
 from deboom.bench.fleet import load_fleet, receptance
 from deboom.bench.interfaces import point_receptance
 from deboom.bench.layout import FREQUENCY, LOAD_CASES
-from deboom.bench.operating_run import full_load_run
+from deboom.bench.operating_run import PlannedRun, true_run
 from deboom.bench.powertrain import load_bench, with_mount_set
 from deboom.bench.vehicle_writer import NO_VEHICLE_ERRORS, write_vehicle
 from deboom.errors import InputError
@@ -132,7 +132,7 @@ def test_time_blocks_of_the_hammer_give_the_functions_of_the_folder(exact):
 def test_the_car_obeys_the_coupling_of_its_parts():
     """The dual way: interface forces from receptances, nothing of the bench's own solution."""
     body = FLEET.bodies["U06-3"]
-    torque = full_load_run(ON_M1, 5, 220.0, FREQUENCY).engine_torque
+    torque = true_run(ON_M1, PlannedRun(5, 220.0), FREQUENCY).engine_torque
     car = drive(ON_M1, body, FLEET.cabin, 5, torque, FREQUENCY)
     squared = (2 * np.pi * FREQUENCY) ** 2
     forward = ON_M1.powertrain.forward
@@ -167,7 +167,7 @@ def test_a_body_that_does_not_give_way_is_the_bench():
         shapes_at_paths=1e-9 * body.shapes_at_paths,
         local_stiffness=1e12 * body.local_stiffness,
     )
-    run = full_load_run(ON_M1, 6, 160.0, FREQUENCY)
+    run = true_run(ON_M1, PlannedRun(6, 160.0), FREQUENCY)
     car = drive(ON_M1, stiff, FLEET.cabin, 6, run.engine_torque, FREQUENCY)
     assert np.abs(car.force - run.force).max() < 1e-8 * np.abs(run.force).max()
     assert np.abs(car.path_force - run.path_force).max() < 1e-8 * np.abs(run.path_force).max()
@@ -186,7 +186,7 @@ def test_pressure_is_transfer_function_times_force(exact):
 
 def test_other_paths_have_their_stated_size():
     body = FLEET.bodies["U06-1"]
-    torque = full_load_run(ON_M1, 5, 220.0, FREQUENCY).engine_torque
+    torque = true_run(ON_M1, PlannedRun(5, 220.0), FREQUENCY).engine_torque
     car = drive(ON_M1, body, FLEET.cabin, 5, torque, FREQUENCY, CarErrors().mount_stiffness)
     sizes = []
     for seed in range(1, 41):

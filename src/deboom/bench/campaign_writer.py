@@ -59,6 +59,7 @@ from deboom.bench.writing import (
     place_lines,
     sensor_row,
     silent,
+    stacked,
     triple,
     write_readme,
 )
@@ -280,19 +281,16 @@ def _write_runs(session: _Session, mount_set: str, entries: list[RunEntry]) -> I
         yield entry.file
         runs.append(run)
         static.append(preload)
-    optional: dict[str, Any] = {"moment": np.array([run.moment for run in runs])}
     np.savez(
         session.folder / "truth" / f"{mount_set}.npz",
         frequency=frequency,
         runs=np.array([planned.name for planned in session.plan.runs]),
         channels=np.array(runs[0].channels),
-        displacement=np.array([run.displacement for run in runs]),
-        force=np.array([run.force for run in runs]),
-        stiffness=np.array([run.stiffness for run in runs]),
-        motion=np.array([run.powertrain.motion for run in runs]),
-        engine_torque=np.array([run.engine_torque for run in runs]),
+        **stacked(runs, "displacement", "force", "stiffness"),
+        **stacked([run.powertrain for run in runs], "motion"),
+        **stacked(runs, "engine_torque"),
         static_force=np.array(static),
-        **(optional if session.plan.third_cell else {}),
+        **(stacked(runs, "moment") if session.plan.third_cell else {}),
     )
 
 

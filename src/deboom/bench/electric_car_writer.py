@@ -307,15 +307,7 @@ def _write_truth(
         point_receptance=np.einsum("fpapb->fpab", blocks),
     )
     for number, sweep in enumerate(sweeps):
-        np.savez(
-            folder / f"{number}.npz",
-            frequency=sweep.run.frequency,
-            load=sweep.run.load,
-            displacement=sweep.run.displacement,
-            body_motion=sweep.run.body_motion,
-            body_load=sweep.run.body_load,
-            pressure=sweep.run.pressure,
-        )
+        np.savez(folder / f"{number}.npz", **vars(sweep.run))
     content = {
         "car": car.name,
         "sweeps": [sweep.name for sweep in sweeps],

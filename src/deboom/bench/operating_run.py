@@ -240,13 +240,6 @@ def operate(
     return OperatingRun(frequency, engine_torque, powertrain, wheel_end, bench.mount_names)
 
 
-def full_load_run(
-    bench: VirtualBench, gear: int, torque_limit: float, frequency: RealArray
-) -> OperatingRun:
-    """Run up with wide open throttle and the engine torque limited to `torque_limit` [N m]."""
-    return true_run(bench, PlannedRun(gear, torque_limit), frequency)
-
-
 def true_run(bench: VirtualBench, planned: PlannedRun, frequency: RealArray) -> OperatingRun:
     """Run the bench as planned, in either direction of the speed.
 

@@ -42,6 +42,7 @@ from deboom.bench.writing import (
     check_seed,
     function,
     silent,
+    stacked,
     triple,
     write_json,
     write_readme,
@@ -396,10 +397,7 @@ def _write_truth(
         frequency=FREQUENCY,
         load_cases=np.array(list(runs)),
         channels=np.array(next(iter(runs.values())).channels),
-        displacement=np.array([run.displacement for run in runs.values()]),
-        force=np.array([run.force for run in runs.values()]),
-        stiffness=np.array([run.stiffness for run in runs.values()]),
-        engine_torque=np.array([run.engine_torque for run in runs.values()]),
+        **stacked(runs.values(), "displacement", "force", "stiffness", "engine_torque"),
     )
     np.savez(
         folder / "noise_transfer.npz",
@@ -408,13 +406,9 @@ def _write_truth(
         paths=np.array(fleet.paths),
         noise_transfer=np.array(list(transfers.values())),
     )
-    bodies = fleet.bodies.values()
+    of_modes = ("frequencies", "damping_ratios", "shapes_at_paths", "shapes_at_panels")
     np.savez(
         folder / "body_modes.npz",
         vehicles=np.array(list(fleet.bodies)),
-        frequencies=np.array([body.frequencies for body in bodies]),
-        damping_ratios=np.array([body.damping_ratios for body in bodies]),
-        shapes_at_paths=np.array([body.shapes_at_paths for body in bodies]),
-        shapes_at_panels=np.array([body.shapes_at_panels for body in bodies]),
-        local_stiffness=np.array([body.local_stiffness for body in bodies]),
+        **stacked(fleet.bodies.values(), *of_modes, "local_stiffness"),
     )

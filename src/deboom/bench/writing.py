@@ -124,6 +124,12 @@ def write_readme(folder: Path, title: str, *blocks: str | Iterable[str]) -> None
     replace_text(folder / "README.txt", "\n".join(lines) + "\n")
 
 
+def stacked(parts: Iterable[Any], *names: str) -> dict[str, Any]:
+    """Return some arrays that all parts have, stacked along a new first axis."""
+    parts = list(parts)
+    return {name: np.array([getattr(part, name) for part in parts]) for name in names}
+
+
 def write_json(path: Path, content: dict[str, Any]) -> None:
     """Write a truth as JSON: arrays as lists, complex numbers as pairs."""
     replace_text(path, json.dumps(content, indent=1, default=_plain) + "\n")

@@ -35,20 +35,7 @@ FALLING_RUNS = tuple(
 
 @dataclass(frozen=True)
 class TimeRunPlan:
-    """One run that is recorded over time.
-
-    Parameters
-    ----------
-    mount_set : str
-        Mount set on the bench.
-    run : PlannedRun
-        Gear and torque.
-    first_speed, last_speed : float
-        Speed at the start and at the end; rising as `run` says [rpm].
-    duration, sample_rate : float
-        [s], [Hz].
-    pulses_per_revolution : int
-        Pulses of the tacho.
+    """One run recorded over time: speeds [rpm], duration [s], sample rate [Hz], tacho pulses.
 
     Raises
     ------
@@ -83,10 +70,8 @@ class CampaignPlan:
 
     Parameters
     ----------
-    mount_sets : tuple of str
-        Names that `deboom.bench.powertrain.with_mount_set` understands.
-    runs : tuple of PlannedRun
-        Runs with every mount set.
+    mount_sets, runs : tuple of str, tuple of PlannedRun
+        Names that `with_mount_set` understands, and the runs with every one of them.
     shaker_repeats : int
         Repeats of every shaker run, between uses of the bench.
     time_run : TimeRunPlan or None
@@ -156,17 +141,14 @@ class CampaignErrors:
     ----------
     chain : ErrorBudget
         Errors of sensors, shaker and order tracking, and how the bench gives way.
-    torque : float
-        Noise of the engine torque, per line [N m].
-    static_force : float
-        Noise of the quasi-static cell force, per line and direction [N].
+    torque, static_force : float
+        Noise of the engine torque [N m] and of the quasi-static cell force [N], per line.
     side_cell_gain, side_cell_cross : float
         Errors of the cells at the wishbone mounts, which no shaker calibrates [1]; the cross-talk
         is uniform within ± this.
-    shaker_drift : float
-        Relative change of a mount's cells from one shaker repeat to the next [1].
-    shaker_noise : float
-        Noise of a shaker run, per line and channel, relative to the answer of the cell [1].
+    shaker_drift, shaker_noise : float
+        Relative change of a mount's cells from one shaker repeat to the next, and noise per line
+        and channel relative to the answer of the cell [1].
     curve_scale : float
         Scale error of a supplier's force-deflection curve, one per curve [1].
     data_sheet : bool

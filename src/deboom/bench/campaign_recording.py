@@ -349,20 +349,8 @@ def push_answer(
 ) -> ComplexArray:
     """Push with the shaker at or beside the virtual point of one mount.
 
-    Parameters
-    ----------
-    sensors, errors
-        Sensors of the bench; noise, and its flexibility.
-    mount : int
-        Index of the mount.
-    load : array, shape (3,) or (6,)
-        Force, or force and moment, at the virtual point per stated newton, as in `sensors` [1, m].
-    repeat : int
-        Repeat, from 1; the cells drift from one to the next.
-    frequency : array, shape (f,)
-        [Hz].
-    generator : Generator
-        Source of the noise.
+    The load per stated newton is a force (3,), or force and moment (6,), of `sensors`; the cells
+    drift from one repeat to the next.
 
     Returns
     -------

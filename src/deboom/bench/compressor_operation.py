@@ -174,24 +174,15 @@ class Source:
         return sum((part.arm * part.rotating for part in self.unbalances), 0j)
 
     def load(self, frequency: RealArray, gas_factor: float = 1.0) -> ComplexArray:
-        """Return the load at the virtual point, source by source.
+        """Return the load at the virtual point over the frequency of rotation, (f, 6) [N, N m].
 
-        Parameters
-        ----------
-        frequency : array, shape (f,)
-            Frequency of the rotation [Hz].
-        gas_factor : float
-            Factor on force and moment of the gas, which grow with its pressure [1].
-
-        Returns
-        -------
-        array, shape (f, 6)
-            Complex amplitude, phase from the tacho's mark [N, N m].
+        Phases count from the tacho's mark; force and moment of the gas have a factor, for its
+        pressure.
 
         Notes
         -----
-        ``e^{jωt}`` along y is ``∓j e^{jωt}`` along z. A force F at x = a has the moment ``a e_x ×
-        F``.
+        ``e^{jωt}`` along y is ``∓j e^{jωt}`` along z. A force F at x = a has the moment
+        ``a e_x × F``.
         """
         squared = (2 * np.pi * np.asarray(frequency)) ** 2
         round_x = np.array([0.0, 1.0, -1j * self.sense])
@@ -281,18 +272,7 @@ class Running:
 def running(
     compressor: Compressor, source: Source, frequency: RealArray, gas_factor: float = 1.0
 ) -> Running:
-    """Run a rigid compressor at many speeds.
-
-    Parameters
-    ----------
-    compressor : Compressor
-        Compressor with mounts in the state of operation, and with its hoses.
-    source : Source
-        Loads from inside.
-    frequency : array, shape (f,)
-        Frequency of the rotation [Hz].
-    gas_factor : float
-        Factor on force and moment of the gas [1].
+    """Run a rigid compressor at many speeds, with mounts in the state of operation and its hoses.
 
     Notes
     -----

@@ -285,17 +285,6 @@ def strike(
 ) -> Blows:
     """Strike every impact and record force and acceleration.
 
-    Parameters
-    ----------
-    compressor : Compressor
-        The truth.
-    sheet, placed
-        Stated and true places of sensors and impacts.
-    plan : HitPlan
-        Hits and recorder.
-    generator : Generator
-        Source of strength, scatter and noise.
-
     Notes
     -----
     The answer is the inverse Fourier transform of inertance times spectrum of the sampled push:
@@ -401,21 +390,9 @@ def exact_inertance(
     frequency: RealArray,
     factors: RealArray,
 ) -> ComplexArray:
-    """Return what the laboratory would find without noise and scatter.
+    """Return what the laboratory would find without noise and scatter, (f, n_channel, m).
 
-    Parameters
-    ----------
-    compressor, sheet, placed
-        The truth, and stated and true places of sensors and impacts.
-    frequency : array, shape (f,)
-        [Hz].
-    factors : array, shape (m, n_mount)
-        Factors of softening, per impact [1].
-
-    Returns
-    -------
-    array, shape (f, n_channel, m)
-        [m/s² per N].
+    Factors of softening are (m, n_mount), per impact [1]; result in m/s² per N.
     """
     channels = np.repeat(sheet.sensor_positions, 3, axis=0)
     response = compressor.on_parts(placed.response_rows(sheet), channels)

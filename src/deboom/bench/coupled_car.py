@@ -120,25 +120,19 @@ def drive(
 
     Parameters
     ----------
-    bench : VirtualBench
-        Powertrain, wheel ends and their mounts.
-    body, cabin
-        Body and air of the vehicle.
+    bench, body, cabin
+        Powertrain, wheel ends and their mounts; body and air of the vehicle.
     gear : int
         Gear, from 1.
-    engine_torque : array, shape (f,)
-        Engine torque in the order of rising speed [N m].
-    frequency : array, shape (f,)
-        Frequency of the dominant order [Hz].
+    engine_torque, frequency : array, shape (f,)
+        Engine torque in the order of rising speed [N m], and frequency of the dominant order [Hz].
     mount_stiffness : float
         Factor on every dynamic stiffness [1].
 
     Raises
     ------
-    InputError
-        No such gear.
-    ArithmeticError
-        Amplitudes that do not settle.
+    InputError, ArithmeticError
+        No such gear; amplitudes that do not settle.
 
     Notes
     -----
@@ -194,13 +188,7 @@ def drive(
 def at_ears(
     run: CoupledRun, errors: CarErrors, generator: np.random.Generator
 ) -> tuple[ComplexArray, ComplexArray]:
-    """Return the pressure at the ears with all paths, and as the microphones measure it.
-
-    Returns
-    -------
-    true, measured : array, shape (f, n_ear)
-        [Pa].
-    """
+    """Return the pressure at the ears (f, n_ear) with all paths, and as it is measured [Pa]."""
     n_line, n_ear = run.frequency.size, len(EARS)
     smooth = ripple(n_line, errors.n_ripple, n_ear, generator)
     rms = np.sqrt(np.mean(np.abs(run.pressure) ** 2, axis=0))

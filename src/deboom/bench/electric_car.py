@@ -347,12 +347,7 @@ def design_pressure(
     Returns
     -------
     array, shape (n, f)
-        [Pa].
-
-    Raises
-    ------
-    InputError
-        As in `run_car`, or designs of another number of mounts.
+        [Pa]; refuses what `run_car` refuses, and designs of another number of mounts.
     """
     _check(compressor, hoses)
     designs = np.asarray(stiffness, dtype=float)

@@ -260,15 +260,8 @@ def modified_body(
         Body before the change.
     panel_mass, panel_stiffness : array, shape (n_panel,)
         Mass and stiffness added to each panel [kg], [N/m]; negative values take away.
-    path_factor : array_like, shape (n_path,)
-        Factor on the local shape at the mounts [1].
-    damping_factor : array_like, shape (n_mode,)
-        Factor on the new modes' damping [1].
-
-    Returns
-    -------
-    Body
-        New mass-normalised modes.
+    path_factor, damping_factor : array_like, shape (n_path,), (n_mode,)
+        Factors on the local shape at the mounts, and on the new modes' damping [1].
 
     Notes
     -----

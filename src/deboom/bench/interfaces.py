@@ -68,12 +68,6 @@ def _map(n_mount: int) -> RealArray:
 def interface_shapes(body: Body) -> RealArray:
     """Return the modes of a body at its interfaces.
 
-    Parameters
-    ----------
-    body : Body
-        Body with the paths ``<mount> x y z`` of each powertrain mount, then ``Du x`` of both sides
-        in phase.
-
     Returns
     -------
     array, shape (n_mode, n_interface, 6)

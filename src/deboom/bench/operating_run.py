@@ -87,14 +87,8 @@ class PlannedRun:
 class BodyState:
     """Steady state of one suspended body over the lines of a run.
 
-    Parameters
-    ----------
-    motion : array, shape (f, n_dof)
-        Motion of the body [m, rad].
-    displacement, stiffness : array, shape (f, n_direction)
-        Displacement and true complex dynamic stiffness of each direction [m], [N/m].
-    static_deflection : array, shape (f, n_direction)
-        Static deflection without the hysteresis play [m].
+    Motion of the body (f, n_dof) [m, rad]; displacement [m], true complex stiffness [N/m] and
+    static deflection without the hysteresis play [m] of each direction (f, n_direction).
     """
 
     motion: ComplexArray

@@ -222,16 +222,9 @@ def measured_run(
 class TransferErrors:
     """Errors of a reciprocal measurement of noise transfer functions.
 
-    Parameters
-    ----------
-    calibration_db : float
-        Standard deviation of the source's level, common to all paths of a vehicle [dB].
-    relative : float
-        RMS of the smooth complex error per path: position, direction [1].
-    floor : float
-        Deviation of the real and of the imaginary part [Pa/N].
-    n_ripple : int
-        Cosines over the band that make up the smooth error.
+    Deviation of the source's level, common to all paths of a vehicle [dB]; rms of the smooth
+    complex error per path [1], made of cosines over the band; floor of real and imaginary part
+    [Pa/N].
     """
 
     calibration_db: float = 0.5

@@ -348,14 +348,11 @@ class BlowPlan:
     ----------
     hits : int
         Hits per blow of the position sheet.
-    rate : float
-        [Hz].
-    duration, pretrigger : float
-        Duration of a block, whose inverse is the spacing of the lines, and its pretrigger [s].
-    contact : float
-        Contact of the tip, a half sine [s].
-    lightest, hardest : float
-        Peak force, even between them [N].
+    rate, duration, pretrigger : float
+        Rate [Hz] and duration of a block, whose inverse is the spacing of the lines, pretrigger
+        [s].
+    contact, lightest, hardest : float
+        Half sine of the tip [s], with peak forces even between the last two [N].
     force_noise, pressure_noise : float
         Standard deviation per sample [N], [Pa].
     """

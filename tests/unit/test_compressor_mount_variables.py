@@ -67,59 +67,57 @@ def test_own_parts_and_places():
     np.testing.assert_allclose(variables.offsets(design), [[0, 2e-3, 0, 0, 0, 0]], atol=1e-15)
 
 
-def test_designs_that_are_none_are_refused():
-    variables = mount_variables(two_mounts(), identical=True, pieces=False, places=False)
-    with pytest.raises(InputError, match=r"expected \(n, 2\)"):
-        variables.checked(np.ones((1, 3)))
-    with pytest.raises(InputError, match="not finite"):
-        variables.checked(np.array([[1.0, np.nan]]))
-    with pytest.raises(InputError, match="not positive"):
-        variables.checked(np.array([[1.0, 0.0]]))
+ALIKE = mount_variables(two_mounts(), identical=True, pieces=False, places=False)
+PLACED = mount_variables(two_mounts(), identical=False, pieces=False, places=True)
+THREE = mount_variables(two_mounts() + two_mounts()[:1], identical=True, pieces=False, places=False)
+INDEX = small_index()
+SEAM = INDEX.seams[0]
 
 
-def test_variables_that_contradict_each_other_are_refused():
-    variables = mount_variables(two_mounts(), identical=False, pieces=False, places=True)
-    with pytest.raises(InputError, match="either multiplies"):
-        replace(variables, moved=variables.moved | variables.scaled)
-    twice = np.array(variables.moved)
-    twice[5] = twice[4]
-    with pytest.raises(InputError, match="one variable"):
-        replace(variables, moved=twice)
-    with pytest.raises(InputError, match="name and a unit"):
-        replace(variables, units=("1",))
-    with pytest.raises(InputError, match="three columns per mount"):
-        MountVariables(("a",), ("1",), np.ones((1, 4)), np.zeros((1, 4)))
+def moved_twice():
+    moved = np.array(PLACED.moved)
+    moved[5] = moved[4]
+    return moved
 
 
-def test_an_index_of_things_that_do_not_fit_is_refused():
-    index = small_index()
-    assert index.response_names == ("EV",)
-    assert index.weights == pytest.approx((1 / 3, 2 / 3))
-    with pytest.raises(InputError, match="two cars"):
-        replace(index, seams=index.seams * 2)
-    with pytest.raises(InputError, match="at least one car"):
-        replace(index, seams=())
-    with pytest.raises(InputError, match="one each"):
-        replace(index, weights=(1.0,))
-    with pytest.raises(InputError, match="one above 0"):
-        replace(index, weights=(0.0, 0.0))
-    with pytest.raises(InputError, match="gain"):
-        replace(index, gain=np.ones(3))
-    other = replace(index.seams[0], car="other", frequency=LINES + 1)
-    with pytest.raises(InputError, match="different lines or cases"):
-        replace(index, seams=(index.seams[0], other))
-    with pytest.raises(InputError, match="no case 'c'"):
-        index.levels(np.ones((1, 2)), "c")
-    three = mount_variables(
-        two_mounts() * 1 + two_mounts()[:1], identical=True, pieces=False, places=False
-    )
-    with pytest.raises(InputError, match="variables of 3"):
-        replace(index, variables=three)
+@pytest.mark.parametrize(
+    ("build", "words"),
+    [
+        (lambda: ALIKE.checked(np.ones((1, 3))), r"expected \(n, 2\)"),
+        (lambda: ALIKE.checked([[1.0, np.nan]]), "not finite"),
+        (lambda: ALIKE.checked([[1.0, 0.0]]), "not positive"),
+        (lambda: replace(PLACED, moved=PLACED.moved | PLACED.scaled), "either multiplies"),
+        (lambda: replace(PLACED, moved=moved_twice()), "one variable"),
+        (lambda: replace(PLACED, units=("1",)), "name and a unit"),
+        (
+            lambda: MountVariables(("a",), ("1",), np.ones((1, 4)), np.zeros((1, 4))),
+            "three columns per mount",
+        ),
+        (lambda: replace(INDEX, seams=INDEX.seams * 2), "two cars"),
+        (lambda: replace(INDEX, seams=()), "at least one car"),
+        (lambda: replace(INDEX, weights=(1.0,)), "one each"),
+        (lambda: replace(INDEX, weights=(0.0, 0.0)), "one above 0"),
+        (lambda: replace(INDEX, gain=np.ones(3)), "gain"),
+        (
+            lambda: replace(INDEX, seams=(SEAM, replace(SEAM, car="other", frequency=LINES + 1))),
+            "different lines or cases",
+        ),
+        (lambda: INDEX.levels(np.ones((1, 2)), "c"), "no case 'c'"),
+        (lambda: replace(INDEX, variables=THREE), "variables of 3"),
+        (
+            lambda: BodySide("EV", LINES, ("a", "b"), np.zeros((2, 12, 12)), np.zeros((2, 6))),
+            "12 loads",
+        ),
+    ],
+)
+def test_what_does_not_fit_is_refused(build, words):
+    with pytest.raises(InputError, match=words):
+        build()
 
 
-def test_a_body_without_a_point_is_refused():
-    with pytest.raises(InputError, match="12 loads"):
-        BodySide("EV", LINES, ("a", "b"), np.zeros((2, 12, 12)), np.zeros((2, 6)))
+def test_an_index_knows_its_cars_and_weights():
+    assert INDEX.response_names == ("EV",)
+    assert INDEX.weights == pytest.approx((1 / 3, 2 / 3))
 
 
 def test_pressures_as_they_are_typed():

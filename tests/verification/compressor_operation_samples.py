@@ -182,6 +182,34 @@ def complex_noise(rng, shape):
     return rng.standard_normal(shape) + 1j * rng.standard_normal(shape)
 
 
+def sheet():
+    """Six sensors of any orientation and three impacts on each side, by the position sheet."""
+    rng = np.random.default_rng(3)
+    places = 1e-3 * np.array(
+        [[80, 40, 45], [80, -45, -40], [-95, 42, -42], [-95, -40, 45], [0, 60, -20], [10, -5, -62]]
+    )
+    sensors = tuple(
+        Sensor(
+            f"A{i + 1}",
+            SensorKind.ACCELEROMETER,
+            "",
+            "",
+            "",
+            place,
+            turn(rng.uniform(-0.4, 0.4, 3)),
+        )
+        for i, place in enumerate(places)
+    )
+    impacts = []
+    for axis in range(3):
+        for side in (-1.0, 1.0):
+            for _ in range(3):
+                place = 0.06 * rng.uniform(-1, 1, 3)
+                place[axis] = 0.09 * side
+                impacts.append(Impact(f"I{len(impacts) + 1:02d}", place, -side * np.eye(3)[axis]))
+    return sensors, tuple(impacts)
+
+
 def sample(
     seed,
     *,
@@ -202,34 +230,24 @@ def sample(
     rng = np.random.default_rng(seed)
     body = Body.drawn(rng, **options)
     tolerances = PlacementTolerances()
-    sheet = np.random.default_rng(3)
-    places = 1e-3 * np.array(
-        [[80, 40, 45], [80, -45, -40], [-95, 42, -42], [-95, -40, 45], [0, 60, -20], [10, -5, -62]]
-    )
-    sensors, forward = [], []
-    for number, place in enumerate(places):
-        axes = turn(sheet.uniform(-0.4, 0.4, 3))
-        sensors.append(Sensor(f"A{number + 1}", SensorKind.ACCELEROMETER, "", "", "", place, axes))
-        true = axes @ turn(errors * tolerances.sensor_angle * rng.standard_normal(3))
-        moved = place + errors * tolerances.sensor_position * rng.standard_normal(3)
+    sensors, impacts = sheet()
+    forward = []
+    for sensor in sensors:
+        true = sensor.orientation @ turn(errors * tolerances.sensor_angle * rng.standard_normal(3))
+        moved = sensor.position + errors * tolerances.sensor_position * rng.standard_normal(3)
         gains = 1 + errors * tolerances.sensor_gain * rng.standard_normal(3)
         forward.append(gains[:, None] * (true.T @ rows_at(moved)))
     forward = np.concatenate(forward)
-    impacts, wrenches = [], []
+    wrenches = []
     hammer = 1 + errors * tolerances.hammer_gain * rng.standard_normal()
-    for axis in range(3):
-        for side in (-1.0, 1.0):
-            for _ in range(3):
-                place = 0.06 * sheet.uniform(-1, 1, 3)
-                place[axis] = 0.09 * side
-                push = -side * np.eye(3)[axis]
-                impacts.append(Impact(f"I{len(impacts) + 1:02d}", place, push))
-                off = errors * tolerances.impact_position * rng.standard_normal(3)
-                off[axis] = 0
-                lean = errors * tolerances.impact_angle * rng.standard_normal(3)
-                lean[axis] = 0
-                true = (push + lean) / np.linalg.norm(push + lean)
-                wrenches.append(np.concatenate([true, np.cross(place + off, true)]) / hammer)
+    for impact in impacts:
+        across = impact.direction == 0
+        off = across * errors * tolerances.impact_position * rng.standard_normal(3)
+        leaning = (
+            impact.direction + across * errors * tolerances.impact_angle * rng.standard_normal(3)
+        )
+        true = leaning / np.linalg.norm(leaning)
+        wrenches.append(np.concatenate([true, np.cross(impact.position + off, true)]) / hammer)
     wrenches = np.array(wrenches)
     inertance = np.array([np.linalg.inv(body.apparent_mass(f)) for f in hammer_lines])
     exact = forward @ inertance @ wrenches.T
@@ -238,8 +256,8 @@ def sample(
     ratio = 2 * (AVERAGES - 1) * np.maximum(sigma, 1e-9) ** 2 / np.abs(values) ** 2
     test = InertanceTest(
         "sample",
-        tuple(sensors),
-        tuple(impacts),
+        sensors,
+        impacts,
         Frf(
             hammer_lines,
             values,

@@ -74,7 +74,7 @@ IDENTICAL = CompressorPlan(CompressorCase.TABLE11, identical_mounts=True)
 
 
 @pytest.fixture(scope="module")
-def there_1(tmp_path_factory):
+def running_1(tmp_path_factory):
     """Everything known of the compressor in a car that was measured without errors."""
     folder = tmp_path_factory.mktemp("car") / "EV-1"
     plan = replace(CAR_PLAN, compressor=IDENTICAL, mount_storage=0.9, mount_loss=1.1)
@@ -85,8 +85,8 @@ def there_1(tmp_path_factory):
 
 
 @pytest.fixture(scope="module")
-def sweeps(there_1):
-    return cabin_noise(there_1)
+def sweeps(running_1):
+    return cabin_noise(running_1)
 
 
 def with_sweeps(car, change):
@@ -115,17 +115,17 @@ def test_without_the_hoses_much_is_missing(sweeps):
         assert (np.percentile(off, 90) > 3) == (one.hoses is HoseState.STANDARD)
 
 
-def test_the_state_of_the_mounts_shows_in_spite_of_the_moving_body(there_1):
-    assert there_1.source.state.changed
+def test_the_state_of_the_mounts_shows_in_spite_of_the_moving_body(running_1):
+    assert running_1.source.state.changed
     lines = np.arange(20.0, 51.0)
-    gain = there_1.found.calibrated.model.gain.at(lines)
+    gain = running_1.found.calibrated.model.gain.at(lines)
     true = (0.9 * gain.real + 1.1j * gain.imag) / gain - 1
-    assert there_1.change(lines) == pytest.approx(true, abs=5e-3)
-    assert np.median(np.abs(there_1.change(lines) - true)) < 2e-3
+    assert running_1.change(lines) == pytest.approx(true, abs=5e-3)
+    assert np.median(np.abs(running_1.change(lines) - true)) < 2e-3
 
 
-def test_identical_mounts_are_seen_one_by_one(there_1):
-    shares = there_1.shares
+def test_identical_mounts_are_seen_one_by_one(running_1):
+    shares = running_1.shares
     assert shares.identical
     assert not shares.alarms
     assert "agrees with identical round mounts" in shares.statement
@@ -140,14 +140,14 @@ def test_identical_mounts_are_seen_one_by_one(there_1):
     assert shares.deviations[:, :3].max() < 1e-3
 
 
-def test_draws_of_the_mounts_scatter_as_their_covariance_says(there_1):
-    placed = tuple(replace(m, position=m.position + 2e-3) for m in there_1.shares.drawn)
+def test_draws_of_the_mounts_scatter_as_their_covariance_says(running_1):
+    placed = tuple(replace(m, position=m.position + 2e-3) for m in running_1.shares.drawn)
     uneven = tuple(
         replace(m, stiffness=m.stiffness * factor)
         for m, factor in zip(placed, (1.3, 1.0, 0.8), strict=True)
     )
     prior = MountPrior(position=1e-5, angle=1e-4, stiffness=0.2)
-    shares = mount_shares(there_1.found, uneven, prior)
+    shares = mount_shares(running_1.found, uneven, prior)
     assert not shares.identical
     assert shares.alarms
     assert "contradict" in shares.alarms[0]
@@ -158,10 +158,10 @@ def test_draws_of_the_mounts_scatter_as_their_covariance_says(there_1):
     assert np.all(stiffness.std(axis=0) <= 1.2 * shares.deviations[:, 6:])
 
 
-def test_bands_hold_the_sound(there_1, sweeps):
-    transfer = wrench_noise_transfer(there_1.car)
-    bands = noise_bands(there_1, transfer, draws=20)
-    again = noise_bands(there_1, transfer, draws=20)
+def test_bands_hold_the_sound(running_1, sweeps):
+    transfer = wrench_noise_transfer(running_1.car)
+    bands = noise_bands(running_1, transfer, draws=20)
+    again = noise_bands(running_1, transfer, draws=20)
     for one, band, twin in zip(sweeps, bands, again, strict=True):
         assert np.array_equal(band.lower, twin.lower)
         level = one.level(one.total)
@@ -173,7 +173,7 @@ def test_bands_hold_the_sound(there_1, sweeps):
         (1, 20, 1.0, "between 0 and 1"),
     ):
         with pytest.raises(InputError, match=words):
-            noise_bands(there_1, transfer, draws=draws, seed=seed, confidence=confidence)
+            noise_bands(running_1, transfer, draws=draws, seed=seed, confidence=confidence)
 
 
 def test_parts_of_the_sound_add_up(sweeps):
@@ -184,8 +184,8 @@ def test_parts_of_the_sound_add_up(sweeps):
         assert rows["part of the sound [%]"].is_monotonic_decreasing
 
 
-def test_what_cannot_be_answered_is_refused(there_1):
-    car = there_1.car
+def test_what_cannot_be_answered_is_refused(running_1):
+    car = running_1.car
     hammer = car.operation.hammer
     drawing = hammer.drawing
 
@@ -215,19 +215,19 @@ def test_what_cannot_be_answered_is_refused(there_1):
         ),
     ):
         with pytest.raises(InputError, match=words):
-            running_in_car(bad, there_1.found)
+            running_in_car(bad, running_1.found)
     with pytest.raises(InputError, match="fewer than two mounts"):
-        mount_shares(there_1.found, there_1.shares.drawn[:1])
+        mount_shares(running_1.found, running_1.shares.drawn[:1])
     with pytest.raises(InputError, match="deviation of a mount's angle must be positive"):
         MountPrior(angle=0.0)
     with pytest.raises(InputError, match="has no line between 200 and 300 Hz"):
-        cabin_noise(there_1, band=(200.0, 300.0))
+        cabin_noise(running_1, band=(200.0, 300.0))
 
 
-def test_a_sweep_that_does_not_fit_is_refused(there_1):
-    car, first = there_1.car, there_1.car.operation.sweeps[0]
+def test_a_sweep_that_does_not_fit_is_refused(running_1):
+    car, first = running_1.car, running_1.car.operation.sweeps[0]
     with pytest.raises(InputError, match="no body-side acceleration 'mount 1 x': record it"):
-        holder_displacement(replace(first, holder=None), there_1.shares.mounts)
+        holder_displacement(replace(first, holder=None), running_1.shares.mounts)
     lines = first.frequency + 0.3
 
     def moved(spectrum):
@@ -242,7 +242,7 @@ def test_a_sweep_that_does_not_fit_is_refused(there_1):
         )
 
     with pytest.raises(InputError, match=r"no line at 20\.3 Hz, they go from 15 to 150 Hz"):
-        cabin_noise(replace(there_1, car=with_sweeps(car, off)))
+        cabin_noise(replace(running_1, car=with_sweeps(car, off)))
     two = tuple(point for point in car.points if point.name != "mount 3")
     with pytest.raises(InputError, match=r"measure mount 3 as well|not those of the points"):
         replace(car, points=two)
@@ -412,7 +412,7 @@ def test_travel_and_modes_of_a_symmetrical_body():
     assert np.min(np.abs(modes - along)) < 1e-9
 
 
-LINES_3 = np.arange(20.0, 141.0, 4.0)
+SPEEDS = np.arange(20.0, 141.0, 4.0)
 CAR = frozen_fleet().car("EV-2")
 COMPRESSOR = true_compressor(CompressorPlan(CompressorCase.TABLE11), np.random.default_rng(1))
 OF_MOUNTS, OF_HOSES = columns_of(MOUNTS, 3), columns_of(HOSES)
@@ -423,53 +423,42 @@ TRUE_MOUNTS = tuple(
     )
 )
 TRUE_HOSES = tuple(
-    HoseDrawing(
-        name,
-        hose.position,
-        hose.direction,
-        hose.beam.length,
-        hose.beam.tension,
-        hose.beam.torsion,
-        hose.beam.bending,
-        hose.beam.line_mass,
-        hose.beam.loss_factor,
-        hose.beam.torsion_radius,
-    )
+    HoseDrawing(name, hose.position, hose.direction, *vars(hose.beam).values())
     for name, hose in zip(HOSES, drawn_hoses(), strict=True)
 )
 
 
 def run(with_hoses):
     hoses = drawn_hoses() if with_hoses else ()
-    return run_car(CAR, COMPRESSOR, true_source(), LINES_3, hoses)
+    return run_car(CAR, COMPRESSOR, true_source(), SPEEDS, hoses)
 
 
 def receptance(columns):
-    return CAR.receptance(LINES_3)[:, columns][:, :, columns]
+    return CAR.receptance(SPEEDS)[:, columns][:, :, columns]
 
 
 @pytest.mark.parametrize("with_hoses", [False, True])
 def test_loads_are_those_of_the_coupled_car(with_hoses):
     true, hoses = run(with_hoses), TRUE_HOSES if with_hoses else ()
     columns = OF_MOUNTS + (OF_HOSES if with_hoses else [])
-    factor = COMPRESSOR.gain_at(LINES_3)
+    factor = COMPRESSOR.gain_at(SPEEDS)
     by_holders = loads_by_measured_holders(
         TRUE_MOUNTS,
         factor,
         true.displacement,
         true.body_motion[:, OF_MOUNTS],
         hoses,
-        LINES_3,
+        SPEEDS,
         receptance(columns),
     )
     predicted = loads_by_predicted_holders(
-        TRUE_MOUNTS, factor, true.displacement, receptance(columns), hoses, LINES_3
+        TRUE_MOUNTS, factor, true.displacement, receptance(columns), hoses, SPEEDS
     )
     expected = true.body_load[:, columns]
     for found in (by_holders, predicted):
         loads = np.hstack([found.mounts, found.hoses])
         assert loads == pytest.approx(expected, rel=1e-7, abs=1e-9 * np.abs(expected).max())
-    sound = np.sum(CAR.noise_transfer(LINES_3)[:, columns] * expected, axis=1)
+    sound = np.sum(CAR.noise_transfer(SPEEDS)[:, columns] * expected, axis=1)
     assert sound == pytest.approx(true.pressure, rel=1e-9)
     if with_hoses:
         ends = true.body_motion[:, OF_HOSES]
@@ -477,10 +466,10 @@ def test_loads_are_those_of_the_coupled_car(with_hoses):
 
 
 def test_a_body_that_stands_still_is_another_load():
-    true, factor = run(with_hoses=True), COMPRESSOR.gain_at(LINES_3)
+    true, factor = run(with_hoses=True), COMPRESSOR.gain_at(SPEEDS)
     holder = np.zeros((len(true.displacement), 9))
     still = loads_by_measured_holders(
-        TRUE_MOUNTS, factor, true.displacement, holder, TRUE_HOSES, LINES_3
+        TRUE_MOUNTS, factor, true.displacement, holder, TRUE_HOSES, SPEEDS
     )
     expected = true.body_load[:, OF_MOUNTS]
     off = np.linalg.norm(still.mounts - expected) / np.linalg.norm(expected)
@@ -491,9 +480,9 @@ def test_forces_of_the_mounts_hold_the_compressor():
     """At the virtual point they are the whole of what a compressor without hoses leans on."""
     true = run(with_hoses=False)
     apart = motion_at_mounts(TRUE_MOUNTS, true.displacement) - true.body_motion[:, OF_MOUNTS]
-    forces = mount_forces(TRUE_MOUNTS, COMPRESSOR.gain_at(LINES_3), apart)
-    square = (2 * np.pi * LINES_3)[:, None] ** 2
-    own = true_source().gyroscopic(LINES_3) @ true.displacement[..., None]
+    forces = mount_forces(TRUE_MOUNTS, COMPRESSOR.gain_at(SPEEDS), apart)
+    square = (2 * np.pi * SPEEDS)[:, None] ** 2
+    own = true_source().gyroscopic(SPEEDS) @ true.displacement[..., None]
     inertia = square * (true.displacement @ COMPRESSOR.mass_matrix.T) - own[..., 0]
     expected = true.load + inertia
     found = load_at_virtual_point(TRUE_MOUNTS, forces)

@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from deboom.arrays import ComplexArray, RealArray
 from deboom.compressor.hose_beams import hose_matrices
-from deboom.compressor.hose_evidence import motion_at_virtual_point, running_compressor
+from deboom.compressor.hose_evidence import motion_at_virtual_point, running_mass
 from deboom.compressor.identify import Identification
 from deboom.compressor.model import applied
 from deboom.compressor.mount_shares import stiffness_of_mounts
@@ -249,7 +249,7 @@ def _corrected(
     changed = np.zeros(lines.size, dtype=complex) if change is None else change(lines)
     factor = found.calibrated.model.gain.at(lines) * (1 + changed)
     # the gyroscopic moment has no part in a motion this small
-    mass = running_compressor(found, lines, change=changed).apparent_mass
+    mass, _ = running_mass(found, lines, change=changed)
     load = load_at_virtual_point(mounts, mount_forces(mounts, factor, holder))
     if neighbours is not None and neighbours.hoses and sweep.hoses is HoseState.STANDARD:
         hoses = neighbours.hoses

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
@@ -35,44 +34,28 @@ HIT_SCATTER = 5e-4
 """Of the hits around their mark, per axis, 1 σ [m]."""
 
 
-@dataclass(frozen=True, eq=False)
-class RunningCompressor:
-    """Apparent mass of a compressor without hoses while its rotor turns.
-
-    `frequency` (n_frequency,): frequency of the rotation [Hz]; `apparent_mass` (n_frequency, 6, 6):
-    at the virtual point [kg, kg m, kg m²]; `mounts` (n_frequency, 6, 6): part of the mounts, ``(1 +
-    δ) v K/ω²`` [kg, kg m, kg m²]; `length`: length at which a rotation counts as much as a
-    translation [m].
-    """
-
-    frequency: RealArray
-    apparent_mass: ComplexArray
-    mounts: ComplexArray
-    length: float
-
-
-def running_compressor(
+def running_mass(
     found: Identification,
     frequency: npt.ArrayLike,
     *,
     change: npt.ArrayLike = 0.0,
     rotor_inertia: float | None = None,
     sense: RotationSense = RotationSense.POSITIVE,
-) -> RunningCompressor:
-    """Turn the compressor of the hammer test into the running one.
+) -> tuple[ComplexArray, ComplexArray]:
+    """Turn the compressor of the hammer test into the running one, without hoses.
 
     `frequency` (n_frequency,): lines above 0 [Hz]; `change` (n_frequency,) or (): δ of the mounts'
     dynamic stiffness against the hammer test [1]; `rotor_inertia`: polar moment of the rotor;
-    without it the gyroscopic moment is left out [kg m²].
-
-    ``AM = M − (1 + δ) v K/ω² + j J skew(e_x)`` in the rotational block.
+    without it the gyroscopic moment is left out [kg m²]. Returns the apparent mass at the virtual
+    point, ``AM = M − (1 + δ) v K/ω² + j J skew(e_x)`` in the rotational block, and the part of the
+    mounts, ``(1 + δ) v K/ω²``, both (n_frequency, 6, 6) [kg, kg m, kg m²].
     """
     lines = np.asarray(frequency, dtype=float)
     model = found.calibrated.model
     factor = (1 + np.asarray(change)) * np.ones(lines.size)
     mounts = factor[:, np.newaxis, np.newaxis] * model.mount_part(lines)
     mass = model.mass_matrix - mounts + gyroscopic_mass(rotor_inertia, sense)
-    return RunningCompressor(lines, mass, mounts, found.length)
+    return mass, np.asarray(mounts)
 
 
 @dataclass(frozen=True, eq=False)
@@ -176,58 +159,8 @@ def _common_lines(
     return kept, nearest[kept]
 
 
-class Changes(NamedTuple):
-    """What k errors of the identification change, each alone.
-
-    `apparent_mass` (k, n_frequency, 6, 6): [kg, kg m, kg m²]; `response` (k, n_channel, 6):
-    calibrated sensors [1, m]; `excitation` (k, n_impact, 6): calibrated impacts [1, m].
-    """
-
-    apparent_mass: ComplexArray
-    response: RealArray
-    excitation: RealArray
-
-
-class HoseEvidence(ABC):
-    """A measurement with hoses beside one without, as a function of the hoses' stiffness."""
-
-    frequency: RealArray
-    """Lines at which the stiffness is wanted, shape (n_frequency,) [Hz]."""
-    nuisance_deviations: RealArray
-    """1 σ of what is estimated along and of no interest, shape (n_nuisance,)."""
-
-    @property
-    @abstractmethod
-    def name(self) -> str:
-        """Such as ``hammer tests``."""
-
-    @abstractmethod
-    def residuals(
-        self, stiffness: ComplexArray, slopes: ComplexArray, nuisances: RealArray
-    ) -> tuple[ComplexArray, ComplexArray]:
-        """Compare with a stiffness of the hoses.
-
-        `stiffness` (n_frequency, 6, 6): at the virtual point [N/m, N/rad, N m/rad]; `slopes` (k,
-        n_frequency, 6, 6): its derivatives by the numbers of the hoses; `nuisances` (n_nuisance,):
-        numbers of no interest. Returns `values` (n,) complex deviations, both parts in units of
-        their noise [1], `slopes` (k + n_nuisance, n) by the numbers of the hoses, then by the
-        nuisances.
-        """
-
-    @abstractmethod
-    def by_identification(
-        self, stiffness: ComplexArray, nuisances: RealArray, changes: Changes
-    ) -> ComplexArray:
-        """Differentiate the residuals by errors of the identification, shape (k, n)."""
-
-    @property
-    def squared(self) -> RealArray:
-        """ω² of the lines, shape (n_frequency, 1, 1) [1/s²]."""
-        return ((2 * np.pi * self.frequency) ** 2)[:, np.newaxis, np.newaxis]
-
-
 @dataclass(frozen=True, eq=False)
-class HammerEvidence(HoseEvidence):
+class HammerEvidence:
     """Inertance with hoses less inertance without, in coordinates of white noise.
 
     `frequency` (n_frequency,): lines [Hz]; `difference` (n_frequency, 6, 6): ``Q_Vᵀ (Y_with −
@@ -261,12 +194,18 @@ class HammerEvidence(HoseEvidence):
     def residuals(
         self, stiffness: ComplexArray, slopes: ComplexArray, nuisances: RealArray
     ) -> tuple[ComplexArray, ComplexArray]:
-        """Compare with ``H_with = (AM − K_h/ω²)⁻¹``; see `HoseEvidence`."""
+        """Compare a stiffness of the hoses, ``H_with = (AM − K_h/ω²)⁻¹``, with both tests.
+
+        `stiffness` (n_frequency, 6, 6) at the virtual point [N/m, N/rad, N m/rad]; `slopes` (k,
+        n_frequency, 6, 6): its derivatives by the numbers of the hoses; `nuisances`: numbers of no
+        interest. Returns complex deviations (n,) in units of their noise, and their derivatives (k
+        + n_nuisance, n) by the numbers of the hoses, then by the nuisances.
+        """
         with_hoses, without = self._inertances(stiffness)
         seen, struck = self.response @ with_hoses, self._struck(nuisances)
         predicted = seen @ struck.T - self.response @ without @ self.excitation.T
         scale = self.deviation[:, np.newaxis, np.newaxis]
-        by_hose = seen @ (slopes / self.squared) @ (with_hoses @ struck.T)
+        by_hose = seen @ (slopes / _squared(self.frequency)) @ (with_hoses @ struck.T)
         by_scatter = np.zeros((6, 3, *seen.shape), dtype=complex)
         for impact in range(6):
             by_scatter[impact, :, :, :, impact] = np.moveaxis(seen[:, :, 3:], -1, 0)
@@ -276,23 +215,31 @@ class HammerEvidence(HoseEvidence):
         return deviation.reshape(-1), rows
 
     def by_identification(
-        self, stiffness: ComplexArray, nuisances: RealArray, changes: Changes
+        self,
+        stiffness: ComplexArray,
+        nuisances: RealArray,
+        by_mass: ComplexArray,
+        by_response: RealArray,
+        by_excitation: RealArray,
     ) -> ComplexArray:
-        """Differentiate by errors of the identification; both inertances answer."""
+        """Differentiate the residuals by k errors of the identification, shape (k, n).
+
+        They change the apparent mass (k, n_frequency, 6, 6), the calibrated sensors (k, n_channel,
+        6) and impacts (k, n_impact, 6); both inertances answer.
+        """
         with_hoses, without = self._inertances(stiffness)
-        by_mass = without @ changes.apparent_mass @ without
-        by_mass -= with_hoses @ changes.apparent_mass @ with_hoses
+        answer = without @ by_mass @ without - with_hoses @ by_mass @ with_hoses
         difference, struck = with_hoses - without, self._struck(nuisances).T
-        seen = (self.channels.T @ changes.response)[:, np.newaxis]
-        moved = np.swapaxes(self.impacts.T @ changes.excitation, -1, -2)[:, np.newaxis]
-        change = (self.response @ by_mass + seen @ difference) @ struck
+        seen = (self.channels.T @ by_response)[:, np.newaxis]
+        moved = np.swapaxes(self.impacts.T @ by_excitation, -1, -2)[:, np.newaxis]
+        change = (self.response @ answer + seen @ difference) @ struck
         change = change + self.response @ difference @ moved
         scaled = change / self.deviation[:, np.newaxis, np.newaxis]
         return np.asarray(scaled.reshape(scaled.shape[0], -1))
 
     def _inertances(self, stiffness: ComplexArray) -> tuple[ComplexArray, ComplexArray]:
         """Inertance with hoses and without, shape (n_frequency, 6, 6) each."""
-        with_hoses = np.linalg.inv(self.apparent_mass - stiffness / self.squared)
+        with_hoses = np.linalg.inv(self.apparent_mass - stiffness / _squared(self.frequency))
         return np.asarray(with_hoses), np.asarray(np.linalg.inv(self.apparent_mass))
 
     def _struck(self, nuisances: RealArray) -> RealArray:
@@ -353,10 +300,11 @@ def hammer_evidence(
 
 
 @dataclass(frozen=True, eq=False)
-class SweepEvidence(HoseEvidence):
+class SweepEvidence:
     """Motion with standard hoses as predicted from that with soft ones at one pressure.
 
-    `frequency` (n_frequency,): lines of the pair [Hz]; `whitening` (n_frequency, 6, 6): ``L⁻¹`` of
+    `frequency` (n_frequency,): lines of the pair [Hz]; `apparent_mass`, `mounts` (n_frequency, 6,
+    6): from `running_mass`; `whitening` (n_frequency, 6, 6): ``L⁻¹`` of
     the covariance of both motions; `basis` (n_unknown, n_frequency): change δ of the mounts in
     operation per real unknown, complex [1]; `nuisance_deviations` (n_unknown,): 1 σ of each [1].
 
@@ -366,7 +314,8 @@ class SweepEvidence(HoseEvidence):
 
     frequency: RealArray
     pair: SweepPair
-    state: RunningCompressor
+    apparent_mass: ComplexArray
+    mounts: ComplexArray
     whitening: RealArray
     basis: ComplexArray
     nuisance_deviations: RealArray
@@ -379,37 +328,41 @@ class SweepEvidence(HoseEvidence):
     def residuals(
         self, stiffness: ComplexArray, slopes: ComplexArray, nuisances: RealArray
     ) -> tuple[ComplexArray, ComplexArray]:
-        """Compare with the motion of standard hoses; see `HoseEvidence`."""
-        mounts = self.state.mounts
+        """Compare a stiffness of the hoses with both motions; as `HammerEvidence.residuals`."""
         now = self._apparent_mass(nuisances)
-        coupled = np.linalg.solve(now, stiffness / self.squared)
+        coupled = np.linalg.solve(now, stiffness / _squared(self.frequency))
         answer = np.linalg.inv(np.eye(6) - coupled)
         predicted = answer @ self.pair.soft[..., np.newaxis]
         deviation = self.whitening @ (predicted - self.pair.standard[..., np.newaxis])
         pushed = self.whitening @ answer @ np.linalg.inv(now)
-        by_hose = (pushed @ ((slopes / self.squared) @ predicted))[..., 0]
-        by_change = (pushed @ mounts @ (coupled @ predicted))[..., 0]
+        by_hose = (pushed @ ((slopes / _squared(self.frequency)) @ predicted))[..., 0]
+        by_change = (pushed @ self.mounts @ (coupled @ predicted))[..., 0]
         derivatives = np.concatenate([by_hose, self.basis[:, :, np.newaxis] * by_change])
         return deviation.reshape(-1), derivatives.reshape(len(derivatives), -1)
 
     def by_identification(
-        self, stiffness: ComplexArray, nuisances: RealArray, changes: Changes
+        self,
+        stiffness: ComplexArray,
+        nuisances: RealArray,
+        by_mass: ComplexArray,
+        by_response: RealArray,
+        by_excitation: RealArray,  # noqa: ARG002  nothing is struck in a sweep
     ) -> ComplexArray:
         """Differentiate ``a = (AM − K_h/ω²)⁻¹ AM a_soft``, with ``∂V⁺ = −V⁺ ∂V V⁺``."""
         now = self._apparent_mass(nuisances)
-        loaded = now - stiffness / self.squared
+        loaded = now - stiffness / _squared(self.frequency)
         soft, standard = (
             motion[..., np.newaxis] for motion in (self.pair.soft, self.pair.standard)
         )
-        misread = -(self.pair.inverse @ changes.response)[:, np.newaxis]
-        pushed = changes.apparent_mass @ (soft - np.linalg.solve(loaded, now @ soft))
+        misread = -(self.pair.inverse @ by_response)[:, np.newaxis]
+        pushed = by_mass @ (soft - np.linalg.solve(loaded, now @ soft))
         answer = np.linalg.solve(loaded, pushed + now @ (misread @ soft)) - misread @ standard
         return np.asarray((self.whitening @ answer).reshape(answer.shape[0], -1))
 
     def _apparent_mass(self, nuisances: RealArray) -> ComplexArray:
         """Apparent mass with the change of the mounts, shape (n_frequency, 6, 6)."""
         change = nuisances @ self.basis
-        return self.state.apparent_mass - change[:, np.newaxis, np.newaxis] * self.state.mounts
+        return self.apparent_mass - change[:, np.newaxis, np.newaxis] * self.mounts
 
 
 def sweep_evidence(
@@ -428,15 +381,21 @@ def sweep_evidence(
         SweepEvidence(
             pair.frequency,
             pair,
-            running_compressor(
-                found, pair.frequency, rotor_inertia=test.rotor_inertia, sense=sense
-            ),
+            *running_mass(found, pair.frequency, rotor_inertia=test.rotor_inertia, sense=sense),
             np.asarray(np.linalg.inv(np.linalg.cholesky(pair.covariance)), dtype=float),
             mounts.basis(pair.frequency),
             mounts.deviations,
         )
         for pair in sweep_pairs(test, found, band)
     )
+
+
+HoseEvidence: TypeAlias = HammerEvidence | SweepEvidence
+
+
+def _squared(frequency: RealArray) -> RealArray:
+    """ω² of lines, shape (n_frequency, 1, 1) [1/s²]."""
+    return ((2 * np.pi * frequency) ** 2)[:, np.newaxis, np.newaxis]
 
 
 def stack(

@@ -26,7 +26,6 @@ from deboom.compressor.hose_beams import (
     separation_statement,
 )
 from deboom.compressor.hose_evidence import (
-    Changes,
     HoseEvidence,
     hammer_evidence,
     stack,
@@ -337,7 +336,7 @@ def _by_identification(
         mass = np.zeros((n + n_errors, part.frequency.size, 6, 6), dtype=complex)
         mass[:n] = calibrated.parametrisation.sensitivities(calibrated.values, part.frequency)
         stiffness = hose_matrices(hoses, part.frequency).point
-        change = part.by_identification(stiffness, own, Changes(mass, response, excitation))
+        change = part.by_identification(stiffness, own, mass, response, excitation)
         rows.append(np.ascontiguousarray(change).view(float).T)
     return np.concatenate(rows)
 

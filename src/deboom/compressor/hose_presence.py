@@ -13,10 +13,9 @@ from scipy.stats import gamma
 from deboom.arrays import ComplexArray, RealArray
 from deboom.compressor.hose_beams import changed_hose, hose_matrices, point_derivatives
 from deboom.compressor.hose_evidence import (
-    RunningCompressor,
     SweepPair,
     motion_at_virtual_point,
-    running_compressor,
+    running_mass,
     sweep_pairs,
 )
 from deboom.compressor.hose_identification import HosePrior
@@ -125,22 +124,20 @@ def hose_reactions(
     InputError
         No pressure with standard and soft hoses.
     """
-    return tuple(
-        hose_reaction(
-            pair,
-            running_compressor(
-                found,
-                pair.frequency,
-                change=0.0 if change is None else change(pair.frequency),
-                rotor_inertia=test.rotor_inertia,
-                sense=sense,
-            ),
+    reactions = []
+    for pair in sweep_pairs(test, found):
+        mass, _ = running_mass(
+            found,
+            pair.frequency,
+            change=0.0 if change is None else change(pair.frequency),
+            rotor_inertia=test.rotor_inertia,
+            sense=sense,
         )
-        for pair in sweep_pairs(test, found)
-    )
+        reactions.append(hose_reaction(pair, mass, found.length))
+    return tuple(reactions)
 
 
-def hose_reaction(pair: SweepPair, state: RunningCompressor) -> HoseReaction:
+def hose_reaction(pair: SweepPair, apparent_mass: ComplexArray, length: float) -> HoseReaction:
     """Take the reaction of the hoses out of two sweeps.
 
     With F the load of rotor and gas: ``F = AM a_soft``, ``F + R = AM a_standard``, hence ``R = AM
@@ -150,11 +147,11 @@ def hose_reaction(pair: SweepPair, state: RunningCompressor) -> HoseReaction:
     that quadratic form (Satterthwaite 1946).
     """
     source, reaction = (
-        applied(state.apparent_mass, motion) for motion in (pair.soft, pair.standard - pair.soft)
+        applied(apparent_mass, motion) for motion in (pair.soft, pair.standard - pair.soft)
     )
-    adjoint = np.swapaxes(state.apparent_mass.conj(), -1, -2)
-    covariance = np.asarray(state.apparent_mass @ pair.covariance @ adjoint)
-    weight = np.repeat([1.0, 1 / state.length], 3)
+    adjoint = np.swapaxes(apparent_mass.conj(), -1, -2)
+    covariance = np.asarray(apparent_mass @ pair.covariance @ adjoint)
+    weight = np.repeat([1.0, 1 / length], 3)
     size = np.linalg.norm(source * weight, axis=1)
     share = np.linalg.norm(reaction * weight, axis=1) / size
     # both parts carry the covariance, and the quadratic form adds them up
@@ -250,18 +247,18 @@ def hoses_in_sweep(
     if kept.size < SMALLEST_LINES:
         return None
     lines, motion, covariance = sweep.frequency[kept], motion[kept], covariance[kept]
-    state = running_compressor(found, lines, rotor_inertia=rotor_inertia, sense=sense)
-    load = applied(state.apparent_mass, motion)
-    weight = np.repeat([1.0, 1 / state.length], 3)
-    adjoint = np.swapaxes(state.apparent_mass.conj(), -1, -2)
+    mass, mounts = running_mass(found, lines, rotor_inertia=rotor_inertia, sense=sense)
+    load = applied(mass, motion)
+    weight = np.repeat([1.0, 1 / found.length], 3)
+    adjoint = np.swapaxes(mass.conj(), -1, -2)
     model = (MODEL_ERROR * np.linalg.norm(load * weight, axis=1)) ** 2 / 6
-    noise = state.apparent_mass @ covariance @ adjoint
+    noise = mass @ covariance @ adjoint
     noise = noise + model[:, np.newaxis, np.newaxis] * np.diag(weight**-2)
     whiten = np.linalg.inv(np.linalg.cholesky(noise))
     gas = np.broadcast_to(gas_columns(sense), (lines.size, 6, 3))
     source = np.moveaxis(np.concatenate([rotor_columns(lines, sense), gas], axis=2), -1, 0)
     change = FactorOverFrequency()
-    by_mounts = change.basis(lines)[..., np.newaxis] * applied(state.mounts, motion)
+    by_mounts = change.basis(lines)[..., np.newaxis] * applied(mounts, motion)
     free = np.concatenate([source, 1j * source, by_mounts])
 
     def white(loads: ComplexArray) -> ComplexArray:

@@ -70,54 +70,41 @@ class Parametrisation(ABC):
         """Places of the numbers of mass, of stiffness and of gain."""
 
     @abstractmethod
-    def body(self, values: RealArray) -> RigidBody:
-        """Return mass, centre and inertia."""
+    def state(self, values: RealArray) -> tuple[RigidBody, RealArray, GainFactor]:
+        """Return body, K_VP (6, 6) [N/m, N/rad, N m/rad] and gain."""
 
     @abstractmethod
-    def stiffness(self, values: RealArray) -> RealArray:
-        """Compute K_VP, shape (6, 6) [N/m, N/rad, N m/rad]."""
+    def derivatives(
+        self, values: RealArray, frequency: RealArray
+    ) -> tuple[RealArray, RealArray, ComplexArray]:
+        """Differentiate the mass matrix (n, 6, 6), K_VP (n, 6, 6) and the gain (n, n_frequency).
 
-    @abstractmethod
-    def gain(self, values: RealArray) -> GainFactor:
-        """Return the gain factor."""
-
-    @abstractmethod
-    def mass_derivatives(self, values: RealArray) -> RealArray:
-        """Differentiate the mass matrix by the numbers of mass, shape (n, 6, 6)."""
-
-    @abstractmethod
-    def stiffness_derivatives(self, values: RealArray) -> RealArray:
-        """Differentiate K_VP by the numbers of stiffness, shape (n, 6, 6)."""
-
-    @abstractmethod
-    def gain_derivatives(self, values: RealArray, frequency: RealArray) -> ComplexArray:
-        """Differentiate the gain by its numbers, shape (n, n_frequency)."""
+        Each by its own numbers, see `parts`.
+        """
 
     def model(self, values: RealArray) -> CompressorModel:
         """Build the compressor that the numbers stand for; InputError where they stand for none."""
-        body = self.body(values)
-        return CompressorModel(
-            body.mass, body.centre, body.inertia, self.stiffness(values), self.gain(values)
-        )
+        body, stiffness, gain = self.state(values)
+        return CompressorModel(body.mass, body.centre, body.inertia, stiffness, gain)
 
     def sensitivities(self, values: RealArray, frequency: RealArray) -> ComplexArray:
         """Differentiate the apparent mass, shape (n_parameters, n_frequency, 6, 6)."""
         lines = np.asarray(frequency, dtype=float)
         squared = (2 * np.pi * lines) ** 2
         of_mass, of_stiffness, of_gain = self.parts
+        _, stiffness, gain = self.state(values)
+        by_mass, by_stiffness, by_gain = self.derivatives(values, lines)
         result = np.zeros((len(self.names), lines.size, 6, 6), dtype=complex)
-        result[of_mass] = self.mass_derivatives(values)[:, np.newaxis]
-        factor = -self.gain(values).at(lines) / squared
-        by_stiffness = self.stiffness_derivatives(values)[:, np.newaxis]
-        result[of_stiffness] = factor[:, np.newaxis, np.newaxis] * by_stiffness
-        by_gain = -self.gain_derivatives(values, lines) / squared
-        result[of_gain] = by_gain[..., np.newaxis, np.newaxis] * self.stiffness(values)
+        result[of_mass] = by_mass[:, np.newaxis]
+        factor = -gain.at(lines) / squared
+        result[of_stiffness] = factor[:, np.newaxis, np.newaxis] * by_stiffness[:, np.newaxis]
+        result[of_gain] = (-by_gain / squared)[..., np.newaxis, np.newaxis] * stiffness
         return result
 
     def mass_sensitivities(self, values: RealArray) -> RealArray:
         """Differentiate the mass matrix by all parameters, shape (n_parameters, 6, 6)."""
         result = np.zeros((len(self.names), 6, 6))
-        result[self.parts[0]] = self.mass_derivatives(values)
+        result[self.parts[0]], _, _ = self.derivatives(values, np.zeros(0))
         return result
 
 
@@ -132,17 +119,27 @@ class _LogCholeskyBody(Parametrisation):
         n_gain = len(GAIN_SHAPE_NAMES)
         return slice(0, N_MASS), slice(N_MASS, -n_gain), slice(-n_gain, None)
 
-    def body(self, values: RealArray) -> RigidBody:
-        return mass_properties(mass_matrix_from_parameters(values[:N_MASS], self.length))
+    @abstractmethod
+    def stiffness(self, values: RealArray) -> RealArray:
+        """K_VP, shape (6, 6)."""
 
-    def gain(self, values: RealArray) -> GainFactor:
-        return gain_from_parameters(values[self.parts[2]], self.reference_frequency)
+    @abstractmethod
+    def stiffness_derivatives(self, values: RealArray) -> RealArray:
+        """Differentiate K_VP by its numbers, shape (n, 6, 6)."""
 
-    def mass_derivatives(self, values: RealArray) -> RealArray:
-        return _mass_matrix_derivatives(values[:N_MASS], self.length)
+    def state(self, values: RealArray) -> tuple[RigidBody, RealArray, GainFactor]:
+        body = mass_properties(mass_matrix_from_parameters(values[:N_MASS], self.length))
+        gain = gain_from_parameters(values[self.parts[2]], self.reference_frequency)
+        return body, self.stiffness(values), gain
 
-    def gain_derivatives(self, values: RealArray, frequency: RealArray) -> ComplexArray:
-        return gain_derivatives(values[self.parts[2]], self.reference_frequency, frequency)
+    def derivatives(
+        self, values: RealArray, frequency: RealArray
+    ) -> tuple[RealArray, RealArray, ComplexArray]:
+        return (
+            _mass_matrix_derivatives(values[:N_MASS], self.length),
+            self.stiffness_derivatives(values),
+            gain_derivatives(values[self.parts[2]], self.reference_frequency, frequency),
+        )
 
 
 @dataclass(frozen=True)
@@ -260,53 +257,46 @@ class ThesisParameters(Parametrisation):
             for i, name in enumerate(self.mount_names)
         )
 
-    def body(self, values: RealArray) -> RigidBody:
-        """Return mass, centre and inertia."""
-        numbers = values[self.parts[0]]
-        inertia = np.empty((3, 3))
-        for number, (row, column) in enumerate(INERTIA_ENTRIES):
-            inertia[row, column] = inertia[column, row] = numbers[number]
-        return RigidBody(float(numbers[9]), numbers[6:9], inertia)
-
-    def stiffness(self, values: RealArray) -> RealArray:
-        """Compute K_VP, shape (6, 6) [N/m, N/rad, N m/rad]."""
-        return mounts_at_virtual_point(self.mounts(values))
-
-    def gain(self, values: RealArray) -> GainFactor:
-        """Return the gain factor with v_rel multiplied in."""
+    def state(self, values: RealArray) -> tuple[RigidBody, RealArray, GainFactor]:
+        """Return body, K_VP (6, 6) [N/m, N/rad, N m/rad] and gain, v_rel multiplied in."""
         numbers, scale = values[-7:-1].reshape(2, 3), values[-1]
-        return GainFactor(
+        gain = GainFactor(
             *(
                 HyperbolicGain(float(limit * scale), float(slope / scale), float(offset / scale))
                 for limit, slope, offset in numbers
             )
         )
+        return self._body(values), mounts_at_virtual_point(self.mounts(values)), gain
 
-    def mass_derivatives(self, values: RealArray) -> RealArray:
-        """Differentiate the mass matrix by the numbers of the body, shape (10, 6, 6)."""
-        body = self.body(values)
-        result = np.zeros((10, 6, 6))
+    def derivatives(
+        self, values: RealArray, frequency: RealArray
+    ) -> tuple[RealArray, RealArray, ComplexArray]:
+        """Differentiate mass matrix (10, 6, 6), K_VP (9 n_mount, 6, 6), gain (7, n_frequency)."""
+        body = self._body(values)
+        by_mass = np.zeros((10, 6, 6))
         for number, (row, column) in enumerate(INERTIA_ENTRIES):
-            result[number, 3 + row, 3 + column] = result[number, 3 + column, 3 + row] = 1.0
+            by_mass[number, 3 + row, 3 + column] = by_mass[number, 3 + column, 3 + row] = 1.0
         lever = skew(body.centre)
         for axis in range(3):
             change = skew(_UNIT_VECTORS[axis])
-            block = result[6 + axis]
+            block = by_mass[6 + axis]
             block[3:, :3], block[:3, 3:] = body.mass * change, body.mass * change.T
             block[3:, 3:] = body.mass * (change @ lever.T + lever @ change.T)
-        result[9] = mass_matrix(1.0, np.zeros((3, 3)), body.centre)
-        return result
-
-    def stiffness_derivatives(self, values: RealArray) -> RealArray:
-        """Differentiate K_VP by positions, rotations and stiffnesses, shape (9 n_mount, 6, 6)."""
+        by_mass[9] = mass_matrix(1.0, np.zeros((3, 3)), body.centre)
         each = np.stack([mount_stiffness_derivatives(mount) for mount in self.mounts(values)])
-        return each.reshape(len(each), 3, 3, 6, 6).swapaxes(0, 1).reshape(-1, 6, 6)
-
-    def gain_derivatives(self, values: RealArray, frequency: RealArray) -> ComplexArray:
-        """Differentiate the gain by its six numbers and v_rel, shape (7, n_frequency)."""
+        by_stiffness = each.reshape(len(each), 3, 3, 6, 6).swapaxes(0, 1).reshape(-1, 6, 6)
         unscaled, scale = GainFactor.of(values[-7:-1]), values[-1]
         by_scale = unscaled.at(frequency)[np.newaxis]
-        return np.concatenate([scale * unscaled.derivatives(frequency), by_scale])
+        by_gain = np.concatenate([scale * unscaled.derivatives(frequency), by_scale])
+        return by_mass, by_stiffness, by_gain
+
+    def _body(self, values: RealArray) -> RigidBody:
+        """Mass, centre and inertia."""
+        numbers = values[self.parts[0]]
+        inertia = np.empty((3, 3))
+        for number, (row, column) in enumerate(INERTIA_ENTRIES):
+            inertia[row, column] = inertia[column, row] = numbers[number]
+        return RigidBody(float(numbers[9]), numbers[6:9], inertia)
 
     def values_of(self, model: CompressorModel, mounts: Sequence[CompressorMount]) -> RealArray:
         """Find the 44 numbers of a compressor on known mounts, with v_rel = 1.

@@ -66,12 +66,12 @@ class Bounds:
 class Characteristic:
     """A measured property of a component.
 
-    `name`: such as ``static unbalance``; `values` (n,): in SI; several where the limit holds over a
-    band: each must keep it; `deviations` (n,): standard deviations, all known causes together [unit
-    of the values]; `lines` (n,): where in frequency [Hz]; 0 where the property has none;
-    `is_radius`: the values are lengths of measured vectors in a plane, such as an unbalance, not
-    scalars; `doubt`: why the measurement proves nothing, whatever it reads; empty where it may be
-    trusted. InputError: no value, other shapes, a deviation that is not positive.
+    `values` (n,): in SI; several where the limit holds over a band: each must keep it; `deviations`
+    (n,): standard deviations, all known causes together [unit of the values]; `lines` (n,): where
+    in frequency [Hz]; 0 where the property has none; `is_radius`: the values are lengths of
+    measured vectors in a plane, such as an unbalance, not scalars; `doubt`: why the measurement
+    proves nothing, whatever it reads; empty where it may be trusted. InputError: no value, other
+    shapes, a deviation that is not positive.
     """
 
     name: str
@@ -90,12 +90,11 @@ class Characteristic:
 class Verdict:
     """What was decided, at the line that decides.
 
-    `name`: name of the characteristic; `value`, `deviation`: at the line nearest to breaking its
-    limit, counted in deviations; `line`: its frequency [Hz]; 0 where there is none; `pass_guard`,
-    `fail_guard`: how far inside a bound a value must lie to pass, and how far outside to fail;
-    `shrinkage`: factor by which the deviation must shrink to decide, if the value stays; 1 where
-    decided; `doubt`: why nothing was decided, whatever the value; empty where the uncertainty alone
-    decides.
+    `value`, `deviation`: at the line nearest to breaking its limit, counted in deviations; `line`:
+    its frequency [Hz]; 0 where there is none; `pass_guard`, `fail_guard`: how far inside a bound a
+    value must lie to pass, and how far outside to fail; `shrinkage`: factor by which the deviation
+    must shrink to decide, if the value stays; 1 where decided; `doubt`: why nothing was decided,
+    whatever the value; empty where the uncertainty alone decides.
     """
 
     name: str

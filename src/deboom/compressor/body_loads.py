@@ -199,8 +199,8 @@ def on_rigid_foundation(
 ) -> OperatingTest:
     """Take the motion of the body off the accelerations of a running compressor.
 
-    Returns with the accelerations that the same load would cause on a rigid foundation. InputError:
-    a sweep without holder accelerations of a mount, a hose without accelerances.
+    Returns the test with the accelerations that the same load would cause on a rigid foundation.
+    InputError: a sweep without holder accelerations of a mount, a hose without accelerances.
 
     The body's motions y at the mounts and b at the hoses drive the compressor, ``AM a = F + Σ Tᵀ v
     K y + Sᵀ b``, so that ``a − AM⁻¹ (Σ Tᵀ v K y + Sᵀ b)`` is the motion by F alone; b is predicted

@@ -94,10 +94,9 @@ def free_compressor(
 class BodySide:
     """The free body of a car at its points: first m mounts, then the ends of hoses.
 
-    `name`: name of the car; `frequency` (f,): lines [Hz]; `points`: names of the points, p of them;
-    `receptance` (f, 6 p, 6 p): six motions per six loads of every point [m/N, 1/N, 1/(N m)];
-    `transfer` (f, 6 p): pressure at the ear per load [Pa/N, Pa/(N m)]. InputError: shapes that do
-    not fit together.
+    `frequency` (f,): lines [Hz]; `receptance` (f, 6 p, 6 p): six motions per six loads of every
+    point [m/N, 1/N, 1/(N m)]; `transfer` (f, 6 p): pressure at the ear per load [Pa/N, Pa/(N m)].
+    InputError: shapes that do not fit together.
     """
 
     name: str
@@ -163,11 +162,11 @@ def measured_body(
 class CarSeam:
     """What the mounts see of compressor and car, six motions and loads at each of m mounts.
 
-    `car`: name of the car; `frequency` (f,): lines [Hz]; `case_names`: names of the cases; `free`
-    (c, f, 6 m): motion of the compressor over that of the body with nothing between them [m, rad];
-    `compliance` (f, 6 m, 6 m): how the loads of the mounts on the body lessen it [m/N, 1/N, 1/(N
-    m)]; `transfer` (f, 6 m): pressure at the ear per such load, hoses included [Pa/N, Pa/(N m)];
-    `direct` (c, f): pressure without mounts, through the hoses [Pa].
+    `frequency` (f,): lines [Hz]; `free` (c, f, 6 m): motion of the compressor over that of the body
+    with nothing between them [m, rad]; `compliance` (f, 6 m, 6 m): how the loads of the mounts on
+    the body lessen it [m/N, 1/N, 1/(N m)]; `transfer` (f, 6 m): pressure at the ear per such load,
+    hoses included [Pa/N, Pa/(N m)]; `direct` (c, f): pressure without mounts, through the hoses
+    [Pa].
 
     With loads q of the mounts, relative motion ``r = free − compliance q`` and pressure ``p =
     direct + transferᵀ q``.

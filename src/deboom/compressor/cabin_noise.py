@@ -60,7 +60,11 @@ Step = Callable[[str], None]
 
 @dataclass(frozen=True, eq=False)
 class RunningInCar:
-    """All that is known of a compressor in its car."""
+    """All that is known of a compressor in its car.
+
+    `source` comes from sweeps with soft hoses where there are any, the motion of the body taken
+    off; `hoses` is None where their paths are left out.
+    """
 
     car: ElectricCar
     found: Identification
@@ -210,13 +214,12 @@ def _struck_hoses(car: ElectricCar) -> tuple[HoseDrawing, ...]:
 class SweepNoise:
     """Sound at the ear over the speed of one sweep, path by path.
 
-    `sweep`: name of the sweep; `pressure`: pressure of the gas [Pa]; `frequency` (n_frequency,):
-    frequency of the rotation [Hz]; `paths`: ``<point> x y z`` and, of hoses, ``mx my mz`` as well;
-    `loads` (n_frequency, n_path): on the body, complex peak [N, N m]; `contributions` (n_frequency,
-    n_path): sound of each path, complex peak [Pa]; `n_mount_paths`: number of paths of the mounts;
-    they come first; `measured` (n_frequency,): at the ear, complex peak [Pa]; `still_body`,
-    `predicted_body` (n_frequency,): sound if the motion of the body is left out, and if it is
-    predicted by its accelerances instead of measured at the mounts [Pa].
+    `frequency` (n_frequency,): frequency of the rotation [Hz]; `paths`: ``<point> x y z`` and, of
+    hoses, ``mx my mz`` as well; `loads` (n_frequency, n_path): on the body, complex peak [N, N m];
+    `contributions` (n_frequency, n_path): sound of each path, complex peak [Pa]; `n_mount_paths`:
+    number of paths of the mounts; they come first; `measured` (n_frequency,): at the ear, complex
+    peak [Pa]; `still_body`, `predicted_body` (n_frequency,): sound if the motion of the body is
+    left out, and if it is predicted by its accelerances instead of measured at the mounts [Pa].
     """
 
     sweep: str
@@ -384,9 +387,8 @@ def _sweep_noise(
 class NoiseBand:
     """Levels between which the sound of a sweep lies, with and without the paths of hoses.
 
-    `sweep`: name of the sweep; `lower`, `upper` (n_frequency,): of all paths [dB(A)];
-    `lower_mounts`, `upper_mounts` (n_frequency,): of the mounts' paths alone [dB(A)]; `confidence`:
-    confidence of each line [1].
+    `lower`, `upper` (n_frequency,): of all paths [dB(A)]; `lower_mounts`, `upper_mounts`
+    (n_frequency,): of the mounts' paths alone [dB(A)].
     """
 
     sweep: str

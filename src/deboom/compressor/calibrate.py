@@ -51,9 +51,7 @@ class SelfCalibration:
     placement errors; `covariance` (n_parameters + n_errors, n_parameters + n_errors): posterior,
     linearised at the solution; `reduced_chi`: root mean square of the residuals in units of their
     noise; 1 where the model and the noise explain the measurement, above 1.5 an alarm [1];
-    `residuals` (n_frequency, n_channel, n_impact): complex, in units of the noise of one part [1];
-    `n_evaluations`: number of evaluations of the residuals; `converged`: false where the optimiser
-    stopped for its number of evaluations.
+    `residuals` (n_frequency, n_channel, n_impact): complex, in units of the noise of one part [1].
     """
 
     parametrisation: Parametrisation

@@ -41,12 +41,12 @@ RANK_TOLERANCE = 1e-9
 class HoseMatrices:
     """Dynamic stiffness of n hoses, seen at the virtual point and at their ends on the body.
 
-    `frequency` (n_frequency,): lines [Hz]; `names`: names of the hoses; `point` (n_frequency, 6,
-    6): load on the hoses at the virtual point per its motion, body ends fixed [N/m, N/rad, N
-    m/rad]; `transfer` (n_frequency, 6 n, 6): load of the hoses on the body at their ends per motion
-    of the virtual point; six rows per hose, global axes [N/m, N/rad, N m/rad]; `body` (n_frequency,
-    6 n, 6 n): load on the hoses at the body's ends per motion of these ends, virtual point fixed;
-    block diagonal [N/m, N/rad, N m/rad].
+    `frequency` (n_frequency,): lines [Hz]; `point` (n_frequency, 6, 6): load on the hoses at the
+    virtual point per its motion, body ends fixed [N/m, N/rad, N m/rad]; `transfer` (n_frequency, 6
+    n, 6): load of the hoses on the body at their ends per motion of the virtual point; six rows per
+    hose, global axes [N/m, N/rad, N m/rad]; `body` (n_frequency, 6 n, 6 n): load on the hoses at
+    the body's ends per motion of these ends, virtual point fixed; block diagonal [N/m, N/rad, N
+    m/rad].
 
     With motions u at the virtual point and b at the body's ends, the hoses push on the body with
     ``transfer u − body b`` and on the compressor with ``transferᵀ b − point u``: a beam is

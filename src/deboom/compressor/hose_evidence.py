@@ -62,11 +62,10 @@ def running_mass(
 class SweepPair:
     """Motion of the virtual point with soft and with standard hoses at one pressure.
 
-    `soft_name`, `standard_name`: names of the sweeps; `pressure`: pressure of the gas [Pa];
-    `frequency` (n_frequency,): lines of both [Hz]; `soft`, `standard` (n_frequency, 6):
-    accelerations [m/s², rad/s²]; `covariance` (n_frequency, 6, 6): of the difference of both, of
-    the real as of the imaginary part; `inverse` (6, n_channel): channels → motion of the virtual
-    point, by which they were found.
+    `soft_name`, `standard_name`: names of the sweeps; `frequency` (n_frequency,): lines of both
+    [Hz]; `soft`, `standard` (n_frequency, 6): accelerations [m/s², rad/s²]; `covariance`
+    (n_frequency, 6, 6): of the difference of both, of the real as of the imaginary part; `inverse`
+    (6, n_channel): channels → motion of the virtual point, by which they were found.
     """
 
     soft_name: str

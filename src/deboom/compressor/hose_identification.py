@@ -121,8 +121,7 @@ class HoseIdentification:
     """Hoses as beams that agree best with the measurements and with their drawing.
 
     `numbers` (n, 11): what `changed_hose` makes of the drawn hoses to get the identified ones;
-    `covariance` (11 n, 11 n): posterior, nuisances integrated out; `converged`: false where the
-    optimiser stopped for its number of evaluations.
+    `covariance` (11 n, 11 n): posterior, nuisances integrated out.
     """
 
     drawn: tuple[HoseDrawing, ...]

@@ -58,10 +58,9 @@ class NullDirection:
 class Identifiability:
     """Rank and null space of a Jacobian.
 
-    `names`: names of the parameters; `singular_values` (n_parameters,): of the Jacobian with its
-    columns in units of the tolerances, decreasing [1]; `rank`: number of combinations that the
-    measurement sees; `participation` (n_parameters,): share of each parameter in the null space: 1
-    is invisible, 0 is free of it [1].
+    `singular_values` (n_parameters,): of the Jacobian with its columns in units of the tolerances,
+    decreasing [1]; `rank`: number of combinations that the measurement sees; `participation`
+    (n_parameters,): share of each parameter in the null space: 1 is invisible, 0 is free of it [1].
     """
 
     names: tuple[str, ...]
@@ -102,9 +101,8 @@ def identifiability(
 class Knowledge:
     """What a measurement added to what was known, parameter by parameter.
 
-    `names`: names of the parameters; `posterior`, `prior` (n_parameters,): 1 σ after and before;
-    infinite where nothing was known; `correlation` (n_parameters, n_parameters): correlation after
-    the measurement [1].
+    `posterior`, `prior` (n_parameters,): 1 σ after and before; infinite where nothing was known;
+    `correlation` (n_parameters, n_parameters): correlation after the measurement [1].
     """
 
     names: tuple[str, ...]

@@ -132,8 +132,12 @@ class IdentifyOptions:
 class Identification:
     """Everything that a hammer test says of a compressor.
 
-    `length`: characteristic length, the radius of gyration, by which rotations are scaled [m];
-    `fitted` (n_frequency,): lines of the fit; `start` (35,): linear start.
+    The result is `calibrated`: compressor and placement together, all else leads there or judges
+    it. `length`: radius of gyration, by which rotations are scaled [m]; `response`, `excitation`,
+    `inertance`: as the position sheet has them, all lines [1/kg, 1/(kg m), 1/(kg m²)]; `fitted`
+    (n_frequency,): lines of the fit; `start` (35,): linear start; `point`: fit with the placement
+    of the sheet; `known`: posterior against prior; `held_out`: other lines, other impacts;
+    `hoses`: search for the drawn hoses, None where none are drawn.
     """
 
     test: InertanceTest
@@ -577,16 +581,16 @@ def modal_likeness(found: Identification) -> RealArray:
 class IdentifiedCompressor:
     """An identified compressor, its uncertainty, and the placement that the test revealed.
 
-    `name`: name of the test; `length`: characteristic length of the parameters [m];
-    `reference_frequency`: line at which the real part of the gain is 1 [Hz]; `parameter_names`:
-    names of `MinimalParameters`, in its order; `values` (n,): parameters [1]; `covariance` (n, n):
-    posterior, placement errors integrated out [1]; `channels`: channels of the accelerometers;
-    `response` (n_channel, 6): motion at the virtual point → channels, as calibrated [1, m];
-    `impacts`: names of the impacts; `excitation` (n_impact, 6): wrench at the virtual point per
-    newton of the hammer, as calibrated [1, m]; `placement_names`: names of the placement errors;
-    `placement_errors`, `placement_deviations` (n_errors,): as found, and their posterior standard
-    deviations [1, m, rad]; `reduced_chi`: residuals over noise [1]; `alarms`: reasons not to trust
-    it; empty where there are none. InputError: shapes that do not fit together.
+    `length`: characteristic length of the parameters [m]; `reference_frequency`: line at which the
+    real part of the gain is 1 [Hz]; `parameter_names`: names of `MinimalParameters`, in its order;
+    `values` (n,): parameters [1]; `covariance` (n, n): posterior, placement errors integrated out
+    [1]; `channels`: channels of the accelerometers; `response` (n_channel, 6): motion at the
+    virtual point → channels, as calibrated [1, m]; `impacts`: names of the impacts; `excitation`
+    (n_impact, 6): wrench at the virtual point per newton of the hammer, as calibrated [1, m];
+    `placement_names`: names of the placement errors; `placement_errors`, `placement_deviations`
+    (n_errors,): as found, and their posterior standard deviations [1, m, rad]; `reduced_chi`:
+    residuals over noise [1]; `alarms`: reasons not to trust it; empty where there are none.
+    InputError: shapes that do not fit together.
     """
 
     name: str

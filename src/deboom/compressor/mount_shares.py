@@ -69,10 +69,9 @@ class MountShares:
     `values` (n,): per mount shift [m], turn [rad] and logarithm of the ratio of its stiffness [1];
     last the logarithm of a common ratio [1]; `by_test` (n, 20): change of `values` per change of
     the test's K_VP, in numbers of `MinimalParameters`; `by_drawing` (n, k): the same per error of
-    the drawing, in its 1 σ; `covariance` (n, n): covariance of `values`; `prior_deviations` (n,): 1
-    σ of `values` before the test; `identical`: whether all are one round part;
-    `identical_probability`: of test and drawing, were they identical round mounts [1];
-    `probability`: of test and drawing as they were used [1].
+    the drawing, in its 1 σ; `prior_deviations` (n,): 1 σ of `values` before the test; `identical`:
+    whether all are one round part; `identical_probability`: of test and drawing, were they
+    identical round mounts [1]; `probability`: of test and drawing as they were used [1].
     """
 
     drawn: tuple[CompressorMount, ...]

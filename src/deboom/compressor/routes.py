@@ -427,11 +427,10 @@ def between_lines(measured: RealArray, wanted: RealArray) -> Callable[[_Array], 
 class OperatingLoad:
     """Motion and load over the speed of one sweep, with the mounts as they were struck.
 
-    `name`: name of the sweep; `pressure`: pressure of the gas [Pa]; `frequency` (n_frequency,):
-    frequency of the rotation [Hz]; `lines` (n_frequency,): their indices among the lines of the
-    route's model; `deviation` (n_frequency, n_channel): of the real and of the imaginary part of
-    each accelerometer [m/s²]; `motion` (n_frequency, 6): acceleration of the virtual point, ``V⁺
-    a`` [m/s², rad/s²]; `load` (n_frequency, 6): ``AM V⁺ a`` [N, N m].
+    `frequency` (n_frequency,): frequency of the rotation [Hz]; `lines` (n_frequency,): their
+    indices among the lines of the route's model; `deviation` (n_frequency, n_channel): of the real
+    and of the imaginary part of each accelerometer [m/s²]; `motion` (n_frequency, 6): acceleration
+    of the virtual point, ``V⁺ a`` [m/s², rad/s²]; `load` (n_frequency, 6): ``AM V⁺ a`` [N, N m].
     """
 
     name: str

@@ -67,10 +67,10 @@ class SourceFit:
     there is no `mismatch`; `line_covariance` (n_unknown, n_unknown): covariance of `line_values`;
     `reduced_chi`: rms of the residuals in units of their noise, nothing allowed for `mismatch` [1];
     `mismatch`: relative change of the mounts' stiffness, 1 σ per direction, that `change` cannot
-    describe and that the weights allow for; 0 where noise explains the residuals [1]; `converged`:
-    whether the fit settled; `residuals` (n_frequency, 6): what no source explains, one array per
-    sweep [N, N m]; `whitened` (n_frequency, 6): the same in units of the noise of one part, mixed
-    where loads share their lines; not a number outside of the band [1].
+    describe and that the weights allow for; 0 where noise explains the residuals [1]; `residuals`
+    (n_frequency, 6): what no source explains, one array per sweep [N, N m]; `whitened`
+    (n_frequency, 6): the same in units of the noise of one part, mixed where loads share their
+    lines; not a number outside of the band [1].
     """
 
     sense: RotationSense
@@ -461,7 +461,7 @@ def _inverse(normal: RealArray) -> RealArray:
 class SenseOfRotation:
     """Sense of the rotor and how certain it is.
 
-    `log_likelihood_ratio`: in favour of `sense`, natural logarithm; `statement`: the same in words.
+    `log_likelihood_ratio`: in favour of `sense`, natural logarithm.
     """
 
     sense: RotationSense
@@ -538,10 +538,9 @@ class MountState:
     """Dynamic stiffness in operation over that of the hammer test, minus one.
 
     `storage`, `loss`: relative change of real and imaginary part of the dynamic stiffness at
-    `STATED_AT` [1]; `changed`: significant, and of
-    a size that matters; `statement`: the same in words; `frequency` (n_frequency,): lines of the
-    sweeps [Hz]; `curve` (n_frequency,): complex change over frequency, as far as knots resolve it
-    [1]; `curve_deviation` (n_frequency,): 1 σ of its amplitude [1].
+    `STATED_AT` [1]; `changed`: significant, and of a size that matters; `frequency` (n_frequency,):
+    lines of the sweeps [Hz]; `curve` (n_frequency,): complex change over frequency, as far as knots
+    resolve it [1]; `curve_deviation` (n_frequency,): 1 σ of its amplitude [1].
     """
 
     storage: float

@@ -226,7 +226,7 @@ class Band:
     `value` (n_frequency,): complex value; `lower`, `upper` (n_frequency,): of its amplitude; an
     error that is known to be there widens one side only; `noise`, `placement`, `mounts`
     (n_frequency,): what makes it wide: noise of sweep and hammer test; errors of sensors, impacts
-    and model; mounts that have or may have changed (and gas, where it was taken off); `half`
+    and model; mounts that have or may have changed; `half`
     (n_frequency,): largest error at this confidence, that of the phase included where it is known
     to be there.
     """
@@ -359,9 +359,9 @@ def unbalance_curve(
     """Make the curve of one unbalance and mark what cannot be trusted.
 
     `frequency` (n_frequency,): lines [Hz]; `from_y`, `from_z` (n_frequency, 6): weights of the
-    loads, in y and in z; `gas` (n_frequency,): weight of the rotating gas force, which is taken
-    off; `largest_uncertainty`: half band over amplitude above which a line is not trusted [1];
-    `unexplained` (n_frequency,): lines whose load is not that of a rotor, gas and mounts.
+    loads, in y and in z; `largest_uncertainty`: half band over amplitude above which a line is not
+    trusted [1]; `unexplained` (n_frequency,): lines whose load is not that of a rotor, gas and
+    mounts.
     """
     bands = [uncertainty.band(weights) for weights in (from_y, from_z)]
     widths = np.array([band.half for band in bands])

@@ -127,9 +127,9 @@ class UnbalanceOptions:
 class SweepUnbalance:
     """Unbalance line by line, for one sweep and one route.
 
-    `sweep`: name of the sweep; `pressure`: pressure of the gas [Pa]; `frequency` (n_frequency,):
-    frequency of the rotation [Hz]; `load` (n_frequency, 6): at the virtual point, complex peak [N,
-    N m]; `load_lower`, `load_upper` (n_frequency, 6): band of its amplitudes [N, N m].
+    `frequency` (n_frequency,): frequency of the rotation [Hz]; `load` (n_frequency, 6): at the
+    virtual point, complex peak [N, N m]; `load_lower`, `load_upper` (n_frequency, 6): band of its
+    amplitudes [N, N m].
     """
 
     sweep: str
@@ -163,7 +163,8 @@ class Unbalance:
     """Everything that sweeps and hammer test say of the rotor, the gas and the mounts.
 
     `alarms`: reasons not to trust the results, in words; empty where there are none; `notices`:
-    what was decided on the way.
+    what was decided on the way; `hoses`: search for the drawn hoses in sweeps that are said to be
+    without them.
     """
 
     test: OperatingTest

@@ -151,9 +151,7 @@ class PointFit:
 
     `values` (n_parameters,): parameters in their units; `cost`: half the sum of the squared
     residuals [1]; `jacobian` (n_residuals, n_parameters): jacobian of the real residuals at
-    `values`; `n_evaluations`: number of evaluations of the residuals; `at_bound`: names of the
-    parameters that a bound holds; `converged`: false where the optimiser stopped for its number of
-    evaluations.
+    `values`; `at_bound`: names of the parameters that a bound holds.
     """
 
     parametrisation: Parametrisation

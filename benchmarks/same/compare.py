@@ -26,6 +26,9 @@ FLOOR = 1e-14
 BLOCKS = "p|h[1-6]|li|tr|div|section|figcaption|summary|title|br|t[dh]|d[dt]"
 """Elements whose words are a line of their own."""
 
+MOST = 12
+"""Differences of one kind that are shown of one file."""
+
 SNIPPETS = 6
 """Differences that are shown of one text."""
 
@@ -76,6 +79,8 @@ class Difference:
         ``number``, ``name`` (a column, key, file or option), ``words``, ``picture`` or ``code``.
     text : str
         What differs, base first.
+    size : float
+        Of numbers: their difference over the scale of their column.
     """
 
     scenario: str
@@ -83,6 +88,7 @@ class Difference:
     item: str
     kind: str
     text: str
+    size: float = np.inf
 
     def __str__(self) -> str:
         return f"{self.scenario}: {self.file}: {self.kind}: {self.item}: {self.text}"
@@ -93,7 +99,7 @@ class Map:
 
     ``[[rename]]`` has ``scenario``, ``old``, ``new``, ``reason``: a column, key, option or file.
     ``[[differs]]`` has ``reason`` and any of ``scenario``, ``file``, ``item``, ``kind``, ``text``:
-    shell patterns of what is allowed to differ.
+    shell patterns, or lists of them, of what may differ; ``below``: numbers may by this share.
     """
 
     def __init__(self, path: Path) -> None:
@@ -116,11 +122,14 @@ class Map:
     def allows(self, difference: Difference) -> bool:
         """Say whether a difference is deliberate."""
         for number, entry in enumerate(self.differs):
-            if all(
-                fnmatch(str(getattr(difference, key)), pattern)
-                for key, pattern in entry.items()
-                if key != "reason"
-            ):
+            patterns = {
+                key: value for key, value in entry.items() if key not in ("reason", "below")
+            }
+            fits = all(
+                any(fnmatch(getattr(difference, key), p) for p in np.atleast_1d(pattern))
+                for key, pattern in patterns.items()
+            )
+            if fits and not difference.size > entry.get("below", np.inf):
                 self.used.add(number)
                 return True
         return False
@@ -153,8 +162,6 @@ class Side:
             while name in found:
                 number += 1
                 name = re.sub(r"^run\d*/", f"run{number}/", name)
-                if number > 9:
-                    raise ValueError(f"{path}: too many files of one name")
             found[name] = path
         return found
 
@@ -176,9 +183,20 @@ class Comparison:
                 yield self._of(name, "-", "name", "file is gone" if gone else "new file")
             elif before[name].read_bytes() != after[name].read_bytes():
                 try:
-                    yield from self._file(name, before[name], after[name])
+                    yield from self._some(name, self._file(name, before[name], after[name]))
                 except Exception as error:
                     yield self._of(name, "-", "code", f"cannot be compared ({error!r})")
+
+    def _some(self, file: str, differences: Iterator[Difference]) -> Iterator[Difference]:
+        """Return the first differences of a file of each kind, and how many there are more."""
+        counts: dict[str, int] = {}
+        for difference in differences:
+            count = counts[difference.kind] = counts.get(difference.kind, 0) + 1
+            if count <= MOST or self.renames.allows(difference):
+                yield difference
+        for kind, count in counts.items():
+            if count > MOST:
+                yield self._of(file, "-", kind, f"… {count} differences in all")
 
     def _name(self, name: str) -> str:
         return self.renames.renamed(self.scenario, name)
@@ -195,6 +213,7 @@ class Comparison:
             ".json": _json,
             ".toml": lambda path: tomllib.loads(path.read_text(encoding="utf-8")),
             ".npz": lambda path: dict(np.load(path)),
+            ".mat": _matlab,
             ".uff": _uff,
             ".xlsx": _workbook,
         }
@@ -266,8 +285,9 @@ class Comparison:
             worst = int(np.argmax(apart))
             values = f"{a[finite][worst]:.12g}, now {b[finite][worst]:.12g}"
             where = f" at {worst} of {a.size}" if a.size > 1 else ""
-            some = f"{values}{where}: {apart.max() / max(scale, FLOOR):.1e} of the scale"
-            yield self._of(file, item, "number", some)
+            size = apart.max() / max(scale, FLOOR)
+            some = f"{values}{where}: {size:.1e} of the scale"
+            yield Difference(self.scenario, file, item, "number", some, float(size))
 
     def _trees(self, file: str, before: Any, after: Any) -> Iterator[Difference]:
         """Compare nested mappings and lists."""
@@ -336,7 +356,8 @@ class Comparison:
                         some = f"{key} {one[key]}, now {other[key]}"
                         yield self._of(file, item, "picture", some)
                 for d in self._arrays(file, item, *(np.array(v["data"]) for v in (one, other))):
-                    yield self._of(file, item, "picture", f"data {d.text}")
+                    some = f"data {d.text}"
+                    yield Difference(self.scenario, file, item, "picture", some, d.size)
 
 
 def page_words(text: str) -> list[str]:
@@ -386,6 +407,12 @@ def _uff(path: Path) -> Any:
     for content in sets if isinstance(sets, list) else [sets]:
         keep.append({k: v for k, v in content.items() if not re.search(r"date|time_db|^id5$", k)})
     return keep
+
+
+def _matlab(path: Path) -> Any:
+    import scipy.io
+
+    return {k: v for k, v in scipy.io.loadmat(path).items() if not k.startswith("__")}
 
 
 def _workbook(path: Path) -> Any:

@@ -1,34 +1,33 @@
-"""Coupled motion whose mount stiffnesses follow the amplitude."""
+"""Coupled motion whose mount stiffnesses follow the amplitude: every line is a fixed point.
+
+This is the model and its plain solution; `deboom.vehicles.kernels` runs the same iteration
+compiled.
+"""
 
 from __future__ import annotations
 
 import warnings
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
-import numpy.typing as npt
 
-from deboom.arrays import ComplexArray, RealArray
+from deboom.arrays import BoolArray, ComplexArray, IntArray, RealArray, checked
 from deboom.errors import InputError
 from deboom.measurement.channels import LoadCase
 from deboom.mounts.characterised_mount import CharacterisedMount
-from deboom.mounts.response_surface import DynamicStiffnessSurface, operating_points
-from deboom.vehicles.coupled_motion import CoupledMotion
-from deboom.vehicles.design_factor import (
-    DYNAMIC,
-    DesignFactor,
-    DynamicRatio,
-    StiffnessRatio,
-    backed_range,
-)
+from deboom.mounts.response_surface import DynamicStiffnessSurface
+from deboom.vehicles.coupled_motion import BLOCK, CoupledMotion
+from deboom.vehicles.design_factor import PartRatio, backed_range, part_ratio
+from deboom.vehicles.powertrain import KinematicModel
 
 TOLERANCE = 1e-4
 """Largest relative change of an amplitude in the last sweep [1]. The stiffness follows the
 amplitude weakly, so a level is a hundred times closer."""
 
 MOST_SWEEPS = 100
-"""After which a line counts as not solved."""
+"""Sweeps after which a line counts as not solved."""
 
 CALM, CALMER = 12, 40
 """Sweeps after which the logarithms of the amplitudes go only half, then a quarter of the way: an
@@ -37,25 +36,48 @@ iteration that swings from side to side comes to rest."""
 LEAST_STEP, MOST_STEP = 0.7, 1.4
 """Change of an amplitude from line to line that is expected to go on, at most [1]."""
 
+GRADIENT_STEP = 1e-3
+"""Step of a factor for differences of fourth order [1]."""
 
-@dataclass(frozen=True, eq=False)
+GRADIENT_TOLERANCE = 1e-12
+"""Tolerance of the amplitudes that differences are taken from [1]."""
+
+STARTS = (1e-6, 1e-5, 1e-4, 1e-3, 5e-3)
+"""Amplitudes of all directions that lines start from in a comparison [m]."""
+
+STARTS_TOLERANCE = 1e-10
+"""Tolerance of the solutions that are compared [1]."""
+
+SAME = 1e-6
+"""Largest difference of the logarithms of an amplitude that counts as the same solution [1]."""
+
+RESOLVE_TOLERANCE = 1e-6
+"""Largest relative change of an amplitude in the last sweep of a resolved design [1]."""
+
+RESOLVE_SWEEPS = 200
+"""Sweeps after which a resolved design counts as not solved."""
+
+Surfaces = Mapping[str, DynamicStiffnessSurface]
+"""Response surfaces by design variable, ``<mount> <axis>``."""
+
+
+@checked(cubic="f s 4", lowest="f s", highest="f s ?")
 class AmplitudeMotion:
     """Equations of motion of one load case whose stiffnesses follow the amplitude.
-
-    Directions are those of the powertrain, then the bodies of their own, as in the coupled motion.
 
     Parameters
     ----------
     coupled : CoupledMotion
-        The same at the measured amplitudes.
-    cubic : array, shape (n_frequency, n_direction + n_own, 4)
+        The same equations at the measured amplitudes.
+    cubic : array, shape (f, s, 4)
         Stiffness at an amplitude over that at the nominal one: coefficients of the powers 0 to 3 of
         the ratio of the amplitudes, complex; 1, 0, 0, 0 where it does not depend on it [1].
-    lowest, highest : array, shape (n_frequency, n_direction + n_own)
+    lowest, highest : array, shape (f, s)
         Ratios of amplitudes between which measurements back the cubic; beyond, the stiffness keeps
         the value at the bound [1].
-    ratio : StiffnessRatio
-        What a stiffness factor does beside scaling the stiffness; by default nothing.
+    ratio : PartRatio, optional
+        Change of the stiffness where a factor means the part itself; None where it means the
+        dynamic stiffness.
 
     Raises
     ------
@@ -67,29 +89,19 @@ class AmplitudeMotion:
     cubic: ComplexArray
     lowest: RealArray
     highest: RealArray
-    ratio: StiffnessRatio = field(default_factory=DynamicRatio)
-    amplitude: RealArray = field(init=False, repr=False)
-    """Nominal peak amplitude of each line and direction [m]."""
+    ratio: PartRatio | None = None
 
     def __post_init__(self) -> None:
-        base = self.coupled
-        shape = (base.frequency.size, len(base.forward) + base.own_mass.size)
-        for name, expected in (("cubic", (*shape, 4)), ("lowest", shape), ("highest", shape)):
-            values = np.array(getattr(self, name))
-            if values.shape != expected:
-                raise InputError(
-                    f"load case {base.load_case}: {name} of shape {values.shape}, expected "
-                    f"{expected}"
-                )
-            values.setflags(write=False)
-            object.__setattr__(self, name, values)
-        if np.any(self.lowest > 1.0) or np.any(self.highest < 1.0):
+        expected = self.coupled.stiffness.shape
+        if self.lowest.shape != expected:
             raise InputError(
-                f"load case {base.load_case}: bounds of the amplitude leave out the measured one"
+                f"load case {self.load_case}: bounds of the amplitude of shape "
+                f"{self.lowest.shape}, expected {expected}"
             )
-        amplitude = base.nominal_amplitude
-        amplitude.setflags(write=False)
-        object.__setattr__(self, "amplitude", amplitude)
+        if np.any(self.lowest > 1.0) or not np.all(self.highest >= 1.0):
+            raise InputError(
+                f"load case {self.load_case}: bounds of the amplitude leave out the measured one"
+            )
 
     @property
     def load_case(self) -> str:
@@ -98,38 +110,81 @@ class AmplitudeMotion:
 
     @property
     def frequency(self) -> RealArray:
-        """Lines of the band, shape (n_frequency,) [Hz]."""
+        """Lines of the band, shape (f,) [Hz]."""
         return self.coupled.frequency
 
     @property
     def vehicle_names(self) -> tuple[str, ...]:
-        """Name of each vehicle."""
+        """Names of the vehicles."""
         return self.coupled.vehicle_names
 
     @property
     def variable_names(self) -> tuple[str, ...]:
-        """Name of each design variable."""
+        """Names of the design variables."""
         return self.coupled.variable_names
 
     @property
-    def variables(self) -> npt.NDArray[np.intp]:
-        """Design variable of each direction, bodies of their own last."""
-        return np.concatenate([self.coupled.variables, self.coupled.own_variables])
+    def transmits(self) -> BoolArray:
+        """Lines at which any path reaches the ear, shape (v, f)."""
+        return self.coupled.transmits
+
+    @cached_property
+    def amplitude(self) -> RealArray:
+        """Nominal peak amplitude of each line and spring, shape (f, s) [m]."""
+        return self.coupled.nominal_amplitude
 
     @property
-    def follows(self) -> npt.NDArray[np.bool_]:
-        """Directions whose stiffness follows the amplitude at any line."""
+    def follows(self) -> BoolArray:
+        """Springs whose stiffness follows the amplitude at any line, shape (s,)."""
         return np.asarray((self.cubic[..., 1:] != 0).any(axis=(0, 2)))
 
-    def relative_stiffness(self, ratio: RealArray, lines: slice = slice(None)) -> ComplexArray:
-        """Stiffness at `ratio` (..., lines, direction) of the nominal amplitude over nominal."""
+    def relative_stiffness(self, ratio: RealArray, lines: IntArray) -> ComplexArray:
+        """Return stiffness over nominal at ratios (..., n, s) of the nominal amplitude of lines."""
         t, c = np.clip(ratio, self.lowest[lines], self.highest[lines]), self.cubic[lines]
         return np.asarray(c[..., 0] + t * (c[..., 1] + t * (c[..., 2] + t * c[..., 3])))
 
-    def held(self, ratio: RealArray) -> npt.NDArray[np.bool_]:
-        """Where amplitudes, over nominal, lie beyond what measurements back; shape of `ratio`."""
+    def clipped(self, ratio: RealArray) -> BoolArray:
+        """Say where amplitudes, over nominal, lie beyond what measurements back."""
         beyond = (ratio < self.lowest) | (ratio > self.highest)
         return np.asarray(beyond & self.follows)
+
+    def nominal_springs(self, designs: RealArray) -> ComplexArray:
+        """Return stiffnesses of designs (n, k) at nominal amplitude, shape (n, f, s) [N/m]."""
+        springs = self.coupled.springs(designs)
+        return springs if self.ratio is None else springs * self.ratio(designs)
+
+    def pressure(self, designs: RealArray, tolerance: float = TOLERANCE) -> ComplexArray:
+        """Return the pressure at the ears for designs (n, k).
+
+        Returns
+        -------
+        array, shape (n, v, f)
+            Complex peak amplitudes; NaN where amplitudes do not come to rest [Pa].
+        """
+        transfer = self.coupled.transfer
+        pressure = np.empty((len(designs), *transfer.shape[:2]), dtype=complex)
+        for first in range(0, len(designs), BLOCK):
+            rows = slice(first, first + BLOCK)
+            solution = solve_along_lines(self, designs[rows], tolerance)
+            force = solution.stiffness * solution.displacement
+            force = np.where(solution.solved[..., np.newaxis], force, np.nan)
+            pressure[rows] = np.einsum("vfi,dfi->dvf", transfer, force)
+        return pressure
+
+    def neper_gradient(self, designs: RealArray) -> RealArray:
+        """Return ``Σ_f Re(∂p/∂x_k / p)`` for designs (n, k), by differences, shape (n, v, k)."""
+        gradient = np.empty((len(designs), len(self.vehicle_names), designs.shape[1]))
+        for k in range(designs.shape[1]):
+            levels = []
+            for steps in (-2, -1, 1, 2):
+                moved = designs.copy()
+                moved[:, k] += steps * GRADIENT_STEP
+                pressure = self.pressure(moved, GRADIENT_TOLERANCE)
+                levels.append(np.log(np.abs(pressure)).sum(axis=-1))
+            far_back, back, ahead, far_ahead = levels
+            difference = 8.0 * (ahead - back) - (far_ahead - far_back)
+            gradient[:, :, k] = difference / (12.0 * GRADIENT_STEP)
+        return gradient
 
 
 @dataclass(frozen=True, eq=False)
@@ -138,37 +193,37 @@ class AmplitudeSolution:
 
     Parameters
     ----------
-    ratio : array, shape (n, n_frequency, n_direction + n_own)
+    ratio : array, shape (n, f, s)
         Amplitude over the nominal one [1].
-    displacement : array, of that shape
-        Complex peak [m].
-    stiffness : array, of that shape
-        Of the design, at that amplitude [N/m].
-    sweeps : array of int, shape (n, n_frequency)
+    displacement : array, shape (n, f, s)
+        Complex peak displacement of each spring [m].
+    stiffness : array, shape (n, f, s)
+        Stiffness of the design at that amplitude [N/m].
+    sweeps : array of int, shape (n, f)
         Solutions that a line took; more than the allowed number where it was given up.
     """
 
     ratio: RealArray
     displacement: ComplexArray
     stiffness: ComplexArray
-    sweeps: npt.NDArray[np.intp]
+    sweeps: IntArray
 
     @property
-    def solved(self) -> npt.NDArray[np.bool_]:
-        """Lines whose amplitudes came to rest, shape (n, n_frequency)."""
+    def solved(self) -> BoolArray:
+        """Lines whose amplitudes came to rest, shape (n, f)."""
         return np.asarray(self.sweeps <= MOST_SWEEPS)
 
 
 def solve_along_lines(
     motion: AmplitudeMotion, designs: RealArray, tolerance: float = TOLERANCE
 ) -> AmplitudeSolution:
-    """Solve designs (n, n_variable) line after line, each from the solution of the one before.
+    """Solve designs (n, k) line after line, each from the solution of the one before.
 
     Parameters
     ----------
     motion : AmplitudeMotion
         Equations of motion.
-    designs : array, shape (n, n_variable)
+    designs : array, shape (n, k)
         Stiffness factors [1].
     tolerance : float
         Largest relative change of an amplitude in the last sweep [1].
@@ -179,19 +234,18 @@ def solve_along_lines(
     of the amplitudes to the nominal ones that the line before ended with, continued by their last
     change; the first line begins with 1. The ratios vary slowly even where the amplitudes do not.
     """
-    n_line = motion.frequency.size
-    found = []
+    solutions = []
     start = before = np.ones((len(designs), 1, motion.lowest.shape[1]))
-    factors = line_factors(motion, designs)
-    for line in range(n_line):
-        at = slice(line, line + 1)
-        found.append(_fixed_point(motion, factors[:, at], at, start, tolerance))
-        ratio = found[-1].ratio
-        start = ratio * np.clip(ratio / before, LEAST_STEP, MOST_STEP)
-        before = ratio
+    springs = motion.nominal_springs(designs)
+    for line in range(motion.frequency.size):
+        at = np.array([line])
+        solution = _fixed_point(motion, springs[:, at], at, start, tolerance)
+        start = solution.ratio * np.clip(solution.ratio / before, LEAST_STEP, MOST_STEP)
+        before = solution.ratio
+        solutions.append(solution)
     return AmplitudeSolution(
         *(
-            np.concatenate([getattr(one, name) for one in found], axis=1)
+            np.concatenate([getattr(solution, name) for solution in solutions], axis=1)
             for name in ("ratio", "displacement", "stiffness", "sweeps")
         )
     )
@@ -203,72 +257,41 @@ def solve_from(
     amplitude: float,
     tolerance: float = TOLERANCE,
 ) -> AmplitudeSolution:
-    """Solve every line for itself, all directions starting from one `amplitude` [m]."""
-    factors = line_factors(motion, designs)
-    start = np.broadcast_to(amplitude / motion.amplitude, factors.shape)
-    return _fixed_point(motion, factors, slice(None), start, tolerance)
-
-
-def pressure(motion: AmplitudeMotion, solution: AmplitudeSolution) -> ComplexArray:
-    """Pressure at the ears, shape (n, n_vehicle, n_frequency) [Pa]; NaN where not solved."""
-    force = solution.stiffness * solution.displacement
-    force = np.where(solution.solved[..., np.newaxis], force, np.nan)
-    transfer = np.concatenate([motion.coupled.transfer, motion.coupled.own_transfer], axis=2)
-    return np.asarray(np.einsum("vfi,dfi->dvf", transfer, force))
-
-
-def line_factors(motion: AmplitudeMotion, designs: RealArray) -> ComplexArray:
-    """Stiffness at nominal amplitude over that of factor 1, shape (n, n_frequency, n_direction)."""
-    factors = designs[:, np.newaxis, motion.variables]
-    shape = (len(designs), *motion.lowest.shape)
-    ratio = motion.ratio(designs)
-    return np.broadcast_to(factors if ratio is None else factors * ratio, shape)
+    """Solve every line for itself, all springs starting from one `amplitude` [m]."""
+    springs = motion.nominal_springs(designs)
+    start = np.broadcast_to(amplitude / motion.amplitude, springs.shape)
+    return _fixed_point(motion, springs, np.arange(springs.shape[1]), start, tolerance)
 
 
 def _fixed_point(
     motion: AmplitudeMotion,
-    factors: ComplexArray,
-    lines: slice,
+    nominal: ComplexArray,
+    lines: IntArray,
     start: RealArray,
     tolerance: float,
 ) -> AmplitudeSolution:
     """Iterate lines of designs; a line rests once its amplitudes have come to rest."""
-    base, n_body = motion.coupled, len(motion.coupled.forward)
-    squared = base.angular_frequency_squared[lines, np.newaxis]
-    nominal = np.hstack([base.stiffness, base.own_stiffness])[lines]
-    scaled = factors * nominal
-    inertia = squared[..., np.newaxis] * base.mass_matrix
     follows = motion.follows
     ratio = np.array(start, dtype=float)
-    displacement = np.empty(ratio.shape, dtype=complex)
-    stiffness = np.empty(ratio.shape, dtype=complex)
+    displacement, stiffness = np.empty((2, *ratio.shape), dtype=complex)
     moving = np.ones(ratio.shape[:2], dtype=bool)
     sweeps = np.zeros(ratio.shape[:2], dtype=np.intp)
     while moving.any() and sweeps.max() < MOST_SWEEPS:
         sweeps[moving] += 1
         at = np.nonzero(moving)
-        whole = scaled * motion.relative_stiffness(ratio, lines)
-        springs, line = whole[at], at[1]
-        matrix = base.forward.T @ (springs[:, :n_body, np.newaxis] * base.forward) - inertia[line]
-        body = np.linalg.solve(matrix, base.load[lines][line][..., np.newaxis])[..., 0]
-        own = base.own_load[lines][line] / (springs[:, n_body:] - squared[line] * base.own_mass)
-        moved = (base.forward @ body[..., np.newaxis])[..., 0]
-        displacement[at] = np.hstack([moved, own])
+        line, before = lines[at[1]], ratio[at]
+        springs = nominal[at] * motion.relative_stiffness(before, line)
         stiffness[at] = springs
-        found = np.abs(displacement[at]) / motion.amplitude[lines][line]
-        change = np.abs(found - ratio[at]) > tolerance * found
-        still = (change & follows).any(axis=1)
-        here = ratio[at]
-        for after in (CALM, CALMER):
-            if sweeps.max() > after:
-                found = np.sqrt(here * found)
-        ratio[at] = np.where(still[:, np.newaxis], found, here)
-        moving[at] = still
+        displacement[at] = motion.coupled.displacement(springs, line)
+        after = np.abs(displacement[at]) / motion.amplitude[line]
+        moves = np.abs(after - before) > tolerance * after
+        still_moving = (moves & follows).any(axis=1)
+        for calm in (CALM, CALMER):
+            if sweeps.max() > calm:
+                after = np.sqrt(before * after)
+        ratio[at] = np.where(still_moving[:, np.newaxis], after, before)
+        moving[at] = still_moving
     return AmplitudeSolution(ratio, displacement, stiffness, sweeps + moving)
-
-
-Surfaces = Mapping[str, DynamicStiffnessSurface]
-"""By design variable, ``<mount> <axis>``."""
 
 
 def identified_surfaces(parts: Sequence[CharacterisedMount]) -> dict[str, DynamicStiffnessSurface]:
@@ -289,7 +312,7 @@ def identified_surfaces(parts: Sequence[CharacterisedMount]) -> dict[str, Dynami
     InputError
         A surface over static force, which a load case does not carry; a mount twice.
     """
-    found: dict[str, DynamicStiffnessSurface] = {}
+    surfaces: dict[str, DynamicStiffnessSurface] = {}
     for part in parts:
         for direction in part.directions:
             if direction.surface is None or not direction.quality.identified:
@@ -301,17 +324,18 @@ def identified_surfaces(parts: Sequence[CharacterisedMount]) -> dict[str, Dynami
                     f"{part.identity}, direction {direction.axis}: its surface is over static "
                     "force, which a load case does not carry: characterise it over wheel torque"
                 )
-            if name in found:
+            if name in surfaces:
                 raise InputError(f"two characterised mounts are {part.mount.name}: keep one")
-            found[name] = surface
-    return found
+            surfaces[name] = surface
+    return surfaces
 
 
 def amplitude_motion(
     coupled: CoupledMotion,
     surfaces: Surfaces,
     load_case: LoadCase,
-    factor: DesignFactor = DYNAMIC,
+    settling: KinematicModel | None = None,
+    *,
     follow: bool = True,
 ) -> AmplitudeMotion:
     """Let the stiffnesses of one load case follow the amplitude as the surfaces say.
@@ -324,8 +348,8 @@ def amplitude_motion(
         By design variable, over wheel torque. A direction without one keeps its stiffness.
     load_case : LoadCase
         With its engine torque.
-    factor : DesignFactor
-        What a stiffness factor means.
+    settling : KinematicModel, optional
+        Where given, a factor means the part itself, which settles elsewhere on these curves.
     follow : bool
         Whether stiffnesses follow the amplitude; if not, the motion is coupled only.
 
@@ -347,37 +371,38 @@ def amplitude_motion(
 
     A surface is believed where lines were measured nearby. Of the amplitudes about the run's own
     one, the nearest that are not believed bound the cubic; beyond a bound the stiffness stays, and
-    `AmplitudeMotion.held` says where. It never follows the cubic into the void.
+    `AmplitudeMotion.clipped` says where. It never follows the cubic into the void.
     """
-    variables = [*coupled.variables, *coupled.own_variables]
     inside = np.isin(load_case.displacement.frequency, coupled.frequency)
     torque = load_case.wheel_torque[inside]
     amplitude = coupled.nominal_amplitude
     cubic = np.zeros((*amplitude.shape, 4), dtype=complex)
     cubic[..., 0] = 1.0
     lowest, highest = np.zeros(amplitude.shape), np.full(amplitude.shape, np.inf)
-    for column, name in enumerate(coupled.variable_names[k] for k in variables):
+    for column, variable in enumerate(coupled.variables):
+        name = coupled.variable_names[variable]
         if follow and name in surfaces:
-            own = amplitude[:, column]
-            line = (torque, own, coupled.frequency)
+            nominal = amplitude[:, column]
+            line = (torque, nominal, coupled.frequency)
             where = f"load case {load_case.name}, {name}"
             cubic[:, column] = _relative_cubic(surfaces[name], *line)
             low, high = backed_range(surfaces[name], *line, "amplitude", where)
-            lowest[:, column], highest[:, column] = low / own, high / own
-    ratio = factor.ratio(coupled, surfaces, load_case)
+            lowest[:, column], highest[:, column] = low / nominal, high / nominal
+    ratio = None if settling is None else part_ratio(settling, coupled, surfaces, load_case)
     return AmplitudeMotion(coupled, cubic, lowest, highest, ratio)
 
 
 def _relative_cubic(
     surface: DynamicStiffnessSurface, torque: RealArray, amplitude: RealArray, frequency: RealArray
 ) -> ComplexArray:
-    """Coefficients (f, 4) of the powers of the amplitude over the nominal one."""
-    c = surface.at_amplitude(torque, frequency).T
+    """Return coefficients (f, 4) of the powers of the amplitude over the nominal one."""
+    cubic = surface.at_amplitude(torque, frequency)
     low, high = surface.ranges["amplitude"]
     half = (high - low) / 2 if high > low else 0.5
     middle = (low + high) / 2
     # the scaled amplitude is p g + q with the ratio g
     p, q = amplitude / half, -middle / half
+    c = cubic.coefficients.T
     powers = np.stack(
         [
             c[0] + q * (c[1] + q * (c[2] + q * c[3])),
@@ -387,17 +412,7 @@ def _relative_cubic(
         ],
         axis=1,
     )
-    return np.asarray(powers / powers.sum(axis=1, keepdims=True))
-
-
-STARTS = (1e-6, 1e-5, 1e-4, 1e-3, 5e-3)
-"""Amplitudes of all directions that lines start from [m]."""
-
-TOLERANCE_3 = 1e-10
-"""Of the solutions that are compared [1]."""
-
-SAME = 1e-6
-"""Largest difference of the logarithms of an amplitude that counts as the same solution [1]."""
+    return np.asarray(powers / cubic(amplitude)[:, np.newaxis])
 
 
 class SeveralSolutionsWarning(UserWarning):
@@ -411,15 +426,15 @@ class StartComparison:
     Parameters
     ----------
     load_case : str
-        Whose lines.
-    frequency : array, shape (n_frequency,)
+        Name of the load case.
+    frequency : array, shape (f,)
         [Hz].
     starts : tuple of float
         Amplitudes of all directions at the start [m]; beside them stands the start from the line
         before.
-    difference : array, shape (n, n_frequency)
+    difference : array, shape (n, f)
         Largest difference of the logarithm of an amplitude between two of the solutions [1].
-    solved : array of bool, shape (n, n_frequency)
+    solved : array of bool, shape (n, f)
         Whether every start came to rest.
     """
 
@@ -427,7 +442,7 @@ class StartComparison:
     frequency: RealArray
     starts: tuple[float, ...]
     difference: RealArray
-    solved: npt.NDArray[np.bool_]
+    solved: BoolArray
 
     @property
     def unique(self) -> bool:
@@ -436,7 +451,7 @@ class StartComparison:
 
     @property
     def text(self) -> str:
-        """What was found, in a sentence."""
+        """The outcome in a sentence."""
         spread = f"{len(self.starts)} starts from {self.starts[0]:g} to {self.starts[-1]:g} m"
         place = f"load case {self.load_case}: {spread} and the start from the line before"
         if self.unique:
@@ -454,13 +469,13 @@ class StartComparison:
 def compare_starts(
     motion: AmplitudeMotion, designs: RealArray, starts: Sequence[float] = STARTS
 ) -> StartComparison:
-    """Solve designs (n, n_variable) from several amplitudes and compare what comes out.
+    """Solve designs (n, k) from several amplitudes and compare the solutions.
 
     Parameters
     ----------
     motion : AmplitudeMotion
         Equations of motion of one load case.
-    designs : array, shape (n, n_variable)
+    designs : array, shape (n, k)
         Stiffness factors [1].
     starts : sequence of float
         Amplitudes of all directions at the start [m].
@@ -474,28 +489,19 @@ def compare_starts(
     SeveralSolutionsWarning
         The starts end at different solutions, or some do not come to rest.
     """
-    found = [solve_along_lines(motion, designs, TOLERANCE_3)]
-    found += [solve_from(motion, designs, start, TOLERANCE_3) for start in starts]
-    follows = motion.follows
-    logarithms = np.log([one.ratio[..., follows] for one in found])
+    solutions = [solve_along_lines(motion, designs, STARTS_TOLERANCE)]
+    solutions += [solve_from(motion, designs, start, STARTS_TOLERANCE) for start in starts]
+    logarithms = np.log([solution.ratio[..., motion.follows] for solution in solutions])
     comparison = StartComparison(
         load_case=motion.load_case,
         frequency=motion.frequency,
         starts=tuple(starts),
         difference=np.ptp(logarithms, axis=0).max(axis=-1, initial=0.0),
-        solved=np.logical_and.reduce([one.solved for one in found]),
+        solved=np.logical_and.reduce([solution.solved for solution in solutions]),
     )
     if not comparison.unique:
         warnings.warn(comparison.text, SeveralSolutionsWarning, stacklevel=2)
     return comparison
-
-
-TOLERANCE_4 = 1e-6
-"""Largest relative change of an amplitude in the last sweep [1]."""
-
-MOST_SWEEPS_4 = 200
-CALM_4 = 12
-"""Sweeps after which amplitudes go only half of the way, on a logarithmic scale."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -506,31 +512,30 @@ class ResolvedDesign:
     ----------
     motion : CoupledMotion
         With the stiffnesses that the solved amplitudes give; at factors 1 it is the design.
-    outside : array of bool, shape (n_frequency, n_direction + n_own)
+    outside : array of bool, shape (f, s)
         Lines whose torque, frequency and amplitude lie outside of what the mount was measured at.
         The stiffness stays at the last amplitude that measurements back; where not even that of the
         reference is backed, the reference's own stiffness stays.
     kept : tuple of str
         Variables without a surface; they keep the measured stiffness of the reference.
     sweeps : int
-        Until the amplitudes came to rest.
+        Sweeps until the amplitudes came to rest.
     """
 
     motion: CoupledMotion
-    outside: npt.NDArray[np.bool_]
+    outside: BoolArray
     kept: tuple[str, ...]
     sweeps: int
 
     @property
     def pressure(self) -> ComplexArray:
-        """At the ears, shape (n_vehicle, n_frequency) [Pa]."""
-        return np.asarray(self.motion.pressure(_nominal(self.motion))[0])
+        """Pressure at the ears, shape (v, f) [Pa]."""
+        nominal = np.ones((1, len(self.motion.variable_names)))
+        return np.asarray(self.motion.pressure(nominal)[0])
 
 
 def resolve_design(
-    reference: CoupledMotion,
-    surfaces: Mapping[str, DynamicStiffnessSurface],
-    wheel_torque: RealArray,
+    reference: CoupledMotion, surfaces: Surfaces, wheel_torque: RealArray
 ) -> ResolvedDesign:
     """Solve the motion of mounts that are known by their surfaces alone.
 
@@ -539,8 +544,8 @@ def resolve_design(
     reference : CoupledMotion
         Identified from a run with any other mounts: it gives inertia, geometry and excitation.
     surfaces : mapping of str to DynamicStiffnessSurface
-        Of the design, by variable ``<mount> <axis>``, over wheel torque.
-    wheel_torque : array, shape (n_frequency,)
+        Surfaces of the design, by variable ``<mount> <axis>``, over wheel torque.
+    wheel_torque : array, shape (f,)
         At the lines of the reference [N m].
 
     Returns
@@ -559,83 +564,45 @@ def resolve_design(
     reference's amplitudes. F is the excitation that the reference's motion and forces show, with
     the data sheet's inertia; an error of the latter enters both sides and mostly cancels.
     """
-    torque = np.asarray(wheel_torque, dtype=float)
-    if torque.shape != reference.frequency.shape:
+    torque, frequency = np.asarray(wheel_torque, dtype=float), reference.frequency
+    if torque.shape != frequency.shape:
         raise InputError(
             f"wheel torque of shape {torque.shape}, expected one value for each of "
-            f"{reference.frequency.size} lines"
+            f"{frequency.size} lines"
         )
-    columns = [
-        reference.variable_names[k] for k in (*reference.variables, *reference.own_variables)
-    ]
-    for name in columns:
+    names = [reference.variable_names[k] for k in reference.variables]
+    for name in names:
         if name in surfaces and surfaces[name].preload_unit != "N m":
             raise InputError(f"{name}: its surface is over static force: fit it over wheel torque")
-    measured = np.hstack([reference.stiffness, reference.own_stiffness])
-    n_body = len(reference.forward)
     amplitude = reference.nominal_amplitude
-    backed = {
-        column: _Backed.about(surfaces[name], torque, amplitude[:, column], reference, name)
-        for column, name in enumerate(columns)
-        if name in surfaces
-    }
-    for sweep in range(1, MOST_SWEEPS_4 + 1):
-        stiffness, outside = measured.copy(), np.zeros(measured.shape, dtype=bool)
-        for column, one in backed.items():
-            one.fill(stiffness[:, column], outside[:, column], amplitude[:, column])
-        design = replace(
-            reference, stiffness=stiffness[:, :n_body], own_stiffness=stiffness[:, n_body:]
-        )
-        found = design.nominal_amplitude
-        change = np.max(np.abs(found / amplitude - 1.0))
-        if change < TOLERANCE_4:
-            kept = tuple(dict.fromkeys(name for name in columns if name not in surfaces))
+    backed = np.zeros(amplitude.shape, dtype=bool)
+    lowest, highest = amplitude.copy(), amplitude.copy()
+    followed = [column for column, name in enumerate(names) if name in surfaces]
+    for column in followed:
+        name, nominal = names[column], amplitude[:, column]
+        at = surfaces[name].inside(torque, nominal, frequency)
+        backed[:, column] = at
+        if at.any():
+            line = torque[at], nominal[at], frequency[at]
+            where = f"load case {reference.load_case}, {name}"
+            bounds = backed_range(surfaces[name], *line, "amplitude", where)
+            lowest[at, column], highest[at, column] = bounds
+    for sweep in range(1, RESOLVE_SWEEPS + 1):
+        stiffness = reference.stiffness
+        clipped = np.clip(amplitude, lowest, highest)
+        for column in followed:
+            at = backed[:, column]
+            line = torque[at], clipped[at, column], frequency[at]
+            stiffness[at, column] = surfaces[names[column]].predict_masked(*line)[0]
+        design = reference.with_stiffness(stiffness)
+        moved = design.nominal_amplitude
+        if np.max(np.abs(moved / amplitude - 1.0)) < RESOLVE_TOLERANCE:
+            outside = np.zeros(backed.shape, dtype=bool)
+            outside[:, followed] = (~backed | (clipped != amplitude))[:, followed]
+            kept = tuple(dict.fromkeys(name for name in names if name not in surfaces))
             return ResolvedDesign(design, outside, kept, sweep)
-        amplitude = found if sweep <= CALM_4 else np.sqrt(found * amplitude)
+        amplitude = moved if sweep <= CALM else np.sqrt(moved * amplitude)
     raise InputError(
         f"load case {reference.load_case}: the amplitudes of the design do not come to rest within "
-        f"{MOST_SWEEPS} sweeps"
+        f"{RESOLVE_SWEEPS} sweeps"
     )
-
-
-@dataclass(frozen=True, eq=False)
-class _Backed:
-    """One surface at the lines of a run, between the amplitudes that measurements back."""
-
-    surface: DynamicStiffnessSurface
-    torque: RealArray
-    frequency: RealArray
-    lines: npt.NDArray[np.bool_]
-    lowest: RealArray
-    highest: RealArray
-
-    @classmethod
-    def about(
-        cls,
-        surface: DynamicStiffnessSurface,
-        torque: RealArray,
-        amplitude: RealArray,
-        reference: CoupledMotion,
-        name: str,
-    ) -> _Backed:
-        lines = surface.supported(operating_points(torque, amplitude, reference.frequency))
-        own = torque[lines], amplitude[lines], reference.frequency[lines]
-        bounds = amplitude.copy(), amplitude.copy()
-        if lines.any():
-            where = f"load case {reference.load_case}, {name}"
-            bounds[0][lines], bounds[1][lines] = backed_range(surface, *own, "amplitude", where)
-        return cls(surface, torque, reference.frequency, lines, *bounds)
-
-    def fill(
-        self, stiffness: ComplexArray, outside: npt.NDArray[np.bool_], amplitude: RealArray
-    ) -> None:
-        """Write the stiffness at these amplitudes, and where they are held."""
-        held = np.clip(amplitude, self.lowest, self.highest)
-        on = self.lines
-        points = operating_points(self.torque[on], held[on], self.frequency[on])
-        stiffness[on] = self.surface.predict(points, extrapolate=True)
-        outside[:] = ~on | (held != amplitude)
-
-
-def _nominal(motion: CoupledMotion) -> RealArray:
-    return np.ones((1, len(motion.variable_names)))

@@ -3,263 +3,299 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import replace
 
 import numpy as np
-import numpy.typing as npt
 
-from deboom.arrays import ComplexArray, RealArray
+from deboom.arrays import BoolArray, ComplexArray, IntArray, RealArray, checked
 from deboom.errors import InputError
 from deboom.measurement.channels import LoadCase
 from deboom.mounts.mount import AXES, Mount
 from deboom.physics import rigid_body
 from deboom.physics.dynamic_stiffness import dynamic_stiffness
-from deboom.vehicles.fleet import Band, Fleet, lines_inside, path_transfer, refuse_doubled
+from deboom.vehicles.fleet import (
+    Band,
+    Fleet,
+    lines_inside,
+    path_transfer,
+    refuse_doubled,
+    with_loss_names,
+)
 from deboom.vehicles.powertrain import Powertrain
 
-BLOCK = 128
+BLOCK = 16
 """Designs solved at once; bounds the memory."""
-
-
-@dataclass(frozen=True, eq=False)
-class CoupledMotion:
-    """Equations of motion of one load case, and the paths from its mounts to the ears.
-
-    The powertrain moves in six degrees of freedom on all directions of its mounts. Every other
-    piece (wishbone mount) carries a body of its own, which moves along each transfer axis.
-
-    Parameters
-    ----------
-    load_case : str
-        Name of the load case.
-    frequency : array, shape (n_frequency,)
-        Lines of the band [Hz].
-    forward : array, shape (n_direction, 6)
-        Motion of the powertrain to displacement of each direction [1, m/rad].
-    mass_matrix : array, shape (6, 6)
-        Of the powertrain, at the origin of the positions [kg, kg m, kg m²].
-    stiffness : array, shape (n_frequency, n_direction)
-        Complex dynamic stiffness at factor 1 [N/m].
-    load : array, shape (n_frequency, 6)
-        External load on the powertrain [N, N m].
-    variables : array, shape (n_direction,)
-        Design variable of each direction.
-    transfer : array, shape (n_vehicle, n_frequency, n_direction)
-        Force in each direction to pressure; zero where an axis does not transmit [Pa/N].
-    own_mass : array, shape (n_own,)
-        Bodies that move in one direction: mass [kg].
-    own_stiffness, own_load : array, shape (n_frequency, n_own)
-        Their complex stiffness at factor 1 [N/m] and external load [N].
-    own_variables : array, shape (n_own,)
-        Their design variables.
-    own_transfer : array, shape (n_vehicle, n_frequency, n_own)
-        [Pa/N].
-    rigid_residual : float
-        RMS over lines and directions of the measured motion that the rigid motion leaves, relative
-        to that of the motion [1].
-    vehicle_names, variable_names : tuple of str
-        Names of vehicles and design variables.
-    """
-
-    load_case: str
-    frequency: RealArray
-    forward: RealArray
-    mass_matrix: RealArray
-    stiffness: ComplexArray
-    load: ComplexArray
-    variables: npt.NDArray[np.intp]
-    transfer: ComplexArray
-    own_mass: RealArray
-    own_stiffness: ComplexArray
-    own_load: ComplexArray
-    own_variables: npt.NDArray[np.intp]
-    own_transfer: ComplexArray
-    rigid_residual: float
-    vehicle_names: tuple[str, ...]
-    variable_names: tuple[str, ...]
-
-    def __post_init__(self) -> None:
-        for name, value in vars(self).items():
-            if isinstance(value, np.ndarray):
-                frozen = value.copy()
-                frozen.setflags(write=False)
-                object.__setattr__(self, name, frozen)
-        n_line, n_direction, n_own = self.frequency.size, len(self.forward), self.own_mass.size
-        n_vehicle = len(self.vehicle_names)
-        shapes = {
-            "forward": (n_direction, 6),
-            "mass_matrix": (6, 6),
-            "stiffness": (n_line, n_direction),
-            "load": (n_line, 6),
-            "variables": (n_direction,),
-            "transfer": (n_vehicle, n_line, n_direction),
-            "own_mass": (n_own,),
-            "own_stiffness": (n_line, n_own),
-            "own_load": (n_line, n_own),
-            "own_variables": (n_own,),
-            "own_transfer": (n_vehicle, n_line, n_own),
-        }
-        for name, shape in shapes.items():
-            if getattr(self, name).shape != shape:
-                raise InputError(
-                    f"load case {self.load_case}: {name} of shape {getattr(self, name).shape}, "
-                    f"expected {shape}"
-                )
-
-    @property
-    def nominal_amplitude(self) -> RealArray:
-        """Peak displacement with all factors 1, (n_frequency, n_direction + n_own) [m]."""
-        nominal = np.ones((1, len(self.variable_names)))
-        body = self.motion(nominal)[0] @ self.forward.T
-        return np.asarray(np.abs(np.hstack([body, self.own_motion(nominal)[0]])))
-
-    @property
-    def angular_frequency_squared(self) -> RealArray:
-        """ω² of each line [rad²/s²]."""
-        return (2.0 * np.pi * self.frequency) ** 2
-
-    def impedance(self, designs: RealArray) -> ComplexArray:
-        """Return ``Σ_i x_i K_i v_i v_iᵀ − ω² M`` of designs (n, n_variable).
-
-        Returns
-        -------
-        array, shape (n, n_frequency, 6, 6)
-            Symmetric [N/m, N/rad, N m/rad].
-        """
-        scaled = designs[:, np.newaxis, self.variables] * self.stiffness
-        mass = self.angular_frequency_squared[:, np.newaxis, np.newaxis] * self.mass_matrix
-        springs = self.forward.T @ (scaled[..., np.newaxis] * self.forward)
-        return np.asarray(springs - mass)
-
-    def motion(self, designs: RealArray) -> ComplexArray:
-        """Return the motion of the powertrain for designs (n, n_variable).
-
-        Returns
-        -------
-        array, shape (n, n_frequency, 6)
-            Complex peak amplitudes at the origin of the positions [m, rad].
-        """
-        load = self.load[..., np.newaxis]
-        return np.asarray(np.linalg.solve(self.impedance(designs), load)[..., 0])
-
-    def own_motion(self, designs: RealArray) -> ComplexArray:
-        """Return the motion of the other bodies, shape (n, n_frequency, n_own) [m]."""
-        return np.asarray(self.own_load / self._own_impedance(designs))
-
-    @property
-    def own_parts(self) -> tuple[tuple[npt.NDArray[np.intp], ComplexArray], ...]:
-        """What the springs of the other bodies are the sum of: variables, stiffness at factor 1."""
-        return ((self.own_variables, self.own_stiffness),)
-
-    def _own_springs(self, designs: RealArray) -> ComplexArray:
-        springs = [designs[:, np.newaxis, columns] * part for columns, part in self.own_parts]
-        return np.asarray(sum(springs[1:], springs[0]))
-
-    def _own_impedance(self, designs: RealArray) -> ComplexArray:
-        inertia = self.angular_frequency_squared[:, np.newaxis] * self.own_mass
-        return np.asarray(self._own_springs(designs) - inertia)
-
-    def forces(self, designs: RealArray) -> tuple[ComplexArray, ComplexArray]:
-        """Return the forces on the bodywork for designs (n, n_variable).
-
-        Returns
-        -------
-        array, shape (n, n_frequency, n_direction)
-            Of the powertrain's mounts, ``x K v q`` [N].
-        array, shape (n, n_frequency, n_own)
-            Of the other pieces [N].
-        """
-        displacement = self.motion(designs) @ self.forward.T
-        springs = designs[:, np.newaxis, self.variables] * self.stiffness
-        return springs * displacement, self._own_springs(designs) * self.own_motion(designs)
-
-    def pressure(self, designs: RealArray) -> ComplexArray:
-        """Return the pressure at the ears for designs (n, n_variable).
-
-        Returns
-        -------
-        array, shape (n, n_vehicle, n_frequency)
-            Complex peak amplitudes [Pa].
-        """
-        found = np.empty((len(designs), *self.transfer.shape[:2]), dtype=complex)
-        for rows in _blocks(len(designs)):
-            powertrain, own = self.forces(designs[rows])
-            found[rows] = np.einsum("vfi,dfi->dvf", self.transfer, powertrain)
-            found[rows] += np.einsum("vfj,dfj->dvf", self.own_transfer, own)
-        return found
-
-    def neper_gradient(self, designs: RealArray) -> RealArray:
-        """Return ``Σ_f Re(∂p/∂x_k / p)`` for designs (n, n_variable), by the adjoint.
-
-        Returns
-        -------
-        array, shape (n, n_vehicle, n_variable)
-            [1].
-
-        Notes
-        -----
-        With ``t_v = Z⁻¹ Σ_i x_i K_i Y_vi v_i`` (Z is symmetric),
-        ``∂p_v/∂x_i = K_i (v_iᵀ q) (Y_vi − v_iᵀ t_v)``; of a body of its own
-        ``∂p_v/∂x = −Y_v K L ω² m / (x K − ω² m)²``.
-        """
-        return self.weighted_gradient(designs, 1.0 / self.pressure(designs))
-
-    def weighted_gradient(self, designs: RealArray, factor: ComplexArray) -> RealArray:
-        """Return ``Σ_f Re(a_f ∂p/∂x_k)`` for designs (n, n_variable), see `neper_gradient`.
-
-        Parameters
-        ----------
-        designs : array, shape (n, n_variable)
-            Stiffness factors [1].
-        factor : array, shape (n, n_vehicle, n_frequency)
-            The factor a of each line [1/Pa].
-
-        Returns
-        -------
-        array, shape (n, n_vehicle, n_variable)
-            [1].
-        """
-        found = np.zeros((len(designs), len(self.vehicle_names), len(self.variable_names)))
-        for rows in _blocks(len(designs)):
-            self._add_weighted_gradient(designs[rows], factor[rows], found[rows])
-        return found
-
-    def _add_weighted_gradient(
-        self, designs: RealArray, factor: ComplexArray, total: RealArray
-    ) -> None:
-        springs = designs[:, np.newaxis, self.variables] * self.stiffness
-        excitation = (springs[:, np.newaxis] * self.transfer) @ self.forward
-        load = np.broadcast_to(self.load, (len(designs), *self.load.shape))
-        both = np.concatenate([load[..., np.newaxis], np.moveaxis(excitation, 1, -1)], axis=-1)
-        solved = self.forward @ np.linalg.solve(self.impedance(designs), both)
-        displacement, answer = solved[..., 0], np.moveaxis(solved[..., 1:], -1, 1)
-        direct = (self.stiffness * displacement)[:, np.newaxis] * (self.transfer - answer)
-        by_direction = np.einsum("dvf,dvfi->dvi", factor, direct).real
-        _add_columns(total, self.variables, by_direction)
-        inertia = self.angular_frequency_squared[:, np.newaxis] * self.own_mass
-        for columns, part in self.own_parts:
-            change = -part * self.own_load * inertia / self._own_impedance(designs) ** 2
-            own = np.einsum("dvf,vfj,dfj->dvj", factor, self.own_transfer, change).real
-            _add_columns(total, columns, own)
-
-
-def _blocks(n_designs: int) -> Iterator[slice]:
-    for start in range(0, n_designs, BLOCK):
-        yield slice(start, start + BLOCK)
-
-
-def _add_columns(total: RealArray, variables: npt.NDArray[np.intp], values: RealArray) -> None:
-    """Add the last axis of `values` to the columns of the variables, which may repeat."""
-    for column, variable in enumerate(variables):
-        total[..., variable] += values[..., column]
-
 
 LARGEST_RESIDUAL = 0.1
 """Largest part of the mounts' motion that no rigid motion explains; beyond it, positions or
 channels are wrong rather than noisy [1]."""
 
-Direction = tuple[Mount, int, str, str]
+_Direction = tuple[Mount, int, str, str]
 """Mount, number of its piece, axis, channel."""
+
+
+@checked(
+    mass_matrix="q q",
+    forward="s q",
+    stiffness="f s",
+    load="f q",
+    variables="s",
+    transfer="v f s",
+)
+class Body:
+    """A rigid body on springs under an external load.
+
+    Parameters
+    ----------
+    mass_matrix : array, shape (q, q)
+        Mass matrix of its q degrees of freedom [kg, kg m, kg m²].
+    forward : array, shape (s, q)
+        Forward matrix: motion of the body to displacement of each spring [1, m/rad].
+    stiffness : array, shape (f, s)
+        Complex dynamic stiffness of each spring at factor 1 [N/m].
+    load : array, shape (f, q)
+        External load [N, N m].
+    variables : array of int, shape (s,)
+        Design variable that scales each spring.
+    transfer : array, shape (v, f, s)
+        Force of each spring to pressure; zero where an axis does not transmit [Pa/N].
+    """
+
+    mass_matrix: RealArray
+    forward: RealArray
+    stiffness: ComplexArray
+    load: ComplexArray
+    variables: IntArray
+    transfer: ComplexArray
+
+    def solve(self, springs: ComplexArray, squared: RealArray, load: ComplexArray) -> ComplexArray:
+        """Return the spring displacements of loads (..., q, n), shape (..., s, n) [m].
+
+        `springs` (..., s) are stiffnesses [N/m], `squared` (...) is ω² [rad²/s²].
+        """
+        inertia = squared[..., np.newaxis, np.newaxis] * self.mass_matrix
+        impedance = self.forward.T @ (springs[..., np.newaxis] * self.forward) - inertia
+        if len(self.mass_matrix) == 1:
+            return np.asarray(self.forward @ (load / impedance))
+        return np.asarray(self.forward @ np.linalg.solve(impedance, load))
+
+
+@checked(frequency="f")
+class CoupledMotion:
+    """Equations of motion of one load case, and the paths from its springs to the ears.
+
+    The first body is the powertrain with six degrees of freedom on all directions of its mounts.
+    Each piece of any other mount (wishbone mount) carries a wheel end that moves along each
+    transfer axis: a body with one degree of freedom. All arrays over springs hold those of the
+    first body first.
+
+    Parameters
+    ----------
+    load_case : str
+        Name of the load case.
+    frequency : array, shape (f,)
+        Lines of the band [Hz].
+    bodies : tuple of Body
+        Powertrain, then wheel ends.
+    rigid_residual : float
+        RMS over lines and springs of the measured motion that the rigid motion leaves, relative
+        to that of the motion [1].
+    vehicle_names, variable_names : tuple of str
+        Names of vehicles and design variables.
+
+    Raises
+    ------
+    InputError
+        A body of other lines or vehicles.
+    """
+
+    load_case: str
+    frequency: RealArray
+    bodies: tuple[Body, ...]
+    rigid_residual: float
+    vehicle_names: tuple[str, ...]
+    variable_names: tuple[str, ...]
+
+    def __post_init__(self) -> None:
+        expected = (len(self.vehicle_names), self.frequency.size)
+        for body in self.bodies:
+            if body.transfer.shape[:2] != expected or len(body.load) != expected[1]:
+                raise InputError(
+                    f"load case {self.load_case}: a body with transfer functions of shape "
+                    f"{body.transfer.shape[:2]}, expected {expected} vehicles and lines"
+                )
+
+    @property
+    def stiffness(self) -> ComplexArray:
+        """Stiffness of all springs at factor 1, shape (f, s) [N/m]."""
+        return np.concatenate([body.stiffness for body in self.bodies], axis=1)
+
+    @property
+    def variables(self) -> IntArray:
+        """Design variable of each spring, shape (s,)."""
+        return np.concatenate([body.variables for body in self.bodies])
+
+    @property
+    def transfer(self) -> ComplexArray:
+        """Force of each spring to pressure, shape (v, f, s) [Pa/N]."""
+        return np.concatenate([body.transfer for body in self.bodies], axis=2)
+
+    @property
+    def transmits(self) -> BoolArray:
+        """Lines at which any path reaches the ear, shape (v, f)."""
+        return np.asarray(self.transfer.any(axis=2))
+
+    @property
+    def nominal_amplitude(self) -> RealArray:
+        """Peak displacement of each spring with all factors 1, shape (f, s) [m]."""
+        return np.asarray(np.abs(self.displacement(self.stiffness[np.newaxis])[0]))
+
+    @property
+    def angular_frequency_squared(self) -> RealArray:
+        """ω² of each line [rad²/s²]."""
+        return np.asarray((2.0 * np.pi * self.frequency) ** 2)
+
+    def springs(self, designs: RealArray) -> ComplexArray:
+        """Return the stiffnesses of designs (n, k), shape (n, f, s) [N/m]."""
+        return np.asarray(designs[:, np.newaxis, self.variables] * self.stiffness)
+
+    def displacement(self, springs: ComplexArray, lines: IntArray | None = None) -> ComplexArray:
+        """Return the complex peak displacement of springs with given stiffnesses.
+
+        Parameters
+        ----------
+        springs : array, shape (..., f, s)
+            Stiffness of every spring [N/m].
+        lines : array of int, optional
+            Line of each entry of the last but one axis; by default all lines.
+
+        Returns
+        -------
+        array, shape (..., f, s)
+            [m].
+
+        Notes
+        -----
+        ``(Σ_i k_i v_i v_iᵀ − ω² M) q = F`` for each body, and ``v_iᵀ q``.
+        """
+        at = slice(None) if lines is None else lines
+        squared = self.angular_frequency_squared[at]
+        moved = [
+            body.solve(springs[..., columns], squared, body.load[at][..., np.newaxis])[..., 0]
+            for body, columns in self._columns()
+        ]
+        return np.concatenate(moved, axis=-1)
+
+    def pressure(self, designs: RealArray) -> ComplexArray:
+        """Return the pressure at the ears for designs (n, k).
+
+        Returns
+        -------
+        array, shape (n, v, f)
+            Complex peak amplitudes [Pa].
+        """
+        pressure = np.empty((len(designs), *self.transfer.shape[:2]), dtype=complex)
+        for rows in _blocks(len(designs)):
+            springs = self.springs(designs[rows])
+            force = springs * self.displacement(springs)
+            pressure[rows] = np.einsum("vfi,dfi->dvf", self.transfer, force)
+        return pressure
+
+    def neper_gradient(self, designs: RealArray) -> RealArray:
+        """Return ``Σ_f Re(∂p/∂x_k / p)`` for designs (n, k), shape (n, v, k) [1]."""
+        return self.weighted_gradient(designs, 1.0 / self.pressure(designs))
+
+    def weighted_gradient(self, designs: RealArray, factor: ComplexArray) -> RealArray:
+        """Return ``Σ_f Re(a_f ∂p/∂x_k)`` for designs (n, k), by the adjoint.
+
+        Parameters
+        ----------
+        designs : array, shape (n, k)
+            Stiffness factors [1].
+        factor : array, shape (n, v, f)
+            The factor a of each line [1/Pa].
+
+        Returns
+        -------
+        array, shape (n, v, k)
+            [1].
+
+        Notes
+        -----
+        With ``t_v = Z⁻¹ Σ_i x_i K_i Y_vi v_i`` of each body (Z is symmetric),
+        ``∂p_v/∂x_i = K_i (v_iᵀ q) (Y_vi − v_iᵀ t_v)``.
+        """
+        gradient = np.zeros((len(designs), len(self.vehicle_names), len(self.variable_names)))
+        squared = self.angular_frequency_squared
+        for rows in _blocks(len(designs)):
+            springs = self.springs(designs[rows])
+            for body, columns in self._columns():
+                own = springs[..., columns]
+                adjoint = (own[:, np.newaxis] * body.transfer) @ body.forward
+                load = np.broadcast_to(body.load, (len(own), *body.load.shape))
+                both = [load[..., np.newaxis], np.moveaxis(adjoint, 1, -1)]
+                solved = body.solve(own, squared, np.concatenate(both, axis=-1))
+                displacement, answer = solved[..., 0], np.moveaxis(solved[..., 1:], -1, 1)
+                slope = (body.stiffness * displacement)[:, np.newaxis] * (body.transfer - answer)
+                by_spring = np.einsum("dvf,dvfi->dvi", factor[rows], slope).real
+                for column, variable in enumerate(body.variables):
+                    gradient[rows, :, variable] += by_spring[..., column]
+        return gradient
+
+    def with_stiffness(self, stiffness: ComplexArray) -> CoupledMotion:
+        """Return the same equations of motion with other stiffnesses (f, s) at factor 1 [N/m]."""
+        bodies = [
+            replace(body, stiffness=stiffness[:, columns]) for body, columns in self._columns()
+        ]
+        return replace(self, bodies=tuple(bodies))
+
+    def at_lines(self, lines: IntArray) -> CoupledMotion:
+        """Return the equations of motion of some lines only."""
+        bodies = [
+            replace(
+                body,
+                stiffness=body.stiffness[lines],
+                load=body.load[lines],
+                transfer=body.transfer[:, lines],
+            )
+            for body in self.bodies
+        ]
+        return replace(self, frequency=self.frequency[lines], bodies=tuple(bodies))
+
+    def with_loss_factors(self) -> CoupledMotion:
+        """Split every spring into ``x K' + z j K''``, as a function of (x, z)."""
+        n_variable = len(self.variable_names)
+        bodies = [
+            replace(
+                body,
+                forward=np.concatenate([body.forward, body.forward]),
+                stiffness=np.hstack([body.stiffness.real, 1j * body.stiffness.imag]),
+                variables=np.concatenate([body.variables, body.variables + n_variable]),
+                transfer=np.concatenate([body.transfer, body.transfer], axis=2),
+            )
+            for body in self.bodies
+        ]
+        names = with_loss_names(self.variable_names)
+        return replace(self, bodies=tuple(bodies), variable_names=names)
+
+    def with_parts(self, others: Sequence[CoupledMotion], part: IntArray) -> CoupledMotion:
+        """Return the motion with other parts: stiffness of variable k from ``others[part[k]]``.
+
+        Notes
+        -----
+        The loads stay: they come from the motion and forces that were measured with the parts of
+        this motion. The stiffness of another part is that of its surface at today's amplitude.
+        """
+        stacked = np.stack([other.stiffness for other in others])
+        springs = np.arange(self.variables.size)
+        return self.with_stiffness(stacked[part[self.variables], :, springs].T)
+
+    def _columns(self) -> Iterator[tuple[Body, slice]]:
+        """Yield every body with the columns of its springs."""
+        first = 0
+        for body in self.bodies:
+            yield body, slice(first, first + body.variables.size)
+            first += body.variables.size
 
 
 def coupled_motion(
@@ -276,7 +312,7 @@ def coupled_motion(
     fleet : Fleet
         Noise transfer functions of each vehicle.
     mounts : sequence of Mount
-        Powertrain mounts, with all three axes measured, and mounts with a body mass of their own.
+        Powertrain mounts, with all three axes measured, and mounts with a body mass.
     powertrain : Powertrain
         Mass matrix from the data sheet.
     load_case : LoadCase
@@ -300,13 +336,13 @@ def coupled_motion(
     Per line, the powertrain's motion q is the least-squares fit ``V q ≈ s`` to the displacements of
     its mounts, and ``K_i = f_i / (V q)_i``: the stiffness belongs to the fitted displacement, which
     is closer to the truth than a single channel. The external load is what keeps the measured
-    motion going, ``F = Vᵀ f − ω² M q``, with the nominal mass matrix M; a body of its own has
+    motion going, ``F = Vᵀ f − ω² M q``, with the nominal mass matrix M; a wheel end has
     ``L = f − ω² m s``. Then the factors change with K and F fixed per line:
     ``(Σ x_i K_i v_i v_iᵀ − ω² M) q(x) = F``. At all factors 1 this gives the measured forces and
     the fitted motion exactly, whatever the data sheet's errors and the residual of the fit.
 
     K does not feel the new amplitude or the new static position (that would be another model of
-    the motion), and the body stays at rest: blocked forces on a trimmed body.
+    the motion), and the car body stays at rest: blocked forces on a trimmed body.
     """
     variables = [variable for mount in mounts for variable in mount.variables]
     refuse_doubled(variables, "design variable")
@@ -316,67 +352,68 @@ def coupled_motion(
     if not paths:
         raise InputError("no mount transmits anything: give transfer_axes to at least one")
     transfer = path_transfer(fleet, paths, frequency, band, load_case.name)
-
-    on_powertrain = list(_directions([m for m in mounts if m.body_mass is None], AXES))
-    own = [
+    carriers = [mount for mount in mounts if mount.body_mass is None]
+    on_powertrain = [d for mount in carriers for d in _directions(mount, AXES)]
+    wheel_ends = [
         direction
         for mount in mounts
         if mount.body_mass is not None
-        for direction in _directions([mount], mount.transfer_axes)
+        for direction in _directions(mount, mount.transfer_axes)
     ]
-    displacement, force = (
-        _measured([name for *_, name in (*on_powertrain, *own)], load_case, quantity)[inside]
-        for quantity in ("displacement", "force")
-    )
-    n_on = len(on_powertrain)
+    channels = [channel for *_, channel in (*on_powertrain, *wheel_ends)]
+    displacement = _measured(channels, load_case, "displacement")[inside]
+    force = _measured(channels, load_case, "force")[inside]
+    n = len(on_powertrain)
     forward = np.array(
         [
             rigid_body.forward_matrix(mount.positions[piece])[AXES.index(axis)]
             for mount, piece, axis, _ in on_powertrain
         ]
-    ).reshape(n_on, 6)
-    motion, residual = _rigid_motion(forward, displacement[:, :n_on], load_case.name)
-    squared = (2.0 * np.pi * frequency[:, np.newaxis]) ** 2
-    mass = np.array([float(mount.body_mass or 0.0) for mount, *_ in own])
-    fitted = np.hstack([motion @ forward.T, displacement[:, n_on:]])
-    _refuse_rest(fitted, [name for *_, name in (*on_powertrain, *own)], frequency, load_case.name)
+    ).reshape(n, 6)
+    motion, residual = _rigid_motion(forward, displacement[:, :n], load_case.name)
+    fitted = np.hstack([motion @ forward.T, displacement[:, n:]])
+    _refuse_rest(fitted, channels, frequency, load_case.name)
     stiffness = dynamic_stiffness(force, fitted)
+    squared = (2.0 * np.pi * frequency[:, np.newaxis]) ** 2
 
-    def columns(directions: Sequence[Direction]) -> tuple[ComplexArray, npt.NDArray[np.intp]]:
-        found = np.zeros((*transfer.shape[:2], len(directions)), dtype=complex)
+    def body(
+        directions: Sequence[_Direction], columns: slice, mass: RealArray, levers: RealArray
+    ) -> Body:
+        at = motion if levers.shape[1] == 6 else fitted[:, columns]
+        to_ear = np.zeros((*transfer.shape[:2], len(directions)), dtype=complex)
         for column, (mount, _, axis, _) in enumerate(directions):
             if axis in mount.transfer_axes:
-                found[..., column] = transfer[..., paths.index(f"{mount.name} {axis}")]
+                to_ear[..., column] = transfer[..., paths.index(f"{mount.name} {axis}")]
         names = [f"{mount.name} {axis}" for mount, _, axis, _ in directions]
-        return found, np.array([variables.index(name) for name in names], dtype=np.intp)
+        return Body(
+            mass_matrix=mass,
+            forward=levers,
+            stiffness=stiffness[:, columns],
+            load=force[:, columns] @ levers - squared * (at @ mass),
+            variables=np.array([variables.index(name) for name in names], dtype=np.intp),
+            transfer=to_ear,
+        )
 
-    to_ear, variable = columns(on_powertrain)
-    own_to_ear, own_variable = columns(own)
+    bodies = [body(on_powertrain, slice(0, n), powertrain.mass_matrix, forward)]
+    for column, direction in enumerate(wheel_ends, n):
+        mass = np.array([[float(direction[0].body_mass or 0.0)]])
+        bodies.append(body([direction], slice(column, column + 1), mass, np.ones((1, 1))))
     return CoupledMotion(
         load_case=load_case.name,
         frequency=frequency,
-        forward=forward,
-        mass_matrix=powertrain.mass_matrix,
-        stiffness=stiffness[:, :n_on],
-        load=force[:, :n_on] @ forward - squared * (motion @ powertrain.mass_matrix),
-        variables=variable,
-        transfer=to_ear,
-        own_mass=mass,
-        own_stiffness=stiffness[:, n_on:],
-        own_load=force[:, n_on:] - squared * mass * displacement[:, n_on:],
-        own_variables=own_variable,
-        own_transfer=own_to_ear,
+        bodies=tuple(bodies),
         rigid_residual=residual,
         vehicle_names=fleet.names,
         variable_names=tuple(variables),
     )
 
 
-def _directions(mounts: Sequence[Mount], axes: Sequence[str]) -> Iterator[Direction]:
-    for mount in mounts:
-        for piece in range(len(mount.pieces)):
-            for axis in axes:
-                yield mount, piece, axis, mount.channels(axis)[piece]
+def _directions(mount: Mount, axes: Sequence[str]) -> list[_Direction]:
+    return [
+        (mount, piece, axis, mount.channels(axis)[piece])
+        for piece in range(len(mount.pieces))
+        for axis in axes
+    ]
 
 
 def _measured(names: Sequence[str], load_case: LoadCase, quantity: str) -> ComplexArray:
@@ -394,14 +431,14 @@ def _measured(names: Sequence[str], load_case: LoadCase, quantity: str) -> Compl
 def _rigid_motion(
     forward: RealArray, displacement: ComplexArray, load_case: str
 ) -> tuple[ComplexArray, float]:
-    """Fit the rigid motion (f, 6) to displacements (f, n_direction); say what is left."""
+    """Fit the rigid motion (f, 6) to displacements (f, s); return it with the relative rest."""
     if np.linalg.matrix_rank(forward) < 6:
         raise InputError(
             f"load case {load_case}: the powertrain's mounts do not determine its motion: it needs "
             "three that do not lie on one line; give body_mass_kg to mounts that do not carry it"
         )
-    found = np.linalg.lstsq(forward, displacement.T, rcond=None)[0].T
-    motion = np.asarray(found, dtype=np.complex128)
+    fit = np.linalg.lstsq(forward, displacement.T, rcond=None)[0].T
+    motion = np.asarray(fit, dtype=np.complex128)
     left = np.linalg.norm(displacement - motion @ forward.T)
     residual = float(left / max(np.linalg.norm(displacement), np.finfo(float).tiny))
     if residual > LARGEST_RESIDUAL:
@@ -413,12 +450,19 @@ def _rigid_motion(
 
 
 def _refuse_rest(
-    displacement: ComplexArray, names: Sequence[str], frequency: RealArray, load_case: str
+    displacement: ComplexArray, channels: Sequence[str], frequency: RealArray, load_case: str
 ) -> None:
     still = np.argwhere(displacement == 0)
     if still.size:
         line, column = still[0]
         raise InputError(
-            f"load case {load_case}: no displacement of {names[column]} at {frequency[line]:g} Hz, "
-            "so its stiffness is unknown: repair the measurement or choose a band without that line"
+            f"load case {load_case}: no displacement of {channels[column]} at "
+            f"{frequency[line]:g} Hz, so its stiffness is unknown: repair the measurement or "
+            "choose a band without that line"
         )
+
+
+def _blocks(n_designs: int) -> Iterator[slice]:
+    return (slice(first, first + BLOCK) for first in range(0, n_designs, BLOCK))
+
+

@@ -4,18 +4,27 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cache
 
 import numpy as np
-import numpy.typing as npt
+from threadpoolctl import ThreadpoolController
 
-from deboom.arrays import ComplexArray, RealArray
+from deboom.arrays import BoolArray, ComplexArray, IntArray, RealArray, checked
 from deboom.errors import InputError
 from deboom.measurement.channels import Frf, LoadCase, Spectrum
 from deboom.mounts.mount import Mount
 from deboom.physics import transfer_path
+from deboom.physics.dynamic_stiffness import dynamic_stiffness
 
 Band = tuple[float, float]
+
+LOSS_SUFFIX = " loss"
+"""What the name of a loss factor adds to that of its stiffness factor."""
+
+ROWS = 64
+"""Designs per matrix product. Constant, with padding: BLAS takes other instructions for other
+shapes, and the result of a design must not depend on the designs that come with it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,22 +106,25 @@ class Fleet:
         return Fleet(members)
 
 
-@dataclass(frozen=True, eq=False)
+@checked(frequency="f", values="v f k")
 class PathContributions:
     """Complex pressure at the ears per unit stiffness factor, with the motion prescribed.
-
-    The pressure of a design x is ``p_vf = Σ_k values_vfk x_k``.
 
     Parameters
     ----------
     load_case : str
         Name of the load case whose motion it is.
-    frequency : array, shape (n_frequency,)
+    frequency : array, shape (f,)
         Lines of the band [Hz].
-    values : array, shape (n_vehicle, n_frequency, n_variable)
+    values : array, shape (v, f, k)
         One column per design variable; exactly zero where an axis does not transmit [Pa].
     vehicle_names, variable_names : tuple of str
         Names of the first and of the last axis.
+
+    Notes
+    -----
+    The pressure of a design x is ``p_vf = Σ_k C_vfk x_k`` with the values C: thesis, eq. 12
+    and 13.
     """
 
     load_case: str
@@ -122,16 +134,57 @@ class PathContributions:
     variable_names: tuple[str, ...]
 
     def __post_init__(self) -> None:
-        for name in ("frequency", "values"):
-            array = getattr(self, name).copy()
-            array.setflags(write=False)
-            object.__setattr__(self, name, array)
         shape = (len(self.vehicle_names), self.frequency.size, len(self.variable_names))
         if self.values.shape != shape:
             raise InputError(
                 f"load case {self.load_case}: contributions of shape {self.values.shape} for "
                 f"{shape} vehicles, lines and variables"
             )
+
+    @property
+    def transmits(self) -> BoolArray:
+        """Lines at which any path reaches the ear, shape (v, f)."""
+        return np.asarray(self.values.any(axis=2))
+
+    def pressure(self, designs: RealArray) -> ComplexArray:
+        """Return the pressure at the ears for designs (n, k).
+
+        Returns
+        -------
+        array, shape (n, v, f)
+            Complex peak amplitudes [Pa]. The rows of a design depend on it alone, bit for bit.
+        """
+        table = self.values.reshape(-1, self.values.shape[2]).T
+        real, imag = np.ascontiguousarray(table.real), np.ascontiguousarray(table.imag)
+        pressure = np.empty((len(designs), real.shape[1]), dtype=complex)
+        with _blas().limit(limits=1, user_api="blas"), np.errstate(all="ignore"):
+            for first in range(0, len(designs), ROWS):
+                rows = designs[first : first + ROWS]
+                padded = np.zeros((ROWS, designs.shape[1]))
+                padded[: len(rows)] = rows
+                block = pressure[first : first + ROWS]
+                block.real = (padded @ real)[: len(rows)]
+                block.imag = (padded @ imag)[: len(rows)]
+        return pressure.reshape(len(designs), *self.values.shape[:2])
+
+    def neper_gradient(self, designs: RealArray) -> RealArray:
+        """Return ``Σ_f Re(∂p/∂x_k / p)`` for designs (n, k), shape (n, v, k) [1]."""
+        return self.weighted_gradient(designs, 1.0 / self.pressure(designs))
+
+    def weighted_gradient(self, designs: RealArray, factor: ComplexArray) -> RealArray:
+        """Return ``Σ_f Re(a_f ∂p/∂x_k)`` with factors a (n, v, f) [1/Pa], shape (n, v, k) [1]."""
+        _ = designs  # the pressure is linear: its derivative is the same at every design
+        return np.asarray(np.einsum("vfk,dvf->dvk", self.values, factor).real)
+
+    def at_lines(self, lines: IntArray) -> PathContributions:
+        """Return the contributions of some lines only."""
+        return replace(self, frequency=self.frequency[lines], values=self.values[:, lines])
+
+    def with_parts(self, others: Sequence[PathContributions], part: IntArray) -> PathContributions:
+        """Return the contributions with other parts: variable k from ``others[part[k]]``."""
+        stacked = np.stack([other.values for other in others])
+        values = stacked[part, :, :, np.arange(part.size)]
+        return replace(self, values=np.moveaxis(values, 0, -1))
 
 
 def path_forces(mounts: Sequence[Mount], load_case: LoadCase) -> Spectrum:
@@ -176,6 +229,8 @@ def path_contributions(
     mounts: Sequence[Mount],
     load_case: LoadCase,
     band: Band = (20.0, 60.0),
+    *,
+    loss_factors: bool = False,
 ) -> PathContributions:
     """Return what each stiffness factor contributes to the pressure in each vehicle.
 
@@ -189,6 +244,9 @@ def path_contributions(
         Operating motion and force.
     band : (lower, upper)
         Both edges belong to the band [Hz].
+    loss_factors : bool
+        Split every force into its elastic part ``K' s`` and its lossy part ``j K'' s``: the columns
+        of all elastic parts, then those of all lossy parts ``<mount> <axis> loss``.
 
     Returns
     -------
@@ -197,7 +255,7 @@ def path_contributions(
     Raises
     ------
     InputError
-        A band without lines; lines of a vehicle and of the load case that differ (nothing is
+        A band without lines; with loss factors a line without displacement; lines of a vehicle and of the load case that differ (nothing is
         interpolated); paths that a vehicle lacks, or has beyond those of the mounts.
 
     Notes
@@ -209,17 +267,23 @@ def path_contributions(
     the coupled powertrain answers with another motion and a 20 to 25 % larger effect; it is not
     valid below 30 Hz in low gears.
     """
-    variables = [variable for mount in mounts for variable in mount.variables]
-    refuse_doubled(variables, "design variable")
+    names = [variable for mount in mounts for variable in mount.variables]
+    refuse_doubled(names, "design variable")
+    if loss_factors:
+        elastic, lossy = (
+            path_contributions(fleet, mounts, part, band) for part in _split_forces(load_case)
+        )
+        values = np.concatenate([elastic.values, lossy.values], axis=2)
+        return replace(elastic, values=values, variable_names=with_loss_names(names))
     forces = path_forces(mounts, load_case)
     inside = lines_inside(forces.frequency, band, f"load case {load_case.name}")
     frequency = forces.frequency[inside]
-    columns = [variables.index(path) for path in forces.channels]
-    values = np.zeros((len(fleet.vehicles), frequency.size, len(variables)), dtype=complex)
+    columns = [names.index(path) for path in forces.channels]
+    values = np.zeros((len(fleet.vehicles), frequency.size, len(names)), dtype=complex)
     transfer = path_transfer(fleet, forces.channels, frequency, band, load_case.name)
     for ear, row in zip(transfer, values, strict=True):
         row[:, columns] = transfer_path.contributions(ear, forces.values[inside])
-    return PathContributions(load_case.name, frequency, values, fleet.names, tuple(variables))
+    return PathContributions(load_case.name, frequency, values, fleet.names, tuple(names))
 
 
 def path_transfer(
@@ -283,7 +347,7 @@ def _transfer_functions(vehicle: Vehicle, paths: Sequence[str]) -> Frf:
     return vehicle.noise_transfer.select(inputs=paths)
 
 
-def lines_inside(frequency: RealArray, band: Band, whose: str) -> npt.NDArray[np.bool_]:
+def lines_inside(frequency: RealArray, band: Band, whose: str) -> BoolArray:
     """Say which lines lie in a band, edges included; refuse a band without any, by name."""
     inside = (frequency >= band[0]) & (frequency <= band[1])
     if not inside.any():
@@ -294,14 +358,14 @@ def lines_inside(frequency: RealArray, band: Band, whose: str) -> npt.NDArray[np
     return inside
 
 
-def _difference(found: RealArray, wanted: RealArray) -> str:
+def _difference(given: RealArray, wanted: RealArray) -> str:
     """Say in words where two frequency axes part."""
-    n_common = min(found.size, wanted.size)
-    different = np.flatnonzero(found[:n_common] != wanted[:n_common])
+    n_common = min(given.size, wanted.size)
+    different = np.flatnonzero(given[:n_common] != wanted[:n_common])
     if different.size:
         first = different[0]
-        return f"first {float(found[first])!r} against {float(wanted[first])!r} Hz"
-    return f"{found.size} against {wanted.size} lines"
+        return f"first {float(given[first])!r} against {float(wanted[first])!r} Hz"
+    return f"{given.size} against {wanted.size} lines"
 
 
 def refuse_doubled(names: Sequence[str], what: str) -> None:
@@ -309,3 +373,25 @@ def refuse_doubled(names: Sequence[str], what: str) -> None:
     doubled = sorted(name for name, count in Counter(names).items() if count > 1)
     if doubled:
         raise InputError(f"duplicated {what} {doubled}: every {what} needs a name of its own")
+
+
+def with_loss_names(names: Sequence[str]) -> tuple[str, ...]:
+    """Return the names of all stiffness factors, then of all loss factors."""
+    return (*names, *(f"{name}{LOSS_SUFFIX}" for name in names))
+
+
+def _split_forces(load_case: LoadCase) -> tuple[LoadCase, LoadCase]:
+    """Return a run with the elastic forces ``K' s`` alone, and one with the lossy ``j K'' s``."""
+    displacement, force = load_case.displacement.values, load_case.force
+    stiffness = dynamic_stiffness(force.values, displacement)
+    elastic, lossy = stiffness.real * displacement, 1j * stiffness.imag * displacement
+    return (
+        replace(load_case, force=replace(force, values=elastic)),
+        replace(load_case, force=replace(force, values=lossy)),
+    )
+
+
+@cache
+def _blas() -> ThreadpoolController:
+    """Return what controls the threads of BLAS; to look for it takes milliseconds."""
+    return ThreadpoolController()

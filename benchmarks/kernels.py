@@ -1,0 +1,250 @@
+"""Booming model: SPLV of a design with all draws of its scatter, in every vehicle.
+
+One evaluation is one design: all draws x vehicles x lines, with the motion prescribed, coupled (a
+6x6 complex solution per line) or amplitude-dependent (a fixed point of such solutions per line;
+stiffnesses soften by about a tenth per doubled amplitude). The loop is plain numpy draw by draw;
+with amplitudes it takes six sweeps from rest, and its second row goes on to the model's tolerance,
+as its error shows to be necessary. All rivals use one thread and the same random data.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+import pandas as pd
+from threadpoolctl import threadpool_limits
+
+from deboom.arrays import ComplexArray, RealArray
+from deboom.physics.rigid_body import forward_matrices, mass_matrix
+from deboom.vehicles.amplitude_motion import TOLERANCE, AmplitudeMotion
+from deboom.vehicles.booming_model import Motion
+from deboom.vehicles.coupled_motion import Body, CoupledMotion
+from deboom.vehicles.fleet import PathContributions
+from deboom.vehicles.kernels import level_sum
+from interleaved import quiet_seconds
+
+LOOP = "loop over draws"
+TO_REST = "loop over draws, to the tolerance"
+AT_ONCE = "all draws at once"
+NUMPY, NUMBA = "model, numpy", "model, numba"
+SWEEPS = 6
+LARGEST = 2.0
+"""Amplitude up to which the drawn stiffnesses soften [mm]."""
+
+Case = PathContributions | CoupledMotion | AmplitudeMotion
+Sums = Callable[[RealArray], RealArray]
+
+
+@dataclass(frozen=True)
+class Shape:
+    """How much is one evaluation, and how many designs a call of the model gets."""
+
+    title: str
+    n_draws: int
+    n_vehicles: int
+    n_lines: int
+    n_mounts: int
+    n_wheel_ends: int
+    n_designs: int
+
+    @property
+    def n_variables(self) -> int:
+        return 3 * (self.n_mounts + (self.n_wheel_ends > 0))
+
+
+SHAPES = (
+    Shape("100 draws x 5 vehicles x 321 lines, 4 powertrain mounts", 100, 5, 321, 4, 0, 16),
+    Shape("128 draws x 5 vehicles x 161 lines, as shipped", 128, 5, 161, 3, 2, 1),
+)
+
+
+def prescribed_problem(shape: Shape, seed: int = 1) -> PathContributions:
+    """Draw random contributions of about 1 mPa; two axes of wheel ends transmit nothing."""
+    rng = np.random.default_rng(seed)
+    size = (shape.n_vehicles, shape.n_lines, shape.n_variables)
+    values = 1e-3 * (rng.normal(size=size) + 1j * rng.normal(size=size))
+    values[:, :, 3 * shape.n_mounts + 1 :] = 0.0
+    lines = np.linspace(20.0, 60.0, shape.n_lines)
+    names = _names(shape)
+    return PathContributions(f"drawn {seed}", lines, values, *names)
+
+
+def coupled_problem(shape: Shape, seed: int = 1) -> CoupledMotion:
+    """Draw a plausible powertrain: 200 kg, rigid-body modes of 8 to 35 Hz, losses of 10 to 20 %."""
+    rng = np.random.default_rng(seed)
+    lines = np.linspace(20.0, 60.0, shape.n_lines)
+    place = (lines - 20.0) / 40.0
+    corner = np.array([[0.05, 0.43, 0.2], [-0.03, -0.45, 0.19], [0.2, -0.06, -0.27]])
+    extra = rng.uniform(-0.4, 0.4, (max(shape.n_mounts - 3, 0), 3))
+    positions = np.vstack([corner, extra])[: shape.n_mounts]
+    n = 3 * shape.n_mounts
+
+    def stiffness(count: int) -> ComplexArray:
+        real = rng.uniform(1e5, 6e5, count) * (1 + np.outer(place, rng.uniform(0.05, 0.25, count)))
+        return np.asarray(real * (1 + 1j * rng.uniform(0.10, 0.20, count)))
+
+    def smooth(*size: int) -> ComplexArray:
+        ripples = np.cos(np.pi * np.outer(place, np.arange(8)))
+        parts = rng.normal(size=(8, *size)) + 1j * rng.normal(size=(8, *size))
+        return np.tensordot(ripples, parts, axes=1)
+
+    inertia = [[11.0, -0.06, -0.26], [-0.06, 6.8, 0.53], [-0.26, 0.53, 9.6]]
+    powertrain = Body(
+        load=np.array([30.0, 10.0, 30.0, 20.0, 150.0, 10.0]) * smooth(6),
+        mass_matrix=mass_matrix(195.0, inertia),
+        forward=forward_matrices(positions),
+        stiffness=stiffness(n),
+        variables=np.arange(n),
+        transfer=1e-3 * np.moveaxis(smooth(shape.n_vehicles, n), 0, 1),
+    )
+    springs = stiffness(shape.n_wheel_ends)
+    loads = 50.0 * smooth(shape.n_wheel_ends)
+    to_ear = 1e-3 * np.moveaxis(smooth(shape.n_vehicles, 1), 0, 1)
+    wheel_ends = [
+        Body(
+            mass_matrix=np.full((1, 1), 40.0),
+            forward=np.ones((1, 1)),
+            stiffness=springs[:, [end]],
+            load=loads[:, [end]],
+            variables=np.array([n]),
+            transfer=to_ear,
+        )
+        for end in range(shape.n_wheel_ends)
+    ]
+    names = _names(shape)
+    return CoupledMotion(f"drawn {seed}", lines, (powertrain, *wheel_ends), 0.0, *names)
+
+
+def amplitude_problem(shape: Shape, seed: int = 1, softening: float = 0.30) -> AmplitudeMotion:
+    """Draw a powertrain whose stiffnesses fall by about `softening` in the first millimetre.
+
+    Beyond `LARGEST` they stay. The load is such that one amplitude in twenty is above 1 mm.
+    """
+    drawn = coupled_problem(shape, seed)
+    gain = 1e-3 / np.quantile(drawn.nominal_amplitude, 0.95)
+    coupled = replace(drawn, bodies=tuple(replace(b, load=gain * b.load) for b in drawn.bodies))
+    amplitude = 1e3 * coupled.nominal_amplitude
+    rng = np.random.default_rng(seed)
+    slope = softening * rng.uniform(0.7, 1.3, amplitude.shape[1]) * (1 - 0.3j)
+    law = np.stack(np.broadcast_arrays(1.0, -slope, 0.4 * slope, -0.05 * slope), axis=-1)
+    cubic = law * amplitude[..., np.newaxis] ** np.arange(4)
+    cubic /= cubic.sum(axis=-1, keepdims=True)
+    cubic[amplitude > LARGEST] = [1.0, 0.0, 0.0, 0.0]
+    highest = np.maximum(LARGEST / amplitude, 1.0)
+    return AmplitudeMotion(coupled, cubic, np.zeros(amplitude.shape), highest)
+
+
+PROBLEMS: dict[Motion, Callable[[Shape], Case]] = {
+    Motion.prescribed: prescribed_problem,
+    Motion.coupled: coupled_problem,
+    Motion.amplitude: amplitude_problem,
+}
+
+
+def designs(shape: Shape, seed: int = 2) -> RealArray:
+    """Draw designs within 20 % and their scatter of 5 %, shape (n_designs n_draws, n_variable)."""
+    rng = np.random.default_rng(seed)
+    nominal = rng.uniform(0.8, 1.2, (shape.n_designs, 1, shape.n_variables))
+    scatter = 1 + 0.05 * rng.normal(size=(shape.n_draws, shape.n_variables))
+    return np.asarray((nominal * scatter).reshape(-1, shape.n_variables))
+
+
+def loop(case: Case, rows: RealArray, tolerance: float | None = None) -> RealArray:
+    """Return the sums of levels draw by draw, as one would write it first."""
+    if isinstance(case, CoupledMotion):
+        return np.concatenate([at_once(case, row[np.newaxis]) for row in rows])
+    if isinstance(case, PathContributions):
+        sums = np.empty((len(rows), len(case.values)))
+        for d, row in enumerate(rows):
+            for v, values in enumerate(case.values):
+                sums[d, v] = np.sum(10 * np.log10(np.abs(values @ row) ** 2))
+        return sums
+    levels = []
+    for row in rows:
+        factors = row[case.coupled.variables]
+        ratio = np.zeros(case.lowest.shape)
+        for sweep in range(SWEEPS if tolerance is None else 100):
+            relative = case.relative_stiffness(ratio, np.arange(len(ratio)))
+            springs = factors * case.coupled.stiffness * relative
+            displacement = case.coupled.displacement(springs)
+            before, ratio = ratio, np.abs(displacement) / case.amplitude
+            if tolerance and sweep and np.all(np.abs(ratio - before) <= tolerance * ratio):
+                break
+        pressure = np.einsum("vfi,fi->vf", case.coupled.transfer, springs * displacement)
+        levels.append((20 * np.log10(np.abs(pressure))).sum(axis=-1))
+    return np.array(levels)
+
+
+def at_once(case: PathContributions | CoupledMotion, rows: RealArray) -> RealArray:
+    """Return the sums of levels by one einsum, or by one batched solution of all draws."""
+    if isinstance(case, PathContributions):
+        pressure = np.einsum("dk,vfk->dvf", rows, case.values, optimize=True)
+    else:
+        pressure = case.pressure(rows)
+    return np.asarray((20 * np.log10(np.abs(pressure))).sum(axis=-1))
+
+
+def exact(case: Case, rows: RealArray) -> RealArray:
+    """Return the sums of levels as exactly as double precision allows."""
+    if isinstance(case, AmplitudeMotion):
+        return level_sum(case, compiled=False, tolerance=1e-12)(rows)
+    return loop(case, rows)
+
+
+def measure(motion: Motion, shape: Shape, seconds: float) -> pd.DataFrame:
+    """Time all rivals side by side; one row each."""
+    case = PROBLEMS[motion](shape)
+    rows = designs(shape)
+    one = rows[: shape.n_draws]
+    plain, compiled = (level_sum(case, compiled=compiled) for compiled in (False, True))
+    few = one[: {Motion.prescribed: 25, Motion.coupled: 3, Motion.amplitude: 2}[motion]]
+    rivals: dict[str, tuple[Sums, RealArray]] = {LOOP: (lambda x: loop(case, x), few)}
+    if isinstance(case, AmplitudeMotion):
+        rivals[TO_REST] = (lambda x: loop(case, x, TOLERANCE), few)
+    else:
+        linear = case
+        many = one if motion is Motion.prescribed else few
+        rivals[AT_ONCE] = (lambda x: at_once(linear, x), many)
+    rivals |= {NUMPY: (plain, one), NUMBA: (compiled, rows)}
+
+    def bind(sums: Sums, x: RealArray) -> Callable[[], object]:
+        return lambda: sums(x)
+
+    # glibc keeps what was freed from now on; without this, large temporaries cost the rivals fresh
+    # pages in every call, and einsum up to three times as much
+    np.ones(30 * 2**20 // 8)
+    with threadpool_limits(1, user_api="blas"):
+        calls = {name: bind(*rival) for name, rival in rivals.items()}
+        quiet = quiet_seconds(calls, seconds, calls=2 if motion is Motion.amplitude else 4)
+        truth = exact(case, one)
+        errors = {name: np.abs(sums(one) - truth).max() for name, (sums, _) in rivals.items()}
+    each = pd.Series({name: quiet[name] * len(one) / len(x) for name, (_, x) in rivals.items()})
+    return pd.DataFrame(
+        {
+            "one evaluation [µs]": 1e6 * each,
+            "x loop": each[LOOP] / each,
+            f"x {list(rivals)[1]}": each[list(rivals)[1]] / each,
+            "largest error of the sum [dB]": pd.Series(errors),
+        }
+    )
+
+
+def report() -> str:
+    """Measure every motion and shape and return the tables as text."""
+    tables = []
+    for motion in Motion:
+        for shape in SHAPES:
+            table = measure(motion, shape, seconds=8.0)
+            columns = dict.fromkeys(table.columns[1:3], "{:.1f}".format)
+            columns |= {table.columns[0]: "{:.0f}".format, table.columns[3]: "{:.0e}".format}
+            text = table.to_string(formatters=columns)
+            tables.append(f"{motion.value} motion, {shape.title}\n{text}")
+    return "\n\n".join(tables)
+
+
+def _names(shape: Shape) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Return the names of the vehicles and of the variables."""
+    vehicles = tuple(f"vehicle {v}" for v in range(shape.n_vehicles))
+    return vehicles, tuple(f"m{k // 3} {'xyz'[k % 3]}" for k in range(shape.n_variables))

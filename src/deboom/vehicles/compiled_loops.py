@@ -1,0 +1,453 @@
+"""The hot loops of the booming index, compiled with numba: the only module that imports it.
+
+A lane is one design. Every inner loop runs over a fixed number of lanes with the same operations
+for each, so the compiler keeps several lanes in one register, and the result of a design does not
+depend on the designs beside it. Loops over variables, springs and paths have lengths that the
+factories below fix, so that the compiler unrolls them; helpers are inlined, so that it knows the
+shapes of the buffers. A sum of logarithms is the logarithm of a product: the loops multiply
+``|p|²`` of up to `STORED` lines and leave the logarithm to numpy.
+
+Compiling takes seconds, once per problem shape and machine: numba keeps the result on disk.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import lru_cache
+from typing import Any, NamedTuple
+
+import numpy as np
+from numba import njit
+
+from deboom.arrays import ComplexArray, IntArray, RealArray
+from deboom.vehicles.amplitude_motion import CALM, CALMER, LEAST_STEP, MOST_STEP, MOST_SWEEPS
+
+PRESCRIBED_LANES = 128
+COUPLED_LANES = 64
+"""Designs side by side: the buffers of the loops stay in the first-level cache."""
+
+GROUP = 16
+"""Lines multiplied before the product is checked."""
+
+STORED = 96
+"""Lines multiplied before the product is stored."""
+
+LARGEST_PRODUCT = 1e50
+"""Designs with a group's product beyond this, or below its inverse, are not trusted; the groups of
+one stored product fit a double."""
+
+_OPTIONS: dict[str, Any] = {
+    "fastmath": {"contract", "reassoc", "nsz", "arcp"},
+    # a branch for a division by zero would keep the loops from being vectorised
+    "error_model": "numpy",
+    "nogil": True,
+    "cache": True,
+}
+_INLINED: dict[str, Any] = {"fastmath": _OPTIONS["fastmath"], "error_model": "numpy"}
+_helper = njit(inline="always", **_INLINED)
+
+
+class MotionTables(NamedTuple):
+    """Equations of motion of one load case as the loops read them.
+
+    Springs along x of all n mounts come first, those along y and z next, then those of the wheel
+    ends.
+
+    Parameters
+    ----------
+    variables : array of int, shape (s,)
+        Design variable of each spring.
+    stiffness : array, shape (f, s)
+        [N/m].
+    levers : array, shape (3, n, 2)
+        Displacement of a spring along axis a by a turn about the axes a + 1 and a + 2 [m/rad].
+    mass_matrix : array, shape (6, 6)
+        Mass matrix of the powertrain.
+    load : array, shape (f, 6)
+        External load on the powertrain [N, N m].
+    squared : array, shape (f,)
+        ω² [rad²/s²].
+    end_mass : array, shape (e,)
+        [kg].
+    end_load : array, shape (f, e)
+        [N].
+    path : array of int, shape (s,)
+        Path that each spring feeds; -1 where it does not reach an ear.
+    transfer_real, transfer_imag : array, shape (f, v, path)
+        Transfer functions, scaled to a pressure of about 1.
+    follows : array of int, shape (m,)
+        Springs whose stiffness follows the amplitude.
+    amplitude : array, shape (f, m)
+        Their nominal amplitudes [m].
+    cubic : array, shape (f, m, 4)
+        Coefficients of their relative stiffness over the ratio of amplitudes [1].
+    lowest, highest : array, shape (f, m)
+        Bounds of that ratio [1].
+    """
+
+    variables: IntArray
+    stiffness: ComplexArray
+    levers: RealArray
+    mass_matrix: RealArray
+    load: ComplexArray
+    squared: RealArray
+    end_mass: RealArray
+    end_load: ComplexArray
+    path: IntArray
+    transfer_real: RealArray
+    transfer_imag: RealArray
+    follows: IntArray
+    amplitude: RealArray
+    cubic: ComplexArray
+    lowest: RealArray
+    highest: RealArray
+
+
+@lru_cache
+def prescribed_loop(n_variables: int) -> Callable[..., None]:
+    """Return the loop for prescribed motion with a number of variables.
+
+    It reads factors (chunk, k, lane) and a table (v, f, 2, k) with the real and the imaginary parts
+    of the contributions; it writes products of ``|p|²`` (chunk, v, part, lane) and sets `trusted`
+    (chunk, lane) to False where a product comes near the end of the range of numbers.
+    """
+    lanes = PRESCRIBED_LANES
+
+    @njit(**_OPTIONS)
+    def run(factors, table, products, trusted):  # type: ignore[no-untyped-def]
+        n_vehicles, n_lines = table.shape[:2]
+        x = np.empty((n_variables, lanes))
+        product = np.empty(lanes)
+        for chunk in range(factors.shape[0]):
+            x[:] = factors[chunk]
+            for vehicle in range(n_vehicles):
+                products[chunk, vehicle] = 1.0
+                for first in range(0, n_lines, GROUP):
+                    product[:] = 1.0
+                    for line in range(first, min(first + GROUP, n_lines)):
+                        real, imag = table[vehicle, line, 0], table[vehicle, line, 1]
+                        for lane in range(lanes):
+                            p_real = 0.0
+                            p_imag = 0.0
+                            for k in range(n_variables):
+                                p_real += real[k] * x[k, lane]
+                                p_imag += imag[k] * x[k, lane]
+                            product[lane] *= p_real * p_real + p_imag * p_imag
+                    _settle(product, products[chunk, vehicle, first // STORED], trusted[chunk])
+
+    return run  # type: ignore[no-any-return]
+
+
+@lru_cache
+def coupled_loop(n_mounts: int, n_end: int, n_paths: int) -> Callable[..., None]:
+    """Return the loop for coupled motion with `n_mounts` powertrain springs along each axis.
+
+    Each wheel end has `n_end` springs.
+
+    It reads factors (chunk, k, lane), the changes of the stiffnesses beside the factors (chunk, f,
+    s, 2, lane), or an empty array where there are none, `MotionTables` and the tolerance of the
+    amplitudes; it writes as `prescribed_loop` does. Where no stiffness follows the amplitude, a
+    line takes one sweep.
+    """
+    lanes = COUPLED_LANES
+
+    @njit(**_OPTIONS)
+    def run(factors, ratio, tables, tolerance, products, trusted):  # type: ignore[no-untyped-def]
+        n_lines, n_vehicles = tables.transfer_real.shape[:2]
+        n_springs, n_follows = tables.variables.size, tables.follows.size
+        nominal = np.empty((n_springs, 2, lanes))
+        k = np.empty((n_springs, 2, lanes))
+        z = np.empty((3, 6, 2, lanes))
+        q = np.empty((6, 2, lanes))
+        u = np.empty((n_springs, 2, lanes))
+        force = np.empty((n_paths, 2, lanes))
+        product = np.empty((n_vehicles, lanes))
+        reached = np.empty((n_follows, lanes))
+        before = np.empty((n_follows, lanes))
+        after = np.empty((n_follows, lanes))
+        moving = np.empty(lanes)
+        change = np.empty(lanes)
+        levers = tables.levers
+        for chunk in range(factors.shape[0]):
+            products[chunk] = 1.0
+            product[:] = 1.0
+            reached[:] = 1.0
+            before[:] = 1.0
+            for line in range(n_lines):
+                _scale(factors[chunk], tables.variables, tables.stiffness[line], nominal)
+                if ratio.shape[0] > 0:
+                    _multiply(ratio[chunk, line], nominal)
+                _copy(nominal, k)
+                moving[:] = 1.0
+                for sweep in range(MOST_SWEEPS):
+                    _follow(tables, line, reached, nominal, k)
+                    for axis in range(3):
+                        for part in range(2):
+                            for lane in range(lanes):
+                                aa = ab = ac = bb = bc = cc = 0.0
+                                for mount in range(n_mounts):
+                                    b, c = levers[axis, mount, 0], levers[axis, mount, 1]
+                                    spring = k[axis * n_mounts + mount, part, lane]
+                                    aa += spring
+                                    ab += spring * b
+                                    ac += spring * c
+                                    bb += spring * b * b
+                                    bc += spring * b * c
+                                    cc += spring * c * c
+                                z[axis, 0, part, lane] = aa
+                                z[axis, 1, part, lane] = ab
+                                z[axis, 2, part, lane] = ac
+                                z[axis, 3, part, lane] = bb
+                                z[axis, 4, part, lane] = bc
+                                z[axis, 5, part, lane] = cc
+                    _solve(z, tables.load[line], tables.mass_matrix, tables.squared[line], q)
+                    _displace(q, levers, u)
+                    for end in range(tables.end_mass.size):
+                        load = tables.end_load[line, end]
+                        inertia = tables.squared[line] * tables.end_mass[end]
+                        first = 3 * n_mounts + end * n_end
+                        for lane in range(lanes):
+                            real, imag = -inertia, 0.0
+                            for s in range(n_end):
+                                real += k[first + s, 0, lane]
+                                imag += k[first + s, 1, lane]
+                            moved = load * _inverse(real, imag)
+                            for s in range(n_end):
+                                u[first + s, 0, lane] = moved.real
+                                u[first + s, 1, lane] = moved.imag
+                    if not _compare(tables, line, u, reached, after, moving, change, tolerance):
+                        break
+                    for calm in (CALM, CALMER):
+                        if sweep >= calm:
+                            _halve(reached, after)
+                    _take(reached, after, moving)
+                for lane in range(lanes):
+                    trusted[chunk, lane] &= moving[lane] == 0.0
+                _foresee(reached, before)
+                _push(k, u, tables.path, force)
+                for vehicle in range(n_vehicles):
+                    real = tables.transfer_real[line, vehicle]
+                    imag = tables.transfer_imag[line, vehicle]
+                    for lane in range(lanes):
+                        p_real = 0.0
+                        p_imag = 0.0
+                        for path in range(n_paths):
+                            p_real += real[path] * force[path, 0, lane]
+                            p_real -= imag[path] * force[path, 1, lane]
+                            p_imag += real[path] * force[path, 1, lane]
+                            p_imag += imag[path] * force[path, 0, lane]
+                        product[vehicle, lane] *= p_real * p_real + p_imag * p_imag
+                if (line + 1) % GROUP == 0 or line + 1 == n_lines:
+                    for vehicle in range(n_vehicles):
+                        stored = products[chunk, vehicle, line // STORED]
+                        _settle(product[vehicle], stored, trusted[chunk])
+                    product[:] = 1.0
+
+    return run  # type: ignore[no-any-return]
+
+
+@_helper
+def _settle(product, stored, trusted):  # type: ignore[no-untyped-def]
+    """Multiply a group's product into the stored one, and say which lanes can be trusted."""
+    for lane in range(product.size):
+        trusted[lane] &= 1.0 / LARGEST_PRODUCT < product[lane] < LARGEST_PRODUCT
+        stored[lane] *= product[lane]
+
+
+@_helper
+def _inverse(real, imag):  # type: ignore[no-untyped-def]
+    """Return one over a complex number."""
+    size = 1.0 / (real * real + imag * imag)
+    return complex(real * size, -imag * size)
+
+
+@_helper
+def _scale(x, variables, stiffness, k):  # type: ignore[no-untyped-def]
+    """Write factor times stiffness of every spring."""
+    for s in range(variables.size):
+        factor, real, imag = x[variables[s]], stiffness[s].real, stiffness[s].imag
+        for lane in range(COUPLED_LANES):
+            k[s, 0, lane] = factor[lane] * real
+            k[s, 1, lane] = factor[lane] * imag
+
+
+@_helper
+def _copy(nominal, k):  # type: ignore[no-untyped-def]
+    """Start from the nominal stiffnesses."""
+    for s in range(k.shape[0]):
+        for lane in range(COUPLED_LANES):
+            k[s, 0, lane] = nominal[s, 0, lane]
+            k[s, 1, lane] = nominal[s, 1, lane]
+
+
+@_helper
+def _multiply(ratio, k):  # type: ignore[no-untyped-def]
+    """Multiply stiffnesses by complex ratios."""
+    for s in range(ratio.shape[0]):
+        for lane in range(COUPLED_LANES):
+            changed = complex(k[s, 0, lane], k[s, 1, lane]) * complex(
+                ratio[s, 0, lane], ratio[s, 1, lane]
+            )
+            k[s, 0, lane] = changed.real
+            k[s, 1, lane] = changed.imag
+
+
+@_helper
+def _follow(tables, line, reached, nominal, k):  # type: ignore[no-untyped-def]
+    """Write the stiffness of springs that follow the amplitude, at ratios of the nominal one."""
+    for m in range(tables.follows.size):
+        s = tables.follows[m]
+        lowest, highest = tables.lowest[line, m], tables.highest[line, m]
+        c0, c1, c2, c3 = (
+            tables.cubic[line, m, 0],
+            tables.cubic[line, m, 1],
+            tables.cubic[line, m, 2],
+            tables.cubic[line, m, 3],
+        )
+        for lane in range(COUPLED_LANES):
+            t = min(max(reached[m, lane], lowest), highest)
+            real = c0.real + t * (c1.real + t * (c2.real + t * c3.real))
+            imag = c0.imag + t * (c1.imag + t * (c2.imag + t * c3.imag))
+            k[s, 0, lane] = nominal[s, 0, lane] * real - nominal[s, 1, lane] * imag
+            k[s, 1, lane] = nominal[s, 0, lane] * imag + nominal[s, 1, lane] * real
+
+
+@_helper
+def _solve(z, load, mass, squared, q):  # type: ignore[no-untyped-def]
+    """Solve the impedance ``Z q = F`` of the powertrain.
+
+    Springs lie along the axes, so the translations do not couple with each other: each is
+    eliminated by a division, and a symmetric 3×3 system of the rotations is left (LDLᵀ). `z` holds
+    per axis a with the next axes b, c: aa, then a with turns about b and c, then turns bb, bc, cc.
+    No pivoting: the impedance of a damped body on mounts has no small pivots.
+    """
+    f_x, f_y, f_z, f_rx, f_ry, f_rz = load[0], load[1], load[2], load[3], load[4], load[5]
+    m = squared * mass[0, 0]
+    m_x_ry, m_x_rz, m_y_rz = squared * mass[0, 4], squared * mass[0, 5], squared * mass[1, 5]
+    j_x, j_y, j_z = squared * mass[3, 3], squared * mass[4, 4], squared * mass[5, 5]
+    j_xy, j_xz, j_yz = squared * mass[3, 4], squared * mass[3, 5], squared * mass[4, 5]
+    for lane in range(COUPLED_LANES):
+        # springs and inertia
+        inv_x = _inverse(z[0, 0, 0, lane] - m, z[0, 0, 1, lane])
+        inv_y = _inverse(z[1, 0, 0, lane] - m, z[1, 0, 1, lane])
+        inv_z = _inverse(z[2, 0, 0, lane] - m, z[2, 0, 1, lane])
+        x_ry = complex(z[0, 1, 0, lane] - m_x_ry, z[0, 1, 1, lane])
+        x_rz = complex(z[0, 2, 0, lane] - m_x_rz, z[0, 2, 1, lane])
+        y_rz = complex(z[1, 1, 0, lane] - m_y_rz, z[1, 1, 1, lane])
+        y_rx = complex(z[1, 2, 0, lane] + m_x_ry, z[1, 2, 1, lane])
+        z_rx = complex(z[2, 1, 0, lane] + m_x_rz, z[2, 1, 1, lane])
+        z_ry = complex(z[2, 2, 0, lane] + m_y_rz, z[2, 2, 1, lane])
+        rx = complex(z[1, 5, 0, lane] + z[2, 3, 0, lane] - j_x, z[1, 5, 1, lane] + z[2, 3, 1, lane])
+        ry = complex(z[0, 3, 0, lane] + z[2, 5, 0, lane] - j_y, z[0, 3, 1, lane] + z[2, 5, 1, lane])
+        rz = complex(z[0, 5, 0, lane] + z[1, 3, 0, lane] - j_z, z[0, 5, 1, lane] + z[1, 3, 1, lane])
+        rx_ry = complex(z[2, 4, 0, lane] - j_xy, z[2, 4, 1, lane])
+        rx_rz = complex(z[1, 4, 0, lane] - j_xz, z[1, 4, 1, lane])
+        ry_rz = complex(z[0, 4, 0, lane] - j_yz, z[0, 4, 1, lane])
+        # eliminate the translations
+        rx = rx - y_rx * y_rx * inv_y - z_rx * z_rx * inv_z
+        ry = ry - x_ry * x_ry * inv_x - z_ry * z_ry * inv_z
+        rz = rz - x_rz * x_rz * inv_x - y_rz * y_rz * inv_y
+        rx_ry = rx_ry - z_rx * z_ry * inv_z
+        rx_rz = rx_rz - y_rx * y_rz * inv_y
+        ry_rz = ry_rz - x_ry * x_rz * inv_x
+        g_x, g_y, g_z = f_x * inv_x, f_y * inv_y, f_z * inv_z
+        q_rx = f_rx - y_rx * g_y - z_rx * g_z
+        q_ry = f_ry - x_ry * g_x - z_ry * g_z
+        q_rz = f_rz - x_rz * g_x - y_rz * g_y
+        # solve the rotations
+        inv_rx = _inverse(rx.real, rx.imag)
+        l_ry, l_rz = rx_ry * inv_rx, rx_rz * inv_rx
+        ry = ry - l_ry * rx_ry
+        ry_rz = ry_rz - l_ry * rx_rz
+        rz = rz - l_rz * rx_rz
+        q_ry = q_ry - l_ry * q_rx
+        inv_ry = _inverse(ry.real, ry.imag)
+        l_rz_ry = ry_rz * inv_ry
+        rz = rz - l_rz_ry * ry_rz
+        q_rz = (q_rz - l_rz * q_rx - l_rz_ry * q_ry) * _inverse(rz.real, rz.imag)
+        q_ry = q_ry * inv_ry - l_rz_ry * q_rz
+        q_rx = q_rx * inv_rx - l_ry * q_ry - l_rz * q_rz
+        # and the translations
+        q_x = g_x - (x_ry * q_ry + x_rz * q_rz) * inv_x
+        q_y = g_y - (y_rx * q_rx + y_rz * q_rz) * inv_y
+        q_z = g_z - (z_rx * q_rx + z_ry * q_ry) * inv_z
+        q[0, 0, lane], q[0, 1, lane] = q_x.real, q_x.imag
+        q[1, 0, lane], q[1, 1, lane] = q_y.real, q_y.imag
+        q[2, 0, lane], q[2, 1, lane] = q_z.real, q_z.imag
+        q[3, 0, lane], q[3, 1, lane] = q_rx.real, q_rx.imag
+        q[4, 0, lane], q[4, 1, lane] = q_ry.real, q_ry.imag
+        q[5, 0, lane], q[5, 1, lane] = q_rz.real, q_rz.imag
+
+
+@_helper
+def _displace(q, levers, u):  # type: ignore[no-untyped-def]
+    """Write the displacement of every spring of the powertrain."""
+    n_mounts = levers.shape[1]
+    for axis in range(3):
+        turn_b, turn_c = q[3 + (axis + 1) % 3], q[3 + (axis + 2) % 3]
+        for mount in range(n_mounts):
+            b, c = levers[axis, mount, 0], levers[axis, mount, 1]
+            for part in range(2):
+                for lane in range(COUPLED_LANES):
+                    turned = b * turn_b[part, lane] + c * turn_c[part, lane]
+                    u[axis * n_mounts + mount, part, lane] = q[axis, part, lane] + turned
+
+
+@_helper
+def _compare(tables, line, u, reached, after, moving, change, tolerance):  # type: ignore[no-untyped-def]
+    """Compare the amplitudes with those the stiffnesses were taken at; say whether any moves."""
+    change[:] = -1.0
+    for m in range(tables.follows.size):
+        s, inverse = tables.follows[m], 1.0 / tables.amplitude[line, m]
+        for lane in range(COUPLED_LANES):
+            real, imag = u[s, 0, lane], u[s, 1, lane]
+            ratio = inverse * np.sqrt(real * real + imag * imag)
+            after[m, lane] = ratio
+            beyond = abs(ratio - reached[m, lane]) - tolerance * ratio
+            change[lane] = max(change[lane], beyond)
+    n_moving = 0.0
+    for lane in range(COUPLED_LANES):
+        moving[lane] = moving[lane] if change[lane] > 0.0 else 0.0
+        n_moving += moving[lane]
+    return n_moving > 0.0
+
+
+@_helper
+def _halve(reached, after):  # type: ignore[no-untyped-def]
+    """Let the logarithms of the amplitudes go only half of the way."""
+    for m in range(after.shape[0]):
+        for lane in range(COUPLED_LANES):
+            after[m, lane] = np.sqrt(reached[m, lane] * after[m, lane])
+
+
+@_helper
+def _take(reached, after, moving):  # type: ignore[no-untyped-def]
+    """Take the new amplitudes of lanes that still move; the others keep theirs, bit for bit."""
+    for m in range(after.shape[0]):
+        for lane in range(COUPLED_LANES):
+            reached[m, lane] = after[m, lane] if moving[lane] > 0.0 else reached[m, lane]
+
+
+@_helper
+def _foresee(reached, before):  # type: ignore[no-untyped-def]
+    """Guess the amplitudes of the next line: their last change goes on."""
+    for m in range(before.shape[0]):
+        for lane in range(COUPLED_LANES):
+            step = min(max(reached[m, lane] / before[m, lane], LEAST_STEP), MOST_STEP)
+            before[m, lane] = reached[m, lane]
+            reached[m, lane] *= step
+
+
+@_helper
+def _push(k, u, path, force):  # type: ignore[no-untyped-def]
+    """Write the force of every path: the sum of its springs."""
+    force[:] = 0.0
+    for s in range(path.size):
+        p = path[s]
+        if p >= 0:
+            for lane in range(COUPLED_LANES):
+                pushed = complex(k[s, 0, lane], k[s, 1, lane]) * complex(
+                    u[s, 0, lane], u[s, 1, lane]
+                )
+                force[p, 0, lane] += pushed.real
+                force[p, 1, lane] += pushed.imag

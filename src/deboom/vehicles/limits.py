@@ -1,0 +1,544 @@
+"""Quantities that limits are stated for: levels in every vehicle, and what mounts must carry.
+
+Levels wrap a `BoomingModel` and keep its seam: designs in, one number per vehicle out, with exact
+derivatives. Requirements on the mounts beside being quiet are columns of `MountRequirements`: carry
+the weight and the torque, place the modes. `deboom.explore.robust.Limits` says which values are allowed.
+"""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Protocol
+
+import numpy as np
+import numpy.typing as npt
+
+from deboom.arrays import ComplexArray, IntArray, RealArray
+from deboom.errors import InputError
+from deboom.mounts.mount import Mount
+from deboom.physics import rigid_body, sound_level
+from deboom.vehicles.amplitude_motion import AmplitudeMotion
+from deboom.vehicles.booming_model import BoomingModel, checked_designs
+from deboom.vehicles.coupled_motion import CoupledMotion
+from deboom.vehicles.design_factor import Factor
+from deboom.vehicles.fleet import Band, PathContributions, lines_inside
+from deboom.vehicles.powertrain import KinematicModel, Powertrain, balanced_deflection
+
+DIFFERENCE = 1e-4
+"""Step of central differences, relative: of a design's pressure by its factors [1]."""
+
+BLOCK = 512
+"""Designs whose levels are in memory at a time."""
+
+GRAVITY = 9.80665
+"""Standard acceleration of free fall [m/s²]."""
+
+NEPER_TO_DB = 20.0 / np.log(10.0)
+MILLIMETRES = 1e3
+N_PER_MM = 1e-3
+
+_LineCase = PathContributions | CoupledMotion
+
+
+@dataclass(frozen=True, eq=False)
+class _VehicleLevel:
+    """A level of every vehicle with the names of a booming model."""
+
+    model: BoomingModel
+
+    @property
+    def variable_names(self) -> tuple[str, ...]:
+        """Names of the columns of the designs."""
+        return self.model.variable_names
+
+    @property
+    def response_names(self) -> tuple[str, ...]:
+        """Names of the vehicles."""
+        return self.model.response_names
+
+    @property
+    def response_unit(self) -> str:
+        """Unit of all responses."""
+        return self.model.response_unit
+
+    def _line_cases(self, what: str) -> tuple[_LineCase, ...]:
+        """Return the load cases, whose pressure must be known line by line."""
+        if self.model.loss_factors:
+            raise InputError(f"{what} need stiffness factors alone: leave the loss factors out")
+        cases = tuple(case for case in self.model.cases if not isinstance(case, AmplitudeMotion))
+        if len(cases) < len(self.model.cases):
+            raise InputError(
+                f"{what} need prescribed or coupled motion, not motion by response surfaces"
+            )
+        return cases
+
+
+@dataclass(frozen=True, eq=False)
+class MeanLevel(_VehicleLevel):
+    """Mean level of the lines of every vehicle, ``SPLV / n_lines`` [dB(A)].
+
+    Parameters
+    ----------
+    model : BoomingModel
+        Its weighted load cases are averaged.
+    """
+
+    quantity: str = "mean level of the lines"
+
+    def __call__(self, designs: npt.ArrayLike) -> RealArray:
+        """Return the levels of designs (n, k), shape (n, v) [dB(A)]."""
+        return np.asarray(self.model(designs) / self.model.n_lines)
+
+    def gradient(self, designs: npt.ArrayLike) -> RealArray:
+        """Return the derivatives, shape (n, v, k) [dB(A) per unit factor]."""
+        return np.asarray(self.model.gradient(designs) / self.model.n_lines)
+
+
+@dataclass(frozen=True, eq=False)
+class PeakLevel(_VehicleLevel):
+    """Loudest line of a band in every vehicle, over all load cases that count [dB(A)].
+
+    Parameters
+    ----------
+    model : BoomingModel
+        With prescribed or coupled motion. The weights of its load cases play no role: the loudest
+        of them counts.
+    band : (lower, upper)
+        Both edges belong to the band [Hz].
+
+    Raises
+    ------
+    InputError
+        A band without a line of the model, a motion that follows the amplitude, loss factors.
+
+    Notes
+    -----
+    The derivative is that of the loudest line, ``20/ln 10 Re(∂p_f/∂x_k / p_f)``: exact wherever one
+    line is louder than all others, and a subgradient where two are equally loud.
+    """
+
+    band: Band
+    quantity: str = "peak level"
+    _cases: tuple[_LineCase, ...] = field(init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        inside = np.flatnonzero(lines_inside(self.model.frequency, self.band, "the index"))
+        cases = tuple(case.at_lines(inside) for case in self._line_cases("peak levels"))
+        object.__setattr__(self, "_cases", cases)
+
+    def __call__(self, designs: npt.ArrayLike) -> RealArray:
+        """Return the peaks of designs (n, k), shape (n, v) [dB(A)]."""
+        return self._loudest(checked_designs(designs, self.variable_names))[0]
+
+    def frequency(self, designs: npt.ArrayLike) -> RealArray:
+        """Return where the peaks lie, shape (n, v) [Hz]."""
+        place = self._loudest(checked_designs(designs, self.variable_names))[1]
+        lines = np.concatenate([case.frequency for case in self._cases])
+        return np.asarray(lines[place])
+
+    def gradient(self, designs: npt.ArrayLike) -> RealArray:
+        """Return the derivatives, shape (n, v, k) [dB(A) per unit factor]."""
+        rows = checked_designs(designs, self.variable_names)
+        place = self._loudest(rows)[1]
+        gradient = np.zeros((len(rows), len(self.response_names), len(self.variable_names)))
+        first = 0
+        for case in self._cases:
+            for line in range(case.frequency.size):
+                loudest = place == first + line
+                asked = np.flatnonzero(loudest.any(axis=1))
+                if asked.size:
+                    slope = case.at_lines(np.array([line])).neper_gradient(rows[asked])
+                    gradient[asked] += np.where(loudest[asked, :, np.newaxis], slope, 0.0)
+            first += case.frequency.size
+        return np.asarray(NEPER_TO_DB * gradient)
+
+    def _loudest(self, designs: RealArray) -> tuple[RealArray, IntArray]:
+        """Return level and place of the loudest line over all load cases, both (n, v)."""
+        energy = np.empty((len(designs), len(self.response_names)))
+        place = np.empty(energy.shape, dtype=np.intp)
+        weighting = [10.0 ** (sound_level.a_weighting(c.frequency) / 10.0) for c in self._cases]
+        for first in range(0, len(designs), BLOCK):
+            block = slice(first, first + BLOCK)
+            lines = np.concatenate(
+                [
+                    _energy(case.pressure(designs[block])) * weight
+                    for case, weight in zip(self._cases, weighting, strict=True)
+                ],
+                axis=-1,
+            )
+            place[block] = lines.argmax(axis=-1)
+            energy[block] = np.take_along_axis(lines, place[block][..., np.newaxis], -1)[..., 0]
+        return _level(energy), place
+
+
+@dataclass(frozen=True, eq=False)
+class ScatteredLevel(_VehicleLevel):
+    """Mean level of the lines of every vehicle, each with the energy that scatter adds [dB(A)].
+
+    Parameters
+    ----------
+    model : BoomingModel
+        With prescribed or coupled motion. Its weighted load cases are averaged.
+    design : array, shape (k,)
+        Design at which the energy of the scatter is taken, such as today's [1].
+    relative_sigma : array, shape (k,)
+        Standard deviation of each factor over the factor itself [1].
+
+    Raises
+    ------
+    InputError
+        A motion that follows the amplitude, loss factors.
+
+    Notes
+    -----
+    To first order parts that scatter have the mean energy ``|p|² + Σ_k |σ_k x_k ∂p/∂x_k|²`` in a
+    line; the sum is that of `design`. A search needs it: the mean level of a single design falls
+    without end where all paths cancel in one line, which no part that is made does.
+    """
+
+    design: RealArray
+    relative_sigma: RealArray
+    _cases: tuple[tuple[float, _LineCase, RealArray], ...] = field(init=False, repr=False)
+    """Weight, load case and energy of the scatter (v, f)."""
+
+    def __post_init__(self) -> None:
+        steps = DIFFERENCE * np.diag(self.design)
+        scatter = []
+        cases = self._line_cases("levels with scatter")
+        for case in cases:
+            ahead, behind = (case.pressure(self.design + step) for step in (steps, -steps))
+            change = self.relative_sigma[:, np.newaxis, np.newaxis] * (ahead - behind)
+            scatter.append(_energy(change / (2.0 * DIFFERENCE)).sum(axis=0))
+        used = tuple(zip(self.model.weights, cases, scatter, strict=True))
+        object.__setattr__(self, "_cases", used)
+
+    def __call__(self, designs: npt.ArrayLike) -> RealArray:
+        """Return the levels of designs (n, k), shape (n, v) [dB(A)]."""
+        rows = checked_designs(designs, self.variable_names)
+        levels = np.zeros((len(rows), len(self.response_names)))
+        for weight, case, scatter in self._cases:
+            weighting = sound_level.a_weighting(case.frequency)
+            for first in range(0, len(rows), BLOCK):
+                block = slice(first, first + BLOCK)
+                lines = _level(_energy(case.pressure(rows[block])) + scatter)
+                levels[block] += weight * (lines + weighting).mean(axis=-1)
+        return levels
+
+    def gradient(self, designs: npt.ArrayLike) -> RealArray:
+        """Return the derivatives, shape (n, v, k) [dB(A) per unit factor]."""
+        rows = checked_designs(designs, self.variable_names)
+        gradient = np.zeros((len(rows), len(self.response_names), len(self.variable_names)))
+        for weight, case, scatter in self._cases:
+            for first in range(0, len(rows), BLOCK):
+                block = slice(first, first + BLOCK)
+                pressure = case.pressure(rows[block])
+                factor = pressure.conj() / (_energy(pressure) + scatter)
+                slope = case.weighted_gradient(rows[block], factor)
+                gradient[block] += weight / case.frequency.size * slope
+        return np.asarray(NEPER_TO_DB * gradient)
+
+
+class Quantity(Protocol):
+    """Some numbers of a design."""
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the columns."""
+
+    @property
+    def unit(self) -> str:
+        """Unit of all columns."""
+
+    def __call__(self, factors: Mapping[str, RealArray]) -> RealArray:
+        """Return the columns, shape (n, c), from the factors (n,) by variable."""
+
+
+@dataclass(frozen=True, eq=False)
+class MountRequirements:
+    """Several quantities as one function of designs.
+
+    Parameters
+    ----------
+    variable_names : tuple of str
+        Columns of the designs. A variable that no quantity knows has no effect, a direction that
+        is no variable keeps its factor 1.
+    quantities : tuple of Quantity
+        At least one.
+    """
+
+    variable_names: tuple[str, ...]
+    quantities: tuple[Quantity, ...]
+
+    @property
+    def response_names(self) -> tuple[str, ...]:
+        """Name of each column of the result."""
+        return tuple(name for quantity in self.quantities for name in quantity.names)
+
+    @property
+    def response_units(self) -> tuple[str, ...]:
+        """Unit of each column of the result."""
+        return tuple(quantity.unit for quantity in self.quantities for _ in quantity.names)
+
+    def __call__(self, designs: npt.ArrayLike) -> RealArray:
+        """Return the quantities of designs.
+
+        Parameters
+        ----------
+        designs : array_like, shape (n, k)
+            Stiffness factors, above 0 [1].
+
+        Returns
+        -------
+        array, shape (n, c)
+            [response_units]; nan where a curve was not measured that far.
+
+        Raises
+        ------
+        InputError
+            Designs of another shape, not finite or not above 0.
+        """
+        rows = checked_designs(designs, self.variable_names)
+        if np.any(rows <= 0.0):
+            raise InputError("a stiffness factor of 0 or less carries nothing: give more than 0")
+        given = zip(self.variable_names, rows.T, strict=True)
+        factors = defaultdict(lambda: np.ones(len(rows)), given)
+        return np.hstack([quantity(factors) for quantity in self.quantities])
+
+
+@dataclass(frozen=True, eq=False)
+class WeightSag:
+    """How far mounts sink under the weight of the powertrain [mm].
+
+    Parameters
+    ----------
+    model : KinematicModel
+        Quasi-static curves of the mounts that carry the powertrain.
+    powertrain : Powertrain
+        Mass and centre of gravity.
+    mounts : tuple of str
+        Names ``<mount> [<piece>]``; downward counts positive, from the unloaded mounts.
+
+    Raises
+    ------
+    InputError
+        A mount that the kinematic model does not have.
+
+    Notes
+    -----
+    Linear: the tangents of the curves at no torque stand for the way down to there, which no curve
+    shows, because suppliers count deflections from the position under the weight. Both meanings of
+    a factor have the same tangent there.
+    """
+
+    model: KinematicModel
+    powertrain: Powertrain
+    mounts: tuple[str, ...]
+    unit: str = "mm"
+
+    def __post_init__(self) -> None:
+        for mount in self.mounts:
+            _index(self.model, f"{mount} z")
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names such as ``EnM sag``."""
+        return tuple(f"{mount} sag" for mount in self.mounts)
+
+    def __call__(self, factors: Mapping[str, RealArray]) -> RealArray:
+        """Return the sag, shape (n, n_mount) [mm]."""
+        forward = self.model.forward
+        tangents = np.array([spring.slope(np.zeros(1))[0] for spring in self.model.springs])
+        stiffness = _of_directions(self.model.mounts, factors) * tangents
+        weight = np.array([0.0, 0.0, -self.powertrain.mass * GRAVITY])
+        load = np.concatenate([weight, np.cross(self.powertrain.centre, weight)])
+        matrix = forward.T @ (stiffness[..., np.newaxis] * forward)
+        position = np.linalg.solve(matrix, load[:, np.newaxis])[..., 0]
+        columns = [_index(self.model, f"{mount} z") for mount in self.mounts]
+        return np.asarray(-MILLIMETRES * (position @ forward.T)[:, columns])
+
+
+@dataclass(frozen=True, eq=False)
+class TorqueTravel:
+    """How far mounts deflect under a wheel torque, from the position under the weight [mm].
+
+    Parameters
+    ----------
+    model : KinematicModel
+        Quasi-static curves of the mounts that carry the powertrain.
+    wheel_torque : float
+        Engine torque times total ratio [N m].
+    directions : tuple of str
+        ``<mount> [<piece>] <axis>``.
+    factor : Factor
+        What a stiffness factor means for the curves.
+
+    Raises
+    ------
+    InputError
+        A direction that the kinematic model does not have.
+    """
+
+    model: KinematicModel
+    wheel_torque: float
+    directions: tuple[str, ...]
+    factor: Factor = Factor.dynamic
+    unit: str = "mm"
+
+    def __post_init__(self) -> None:
+        for direction in self.directions:
+            _index(self.model, direction)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names such as ``TSM x travel at 1400 N m``."""
+        return tuple(f"{name} travel at {self.wheel_torque:g} N m" for name in self.directions)
+
+    def __call__(self, factors: Mapping[str, RealArray]) -> RealArray:
+        """Return the travel, shape (n, n_direction) [mm]; nan beyond what was measured."""
+        springs = self.model.springs
+        scale = _of_directions(self.model.mounts, factors)
+        # F(x u) for the dynamic stiffness, x F(u) for the part
+        stretch, gain = scale, np.ones_like(scale)
+        if self.factor is Factor.part:
+            stretch, gain = gain, stretch
+
+        def force(deflection: RealArray) -> RealArray:
+            at = stretch * deflection
+            forces = [spring.force(at[:, k]) for k, spring in enumerate(springs)]
+            return np.asarray(gain * np.stack(forces, axis=1))
+
+        def tangent(deflection: RealArray) -> RealArray:
+            at = stretch * deflection
+            slopes = [spring.slope(at[:, k]) for k, spring in enumerate(springs)]
+            return np.asarray(scale * np.stack(slopes, axis=1))
+
+        load = np.zeros((len(scale), 6))
+        load[:, 3:] = self.wheel_torque * np.array(self.model.torque_axis)
+        deflection = balanced_deflection(load, self.model.forward, force, tangent)
+        at = stretch * deflection
+        lowest = np.array([spring.lowest for spring in springs])
+        highest = np.array([spring.highest for spring in springs])
+        measured = ((lowest <= at) & (at <= highest)).all(axis=1)
+        travel = np.where(measured[:, np.newaxis], deflection, np.nan)
+        return MILLIMETRES * travel[:, [_index(self.model, name) for name in self.directions]]
+
+
+@dataclass(frozen=True, eq=False)
+class NaturalFrequencies:
+    """Undamped natural frequencies of the powertrain on its mounts [Hz].
+
+    Parameters
+    ----------
+    mounts : tuple of Mount
+        Mounts that carry the powertrain.
+    powertrain : Powertrain
+        Mass matrix.
+    stiffness : mapping of str to float
+        Real part of the dynamic stiffness of one piece at factor 1, by variable [N/m].
+    modes : tuple of int
+        From 1, the lowest, to 6.
+
+    Raises
+    ------
+    InputError
+        Another mode, or a direction without stiffness.
+    """
+
+    mounts: tuple[Mount, ...]
+    powertrain: Powertrain
+    stiffness: Mapping[str, float]
+    modes: tuple[int, ...] = (1, 2, 3, 4, 5, 6)
+    unit: str = "Hz"
+
+    def __post_init__(self) -> None:
+        if not set(self.modes) <= set(range(1, 7)):
+            raise InputError(f"a rigid body has the modes 1 to 6, not {list(self.modes)}")
+        for name in (name for mount in self.mounts for name in mount.variables):
+            if not np.isfinite(self.stiffness.get(name, np.nan)):
+                raise InputError(
+                    f"natural frequencies need the stiffness of {name}, which was not measured: "
+                    "measure all axes of the mounts that carry the powertrain"
+                )
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names such as ``mode 1``."""
+        return tuple(f"mode {mode}" for mode in self.modes)
+
+    def __call__(self, factors: Mapping[str, RealArray]) -> RealArray:
+        """Return the natural frequencies, shape (n, n_mode) [Hz]."""
+        positions = [position for mount in self.mounts for position in mount.positions]
+        nominal = {name: np.array([value]) for name, value in self.stiffness.items()}
+        stiffness = _of_directions(self.mounts, nominal) * _of_directions(self.mounts, factors)
+        matrix = rigid_body.mount_stiffness_matrix(positions, stiffness).real
+        frequency = rigid_body.rigid_body_modes(self.powertrain.mass_matrix, matrix)[0]
+        return np.asarray(frequency[:, [mode - 1 for mode in self.modes]])
+
+
+@dataclass(frozen=True, eq=False)
+class OperatingStiffness:
+    """Magnitude of the dynamic stiffness, of a variable or of a sum of variables [N/mm].
+
+    Parameters
+    ----------
+    stiffness : mapping of str to float
+        Stiffness of one piece at factor 1, by variable [N/m].
+    sums : mapping of str to sequence of str
+        Name of each column → the variables it is the sum of, once per piece.
+
+    Raises
+    ------
+    InputError
+        A variable without stiffness.
+    """
+
+    stiffness: Mapping[str, float]
+    sums: Mapping[str, Sequence[str]]
+    unit: str = "N/mm"
+
+    def __post_init__(self) -> None:
+        for name in (name for variables in self.sums.values() for name in variables):
+            if not np.isfinite(self.stiffness.get(name, np.nan)):
+                raise InputError(
+                    f"there is no measured stiffness of {name} to limit: use one of "
+                    f"{[name for name, k in self.stiffness.items() if np.isfinite(k)]}"
+                )
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names such as ``EnM z stiffness``."""
+        return tuple(f"{name} stiffness" for name in self.sums)
+
+    def __call__(self, factors: Mapping[str, RealArray]) -> RealArray:
+        """Return the stiffnesses, shape (n, n_sum) [N/mm]."""
+        columns = [
+            np.sum([factors[name] * self.stiffness[name] for name in variables], axis=0)
+            for variables in self.sums.values()
+        ]
+        return N_PER_MM * np.column_stack(columns)
+
+
+def _energy(pressure: ComplexArray) -> RealArray:
+    return np.asarray(pressure.real**2 + pressure.imag**2)
+
+
+def _level(energy: RealArray) -> RealArray:
+    """Return the level of ``|p|²`` of complex peaks [dB]."""
+    with np.errstate(divide="ignore"):
+        return np.asarray(10.0 * np.log10(energy / (2.0 * sound_level.REFERENCE_PRESSURE**2)))
+
+
+def _of_directions(mounts: Sequence[Mount], values: Mapping[str, RealArray]) -> RealArray:
+    """Return the values of every direction of every piece, shape (n, n_direction)."""
+    names = [name for mount in mounts for _ in mount.pieces for name in mount.variables]
+    return np.column_stack([values[name] for name in names])
+
+
+def _index(model: KinematicModel, direction: str) -> int:
+    if direction not in model.names:
+        raise InputError(
+            f"the kinematic model has no direction '{direction}': use one of {list(model.names)}"
+        )
+    return model.names.index(direction)

@@ -24,15 +24,13 @@ from pymoo.core.problem import ElementwiseProblem
 from pymoo.termination.max_gen import MaximumGenerationTermination
 from threadpoolctl import threadpool_limits
 
-import kernel
-import kernel_coupled
+import kernels
 from deboom.arrays import RealArray
 from deboom.explore.robust import RobustResponse
 from deboom.explore.scatter import sobol_sample
 from deboom.explore.search import nsga2
 from deboom.explore.space import DesignSpace, Evaluate, stiffness_factor_space
-from deboom.vehicles.kernel_numba import NUMBA, NUMBA_COUPLED
-from deboom.vehicles.kernel_numpy import NUMPY
+from deboom.vehicles.kernels import level_sum
 
 POPULATION, GENERATIONS, EVERY = 100, 100, 25
 """Budget of the search, and generations of it between two of the rival."""
@@ -109,34 +107,23 @@ class _Loop(ElementwiseProblem):
 
 def measure() -> pd.DataFrame:
     """Run every search beside its rival; one row each."""
-    shape, coupled = kernel.SHAPES[0], kernel_coupled.SHAPES[0]
-    contributions = kernel.problem(shape).contributions
-    motion = kernel_coupled.problem(coupled)
-
-    def level(pressure: Any) -> RealArray:
-        return np.asarray(10.0 * np.log10(np.abs(pressure) ** 2))
-
-    def prescribed_loop(rows: RealArray) -> RealArray:
-        return kernel.loop(contributions, rows, level)
-
-    def coupled_loop(rows: RealArray) -> RealArray:
-        return kernel_coupled.loop(motion, rows)
-
-    rivals: dict[str, tuple[Sums, Sums, int]] = {
-        PRESCRIBED_NUMPY: (NUMPY.prepare(contributions), prescribed_loop, 16),
-        PRESCRIBED: (NUMBA.prepare(contributions), prescribed_loop, 16),
-        COUPLED: (NUMBA_COUPLED.prepare(motion), coupled_loop, 64),
+    shape = kernels.SHAPES[0]
+    prescribed, coupled = kernels.prescribed_problem(shape), kernels.coupled_problem(shape)
+    rivals: dict[str, tuple[kernels.Case, bool, int]] = {
+        PRESCRIBED_NUMPY: (prescribed, False, 16),
+        PRESCRIBED: (prescribed, True, 16),
+        COUPLED: (coupled, True, 64),
     }
     rows = {}
     with threadpool_limits(1, user_api="blas"):
-        for name, (sums, loop, n_pieces) in rivals.items():
-            rows[name] = _side_by_side(sums, loop, n_pieces)
+        for name, (case, compiled, n_pieces) in rivals.items():
+            rows[name] = _side_by_side(case, compiled, n_pieces)
     return pd.DataFrame(rows).T
 
 
-def _side_by_side(sums: Sums, loop: Sums, n_pieces: int) -> dict[str, float]:
-    n_variables = kernel.SHAPES[0].n_variables
-    names = tuple(f"x{k + 1}" for k in range(n_variables))
+def _side_by_side(case: kernels.Case, compiled: bool, n_pieces: int) -> dict[str, float]:
+    sums, names = level_sum(case, compiled=compiled), case.variable_names
+    n_variables = len(names)
     space = stiffness_factor_space(names)
     sample = sobol_sample(n_variables, 128, seed=1)
     own, other = _Watch(), _Watch(n_pieces)
@@ -146,7 +133,7 @@ def _side_by_side(sums: Sums, loop: Sums, n_pieces: int) -> dict[str, float]:
     sums(np.ones((2, n_variables)))  # compiles
     scatter = 1.0 + space.relative_sigma * sample.values
     rival = NSGA2(pop_size=POPULATION)
-    loops = _Loop(loop, space, scatter, other)
+    loops = _Loop(lambda rows: kernels.loop(case, rows), space, scatter, other)
     rival.setup(loops, termination=MaximumGenerationTermination(GENERATIONS), seed=1)
     begin = time.perf_counter()
 

@@ -51,6 +51,7 @@ class Shape:
 
     @property
     def n_variables(self) -> int:
+        """Stiffness factors, three per mount."""
         return 3 * (self.n_mounts + (self.n_wheel_ends > 0))
 
 

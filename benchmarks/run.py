@@ -13,17 +13,11 @@ from types import ModuleType
 import numpy as np
 
 import end_to_end
-import kernel
-import kernel_amplitude
-import kernel_coupled
-import kernel_smooth
+import kernels
 import sobol_indices
 
 TABLES: tuple[ModuleType, ...] = (
-    kernel,
-    kernel_coupled,
-    kernel_smooth,
-    kernel_amplitude,
+    kernels,
     end_to_end,
     sobol_indices,
 )

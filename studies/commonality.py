@@ -52,7 +52,7 @@ from deboom.study.platform_model import MotionOptions, Operation, PlatformOption
 from deboom.study.progress import Progress, progress_bar
 from deboom.study.result import RunContext
 from deboom.study.supplier_study import letters
-from deboom.vehicles.limit_responses import MeanLevel, ScatteredLevel
+from deboom.vehicles.limits import MeanLevel, ScatteredLevel
 
 FAMILY_DESIGNS = 100
 """Designs of the correlation study that the search begins with."""
@@ -177,7 +177,7 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
         report.summary["group_sets_part_numbers"] = shared.by_group.sharing.total
         dearest = float(shared.price(shared.by_group).max())
         report.summary["group_sets_price_worst_db"] = dearest
-    report.facts["kernel"] = model.index.kernel.name
+    report.facts["kernel"] = model.index.kernel
     report.inputs += model.runs.platform.input_files
     if options.limits is not None:
         report.inputs.append(options.limits)

@@ -138,7 +138,7 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
         "n_failed": search.n_failed,
         "seconds_search": round(search.seconds, 3),
     }
-    report.facts["kernel"] = index.kernel.name
+    report.facts["kernel"] = index.kernel
     report.inputs += [*model.runs.platform.input_files, *tables]
 
     report.section(

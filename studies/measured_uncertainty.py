@@ -30,7 +30,7 @@ from deboom.study.measured_uncertainty import (
     uncertainty_result,
 )
 from deboom.study.options import Sampler, factor_space, robust_response, tolerance_sample
-from deboom.study.platform_model import Factor, Kernel, Motion, MountSource, motion_index, operation
+from deboom.study.platform_model import Factor, Motion, MountSource, motion_index, operation
 from deboom.study.progress import progress_bar
 from deboom.study.runner import run_script
 from deboom.study.uncertain_index import uncertain_index
@@ -56,13 +56,12 @@ def main(
     mounts: Annotated[MountSource, Option(help="Source of forces.")] = MountSource.library,
     motion: Annotated[Motion, Option(help="Of the powertrain.")] = Motion.prescribed,
     factor: Annotated[Factor, Option(help="What a stiffness factor means.")] = Factor.dynamic,
-    kernel: Annotated[Kernel | None, Option(help="By default as the motion needs.")] = None,
 ) -> Report:
     """Choose designs, draw the measurements again and report."""
     data = read_platform(platform)
     runs = operation(data, load_case, mounts, group, BAND)
     every = operation(data, [case.name for case in data.load_cases], mounts, group, BAND)
-    index = motion_index(runs, motion, kernel, factor)
+    index = motion_index(runs, motion, factor)
     space = factor_space(index.variable_names, half_width=0.20, tolerance=tolerance)
     sample = tolerance_sample(Sampler.sobol, space.n_variables, samples, seed=seed)
     robust = robust_response(index, space, sample)
@@ -70,7 +69,7 @@ def main(
     uncertain = uncertain_index(index, runs.platform, runs.parts, transfer)
     with progress_bar("NSGA-II") as bar:
         designs, points = front_designs(front, robust, population, generations, seed, bar)
-    cases = motion_index(every, motion, kernel, factor)
+    cases = motion_index(every, motion, factor)
     study = MeasuredUncertainty(uncertain, robust, designs, points, cases, draws, seed)
     with progress_bar("measuring again") as bar:
         found = study.measure_again(bar)

@@ -22,7 +22,7 @@ import itertools
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import numpy as np
 import pandas as pd
@@ -58,22 +58,13 @@ from deboom.study.platform_model import (
 from deboom.study.progress import progress_bar
 from deboom.study.result import RunContext
 from deboom.study.search import SearchOptions
-from deboom.vehicles.booming_model import (
-    CatalogueIndex,
-    Composed,
-    composed_contributions,
-    composed_motion,
-)
+from deboom.vehicles.booming_model import CatalogueModel
 
 TODAY = "today's"
 BATCH = 100
 """Sets evaluated between two steps of the progress bar."""
 VERIFIED = 1024
 """Draws behind every verified number."""
-_COMPOSED: dict[Motion, Composed] = {
-    Motion.prescribed: composed_contributions,
-    Motion.coupled: composed_motion,
-}
 
 
 @dataclass(frozen=True)
@@ -192,7 +183,7 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
         "sigma_bias_percent": check.sigma_bias_percent,
         "seconds_search": round(search.seconds, 3),
     }
-    report.facts["kernel"] = level.kernel.name
+    report.facts["kernel"] = level.kernel
     report.inputs += files
 
     counts = ", ".join(
@@ -392,7 +383,7 @@ def _parts_of(path: Path) -> tuple[CharacterisedMount, ...]:
 
 def catalogue_index(
     runs: Operation, catalogue: Catalogue, motion: Motion, outside: Outside
-) -> CatalogueIndex:
+) -> CatalogueModel:
     """Build the booming index of all parts of a catalogue.
 
     Raises
@@ -400,20 +391,20 @@ def catalogue_index(
     InputError
         A motion that parts cannot be combined under; see also `surface_forces`.
     """
-    if motion not in _COMPOSED:
+    if motion is Motion.amplitude:
         raise InputError(
-            f"parts of a catalogue cannot be combined under {motion.value} motion: use one of "
-            f"{[known.value for known in _COMPOSED]}"
+            "parts of a catalogue cannot be combined under amplitude motion: use one of "
+            f"{[Motion.prescribed.value, Motion.coupled.value]}"
         )
     model = MotionOptions(motion)
-    levels: list[Any] = [model.index(runs)]
+    levels = [model.index(runs)]
     for number in range(1, max(catalogue.n_parts)):
         mounts = [parts[min(number, len(parts) - 1)] for parts in catalogue.parts.values()]
         cases = [
             (surface_forces(case, mounts, outside).load_case, weight) for case, weight in runs.cases
         ]
         levels.append(model.index(replace(runs, cases=cases)))
-    return CatalogueIndex(runs.platform.mounts, tuple(levels), catalogue.n_parts, _COMPOSED[motion])
+    return CatalogueModel(runs.platform.mounts, tuple(levels), catalogue.n_parts)
 
 
 def every_set(model: Model, options: Options) -> RobustValues:

@@ -146,8 +146,8 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
     }
     report.facts |= {
         "truth": other,
-        "kernel_prescribed": prescribed.index.kernel.name,
-        "kernel_truth": truth.index.kernel.name,
+        "kernel_prescribed": prescribed.index.kernel,
+        "kernel_truth": truth.index.kernel,
         "tolerance_draws": options.samples,
         "verification_draws": VERIFIED,
     }

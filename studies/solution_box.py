@@ -68,8 +68,8 @@ from deboom.study.progress import Progress, progress_bar
 from deboom.study.result import RunContext
 from deboom.study.supplier_study import Pick, supplier_study
 from deboom.study.uncertain_index import uncertain_index
-from deboom.vehicles.booming_model import LoadCaseIndex
-from deboom.vehicles.limit_responses import MeanLevel, PeakLevel
+from deboom.vehicles.booming_model import BoomingModel
+from deboom.vehicles.limits import MeanLevel, PeakLevel
 
 POPULATION, GENERATIONS, SEARCH_DRAWS = 80, 60, 64
 """Of the quick search for a Pareto point."""
@@ -129,7 +129,7 @@ class Model:
     """Levels of the vehicles, what is limited of them, and where parts may lie."""
 
     runs: Operation
-    index: LoadCaseIndex[Any, Any]
+    index: BoomingModel
     space: DesignSpace
     response: MeanLevel | PeakLevel
 
@@ -191,7 +191,7 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
         "share_measured_to": float(certainty.upper),
     }
     report.facts |= {
-        "kernel": study.index.kernel.name,
+        "kernel": study.index.kernel,
         "law": asked.law.value,
         "verification_parts": check.n_parts,
     }
@@ -268,7 +268,7 @@ class BoxStudy:
     ----------
     runs : Operation
         Platform, vehicles and load cases.
-    index : LoadCaseIndex
+    index : BoomingModel
         The model.
     space : DesignSpace
         Designs and their tolerance.
@@ -284,7 +284,7 @@ class BoxStudy:
     """
 
     runs: Operation
-    index: LoadCaseIndex[Any, Any]
+    index: BoomingModel
     space: DesignSpace
     point: RealArray
     found: FoundBox

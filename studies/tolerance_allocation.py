@@ -380,7 +380,7 @@ def _allocated(model: Model, options: Options, designs: RealArray, design: RealA
         {chosen: 3, check: 3},
     )
     report.facts |= {
-        "kernel": index.kernel.name,
+        "kernel": index.kernel,
         "allocation_draws": options.scatter.samples,
         "verification_draws": DRAWS,
     }

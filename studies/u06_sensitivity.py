@@ -23,7 +23,7 @@ from typer import Option
 
 from deboom.files.platform import read_platform
 from deboom.report import Report
-from deboom.study.platform_model import Factor, Kernel, Motion, MountSource, motion_index, operation
+from deboom.study.platform_model import Factor, Motion, MountSource, motion_index, operation
 from deboom.study.progress import progress_bar
 from deboom.study.runner import run_script
 from deboom.study.sensitivity import (
@@ -52,11 +52,10 @@ def main(
     mounts: Annotated[MountSource, Option(help="Source of forces.")] = MountSource.library,
     motion: Annotated[Motion, Option(help="Of the powertrain.")] = Motion.prescribed,
     factor: Annotated[Factor, Option(help="What a stiffness factor means.")] = Factor.dynamic,
-    kernel: Annotated[Kernel | None, Option(help="By default as the motion needs.")] = None,
 ) -> Report:
     """Evaluate, analyse and report."""
     runs = operation(read_platform(platform), load_case, mounts, group, band=(20, 60))
-    index = motion_index(runs, motion, kernel, factor)
+    index = motion_index(runs, motion, factor)
     plan = SensitivityPlan(
         analysis, ranked, half_width, beside, tolerance, n_base=n, n_resamples=resamples, seed=seed
     )

@@ -1,16 +1,12 @@
-"""Stiffnesses that follow the amplitude, and scaled parts: speed, agreement, the bench's truth.
-
-Speeds are quiet times side by side in one process on one thread; `make bench` shows the tables.
-"""
+"""Stiffnesses that follow the amplitude, and scaled parts: agreement, the bench's truth."""
 
 from __future__ import annotations
 
 from dataclasses import replace
 
 import numpy as np
-import pandas as pd
 
-import kernel_amplitude as bench
+import kernels as bench
 import resolved_truth as truth
 from claims import Claim
 from deboom.arrays import RealArray
@@ -22,11 +18,8 @@ from deboom.vehicles.amplitude_motion import (
     identified_surfaces,
 )
 from deboom.vehicles.coupled_motion import coupled_motion
-from deboom.vehicles.design_factor import DYNAMIC, DesignFactor, PartFactor, PartRatio
-from deboom.vehicles.kernel_amplitude_numba import NUMBA_AMPLITUDE
-from deboom.vehicles.kernel_amplitude_numpy import NUMPY_AMPLITUDE, NumpyAmplitudeKernel
-from deboom.vehicles.kernel_coupled_numpy import NUMPY_COUPLED
-from deboom.vehicles.powertrain import library_model
+from deboom.vehicles.kernels import level_sum
+from deboom.vehicles.powertrain import KinematicModel, library_model
 
 N_PROBLEMS = 6
 CASES = {"g5_wot220": 220.0, "g6_wot160": 160.0, "g7_wot220": 220.0}
@@ -34,12 +27,11 @@ N_DESIGNS = 8
 
 
 def claims() -> list[Claim]:
-    found = [_speed(shape) for shape in bench.SHAPES]
-    found += _agreement()
+    found = _agreement()
     platform = read_platform(truth.PLATFORM)
     parts = truth.platform_parts(platform)
     carriers = [part for part in parts if part.mount.name != "Du"]
-    study = _Study(platform, identified_surfaces(parts), PartFactor(library_model(carriers)))
+    study = _Study(platform, identified_surfaces(parts), library_model(carriers))
     found.append(_uniqueness(study))
     found += _against_truth(study)
     found.append(_interpolation(study))
@@ -49,7 +41,7 @@ def claims() -> list[Claim]:
 class _Study:
     """The shipped platform's U06 vehicles, their mounts, and designs to try."""
 
-    def __init__(self, platform: Platform, surfaces: dict, part: PartFactor) -> None:
+    def __init__(self, platform: Platform, surfaces: dict, part: KinematicModel) -> None:
         self.platform, self.surfaces, self.part = platform, surfaces, part
         self.fleet = platform.fleet.group("U06")
         self.names = tuple(name for mount in platform.mounts for name in mount.variables)
@@ -57,15 +49,15 @@ class _Study:
         drawn = np.random.default_rng(2).uniform(0.8, 1.2, (N_DESIGNS, len(self.names)))
         self.designs = np.vstack([truth.optimum(self.names), drawn])
 
-    def motion(self, case: str, factor: DesignFactor = DYNAMIC, follow: bool = True):
+    def motion(self, case: str, settling: KinematicModel | None = None, follow: bool = True):
         run, data = self.platform.load_case(case), self.platform
         coupled = coupled_motion(self.fleet, data.mounts, data.powertrain, run)
-        return amplitude_motion(coupled, self.surfaces, run, factor, follow)
+        return amplitude_motion(coupled, self.surfaces, run, settling, follow=follow)
 
     def change(self, motion: AmplitudeMotion) -> RealArray:
         """Change of the mean level from nominal to the designs, (n, n_vehicle) [dB]."""
         rows = np.vstack([np.ones(len(self.names)), self.designs])
-        level = NUMPY_AMPLITUDE.prepare(motion)(rows) / motion.frequency.size
+        level = level_sum(motion, compiled=True)(rows) / motion.frequency.size
         return level[1:] - level[0]
 
     def true_change(self, case: str, part: bool) -> RealArray:
@@ -74,34 +66,19 @@ class _Study:
         return truth.true_change(*args, part=part)
 
 
-def _speed(shape: bench.Shape) -> Claim:
-    table: pd.DataFrame = bench.measure(shape, seconds=8.0)
-    row = table.loc[bench.NUMBA_ROW]
-    return Claim(
-        topic=f"speed, amplitude-dependent, numba: {shape.title}",
-        asked="at least 28 times the loop with six sweeps",
-        measured=(
-            f"{row['x loop']:.0f} times; {row['x loop to the tolerance']:.0f} times a loop to the "
-            f"same tolerance; {row['sweeps per line']:.1f} sweeps a line, error "
-            f"{row['largest error of the sum [dB]']:.0e} dB in the sum (the loop's "
-            f"{table.loc[bench.LOOP, 'largest error of the sum [dB]']:.0f} dB)"
-        ),
-        holds=bool(row["x loop"] >= 28.0),
-    )
-
-
 def _agreement() -> list[Claim]:
     shape = bench.SHAPES[1]
     tiers, error, linear = [], [], []
     for seed in range(1, N_PROBLEMS + 1):
-        motion, designs = bench.problem(shape, seed), bench.designs(shape, seed)[:64]
-        compiled = NUMBA_AMPLITUDE.prepare(motion)(designs)
-        tiers.append(np.abs(compiled - NUMPY_AMPLITUDE.prepare(motion)(designs)).max())
-        exact = NumpyAmplitudeKernel(tolerance=1e-12).prepare(motion)(designs)
+        motion, designs = bench.amplitude_problem(shape, seed), bench.designs(shape, seed)[:64]
+        compiled = level_sum(motion, compiled=True)(designs)
+        tiers.append(np.abs(compiled - level_sum(motion, compiled=False)(designs)).max())
+        exact = level_sum(motion, compiled=False, tolerance=1e-12)(designs)
         error.append(np.abs(compiled - exact).max())
         constant = np.broadcast_to([1.0, 0.0, 0.0, 0.0], motion.cubic.shape)
-        still = NUMPY_AMPLITUDE.prepare(replace(motion, cubic=constant))(designs)
-        linear.append(np.abs(still - NUMPY_COUPLED.prepare(motion.coupled)(designs)).max())
+        still = level_sum(replace(motion, cubic=constant), compiled=False)(designs)
+        coupled = level_sum(motion.coupled, compiled=False)(designs)
+        linear.append(np.abs(still - coupled).max())
     sample = f"{N_PROBLEMS} drawn problems x 64 draws x 5 vehicles"
     rows = (
         ("numba against numpy at equal tolerance", tiers, 1e-9),
@@ -188,10 +165,10 @@ def _interpolation(study: _Study) -> Claim:
     worst = 0.0
     for case in CASES:
         ratio = study.motion(case, study.part, follow=False).ratio
-        assert isinstance(ratio, PartRatio)
+        assert ratio is not None
         factors = rng.uniform(0.7, 1.3, (20, 9))
         slope = ratio.position.slope
-        direct = study.part.model.deflections(ratio.torque, factors)
+        direct = study.part.deflections(ratio.torque, factors)
         found = slope(ratio.position.deflection(factors)) / slope(direct)
         worst = max(worst, float(np.abs(found - 1).max()))
     return Claim(

@@ -70,7 +70,7 @@ def claims() -> list[Claim]:
 
 def _runs() -> list[ComparedRun]:
     runs = operation(read_platform(PLATFORM), None, MountSource.library, "U06", band=(20, 60))
-    index = motion_index(runs, Motion.prescribed, None)
+    index = motion_index(runs, Motion.prescribed)
     space = factor_space(index.variable_names, half_width=0.20, tolerance=0.15)
     found = []
     for sampler in (Sampler.sobol, Sampler.fresh):

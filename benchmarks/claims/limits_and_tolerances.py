@@ -21,7 +21,7 @@ from deboom.explore.search import nsga2
 from deboom.explore.space import ResponseFunction, stiffness_factor_space
 from deboom.explore.tolerance_allocation import ToleranceCost, ToleranceResponse
 from deboom.files.platform import read_platform
-from deboom.study.platform_model import Kernel, Motion, MountSource, motion_index, operation
+from deboom.study.platform_model import Motion, MountSource, motion_index, operation
 from deboom.study.runner import load_study, run_study
 
 STUDIES = Path(__file__).parents[2] / "studies"
@@ -120,8 +120,8 @@ def _loss_factors() -> list[Claim]:
     stiffness = rng.uniform(0.8, 1.2, (1024, 12))
     rows = []
     for motion in (Motion.prescribed, Motion.coupled):
-        plain = motion_index(runs, motion, Kernel.numpy)
-        both = motion_index(runs, motion, Kernel.numpy, loss_factors=True)
+        plain = motion_index(runs, motion)
+        both = motion_index(runs, motion, loss_factors=True)
         designs = np.hstack([stiffness, np.ones_like(stiffness)])
         error = float(np.abs(both(designs) - plain(stiffness)).max())
         ratio = _seconds(both, designs) / _seconds(plain, stiffness)

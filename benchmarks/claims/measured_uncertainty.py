@@ -40,9 +40,8 @@ from deboom.mounts.characterise import CharacteriseOptions, characterise
 from deboom.mounts.characterised_mount import CharacterisedMount
 from deboom.mounts.surface_forces import Outside, surface_forces
 from deboom.study.uncertain_index import UncertainIndex
-from deboom.vehicles.booming_model import booming_index
+from deboom.vehicles.booming_model import booming_model
 from deboom.vehicles.fleet import Fleet, Vehicle
-from deboom.vehicles.kernel_numpy import NUMPY
 from deboom.vehicles.platform_uncertainty import TransferUncertainty, force_sources
 from deboom.vehicles.uncertain_data import UncertainData
 from virtual_campaign import virtual_campaign
@@ -214,9 +213,9 @@ def _held(
     mounts = _platform().mounts
     sources = (*known.sources, *force_sources(mounts, (case,), parts, BAND))
     data = UncertainData(fleet, (case,), sources, BAND)
-    measured = booming_index(fleet, mounts, [(case, 1.0)], BAND, NUMPY)
-    truth = booming_index(
-        bodies.true, mounts, [(_case(_run().displacement, _run().force), 1.0)], BAND, NUMPY
+    measured = booming_model(fleet, mounts, [(case, 1.0)], BAND)
+    truth = booming_model(
+        bodies.true, mounts, [(_case(_run().displacement, _run().force), 1.0)], BAND
     )
     uncertain = UncertainIndex(measured, data, _platform())
     again = [_quantities(index) for index in uncertain.draws(DRAWS, seed=bodies.number)]

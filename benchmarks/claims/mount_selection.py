@@ -23,7 +23,7 @@ from deboom.physics.sound_level import spl
 from deboom.study.options import Sampler, tolerance_sample
 from deboom.study.platform_model import Motion, MountSource, Operation, operation
 from deboom.study.runner import load_study
-from deboom.vehicles.booming_model import CatalogueIndex
+from deboom.vehicles.booming_model import CatalogueModel
 from deboom.vehicles.fleet import path_transfer
 
 PLATFORM = Path(__file__).parents[2] / "studies" / "data" / "u06_f39_f45"
@@ -46,7 +46,7 @@ def claims() -> list[Claim]:
     ]
 
 
-def _search_against_all_sets(index: CatalogueIndex, catalogue: Any) -> list[Claim]:
+def _search_against_all_sets(index: CatalogueModel, catalogue: Any) -> list[Claim]:
     space = catalogue.space(index.variable_names, retuning=0.0, tolerance=0.15)
     sample = tolerance_sample(Sampler.sobol, space.n_variables, 128, seed=1)
     robust = RobustResponse(index, space, sample)
@@ -76,7 +76,7 @@ def _search_against_all_sets(index: CatalogueIndex, catalogue: Any) -> list[Clai
 
 
 def _prediction_against_truth(
-    index: dict[Motion, CatalogueIndex], catalogue: Any, runs: Operation
+    index: dict[Motion, CatalogueModel], catalogue: Any, runs: Operation
 ) -> list[Claim]:
     sets = catalogue.all_sets()
     built = np.random.default_rng(1).choice(len(sets), SETS_BUILT, replace=False)

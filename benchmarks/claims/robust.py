@@ -28,8 +28,7 @@ from deboom.explore.scatter import sobol_sample
 from deboom.explore.search import nsga2
 from deboom.explore.space import stiffness_factor_space
 from deboom.files.platform import read_platform
-from deboom.vehicles.booming_model import booming_index
-from deboom.vehicles.kernel_numpy import NUMPY
+from deboom.vehicles.booming_model import booming_model
 from known_truth import exact_front, exact_objectives, exp1, quad2
 
 PLATFORM = Path(__file__).parents[2] / "studies" / "data" / "u06_f39_f45"
@@ -47,7 +46,7 @@ def fleet_errors() -> dict[str, float]:
     """Return the rms error of σ per vehicle, of each estimator [%]."""
     data = read_platform(PLATFORM)
     cases = [(data.load_case(data.default_load_case), 1.0)]
-    index = booming_index(data.fleet.group("U06"), data.mounts, cases, (20, 60), NUMPY)
+    index = booming_model(data.fleet.group("U06"), data.mounts, cases, (20, 60))
     space = stiffness_factor_space(index.variable_names)
     draw = np.random.default_rng(1).random((8, space.n_variables))
     designs = space.lower + draw * (space.upper - space.lower)

@@ -120,7 +120,7 @@ def _leaders(total: pd.Series) -> list[str]:
 
 def _other_seeds() -> Claim:
     runs = operation(read_platform(PLATFORM), None, MountSource.library, "U06", band=(20, 60))
-    index = motion_index(runs, Motion.prescribed, None)
+    index = motion_index(runs, Motion.prescribed)
     inputs = design_inputs(stiffness_factor_space(index.variable_names, 0.15))
     kept, totals = 0, []
     for seed in SEEDS:

@@ -16,11 +16,11 @@ import numpy as np
 
 from claims import Claim
 from deboom.explore.front import verification_response
+from deboom.physics.sound_level import spl
 from deboom.study.runner import load_study, run_study
 from deboom.study.supplier_numbers import SupplierEffects, with_tolerance
 from deboom.study.supplier_page import supplier_report, tolerance_table
 from deboom.study.supplier_study import Pick, shown_names, supplier_study
-from deboom.vehicles.booming_model import levels
 from deboom.vehicles.fleet import path_contributions
 
 STUDIES = Path(__file__).parents[2] / "studies"
@@ -85,7 +85,8 @@ def _alone(effects: SupplierEffects) -> float:
                 for column, name in enumerate(study.space.names)
             ]
         )
-        both = levels(paths, np.stack([np.ones(design.size), design])).mean(axis=2)
+        heard = paths.pressure(np.stack([np.ones(design.size), design]))
+        both = spl(heard, paths.frequency, axis=-1).mean(axis=2)
         worst = max(worst, float(np.abs(both[1] - both[0] - effects.change[mount.name]).max()))
     return worst
 

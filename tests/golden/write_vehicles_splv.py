@@ -12,10 +12,10 @@ import numpy as np
 
 from deboom.measurement.channels import Frf, LoadCase, Spectrum
 from deboom.mounts.mount import Mount
-from deboom.vehicles.booming_model import booming_index, levels, mean_energy_level
+from deboom.physics.sound_level import spl
+from deboom.vehicles.booming_model import booming_model, mean_energy_level
 from deboom.vehicles.booming_peaks import booming_peaks
 from deboom.vehicles.fleet import Fleet, Vehicle, path_contributions
-from deboom.vehicles.kernel_numpy import NUMPY
 
 PATH = Path(__file__).with_name("vehicles_splv.json")
 FREQUENCY = np.linspace(15.0, 80.0, 261)
@@ -65,9 +65,9 @@ def compute() -> dict[str, list]:
     fleet = Fleet((vehicle("A-1", 1.0), vehicle("A-2", 1.04)))
     cases = [load_case("full", 220.0), load_case("part", 120.0)]
     weighted = [(cases[0], 3.0), (cases[1], 1.0)]
-    index = booming_index(fleet, MOUNTS, weighted, (20.0, 60.0), NUMPY)
+    index = booming_model(fleet, MOUNTS, weighted, (20.0, 60.0))
     contributions = path_contributions(fleet, MOUNTS, cases[0])
-    level = levels(contributions, DESIGNS)
+    level = spl(contributions.pressure(DESIGNS), contributions.frequency, axis=-1)
     peaks = booming_peaks(level[0, 0], contributions.frequency, 1.5)
     return {
         "splv": index(DESIGNS).tolist(),

@@ -151,7 +151,7 @@ def test_levels_are_those_of_the_model_at_the_middle(run):
     from deboom.study.platform_model import Motion, MountSource, motion_index, operation
 
     runs = operation(read_platform(PLATFORM), None, MountSource.library, "U06", (20.0, 60.0))
-    index = motion_index(runs, Motion.prescribed, None)
+    index = motion_index(runs, Motion.prescribed)
     middle = index(np.full((1, 12), 0.9))[0, 0] / index.n_lines
     median = pd.read_csv(run / "levels.csv")["median [dB(A)]"][0]
     assert median == pytest.approx(middle, abs=0.25)

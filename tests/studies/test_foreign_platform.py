@@ -23,7 +23,7 @@ from foreign_platform_samples import (
 
 from deboom.files.platform import read_platform
 from deboom.files.run_folder import find_run
-from deboom.study.platform_model import Kernel, MountSource, check_platform
+from deboom.study.platform_model import MountSource, check_platform
 from deboom.study.rebuilt import rebuilt_model
 from deboom.study.runner import load_study, run_study, study_files
 
@@ -43,7 +43,6 @@ BUDGET = {
     "polish": False,
     "every_set_up_to": 4,
     "group": GROUP,
-    "kernel": Kernel.numpy,
 }
 
 

@@ -14,7 +14,8 @@ from deboom.files.platform import read_platform
 from deboom.study.measured_uncertainty import measured_transfer
 from deboom.study.platform_model import Factor, Motion, MountSource, motion_index, operation
 from deboom.study.runner import load_study, run_study
-from deboom.study.uncertain_index import index_like, uncertain_index
+from deboom.study.uncertain_index import uncertain_index
+from deboom.vehicles.booming_model import model_of_other_data
 
 STUDIES = Path(__file__).parents[2] / "studies"
 STUDY = STUDIES / "measured_uncertainty.py"
@@ -92,15 +93,17 @@ def test_the_designs_of_a_run_may_be_asked_about(tmp_path):
 )
 def test_every_model_of_the_motion_is_built_again(motion, factor, loss_factors):
     runs = operation(read_platform(PLATFORM), None, MountSource.library, "U06", (25, 30))
-    index = motion_index(runs, motion, None, factor, loss_factors=loss_factors)
+    index = motion_index(runs, motion, factor, loss_factors=loss_factors)
     uncertain = uncertain_index(index, runs.platform, runs.parts)
     designs = np.ones((2, len(index.variable_names)))
     designs[1, 6] = 0.9
 
-    same = index_like(index, *uncertain.data.measured, runs.platform)
+    (fleet, cases), data = uncertain.data.measured, runs.platform
+    same = model_of_other_data(index, fleet, data.mounts, data.powertrain, cases)
     again = uncertain.again(0, seed=1)
 
-    assert type(again) is type(index)
+    assert (again.motion, again.factor) == (index.motion, index.factor)
+    assert again.variable_names == index.variable_names
     assert np.allclose(same(designs), index(designs), atol=1e-8)
     moved = (again(designs) - index(designs)) / index.n_lines
     assert np.all(np.abs(moved[0]) > 1e-3)

@@ -65,7 +65,7 @@ def test_page_pictures_and_record(finished):
     names = {path.relative_to(finished).as_posix() for path in finished.rglob("*")}
     assert {"figures/prescribed_against_coupled.png", "figures/fronts.png", "report.html"} <= names
     facts = json.loads((finished / "run.json").read_text())["facts"]
-    assert facts["kernel_prescribed"] == "numpy"
+    assert facts["kernel_prescribed"] == "numba"
     assert facts["truth"] == "coupled"
 
 

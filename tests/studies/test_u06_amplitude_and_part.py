@@ -2,6 +2,7 @@
 
 import json
 import pickle
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -12,7 +13,6 @@ from deboom.files.platform import read_platform
 from deboom.study.platform_model import (
     PART_WARNING,
     Factor,
-    Kernel,
     Motion,
     MountSource,
     motion_index,
@@ -55,8 +55,8 @@ def test_part_with_amplitude_is_recorded_warned_of_and_checked(quick_front, tmp_
 
 def test_compiled_and_plain_kernel_agree_on_parts(runs):
     pytest.importorskip("numba")
-    compiled = motion_index(runs, Motion.amplitude, Kernel.numba, Factor.part)
-    plain = motion_index(runs, Motion.amplitude, Kernel.numpy, Factor.part)
+    compiled = motion_index(runs, Motion.amplitude, Factor.part)
+    plain = replace(compiled, compiled=False)
     designs = np.random.default_rng(1).uniform(0.8, 1.2, (70, 12))
     whole = compiled(designs)
     np.testing.assert_allclose(whole, plain(designs), rtol=0, atol=1e-9)
@@ -66,20 +66,18 @@ def test_compiled_and_plain_kernel_agree_on_parts(runs):
 
 
 def test_coupled_motion_of_parts_is_that_of_held_amplitudes(runs):
-    index = motion_index(runs, Motion.coupled, Kernel.numpy, Factor.part)
+    index = motion_index(runs, Motion.coupled, Factor.part)
     report = motion_report(index, np.ones((1, 12)))
-    assert index.contributions[0].follows.sum() == 0
+    assert index.cases[0].follows.sum() == 0
     assert report.warnings == (PART_WARNING,)
     assert report.summary["held_amplitude_share"] == 0.0
-    coupled = motion_index(runs, Motion.coupled, Kernel.numpy)
+    coupled = motion_index(runs, Motion.coupled)
     np.testing.assert_allclose(index(np.ones((1, 12))), coupled(np.ones((1, 12))), atol=1e-8)
 
 
 def test_refuses_what_does_not_go_together(runs):
     with pytest.raises(InputError, match="--factor part goes with --motion coupled or amplitude"):
-        motion_index(runs, Motion.prescribed, None, Factor.part)
-    with pytest.raises(InputError, match="no smooth kernel for amplitude motion"):
-        motion_index(runs, Motion.amplitude, Kernel.smooth)
+        motion_index(runs, Motion.prescribed, Factor.part)
     spectra = operation(runs.platform, ["g6_wot160"], MountSource.spectra, "U06", (20, 60))
     with pytest.raises(InputError, match="take --mounts library"):
-        motion_index(spectra, Motion.amplitude, None)
+        motion_index(spectra, Motion.amplitude)

@@ -101,7 +101,7 @@ def test_the_front_is_that_of_the_front_study(finished, tmp_path):
 
 def test_the_vehicles_of_the_group_hear_the_same_model_as_the_fleet(finished, runs):
     doe = pd.read_csv(finished / "doe.csv", keep_default_na=False)
-    index = motion_index(replace(runs, fleet=runs.fleet.group("U06")), Motion.prescribed, None)
+    index = motion_index(replace(runs, fleet=runs.fleet.group("U06")), Motion.prescribed)
     designs = doe[[f"{name} [1]" for name in index.variable_names]].to_numpy()
     heard = doe[[f"{name} [dB(A)]" for name in index.response_names]].to_numpy()
     assert np.abs(index(designs) - heard).max() < 1e-9 * heard.max()
@@ -155,4 +155,4 @@ def test_where_there_is_nothing_to_compare_the_page_says_so(runs):
     assert fleet.by_group is None
     within = STUDY.module.within_group
     assert within(fleet, pair, model.robust.evaluate).names == ("U06-1", "U06-2")
-    assert within(fleet, single, motion_index(single, Motion.prescribed, None)) is None
+    assert within(fleet, single, motion_index(single, Motion.prescribed)) is None

@@ -55,7 +55,7 @@ def test_the_run_folder_is_complete_and_says_where_it_comes_from(finished):
     record = json.loads((finished / "run.json").read_text())
     assert record["seed"] == 1
     assert record["arguments"]["generations"] == 12
-    assert record["facts"]["kernel"] == "numpy"
+    assert record["facts"]["kernel"] == "numba"
     assert record["facts"]["motion"] == "prescribed"
     assert record["facts"]["tolerance_draws"] == 32
     assert record["study_text"] == STUDY.read_text(encoding="utf-8")

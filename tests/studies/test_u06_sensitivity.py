@@ -11,7 +11,7 @@ from deboom.errors import InputError
 from deboom.files.platform import read_platform
 from deboom.report.page import render_page
 from deboom.study import sensitivity as room
-from deboom.study.platform_model import Kernel, Motion, MountSource, motion_index, operation
+from deboom.study.platform_model import Motion, MountSource, motion_index, operation
 from deboom.study.runner import load_study, run_study
 from deboom.study.sensitivity import (
     Analysis,
@@ -21,9 +21,8 @@ from deboom.study.sensitivity import (
     screening_table,
     sensitivity_result,
 )
-from deboom.vehicles.booming_model import BoomingIndex, booming_index
+from deboom.vehicles.booming_model import BoomingModel, booming_model
 from deboom.vehicles.fleet import Fleet
-from deboom.vehicles.kernel_numpy import NUMPY
 
 STUDY = Path(__file__).parents[2] / "studies" / "u06_sensitivity.py"
 BUDGET = {"seed": 1, "n": 64, "resamples": 20, "mounts": MountSource.spectra}
@@ -105,7 +104,7 @@ def test_ranges_and_measures_stand_beside(finished):
 
 def test_the_same_seed_gives_the_same_bits(finished):
     runs = operation(read_platform(PLATFORM), None, MountSource.library, "U06", (20, 60))
-    index = motion_index(runs, Motion.prescribed, None)
+    index = motion_index(runs, Motion.prescribed)
     plan = room.SensitivityPlan(
         *(Analysis.design, Ranked.decibels, 0.15, 0.20, 0.15),
         n_base=64,
@@ -132,7 +131,6 @@ def test_other_questions_change_places_with_what_stands_beside(tmp_path, monkeyp
         load_case=["g5_wot220=1", "g6_wot220=1"],
         group="F39",
         motion=Motion.coupled,
-        kernel=Kernel.numpy,
     )
     table = pd.read_csv(folder / "sobol_beside.csv")
     assert [name for name in table.columns if name.startswith("total")] == [
@@ -153,9 +151,9 @@ def test_one_mount_one_vehicle_and_few_lines_are_enough(monkeypatch):
     small = replace(data, mounts=data.mounts[:1])
     fleet = Fleet(data.fleet.vehicles[-1:])
     cases = [(data.load_case(data.default_load_case), 1.0)]
-    (paths,) = booming_index(fleet, data.mounts, cases, (20.0, 20.5), NUMPY).contributions
+    (paths,) = booming_model(fleet, data.mounts, cases, (20.0, 20.5)).cases
     few = replace(paths, values=paths.values[..., :3], variable_names=paths.variable_names[:3])
-    index = BoomingIndex((few,), (1.0,), NUMPY)
+    index = BoomingModel((few,), (1.0,))
     plan = room.SensitivityPlan(
         *(Analysis.design, Ranked.decibels, 0.1, 0.1, 0.1), n_base=32, n_resamples=10, seed=2
     )

@@ -16,7 +16,7 @@ from deboom.study.runner import load_study
 
 ROOT = Path(__file__).parents[2]
 GUIDE = ROOT / "docs" / "guides" / "your-own-platform.md"
-SMALLER = ("--generations", "2", "--population", "8", "--samples", "4", "--kernel", "numpy")
+SMALLER = ("--generations", "2", "--population", "8", "--samples", "4")
 
 
 def script(name):

@@ -19,8 +19,7 @@ from deboom.explore.sensitivity import (
 )
 from deboom.explore.space import stiffness_factor_space
 from deboom.files.platform import read_platform
-from deboom.vehicles.booming_model import booming_index
-from deboom.vehicles.kernel_numpy import NUMPY
+from deboom.vehicles.booming_model import booming_model
 from known_indices import Ishigami, SobolG
 from sobol_indices import largest_difference
 
@@ -96,7 +95,7 @@ def test_every_number_is_salibs(second_order):
 def test_variables_without_path_are_exactly_zero_on_the_bench():
     data = read_platform(PLATFORM)
     cases = [(data.load_case(data.default_load_case), 1.0)]
-    index = booming_index(data.fleet.group("U06"), data.mounts, cases, (20, 60), NUMPY)
+    index = booming_model(data.fleet.group("U06"), data.mounts, cases, (20, 60))
     space = stiffness_factor_space(index.variable_names, 0.15, 0.15)
     for inputs in (design_inputs(space), tolerance_inputs(space)):
         designs = sobol_designs(inputs, 64, seed=1)

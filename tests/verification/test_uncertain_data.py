@@ -15,9 +15,8 @@ from deboom.measurement.uncertainty import (
     probability_below,
 )
 from deboom.mounts.mount import Mount
-from deboom.vehicles.booming_model import booming_index
+from deboom.vehicles.booming_model import booming_model
 from deboom.vehicles.fleet import Fleet, Vehicle
-from deboom.vehicles.kernel_numpy import NUMPY
 from deboom.vehicles.uncertain_data import (
     ForceCells,
     MotionError,
@@ -64,7 +63,7 @@ def one_path(*sources, axes=("x",)):
 
 def levels(data, mount, draw=None, seed=1, only=None):
     fleet, cases = data.measured if draw is None else data.drawn(draw, seed, only)
-    index = booming_index(fleet, (mount,), [(cases[0], 1.0)], BAND, NUMPY)
+    index = booming_model(fleet, (mount,), [(cases[0], 1.0)], BAND)
     designs = np.ones((2, 3))
     designs[1, 0] = 0.8
     return index(designs) / index.n_lines

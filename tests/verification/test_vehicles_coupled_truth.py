@@ -9,15 +9,15 @@ import numpy as np
 import pytest
 from scipy.stats import qmc
 
-import kernel_coupled as bench
+import kernels as bench
 from deboom.files.platform import read_platform
 from deboom.physics.forced_response import forced_response
 from deboom.physics.rigid_body import mass_matrix, mount_stiffness_matrix
 from deboom.physics.sound_level import spl
-from deboom.vehicles.booming_model import CoupledIndex, coupled_index, levels
+from deboom.vehicles.booming_model import BoomingModel, Motion, booming_model
 from deboom.vehicles.coupled_motion import coupled_motion
 from deboom.vehicles.fleet import path_contributions
-from deboom.vehicles.kernel_coupled_numpy import NUMPY_COUPLED
+from deboom.vehicles.kernels import level_sum
 
 SHIPPED = Path(__file__).parents[2] / "studies" / "data" / "u06_f39_f45"
 SHAPE = bench.Shape("small", 4, 3, 41, 3, 2, 4)
@@ -35,42 +35,42 @@ def drawn_designs():
 
 
 def test_motion_is_the_forced_response_of_an_independent_assembly():
-    motion, designs = bench.problem(SHAPE), bench.designs(SHAPE)
+    motion, designs = bench.coupled_problem(SHAPE), bench.designs(SHAPE)
+    powertrain, *wheel_ends = motion.bodies
     positions = [(0.05, 0.43, 0.2), (-0.03, -0.45, 0.19), (0.2, -0.06, -0.27)]
     for design in designs[::3]:
-        stiffness = mount_stiffness_matrix(positions, motion.stiffness * design[:9])
-        found = forced_response(motion.mass_matrix, stiffness, motion.load, motion.frequency)
-        np.testing.assert_allclose(motion.motion(design[np.newaxis])[0], found, rtol=1e-10)
-        for piece in range(2):
-            alone = forced_response(
-                [[40.0]],
-                (design[9] * motion.own_stiffness[:, piece])[:, np.newaxis, np.newaxis],
-                motion.own_load[:, [piece]],
-                motion.frequency,
-            )
-            own = motion.own_motion(design[np.newaxis])[0, :, piece]
-            np.testing.assert_allclose(own, alone[:, 0], rtol=1e-12)
+        found = motion.displacement(motion.springs(design[np.newaxis]))[0]
+        stiffness = mount_stiffness_matrix(positions, powertrain.stiffness * design[:9])
+        answer = forced_response(
+            powertrain.mass_matrix, stiffness, powertrain.load, motion.frequency
+        )
+        np.testing.assert_allclose(found[:, :9], answer @ powertrain.forward.T, rtol=1e-9)
+        for piece, end in enumerate(wheel_ends):
+            springs = (design[9] * end.stiffness)[:, :, np.newaxis]
+            alone = forced_response([[40.0]], springs, end.load, motion.frequency)
+            np.testing.assert_allclose(found[:, 9 + piece], alone[:, 0], rtol=1e-12)
 
 
 def test_pressure_sums_every_direction_and_piece_once():
-    motion, design = bench.problem(SHAPE), bench.designs(SHAPE)[:1]
+    motion, design = bench.coupled_problem(SHAPE), bench.designs(SHAPE)[:1]
     expected = np.zeros((3, 41), dtype=complex)
-    body, own = motion.motion(design)[0], motion.own_motion(design)[0]
-    for line in range(41):
-        for i in range(9):
-            force = design[0, i] * motion.stiffness[line, i] * (motion.forward[i] @ body[line])
-            expected[:, line] += motion.transfer[:, line, i] * force
-        for j in range(2):
-            force = design[0, 9] * motion.own_stiffness[line, j] * own[line, j]
-            expected[:, line] += motion.own_transfer[:, line, j] * force
+    displacement = motion.displacement(motion.springs(design))[0]
+    first = 0
+    for body in motion.bodies:
+        for i, variable in enumerate(body.variables):
+            for line in range(41):
+                force = design[0, variable] * body.stiffness[line, i]
+                force *= displacement[line, first + i]
+                expected[:, line] += body.transfer[:, line, i] * force
+        first += body.variables.size
     np.testing.assert_allclose(motion.pressure(design)[0], expected, rtol=1e-11)
 
 
 @pytest.mark.parametrize("seed", [1, 2, 3])
 def test_gradient_agrees_with_differences_of_fourth_order(seed):
     """Away from notches: each derivative within 1e-6 of the largest of its vehicle."""
-    first, second = bench.problem(SHAPE, seed), bench.problem(SHAPE, seed + 10)
-    index = CoupledIndex((first, second), (2.0, 1.0), NUMPY_COUPLED)
+    first, second = bench.coupled_problem(SHAPE, seed), bench.coupled_problem(SHAPE, seed + 10)
+    index = BoomingModel((first, second), (2.0, 1.0))
     level = index.levels(bench.designs(SHAPE, seed))
     # the design whose deepest line is the least deep
     design = bench.designs(SHAPE, seed)[level.min(axis=(1, 2)).argmax()]
@@ -132,7 +132,7 @@ def test_bench_truth_resolved_is_met_within_measurement_error(platform, drawn_de
     found = {
         "true": spl(true, motion.frequency, axis=-1),
         "coupled": spl(motion.pressure(designs), motion.frequency, axis=-1),
-        "prescribed": levels(contributions, designs),
+        "prescribed": spl(contributions.pressure(designs), motion.frequency, axis=-1),
     }
     change = {name: (level[1:] - level[0]).mean(axis=-1) for name, level in found.items()}
     error = {name: np.std(change[name] - change["true"]) for name in ("coupled", "prescribed")}
@@ -146,9 +146,9 @@ def test_prescribed_against_coupled_as_in_the_study(platform, drawn_designs, gro
     fleet = platform.fleet.group(group)
     for case in platform.load_cases:
         motion = coupled_motion(fleet, platform.mounts, platform.powertrain, case)
-        coupled = NUMPY_COUPLED.prepare(motion)(drawn_designs)
+        coupled = level_sum(motion, compiled=True)(drawn_designs)
         contributions = path_contributions(fleet, platform.mounts, case)
-        prescribed = levels(contributions, drawn_designs).sum(axis=-1)
+        prescribed = level_sum(contributions, compiled=True)(drawn_designs)
         for p, c in zip(prescribed.T, coupled.T, strict=True):
             assert np.corrcoef(p, c)[0, 1] >= 0.97
             assert 1.10 <= np.polyfit(p, c, 1)[0] <= 1.35
@@ -158,13 +158,16 @@ def test_index_of_the_shipped_platform_averages_its_load_cases(platform, drawn_d
     fleet, names = platform.fleet.group("U06"), ("g5_wot220", "g7_wot220")
     cases = [(platform.load_case(name), weight) for name, weight in zip(names, (3, 1), strict=True)]
     mounts, powertrain = platform.mounts, platform.powertrain
-    index = coupled_index(fleet, mounts, powertrain, cases, (20.0, 60.0), NUMPY_COUPLED)
+    index = booming_model(
+        fleet, mounts, cases, (20.0, 60.0), motion=Motion.coupled, powertrain=powertrain
+    )
     designs = drawn_designs[:5]
     one, other = (index.levels(designs, name).sum(axis=-1) for name in names)
     np.testing.assert_allclose(index(designs), 0.75 * one + 0.25 * other, rtol=0, atol=1e-9)
     nominal = index.levels(np.ones((1, 12)), "g7_wot220")[0]
     contributions = path_contributions(fleet, mounts, platform.load_case("g7_wot220"))
-    measured = levels(contributions, np.ones((1, 12)))[0]
+    heard = contributions.pressure(np.ones((1, 12)))
+    measured = spl(heard, contributions.frequency, axis=-1)[0]
     np.testing.assert_allclose(nominal, measured, rtol=0, atol=1e-9)
 
 
@@ -184,6 +187,6 @@ def test_data_sheet_tolerances_hardly_matter(platform, drawn_designs):
     for _ in range(10):
         powertrain = platform.powertrain.within_tolerance(rng)
         motion = coupled_motion(fleet, platform.mounts, powertrain, case)
-        splv = NUMPY_COUPLED.prepare(motion)(designs)
+        splv = level_sum(motion, compiled=True)(designs)
         changes.append((splv[1:] - splv[0]) / motion.frequency.size)
     assert 0.0 < np.std(changes, axis=0).max() < 0.02

@@ -12,7 +12,7 @@ from deboom.measurement.campaign import StaticCurve
 from deboom.mounts.response_surface import operating_points
 from deboom.vehicles.amplitude_motion import identified_surfaces
 from deboom.vehicles.coupled_motion import coupled_motion
-from deboom.vehicles.design_factor import DYNAMIC, PartFactor, StaticPosition
+from deboom.vehicles.design_factor import StaticPosition, part_ratio
 from deboom.vehicles.powertrain import KinematicModel, library_model
 
 PLATFORM = read_platform(truth.PLATFORM)
@@ -28,18 +28,12 @@ DESIGNS = np.random.default_rng(4).uniform(0.7, 1.3, (6, 12))
 
 @pytest.fixture(scope="module")
 def ratio():
-    return PartFactor(MODEL).ratio(MOTION, identified_surfaces(PARTS), CASE)
-
-
-def test_dynamic_factors_change_nothing_else():
-    same = DYNAMIC.ratio(MOTION, {}, CASE)
-    assert same(DESIGNS) is None
-    assert not same.held(DESIGNS).any()
+    return part_ratio(MODEL, MOTION, identified_surfaces(PARTS), CASE)
 
 
 def test_today_s_parts_ride_where_they_ride(ratio):
     np.testing.assert_allclose(ratio(np.ones((1, 12))), 1.0, rtol=1e-14)
-    assert not ratio.held(np.ones((1, 12))).any()
+    assert not ratio.clipped(np.ones((1, 12))).any()
 
 
 def stiffness(surface, torque, column):
@@ -58,13 +52,13 @@ def test_all_parts_alike_ride_as_today_s_under_torque_over_factor(ratio, factor)
     column = 6
     assert [MOTION.variable_names[k] for k in MOTION.variables][column] == "TSM x"
     there, here = (stiffness(surface, torque, column) for torque in (TORQUE / factor, TORQUE))
-    inside = ~ratio.held(designs)[0, :, column]
+    inside = ~ratio.clipped(designs)[0, :, column]
     assert inside.mean() > 0.5
     found = ratio(designs)[0, inside, column]
     np.testing.assert_allclose(found, (there / here)[inside], rtol=3e-3)
     surface = identified_surfaces(PARTS)["Du x"]
     own, base = (stiffness(surface, torque, 9) for torque in (TORQUE / factor, TORQUE))
-    inside = ~ratio.held(designs)[0, :, 9]
+    inside = ~ratio.clipped(designs)[0, :, 9]
     np.testing.assert_allclose(ratio(designs)[0, inside, 9], (own / base)[inside], rtol=1e-3)
 
 
@@ -74,7 +68,7 @@ def test_linear_curves_without_surfaces_leave_the_stiffness_alone():
     curves = {
         name: StaticCurve(*name.split(), "M0", reach, 2e5 * reach, 0.03) for name in MODEL.curves
     }
-    straight = PartFactor(KinematicModel(MODEL.mounts, curves)).ratio(MOTION, {}, CASE)
+    straight = part_ratio(KinematicModel(MODEL.mounts, curves), MOTION, {}, CASE)
     np.testing.assert_allclose(straight(DESIGNS)[..., :9], 1.0, rtol=1e-9)
 
 
@@ -110,7 +104,7 @@ def test_one_torque_at_all_lines_needs_no_interpolation():
 def test_refuses_another_powertrain_and_a_run_beyond_the_measurements():
     fewer = KinematicModel(MODEL.mounts[::-1], MODEL.curves)
     with pytest.raises(InputError, match="take the same mounts in the same order"):
-        PartFactor(fewer).ratio(MOTION, {}, CASE)
+        part_ratio(fewer, MOTION, {}, CASE)
     position = StaticPosition.of(MODEL, TORQUE, 500.0)
     with pytest.raises(InputError, match=r"deflects by .* mm"):
         position.deflection(np.full((1, 9), 0.02))

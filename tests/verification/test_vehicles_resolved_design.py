@@ -7,7 +7,7 @@ from scipy.optimize import brentq
 from deboom.errors import InputError
 from deboom.mounts.response_surface import DynamicStiffnessSurface
 from deboom.vehicles.amplitude_motion import resolve_design
-from deboom.vehicles.coupled_motion import CoupledMotion
+from deboom.vehicles.coupled_motion import Body, CoupledMotion
 
 FREQUENCY = np.array([20.0, 25.0, 30.0, 40.0])
 TORQUE = np.full(FREQUENCY.size, 1500.0)
@@ -38,24 +38,23 @@ def reference():
     """Six directions that do not feel each other, and a body of its own, with other mounts."""
     n_line = FREQUENCY.size
     other = np.full((n_line, 6), 1.6e5 + 3e4j)
-    return CoupledMotion(
-        load_case="run",
-        frequency=FREQUENCY,
+    powertrain = Body(
         forward=np.eye(6),
         mass_matrix=MASS * np.eye(6),
         stiffness=other,
-        load=np.outer(np.linspace(30, 60, n_line), np.linspace(0.6, 1.2, 6)).astype(complex),
+        load=np.outer(np.linspace(30, 60, n_line), np.linspace(0.6, 1.2, 6)),
         variables=np.arange(6),
-        transfer=np.full((1, n_line, 6), 1e-3 + 0j),
-        own_mass=np.array([MASS]),
-        own_stiffness=other[:, :1],
-        own_load=np.full((n_line, 1), 40.0 + 0j),
-        own_variables=np.array([6]),
-        own_transfer=np.full((1, n_line, 1), 2e-3 + 0j),
-        rigid_residual=0.0,
-        vehicle_names=("V",),
-        variable_names=NAMES,
+        transfer=np.full((1, n_line, 6), 1e-3),
     )
+    wheel_end = Body(
+        forward=np.ones((1, 1)),
+        mass_matrix=np.full((1, 1), MASS),
+        stiffness=other[:, :1],
+        load=np.full((n_line, 1), 40.0),
+        variables=np.array([6]),
+        transfer=np.full((1, n_line, 1), 2e-3),
+    )
+    return CoupledMotion("run", FREQUENCY, (powertrain, wheel_end), 0.0, ("V",), NAMES)
 
 
 def root(load, omega_squared):
@@ -71,7 +70,7 @@ def test_every_amplitude_is_the_root_of_its_equation(surface):
     coupled = reference()
     found = resolve_design(coupled, dict.fromkeys(NAMES, surface), TORQUE)
     omega_squared = (2 * np.pi * FREQUENCY) ** 2
-    loads = np.hstack([coupled.load, coupled.own_load]).real
+    loads = np.hstack([body.load for body in coupled.bodies]).real
     expected = [
         [root(load, squared) for load in row]
         for row, squared in zip(loads, omega_squared, strict=True)

@@ -388,7 +388,7 @@ class _Levels:
             box.group if box.group in groups else None,
             box.band,
         )
-        index = motion_index(runs, Motion(box.motion), None)
+        index = motion_index(runs, Motion(box.motion))
         wanted = [variable.name for variable in box.variables]
         vehicles = [response.name for response in box.responses]
         if list(index.variable_names) != wanted or list(index.response_names) != vehicles:

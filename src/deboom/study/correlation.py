@@ -44,7 +44,7 @@ from deboom.plot.style import vehicle_colours
 from deboom.report import Report
 from deboom.study.options import factor_space
 from deboom.study.platform_model import Operation
-from deboom.vehicles.booming_model import LoadCaseIndex
+from deboom.vehicles.booming_model import BoomingModel
 
 if TYPE_CHECKING:
     from deboom.plot.style import Drawing
@@ -292,7 +292,7 @@ class CorrelationStudy:
     ----------
     runs : Operation
         Vehicles, load cases and band.
-    index : LoadCaseIndex
+    index : BoomingModel
         What was evaluated.
     doe : Doe
         All designs with their responses.
@@ -311,7 +311,7 @@ class CorrelationStudy:
     """
 
     runs: Operation
-    index: LoadCaseIndex[Any, Any]
+    index: BoomingModel
     doe: Doe
     plan: str
     n_known: int
@@ -379,7 +379,7 @@ class CorrelationStudy:
 
 def correlation_study(
     runs: Operation,
-    index: LoadCaseIndex[Any, Any],
+    index: BoomingModel,
     request: DoeRequest,
     *,
     motion: str,
@@ -395,7 +395,7 @@ def correlation_study(
     ----------
     runs : Operation
         Vehicles, load cases and band.
-    index : LoadCaseIndex
+    index : BoomingModel
         Of these runs.
     request : DoeRequest
         Which designs, with the seed of everything that is drawn.
@@ -641,7 +641,7 @@ def _begun(study: CorrelationStudy, title: str, question: str) -> Report:
     }
     report.facts |= {
         "plan": study.plan,
-        "kernel": study.index.kernel.name,
+        "kernel": study.index.kernel,
         "known_designs": study.n_known,
     }
     report.inputs += [*platform.input_files, *study.inputs]

@@ -671,7 +671,7 @@ def uncertainty_result(found: MeasuredAgain, inputs: tuple[Path, ...] = ()) -> S
         summary=uncertainty_summary(found, design),
         page=_page(found, design, tables, pictures),
         inputs=(*found.study.uncertain.platform.input_files, *inputs),
-        facts={"kernel": found.study.index.kernel.name, "draws": found.study.n_draws},
+        facts={"kernel": found.study.index.kernel, "draws": found.study.n_draws},
     )
 
 

@@ -28,9 +28,8 @@ from deboom.explore.space import DesignSpace, Evaluate, stiffness_factor_space
 from deboom.files.platform import Platform
 from deboom.measurement.channels import LoadCase
 from deboom.mounts.mount import refuse_active_mounts
-from deboom.vehicles.fleet import Band
-from deboom.vehicles.kernel_split_numpy import SUFFIX
-from deboom.vehicles.limit_responses import MeanLevel, PeakLevel
+from deboom.vehicles.fleet import LOSS_SUFFIX, Band
+from deboom.vehicles.limits import MeanLevel, PeakLevel
 
 Seed = Annotated[int, Option(help="From 1; the same seed gives the same numbers.")]
 """Option of every study."""
@@ -253,7 +252,7 @@ def factor_space(names: Sequence[str], half_width: float, tolerance: float) -> D
         See there.
     """
     space = stiffness_factor_space(names, half_width, tolerance)
-    made = [0.0 if name.endswith(SUFFIX) else tolerance for name in names]
+    made = [0.0 if name.endswith(LOSS_SUFFIX) else tolerance for name in names]
     return replace(space, tolerance=np.array(made))
 
 

@@ -9,7 +9,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from enum import Enum
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import numpy as np
 import pandas as pd
@@ -34,33 +34,20 @@ from deboom.mounts.mount import Mount, refuse_active_mounts
 from deboom.mounts.surface_forces import Outside, SurfaceForces, surface_forces
 from deboom.physics.frf import corr_f
 from deboom.physics.order_tracking import rpm_of_frequency
+from deboom.physics.sound_level import spl
 from deboom.report import Report
 from deboom.study.options import band_of, shipped_studies, weighted_load_cases
 from deboom.study.result import StudyResult, as_report
-from deboom.vehicles.amplitude_motion import SeveralSolutionsWarning, compare_starts
-from deboom.vehicles.booming_model import (
-    AmplitudeIndex,
-    BoomingIndex,
-    LoadCaseIndex,
-    LossFactorIndex,
-    amplitude_index,
-    booming_index,
-    booming_loss_index,
-    coupled_index,
-    coupled_loss_index,
-    levels,
+from deboom.vehicles.amplitude_motion import (
+    AmplitudeMotion,
+    SeveralSolutionsWarning,
+    compare_starts,
 )
-from deboom.vehicles.booming_model import pressure_1 as pressure
+from deboom.vehicles.booming_model import BoomingModel, booming_model
+from deboom.vehicles.booming_model import Motion as Motion
 from deboom.vehicles.booming_peaks import compare_peaks
-from deboom.vehicles.design_factor import DYNAMIC, DesignFactor, PartFactor
 from deboom.vehicles.design_factor import Factor as Factor
 from deboom.vehicles.fleet import Band, Fleet, path_contributions
-from deboom.vehicles.kernel_amplitude_numba import NUMBA_AMPLITUDE
-from deboom.vehicles.kernel_amplitude_numpy import NUMPY_AMPLITUDE
-from deboom.vehicles.kernel_coupled_numpy import NUMPY_COUPLED
-from deboom.vehicles.kernel_numba import NUMBA, NUMBA_COUPLED
-from deboom.vehicles.kernel_numpy import NUMPY
-from deboom.vehicles.kernel_smooth_numpy import SMOOTH_COUPLED
 from deboom.vehicles.powertrain import library_model
 
 PEAK_AGREEMENT = 0.3
@@ -175,9 +162,9 @@ def level_differences(
     """
     both = [path_contributions(fleet, mounts, case, band) for case in (measured, modelled)]
     nominal = np.ones((1, len(both[0].variable_names)))
-    before, after = (levels(case, nominal)[0] for case in both)
-    first, second = (pressure(case, nominal)[0].T for case in both)
-    shape = corr_f(second, first)
+    first, second = (case.pressure(nominal)[0] for case in both)
+    before, after = (spl(heard, both[0].frequency, axis=-1) for heard in (first, second))
+    shape = corr_f(second.T, first.T)
     rows = []
     for vehicle, name in enumerate(fleet.names):
         changes = compare_peaks(before[vehicle], after[vehicle], both[0].frequency, measured.order)
@@ -363,52 +350,14 @@ PART_WARNING = (
 )
 
 
-class Motion(Enum):
-    """What the powertrain does when a stiffness changes."""
-
-    prescribed = "prescribed"
-    """It moves as measured: the thesis."""
-    coupled = "coupled"
-    """Its six degrees of freedom and those of the wheel ends are solved again."""
-    amplitude = "amplitude"
-    """So are they, and the stiffnesses follow the amplitudes that come out."""
-
-
-class Kernel(Enum):
-    """What sums the levels."""
-
-    numpy = "numpy"
-    numba = "numba"
-    smooth = "smooth"
-    """Coupled motion interpolated over frequency: for smooth data, which measured ones are not."""
-
-
-_AMPLITUDE = {Kernel.numpy: NUMPY_AMPLITUDE, Kernel.numba: NUMBA_AMPLITUDE}
-_KERNELS: dict[Motion, dict[Kernel, Any]] = {
-    Motion.prescribed: {Kernel.numpy: NUMPY, Kernel.numba: NUMBA},
-    Motion.coupled: {
-        Kernel.numpy: NUMPY_COUPLED,
-        Kernel.numba: NUMBA_COUPLED,
-        Kernel.smooth: SMOOTH_COUPLED,
-    },
-    Motion.amplitude: _AMPLITUDE,
-}
-_DEFAULT = {
-    Motion.prescribed: Kernel.numpy,
-    Motion.coupled: Kernel.numba,
-    Motion.amplitude: Kernel.numba,
-}
-
-
 def motion_index(
     runs: Operation,
     motion: Motion,
-    kernel: Kernel | None,
     factor: Factor = Factor.dynamic,
     *,
     loss_factors: bool = False,
-) -> Any:
-    """Build the booming index of a study's runs under one model of the motion.
+) -> BoomingModel:
+    """Build the booming model of a study's runs under one model of the motion.
 
     Parameters
     ----------
@@ -416,8 +365,6 @@ def motion_index(
         Vehicles, mounts, load cases and band.
     motion : Motion
         Which model.
-    kernel : Kernel or None
-        None takes numpy for prescribed and numba for any other motion.
     factor : Factor
         What a stiffness factor means; the warning that ``part`` needs is printed.
     loss_factors : bool
@@ -425,25 +372,45 @@ def motion_index(
 
     Returns
     -------
-    LoadCaseIndex or LossFactorIndex
+    BoomingModel
 
     Raises
     ------
     InputError
-        Data that do not fit together, a kernel that is not made for the motion or the data, or
-        numba asked for and not installed.
+        Options that do not go together, or data that do not fit together.
     """
-    if loss_factors:
-        return _loss_factor_index(runs, motion, kernel, factor)
-    if motion is Motion.amplitude or factor is Factor.part:
-        return _amplitude_index(runs, motion, kernel, factor)
-    chosen = _kernel(_KERNELS[motion], motion, kernel)
-    data = runs.platform
-    if motion is Motion.coupled:
-        return coupled_index(
-            runs.fleet, data.mounts, data.powertrain, runs.cases, runs.band, chosen
+    by_surface = motion is Motion.amplitude or factor is Factor.part
+    if loss_factors and by_surface:
+        raise InputError(
+            "loss factors are variables with --motion prescribed or coupled and --factor dynamic: "
+            "there the mounts stay where they are"
         )
-    return booming_index(runs.fleet, data.mounts, runs.cases, runs.band, chosen)
+    if factor is Factor.part and motion is Motion.prescribed:
+        raise InputError(
+            "a part that settles elsewhere moves otherwise too: --factor part goes with --motion "
+            "coupled or amplitude"
+        )
+    if by_surface and not runs.parts:
+        raise InputError(
+            "amplitude-dependent motion and --factor part need the surfaces and static curves of "
+            "the mount library: take --mounts library"
+        )
+    settling = None
+    if factor is Factor.part:
+        carriers = {mount.name for mount in runs.platform.mounts if mount.body_mass is None}
+        settling = library_model([part for part in runs.parts if part.mount.name in carriers])
+        print(PART_WARNING, file=sys.stderr)
+    return booming_model(
+        runs.fleet,
+        runs.platform.mounts,
+        runs.cases,
+        runs.band,
+        motion=motion,
+        powertrain=runs.platform.powertrain,
+        parts=runs.parts,
+        settling=settling,
+        loss_factors=loss_factors,
+    )
 
 
 @dataclass(frozen=True)
@@ -453,63 +420,9 @@ class MotionOptions:
     motion: Annotated[Motion, Option(help="Of the powertrain.")] = Motion.prescribed
     factor: Annotated[Factor, Option(help="What a stiffness factor means.")] = Factor.dynamic
 
-    def index(self, runs: Operation, *, loss_factors: bool = False) -> Any:
-        """Build the booming index of the runs; see `motion_index`."""
-        return motion_index(runs, self.motion, None, self.factor, loss_factors=loss_factors)
-
-
-def _loss_factor_index(
-    runs: Operation, motion: Motion, kernel: Kernel | None, factor: Factor
-) -> LossFactorIndex:
-    data = runs.platform
-    if motion is Motion.amplitude or factor is Factor.part:
-        raise InputError(
-            "loss factors are variables with --motion prescribed or coupled and --factor dynamic: "
-            "there the mounts stay where they are"
-        )
-    if motion is Motion.prescribed:
-        chosen = _kernel(_KERNELS[motion], motion, kernel)
-        return booming_loss_index(runs.fleet, data.mounts, runs.cases, runs.band, chosen)
-    if kernel not in (None, Kernel.numpy):
-        raise InputError("coupled motion with loss factors has a numpy kernel only")
-    return coupled_loss_index(runs.fleet, data.mounts, data.powertrain, runs.cases, runs.band)
-
-
-def _kernel(kernels: dict[Kernel, Any], motion: Motion, kernel: Kernel | None) -> Any:
-    wanted = kernel or _DEFAULT[motion]
-    if wanted not in kernels:
-        raise InputError(
-            f"there is no {wanted.value} kernel for {motion.value} motion: use one of "
-            f"{[kernel.value for kernel in kernels]}"
-        )
-    return kernels[wanted]
-
-
-def _amplitude_index(
-    runs: Operation, motion: Motion, kernel: Kernel | None, factor: Factor
-) -> AmplitudeIndex:
-    if motion is Motion.prescribed:
-        raise InputError(
-            "a part that settles elsewhere moves otherwise too: --factor part goes with --motion "
-            "coupled or amplitude"
-        )
-    if not runs.parts:
-        raise InputError(
-            "amplitude-dependent motion and --factor part need the surfaces and static curves of "
-            "the mount library: take --mounts library"
-        )
-    carriers = {mount.name for mount in runs.platform.mounts if mount.body_mass is None}
-    meaning: DesignFactor = DYNAMIC
-    if factor is Factor.part:
-        meaning = PartFactor(library_model([p for p in runs.parts if p.mount.name in carriers]))
-        print(PART_WARNING, file=sys.stderr)
-    data = runs.platform
-    return amplitude_index(
-        *(runs.fleet, data.mounts, runs.parts, data.powertrain, runs.cases, runs.band),
-        kernel=_kernel(_AMPLITUDE, motion, kernel),
-        factor=meaning,
-        follow=motion is Motion.amplitude,
-    )
+    def index(self, runs: Operation, *, loss_factors: bool = False) -> BoomingModel:
+        """Build the booming model of the runs; see `motion_index`."""
+        return motion_index(runs, self.motion, self.factor, loss_factors=loss_factors)
 
 
 MOTION_WARNING = (
@@ -545,63 +458,62 @@ class MotionReport:
     summary: dict[str, str | float]
 
 
-def motion_name(index: LoadCaseIndex[Any, Any]) -> str:
+def motion_name(index: BoomingModel) -> str:
     """In a word, how the powertrain answers a design."""
-    if isinstance(index, BoomingIndex):
-        return "prescribed"
-    follows = isinstance(index, AmplitudeIndex) and index.follows_amplitude
-    return "amplitude-dependent" if follows else "coupled"
+    name = index.motion.value
+    return "amplitude-dependent" if index.motion is Motion.amplitude else str(name)
 
 
-def factor_name(index: LoadCaseIndex[Any, Any]) -> str:
+def factor_name(index: BoomingModel) -> str:
     """In a word, what a stiffness factor means."""
-    return index.factor.name if isinstance(index, AmplitudeIndex) else Factor.dynamic.value
+    return str(index.factor.value)
 
 
-def motion_report(index: LoadCaseIndex[Any, Any], designs: RealArray) -> MotionReport:
+def motion_report(index: BoomingModel, designs: RealArray) -> MotionReport:
     """Check the models of a study at a few designs.
 
     Parameters
     ----------
-    index : LoadCaseIndex
+    index : BoomingModel
         What was evaluated.
     designs : array, shape (n, n_variable)
         Such as nominal and the picks of a front [1].
     """
     factor = factor_name(index)
-    prescribed = (MOTION_WARNING,) if isinstance(index, BoomingIndex) else ()
+    prescribed = (MOTION_WARNING,) if index.motion is Motion.prescribed else ()
     meaning = PART_WARNING if factor == Factor.part.value else FACTOR_WARNING
     summary: dict[str, str | float] = {"design_factor": factor}
     terms = {"prescribed motion": f"{motion_name(index)} motion"}
     if factor == Factor.part.value:
         terms["stiffness factor"] = "stiffness factor of a part"
-    if not isinstance(index, AmplitudeIndex):
+    by_surface = [case for case in index.cases if isinstance(case, AmplitudeMotion)]
+    if not by_surface:
         return MotionReport((*prescribed, meaning), "", terms, summary)
-    held = index.held(designs)
-    summary["held_amplitude_share"] = held.amplitude
-    summary["held_preload_share"] = held.preload
+    clipped = index.clipped(designs)
+    summary["held_amplitude_share"] = clipped.amplitude
+    summary["held_preload_share"] = clipped.preload
     texts, alarms = [], []
-    if index.follows_amplitude:
+    if index.motion is Motion.amplitude:
         texts.append(
             f"Of the lines and directions of today's mounts and the named designs, "
-            f"{100 * held.amplitude:.1f} % have an amplitude beyond what the response surfaces are "
-            "backed for; there the stiffness keeps its value at the bound."
+            f"{100 * clipped.amplitude:.1f} % have an amplitude beyond what the response surfaces "
+            "are backed for; there the stiffness keeps its value at the bound."
         )
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", SeveralSolutionsWarning)
-            comparisons = [compare_starts(case, designs) for case in index.contributions]
+            comparisons = [compare_starts(case, designs) for case in by_surface]
         texts += [f"Uniqueness: {one.text}." for one in comparisons if one.unique]
         alarms += [f"{one.text}." for one in comparisons if not one.unique]
     if factor == Factor.part.value:
         texts.append(
-            f"{100 * held.preload:.1f} % have a static force beyond what the surfaces are backed "
-            "for; there the stiffness of a powertrain mount follows the slope of its quasi-static "
-            "curve, and that of a wishbone mount keeps its value at the bound. The stiffnesses "
+            f"{100 * clipped.preload:.1f} % have a static force beyond what the surfaces are "
+            "backed for; there the stiffness of a powertrain mount follows the slope of its "
+            "quasi-static curve, and that of a wishbone mount keeps its value at the bound. The stiffnesses "
             "named for the supplier are those at today's static deflection; under load the part "
             "rides elsewhere."
         )
-    if held.worst:
-        texts.append(f"Most often beyond: {held.worst} of the lines.")
+    if clipped.worst:
+        texts.append(f"Most often beyond: {clipped.worst} of the lines.")
     return MotionReport((meaning, *alarms), "\n\n".join(texts), terms, summary)
 
 

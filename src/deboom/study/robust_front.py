@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -20,7 +19,7 @@ from deboom.report import Report
 from deboom.study.front import PERCENT, Front
 from deboom.study.options import aim_note
 from deboom.study.platform_model import MotionReport, factor_name, motion_name, motion_report
-from deboom.vehicles.booming_model import LossFactorIndex, mean_energy_level
+from deboom.vehicles.booming_model import mean_energy_level
 from deboom.vehicles.booming_peaks import PeakChange, compare_peaks
 
 ENERGY_BAND = (25.0, 40.0)
@@ -68,11 +67,6 @@ class RobustFront(Front):
         return self.platform.load_case(self.index.load_case_names[0])
 
     @property
-    def model(self) -> Any:
-        """The model of the motion; behind loss factors it is that of the split stiffnesses."""
-        return self.index.split if isinstance(self.index, LossFactorIndex) else self.index
-
-    @property
     def stiffness_variables(self) -> tuple[str, ...]:
         """Variables that are stiffness factors; loss factors come after them."""
         return tuple(name for mount in self.platform.mounts for name in mount.variables)
@@ -80,7 +74,7 @@ class RobustFront(Front):
     @cached_property
     def motion_report(self) -> MotionReport:
         """What there is to say about motion and stiffness factors, checked at the picks."""
-        return motion_report(self.model, np.stack(list(self.named_designs.values())))
+        return motion_report(self.index, np.stack(list(self.named_designs.values())))
 
     @property
     def frequency(self) -> RealArray:
@@ -166,9 +160,9 @@ def front_report(front: RobustFront) -> Report:
     report.summary["mean_bias_db_per_line"] = check.mean_bias * front.per_line
     report.summary |= motion.summary | front.counts
     report.facts |= {
-        "motion": motion_name(front.model),
-        "design_factor": factor_name(front.model),
-        "kernel": front.index.kernel.name,
+        "motion": motion_name(front.index),
+        "design_factor": factor_name(front.index),
+        "kernel": front.index.kernel,
         "objectives": "; ".join(objective.name for objective in front.robust.objectives),
         "estimator": front.robust.estimator.kind,
         "tolerance_sample": front.robust.sample.kind,
@@ -191,7 +185,7 @@ def _question(report: Report, front: RobustFront) -> None:
     space, sampler, case = front.robust.space, front.robust.sample, front.load_case
     cases = ", ".join(
         f"{front.platform.load_case(part.load_case).title} (weight {weight:.3g})"
-        for part, weight in zip(front.index.contributions, front.index.weights, strict=True)
+        for part, weight in zip(front.index.cases, front.index.weights, strict=True)
     )
     factors = "stiffness factors"
     if len(front.variables) > len(front.stiffness_variables):
@@ -434,8 +428,8 @@ def _search(report: Report, front: RobustFront) -> None:
     report.section(
         "How the search went",
         f"NSGA-II, {search.hypervolume.size} generations, {search.seconds:.1f} s. Motion: "
-        f"{motion_name(front.model)}; meaning of a stiffness factor: "
-        f"{motion.summary['design_factor']}; kernel: {front.index.kernel.name}.\n\n"
+        f"{motion_name(front.index)}; meaning of a stiffness factor: "
+        f"{motion.summary['design_factor']}; kernel: {front.index.kernel}.\n\n"
         "\n\n".join((motion.text, aim_note(front.robust), front.note)).strip(),
     )
     report.figure(

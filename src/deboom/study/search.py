@@ -29,7 +29,7 @@ from deboom.study.platform_model import LIBRARY_FILE, Factor, Operation
 from deboom.study.progress import progress_bar
 from deboom.study.result import RunContext, StudyResult, as_report
 from deboom.vehicles.fleet import lines_inside
-from deboom.vehicles.mount_requirements import (
+from deboom.vehicles.limits import (
     MountRequirements,
     NaturalFrequencies,
     OperatingStiffness,

@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from enum import Enum
 from functools import cached_property, partial
-from typing import Any, TypeVar
+from typing import TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -40,7 +40,7 @@ from deboom.report.page import Headline, Page, Picture, Section, Table
 from deboom.study.platform_model import factor_name, motion_name, motion_report
 from deboom.study.progress import Progress
 from deboom.study.result import Scalar, StudyResult
-from deboom.vehicles.booming_model import LoadCaseIndex, mean_energy_level
+from deboom.vehicles.booming_model import BoomingModel, mean_energy_level
 from deboom.vehicles.booming_peaks import booming_peaks
 
 
@@ -76,11 +76,11 @@ class LevelOutputs:
 
     Parameters
     ----------
-    index : LoadCaseIndex
+    index : BoomingModel
         v vehicles, f lines.
     """
 
-    index: LoadCaseIndex[Any, Any]
+    index: BoomingModel
 
     @property
     def line_names(self) -> tuple[str, ...]:
@@ -109,9 +109,7 @@ class LevelOutputs:
         return lines, energy if ranked is Ranked.decibels else decibels
 
 
-def ranked_output(
-    index: LoadCaseIndex[Any, Any], ranked: Ranked
-) -> Callable[[RealArray], RealArray]:
+def ranked_output(index: BoomingModel, ranked: Ranked) -> Callable[[RealArray], RealArray]:
     """Return the function from designs to what is ranked, shape (n, n_vehicle) [dB(A)]."""
     if ranked is Ranked.decibels:
         return index
@@ -196,7 +194,7 @@ class Sensitivity:
     ----------
     platform : Platform
         As measured.
-    index : LoadCaseIndex
+    index : BoomingModel
         What was evaluated.
     plan : SensitivityPlan
         What was asked.
@@ -223,7 +221,7 @@ class Sensitivity:
     """
 
     platform: Platform
-    index: LoadCaseIndex[Any, Any]
+    index: BoomingModel
     plan: SensitivityPlan
     label: str
     inputs: SensitivityInputs
@@ -269,7 +267,7 @@ def ranking(found: SobolIndices) -> dict[str, tuple[str, ...]]:
 
 def sensitivity(
     platform: Platform,
-    index: LoadCaseIndex[Any, Any],
+    index: BoomingModel,
     plan: SensitivityPlan,
     progress: Progress | None = None,
 ) -> Sensitivity:
@@ -279,7 +277,7 @@ def sensitivity(
     ----------
     platform : Platform
         Its mounts are the groups.
-    index : LoadCaseIndex
+    index : BoomingModel
         To be evaluated.
     plan : SensitivityPlan
         What is asked.
@@ -844,7 +842,7 @@ def sensitivity_result(study: Sensitivity) -> StudyResult:
         facts={
             "motion": motion_name(study.index),
             "design_factor": factor_name(study.index),
-            "kernel": study.index.kernel.name,
+            "kernel": study.index.kernel,
             "ranked": study.plan.ranked.words,
             "variables": f"{study.plan.analysis.value}: {study.inputs.description}",
         },

@@ -163,7 +163,7 @@ def _box(study: SupplierStudy, path: Path) -> BoxSource:
                 f"--box {path}: its {what} are {', '.join(theirs)}, those of run "
                 f"{study.run.entry.folder} {', '.join(mine)}: {again}"
             )
-    if factor_name(study.motion_index) == Factor.part.value:
+    if factor_name(study.index) == Factor.part.value:
         raise InputError(
             f"--box {path}: a box has intervals of the dynamic stiffness, run "
             f"{study.run.entry.folder} has factors of the part: search the front with --factor "
@@ -611,9 +611,7 @@ def promise_table(sheet: SpecificationSheet) -> pd.DataFrame:
             f"{found['price_db']:.2f} dB in the mean, {found['price_worst_db']:.2f} dB at most"
         )
     items["scatter of parts"] = MadeParts(study.space, study.model.structure).text
-    items["a factor"] = (
-        f"{factor_name(study.motion_index)}, motion {motion_name(study.motion_index)}"
-    )
+    items["a factor"] = f"{factor_name(study.index)}, motion {motion_name(study.index)}"
     items["run of the front"] = f"{study.run.entry.name}, {study.pick.value.replace('-', ' ')}"
     return pd.DataFrame({"item": list(items), "value": list(items.values())})
 

@@ -30,7 +30,8 @@ from deboom.plot import StiffnessPanel
 from deboom.study.platform_model import Factor, factor_name
 from deboom.study.robust_front import N_PER_MM
 from deboom.study.supplier_study import DRAWS, Direction, Need, SupplierStudy
-from deboom.study.uncertain_index import UncertainIndex, index_like, uncertain_index
+from deboom.study.uncertain_index import UncertainIndex, uncertain_index
+from deboom.vehicles.booming_model import model_of_other_data
 from deboom.vehicles.booming_peaks import TOLERANCE, PeakChange, compare_peaks
 from deboom.vehicles.fleet import lines_inside
 from deboom.vehicles.powertrain import KinematicModel, library_model
@@ -77,7 +78,10 @@ class SupplierCertainty:
         rows = []
         for draw in range(MEASURED_AGAIN):
             fleet, cases = self.uncertain.data.drawn(draw, self.study.run.seed)
-            index = index_like(self.study.index, fleet, cases, self.study.platform)
+            data = self.study.platform
+            index = model_of_other_data(
+                self.study.index, fleet, data.mounts, data.powertrain, cases
+            )
             rows.append(self._drawn(index, cases))
         return {name: np.stack([row[name] for row in rows]) for name in rows[0]}
 
@@ -543,7 +547,7 @@ def stiffness_panels(
 
 def preload_factor(study: SupplierStudy, curve: StiffnessCurve) -> float:
     """Return the wanted part's preload over today's at the same place of the curve [1]."""
-    part = factor_name(study.motion_index) == Factor.part.value
+    part = factor_name(study.index) == Factor.part.value
     moves = part and curve.label != FREQUENCY
     return float(study.wanted[curve.direction.column]) if moves else 1.0
 

@@ -663,9 +663,7 @@ def data_sheet(
         )
     items[f"vehicles, {len(study.vehicles)}"] = ", ".join(map(names, study.vehicles))
     items["design"] = f"{study.pick.value.replace('-', ' ')} of the front"
-    items["meaning of a factor"] = (
-        f"{factor_name(study.motion_index)}, motion {motion_name(study.motion_index)}"
-    )
+    items["meaning of a factor"] = f"{factor_name(study.index)}, motion {motion_name(study.index)}"
     items["tolerance"] = "three standard deviations of a normal distribution, cut there"
     items["free range"] = f"mean level within {NOTICEABLE} dB of the wanted design, one at a time"
     items["static force"] = "on the body side, under engine torque alone, in the axes below"
@@ -836,7 +834,7 @@ def _headlines(content: SupplierContent) -> tuple[Headline, ...]:
 def _wanted(content: SupplierContent, pictures: Mapping[str, bytes]) -> Section:
     study, table = content.study, content.tables["requirements"]
     case, _ = study.load_cases[0]
-    part = factor_name(study.motion_index) == Factor.part.value
+    part = factor_name(study.index) == Factor.part.value
     scaled = PART_SCALED if part else CURVE_SCALED
     given_up = ""
     if study.unidentified:
@@ -1169,7 +1167,7 @@ def supplier_content(
         "data sheet": data_sheet(study, mount, names, datetime.now(UTC).date()),
     }
     designs = np.stack([study.space.nominal, study.wanted])
-    checked = motion_report(study.motion_index, designs)
+    checked = motion_report(study.index, designs)
     return SupplierContent(effects, mount, directions, curves, names, tables, checked, sheet)
 
 

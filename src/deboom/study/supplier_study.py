@@ -31,7 +31,6 @@ from deboom.study.platform_model import operation
 from deboom.study.rebuilt import FRONT, ComparedRun, compared_run, study_of
 from deboom.study.robust_front import NOTICEABLE
 from deboom.study.runner import arguments_of
-from deboom.vehicles.booming_model import LossFactorIndex
 
 
 class Pick(Enum):
@@ -132,11 +131,6 @@ class SupplierStudy:
     def index(self) -> Any:
         """What the run evaluated."""
         return self.model.evaluate
-
-    @property
-    def motion_index(self) -> Any:
-        """The model of the motion; behind loss factors it is that of the split stiffnesses."""
-        return self.index.split if isinstance(self.index, LossFactorIndex) else self.index
 
     @property
     def vehicles(self) -> tuple[str, ...]:

@@ -3,27 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
-from deboom.errors import InputError
 from deboom.files.library_export import read_library_json
 from deboom.files.platform import Platform
-from deboom.measurement.channels import LoadCase
 from deboom.measurement.sensors import Tolerances
 from deboom.mounts.characterised_mount import CharacterisedMount
 from deboom.study.platform_model import LIBRARY_FILE
-from deboom.vehicles.booming_model import (
-    AmplitudeIndex,
-    BoomingIndex,
-    CoupledIndex,
-    LossFactorIndex,
-    booming_index,
-    booming_loss_index,
-    coupled_index,
-    coupled_loss_index,
-)
-from deboom.vehicles.coupled_motion import coupled_motion
+from deboom.vehicles.booming_model import model_of_other_data
 from deboom.vehicles.fleet import Fleet
 from deboom.vehicles.platform_uncertainty import (
     ForceUncertainty,
@@ -40,7 +28,7 @@ class UncertainIndex:
 
     Parameters
     ----------
-    index : LoadCaseIndex or LossFactorIndex
+    index : BoomingModel
         From the data as measured.
     data : UncertainData
         These data, and what may be wrong with them.
@@ -55,7 +43,8 @@ class UncertainIndex:
     def again(self, draw: int, seed: int, only: Collection[str] | None = None) -> Any:
         """Return the index of one draw, see `UncertainData.drawn`; of the same kind and names."""
         fleet, cases = self.data.drawn(draw, seed, only)
-        return index_like(self.index, fleet, cases, self.platform)
+        data = self.platform
+        return model_of_other_data(self.index, fleet, data.mounts, data.powertrain, cases)
 
     def draws(self, n_draws: int, seed: int, only: Collection[str] | None = None) -> Iterator[Any]:
         """Give the indices of draws 0 to ``n_draws`` - 1, one after the other."""
@@ -74,7 +63,7 @@ def uncertain_index(
 
     Parameters
     ----------
-    index : LoadCaseIndex or LossFactorIndex
+    index : BoomingModel
         Of the study.
     platform : Platform
         With the load cases that the index was made of, and its vehicles.
@@ -112,51 +101,4 @@ def library_tolerances(platform: Platform) -> ForceUncertainty:
     return ForceUncertainty(
         tolerances_of_record(records[0].tolerances, Tolerances()),
         f"tolerances of campaign {records[0].name}",
-    )
-
-
-def index_like(
-    index: Any,
-    fleet: Fleet,
-    load_cases: Sequence[LoadCase],
-    platform: Platform,
-) -> Any:
-    """Build an index of the same kind from other data.
-
-    Parameters
-    ----------
-    index : LoadCaseIndex or LossFactorIndex
-        Its motion, kernel, weights and meaning of a factor stay.
-    fleet : Fleet
-        Other noise transfer functions.
-    load_cases : sequence of LoadCase
-        Other forces and motions, in the order of the index.
-    platform : Platform
-        Mounts and powertrain.
-
-    Raises
-    ------
-    InputError
-        An index of an unknown kind.
-    """
-    mounts, band = platform.mounts, (float(index.frequency[0]), float(index.frequency[-1]))
-    cases = list(zip(load_cases, index.weights, strict=True))
-    if isinstance(index, LossFactorIndex):
-        if isinstance(index.split, BoomingIndex):
-            return booming_loss_index(fleet, mounts, cases, band, index.kernel)
-        return coupled_loss_index(fleet, mounts, platform.powertrain, cases, band)
-    if isinstance(index, BoomingIndex):
-        return booming_index(fleet, mounts, cases, band, index.kernel)
-    if isinstance(index, CoupledIndex):
-        return coupled_index(fleet, mounts, platform.powertrain, cases, band, index.kernel)
-    if isinstance(index, AmplitudeIndex):
-        # over the ratio of amplitudes, so that the softening stays as measured
-        moved = [
-            replace(one, coupled=coupled_motion(fleet, mounts, platform.powertrain, case, band))
-            for one, case in zip(index.contributions, load_cases, strict=True)
-        ]
-        return AmplitudeIndex(tuple(moved), index.weights, index.kernel, index.factor)
-    raise InputError(
-        f"the uncertainty of {type(index).__name__} cannot be drawn: use one of the motions of "
-        "this version"
     )

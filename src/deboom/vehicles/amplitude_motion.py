@@ -17,7 +17,7 @@ from deboom.arrays import BoolArray, ComplexArray, IntArray, RealArray, checked
 from deboom.errors import InputError
 from deboom.measurement.channels import LoadCase
 from deboom.mounts.characterised_mount import CharacterisedMount
-from deboom.mounts.response_surface import DynamicStiffnessSurface
+from deboom.mounts.response_surface import DynamicStiffnessSurface, operating_points
 from deboom.vehicles.coupled_motion import BLOCK, CoupledMotion
 from deboom.vehicles.design_factor import PartRatio, backed_range, part_ratio
 from deboom.vehicles.powertrain import KinematicModel
@@ -161,14 +161,13 @@ class AmplitudeMotion:
         array, shape (n, v, f)
             Complex peak amplitudes; NaN where amplitudes do not come to rest [Pa].
         """
-        transfer = self.coupled.transfer
-        pressure = np.empty((len(designs), *transfer.shape[:2]), dtype=complex)
+        pressure = np.empty((len(designs), *self.transmits.shape), dtype=complex)
         for first in range(0, len(designs), BLOCK):
             rows = slice(first, first + BLOCK)
             solution = solve_along_lines(self, designs[rows], tolerance)
             force = solution.stiffness * solution.displacement
             force = np.where(solution.solved[..., np.newaxis], force, np.nan)
-            pressure[rows] = np.einsum("vfi,dfi->dvf", transfer, force)
+            pressure[rows] = self.coupled.heard(force)
         return pressure
 
     def neper_gradient(self, designs: RealArray) -> RealArray:
@@ -396,13 +395,12 @@ def _relative_cubic(
     surface: DynamicStiffnessSurface, torque: RealArray, amplitude: RealArray, frequency: RealArray
 ) -> ComplexArray:
     """Return coefficients (f, 4) of the powers of the amplitude over the nominal one."""
-    cubic = surface.at_amplitude(torque, frequency)
+    c = surface.at_amplitude(torque, frequency).T
     low, high = surface.ranges["amplitude"]
     half = (high - low) / 2 if high > low else 0.5
     middle = (low + high) / 2
     # the scaled amplitude is p g + q with the ratio g
     p, q = amplitude / half, -middle / half
-    c = cubic.coefficients.T
     powers = np.stack(
         [
             c[0] + q * (c[1] + q * (c[2] + q * c[3])),
@@ -412,7 +410,7 @@ def _relative_cubic(
         ],
         axis=1,
     )
-    return np.asarray(powers / cubic(amplitude)[:, np.newaxis])
+    return np.asarray(powers / powers.sum(axis=1, keepdims=True))
 
 
 class SeveralSolutionsWarning(UserWarning):
@@ -580,7 +578,7 @@ def resolve_design(
     followed = [column for column, name in enumerate(names) if name in surfaces]
     for column in followed:
         name, nominal = names[column], amplitude[:, column]
-        at = surfaces[name].inside(torque, nominal, frequency)
+        at = surfaces[name].supported(operating_points(torque, nominal, frequency))
         backed[:, column] = at
         if at.any():
             line = torque[at], nominal[at], frequency[at]
@@ -592,8 +590,9 @@ def resolve_design(
         clipped = np.clip(amplitude, lowest, highest)
         for column in followed:
             at = backed[:, column]
-            line = torque[at], clipped[at, column], frequency[at]
-            stiffness[at, column] = surfaces[names[column]].predict_masked(*line)[0]
+            points = operating_points(torque[at], clipped[at, column], frequency[at])
+            surface = surfaces[names[column]]
+            stiffness[at, column] = surface.predict(points, extrapolate=True)
         design = reference.with_stiffness(stiffness)
         moved = design.nominal_amplitude
         if np.max(np.abs(moved / amplitude - 1.0)) < RESOLVE_TOLERANCE:

@@ -22,7 +22,7 @@ from deboom.vehicles.amplitude_motion import (
     identified_surfaces,
     solve_along_lines,
 )
-from deboom.vehicles.coupled_motion import CoupledMotion, coupled_motion
+from deboom.vehicles.coupled_motion import coupled_motion
 from deboom.vehicles.design_factor import Factor
 from deboom.vehicles.fleet import Band, Fleet, PathContributions, path_contributions
 from deboom.vehicles.kernels import Case, LevelSum, level_sum, numba_installed
@@ -429,8 +429,8 @@ def model_of_other_data(
 
     Notes
     -----
-    Stiffnesses that follow the amplitude do so over its ratio to the nominal one, as in `model`: the
-    softening stays as measured.
+    Stiffnesses that follow the amplitude do so over its ratio to the nominal one, as in `model`:
+    the softening stays as measured.
     """
     band = (float(model.frequency[0]), float(model.frequency[-1]))
     cases: list[Case] = []
@@ -466,8 +466,7 @@ class CatalogueModel:
     Raises
     ------
     InputError
-        Not one number of parts per mount, more parts than levels, or motion whose stiffnesses
-        follow the amplitude.
+        Not one number of parts per mount, or more parts than levels.
     """
 
     mounts: tuple[Mount, ...]
@@ -481,11 +480,6 @@ class CatalogueModel:
                 f"{list(self.n_parts)} parts for the mounts "
                 f"{[mount.name for mount in self.mounts]} and {len(self.levels)} models: give each "
                 "mount at least one part, and one model per part number"
-            )
-        if isinstance(self.levels[0].cases[0], AmplitudeMotion):
-            raise InputError(
-                "parts of a catalogue cannot be combined under amplitude-dependent motion: use "
-                "prescribed or coupled motion"
             )
 
     @property
@@ -515,7 +509,7 @@ class CatalogueModel:
         Raises
         ------
         InputError
-            Not one number per mount, or a number that is no part's.
+            Not one number per mount, or a number that is no part's; motion by response surfaces.
         """
         numbers = list(parts)
         exist = len(numbers) == len(self.n_parts) and all(
@@ -530,10 +524,9 @@ class CatalogueModel:
         part = np.repeat(np.array(numbers, dtype=np.intp), per_mount)
         cases: list[Case] = []
         for first, *others in zip(*(level.cases for level in self.levels), strict=True):
-            if isinstance(first, PathContributions):
-                cases.append(first.with_parts([first, *others], part))
-            elif isinstance(first, CoupledMotion):
-                cases.append(first.with_parts([first, *others], part))
+            if isinstance(first, AmplitudeMotion):
+                raise InputError("parts of a catalogue need prescribed or coupled motion")
+            cases.append(first.with_parts([first, *others], part))
         return replace(self.levels[0], cases=tuple(cases))
 
     def __call__(self, designs: npt.ArrayLike) -> RealArray:

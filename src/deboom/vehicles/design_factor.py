@@ -19,7 +19,7 @@ from deboom.arrays import BoolArray, ComplexArray, IntArray, RealArray, checked
 from deboom.errors import InputError
 from deboom.measurement.channels import LoadCase
 from deboom.mounts.mount import AXES
-from deboom.mounts.response_surface import DynamicStiffnessSurface
+from deboom.mounts.response_surface import DynamicStiffnessSurface, operating_points
 from deboom.vehicles.coupled_motion import CoupledMotion
 from deboom.vehicles.powertrain import KinematicModel
 
@@ -199,7 +199,7 @@ class PartRatio:
 
     @property
     def _n_body(self) -> int:
-        return self.position.nominal.shape[1]
+        return int(self.position.nominal.shape[1])
 
     @cached_property
     def _nominal(self) -> ComplexArray:
@@ -317,7 +317,7 @@ def backed_range(
     InputError
         A line that is not backed itself; a wheel torque that is not above 0.
     """
-    backed = surface.inside(torque, amplitude, frequency)
+    backed = surface.supported(operating_points(torque, amplitude, frequency))
     if not backed.all():
         outside = frequency[~backed]
         raise InputError(
@@ -337,9 +337,10 @@ def backed_range(
         ratio = (end / nominal)[:, np.newaxis] ** np.linspace(0.0, 1.0, RANGE_STEPS)
         tried = nominal[:, np.newaxis] * ratio
         if variable == "preload":
-            backed = surface.inside(tried, amplitude[:, np.newaxis], frequency[:, np.newaxis])
+            points = operating_points(tried, amplitude[:, np.newaxis], frequency[:, np.newaxis])
         else:
-            backed = surface.inside(torque[:, np.newaxis], tried, frequency[:, np.newaxis])
+            points = operating_points(torque[:, np.newaxis], tried, frequency[:, np.newaxis])
+        backed = surface.supported(points)
         backed[:, 0] = True
         last = np.logical_and.accumulate(backed, axis=1).sum(axis=1) - 1
         bounds.append(tried[np.arange(nominal.size), last])
@@ -359,7 +360,6 @@ def _preload_table(
     low, high = backed_range(surface, torque, amplitude, frequency, "preload", where)
     steps = np.linspace(0.0, 1.0, SURFACE_NODES)
     tried = low[:, np.newaxis] + steps * (high - low)[:, np.newaxis]
-    line = (amplitude[:, np.newaxis], frequency[:, np.newaxis])
-    stiffness, _ = surface.predict_masked(tried, *line)
-    nominal, _ = surface.predict_masked(torque, amplitude, frequency)
-    return low, high, stiffness / nominal[:, np.newaxis]
+    points = operating_points(tried, amplitude[:, np.newaxis], frequency[:, np.newaxis])
+    nominal = surface.predict(operating_points(torque, amplitude, frequency), extrapolate=True)
+    return low, high, surface.predict(points, extrapolate=True) / nominal[:, np.newaxis]

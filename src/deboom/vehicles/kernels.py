@@ -261,7 +261,8 @@ def _motion_tables(case: CoupledMotion | AmplitudeMotion, exponents: IntArray) -
         highest=highest,
     )
     # writable copies: numba compiles once for read-only arrays and once for others
-    return MotionTables(*(np.array(table, order="C") for table in tables))
+    copies: list[Any] = [np.array(table, order="C") for table in tables]
+    return MotionTables(*copies)
 
 
 def _paths(transfer: ComplexArray) -> tuple[IntArray, ComplexArray]:

@@ -2,7 +2,8 @@
 
 Levels wrap a `BoomingModel` and keep its seam: designs in, one number per vehicle out, with exact
 derivatives. Requirements on the mounts beside being quiet are columns of `MountRequirements`: carry
-the weight and the torque, place the modes. `deboom.explore.robust.Limits` says which values are allowed.
+the weight and the torque, place the modes. `deboom.explore.robust.Limits` says which values are
+allowed.
 """
 
 from __future__ import annotations
@@ -420,8 +421,8 @@ class TorqueTravel:
         at = stretch * deflection
         lowest = np.array([spring.lowest for spring in springs])
         highest = np.array([spring.highest for spring in springs])
-        measured = ((lowest <= at) & (at <= highest)).all(axis=1)
-        travel = np.where(measured[:, np.newaxis], deflection, np.nan)
+        measured = np.all((lowest <= at) & (at <= highest), axis=1, keepdims=True)
+        travel = np.where(measured, deflection, np.nan)
         return MILLIMETRES * travel[:, [_index(self.model, name) for name in self.directions]]
 
 

@@ -1,0 +1,434 @@
+"""The booming model: the same promises under every motion, and what designs and data it refuses."""
+
+from __future__ import annotations
+
+import pickle
+from dataclasses import dataclass, replace
+
+import numpy as np
+import pytest
+
+import kernels as bench
+from deboom.arrays import RealArray
+from deboom.errors import InputError
+from deboom.measurement.channels import Frf, LoadCase, Spectrum
+from deboom.mounts.mount import Mount
+from deboom.physics.sound_level import spl
+from deboom.vehicles.amplitude_motion import MOST_SWEEPS, solve_along_lines
+from deboom.vehicles.booming_model import (
+    BoomingModel,
+    CatalogueModel,
+    Motion,
+    booming_model,
+    checked_designs,
+    mean_energy_level,
+)
+from deboom.vehicles.design_factor import Factor
+from deboom.vehicles.fleet import Fleet, PathContributions, Vehicle, path_contributions
+from deboom.vehicles.powertrain import Powertrain
+
+SHAPE = bench.Shape("small", 4, 3, 41, 3, 2, 4)
+DESIGNS = bench.designs(SHAPE)
+CASES = {
+    motion: tuple(
+        problem(SHAPE, seed)  # type: ignore[call-arg]
+        for seed in (1, 2)
+    )
+    for motion, problem in bench.PROBLEMS.items()
+}
+PRESCRIBED, COUPLED, SOFTENING = (cases[0] for cases in CASES.values())
+MOTIONS = pytest.mark.parametrize("motion", list(Motion))
+
+
+def renamed(case, name):
+    if isinstance(case, bench.AmplitudeMotion):
+        return replace(case, coupled=replace(case.coupled, load_case=name))
+    return replace(case, load_case=name)
+
+
+def both(motion, compiled=False):
+    first, second = CASES[motion]
+    return BoomingModel((renamed(first, "g5"), second), (1.0, 3.0), compiled=compiled)
+
+
+@dataclass(frozen=True)
+class Tilted:
+    """A factor that also changes what it scales, line by line."""
+
+    def __call__(self, designs: RealArray) -> RealArray:
+        """Tilt by up to a tenth of the change."""
+        slope = np.linspace(-0.1, 0.1, 41)[:, np.newaxis] * (1 + 0.2j)
+        return 1 + slope * (designs[:, np.newaxis, SOFTENING.coupled.variables] - 1)
+
+    def clipped(self, designs: RealArray) -> RealArray:
+        """Ten lines of one direction."""
+        beyond = np.zeros((len(designs), 41, 11), dtype=bool)
+        beyond[:, :10, 6] = True
+        return beyond
+
+
+TILTED = replace(SOFTENING, ratio=Tilted())
+
+
+@MOTIONS
+def test_splv_is_the_weighted_sum_of_the_levels_of_the_lines(motion):
+    model = both(motion)
+    levels = [model.levels(DESIGNS, case).sum(axis=-1) for case in ("g5", "drawn 2")]
+    expected = 0.25 * levels[0] + 0.75 * levels[1]
+    np.testing.assert_allclose(model(DESIGNS), expected, rtol=0, atol=1e-9)
+    np.testing.assert_array_equal(model.levels(DESIGNS), model.levels(DESIGNS, "g5"))
+    heard = spl(model.pressure(DESIGNS), model.frequency, axis=-1)
+    np.testing.assert_array_equal(heard, model.levels(DESIGNS))
+    assert (model.weights, model.motion) == ((0.25, 0.75), motion)
+    assert model.factor is Factor.dynamic
+
+
+@MOTIONS
+def test_names_unit_and_lines(motion):
+    model, first = both(motion), CASES[motion][0]
+    assert model.variable_names == first.variable_names
+    assert model.response_names == first.vehicle_names
+    assert (model.response_unit, model.n_lines) == ("dB(A)", 41)
+    assert model.load_case_names == ("g5", "drawn 2")
+    assert (model.kernel, both(motion, compiled=True).kernel) == ("numpy", "numba")
+    np.testing.assert_array_equal(model.frequency, first.frequency)
+
+
+@pytest.mark.parametrize("case", [PRESCRIBED, COUPLED, SOFTENING, TILTED])
+def test_a_process_pool_can_carry_it(case):
+    model = BoomingModel((case,), (1.0,))
+    carried = pickle.loads(pickle.dumps(model))
+    np.testing.assert_array_equal(carried(DESIGNS), model(DESIGNS))
+    if case is not SOFTENING:
+        np.testing.assert_array_equal(carried.gradient(DESIGNS[:1]), model.gradient(DESIGNS[:1]))
+
+
+@MOTIONS
+def test_null_factors_have_no_effect_at_all(motion):
+    model = BoomingModel(CASES[motion][:1], (1.0,))
+    other = DESIGNS.copy()
+    other[:, 10:] = 7.0
+    np.testing.assert_array_equal(model(DESIGNS), model(other))
+    assert not model.gradient(DESIGNS[:1])[:, :, 10:].any()
+
+
+def test_a_load_case_of_weight_zero_takes_no_part():
+    values = np.zeros_like(PRESCRIBED.values)
+    model = BoomingModel((replace(PRESCRIBED, values=values), PRESCRIBED), (0.0, 2.0))
+    assert model.weights == (1.0,)
+    alone = BoomingModel((PRESCRIBED,), (1.0,))
+    np.testing.assert_array_equal(model(DESIGNS), alone(DESIGNS))
+
+
+def test_a_silenced_line_is_not_finite_for_that_design_only():
+    values = np.ones((1, 2, 2), dtype=complex)
+    values[0, 1, 1] = -1.0
+    case = PathContributions("g5", np.array([20.0, 21.0]), values, ("A",), ("x", "y"))
+    model = BoomingModel((case,), (1.0,))
+    designs = np.array([[1.0, 1.0], [1.0, 0.5]])
+    assert np.isneginf(model(designs)[0, 0])
+    assert np.isfinite(model(designs)[1, 0])
+    assert np.isnan(model.gradient(designs)[0]).all()
+    assert np.isfinite(model.gradient(designs)[1]).all()
+
+
+def test_without_inertia_a_common_factor_changes_no_level():
+    """Forces then balance the load whatever the stiffness, and ``Σ_k x_k ∂SPLV/∂x_k = 0``."""
+    bodies = tuple(replace(b, mass_matrix=1e-9 * b.mass_matrix) for b in COUPLED.bodies)
+    light = replace(COUPLED, bodies=bodies)
+    gradient = BoomingModel((light,), (1.0,)).gradient(DESIGNS)
+    np.testing.assert_allclose(np.einsum("dvk,dk->dv", gradient, DESIGNS), 0.0, atol=1e-3)
+
+
+def test_the_gradient_with_amplitudes_agrees_with_differences_of_the_model():
+    model = BoomingModel((SOFTENING,), (1.0,))
+    design = DESIGNS[:1]
+    found = model.gradient(design)[0]
+    for k in (0, 9):
+        moved = np.vstack([design, design])
+        moved[:, k] += (-5e-3, 5e-3)
+        low, high = model(moved)
+        assert found[:, k] == pytest.approx((high - low) / 1e-2, rel=0.05, abs=0.5)
+
+
+def test_amplitudes_without_rest_are_no_result():
+    """A stiffness that falls ever more with the amplitude throws the motion about."""
+    cubic = np.zeros_like(SOFTENING.cubic)
+    cubic[..., 0], cubic[..., 3] = 41.0, -40.0
+    wild = replace(SOFTENING, cubic=cubic, highest=np.full(SOFTENING.highest.shape, np.inf))
+    solution = solve_along_lines(wild, DESIGNS[:2])
+    assert not solution.solved.all()
+    assert solution.sweeps.max() == MOST_SWEEPS + 1
+    with np.errstate(invalid="ignore"):
+        assert np.isnan(BoomingModel((wild,), (1.0,), compiled=False)(DESIGNS[:2])).any()
+
+
+def test_counts_where_designs_leave_the_measurements():
+    narrow = replace(TILTED, highest=np.ones(SOFTENING.highest.shape))
+    model = BoomingModel((narrow,), (1.0,))
+    clipped = model.clipped(DESIGNS)
+    assert 0.1 < clipped.amplitude < 0.9
+    assert clipped.preload == pytest.approx(10 / 41 / 11)
+    assert clipped.worst.startswith("drawn 1, m")
+    assert model.factor is Factor.part
+    still = replace(SOFTENING, cubic=np.broadcast_to([1.0, 0, 0, 0], SOFTENING.cubic.shape))
+    for case in (still, COUPLED, PRESCRIBED):
+        free = BoomingModel((case,), (1.0,))
+        assert free.motion is not Motion.amplitude
+        assert free.clipped(DESIGNS).worst == ""
+        assert free.clipped(DESIGNS).amplitude == free.clipped(DESIGNS).preload == 0.0
+
+
+SHIFTED = replace(PRESCRIBED, load_case="g7", frequency=PRESCRIBED.frequency + 0.5)
+RENAMED = replace(PRESCRIBED, load_case="g7", vehicle_names=("a", "b", "c"))
+
+
+@pytest.mark.parametrize(
+    ("cases", "weights", "message"),
+    [
+        ((PRESCRIBED,), (1.0, 2.0), r"2 weights for the load cases \['drawn 1'\]"),
+        (CASES[Motion.prescribed], (1.0, -1.0), "load case drawn 2: weight -1.0 is not"),
+        ((PRESCRIBED,), (np.nan,), "load case drawn 1: weight nan is not"),
+        (CASES[Motion.prescribed], (0.0, 0.0), r"\['drawn 1', 'drawn 2'\]: give at least one"),
+        ((), (), r"\[\]: give at least one"),
+        ((PRESCRIBED, SHIFTED), (1.0, 1.0), "drawn 1 and g7 differ"),
+        ((PRESCRIBED, RENAMED), (1.0, 1.0), "drawn 1 and g7 differ"),
+    ],
+)
+def test_refuses_weights_and_load_cases_that_do_not_fit(cases, weights, message):
+    with pytest.raises(InputError, match=message):
+        BoomingModel(cases, weights)
+
+
+def test_refuses_a_line_to_which_nothing_contributes():
+    values = PRESCRIBED.values.copy()
+    values[1, 4] = 0.0
+    bodies = []
+    for body in COUPLED.bodies:
+        transfer = body.transfer.copy()
+        transfer[1, 4] = 0.0
+        bodies.append(replace(body, transfer=transfer))
+    silent = (replace(PRESCRIBED, values=values), replace(COUPLED, bodies=tuple(bodies)))
+    for case in silent:
+        with pytest.raises(InputError, match=r"drawn 1: no path .* vehicle 1 at 24 Hz"):
+            BoomingModel((case,), (1.0,))
+
+
+@pytest.mark.parametrize(
+    ("designs", "message"),
+    [
+        (np.ones(12), r"designs of shape \(12,\).*12 factors \['m0 x', 'm0 y'"),
+        (np.ones((3, 1)), r"designs of shape \(3, 1\)"),
+        (np.where(np.eye(12) > 0, np.nan, 1.0)[1:2], "design 0: the factor of m0 y is nan"),
+        (np.where(np.eye(12) > 0, np.inf, 1.0), "design 0: the factor of m0 x is inf"),
+    ],
+)
+def test_designs_and_the_name_of_a_load_case_are_checked(designs, message):
+    model = both(Motion.coupled)
+    for evaluate in (model, model.levels, model.pressure, model.gradient):
+        with pytest.raises(InputError, match=message):
+            evaluate(designs)
+    with pytest.raises(InputError, match=message):
+        checked_designs(designs, model.variable_names)
+    with pytest.raises(InputError, match=r"no load case 'g9' in the index: use one of \['g5'"):
+        model.levels(DESIGNS, "g9")
+
+
+def test_refuses_shapes_and_bounds_of_amplitudes_that_do_not_fit():
+    with pytest.raises(InputError, match="cubic"):
+        replace(SOFTENING, cubic=SOFTENING.cubic[..., :3])
+    with pytest.raises(InputError, match="leave out the measured one"):
+        replace(SOFTENING, lowest=np.full(SOFTENING.lowest.shape, 1.1))
+
+
+def test_mean_energy_of_equal_levels_is_the_level_whatever_the_number_of_lines():
+    lines = np.linspace(20.0, 60.0, 161)
+    level = np.full((2, 161), 63.0)
+    np.testing.assert_allclose(mean_energy_level(level, lines, (25.0, 40.0)), [63.0, 63.0])
+
+
+def test_mean_energy_counts_the_edges_of_the_band_and_nothing_beyond():
+    level = np.array([90.0, 60.0, 70.0, 95.0])
+    lines = np.array([24.9, 25.0, 40.0, 40.1])
+    expected = 10 * np.log10((1e6 + 1e7) / 2)
+    assert mean_energy_level(level, lines, (25.0, 40.0)) == pytest.approx(expected, abs=1e-12)
+    with pytest.raises(InputError, match="no line between 41"):
+        mean_energy_level(np.ones(4), lines, (41.0, 45.0))
+
+
+# a small measured platform
+
+RNG = np.random.default_rng(5)
+FREQUENCY = np.arange(20.0, 41.0)
+MOUNTS = (
+    Mount("A", "", ("",), ((0.0, 0.4, 0.2),), ("x", "y", "z")),
+    Mount("B", "", ("left", "right"), ((0.1, -0.4, 0.2), (0.1, 0.4, 0.2)), ("x",)),
+)
+CHANNELS = tuple(name for mount in MOUNTS for axis in "xyz" for name in mount.channels(axis))
+PATHS = tuple(path for mount in MOUNTS for path in mount.paths)
+BAND = (20.0, 40.0)
+
+
+def drawn(*shape):
+    return RNG.normal(size=shape) + 1j * RNG.normal(size=shape)
+
+
+DISPLACEMENT = drawn(FREQUENCY.size, len(CHANNELS)) * 1e-4
+STIFFNESS = (1.0 + RNG.random((FREQUENCY.size, len(CHANNELS)))) * (1e5 + 2e4j)
+FLEET = Fleet(
+    tuple(
+        Vehicle(name, "G", Frf(FREQUENCY, drawn(21, 1, len(PATHS)), ("ear",), PATHS, "Pa/N"))
+        for name in ("one", "two")
+    )
+)
+FACTORS = 0.8 + 0.4 * RNG.random((5, 12))  # six of stiffness, six of loss
+
+
+def load_case(stiffness=STIFFNESS, displacement=DISPLACEMENT):
+    return LoadCase(
+        *("run", "", 5, 4.0, 220.0, 1.5),
+        Spectrum(FREQUENCY, displacement, CHANNELS, "m"),
+        Spectrum(FREQUENCY, stiffness * displacement, CHANNELS, "N"),
+    )
+
+
+def measured(stiffness=STIFFNESS, **options):
+    return booming_model(FLEET, MOUNTS, [(load_case(stiffness), 1.0)], BAND, **options)
+
+
+def test_built_from_a_fleet_it_equals_the_contributions():
+    other = load_case(1.1 * STIFFNESS)
+    weighted = [(load_case(), 3.0), (other, 1.0)]
+    model = booming_model(FLEET, MOUNTS, weighted, (25.0, 40.0))
+    designs = FACTORS[:, :6]
+    first, second = (
+        spl(case.pressure(designs), case.frequency, axis=-1).sum(axis=-1)
+        for case in (path_contributions(FLEET, MOUNTS, c, (25.0, 40.0)) for c, _ in weighted)
+    )
+    np.testing.assert_allclose(model(designs), 0.75 * first + 0.25 * second, rtol=0, atol=1e-10)
+    assert (model.n_lines, model.response_names) == (16, ("one", "two"))
+
+
+def test_options_that_do_not_go_together_are_refused():
+    with pytest.raises(InputError, match="loss factors are variables with prescribed or coupled"):
+        measured(motion=Motion.amplitude, loss_factors=True)
+    with pytest.raises(InputError, match="coupled motion needs the powertrain's mass"):
+        measured(motion=Motion.coupled)
+    with pytest.raises(InputError, match="take coupled or amplitude motion"):
+        measured(settling=object())
+    with pytest.raises(InputError, match="% of the motion of the powertrain's mounts is not"):
+        measured(motion=Motion.coupled, powertrain=Powertrain(200.0, np.eye(3)))
+
+
+# loss factors
+
+
+def coupled_losses(motion=COUPLED):
+    return BoomingModel((motion.with_loss_factors(),), (1.0,), loss_factors=True)
+
+
+def test_without_a_change_of_losses_it_is_the_model_without_them():
+    stiffness = FACTORS[:, :6]
+    unchanged = np.hstack([stiffness, np.ones_like(stiffness)])
+    found = measured(loss_factors=True)(unchanged)
+    np.testing.assert_allclose(found, measured()(stiffness), atol=1e-9)
+    exact = BoomingModel((COUPLED,), (1.0,))
+    unchanged = np.hstack([DESIGNS, np.ones_like(DESIGNS)])
+    np.testing.assert_allclose(coupled_losses()(unchanged), exact(DESIGNS), atol=1e-9)
+
+
+def test_a_loss_factor_multiplies_the_imaginary_part_of_its_direction_alone():
+    """Mount A in z, measured with 1.2 times its K'': the loss factor 1.2 says the same."""
+    lossier = STIFFNESS.copy()
+    column = CHANNELS.index("A z")
+    lossier[:, column] = STIFFNESS[:, column].real + 1.2j * STIFFNESS[:, column].imag
+    model, design = measured(loss_factors=True), np.ones((1, 12))
+    design[0, model.variable_names.index("A z loss")] = 1.2
+    other = measured(lossier, loss_factors=True)
+    np.testing.assert_allclose(model(design), other(np.ones((1, 12))), atol=1e-9)
+
+
+def test_the_same_in_coupled_motion_with_wheel_ends():
+    stiffness = COUPLED.stiffness.real + 1.3j * COUPLED.stiffness.imag
+    lossier = BoomingModel((COUPLED.with_stiffness(stiffness),), (1.0,))
+    ones = np.ones((1, len(COUPLED.variable_names)))
+    assert len(COUPLED.bodies) == 3
+    found = coupled_losses()(np.hstack([ones, 1.3 * ones]))
+    np.testing.assert_allclose(found, lossier(ones), atol=1e-9)
+
+
+def test_levels_and_gradient_of_losses_are_those_of_the_model():
+    designs = np.hstack([DESIGNS, DESIGNS[::-1]])
+    for model, rows in ((measured(loss_factors=True), FACTORS), (coupled_losses(), designs)):
+        np.testing.assert_allclose(model(rows), model.levels(rows).sum(axis=-1), atol=1e-9)
+        step = 1e-5 * np.eye(rows.shape[1])
+        slopes = (model(rows[:1] + step) - model(rows[:1] - step)) / 2e-5
+        gradient = model.gradient(rows[:1])[0]
+        np.testing.assert_allclose(gradient, slopes.T, rtol=1e-4, atol=1e-4 * np.abs(slopes).max())
+    names = measured(loss_factors=True).variable_names
+    assert (names[:2], names[6:8]) == (("A x", "A y"), ("A x loss", "A y loss"))
+
+
+def test_elastic_and_lossy_contributions_add_up_to_the_measured_ones():
+    split = path_contributions(FLEET, MOUNTS, load_case(), BAND, loss_factors=True).values
+    whole = path_contributions(FLEET, MOUNTS, load_case(), BAND).values
+    np.testing.assert_allclose(split[..., :6] + split[..., 6:], whole, rtol=1e-9, atol=1e-12)
+    still = DISPLACEMENT.copy()
+    still[3, 0] = 0.0
+    with pytest.raises(InputError, match="displacement"):
+        path_contributions(FLEET, MOUNTS, load_case(displacement=still), BAND, loss_factors=True)
+
+
+# parts of a catalogue
+
+TRIO = tuple(Mount(name, "", ("",), ((0.0, 0.0, 0.0),), ("x", "y", "z")) for name in "ABC")
+NAMES = tuple(name for mount in TRIO for name in mount.variables)
+VALUES = drawn(3, 2, 21, 9)
+N_PARTS = (3, 2, 3)
+
+
+def with_values(values):
+    case = PathContributions("run", FREQUENCY, values, ("one", "two"), NAMES)
+    return BoomingModel((case,), (1.0,))
+
+
+def catalogue():
+    return CatalogueModel(TRIO, tuple(with_values(values) for values in VALUES), N_PARTS)
+
+
+def test_a_set_is_the_model_of_its_parts():
+    model = catalogue()
+    sets = np.array([[0, 0, 0], [2, 1, 0], [1, 0, 2], [2, 1, 0]], dtype=float)
+    factors = 0.8 + 0.4 * RNG.random((4, 9))
+    found = model(np.hstack([sets, factors]))
+    for row, numbers, design in zip(found, sets.astype(int), factors, strict=True):
+        columns = [VALUES[number][:, :, 3 * m : 3 * m + 3] for m, number in enumerate(numbers)]
+        alone = with_values(np.concatenate(columns, axis=2))
+        np.testing.assert_array_equal(row, alone(design[None])[0])
+    carried = pickle.loads(pickle.dumps(model))
+    np.testing.assert_array_equal(carried(np.hstack([sets, factors])), found)
+    assert model.variable_names == ("A part", "B part", "C part", *NAMES)
+    assert (model.response_names, model.n_lines) == (("one", "two"), 21)
+
+
+def test_coupled_sets_have_their_stiffness_and_todays_load():
+    stiffer = COUPLED.with_stiffness(1.3 * COUPLED.stiffness)
+    louder = replace(stiffer, bodies=tuple(replace(b, load=2.0 * b.load) for b in stiffer.bodies))
+    part = np.zeros(len(COUPLED.variable_names), dtype=np.intp)
+    part[:6] = 1
+    mixed = COUPLED.with_parts([COUPLED, louder], part)
+    np.testing.assert_array_equal(mixed.bodies[0].load, COUPLED.bodies[0].load)
+    found = BoomingModel((mixed,), (1.0,))(np.ones((1, part.size)))
+    scaled = np.where(part == 1, 1.3, 1.0)[np.newaxis]
+    np.testing.assert_allclose(found, BoomingModel((COUPLED,), (1.0,))(scaled), atol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("parts", "sentence"),
+    [([0, 2, 0], "no set of parts"), ([0.5, 0, 0], "part numbers are whole")],
+)
+def test_numbers_of_no_part_are_refused(parts, sentence):
+    with pytest.raises(InputError, match=sentence):
+        catalogue()(np.array([[*parts, *np.ones(9)]]))
+    with pytest.raises(InputError, match="at least one part"):
+        replace(catalogue(), n_parts=(3, 4, 1))

@@ -1,0 +1,214 @@
+"""Sums of levels, compiled and plain: bit-stable, and right where products leave the range."""
+
+from __future__ import annotations
+
+import itertools
+import pickle
+import subprocess
+import sys
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from threadpoolctl import threadpool_info, threadpool_limits
+
+import kernels as bench
+from deboom.vehicles.booming_model import Motion
+from deboom.vehicles.fleet import ROWS, PathContributions
+from deboom.vehicles.kernels import level_sum, numba_installed
+
+SHAPE = bench.Shape("small", 40, 3, 101, 3, 2, 7)
+CASES = {motion: problem(SHAPE) for motion, problem in bench.PROBLEMS.items()}
+DESIGNS = bench.designs(SHAPE)
+COMPILED = pytest.mark.skipif(not numba_installed(), reason="the extra 'fast' is not installed")
+TIERS = pytest.mark.parametrize("compiled", [False, pytest.param(True, marks=COMPILED)])
+MOTIONS = pytest.mark.parametrize("motion", list(Motion))
+
+
+def contributions(values):
+    n_vehicle, n_lines, n_variable = np.shape(values)
+    names = tuple(f"m{k} x" for k in range(n_variable))
+    lines = np.linspace(20.0, 60.0, n_lines)
+    return PathContributions("drawn", lines, values, tuple("ABCDE"[:n_vehicle]), names)
+
+
+def random(n_vehicle=3, n_lines=101, n_variable=10, seed=1):
+    rng = np.random.default_rng(seed)
+    shape = (n_vehicle, n_lines, n_variable)
+    return rng.normal(size=shape) + 1j * rng.normal(size=shape)
+
+
+def uniform(n, n_variable, seed=2):
+    return np.random.default_rng(seed).uniform(0.6, 1.4, (n, n_variable))
+
+
+def assert_same_bits_in_any_company(summed, designs, sizes):
+    whole = summed(designs)
+    for size in sizes:
+        parts = [summed(designs[i : i + size]) for i in range(0, len(designs), size)]
+        np.testing.assert_array_equal(np.concatenate(parts), whole)
+    for seed in range(3):
+        order = np.random.default_rng(seed).permutation(len(designs))
+        np.testing.assert_array_equal(summed(designs[order]), whole[order])
+    np.testing.assert_array_equal(pickle.loads(pickle.dumps(summed))(designs), whole)
+    assert summed(designs[:0]).shape == (0, whole.shape[1])
+
+
+@MOTIONS
+@TIERS
+def test_a_design_gives_the_same_bits_in_any_company(motion, compiled):
+    n = 40 if motion is Motion.amplitude and not compiled else 269
+    summed = level_sum(CASES[motion], compiled=compiled)
+    assert (summed.tables is not None) == compiled
+    assert_same_bits_in_any_company(summed, DESIGNS[:n], (1, 7, 63, 64, 65, 128))
+
+
+@TIERS
+@pytest.mark.parametrize(
+    ("n_vehicle", "n_lines", "n_variable"),
+    [(5, 161, 12), (1, 1, 1), (2, 3, 2), (3, 97, 13), (2, 385, 7), (1, 768, 31)],
+)
+def test_so_it_does_for_any_number_of_lines_and_variables(n_vehicle, n_lines, n_variable, compiled):
+    case = contributions(random(n_vehicle, n_lines, n_variable))
+    designs = uniform(2 * ROWS + 61, n_variable)
+    sizes = (1, 7, 100, ROWS - 1, ROWS, ROWS + 1)
+    assert_same_bits_in_any_company(level_sum(case, compiled=compiled), designs, sizes)
+
+
+@COMPILED
+@MOTIONS
+def test_tiers_agree(motion):
+    plain, compiled = (level_sum(CASES[motion], compiled=tier)(DESIGNS) for tier in (False, True))
+    np.testing.assert_allclose(compiled, plain, rtol=0, atol=1e-9)
+
+
+@COMPILED
+@MOTIONS
+def test_neighbours_out_of_range_change_no_bit_and_are_right_themselves(motion):
+    plain, compiled = (level_sum(CASES[motion], compiled=tier) for tier in (False, True))
+    designs = DESIGNS[:140]
+    crowd = designs.copy()
+    crowd[[3, 70]] = designs[[3, 70]] * [[1e-5], [1e5]]
+    found = compiled(crowd)
+    ordinary = np.setdiff1d(np.arange(len(designs)), [3, 70])
+    np.testing.assert_array_equal(found[ordinary], compiled(designs)[ordinary])
+    np.testing.assert_array_equal(found[[3, 70]], plain(crowd[[3, 70]]))
+    assert np.isfinite(found).all()
+
+
+@COMPILED
+def test_springs_off_the_axes_are_computed_in_numpy():
+    motion = CASES[Motion.coupled]
+    forward = motion.bodies[0].forward.copy()
+    forward[0, :3] = [0.8, 0.6, 0.0]
+    bodies = (replace(motion.bodies[0], forward=forward), *motion.bodies[1:])
+    oblique = level_sum(replace(motion, bodies=bodies), compiled=True)
+    assert oblique.tables is None
+    assert np.isfinite(oblique(DESIGNS[:3])).all()
+
+
+@TIERS
+def test_quiet_and_loud_lines(compiled):
+    """A design that switches one path off turns 40 lines down by 400 dB."""
+    values = random()
+    values[:, :40, :9] *= 1e-20
+    designs = np.ones((4, 10))
+    designs[:, 9] = [0.0, 1.0, 2.0, 1.0]
+    designs[3, :9] = 0.0
+    found = level_sum(contributions(values), compiled=compiled)(designs)
+    pressure = np.einsum("vfk,dk->dvf", values, designs)
+    exact = (20 * np.log10(np.abs(pressure))).sum(axis=-1)
+    np.testing.assert_allclose(found, exact, rtol=1e-12)
+
+
+@TIERS
+def test_a_design_gives_the_same_bits_beside_one_that_overflows_and_one_that_is_silent(compiled):
+    values = random(3, 161, 4)
+    values[:, 20, 1:] = 0.0  # the first factor alone rules this line
+    summed = level_sum(contributions(values), compiled=compiled)
+    designs = uniform(60, 4)
+    alone = summed(designs)
+    assert np.isfinite(alone).all()
+    for i, factor in itertools.product((0, 31, 60), (1e-30, 1e30)):
+        crowd = np.insert(designs, i, designs[5] * factor, axis=0)
+        crowd = np.insert(crowd, 17, [0.0, 1.0, 1.0, 1.0], axis=0)
+        found = summed(crowd)
+        assert np.isneginf(found[17]).all()
+        ordinary = np.delete(found, [17, i if i < 17 else i + 1], axis=0)
+        np.testing.assert_array_equal(ordinary, alone)
+
+
+@TIERS
+def test_silence_is_minus_infinity_of_that_design_and_vehicle_only(compiled):
+    values = np.ones((2, 5, 2), dtype=complex)
+    values[0, 3] = [1.0, -1.0]
+    values[1, :, 1] = 2.0
+    summed = level_sum(contributions(values), compiled=compiled)
+    found = summed(np.array([[1.0, 1.0], [1.0, 0.5], [2.0, 2.0]]))
+    silent = [[True, False], [False, False], [True, False]]
+    np.testing.assert_array_equal(np.isneginf(found), silent)
+    assert found[1, 1] == pytest.approx(5 * 20 * np.log10(2.0))
+    nothing = level_sum(contributions(np.zeros((1, 5, 2))), compiled=compiled)
+    assert np.isneginf(nothing(np.ones((3, 2)))).all()
+
+
+@TIERS
+def test_a_factor_too_large_for_a_double_is_not_finite(compiled):
+    summed = level_sum(contributions(np.tile([1.0 + 0.0j, -0.9], (1, 9, 1))), compiled=compiled)
+    found = summed(np.array([[1.7e308, -1.7e308], [1.0, 1.0]]))
+    assert not np.isfinite(found[0]).any()
+    assert np.isfinite(found[1]).all()
+
+
+@TIERS
+def test_variables_without_effect_have_none(compiled):
+    values = random(2, 161, 12)
+    values[:, :, [1, 4]] = 0.0
+    prescribed, designs = level_sum(contributions(values), compiled=compiled), uniform(50, 12)
+    other = designs.copy()
+    other[:, [1, 4]] = 1e300
+    np.testing.assert_array_equal(prescribed(designs), prescribed(other))
+    coupled, other = level_sum(CASES[Motion.coupled], compiled=compiled), DESIGNS[:50].copy()
+    other[:, 10:] = 1e300
+    np.testing.assert_array_equal(coupled(DESIGNS[:50]), coupled(other))
+
+
+@TIERS
+def test_designs_may_be_views_and_stay_as_they_are(compiled):
+    summed = level_sum(contributions(random(2, 30, 3)), compiled=compiled)
+    designs = uniform(40, 6)
+    before = designs.copy()
+    strided = summed(designs[::2, ::2])
+    np.testing.assert_array_equal(strided, summed(designs[::2, ::2].copy()))
+    np.testing.assert_array_equal(designs, before)
+    turned = level_sum(contributions(np.asfortranarray(random(2, 30, 3))), compiled=compiled)
+    np.testing.assert_array_equal(turned(designs[:, :3]), summed(designs[:, :3]))
+
+
+def test_blas_threads_do_not_matter_and_are_given_back():
+    def blas_threads():
+        return [lib["num_threads"] for lib in threadpool_info() if lib["user_api"] == "blas"]
+
+    summed, designs = level_sum(contributions(random(5, 161, 12)), compiled=False), uniform(300, 12)
+    found = []
+    for n_threads in (1, 2, 3):
+        with threadpool_limits(n_threads, user_api="blas"):
+            before = blas_threads()
+            found.append(summed(designs))
+            assert blas_threads() == before
+    np.testing.assert_array_equal(found[0], found[1])
+    np.testing.assert_array_equal(found[0], found[2])
+
+
+def test_importing_the_model_does_not_import_numba():
+    code = "import sys, deboom.vehicles.booming_model; sys.exit('numba' in sys.modules)"
+    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
+
+
+def test_without_numba_the_model_computes_in_numpy(monkeypatch):
+    from deboom.vehicles.booming_model import BoomingModel
+
+    monkeypatch.setattr("importlib.util.find_spec", lambda _name: None)
+    model = BoomingModel((CASES[Motion.coupled],), (1.0,))
+    assert model.kernel == "numpy"
+    assert np.isfinite(model(DESIGNS[:2])).all()

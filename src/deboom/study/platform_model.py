@@ -508,9 +508,9 @@ def motion_report(index: BoomingModel, designs: RealArray) -> MotionReport:
         texts.append(
             f"{100 * clipped.preload:.1f} % have a static force beyond what the surfaces are "
             "backed for; there the stiffness of a powertrain mount follows the slope of its "
-            "quasi-static curve, and that of a wishbone mount keeps its value at the bound. The stiffnesses "
-            "named for the supplier are those at today's static deflection; under load the part "
-            "rides elsewhere."
+            "quasi-static curve, and that of a wishbone mount keeps its value at the bound. The "
+            "stiffnesses named for the supplier are those at today's static deflection; under load "
+            "the part rides elsewhere."
         )
     if clipped.worst:
         texts.append(f"Most often beyond: {clipped.worst} of the lines.")

@@ -197,7 +197,9 @@ class CoupledMotion:
         pressure = np.empty((len(designs), *self.transfer.shape[:2]), dtype=complex)
         for rows in _blocks(len(designs)):
             springs = self.springs(designs[rows])
-            pressure[rows] = self.heard(springs * self.displacement(springs))
+            # named: numpy multiplies into large temporaries in place, with other last bits
+            displacement = self.displacement(springs)
+            pressure[rows] = self.heard(springs * displacement)
         return pressure
 
     def heard(self, force: ComplexArray) -> ComplexArray:

@@ -50,6 +50,7 @@ def main(
     static_force: Annotated[bool, Option(help="As preload, not the wheel torque.")] = False,
     pieces: Annotated[int, Option(help="Cubics per surface.")] = 2,
     all_gears: Annotated[bool, Option(help="Gears 3-7 beside, cross-validated pieces.")] = False,
+    models: Annotated[bool, Option(help="Other models of the stiffness beside.")] = False,
     self_calibration: Annotated[bool, Option(help="Let chains calibrate themselves.")] = True,
     noise_free: Annotated[bool, Option(help="Virtual benches without any error.")] = False,
     third_cell: Annotated[bool, Option(help="Virtual benches that measure moments.")] = False,
@@ -64,7 +65,11 @@ def main(
         seed=seed,
     )
     report = partial(
-        characterisation_result, all_gears=all_gears, with_figures=figures, platform=platform
+        characterisation_result,
+        all_gears=all_gears,
+        models=models,
+        with_figures=figures,
+        platform=platform,
     )
     if campaign is not None and (benches > 1 or noise_free or third_cell):
         raise InputError("--benches, --noise-free, --third-cell: leave them out, or --campaign")

@@ -15,6 +15,7 @@ from deboom.bench.operating_run import PlannedRun
 from deboom.errors import InputError
 from deboom.files.campaign import read_campaign
 from deboom.mounts.characterise import CharacteriseOptions
+from deboom.mounts.response_surface import standard_models
 from deboom.study import mount_characterisation as characterisation
 from deboom.study.mount_characterisation import (
     STEPS_PER_BENCH,
@@ -184,3 +185,16 @@ def test_options_of_virtual_benches_are_refused_with_a_campaign(campaign, tmp_pa
     for option in ({"noise_free": True}, {"third_cell": True}):
         with pytest.raises(InputError, match="leave them out, or --campaign"):
             run_study(study, tmp_path, {"campaign": campaign, **option})
+
+
+def test_other_models_are_compared_on_the_check_runs(campaign, tmp_path, monkeypatch):
+    chosen = {name: standard_models()[name] for name in ("two cubics, least squares", "splines")}
+    monkeypatch.setattr(characterisation, "standard_models", lambda: chosen)
+    options = {"campaign": campaign, "figures": False, "models": True}
+    folder = run_study(load_study(STUDY), tmp_path, options)
+    table = pd.read_csv(folder / "models.csv")
+    assert (
+        table.groupby("direction").model.apply(list).map(lambda names: names == list(chosen)).all()
+    )
+    assert table["lines compared [1]"].min() >= 2
+    assert np.isfinite(table["rms error against truth [%]"]).all()

@@ -59,14 +59,10 @@ def test_one_and_several_outputs_keep_their_shape():
     np.testing.assert_allclose(double.predict(X)[:, 1], -2 * single.predict(X), rtol=1e-9)
 
 
-def test_given_split_points_are_taken_and_another_column_can_be_cut():
+def test_given_split_points_are_taken():
     model = PiecewiseCubicRegressor(split=[-0.5, 0.25]).fit(X, Y)
     assert len(model.coefficients_) == 3
     np.testing.assert_array_equal(model.split_points_, [-0.5, 0.25])
-    model = PiecewiseCubicRegressor(split_feature=1).fit(X[:, ::-1], Y)
-    straight = PiecewiseCubicRegressor().fit(X, Y)
-    np.testing.assert_allclose(model.split_points_, straight.split_points_)
-    np.testing.assert_allclose(model.predict(X[:, ::-1]), straight.predict(X), rtol=1e-9)
 
 
 def test_too_few_rows_for_two_pieces_give_one():
@@ -107,8 +103,6 @@ def test_it_works_in_a_pipeline_and_as_a_clone():
         ({"split": "best"}, "split is"),
         ({"split": [0.5, 0.1]}, "must increase within the range"),
         ({"split": [3.0]}, "must increase within the range"),
-        ({"split_feature": 2}, "there are 2 variables"),
-        ({"split_feature": -1}, "split_feature is a whole number of at least 0"),
         ({"threshold": 0.0}, "threshold is a relative error above 0"),
         ({"overlap": 1.0}, "overlap is a fraction"),
         ({"overlap": -0.1}, "overlap is a fraction"),
@@ -249,6 +243,8 @@ def test_storage_of_another_version_or_incomplete_is_refused():
     cut = {**arrays, "imag_coefficients": arrays["imag_coefficients"][:, :19]}
     with pytest.raises(InputError, match=r"coefficients imag of shape \(2, 19, 1\), expected"):
         DynamicStiffnessSurface.from_arrays(cut)
+    with pytest.raises(InputError, match="along another variable than the first"):
+        DynamicStiffnessSurface.from_arrays({**arrays, "real_split_feature": np.array(1)})
     for name in ("region_lower", "region_points"):
         with pytest.raises(InputError, match="TrainingRegion"):
             DynamicStiffnessSurface.from_arrays({**arrays, name: arrays[name][..., :2]})

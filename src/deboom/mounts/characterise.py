@@ -243,17 +243,8 @@ def measuring_chains(
 ) -> tuple[AlignmentEstimate, ...]:
     """Settle what is known of a campaign's sensors and cells, once for all its mount sets.
 
-    Parameters
-    ----------
-    campaign : Campaign
-        All its runs count, falling ones as well.
-    options : CharacteriseOptions
-        Whether and how the chains calibrate themselves.
-
-    Returns
-    -------
-    tuple of AlignmentEstimate
-        One per body: the powertrain, then the bodies on mounts of their own.
+    All runs count, falling ones as well. One estimate per body: the powertrain, then the bodies on
+    mounts of their own.
 
     Raises
     ------

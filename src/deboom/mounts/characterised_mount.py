@@ -124,17 +124,7 @@ class FittedSurface:
         settings: Mapping[str, Setting],
         preload: str = "preload",
     ) -> FittedSurface:
-        """Take apart a fitted surface; `response_surface` gives it back.
-
-        Parameters
-        ----------
-        surface : DynamicStiffnessSurface
-            Fitted surface.
-        settings : mapping of str to str, int, float, bool or None
-            Settings of the fit.
-        preload : str
-            Name of its first variable.
-        """
+        """Take apart a fitted surface, which `response_surface` gives back."""
         return cls(
             model=type(surface).__name__,
             variables=(preload, *list(surface.ranges)[1:]),
@@ -274,17 +264,9 @@ class MountIdentity:
 class CharacterisedMount:
     """One part, characterised: the mount library takes it and gives it back unchanged.
 
-    Parameters
-    ----------
-    identity : MountIdentity
-        Which part, from which campaign.
-    mount : Mount
-        Pieces, virtual points and transfer axes on the bench.
-    directions : tuple of CharacterisedDirection
-        At least one, each axis once.
-    quality : mapping of str to float
-        Numbers of the whole mount as ``name [unit]``, such as the condition number of its force
-        transfer matrix.
+    Which part it is, its geometry on the bench, at least one direction, each axis once, and
+    numbers of the whole mount as ``name [unit]``, such as the condition number of its force
+    transfer matrix.
 
     Raises
     ------

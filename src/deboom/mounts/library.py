@@ -268,19 +268,8 @@ class StaticCurveRow(Base):
 
 
 class MountLibrary:
-    """Characterised mounts and their campaigns; made by `open_library`.
+    """Characterised mounts and their campaigns; made by `open_library`, a context manager.
 
-    Parameters
-    ----------
-    name : str
-        Path, or URL without its password.
-    engine : Engine
-        Database with the tables of this version.
-    timeout : float
-        How long a transaction waits for others [s].
-
-    Notes
-    -----
     A connection lasts for one call only: nothing is locked, and no server is kept waiting, between
     two calls. The context manager gives back what the engine still holds.
     """
@@ -314,13 +303,7 @@ class MountLibrary:
         part_number: str | None = None,
         serial: str | None = None,
     ) -> tuple[MountIdentity, ...]:
-        """Return which mounts are kept, sorted; what is left out is not asked for.
-
-        Parameters
-        ----------
-        campaign, mount, variant, part_number, serial : str, optional
-            As in `MountIdentity`.
-        """
+        """Return which mounts are kept, sorted; what is left out is not asked for."""
         asked = {
             CampaignRow.name: campaign,
             MountRow.mount: mount,
@@ -385,15 +368,8 @@ class MountLibrary:
     ) -> None:
         """Import mounts and their campaigns: all of them, or after any failure none.
 
-        Parameters
-        ----------
-        campaigns : sequence of CampaignRecord
-            Campaigns of the mounts. One that is kept already, from the same files, stays.
-        mounts : sequence of CharacterisedMount
-            Mounts of these campaigns.
-        replace : bool
-            Whether a mount that is kept already is exchanged, and a campaign of other content
-            with all its mounts.
+        A campaign that is kept already, from the same files, stays. `replace` exchanges mounts
+        that are kept already, and a campaign of other content with all its mounts.
 
         Raises
         ------

@@ -287,7 +287,7 @@ def map_table(mounts: Sequence[CharacterisedMount]) -> pd.DataFrame:
             "dynamic_stiffness_imag [N/m]": points.dynamic_stiffness.imag,
             "confidence [1]": points.confidence,
         }
-        parts.append(_long(start, columns))
+        parts.append(pd.DataFrame({**start, **columns}))
     return _stacked(parts)
 
 
@@ -302,7 +302,7 @@ def static_curve_table(mounts: Sequence[CharacterisedMount]) -> pd.DataFrame:
                 "mount_set": curve.mount_set,
                 "force_uncertainty [1]": curve.force_uncertainty,
             }
-            parts.append(_long(start | about, columns))
+            parts.append(pd.DataFrame({**start, **about, **columns}))
     return _stacked(parts)
 
 
@@ -314,17 +314,18 @@ def surface_table(mounts: Sequence[CharacterisedMount]) -> pd.DataFrame:
             continue
         about = start | {"surface": direction.surface.model}
         for name, value in direction.surface.settings.items():
-            parts.append(
-                _long(about | {"kind": "setting", "name": name}, {"index": [""], "value": [value]})
-            )
+            setting = {"kind": "setting", "name": name, "index": [""], "value": [value]}
+            parts.append(pd.DataFrame(about | setting))
         for name, array in direction.surface.arrays.items():
             columns = {
+                "kind": "array",
+                "name": name,
                 "index": [" ".join(map(str, index)) for index in np.ndindex(array.shape)],
                 "value": array.real.ravel().tolist() if array.dtype.kind == "c" else array.ravel(),
             }
             if array.dtype.kind == "c":
                 columns["imag"] = array.imag.ravel().tolist()
-            parts.append(_long(about | {"kind": "array", "name": name}, columns))
+            parts.append(pd.DataFrame(about | columns))
     return _stacked(parts)
 
 
@@ -342,13 +343,6 @@ def _ranges(surface: FittedSurface) -> Row:
         for i, (name, unit) in enumerate(zip(surface.variables, surface.units, strict=True))
         for end, bound in (("lower", surface.lower[i]), ("upper", surface.upper[i]))
     }
-
-
-def _long(start: Row, columns: dict[str, Any]) -> pd.DataFrame:
-    table = pd.DataFrame(columns)
-    for place, (name, value) in enumerate(start.items()):
-        table.insert(place, name, value)
-    return table
 
 
 def _stacked(parts: Sequence[pd.DataFrame]) -> pd.DataFrame:

@@ -122,7 +122,7 @@ def direction_scatter(
     uncertainty : array, shape (n,), optional
         Standard uncertainty of each value; default is none [1].
     batches : sequence of str, length n, optional
-        Which batch each part is of; default is that nobody knows.
+        Batch of each part; default is that nobody knows.
     prior : ScatterPrior
         Counts below `ENOUGH` parts.
     confidence : float
@@ -139,10 +139,10 @@ def direction_scatter(
     Notes
     -----
     ``ν s²/χ²`` bounds the observed variance; the mean variance of measuring is taken off. Of
-    several batches the variance is that between plus that within them (one-way analysis of
-    variance), with the degrees of freedom of Satterthwaite (Biometrics Bulletin 2, 1946). With a
-    known uncertainty and without batches the interval is exact for normal scatter; with the prior
-    it is a credible interval of the observed variance.
+    several batches the variance is that between plus that within them, with the degrees of freedom
+    of Satterthwaite (Biometrics Bulletin 2, 1946). With a known uncertainty and without batches
+    the interval is exact for normal scatter; with the prior it is a credible one of the observed
+    variance.
     """
     values = np.asarray(values, dtype=float)
     error = np.zeros(values.size) if uncertainty is None else np.asarray(uncertainty, dtype=float)
@@ -159,7 +159,7 @@ def direction_scatter(
     total = weight + degrees
     variance = (weight * (prior.sigma**2 + measuring) + degrees * observed) / total
     tail = 0.5 * (1.0 - confidence)
-    low, high = (total * variance / chi2.ppf(one, total) for one in (1.0 - tail, tail))
+    low, high = (total * variance / chi2.ppf(p, total) for p in (1.0 - tail, tail))
     return DirectionScatter(
         name=name,
         n_parts=values.size,
@@ -178,21 +178,15 @@ def hardness_share(
 ) -> ShareEstimate | None:
     """Estimate how much of the variance all axes of a part have in common.
 
-    Parameters
-    ----------
-    values : sequence of array, each of shape (n, a)
-        One array per part number: logarithms of the stiffness of n parts along a axes [1].
-    reliability : float
-        Share of the observed variance that is not measuring, above 0 [1].
-    confidence : float
-        Coverage of the interval [1].
+    `values` has one array (n, a) per part number, logarithms of the stiffness of n parts along a
+    axes; `reliability` is the share of the observed variance that is not measuring. None if no
+    array has two parts and two axes.
 
     Notes
     -----
     Intraclass correlation of the axes, each brought to a variance of 1, with its interval by the F
     distribution (K. O. McGraw and S. P. Wong, Psychological Methods 1, 1996, case 3). Measuring
-    errors of the axes, taken for independent, lower it by the reliability. None if no array has two
-    parts and two axes.
+    errors of the axes, taken for independent, lower it by the reliability.
     """
     between = within = degrees = inner = axes = 0.0
     for array in values:

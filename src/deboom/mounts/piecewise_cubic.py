@@ -1,4 +1,4 @@
-"""Complete cubic polynomials in pieces along one variable, as a scikit-learn regressor."""
+"""Complete cubic polynomials in pieces along the first variable, as a scikit-learn regressor."""
 
 from __future__ import annotations
 
@@ -108,12 +108,10 @@ class TrainingRegion:
 
 
 class PiecewiseCubicRegressor(RegressorMixin, BaseEstimator):
-    """Complete cubic polynomials in pieces along one variable, blended where they meet.
+    """Complete cubic polynomials in pieces along the first variable, blended where they meet.
 
     Parameters
     ----------
-    split_feature : int, default 0
-        Column that is cut into pieces.
     pieces : int or "cv", default 2
         Number of pieces, fewer if the rows or the threshold do not call for them; "cv" chooses
         between 1 and `max_pieces` by cross-validation.
@@ -124,7 +122,7 @@ class PiecewiseCubicRegressor(RegressorMixin, BaseEstimator):
     threshold : float, default 0.03
         Rms error over mean absolute value that a piece may have [1].
     overlap : float, default 0.02
-        Fraction of the range of the split variable over which neighbours share rows and are
+        Fraction of the range of the first variable over which neighbours share rows and are
         blended linearly [1].
     max_pieces, folds : int, default 5
         Limits of the cross-validation.
@@ -134,7 +132,7 @@ class PiecewiseCubicRegressor(RegressorMixin, BaseEstimator):
     Attributes
     ----------
     split_points_ : array, shape (n_pieces - 1,)
-        In the unit of the split variable, increasing.
+        In the unit of the first variable, increasing.
     centre_, half_range_ : array, shape (n_pieces, n_features)
         Scaling of each piece's variables to [-1, 1] over its own rows.
     coefficients_ : array, shape (n_pieces, n_terms, n_outputs)
@@ -179,7 +177,6 @@ class PiecewiseCubicRegressor(RegressorMixin, BaseEstimator):
     def __init__(
         self,
         *,
-        split_feature: int = 0,
         pieces: int | Literal["cv"] = 2,
         split: Literal["least-squares", "threshold"] | npt.ArrayLike = "least-squares",
         threshold: float = 0.03,
@@ -188,7 +185,6 @@ class PiecewiseCubicRegressor(RegressorMixin, BaseEstimator):
         folds: int = 5,
         min_rows: int | None = None,
     ) -> None:
-        self.split_feature = split_feature
         self.pieces = pieces
         self.split = split
         self.threshold = threshold
@@ -205,7 +201,7 @@ class PiecewiseCubicRegressor(RegressorMixin, BaseEstimator):
         InputError
             The parameter, and what it may be.
         """
-        whole = {"split_feature": 0, "max_pieces": 1, "folds": 2}
+        whole = {"max_pieces": 1, "folds": 2}
         if self.pieces != "cv":
             whole["pieces"] = 1
         if self.min_rows is not None:
@@ -245,13 +241,13 @@ class PiecewiseCubicRegressor(RegressorMixin, BaseEstimator):
             Inverse to the variance of each row; rows of weight 0 are left out.
         groups : array, shape (n,), optional
             Rows of one group (one run) are left out together in the cross-validation; without it
-            every `folds`-th row along the split variable is, which suits independent rows only.
+            every `folds`-th row along the first variable is, which suits independent rows only.
 
         Raises
         ------
         InputError
-            Parameters without sense, a split variable that does not exist, split points outside
-            of its range, a piece without rows, groups that cannot be cross-validated.
+            Parameters without sense, split points outside of the range, a piece without rows,
+            groups that cannot be cross-validated.
         """
         self.check_parameters()
         rows: RealArray
@@ -261,11 +257,6 @@ class PiecewiseCubicRegressor(RegressorMixin, BaseEstimator):
         weight = _check_sample_weight(
             sample_weight, rows, dtype=np.float64, ensure_non_negative=True
         )
-        if self.split_feature >= rows.shape[1]:
-            raise InputError(
-                f"split_feature {self.split_feature} does not exist: there are {rows.shape[1]} "
-                "variables, counted from 0"
-            )
         kept = weight > 0
         labels = None
         if groups is not None:
@@ -276,7 +267,7 @@ class PiecewiseCubicRegressor(RegressorMixin, BaseEstimator):
         outputs = np.asarray(observed, dtype=float).reshape(len(rows), -1)
         rows, outputs, weight = rows[kept], outputs[kept], weight[kept]
         split_points = self._choose_split_points(rows, outputs, weight, labels)
-        blend_width = self.overlap * float(np.ptp(rows[:, self.split_feature]))
+        blend_width = self.overlap * float(np.ptp(rows[:, 0]))
         self._one_output = np.ndim(observed) == 1
         return self._fit_pieces(rows, outputs, weight, split_points, blend_width)
 
@@ -308,7 +299,7 @@ class PiecewiseCubicRegressor(RegressorMixin, BaseEstimator):
             for feature, derivative in enumerate(_derivatives(rows.shape[1])):
                 by_scaled = terms @ (derivative @ coefficients)
                 gradient[:, feature] += share[k] * by_scaled / self.half_range_[k, feature]
-            gradient[:, self.split_feature] += slope[k] * (terms @ coefficients)
+            gradient[:, 0] += slope[k] * (terms @ coefficients)
         return self._shaped(gradient)
 
     def predict_interval(
@@ -391,7 +382,7 @@ class PiecewiseCubicRegressor(RegressorMixin, BaseEstimator):
         """Return the fitted pieces as named arrays; the region stays with its owner."""
         check_is_fitted(self)
         arrays = {name: np.asarray(getattr(self, f"{name}_")) for name in _ARRAYS}
-        arrays["split_feature"] = np.asarray(self.split_feature)
+        arrays["split_feature"] = np.asarray(0)
         return {prefix + name: array for name, array in arrays.items()}
 
     @classmethod
@@ -406,7 +397,9 @@ class PiecewiseCubicRegressor(RegressorMixin, BaseEstimator):
             An array that is missing, is not of numbers or of another shape.
         """
         stored = named_arrays(arrays, prefix, (*_ARRAYS, "split_feature"))
-        regressor = cls(split_feature=int(stored["split_feature"]))
+        if stored["split_feature"] != 0:
+            raise InputError("stored pieces along another variable than the first: fit it again")
+        regressor = cls()
         for name in _ARRAYS:
             setattr(regressor, f"{name}_", frozen_copy(np.asarray(stored[name], dtype=float)))
         n_pieces, n_features = len(regressor.split_points_) + 1, region.lower.size
@@ -430,7 +423,7 @@ class PiecewiseCubicRegressor(RegressorMixin, BaseEstimator):
         self, X: RealArray, y: RealArray, weight: RealArray, groups: npt.NDArray[Any] | None
     ) -> RealArray:
         """Return the split points that the parameters ask for, shape (n_pieces - 1,)."""
-        position = X[:, self.split_feature]
+        position = X[:, 0]
         if not isinstance(self.split, str):
             return _given_points(self.split, position)
         segments = self._segments(X, y, weight)
@@ -449,7 +442,7 @@ class PiecewiseCubicRegressor(RegressorMixin, BaseEstimator):
 
     def _segments(self, X: RealArray, y: RealArray, weight: RealArray) -> _Segments:
         min_rows = self.min_rows or 2 * comb(X.shape[1] + 3, 3)
-        return _Segments(X, y, weight, self.split_feature, min_rows)
+        return _Segments(X, y, weight, min_rows)
 
     def _cross_validated_splits(
         self, X: RealArray, y: RealArray, weight: RealArray, fold: IntArray, segments: _Segments
@@ -508,7 +501,7 @@ class PiecewiseCubicRegressor(RegressorMixin, BaseEstimator):
         blend_width: float,
     ) -> Self:
         """Fit a cubic on both sides of each split point."""
-        position = X[:, self.split_feature]
+        position = X[:, 0]
         pieces = []
         for low, high in pairwise([-np.inf, *split_points, np.inf]):
             # a piece owns its upper end, as the shares do when nothing is blended
@@ -548,8 +541,8 @@ class PiecewiseCubicRegressor(RegressorMixin, BaseEstimator):
         )
 
     def _shares(self, X: RealArray) -> tuple[RealArray, RealArray]:
-        """Share of each piece at each row and its slope along the split variable, (k, n, 1)."""
-        position = X[:, self.split_feature]
+        """Share of each piece at each row and its slope along the first variable, (k, n, 1)."""
+        position = X[:, 0]
         # how far each split point lies behind: 0 before it, 1 beyond
         passed = np.zeros((len(self.split_points_) + 2, len(X), 1))
         slope = np.zeros_like(passed)
@@ -651,13 +644,11 @@ def _leverage(
 
 
 class _Segments:
-    """Rows sorted along the split variable. A cut is the index of the first row behind it."""
+    """Rows sorted along the first variable. A cut is the index of the first row behind it."""
 
-    def __init__(
-        self, X: RealArray, y: RealArray, weight: RealArray, split_feature: int, min_rows: int
-    ) -> None:
-        order = np.argsort(X[:, split_feature], kind="stable")
-        self._position = X[order, split_feature]
+    def __init__(self, X: RealArray, y: RealArray, weight: RealArray, min_rows: int) -> None:
+        order = np.argsort(X[:, 0], kind="stable")
+        self._position = X[order, 0]
         self._min_rows = min_rows
         self._n_outputs = y.shape[1]
         centre, half_range = _scaling(X)
@@ -679,7 +670,7 @@ class _Segments:
         self.divisible = int(self._distinct_before[-1]) >= 2 * min_rows
 
     def split_points(self, cuts: IntArray) -> RealArray:
-        """Values of the split variable half way between the rows on both sides of each cut."""
+        """Values of the first variable half way between the rows on both sides of each cut."""
         return np.asarray((self._position[cuts - 1] + self._position[cuts]) / 2)
 
     def coarse_edges(self) -> IntArray:
@@ -827,6 +818,6 @@ def _given_points(split: npt.ArrayLike, position: RealArray) -> RealArray:
     if points.ndim != 1 or not inside or np.any(np.diff(points) <= 0):
         raise InputError(
             f"split points {points.tolist()} must increase within the range "
-            f"{position.min():g} to {position.max():g} of the split variable"
+            f"{position.min():g} to {position.max():g} of the first variable"
         )
     return points

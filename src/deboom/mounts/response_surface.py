@@ -273,8 +273,7 @@ class StiffnessModel(RegressorMixin, BaseEstimator, ABC):
         Raises
         ------
         InputError
-            A point outside of the measured region, unless `extrapolate`; points that are not
-            finite.
+            A point outside of the measured region, unless `extrapolate`, or one that is not finite.
         """
         points, shape = _rows(X)
         if not len(points):
@@ -437,10 +436,7 @@ class DynamicStiffnessSurface(StiffnessModel):
         self.r2_force_ = r_squared(np.abs(stiffness) * amplitude, np.abs(fitted) * amplitude)
 
     def predict_interval(
-        self,
-        X: npt.ArrayLike,
-        coverage: float = 0.95,
-        sample_weight: npt.ArrayLike | None = None,
+        self, X: npt.ArrayLike, coverage: float = 0.95
     ) -> tuple[ComplexArray, ComplexArray]:
         """Return the interval that covers one newly measured line at `X` (..., 3), for each part.
 
@@ -450,8 +446,6 @@ class DynamicStiffnessSurface(StiffnessModel):
             Preload, amplitude and frequency in `units`.
         coverage : float
             Probability for the real and for the imaginary part, each [1].
-        sample_weight : array, shape (n,), optional
-            Weights of the new lines, as in the fit [1].
 
         Raises
         ------
@@ -468,8 +462,8 @@ class DynamicStiffnessSurface(StiffnessModel):
         real, imag = self._cubics("interval")
         points, shape = _rows(X)
         self.predict(points)
-        of_real = real.predict_interval(points, coverage, sample_weight)
-        of_imag = imag.predict_interval(points, coverage, sample_weight)
+        of_real = real.predict_interval(points, coverage)
+        of_imag = imag.predict_interval(points, coverage)
         lower, upper = (
             (re + 1j * im).reshape(shape) for re, im in zip(of_real, of_imag, strict=True)
         )
@@ -771,10 +765,9 @@ def compare_models(
     ----------
     models : mapping of str to StiffnessModel
         Models by name, left unfitted; `standard_models` gives some.
-    training : StiffnessSamples
-        Lines to fit, with the names of their runs where a model is cross-validated.
-    check : StiffnessSamples
-        Lines to compare with, such as runs left out. Those inside of every model's region count.
+    training, check : StiffnessSamples
+        Lines to fit, with the names of their runs where a model is cross-validated; lines to
+        compare with, of which those inside of every model's region count.
     truth : array, shape (n_check,), optional
         True stiffness at the lines of `check`, where a virtual bench knows it [N/m].
 

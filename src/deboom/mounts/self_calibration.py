@@ -120,21 +120,10 @@ class _Equations:
 def self_calibrated(
     alignment: Alignment, records: Sequence[BodyRecord], free_body: FreeBody | None = None
 ) -> AlignmentEstimate:
-    """Estimate the alignment of a body's measuring chain from what it recorded.
+    """Estimate the alignment of a body's measuring chain from the runs it recorded.
 
-    Parameters
-    ----------
-    alignment : Alignment
-        Parameters with their stated tolerances.
-    records : sequence of BodyRecord
-        All runs, of whatever mount sets.
-    free_body : FreeBody, optional
-        For Newton's law; without it the rigid motion alone is used.
-
-    Returns
-    -------
-    AlignmentEstimate
-        The stated one where nothing is redundant: a body with a single sensor, or no tolerance.
+    With `free_body` Newton's law is used beside the rigid motion. The stated alignment comes back
+    where nothing is redundant: a body with a single sensor, or no tolerance.
 
     Raises
     ------
@@ -151,9 +140,9 @@ def self_calibrated(
 
     Gauss-Newton on both. Beside the noise of its lines each group has a systematic rest, common to
     all lines: the scatter of the force transfer matrices, and what the model leaves out. Where the
-    residuals exceed both together, the rest is enlarged until it explains them, and the group loses
-    its say: flexible bodies, further forces. Seven parameters show in no rigid motion, a common
-    rotation, offset and scale of all sensors; Newton's law ties them to the cells.
+    residuals exceed both together, the rest is enlarged until it explains them, and the group
+    loses its say: flexible bodies, further forces. Seven parameters show in no rigid motion, a
+    common rotation, offset and scale of all sensors; Newton's law ties them to the cells.
     """
     if not alignment.body.is_rigid_body or not np.any(alignment.tolerance > 0):
         return stated_alignment(alignment)

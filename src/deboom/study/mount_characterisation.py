@@ -56,7 +56,13 @@ from deboom.mounts.measuring_chain import (
 )
 from deboom.mounts.operating_map import OperatingMap, Preload, operating_maps
 from deboom.mounts.piecewise_cubic import PiecewiseCubicRegressor
-from deboom.mounts.response_surface import DynamicStiffnessSurface, agreement
+from deboom.mounts.response_surface import (
+    DynamicStiffnessSurface,
+    StiffnessModel,
+    agreement,
+    compare_models,
+    standard_models,
+)
 from deboom.physics.order_tracking import rpm_of_frequency
 from deboom.plot import CurvePanel, MapPanel, curve_panels, map_panels
 from deboom.report.page import Headline, Page, Picture, Section, Table
@@ -692,6 +698,51 @@ def all_gears_numbers(benches: Sequence[CharacterisedBench]) -> pd.DataFrame:
     return pd.DataFrame(rows)
 
 
+def model_table(
+    bench: CharacterisedBench, models: Mapping[str, StiffnessModel] | None = None
+) -> pd.DataFrame:
+    """Compare models of the stiffness, fitted without the check runs, on those of one bench.
+
+    Parameters
+    ----------
+    bench : CharacterisedBench
+        With its surfaces.
+    models : mapping of str to StiffnessModel, optional
+        Models by name; default are those of `standard_models`.
+
+    Returns
+    -------
+    pandas.DataFrame
+        One row per direction and model, see `compare_models`.
+
+    Raises
+    ------
+    InputError
+        No direction has lines in check runs and in others.
+    """
+    preload = bench.result.options.preload
+    parts = []
+    for name in bench.surfaces:
+        measured = bench.result.directions[name].measured
+        usable = measured.select(~measured.near_floor)
+        check = bench.in_check_runs(usable)
+        if check.all() or not check.any():
+            continue
+        held_out = usable.select(check)
+        truth = None if bench.truth is None else bench.truth.at(held_out)
+        chosen = standard_models() if models is None else models
+        training, lines = usable.select(~check).samples(preload), held_out.samples(preload)
+        try:
+            table = compare_models(chosen, training, lines, truth)
+        except InputError:  # its check runs lie where the others did not go
+            continue
+        table.insert(0, "direction", name)
+        parts.append(table.drop(columns="time to fit [s]"))
+    if not parts:
+        raise InputError("models are compared on check runs: measure runs beside them, too")
+    return pd.concat(parts, ignore_index=True)
+
+
 def _row(bench: CharacterisedBench, name: str) -> dict[str, object]:
     one = bench.result.directions[name]
     surface, measured = bench.surfaces[name], one.measured
@@ -983,6 +1034,15 @@ def _accuracy(tables: Mapping[str, pd.DataFrame]) -> Section:
                 "judged on its own lines.",
                 {name: 2 for name in tables["all_gears"].columns if name.startswith("R²")}
                 | {"pieces over all gears": 0},
+            )
+        )
+    if "models" in tables:
+        shown.append(
+            Table(
+                tables["models"],
+                "Other models of the stiffness beside the surface, which is two cubics by least "
+                "squares: all fitted without the check runs and judged on those.",
+                {name: 2 for name in tables["models"].columns if name.endswith("[%]")},
             )
         )
     return Section(
@@ -1341,6 +1401,7 @@ def characterisation_result(
     inputs: tuple[Path, ...] = (),
     *,
     all_gears: bool = False,
+    models: bool = False,
     with_figures: bool = True,
     platform: Path | None = None,
 ) -> StudyResult:
@@ -1354,6 +1415,8 @@ def characterisation_result(
         Files that stay; a bench that was measured for the study leaves none.
     all_gears : bool
         Whether surfaces over all gears, in pieces by cross-validation, are shown beside.
+    models : bool
+        Whether other models of the stiffness are shown beside, for the first bench.
     with_figures : bool
         Whether to draw; the tables take a fraction of the time.
     platform : Path, optional
@@ -1364,8 +1427,8 @@ def characterisation_result(
     -------
     StudyResult
         Tables ``r2``, ``truth`` (where the truth is known), ``uncertainty``, ``neighbour``,
-        ``quality``, ``force_transfer``, ``moments`` (where known), ``all_gears`` (if asked for) and
-        ``directions``, the numbers of every bench behind them.
+        ``quality``, ``force_transfer``, ``moments`` (where known), ``all_gears`` and ``models`` (if
+        asked for) and ``directions``, the numbers of every bench behind them.
     """
     with threadpool_limits(1):  # its matrices are too small to share
         numbers = direction_numbers(benches)
@@ -1391,6 +1454,8 @@ def characterisation_result(
         inputs = (*inputs, *vehicles.input_files)
     if beside is not None:
         tables["all_gears"] = all_gears_table(numbers, beside)
+    if models:
+        tables["models"] = model_table(benches[0])
     figures = characterisation_figures(benches[0]) if with_figures else {}
     if with_figures and matrices:
         figures["cell_calibration"] = force_transfer_figure(matrices)

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
+from typing import Any
 
 import numpy as np
 
@@ -166,21 +167,19 @@ class CampaignErrors:
     data_sheet: bool = True
 
 
+_CALIBRATED = ("cell_gain", "cell_cross", "cell_shunt")
+_NO_ERROR = ("bench_frequency", "bench_flexibility", "tilt", "chain", "data_sheet")
+
+
+def _zeros(errors: type[ErrorBudget | CampaignErrors]) -> dict[str, Any]:
+    """Return zeros for everything that is an error and is not calibrated."""
+    kept = (*_CALIBRATED, *_NO_ERROR)
+    return {field.name: 0.0 for field in fields(errors) if field.name not in kept}
+
+
 NO_ERRORS = CampaignErrors(
-    chain=replace(
-        ErrorBudget(),
-        **dict.fromkeys(("position", "angle", "gain", "cross_axis"), 0.0),
-        **dict.fromkeys(("acceleration_own", "acceleration_norm", "acceleration_floor"), 0.0),
-        **dict.fromkeys(("force_own", "force_norm", "force_floor"), 0.0),
-        **dict.fromkeys(("shaker_angle", "shaker_gain"), 0.0),
-    ),
-    torque=0.0,
-    static_force=0.0,
-    side_cell_gain=0.0,
-    side_cell_cross=0.0,
-    shaker_drift=0.0,
-    shaker_noise=0.0,
-    curve_scale=0.0,
+    chain=replace(ErrorBudget(), **_zeros(ErrorBudget)),
     data_sheet=False,
+    **_zeros(CampaignErrors),
 )
 """Nothing is wrong or noisy; what the shaker calibrates stays: cell gain, cross-talk and shunt."""

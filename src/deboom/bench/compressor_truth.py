@@ -408,15 +408,15 @@ class Compressor:
             The mounts hold the first part [N/m, N/rad, N m/rad].
         """
         whole, mounts = self.mass_matrix, self.mount_stiffness(frequency, factors)
-        held = mounts + held_stiffness(self.hoses, frequency)
+        support = mounts + held_stiffness(self.hoses, frequency)
         squared = ((2 * np.pi * np.asarray(frequency)) ** 2)[:, None, None]
         if self.joint is None:
-            return np.asarray(held - squared * whole)
+            return np.asarray(support - squared * whole)
         share = self.joint.share
         complex_square = (2 * np.pi * self.joint.frequency) ** 2 * (1 + 1j * self.joint.loss)
         joined = complex_square * share * (1 - share) * whole
         both = np.empty((len(squared), 12, 12), dtype=complex)
-        both[:, :6, :6] = held + joined - squared * (1 - share) * whole
+        both[:, :6, :6] = support + joined - squared * (1 - share) * whole
         both[:, 6:, 6:] = joined - squared * share * whole
         both[:, :6, 6:] = both[:, 6:, :6] = -joined
         return both

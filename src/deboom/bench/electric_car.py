@@ -232,9 +232,9 @@ def _draw_shapes(generator: np.random.Generator) -> RealArray:
     of_carrier = (1.0, MOUNT_SCATTER)
     of_hose = (HOSE_SHARE, HOSE_SCATTER)
     for point, place in point_positions().items():
-        share, own = of_carrier if point in MOUNTS else of_hose
-        blocks.append(share * (shift + np.cross(turn, place)) + normal(own))
-        blocks.append(share * turn + normal(own / ROTATION_LENGTH))
+        share, scatter = of_carrier if point in MOUNTS else of_hose
+        blocks.append(share * (shift + np.cross(turn, place)) + normal(scatter))
+        blocks.append(share * turn + normal(scatter / ROTATION_LENGTH))
     return np.concatenate(blocks, axis=1)
 
 
@@ -320,10 +320,10 @@ def run_car(
     """
     _check(compressor, hoses)
     body = _Side(car, frequency, bool(hoses))
-    own = _own_stiffness(compressor, source, frequency)
+    free = _free_stiffness(compressor, source, frequency)
     load = source.load(frequency, gas_factor)
     joint = _mounts(compressor, frequency, body) + _hoses(hoses, frequency, body)
-    return _solve(body, own, joint, load, frequency)
+    return _solve(body, free, joint, load, frequency)
 
 
 def design_pressure(
@@ -356,13 +356,13 @@ def design_pressure(
             f"designs have shape (n, {len(compressor.positions)}, 3), not {designs.shape}"
         )
     body = _Side(car, frequency, bool(hoses))
-    own = _own_stiffness(compressor, source, frequency)
+    free = _free_stiffness(compressor, source, frequency)
     load = source.load(frequency, gas_factor)
-    held = _hoses(hoses, frequency, body)
+    hose_joint = _hoses(hoses, frequency, body)
     pressures = []
     for design in designs:
-        joint = _mounts(replace(compressor, stiffness=design), frequency, body) + held
-        pressures.append(_solve(body, own, joint, load, frequency).pressure)
+        joint = _mounts(replace(compressor, stiffness=design), frequency, body) + hose_joint
+        pressures.append(_solve(body, free, joint, load, frequency).pressure)
     return np.array(pressures, dtype=complex).reshape(len(designs), np.size(frequency))
 
 
@@ -404,7 +404,7 @@ def mount_stiffnesses(compressor: Compressor, frequency: RealArray) -> ComplexAr
     return np.asarray(compressor.gain_at(frequency)[:, None, None, None] * static)
 
 
-def _own_stiffness(compressor: Compressor, source: Source, frequency: RealArray) -> ComplexArray:
+def _free_stiffness(compressor: Compressor, source: Source, frequency: RealArray) -> ComplexArray:
     squared = ((2 * np.pi * frequency) ** 2)[:, None, None]
     return np.asarray(source.gyroscopic(frequency) - squared * compressor.mass_matrix)
 
@@ -434,7 +434,7 @@ def _hoses(hoses: Sequence[Hose], frequency: RealArray, body: _Side) -> ComplexA
 
 def _solve(
     body: _Side,
-    own: ComplexArray,
+    free: ComplexArray,
     joint: ComplexArray,
     load: ComplexArray,
     frequency: RealArray,
@@ -442,7 +442,7 @@ def _solve(
     across, receiver = joint[:, 6:, :6], joint[:, 6:, 6:]
     flexible = np.eye(len(body.columns)) + body.receptance @ receiver
     follows = -np.linalg.solve(flexible, body.receptance @ across)
-    whole = own + joint[:, :6, :6] + joint[:, :6, 6:] @ follows
+    whole = free + joint[:, :6, :6] + joint[:, :6, 6:] @ follows
     displacement = np.linalg.solve(whole, load[:, :, None])
     touched = -(across @ displacement + receiver @ (follows @ displacement))
     on_body = np.zeros((np.size(frequency), body.everywhere.shape[1]), dtype=complex)

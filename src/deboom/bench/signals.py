@@ -43,13 +43,13 @@ def order_noise(
     -----
     Neighbouring lines share part of their time window, hence the weights 1/2, 1, 1/2.
     """
-    own, of_norm, floor = levels
+    relative, of_norm, floor = levels
     n_line, n_channel = signal.shape
     white = complex_normal((n_line + 2, n_channel), generator) / np.sqrt(2)
     leaked = (0.5 * white[:-2] + white[1:-1] + 0.5 * white[2:]) / np.sqrt(1.5)
     per_sensor = np.linalg.norm(signal.reshape(n_line, -1, n_axis), axis=2)
     norm = np.repeat(per_sensor, n_axis, axis=1)
-    amplitude = np.sqrt((own * np.abs(signal)) ** 2 + (of_norm * norm) ** 2 + floor**2)
+    amplitude = np.sqrt((relative * np.abs(signal)) ** 2 + (of_norm * norm) ** 2 + floor**2)
     return np.asarray(leaked * amplitude)
 
 

@@ -336,8 +336,8 @@ def _noisy(
     exact: ComplexArray, relative: float, floor: float, generator: np.random.Generator
 ) -> ComplexArray:
     """Add noise that is relative to the function, and a floor."""
-    own, flat = (complex_normal(exact.shape, generator) for _ in range(2))
-    return np.asarray(exact * (1 + relative * own / np.sqrt(2)) + floor * flat)
+    scaled, flat = (complex_normal(exact.shape, generator) for _ in range(2))
+    return np.asarray(exact * (1 + relative * scaled / np.sqrt(2)) + floor * flat)
 
 
 @dataclass(frozen=True)

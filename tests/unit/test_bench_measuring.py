@@ -45,23 +45,15 @@ def test_cells_that_lose_and_mix_force_are_repaired_by_the_force_transfer_matrix
     assert found.displacement == pytest.approx(RUN.displacement, rel=1e-9, abs=1e-18)
 
 
+SPOILS = {
+    "displacement": "position angle gain cross_axis "
+    "acceleration_own acceleration_norm acceleration_floor",
+    "force": "shaker_angle shaker_gain force_own force_norm force_floor bench_flexibility",
+}
+
+
 @pytest.mark.parametrize(
-    ("error", "quantity"),
-    [
-        ("position", "displacement"),
-        ("angle", "displacement"),
-        ("gain", "displacement"),
-        ("cross_axis", "displacement"),
-        ("acceleration_own", "displacement"),
-        ("acceleration_norm", "displacement"),
-        ("acceleration_floor", "displacement"),
-        ("shaker_angle", "force"),
-        ("shaker_gain", "force"),
-        ("force_own", "force"),
-        ("force_norm", "force"),
-        ("force_floor", "force"),
-        ("bench_flexibility", "force"),
-    ],
+    ("error", "quantity"), [(error, q) for q, errors in SPOILS.items() for error in errors.split()]
 )
 def test_each_error_spoils_its_own_quantity_in_proportion(error, quantity):
     size = getattr(ErrorBudget(), error)

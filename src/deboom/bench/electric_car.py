@@ -269,16 +269,6 @@ class CarRun:
     body_load: ComplexArray
     pressure: ComplexArray
 
-    @property
-    def mount_force(self) -> ComplexArray:
-        """Force on the body at the mounts, x, y, z of each, shape (f, 9) [N]."""
-        return np.asarray(self.body_load[:, columns_of(MOUNTS, 3)])
-
-    @property
-    def hose_load(self) -> ComplexArray:
-        """Load on the body at the ends of the hoses, six of each, shape (f, 12) [N, N m]."""
-        return np.asarray(self.body_load[:, columns_of(HOSES)])
-
 
 def run_car(
     car: ElectricCarBody,

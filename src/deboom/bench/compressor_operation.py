@@ -197,12 +197,9 @@ class Source:
         return load
 
     def gyroscopic(self, frequency: RealArray) -> ComplexArray:
-        """Return what the turning rotor adds to the dynamic stiffness.
+        """Return what the turning rotor adds to the dynamic stiffness, (f, 6, 6) [N m/rad].
 
-        Returns
-        -------
-        array, shape (f, 6, 6)
-            Hermitian, so that it does no work, but not symmetric [N/m, N/rad, N m/rad].
+        Hermitian, so that it does no work, but not symmetric.
 
         Notes
         -----
@@ -422,12 +419,8 @@ def run_up(
 ) -> tuple[RealArray, RealArray]:
     """Run up with soft hoses and record over time; without a generator there is no noise.
 
-    Returns
-    -------
-    tacho : array, shape (n_sample,)
-        One pulse per revolution, 0 to 1; the rotor's mark is on the y axis half-way up its edge.
-    acceleration : array, shape (n_sample, n_channel)
-        [m/s²].
+    The tacho (n_sample,) has one pulse per revolution, 0 to 1, and the rotor's mark is on the y
+    axis half-way up its edge; the acceleration is (n_sample, n_channel) [m/s²].
     """
     grid = np.arange(FIRST, LAST + GRID_STEP / 2, GRID_STEP)
     steady = true_sweep(running_rig, pressure, soft=True, frequency=grid).acceleration

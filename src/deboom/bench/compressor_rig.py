@@ -364,17 +364,8 @@ def averaged(blows: Blows, plan: HitPlan) -> tuple[ComplexArray, RealArray]:
 def first_estimate(force: ComplexArray, response: ComplexArray) -> tuple[ComplexArray, RealArray]:
     """Estimate the FRFs of one impact, and their ordinary coherence, with noise in the responses.
 
-    Parameters
-    ----------
-    force : array, shape (n_hit, f)
-        Spectra of the force.
-    response : array, shape (n_hit, f, n_channel)
-        Spectra of the responses.
-
-    Returns
-    -------
-    function, coherence : array, shape (f, n_channel)
-        ``H₁ = Σ a f* / Σ |f|²``, and coherence [1].
+    ``H₁ = Σ a f* / Σ |f|²`` of the spectra of force (n_hit, f) and responses (n_hit, f, n_channel);
+    both results are (f, n_channel).
     """
     cross: ComplexArray = np.einsum("hfc,hf->fc", response, force.conj())
     of_force = np.einsum("hf,hf->f", force, force.conj()).real[:, None]

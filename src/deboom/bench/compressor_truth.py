@@ -181,12 +181,9 @@ def _held_stiffness(hoses: tuple[Hose, ...], lines: bytes) -> ComplexArray:
 
 
 def end_loads(hoses: Sequence[Hose], frequency: RealArray) -> ComplexArray:
-    """Return loads of the hoses on a body that holds them, per motion of the virtual point.
+    """Return loads of hoses on what holds their ends, per motion of the virtual point.
 
-    Returns
-    -------
-    array, shape (f, 6 n_hose, 6)
-        Force and moment on the body at the end of each hose [N/m, N/rad, N m/rad].
+    Force and moment on the body at the end of each hose, (f, 6 n_hose, 6) [N/m, N/rad, N m/rad].
     """
     return -np.concatenate([hose.stiffness(frequency)[:, 6:, :6] for hose in hoses], axis=1)
 
@@ -375,19 +372,9 @@ class Compressor:
     def mount_stiffness(
         self, frequency: RealArray, factors: RealArray | None = None
     ) -> ComplexArray:
-        """Return the dynamic stiffness of the mounts with their receiver at the virtual point.
+        """Return the stiffness of the mounts with their receiver at the virtual point, (f, 6, 6).
 
-        Parameters
-        ----------
-        frequency : array, shape (f,)
-            [Hz].
-        factors : array, shape (n_mount,) or (f, n_mount), optional
-            Factors of softening; by default 1.
-
-        Returns
-        -------
-        array, shape (f, 6, 6)
-            [N/m, N/rad, N m/rad].
+        Factors of softening are (n_mount,) or (f, n_mount), by default 1 [N/m, N/rad, N m/rad].
         """
         factors = np.ones(len(self.positions)) if factors is None else factors
         local = self.gain_at(frequency)[:, None, None] * (factors[..., None] * self.stiffness)
@@ -402,10 +389,8 @@ class Compressor:
     ) -> ComplexArray:
         """Return force per displacement of the body, or of both of its parts, with its hoses.
 
-        Returns
-        -------
-        array, shape (f, 6, 6), or (f, 12, 12) for a body of two parts
-            The mounts hold the first part [N/m, N/rad, N m/rad].
+        Shape (f, 6, 6), or (f, 12, 12) for a body of two parts, of which the mounts hold the first
+        [N/m, N/rad, N m/rad].
         """
         whole, mounts = self.mass_matrix, self.mount_stiffness(frequency, factors)
         support = mounts + held_stiffness(self.hoses, frequency)
@@ -429,9 +414,7 @@ class Compressor:
     def on_parts(self, rows: RealArray, positions: RealArray) -> RealArray:
         """Put rows (n, 6) of a rigid body on the part of the body where each point (n, 3) lies.
 
-        Returns
-        -------
-        array, shape (n, 6), or (n, 12) for a body of two parts
+        Rows of a body of two parts are (n, 12).
         """
         if self.joint is None:
             return rows

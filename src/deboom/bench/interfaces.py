@@ -81,12 +81,7 @@ def interface_shapes(body: Body) -> RealArray:
 
 
 def local_flexibility(body: Body) -> RealArray:
-    """Return the flexibility of the body right at each interface, besides the modes.
-
-    Returns
-    -------
-    array, shape (n_interface, 3)
-        Displacement per force at the same interface and axis [m/N].
+    """Return displacement per force right at each interface besides the modes, (n, 3) [m/N].
 
     Notes
     -----
@@ -115,10 +110,7 @@ def point_receptance(
 ) -> ComplexArray:
     """Find the displacement at channels around the interfaces per force at others.
 
-    Returns
-    -------
-    array, shape (f, n_response, n_force)
-        Channels as in `point_shapes` [m/N].
+    Channels are as in `point_shapes`; the result is (f, n_response, n_force) [m/N].
     """
     modal = body.modal_receptance(frequency)
     seen, pushed = point_shapes(body, responses), point_shapes(body, forces)
@@ -132,12 +124,7 @@ def point_receptance(
 
 
 def panel_pressure(cabin: Cabin, frequency: RealArray) -> ComplexArray:
-    """Return the pressure at the ears per displacement of each panel.
-
-    Returns
-    -------
-    array, shape (f, n_ear, n_panel)
-        Driver, passenger [Pa/m].
+    """Return the pressure at the ears per displacement of each panel, (f, n_ear, n_panel) [Pa/m].
 
     Notes
     -----
@@ -158,13 +145,7 @@ def panel_pressure(cabin: Cabin, frequency: RealArray) -> ComplexArray:
 
 
 def ear_transfer(body: Body, cabin: Cabin, frequency: RealArray) -> ComplexArray:
-    """Find the pressure at the ears per force and moment at every interface.
-
-    Returns
-    -------
-    array, shape (f, n_ear, n_interface, 6)
-        [Pa/N], and [Pa/(N m)] for moments.
-    """
+    """Find the pressure at the ears per load at an interface, (f, n_ear, n_interface, 6) [Pa/N]."""
     per_mode = panel_pressure(cabin, frequency) @ body.shapes_at_panels.T
     modal = per_mode * body.modal_receptance(frequency)[:, None, :]
     return np.asarray(np.einsum("fen,nia->feia", modal, interface_shapes(body)))
@@ -173,10 +154,8 @@ def ear_transfer(body: Body, cabin: Cabin, frequency: RealArray) -> ComplexArray
 def source_motion(body: Body, cabin: Cabin, frequency: RealArray) -> ComplexArray:
     """Find the motion of the interfaces when a loudspeaker breathes at an ear.
 
-    Returns
-    -------
-    array, shape (f, n_interface, 6, n_ear)
-        Displacement per volume displacement [1/m²], rotation per volume displacement [1/m³].
+    Displacement [1/m²] and rotation [1/m³] per volume displacement, shape (f, n_interface, 6,
+    n_ear).
 
     Notes
     -----

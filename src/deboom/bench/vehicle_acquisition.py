@@ -228,10 +228,7 @@ def draw_setup(
 def struck_pressure(setup: Setup, body: Body, cabin: Cabin, frequency: RealArray) -> ComplexArray:
     """Return the pressure at the ears per stated force of every blow, without noise.
 
-    Returns
-    -------
-    array, shape (f, n_ear, n_impact)
-        With the gains of microphones and hammer [Pa/N].
+    With the gains of microphones and hammer, shape (f, n_ear, n_impact) [Pa/N].
     """
     per_mode = panel_pressure(cabin, frequency) @ body.shapes_at_panels.T
     modal = per_mode * body.modal_receptance(frequency)[:, None, :]
@@ -249,12 +246,8 @@ def strike(
 ) -> tuple[ComplexArray, ComplexArray]:
     """Acquire with the hammer on the trimmed body without its powertrain.
 
-    Returns
-    -------
-    pressure : array, shape (f, n_ear, n_impact)
-        Pressure at the ears [Pa/N].
-    acceleration : array, shape (f, n_channel, n_impact)
-        Acceleration on the body in sensor axes [m/s² per N].
+    Pressure at the ears (f, n_ear, n_impact) [Pa/N], and acceleration on the body in sensor axes
+    (f, n_channel, n_impact) [m/s² per N].
     """
     receptance = point_receptance(body, frequency, setup.sensor_rows, setup.impact_rows)
     acceleration = -((2 * np.pi * frequency) ** 2)[:, None, None] * receptance / setup.hammer
@@ -273,12 +266,7 @@ def breathe(
     errors: AcquisitionErrors,
     generator: np.random.Generator,
 ) -> ComplexArray:
-    """Acquire with the loudspeaker at each ear in turn: acceleration per volume acceleration.
-
-    Returns
-    -------
-    array, shape (f, n_channel, n_ear)
-        In sensor axes [m/s² per m³/s²].
+    """Acquire with the loudspeaker at each ear in turn, (f, n_channel, n_ear) [m/s² per m³/s²].
 
     Notes
     -----
@@ -302,10 +290,8 @@ def listen_at_panels(
 ) -> tuple[ComplexArray, ComplexArray]:
     """Acquire motion of and pressure at the panels, with the loudspeaker at each ear in turn.
 
-    Returns
-    -------
-    motion, pressure : array, shape (f, n_panel, n_ear)
-        Acceleration inwards [(m/s²)/(m³/s²)] and pressure [Pa/(m³/s²)] per volume acceleration.
+    Acceleration inwards [(m/s²)/(m³/s²)] and pressure [Pa/(m³/s²)] per volume acceleration, both
+    (f, n_panel, n_ear).
 
     Notes
     -----
@@ -378,12 +364,8 @@ def blows(
 ) -> tuple[RealArray, RealArray]:
     """Record the blows of some columns of `impact_places` over time.
 
-    Returns
-    -------
-    force : array, shape (n_blow, n_hit, n_sample)
-        As the hammer's cell states it [N].
-    pressure : array, shape (n_blow, n_hit, n_sample, n_ear)
-        As the microphones state it [Pa].
+    Force that the hammer states (n_blow, n_hit, n_sample) [N], and pressure that the microphones
+    state (n_blow, n_hit, n_sample, n_ear) [Pa].
 
     Notes
     -----

@@ -296,23 +296,19 @@ class Campaign:
     sensors : tuple of Sensor — position sheet: accelerometers and force cells
     switched_off : tuple of str — channels not to be used, such as ``A3 y``
     mount_sets : tuple of str — parts that were on the bench
-    runs : tuple of OperatingRun — runs; frequency axes may differ from run to run
-    shaker_runs : tuple of ShakerRun
-        Three axes for each mount (piece) that occurs; cells of a mount without are taken as they
-        read.
+    runs : tuple of OperatingRun — frequency axes may differ from run to run
+    shaker_runs, pushes : tuple of ShakerRun, PushRun
+        At the virtual points, three axes for each mount (piece) that occurs, and beside them.
     static_curves : tuple of StaticCurve — curves of the supplier; may be empty
     mass_matrix : array, shape (6, 6)
         Mass matrix of the powertrain at its centre of gravity, from the data sheet [kg, kg m²].
-    mass_tolerance : float — half width [kg]
-    inertia_tolerance : float — half width of entry ij relative to ``√(J_ii J_jj)`` [1]
-    centre_of_gravity_tolerance : float — half width per axis [m]
+    mass_tolerance, inertia_tolerance, centre_of_gravity_tolerance : float
+        Half widths [kg], of entry ij relative to ``√(J_ii J_jj)`` [1], per axis [m].
     total_ratios : tuple of float — engine speed over wheel speed, gear 1 first [1]
     order : float — engine order of all spectra [1]
     sensor_catalogue : mapping of str to SensorModel — every model that occurs
     tolerances : Tolerances — tolerances of this bench
     input_files : tuple of Path — every file that was read
-    pushes : tuple of PushRun
-        Pushes beside the virtual points, for force transfer matrices with moments; may be empty.
     """
 
     name: str

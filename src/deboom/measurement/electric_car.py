@@ -106,17 +106,15 @@ class ElectricCar:
     Parameters
     ----------
     name : str — name, such as ``EV-1``
-    operation : OperatingTest
-        Compressor struck on its rig, and run in the car with holders and ear.
+    operation : OperatingTest — compressor struck on its rig, and run in the car
     points : tuple of TransferPoint — all mounts, and the hose ends that were measured
     ear : str — name of the microphone, such as ``driver ear``
     pressure : Frf
         Output is the ear, inputs are the impacts of all points, in their order; struck with the
         compressor taken out [Pa/N].
-    coherence : array, shape (n_frequency, 1, n_impact)
-        Ordinary coherence of the hits of every impact [1].
+    coherence : array, shape (n_frequency, 1, n_impact) — ordinary, of the hits of every impact [1]
     n_averages : int — hits per impact
-    accelerance : Frf — outputs are the channels of all points' sensors, inputs as above [(m/s^2)/N]
+    accelerance : Frf — outputs are the channels of all points' sensors [(m/s^2)/N]
     tolerances : PlacementTolerances — tolerances of everything on the body
     input_files : tuple of Path — every file that was read
     """

@@ -157,13 +157,10 @@ def force_transfer_matrix_with_moments(
 
     Parameters
     ----------
-    pushes : sequence of Impact
-        Six or more points and directions of shaker or hammer that make up every force and moment.
-    repeats : sequence of Frf
-        Outputs: channels of the cells; inputs: names of the pushes; all on the same lines [N/N].
+    pushes : sequence of Impact — six or more points and directions of shaker or hammer
+    repeats : sequence of Frf — outputs: channels of the cells; inputs: names of the pushes [N/N]
     cells : sequence of Sensor
-        All force cells below the mount; three or more that are not on one line. Two do not show
-        the moment about the line that joins them.
+        All force cells below the mount; three or more that are not on one line.
     mount, piece, band
         As for `force_transfer_matrix`.
     position : array, shape (3,) — virtual point [m]

@@ -70,23 +70,18 @@ class MeasuredVehicle:
     name, group : str — names, such as ``U06-1`` and ``U06``
     ears : tuple of str — names, such as ``driver ear``
     mounts : tuple of MeasuredMount — all mounts, with pieces and positions [m]
-    body_sensors : mapping of str to tuple of Sensor
-        Point (``TSM``, ``Du left``) to the accelerometers on the body around it.
+    body_sensors, impacts : mapping of str to tuple of Sensor or Impact
+        Point (``TSM``, ``Du left``) to the accelerometers and the blows on the body around it.
     source_sensors : tuple of Sensor
         Sensors on the other side of the mounts: powertrain, wheel ends.
     powertrain_mounts : tuple of str
         Mounts whose source side is the one rigid powertrain; every other piece has a source sensor
         of its own.
-    impacts : mapping of str to tuple of Impact — point to the blows of the hammer around it
     direct : Frf — outputs are the ears, inputs the blows [Pa/N]
-    reciprocal : Frf
-        Outputs are the channels of the body sensors, inputs the ears [(m/s²)/(m³/s²)].
-    accelerance : Frf or None
-        Outputs are the channels of the body sensors, inputs the blows [(m/s²)/N]; None where the
-        accelerometers were not recorded.
+    reciprocal : Frf — outputs are the body sensors, inputs the ears [(m/s²)/(m³/s²)]
+    accelerance : Frf or None — outputs are the body sensors, inputs the blows [(m/s²)/N]
     runs : tuple of VehicleRun — runs of the assembled vehicle on the road
-    panels : PanelMeasurement or None
-        Panels of the cabin under the loudspeaker; None where nobody measured them.
+    panels : PanelMeasurement or None — panels of the cabin under the loudspeaker
     """
 
     name: str

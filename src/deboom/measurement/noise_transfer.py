@@ -50,21 +50,17 @@ def reciprocal_noise_transfer(measured: Frf) -> Frf:
 def noise_transfer_at_points(measured: Frf, points: Mapping[str, ChannelGeometry]) -> Frf:
     """Refer noise transfer functions around the mounts to their virtual points.
 
-    Raises InputError: no point, a channel that was not measured, channels that do not determine all
-    six loads.
+    Outputs are ears, inputs of the result ``<point> x``, ``y``, ``z`` [Pa/N] and ``<point> mx``,
+    ``my``, ``mz`` [Pa/(N m)]. Raises InputError: no point, a channel that was not measured,
+    channels that do not determine all six loads.
 
     Parameters
     ----------
     measured : Frf
-        Outputs are ears, inputs hold the channels of every geometry: blows of the hammer, or
-        accelerometer channels after `reciprocal_noise_transfer` [Pa/N].
+        Inputs hold the channels of every geometry: blows of the hammer, or accelerometer channels
+        after `reciprocal_noise_transfer` [Pa/N].
     points : mapping of str to ChannelGeometry
-        Mount, or mount and piece such as ``Du left``, to its channels, from `impact_geometry` or
-        `sensor_geometry`.
-
-    Returns
-    -------
-    Frf — inputs ``<point> x``, ``y``, ``z`` [Pa/N] and ``<point> mx``, ``my``, ``mz`` [Pa/(N m)]
+        Mount, or mount and piece such as ``Du left``, to its channels.
 
     Notes
     -----
@@ -87,21 +83,11 @@ def noise_transfer_at_points(measured: Frf, points: Mapping[str, ChannelGeometry
 def noise_transfer_of_paths(
     points: Frf, paths: Mapping[str, Sequence[str]], ear: str | None = None
 ) -> Frf:
-    """Choose the noise transfer functions that a transfer path analysis needs.
+    """Choose the noise transfer functions that a transfer path analysis needs, at one ear or all.
 
-    Raises InputError: a path without noise transfer function, no such ear.
-
-    Parameters
-    ----------
-    points : Frf — noise transfer functions at virtual points, from `noise_transfer_at_points`
-    paths : mapping of str to sequence of str
-        Path ``<mount> <axis>`` to the inputs that share its force evenly: one, or one per piece,
-        such as ``Du x`` to ``Du left x`` and ``Du right x``.
-    ear : str, optional — one output; all of them if left out
-
-    Returns
-    -------
-    Frf — inputs are the paths; a path of several pieces per newton of their summed force [Pa/N]
+    A path ``<mount> <axis>`` names the inputs that share its force evenly: one, or one per piece,
+    such as ``Du x`` to ``Du left x`` and ``Du right x``; it is per newton of their summed force
+    [Pa/N]. Raises InputError: a path without noise transfer function, no such ear.
     """
     _check_unit(points)
     for path, pieces in paths.items():

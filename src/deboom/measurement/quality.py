@@ -427,14 +427,11 @@ class Reciprocity:
     Parameters
     ----------
     names : tuple of str — degrees of freedom, by their output
-    likeness : array, shape (n, n)
-        Coherence criterion of each entry and its mirror image, mean over the lines: 1 is
-        perfect, 0.5 what two unrelated functions have, 0 opposite sign [1].
-    likeness_by_energy : array, shape (n, n)
-        The same with each line weighted by ``|Y_ij|² / |Y_ii Y_jj|``, so that lines at which the
-        entry is nothing but noise do not count [1].
-    size : array, shape (n, n)
-        Root of the mean of that weight: how much the entry matters; free of units [1].
+    likeness, likeness_by_energy : array, shape (n, n)
+        Coherence criterion of each entry and its mirror image, mean over the lines, and with each
+        line weighted by ``|Y_ij|² / |Y_ii Y_jj|``, so that lines of nothing but noise do not count:
+        1 is perfect, 0.5 what two unrelated functions have, 0 opposite sign [1].
+    size : array, shape (n, n) — root of the mean of that weight: how much the entry matters [1]
     """
 
     names: tuple[str, ...]
@@ -528,17 +525,10 @@ class Passivity:
 def passivity(frf: Frf, form: FrfForm, length: float) -> Passivity:
     """Check the sign of the power at a driving point: a structure takes power and gives none.
 
-    Raises InputError: a matrix that is not square, a line at 0 Hz where it is divided by, a length
-    that is not positive, or a driving point function that is 0.
-
-    Parameters
-    ----------
-    frf : Frf
-        Functions whose output i and input i are one degree of freedom; outputs named rx ry rz
-        (mx my mz of an inverse form) are rotations.
-    form : FrfForm — motion per force, or force per motion
-    length : float
-        Characteristic length by which rotations are made comparable with translations [m].
+    Output i and input i are one degree of freedom; outputs named rx ry rz (mx my mz of an inverse
+    form) are rotations, made comparable by the characteristic length [m]. Raises InputError: a
+    matrix that is not square, a line at 0 Hz where it is divided by, a driving point function that
+    is 0.
 
     Notes
     -----

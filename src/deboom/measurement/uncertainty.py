@@ -74,14 +74,13 @@ def pivotal_interval(
 ) -> Interval:
     """Return the interval of the truth behind a measured value.
 
-    Raises InputError: too few draws, shapes that differ, values that are not finite, a coverage
-    outside of ]0, 1[.
+    Raises InputError: fewer than `LEAST_DRAWS` draws, shapes that differ, values that are not
+    finite, a coverage outside of ]0, 1[.
 
     Parameters
     ----------
     value : array_like, shape (...) — value from the data as measured [unit]
-    again : array_like, shape (n_draws, ...)
-        Values from data that were measured again by drawing their errors [unit].
+    again : array_like, shape (n_draws, ...) — values from data with their errors drawn again [unit]
     coverage : float — coverage between 0 and 1 [1]
 
     Notes

@@ -264,11 +264,6 @@ def virtual_point(geometry: ChannelGeometry) -> VirtualPoint:
     Raises InputError: channels that do not determine every motion: fewer than three triaxial
     sensors, sensors on one line, too many channels switched off.
 
-    Parameters
-    ----------
-    geometry : ChannelGeometry
-        Sensors (`sensor_geometry`) or points of excitation (`impact_geometry`).
-
     Notes
     -----
     ``V⁺ = (Vᵀ V)⁻¹ Vᵀ`` (thesis, eq. 27), computed by QR with scaled columns: the normal equations

@@ -76,7 +76,7 @@ def stiffness_h2(force: npt.ArrayLike, displacement: npt.ArrayLike) -> ComplexAr
 def stiffness_hv(
     force: npt.ArrayLike, displacement: npt.ArrayLike, noise_ratio: npt.ArrayLike
 ) -> ComplexArray:
-    """Return the dynamic stiffness over repeats with noise in both: the default.
+    """Return the dynamic stiffness over repeats with noise in both: the default [N/m].
 
     Raises InputError: shapes that differ, a noise ratio that is not positive and finite, or force
     and displacement that have nothing in common.
@@ -88,10 +88,6 @@ def stiffness_hv(
     noise_ratio : float or array, shape (...)
         Standard deviation of the force noise over that of the displacement noise, above 0 [N/m].
         Far above |K| the result is that of `stiffness_h1`, far below that of `stiffness_h2`.
-
-    Returns
-    -------
-    array, shape (...) — dynamic stiffness [N/m]
 
     Notes
     -----

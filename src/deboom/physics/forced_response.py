@@ -126,25 +126,22 @@ def amplitude_dependent_response(
 ) -> SteadyState:
     """Return the displacement under harmonic loads when the stiffness depends on the amplitude.
 
-    Raises InputError: an option out of range, or loads that do not fit. Raises ConvergenceError: no
-    steady state within `max_iterations`, or a stiffness that is not finite; with the frequency of
-    the line.
+    Raises InputError: an option out of range, or loads that do not fit; ConvergenceError, with the
+    frequency of the line: no steady state within `max_iterations`, or a stiffness that is not
+    finite.
 
     Parameters
     ----------
     mass_matrix, force, frequency
         As for `forced_response`.
     stiffness : callable
-        Amplitudes (n_frequency, n_amplitude) [m] → complex stiffness (n_frequency, n, n)
-        [N/m, N/rad, N m/rad], each line by itself.
+        Amplitudes (n_frequency, n_amplitude) [m] → complex stiffness (n_frequency, n, n), by line.
     motion : array, shape (n_amplitude, n)
         Displacement of the body → motions whose amplitudes the stiffness depends on, such as the
         forward matrices of the mounts.
-    start : float or array, shape (n_frequency, n_amplitude)
-        Amplitudes to begin with, above 0 [m]; those of a neighbouring design are a warm start.
+    start : float or array, shape (n_frequency, n_amplitude) — amplitudes to begin with, above 0 [m]
     tolerance : float — largest change of the logarithm of an amplitude at the end [1]
-    relaxation : float
-        Share of each step that is taken, 0 to 1; below 1 calms an iteration that swings.
+    relaxation : float — share of each step, 0 to 1; below 1 calms an iteration that swings
     max_iterations : int — number of iterations after which it is given up
 
     Notes

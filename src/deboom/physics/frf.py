@@ -266,23 +266,18 @@ def cross_spectra(
 ) -> CrossSpectra:
     """Average the one-sided spectra of blocks that were sampled together.
 
-    Raises InputError: shapes that disagree, fewer than two samples, a value that is not finite, a
-    rate that is not positive, or a window of zeros.
+    ``n_sample // 2 + 1`` lines, ``rate / n_sample`` apart. Raises InputError: shapes that disagree,
+    fewer than two samples, a value that is not finite, a rate that is not positive, or a window of
+    zeros.
 
     Parameters
     ----------
-    inputs : array, shape (n_block, n_sample, n_input) — excitation, such as force [N]
-    outputs : array, shape (n_block, n_sample, n_output) — response, such as acceleration [m/s²]
+    inputs, outputs : array, shape (n_block, n_sample, n_channel) — excitation and response
     rate : float — samples per second [Hz]
-    input_window, output_window : array, shape (n_sample,), optional
-        Factors of every block; by default 1.
+    input_window, output_window : array, shape (n_sample,), optional — factors of every block
     scaling : SpectrumScaling
         Powers are divided by the mean of the product of both windows squared; energies are not, a
         window there cuts noise and not signal.
-
-    Returns
-    -------
-    CrossSpectra — ``n_sample // 2 + 1`` lines, ``rate / n_sample`` apart
 
     Notes
     -----
@@ -379,16 +374,9 @@ def effective_averages(window: npt.ArrayLike, step: int, n_block: int) -> float:
 def h1(spectra: CrossSpectra) -> ComplexArray:
     """Estimate frequency response functions for noise in the outputs, ``H = G_yx G_xx⁻¹``.
 
-    Raises InputError: a line without input, fewer averages than inputs, or inputs that depend on
-    each other.
-
-    Parameters
-    ----------
-    spectra : CrossSpectra — spectra of one input or of several that acted together
-
-    Returns
-    -------
-    array, shape (n_frequency, n_output, n_input) — functions [output unit / input unit]
+    Shape (n_frequency, n_output, n_input) [output unit / input unit], for one input or several that
+    acted together. Raises InputError: a line without input, fewer averages than inputs, or inputs
+    that depend on each other.
 
     Notes
     -----
@@ -442,10 +430,6 @@ def hv(spectra: CrossSpectra, noise_ratio: npt.ArrayLike | None = None) -> Compl
     noise_ratio : float or array, broadcastable to (n_frequency, n_output, n_input), optional
         Standard deviation of the noise of the output over that of the input [output unit / input
         unit]. By default noise is taken to be the same fraction of each channel.
-
-    Returns
-    -------
-    array, shape (n_frequency, n_output, n_input) — functions [output unit / input unit]
 
     Notes
     -----
@@ -598,31 +582,25 @@ def _coherent(values: RealArray, spectra: CrossSpectra) -> RealArray:
 
 
 def magnitude_error(coherence: npt.ArrayLike, n_averages: float, n_inputs: int = 1) -> RealArray:
-    """Return the relative standard deviation of |H| by chance.
+    """Return the relative standard deviation of |H| by chance [1].
 
+    Infinite where the coherence is 0; beyond `LARGEST_VALID_ERROR` it says "large" and no more.
     Raises InputError: a coherence outside 0 … 1, or not more averages than inputs.
 
     Parameters
     ----------
-    coherence : array, shape (...)
-        Ordinary coherence with one input, partial with several, 0 … 1 [1].
+    coherence : array, shape (...) — ordinary with one input, partial with several [1]
     n_averages : float — independent averages, above `n_inputs` [1]
     n_inputs : int — number of inputs that acted together
-
-    Returns
-    -------
-    array, shape (...)
-        Error [1]; infinite where the coherence is 0. Beyond `LARGEST_VALID_ERROR` it says "large"
-        and no more.
 
     Notes
     -----
     ``√(1 − γ²) / (|γ| √(2 n))`` with ``n = n_averages − n_inputs``. Bendat and Piersol (Random
     Data, 4th ed., eq. 9.90 and section 9.3) have one more in n; what is taken here is the standard
-    error of the least squares that H1 is, right from the third hit on, and the same with many.
-    First order in the noise; gaussian noise, independent of the input; averages that do not
-    overlap, or are counted by their worth. For H2 and Hv at high coherence. Bias is not in it:
-    noise in the input, a resolution too coarse for a resonance, nonlinearity, a second source.
+    error of the least squares that H1 is, right from the third hit on. First order in the noise;
+    gaussian noise, independent of the input; averages that do not overlap, or are counted by their
+    worth. Bias is not in it: noise in the input, a resolution too coarse for a resonance, a second
+    source.
     """
     gamma2 = _checked_coherence(coherence, n_averages, n_inputs)
     free = n_averages - n_inputs
@@ -695,14 +673,7 @@ def force_window(
 def exponential_window(
     n_sample: int, rate: float, time_constant: float, begin: float = 0.0
 ) -> RealArray:
-    """Return the window ``e^{−(t − begin)/τ}`` over the whole block.
-
-    Parameters
-    ----------
-    n_sample : int — samples of a block
-    rate : float — samples per second [Hz]
-    time_constant : float — τ, above 0, else InputError [s]
-    begin : float — time of the blow, where it is 1, from the first sample of the block [s]
+    """Return the window ``e^{−(t − begin)/τ}`` over the whole block, 1 at the time of the blow [s].
 
     Notes
     -----
@@ -710,7 +681,7 @@ def exponential_window(
     ``H(jω)``, that of a body whose every pole lies 1/τ further left. No formula brings H(jω) back
     from its values; poles that were fitted to it do come back, see `corrected_pole`. Between forms
     of such a function the factor is ``jω + 1/τ``: displacement is ``a/(jω + 1/τ)²``, not
-    ``−a/ω²``.
+    ``−a/ω²``. A time constant that is not positive raises InputError.
     """
     _check_time_constant(time_constant)
     time = np.arange(n_sample) / rate

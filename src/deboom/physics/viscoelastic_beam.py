@@ -51,21 +51,11 @@ class ViscoelasticBeam:
 
 
 def beam_stiffness(beam: ViscoelasticBeam, frequency: npt.ArrayLike) -> ComplexArray:
-    """Return the dynamic stiffness between the two ends, in the axes of the beam.
+    """Return the dynamic stiffness (n_frequency, 12, 12) between the two ends, in the beam's axes.
 
-    Raises InputError: a line at or below 0 Hz, or so high that the bending waves are shorter than
-    an eighth of the length.
-
-    Parameters
-    ----------
-    beam : ViscoelasticBeam — beam or hose
-    frequency : array, shape (n_frequency,) — lines above 0 Hz [Hz]
-
-    Returns
-    -------
-    array, shape (n_frequency, 12, 12)
-        Loads on the ends per motion of the ends; local x runs from the first end to the second;
-        symmetric [N/m, N/rad, N m/rad].
+    Loads on the ends per motion of the ends; local x runs from the first end to the second;
+    symmetric [N/m, N/rad, N m/rad]. Raises InputError: a line at or below 0 Hz, or so high that the
+    bending waves are shorter than an eighth of the length.
 
     Notes
     -----

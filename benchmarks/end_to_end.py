@@ -81,9 +81,9 @@ class _Timed(RobustResponse):
 
     watch: _Watch
 
-    def _one_design(self, *args: Any) -> Any:
+    def _statistics(self, *args: Any) -> Any:
         start = time.perf_counter()
-        found = super()._one_design(*args)
+        found = super()._statistics(*args)
         self.watch.evaluation(start)
         return found
 

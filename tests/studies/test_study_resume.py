@@ -178,7 +178,7 @@ def test_another_option_input_version_or_text_is_refused_by_name(
     (folder / "run.json").write_text(json.dumps({**record, "arguments": {"seed": 2, "old": 1}}))
     refused(cli, folder, "options that this study does not take")
     (folder / "run.json").write_text("{")
-    refused(cli, folder, "run.json cannot be read")
+    refused(cli, folder, "run.json is not JSON")
 
 
 def test_a_run_that_is_not_there(cli, tmp_path):

@@ -10,6 +10,7 @@ import time
 from collections.abc import Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, replace
+from functools import partial
 from multiprocessing import get_context
 
 import numpy as np
@@ -167,6 +168,8 @@ def largest_box(
     that the verification's bound needs.
     """
     checked_seed(seed)
+    if workers < 1:
+        raise InputError(f"{workers} workers cannot compute anything: take a whole number from 1")
     effort, say = effort or BoxEffort(), progress or (lambda *_: None)
     began = time.perf_counter()
     size = len(question.names)
@@ -177,8 +180,13 @@ def largest_box(
     few = search[: effort.coarse[0][1]]
     shares = [(x, question.share) for x in designs] + [(designs[0], _OUTSIDE * question.share)]
     begins = [_box_around(question, x, _largest_size(question, x, few, part)) for x, part in shares]
-    tasks = [_Coarse(question, effort, search, sample, begin) for begin in (*begins, *boxes)]
-    ends = _all(tasks, workers)
+    begins += boxes
+    coarse = partial(_coarse, question, effort, search, sample)
+    if workers == 1:
+        ends = [coarse(begin) for begin in begins]
+    else:
+        with ProcessPoolExecutor(min(workers, len(begins)), get_context("spawn")) as pool:
+            ends = list(pool.map(coarse, begins))
     say(1, 4, f"{len(ends)} starts")
     volumes = np.array([volume for _, volume in ends])
     if np.isneginf(volumes.max()):
@@ -309,41 +317,19 @@ def _largest_size(question: BoxQuestion, design: RealArray, unit: RealArray, sha
     return good
 
 
-@dataclass(frozen=True, eq=False)
-class _Coarse:
-    """The coarse stages of one start; a process can carry it."""
+def _coarse(
+    question: BoxQuestion, effort: BoxEffort, search: RealArray, sample: RealArray, begin: Box
+) -> tuple[Box, float]:
+    """Return the sized box of the coarse stages of one start, and its volume, as `_sized`.
 
-    question: BoxQuestion
-    effort: BoxEffort
-    search: RealArray
-    sample: RealArray
-    begin: Box
-
-    def __call__(self) -> tuple[Box, float]:
-        """Return the box, sized to the stated share, and its volume; -inf if it has not got it.
-
-        The first box itself stays where the stages lead nowhere, such as at the edge of what could
-        be computed, which has no slope.
-        """
-        box, share = self.begin, self.question.share
-        for softness, n_parts in self.effort.coarse:
-            unit = self.search[:n_parts]
-            box = _stage(self.question, box, unit, softness, self.effort.steps, share)
-        sized = _sized(self.question, box, self.sample)
-        return sized if sized[1] > -np.inf else _sized(self.question, self.begin, self.sample)
-
-
-def _all(tasks: Sequence[_Coarse], workers: int) -> list[tuple[Box, float]]:
-    if workers < 1:
-        raise InputError(f"{workers} workers cannot compute anything: take a whole number from 1")
-    if workers == 1:
-        return [task() for task in tasks]
-    with ProcessPoolExecutor(min(workers, len(tasks)), get_context("spawn")) as pool:
-        return list(pool.map(_call, tasks))
-
-
-def _call(task: _Coarse) -> tuple[Box, float]:
-    return task()
+    The first box itself stays where the stages lead nowhere, such as at the edge of what could be
+    computed, which has no slope.
+    """
+    box = begin
+    for softness, n_parts in effort.coarse:
+        box = _stage(question, box, search[:n_parts], softness, effort.steps, question.share)
+    sized = _sized(question, box, sample)
+    return sized if sized[1] > -np.inf else _sized(question, begin, sample)
 
 
 def _fine(

@@ -221,12 +221,15 @@ def nsga2(
                 f"a first population of {len(first_population)} designs does not fit a search "
                 f"with a population of {population}: give as many"
             )
-    facts = {
+    facts: dict[str, Any] = {
         "seed": seed,
         "population": population,
         "variables": list(robust.space.names),
-        "first_population_sha256": _digest(first_population),
+        "first_population_sha256": None,
     }
+    if first_population is not None:
+        data = np.ascontiguousarray(first_population).tobytes()
+        facts["first_population_sha256"] = hashlib.sha256(data).hexdigest()
     begun = time.perf_counter() - _seconds_before(checkpoint, facts)
     archive = _Archive(robust, checkpoint)
     algorithm = _algorithm(robust.space, population, first_population)
@@ -240,13 +243,6 @@ def nsga2(
         if progress is not None:
             progress(len(archive.generations), generations, archive.summary())
     return archive.result(seed, time.perf_counter() - begun)
-
-
-def _digest(designs: RealArray | None) -> str | None:
-    """SHA-256 of a first population; None if the search draws its own."""
-    if designs is None:
-        return None
-    return hashlib.sha256(np.ascontiguousarray(designs).tobytes()).hexdigest()
 
 
 def _seconds_before(checkpoint: Store | None, facts: Mapping[str, Any]) -> float:

@@ -16,7 +16,7 @@ from importlib import metadata
 from multiprocessing import get_context
 from multiprocessing.reduction import ForkingPickler
 from pickle import PicklingError
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 
@@ -35,23 +35,12 @@ SAME_ON_WORKERS = ("deboom", "numpy", "scipy")
 """Packages whose versions decide the last bit of a result."""
 
 
-class Pool(Protocol):
-    """Workers that hold one robust response."""
-
-    @property
-    def n_workers(self) -> int:
-        """Number of workers now, at least 1."""
-
-    def compute(self, chunks: Sequence[RealArray]) -> list[RobustValues]:
-        """Return the values of each chunk of designs, in their order."""
-
-
 @dataclass(frozen=True, eq=False)
 class SpreadResponse:
     """A robust response that is computed by workers: the values that one process would give."""
 
     robust: Robust
-    pool: Pool
+    pool: _ProcessPool | _DaskCluster
 
     @property
     def space(self) -> DesignSpace:

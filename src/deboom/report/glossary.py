@@ -107,7 +107,7 @@ GLOSSARY: Mapping[str, str] = {
         "The share of an output's variance that a variable is behind, between 0 and 1, when all "
         "variables vary at the same time within stated ranges (Sobol index). First order: what "
         "the variable does alone. Total: that and all it does together with others; the rest is "
-        "the coupled effect. A variable whose total index is zero can be left out."
+        "the interaction. A variable whose total index is zero can be left out."
     ),
     "correlation": (
         "How far two vehicles rise and fall together when mounts change: 1 always in step, 0 not "

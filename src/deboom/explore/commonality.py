@@ -202,18 +202,20 @@ class _Known:
 
     def worst(self, count: int) -> float:
         """Least worst excess with at most so many part numbers."""
-        fitting = [one.worst for one in self.designs.values() if one.sharing.total <= count]
+        designs = self.designs.values()
+        fitting = [design.worst for design in designs if design.sharing.total <= count]
         return min(fitting, default=float("inf"))
 
     def of_count(self, count: int) -> list[SharedDesign]:
         """Designs of a count of part numbers, the best first."""
-        fitting = [one for one in self.designs.values() if one.sharing.total == count]
-        return sorted(fitting, key=lambda one: one.worst)
+        designs = self.designs.values()
+        fitting = [design for design in designs if design.sharing.total == count]
+        return sorted(fitting, key=lambda design: design.worst)
 
     def best(self) -> tuple[SharedDesign, ...]:
         """Of each count the best, where it is better than all with fewer numbers."""
         best: list[SharedDesign] = []
-        counts = sorted({one.sharing.total for one in self.designs.values()})
+        counts = sorted({design.sharing.total for design in self.designs.values()})
         for design in (self.of_count(count)[0] for count in counts):
             if not best or design.worst < best[-1].worst:
                 best.append(design)
@@ -403,9 +405,9 @@ def _constraints(
         same = units[:, np.newaxis] == units
         for vehicle, other in np.argwhere(np.triu(clash | same, 1)).tolist():
             of_part = np.arange(first, first + size)
-            here, there = (member[v * n_values + of_part] for v in (vehicle, other))
+            used, used_too = (member[v * n_values + of_part] for v in (vehicle, other))
             if clash[vehicle, other]:
-                constraints.append(LinearConstraint(wide(None, here + there, 0.0), -np.inf, 1))
+                constraints.append(LinearConstraint(wide(None, used + used_too, 0.0), -np.inf, 1))
             else:
-                constraints.append(LinearConstraint(wide(None, here - there, 0.0), 0, 0))
+                constraints.append(LinearConstraint(wide(None, used - used_too, 0.0), 0, 0))
     return constraints

@@ -405,9 +405,9 @@ def _constraints(
         same = units[:, np.newaxis] == units
         for vehicle, other in np.argwhere(np.triu(clash | same, 1)).tolist():
             of_part = np.arange(first, first + size)
-            used, used_too = (member[v * n_values + of_part] for v in (vehicle, other))
+            uses, other_uses = (member[v * n_values + of_part] for v in (vehicle, other))
             if clash[vehicle, other]:
-                constraints.append(LinearConstraint(wide(None, used + used_too, 0.0), -np.inf, 1))
+                constraints.append(LinearConstraint(wide(None, uses + other_uses, 0.0), -np.inf, 1))
             else:
-                constraints.append(LinearConstraint(wide(None, used - used_too, 0.0), 0, 0))
+                constraints.append(LinearConstraint(wide(None, uses - other_uses, 0.0), 0, 0))
     return constraints

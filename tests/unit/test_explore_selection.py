@@ -34,29 +34,19 @@ def rows(*objectives):
     )
 
 
-def test_the_knee_is_farthest_from_the_chord_towards_the_ideal():
-    assert pick(rows((0, 10), (1, 3), (5, 2), (10, 0))) == Picks(best_mean=0, best_sigma=3, knee=1)
-
-
-def test_the_knee_does_not_depend_on_units():
-    scaled = rows((0, 10e3), (1e-3, 3e3), (5e-3, 2e3), (10e-3, 0))
-    assert pick(scaled).knee == 1
-
-
-def test_picks_need_no_order_and_pass_over_failed_rows():
-    assert pick(rows(None, (10, 0), (1, 3), None, (0, 10))) == Picks(4, 1, 2)
-
-
-def test_of_equal_means_the_smaller_sigma_is_picked():
-    assert pick(rows((0, 10), (0, 9), (4, 1), (6, 1))) == Picks(1, 2, 1)
-
-
-def test_a_front_that_bulges_away_has_its_knee_at_best_mean():
-    assert pick(rows((0, 10), (6, 8), (10, 0))).knee == 0
-
-
-def test_a_single_design_is_every_pick():
-    assert pick(rows((3, 2))) == Picks(0, 0, 0)
+@pytest.mark.parametrize(
+    ("objectives", "expected"),
+    [
+        ([(0, 10), (1, 3), (5, 2), (10, 0)], Picks(best_mean=0, best_sigma=3, knee=1)),
+        ([(0, 10e3), (1e-3, 3e3), (5e-3, 2e3), (10e-3, 0)], Picks(0, 3, 1)),  # in other units
+        ([None, (10, 0), (1, 3), None, (0, 10)], Picks(4, 1, 2)),  # failures, in no order
+        ([(0, 10), (0, 9), (4, 1), (6, 1)], Picks(1, 2, 1)),  # equal means: the smaller sigma
+        ([(0, 10), (6, 8), (10, 0)], Picks(0, 2, 0)),  # bulging away: the knee is at best mean
+        ([(3, 2)], Picks(0, 0, 0)),
+    ],
+)
+def test_picks_by_hand(objectives, expected):
+    assert pick(rows(*objectives)) == expected
 
 
 def test_nothing_to_pick_is_said():

@@ -469,8 +469,8 @@ def body_record(
     acceleration = np.vstack([_channels(r, r.acceleration, body.channels) for r in runs])
     cell_force = np.vstack([_channels(r, r.cell_force, body.cell_channels) for r in runs])
     t = tolerances
-    motion_noise = (t.acceleration_own, t.acceleration_norm, t.acceleration_floor)
-    force_noise = (t.force_own, t.force_norm, t.force_floor)
+    of_motion = (t.acceleration_own, t.acceleration_norm, t.acceleration_floor)
+    of_force = (t.force_own, t.force_norm, t.force_floor)
     record = BodyRecord(
         run=np.repeat([run.name for run in runs], lines),
         load_case=np.repeat([cases.index(kind) for kind in kinds], lines),
@@ -479,16 +479,16 @@ def body_record(
         wheel_torque_noise=np.repeat([t.torque * run.total_ratio for run in runs], lines),
         static_force=np.vstack([_static_force(run, body.directions) for run in runs]),
         acceleration=acceleration,
-        acceleration_noise=_noise(acceleration, np.array(body.channel_rows) // 3, *motion_noise),
+        acceleration_noise=_noise(acceleration, np.array(body.channel_rows) // 3, *of_motion),
         cell_force=cell_force,
-        cell_noise=_noise(cell_force, np.arange(cell_force.shape[1]) // 3, *force_noise),
+        cell_noise=_noise(cell_force, np.arange(cell_force.shape[1]) // 3, *of_force),
     )
     motion_share, force_share = _least_shares(body, tolerances)
     one_group = np.zeros(len(body.channels), dtype=int)
     points = np.repeat(np.arange(len(body.points)), [3 * len(p.cells) for p in body.points])
-    noise = record.acceleration_noise
+    motion_noise = record.acceleration_noise
     _refuse_dead_channels(
-        "acceleration", body.channels, acceleration, noise, one_group, motion_share
+        "acceleration", body.channels, acceleration, motion_noise, one_group, motion_share
     )
     _refuse_dead_channels(
         "cell force", body.cell_channels, cell_force, record.cell_noise, points, force_share

@@ -27,13 +27,19 @@ from deboom.physics.dynamic_stiffness import (
 FLOOR_FACTOR = 10.0
 """A displacement is near the floor below this many standard deviations of its noise [1]."""
 
-_COLUMNS = {
-    name: "n ?"
-    for name in (
-        *("frequency", "wheel_torque", "static_force", "displacement", "force"),
-        *("displacement_noise", "force_noise", "stiffness", "confidence", "near_floor"),
-    )
-}
+_NAMES = [
+    "frequency",
+    "wheel_torque",
+    "static_force",
+    "displacement",
+    "force",
+    "displacement_noise",
+    "force_noise",
+    "stiffness",
+    "confidence",
+    "near_floor",
+]
+_COLUMNS = dict.fromkeys(_NAMES, "n ?")
 
 
 class Preload(Enum):

@@ -186,10 +186,7 @@ def overall(verdicts: Sequence[Verdict]) -> Decision:
     A bad part passes with at most the risk of one limit; a good one fails with at most the sum over
     all.
 
-    Raises
-    ------
-    InputError
-        No verdict.
+    InputError: no verdict.
     """
     decisions = {verdict.decision for verdict in verdicts}
     if not decisions:

@@ -67,18 +67,9 @@ def free_compressor(
 ) -> FreeCompressor:
     """Put together a running compressor, ``D = −ω² (M ± jJ skew(e_x))`` in the rotations.
 
-    Parameters
-    ----------
-    mass_matrix : array, shape (6, 6)
-        At the virtual point [kg, kg m, kg m²].
-    rotor_inertia : float
-        Polar moment of the rotor [kg m²].
-    sense : RotationSense
-        Sense of the rotor.
-    frequency : array, shape (f,)
-        Frequency of the rotation [Hz].
-    loads : dict of str to array, shape (f, 6)
-        Load of each case by its name [N, N m].
+    `mass_matrix` (6, 6): at the virtual point [kg, kg m, kg m²]; `rotor_inertia`: polar moment of
+    the rotor [kg m²]; `frequency` (f,): frequency of the rotation [Hz]; `loads` (f, 6): load of
+    each case by its name [N, N m].
     """
     lines = np.asarray(frequency, dtype=float)
     mass = mass_matrix + gyroscopic_mass(rotor_inertia, sense)
@@ -126,21 +117,8 @@ def measured_body(
 ) -> BodySide:
     """Return the body of a measured car where these mounts stand, and at the ends of hoses.
 
-    Parameters
-    ----------
-    car : ElectricCar
-        Measured car.
-    mounts : sequence of CompressorMount
-        Called like points of the car; loads and motions are referred to where they stand.
-    frequency : array, shape (f,)
-        Measured lines [Hz].
-    hoses : sequence of str
-        Names of hose ends.
-
-    Raises
-    ------
-    InputError
-        A line, a mount or a hose that was not measured.
+    `frequency` (f,): measured lines [Hz]. InputError: a line, a mount or a hose that was not
+    measured.
     """
     lines = np.asarray(frequency, dtype=float)
     places = {mount.name: mount.position for mount in mounts}

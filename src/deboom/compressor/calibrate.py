@@ -50,8 +50,7 @@ class SelfCalibration:
     `values` (n_parameters,): most probable parameters; `errors` (n_errors,): most probable
     placement errors; `covariance` (n_parameters + n_errors, n_parameters + n_errors): posterior,
     linearised at the solution; `reduced_chi`: root mean square of the residuals in units of their
-    noise; 1 where the model and the noise explain the measurement, above 1.5 an alarm [1];
-    `residuals` (n_frequency, n_channel, n_impact): complex, in units of the noise of one part [1].
+    noise; 1 where the model and the noise explain the measurement, above 1.5 an alarm [1].
     """
 
     parametrisation: Parametrisation
@@ -60,7 +59,6 @@ class SelfCalibration:
     errors: RealArray
     covariance: RealArray
     reduced_chi: float
-    residuals: ComplexArray
     n_evaluations: int
     converged: bool
 
@@ -143,7 +141,6 @@ def self_calibrate(
         result.x[n:],
         covariance,
         float(np.sqrt(np.mean(np.abs(residuals) ** 2) / 2)),
-        residuals,
         int(result.nfev),
         bool(result.status > 0),
     )

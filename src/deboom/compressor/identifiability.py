@@ -58,13 +58,11 @@ class NullDirection:
 class Identifiability:
     """Rank and null space of a Jacobian.
 
-    `singular_values` (n_parameters,): of the Jacobian with its columns in units of the tolerances,
-    decreasing [1]; `rank`: number of combinations that the measurement sees; `participation`
-    (n_parameters,): share of each parameter in the null space: 1 is invisible, 0 is free of it [1].
+    `rank`: number of combinations that the measurement sees; `participation` (n_parameters,): share
+    of each parameter in the null space: 1 is invisible, 0 is free of it [1].
     """
 
     names: tuple[str, ...]
-    singular_values: RealArray
     rank: int
     participation: RealArray
     null_space: tuple[NullDirection, ...]
@@ -94,7 +92,7 @@ def identifiability(
     null = right[rank:]
     participation = np.sum(null**2, axis=0)
     directions = tuple(_null_direction(names, row) for row in _sparse_rows(null))
-    return Identifiability(names, values, rank, participation, directions)
+    return Identifiability(names, rank, participation, directions)
 
 
 @dataclass(frozen=True, eq=False)
@@ -198,18 +196,9 @@ def quantity_deviations(found: SelfCalibration) -> RealArray:
 def gain_deviation(found: SelfCalibration, frequency: npt.ArrayLike) -> ComplexArray:
     """Propagate the posterior to the gain.
 
-    Parameters
-    ----------
-    found : SelfCalibration
-        Compressor with its posterior.
-    frequency : array, shape (n_frequency,)
-        Lines [Hz].
-
-    Returns
-    -------
-    array, shape (n_frequency,)
-        Standard deviation of the real part, and of the imaginary one as imaginary part, where the
-        real part is 1 at `REFERENCE_FREQUENCY` [1].
+    `frequency` (n_frequency,): lines [Hz]. Returns (n_frequency,) standard deviation of the real
+    part, and of the imaginary one as imaginary part, where the real part is 1 at
+    `REFERENCE_FREQUENCY` [1].
     """
     lines = np.asarray(frequency, dtype=float)
 

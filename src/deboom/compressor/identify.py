@@ -517,22 +517,10 @@ def frac(
 ) -> RealArray:
     """Compute the frequency response assurance criterion of each entry in a band.
 
-    Parameters
-    ----------
-    measured, identified : array, shape (n_frequency, 6, 6)
-        Inertance or apparent mass, each in its SI units.
-    frequency : array, shape (n_frequency,)
-        Lines [Hz].
-    band : (float, float)
-        From, to, both included [Hz].
+    `measured`, `identified` (n_frequency, 6, 6): inertance or apparent mass, each in its SI units;
+    `frequency` (n_frequency,): lines [Hz]; `band`: from, to, both included [Hz]. Returns (6, 6)
+    from 0 to 1, which is one curve up to a factor [1].
 
-    Returns
-    -------
-    array, shape (6, 6)
-        From 0 to 1, which is one curve up to a factor [1].
-
-    Notes
-    -----
     It stands where the thesis's figure 55b compares "eigenvectors" in 100-150 Hz, a band that has
     no modes.
     """
@@ -543,23 +531,9 @@ def frac(
 def modal_likeness(found: Identification) -> RealArray:
     """Compare measured (rows) and identified (columns) mode shapes at the accelerometers by MAC.
 
-    Parameters
-    ----------
-    found : Identification
-        Identification of the hammer test.
+    Returns (6, 6) MAC [1]. At the channels, translations and rotations have one unit. InputError: a
+    linear estimate with a negative stiffness.
 
-    Returns
-    -------
-    array, shape (6, 6)
-        MAC [1]. At the channels, translations and rotations have one unit.
-
-    Raises
-    ------
-    InputError
-        A linear estimate with a negative stiffness.
-
-    Notes
-    -----
     The measured modes are those of the linear start from the inertance as the position sheet has
     it; only the gain, whose shape a linear estimate cannot give, is the identified one.
     """
@@ -628,17 +602,7 @@ def identified_compressor(
     bands: tuple[tuple[float, float], ...],
     inputs_sha256: Mapping[str, str],
 ) -> IdentifiedCompressor:
-    """Keep what later work needs of an identification.
-
-    Parameters
-    ----------
-    found : Identification
-        Identification of the hammer test.
-    bands : tuple of (float, float)
-        Fitted bands [Hz].
-    inputs_sha256 : mapping of str to str
-        Hashes of the files of the test.
-    """
+    """Keep what later work needs of an identification."""
     calibrated = found.calibrated
     n = calibrated.values.size
     return IdentifiedCompressor(

@@ -145,20 +145,9 @@ def case_name(pressure: float) -> str:
 def source_loads(found: Sources, frequency: npt.ArrayLike) -> dict[str, ComplexArray]:
     """Compute the load of rotor and gas at any speed, pressure by pressure.
 
-    Parameters
-    ----------
-    found : Sources
-        Numbers from all speeds and pressures at once.
-    frequency : array, shape (n_frequency,)
-        Frequency of the rotation [Hz].
+    `frequency` (n_frequency,): frequency of the rotation [Hz]. Returns (n_frequency, 6) such as
+    ``7.5 bar`` → complex peak at the virtual point [N, N m].
 
-    Returns
-    -------
-    dict of str to array, shape (n_frequency, 6)
-        Such as ``7.5 bar`` → complex peak at the virtual point [N, N m].
-
-    Notes
-    -----
     Thesis, eq. 36 and 38: unbalances grow with ω² and are the same at every pressure, gas forces do
     neither.
     """

@@ -197,15 +197,7 @@ class IdenticalFit:
 
 
 def fit_identical_mounts(found: Identification, drawing: Drawing) -> IdenticalFit:
-    """Find place, tilt and stiffness of identical round mounts by self-calibration.
-
-    Parameters
-    ----------
-    found : Identification
-        Identification with any mounts, where this one starts.
-    drawing : Drawing
-        Places and tilts are counted from it.
-    """
+    """Find place, tilt and stiffness of identical round mounts by self-calibration."""
     drawn = drawing.mounts
     parametrisation = IdenticalMountParameters(drawn, found.length)
     n = len(drawn)

@@ -11,7 +11,6 @@ from deboom.vehicles.path_analysis import (
     analyse_paths,
     compare_noise_transfer,
     paths_by_axis,
-    paths_by_mount,
 )
 
 LINES = np.array([20.0, 40.0, 60.0])
@@ -55,12 +54,7 @@ def test_partial_sums_of_figure_42():
     )
 
 
-def test_groups_by_mount_and_by_axis():
-    assert paths_by_mount(PATHS) == {
-        "TSM": ("TSM x",),
-        "EnM": ("EnM x", "EnM z"),
-        "Du": ("Du left x",),
-    }
+def test_groups_by_axis():
     assert paths_by_axis(PATHS) == {"x": ("TSM x", "EnM x", "Du left x"), "z": ("EnM z",)}
 
 

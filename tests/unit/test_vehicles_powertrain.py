@@ -72,10 +72,10 @@ def test_values_are_copied_and_read_only():
     ("values", "message"),
     [
         ({"mass": 0.0}, "a mass of 0.0 kg"),
-        ({"inertia": np.eye(2)}, "inertia needs"),
+        ({"inertia": np.eye(2)}, "inertia: shape"),
         ({"inertia": -np.eye(3)}, "not symmetric and positive definite"),
         ({"inertia": np.triu(np.ones((3, 3))) + np.eye(3)}, "not symmetric"),
-        ({"centre": np.array([0.0, np.nan, 0.0])}, "centre needs"),
+        ({"centre": np.array([0.0, np.nan, 0.0])}, "centre: a number"),
         ({"mass_tolerance": -1.0}, "a tolerance is negative"),
     ],
 )

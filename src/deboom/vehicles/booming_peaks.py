@@ -92,11 +92,6 @@ class MatchedPeaks:
         return np.array([other.level - peak.level for peak, other in self.pairs])
 
     @property
-    def frequency_deviations(self) -> RealArray:
-        """Frequency of the compared peak above that of the reference, one per pair [Hz]."""
-        return np.array([other.frequency - peak.frequency for peak, other in self.pairs])
-
-    @property
     def largest_deviation(self) -> float:
         """Largest absolute level deviation of the pairs [dB].
 

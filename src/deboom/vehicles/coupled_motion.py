@@ -237,11 +237,11 @@ class CoupledMotion:
         for rows in _blocks(len(designs)):
             springs = self.springs(designs[rows])
             for body, columns in self._columns():
-                own = springs[..., columns]
-                adjoint = (own[:, np.newaxis] * body.transfer) @ body.forward
-                load = np.broadcast_to(body.load, (len(own), *body.load.shape))
+                scaled = springs[..., columns]
+                adjoint = (scaled[:, np.newaxis] * body.transfer) @ body.forward
+                load = np.broadcast_to(body.load, (len(scaled), *body.load.shape))
                 both = [load[..., np.newaxis], np.moveaxis(adjoint, 1, -1)]
-                solved = body.solve(own, squared, np.concatenate(both, axis=-1))
+                solved = body.solve(scaled, squared, np.concatenate(both, axis=-1))
                 displacement, answer = solved[..., 0], np.moveaxis(solved[..., 1:], -1, 1)
                 slope = (body.stiffness * displacement)[:, np.newaxis] * (body.transfer - answer)
                 by_spring = np.einsum("dvf,dvfi->dvi", factor[rows], slope).real

@@ -87,10 +87,10 @@ class LevelSum:
         level = np.empty((len(designs), self.scale_level.size))
         for first in range(0, len(designs), CHUNKS * lanes):
             rows = designs[first : first + CHUNKS * lanes]
-            found, trusted = self._compiled(rows, lanes)
+            summed, trusted = self._compiled(rows, lanes)
             if not trusted.all():
-                found[~trusted] = self._plain(rows[~trusted])
-            level[first : first + CHUNKS * lanes] = found
+                summed[~trusted] = self._plain(rows[~trusted])
+            level[first : first + CHUNKS * lanes] = summed
         return level
 
     def _plain(self, designs: RealArray) -> RealArray:

@@ -8,7 +8,7 @@ from enum import Enum
 
 import numpy as np
 
-from deboom.arrays import ComplexArray, RealArray
+from deboom.arrays import ComplexArray, RealArray, checked
 from deboom.errors import InputError
 from deboom.measurement.channels import Frf, Spectrum, unit_of_response
 from deboom.physics import sound_level, transfer_path
@@ -70,7 +70,7 @@ class Ranking:
     paths: tuple[RankedPath, ...]
 
 
-@dataclass(frozen=True, eq=False)
+@checked(frequency="f", contributions="f p")
 class PathAnalysis:
     """Complex contributions of all paths to the pressure at one ear.
 
@@ -90,12 +90,6 @@ class PathAnalysis:
     frequency: RealArray
     contributions: ComplexArray
     paths: tuple[str, ...]
-
-    def __post_init__(self) -> None:
-        for name in ("frequency", "contributions"):
-            array = np.array(getattr(self, name))
-            array.setflags(write=False)
-            object.__setattr__(self, name, array)
 
     @property
     def pressure(self) -> ComplexArray:
@@ -179,7 +173,9 @@ class PathAnalysis:
             )
         ]
         by_share = measure is Measure.ENERGY_SHARE
-        entries.sort(key=lambda one: one.energy_share if by_share else one.magnitude, reverse=True)
+        entries.sort(
+            key=lambda path: path.energy_share if by_share else path.magnitude, reverse=True
+        )
         return Ranking(measure, band, a_weighted, tuple(entries))
 
 
@@ -242,21 +238,12 @@ def analyse_paths(
     return PathAnalysis(ear, force.frequency, np.hstack([structure, air]), names)
 
 
-def paths_by_mount(paths: Sequence[str]) -> dict[str, tuple[str, ...]]:
-    """Group paths ``<mount> [<piece>] <axis>`` by their mount, in the order they appear."""
-    return _groups(paths, 0)
-
-
 def paths_by_axis(paths: Sequence[str]) -> dict[str, tuple[str, ...]]:
     """Group paths ``<mount> [<piece>] <axis>`` by their axis, in the order they appear."""
-    return _groups(paths, -1)
-
-
-def _groups(paths: Sequence[str], word: int) -> dict[str, tuple[str, ...]]:
     groups: dict[str, tuple[str, ...]] = {}
     for path in paths:
-        name = path.split()[word]
-        groups[name] = (*groups.get(name, ()), path)
+        axis = path.split()[-1]
+        groups[axis] = (*groups.get(axis, ()), path)
     return groups
 
 
@@ -293,7 +280,14 @@ def _contributions(transfer: Frf, source: Spectrum, what: str) -> ComplexArray:
     return transfer_path.contributions(same_order.values[:, 0, :], source.values)
 
 
-@dataclass(frozen=True, eq=False)
+@checked(
+    frequency="f",
+    corr_f="p",
+    corr_s="p",
+    level_difference="f p ?",
+    contributions="2 f p",
+    spl="2 f ?",
+)
 class TransferComparison:
     """Noise transfer functions acquired twice, such as with loudspeaker and hammer.
 
@@ -320,12 +314,6 @@ class TransferComparison:
     level_difference: RealArray
     contributions: ComplexArray
     spl: RealArray
-
-    def __post_init__(self) -> None:
-        for name in ("frequency", "corr_f", "corr_s", "level_difference", "contributions", "spl"):
-            array = np.array(getattr(self, name))
-            array.setflags(write=False)
-            object.__setattr__(self, name, array)
 
     @property
     def pressure(self) -> ComplexArray:

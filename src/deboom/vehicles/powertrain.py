@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy.interpolate import PchipInterpolator
 
-from deboom.arrays import RealArray
+from deboom.arrays import RealArray, checked
 from deboom.errors import InputError
 from deboom.measurement.campaign import StaticCurve
 from deboom.mounts.characterised_mount import CharacterisedMount
@@ -20,7 +20,7 @@ from deboom.physics import rigid_body
 from deboom.physics.rigid_body import forward_matrices
 
 
-@dataclass(frozen=True, eq=False)
+@checked(inertia="3 3", centre="3")
 class Powertrain:
     """Mass, inertia and centre of gravity with their tolerances.
 
@@ -54,12 +54,6 @@ class Powertrain:
     centre_tolerance: float = 0.0
 
     def __post_init__(self) -> None:
-        for name, shape in (("inertia", (3, 3)), ("centre", (3,))):
-            array = np.array(getattr(self, name), dtype=float)
-            if array.shape != shape or not np.isfinite(array).all():
-                raise InputError(f"powertrain: {name} needs {shape} finite numbers, not {array}")
-            array.setflags(write=False)
-            object.__setattr__(self, name, array)
         if not 0.0 < self.mass < np.inf:
             raise InputError(f"powertrain: a mass of {self.mass} kg: give more than 0 kg")
         symmetric = np.array_equal(self.inertia, self.inertia.T)
@@ -295,7 +289,7 @@ CRANKSHAFT = (0.0, 1.0, 0.0)
 """A transverse engine that drives forward is turned about +y by the reaction of its wheels."""
 
 
-@dataclass(frozen=True, eq=False)
+@checked(wheel_torque="n", deflection="n s", force="n s")
 class StaticState:
     """Static equilibrium of a powertrain over wheel torque.
 

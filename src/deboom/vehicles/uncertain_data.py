@@ -1,4 +1,13 @@
-"""Measured data with their sources of error, and draws of another measurement."""
+"""Measured data with everything that may be wrong with them, and draws of another measurement.
+
+A draw does not blur results: it measures again. Noise transfer functions, forces and motions are
+changed, and whatever is computed from data is computed from the changed ones. So vehicles, designs
+and load cases keep their correlation: a change of the level against today's design, which the
+calibration of a microphone does not touch, is known much better than the level.
+
+A source of uncertainty changes measured data as another measurement with the same equipment would
+have changed them. Its errors are independent standard-normal draws of its own.
+"""
 
 from __future__ import annotations
 
@@ -6,7 +15,6 @@ import zlib
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
-from types import MappingProxyType
 from typing import Protocol
 
 import numpy as np
@@ -18,6 +26,10 @@ from deboom.measurement.uncertainty import local_magnitude
 from deboom.mounts.mount import AXES
 from deboom.vehicles.fleet import Band, Fleet, lines_inside, refuse_doubled
 
+NEPER_PER_DB = np.log(10.0) / 20.0
+SMALLEST_SHARE = 1e-9
+"""Components of a smooth error with a smaller share of its variance are left out [1]."""
+
 
 @dataclass(frozen=True, eq=False)
 class MeasuredArrays:
@@ -25,15 +37,15 @@ class MeasuredArrays:
 
     Parameters
     ----------
-    frequency : array, shape (n_frequency,)
+    frequency : array, shape (f,)
         [Hz].
-    transfer : array, shape (n_vehicle, n_frequency, n_path)
-        Noise transfer functions [Pa/N].
-    transfer_around : array, of that shape
+    transfer : array, shape (v, f, p)
+        Noise transfer functions of p paths [Pa/N].
+    transfer_around : array, shape (v, f, p)
         Magnitude around each line, as measured, see
         `deboom.measurement.uncertainty.local_magnitude` [Pa/N].
-    displacement, force : array, shape (n_load_case, n_frequency, n_channel)
-        Of the mounts [m], [N].
+    displacement, force : array, shape (c, f, n)
+        Motion and force of n channels in c load cases [m], [N].
     paths, channels : tuple of str
         ``<mount> <axis>`` and ``<mount> [<piece>] <axis>``.
     """
@@ -52,7 +64,7 @@ class UncertaintySource(Protocol):
 
     @property
     def name(self) -> str:
-        """In a few words; unique among the sources of a study."""
+        """Name in a few words; unique among the sources of a study."""
 
     @property
     def origin(self) -> str:
@@ -68,38 +80,6 @@ class UncertaintySource(Protocol):
         """Return the data with one draw of this error."""
 
 
-def own_generator(source: UncertaintySource, seed: int, draw: int) -> np.random.Generator:
-    """Return the generator of one draw of a source; no other source changes it.
-
-    Raises
-    ------
-    InputError
-        A seed below 1, a draw below 0.
-    """
-    if seed < 1:
-        raise InputError(f"seed {seed} is refused: seeds are whole numbers from 1")
-    if draw < 0:
-        raise InputError(f"draw {draw} is refused: draws count from 0")
-    return np.random.default_rng([seed, zlib.crc32(source.name.encode()), draw])
-
-
-def complex_normals(shape: tuple[int, ...], generator: np.random.Generator) -> ComplexArray:
-    """Draw complex values of unit mean square."""
-    parts = generator.standard_normal((2, *shape))
-    return np.asarray((parts[0] + 1j * parts[1]) / np.sqrt(2.0))
-
-
-def refuse_negative(name: str, deviation: float) -> None:
-    """Raise `InputError` where a standard deviation is negative or not finite."""
-    if not (np.isfinite(deviation) and deviation >= 0):
-        raise InputError(f"{name}: a standard deviation of {deviation}: give a number from 0")
-
-
-NEPER_PER_DB = np.log(10.0) / 20.0
-SMALLEST_SHARE = 1e-9
-"""Components of a smooth error with a smaller share of its variance are left out [1]."""
-
-
 @dataclass(frozen=True)
 class TransferCalibration:
     """Level of a vehicle's noise transfer functions: microphone and source, all paths alike.
@@ -108,10 +88,6 @@ class TransferCalibration:
     ----------
     decibels : float
         Standard deviation [dB].
-    origin : str
-        Where it comes from.
-    name : str
-        Of the source.
     degrees_of_freedom : float
         Behind the standard deviation; infinite where it is stated.
     """
@@ -122,7 +98,7 @@ class TransferCalibration:
     degrees_of_freedom: float = np.inf
 
     def __post_init__(self) -> None:
-        refuse_negative(self.name, self.decibels)
+        _refuse_negative(self.name, self.decibels)
 
     @property
     def size(self) -> str:
@@ -147,13 +123,9 @@ class TransferPaths:
     ----------
     relative : float
         Root mean square of the complex error over the magnitude around the line, in the phase of
-        the function, see `deboom.measurement.uncertainty.local_magnitude` [1].
+        the function [1].
     length : float
         Correlation length over frequency [Hz].
-    origin : str
-        Where they come from.
-    name : str
-        Of the source.
     degrees_of_freedom : float
         Behind the root mean square; infinite where it is stated.
     """
@@ -165,7 +137,7 @@ class TransferPaths:
     degrees_of_freedom: float = np.inf
 
     def __post_init__(self) -> None:
-        refuse_negative(self.name, self.relative)
+        _refuse_negative(self.name, self.relative)
         smooth_basis(np.zeros(1), self.length)
 
     @property
@@ -179,7 +151,7 @@ class TransferPaths:
         """Return the data with one draw of this error."""
         basis = _kept_basis(data.frequency.tobytes(), self.length)
         n_vehicle, _, n_path = data.transfer.shape
-        normals = complex_normals((n_vehicle, basis.shape[1], n_path), generator)
+        normals = _complex_normals((n_vehicle, basis.shape[1], n_path), generator)
         error = self.relative * _scale(self.degrees_of_freedom, generator) * (basis @ normals)
         around, size = data.transfer_around, np.abs(data.transfer)
         phase = np.divide(data.transfer, size, out=np.ones_like(data.transfer), where=size > 0)
@@ -196,10 +168,6 @@ class TransferBody:
         Root mean square of the complex error [1].
     length : float
         Correlation length over frequency, about the width of a resonance [Hz].
-    origin : str
-        Where they come from.
-    name : str
-        Of the source.
     """
 
     relative: float
@@ -208,7 +176,7 @@ class TransferBody:
     name: str = "body of the vehicles, day by day"
 
     def __post_init__(self) -> None:
-        refuse_negative(self.name, self.relative)
+        _refuse_negative(self.name, self.relative)
         smooth_basis(np.zeros(1), self.length)
 
     @property
@@ -221,7 +189,7 @@ class TransferBody:
     ) -> MeasuredArrays:
         """Return the data with one draw of this error."""
         basis = _kept_basis(data.frequency.tobytes(), self.length)
-        normals = complex_normals((len(data.transfer), basis.shape[1], 1), generator)
+        normals = _complex_normals((len(data.transfer), basis.shape[1], 1), generator)
         factor = np.exp(self.relative * (basis @ normals))
         return replace(data, transfer=data.transfer * factor)
 
@@ -233,9 +201,7 @@ class TransferFloor:
     Parameters
     ----------
     floor : float
-        Of the real and of the imaginary part [Pa/N].
-    origin : str
-        Where it comes from.
+        Standard deviation of the real and of the imaginary part [Pa/N].
     """
 
     floor: float
@@ -243,7 +209,7 @@ class TransferFloor:
     name: str = "noise floor of the transfer functions"
 
     def __post_init__(self) -> None:
-        refuse_negative(self.name, self.floor)
+        _refuse_negative(self.name, self.floor)
 
     @property
     def size(self) -> str:
@@ -254,54 +220,8 @@ class TransferFloor:
         self, data: MeasuredArrays, generator: np.random.Generator
     ) -> MeasuredArrays:
         """Return the data with one draw of this error."""
-        noise = np.sqrt(2.0) * self.floor * complex_normals(data.transfer.shape, generator)
+        noise = np.sqrt(2.0) * self.floor * _complex_normals(data.transfer.shape, generator)
         return replace(data, transfer=data.transfer + noise)
-
-
-def smooth_basis(frequency: RealArray, length: float) -> RealArray:
-    """Return the functions that a smooth random error of unit variance is made of.
-
-    Parameters
-    ----------
-    frequency : array, shape (n_frequency,)
-        [Hz].
-    length : float
-        Correlation length, above 0 [Hz].
-
-    Returns
-    -------
-    array, shape (n_frequency, n)
-        ``B``: the error ``B z`` of standard normals z has the correlation
-        ``exp(-(Δf/length)²/2)`` between lines.
-
-    Raises
-    ------
-    InputError
-        A length that is not positive and finite.
-
-    Notes
-    -----
-    Karhunen-Loève expansion on the lines: the eigenvectors of the correlation matrix times the
-    roots of their eigenvalues, without those that carry no variance.
-    """
-    if not (np.isfinite(length) and length > 0):
-        raise InputError(f"a correlation length of {length} Hz: give one above 0")
-    distance = (frequency[:, np.newaxis] - frequency) / length
-    values, vectors = np.linalg.eigh(np.exp(-(distance**2) / 2.0))
-    kept = values > SMALLEST_SHARE * frequency.size
-    return np.asarray(vectors[:, kept] * np.sqrt(values[kept]))
-
-
-@lru_cache(maxsize=16)
-def _kept_basis(frequency: bytes, length: float) -> RealArray:
-    return smooth_basis(np.frombuffer(frequency), length)
-
-
-def _scale(degrees_of_freedom: float, generator: np.random.Generator) -> float:
-    """Draw the true standard deviation over one that was estimated: errors follow Student's t."""
-    if np.isinf(degrees_of_freedom):
-        return 1.0
-    return float(np.sqrt(degrees_of_freedom / generator.chisquare(degrees_of_freedom)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -318,12 +238,8 @@ class StiffnessError:
     channels : mapping of str to tuple of str
         Direction → channels of its pieces.
     loss_factor : float
-        Of the mounts: Re K and Im K err alike by the magnitude, and independently by as much, so
-        the phase of K by ``√2`` loss factor times the magnitude's [1].
-    origin : str
-        Where they come from.
-    name : str
-        Of this share of the budget.
+        Loss factor of the mounts: Re K and Im K err alike by the magnitude, and independently by as
+        much, so the phase of K by ``√2`` loss factor times the magnitude's [1].
     """
 
     magnitude: Mapping[str, float]
@@ -334,10 +250,8 @@ class StiffnessError:
 
     def __post_init__(self) -> None:
         for direction, deviation in self.magnitude.items():
-            refuse_negative(f"{self.name}, {direction}", deviation)
-        refuse_negative("loss factor", self.loss_factor)
-        for name in ("magnitude", "channels"):
-            object.__setattr__(self, name, MappingProxyType(dict(getattr(self, name))))
+            _refuse_negative(f"{self.name}, {direction}", deviation)
+        _refuse_negative("loss factor", self.loss_factor)
 
     @property
     def size(self) -> str:
@@ -352,8 +266,8 @@ class StiffnessError:
         gain = np.ones(len(data.channels), dtype=complex)
         for direction, deviation in self.magnitude.items():
             along, across = generator.standard_normal(2)
-            own = np.isin(data.channels, self.channels[direction])
-            gain[own] = np.exp(deviation * (along + turn * across))
+            at = np.isin(data.channels, self.channels[direction])
+            gain[at] = np.exp(deviation * (along + turn * across))
         return replace(data, force=data.force * gain)
 
 
@@ -366,11 +280,9 @@ class ForceCells:
     gain : mapping of str to float
         Point ``<mount> [<piece>]`` → standard deviation of each axis' gain [1].
     angle : mapping of str to float
-        Point → of the shaker that calibrates its cell, per pair of axes [rad].
+        Point → angle of the shaker that calibrates its cell, per pair of axes [rad].
     channels : tuple of str
-        That err; the others only leak.
-    origin : str
-        Where they come from.
+        Channels that err; the others only leak.
     """
 
     gain: Mapping[str, float]
@@ -380,13 +292,13 @@ class ForceCells:
     name: str = "force cells and shaker"
 
     def __post_init__(self) -> None:
-        _check_points(self, "gain", "angle")
+        _check_points(self.name, gain=self.gain, angle=self.angle)
 
     @property
     def size(self) -> str:
         """Standard deviation in words."""
-        angles = {point: np.rad2deg(angle) for point, angle in self.angle.items()}
-        return f"gain {_range_of(self.gain)}, shaker up to {max(angles.values(), default=0):.2g}°"
+        largest = np.rad2deg(max(self.angle.values(), default=0.0))
+        return f"gain {_range_of(self.gain)}, shaker up to {largest:.2g}°"
 
     def measured_again(
         self, data: MeasuredArrays, generator: np.random.Generator
@@ -406,9 +318,7 @@ class MotionError:
         Point ``<mount> [<piece>]`` → standard deviation of each axis' gain, and of what each other
         axis leaks into it [1].
     surface_channels : tuple of str
-        Whose force is stiffness times motion; measured forces stay.
-    origin : str
-        Where they come from.
+        Channels whose force is stiffness times motion; measured forces stay.
     """
 
     gain: Mapping[str, float]
@@ -418,7 +328,7 @@ class MotionError:
     name: str = "motion in the runs"
 
     def __post_init__(self) -> None:
-        _check_points(self, "gain", "leakage")
+        _check_points(self.name, gain=self.gain, leakage=self.leakage)
 
     @property
     def size(self) -> str:
@@ -449,8 +359,6 @@ class RunNoise:
     ----------
     relative : float
         Root mean square of the complex error [1].
-    origin : str
-        Where it comes from.
     """
 
     relative: float
@@ -458,7 +366,7 @@ class RunNoise:
     name: str = "noise of the runs"
 
     def __post_init__(self) -> None:
-        refuse_negative(self.name, self.relative)
+        _refuse_negative(self.name, self.relative)
 
     @property
     def size(self) -> str:
@@ -469,47 +377,8 @@ class RunNoise:
         self, data: MeasuredArrays, generator: np.random.Generator
     ) -> MeasuredArrays:
         """Return the data with one draw of this error."""
-        noise = self.relative * complex_normals(data.force.shape, generator)
+        noise = self.relative * _complex_normals(data.force.shape, generator)
         return replace(data, force=data.force * (1.0 + noise))
-
-
-def point_of(channel: str) -> str:
-    """Return ``<mount> [<piece>]`` of a channel."""
-    return channel.rpartition(" ")[0]
-
-
-def _mixing(
-    channels: Sequence[str],
-    erring: Sequence[str],
-    gain: Mapping[str, float],
-    leakage: Mapping[str, float],
-    generator: np.random.Generator,
-) -> RealArray:
-    """Draw what each channel gets of itself and of the other axes of its point, beyond itself."""
-    matrix = np.zeros((len(channels), len(channels)))
-    normals = generator.standard_normal((len(channels), len(AXES)))
-    for row, channel in enumerate(channels):
-        point = point_of(channel)
-        for column, other in enumerate(channels):
-            if channel in erring and point_of(other) == point:
-                deviation = (gain if row == column else leakage).get(point, 0.0)
-                matrix[row, column] = deviation * normals[row, AXES.index(other[-1])]
-    return matrix
-
-
-def _check_points(source: ForceCells | MotionError, *names: str) -> None:
-    for name in names:
-        of_points = dict(getattr(source, name))
-        for point, deviation in of_points.items():
-            refuse_negative(f"{source.name}, {name} of {point}", deviation)
-        object.__setattr__(source, name, MappingProxyType(of_points))
-
-
-def _range_of(deviations: Mapping[str, float]) -> str:
-    if not deviations:
-        return "none"
-    low, high = 100 * min(deviations.values()), 100 * max(deviations.values())
-    return f"{low:.2g} %" if low == high else f"{low:.2g} to {high:.2g} %"
 
 
 @dataclass(frozen=True, eq=False)
@@ -630,8 +499,10 @@ class UncertainData:
     def _of(self, data: MeasuredArrays) -> tuple[Fleet, tuple[LoadCase, ...]]:
         vehicles = []
         for vehicle, values in zip(self.fleet.vehicles, data.transfer, strict=True):
-            own = vehicle.noise_transfer
-            frf = Frf(data.frequency, values[:, np.newaxis], own.outputs, data.paths, own.unit)
+            before = vehicle.noise_transfer
+            frf = Frf(
+                data.frequency, values[:, np.newaxis], before.outputs, data.paths, before.unit
+            )
             vehicles.append(replace(vehicle, noise_transfer=frf))
         first = self.load_cases[0]
         inside = lines_inside(first.force.frequency, self.band, f"load case {first.name}")
@@ -647,3 +518,108 @@ class UncertainData:
             )
         ]
         return Fleet(tuple(vehicles)), tuple(cases)
+
+
+def smooth_basis(frequency: RealArray, length: float) -> RealArray:
+    """Return the functions that a smooth random error of unit variance is made of.
+
+    Parameters
+    ----------
+    frequency : array, shape (f,)
+        [Hz].
+    length : float
+        Correlation length, above 0 [Hz].
+
+    Returns
+    -------
+    array, shape (f, n)
+        ``B``: the error ``B z`` of standard normals z has the correlation
+        ``exp(-(Δf/length)²/2)`` between lines.
+
+    Raises
+    ------
+    InputError
+        A length that is not positive and finite.
+
+    Notes
+    -----
+    Karhunen-Loève expansion on the lines: the eigenvectors of the correlation matrix times the
+    roots of their eigenvalues, without those that carry no variance.
+    """
+    if not (np.isfinite(length) and length > 0):
+        raise InputError(f"a correlation length of {length} Hz: give one above 0")
+    distance = (frequency[:, np.newaxis] - frequency) / length
+    values, vectors = np.linalg.eigh(np.exp(-(distance**2) / 2.0))
+    kept = values > SMALLEST_SHARE * frequency.size
+    return np.asarray(vectors[:, kept] * np.sqrt(values[kept]))
+
+
+def own_generator(source: UncertaintySource, seed: int, draw: int) -> np.random.Generator:
+    """Return the generator of one draw of a source; no other source changes it.
+
+    Raises
+    ------
+    InputError
+        A seed below 1, a draw below 0.
+    """
+    if seed < 1:
+        raise InputError(f"seed {seed} is refused: seeds are whole numbers from 1")
+    if draw < 0:
+        raise InputError(f"draw {draw} is refused: draws count from 0")
+    return np.random.default_rng([seed, zlib.crc32(source.name.encode()), draw])
+
+
+@lru_cache(maxsize=16)
+def _kept_basis(frequency: bytes, length: float) -> RealArray:
+    return smooth_basis(np.frombuffer(frequency), length)
+
+
+def _complex_normals(shape: tuple[int, ...], generator: np.random.Generator) -> ComplexArray:
+    """Draw complex values of unit mean square."""
+    parts = generator.standard_normal((2, *shape))
+    return np.asarray((parts[0] + 1j * parts[1]) / np.sqrt(2.0))
+
+
+def _scale(degrees_of_freedom: float, generator: np.random.Generator) -> float:
+    """Draw the true standard deviation over one that was estimated: errors follow Student's t."""
+    if np.isinf(degrees_of_freedom):
+        return 1.0
+    return float(np.sqrt(degrees_of_freedom / generator.chisquare(degrees_of_freedom)))
+
+
+def _mixing(
+    channels: Sequence[str],
+    erring: Sequence[str],
+    gain: Mapping[str, float],
+    leakage: Mapping[str, float],
+    generator: np.random.Generator,
+) -> RealArray:
+    """Draw what each channel gets of itself and of the other axes of its point, beyond itself."""
+    matrix = np.zeros((len(channels), len(channels)))
+    normals = generator.standard_normal((len(channels), len(AXES)))
+    points = [channel.rpartition(" ")[0] for channel in channels]
+    for row, channel in enumerate(channels):
+        for column, other in enumerate(channels):
+            if channel in erring and points[column] == points[row]:
+                deviation = (gain if row == column else leakage).get(points[row], 0.0)
+                matrix[row, column] = deviation * normals[row, AXES.index(other[-1])]
+    return matrix
+
+
+def _refuse_negative(name: str, deviation: float) -> None:
+    """Raise `InputError` where a standard deviation is negative or not finite."""
+    if not (np.isfinite(deviation) and deviation >= 0):
+        raise InputError(f"{name}: a standard deviation of {deviation}: give a number from 0")
+
+
+def _check_points(source: str, **deviations: Mapping[str, float]) -> None:
+    for name, of_points in deviations.items():
+        for point, deviation in of_points.items():
+            _refuse_negative(f"{source}, {name} of {point}", deviation)
+
+
+def _range_of(deviations: Mapping[str, float]) -> str:
+    if not deviations:
+        return "none"
+    low, high = 100 * min(deviations.values()), 100 * max(deviations.values())
+    return f"{low:.2g} %" if low == high else f"{low:.2g} to {high:.2g} %"

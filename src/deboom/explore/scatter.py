@@ -424,7 +424,9 @@ def fewest_pieces(n_axes: int) -> int:
 def predicted_pieces(
     measured: npt.ArrayLike, n_processes: int, n_pieces: int, *, seed: int
 ) -> RealArray:
-    """Draw (n_processes, n_pieces, k) of processes that measured pieces (n, k) may come from.
+    """Draw pieces of processes that the measured pieces, (n, k), may have come from.
+
+    There are `n_processes` means and covariances with `n_pieces` each: (n_processes, n_pieces, k).
 
     Raises
     ------

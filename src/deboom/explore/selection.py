@@ -109,7 +109,9 @@ def at_nominal(designs: RealArray, space: DesignSpace, variables: Sequence[str])
 def indifference_intervals(
     robust: Robust, design: RealArray, change: float, n_points: int = 21
 ) -> tuple[RealArray, RealArray]:
-    """Return how far, (k,) and (k,), each variable may move alone before the mean moves noticeably.
+    """Return how far each variable may move alone before the mean moves noticeably.
+
+    The lower and upper ends of the interval around the design have shape (k,) [units of the space].
 
     Parameters
     ----------

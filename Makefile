@@ -3,12 +3,16 @@
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
+STUDY := $(VENV)/.study
 READY := $(VENV)/.ready
-EXTRAS := fast,cluster,modal,postgres,dev
+INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt
+PYTHON_IS := import sys; print(sys.base_prefix, sys.version)
+PYTHON_MUST_BE := import sys; sys.version_info >= (3, 11) or sys.exit('deboom needs Python 3.11 or \
+newer, $(PYTHON) is ' + sys.version.split()[0] + ': name another one, such as PYTHON=python3.12')
 
-.PHONY: study test coverage lint bench size same validate pictures constraints clean
+.PHONY: study test coverage lint bench size same validate pictures constraints clean FORCE
 
-study: $(READY)
+study: $(STUDY)
 	$(BIN)/deboom run studies/u06_platform.py
 
 test: export OPENBLAS_NUM_THREADS := 1
@@ -48,7 +52,17 @@ constraints: $(READY)
 clean:
 	rm -rf $(VENV) build dist .pytest_cache .mypy_cache .ruff_cache .coverage
 
-$(READY): pyproject.toml constraints.txt
-	$(PYTHON) -m venv $(VENV)
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e ".[$(EXTRAS)]"
-	$(BIN)/python -c "import pathlib; pathlib.Path('$(READY)').touch()"
+# Another PYTHON makes the environment anew; one that is too old is named first. A study needs less
+# than the tests.
+$(VENV)/.python: FORCE
+	@$(PYTHON) -c "$(PYTHON_MUST_BE)"
+	@$(PYTHON) -c "$(PYTHON_IS)" | cmp -s - $@ || { rm -rf $(VENV) && $(PYTHON) -m venv $(VENV) && \
+		$(PYTHON) -c "$(PYTHON_IS)" > $@; }
+
+$(STUDY): $(VENV)/.python pyproject.toml constraints.txt
+	$(INSTALL) -e ".[fast]"
+	@touch $@
+
+$(READY): $(STUDY)
+	$(INSTALL) -e ".[fast,cluster,modal,postgres,dev]"
+	@touch $@

@@ -1,3 +1,13 @@
-"""deboom takes the booming noise (15-140 Hz) out of vehicles."""
+"""deboom takes the booming noise (15-140 Hz) out of vehicles.
 
-__version__ = "0.1.0"
+`import deboom` offers the names that ``__init__.pyi`` lists; each is loaded when it is first used.
+Everything else is found in the rooms: `deboom.physics`, `measurement`, `mounts`, `vehicles`,
+`compressor`, `explore`, `files`, `plot`, `report`, `study` and, for a virtual laboratory with known
+truth, `bench`.
+"""
+
+import lazy_loader
+
+__version__ = "0.2.0"
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -224,7 +224,7 @@ def sobol_designs(
     _check_base(n_base)
     with _nothing_global():
         designs = sobol.sample(
-            _problem(inputs), n_base, calc_second_order=second_order, seed=checked_seed(seed)
+            salib_problem(inputs), n_base, calc_second_order=second_order, seed=checked_seed(seed)
         )
     return np.asarray(designs)
 
@@ -375,7 +375,7 @@ def morris_designs(inputs: SensitivityInputs, n_trajectories: int, *, seed: int)
         raise InputError(f"{n_trajectories} paths of Morris's method: take at least 2, better 50")
     with _nothing_global():
         designs = morris.sample(
-            _problem(inputs), n_trajectories, num_levels=LEVELS, seed=checked_seed(seed)
+            salib_problem(inputs), n_trajectories, num_levels=LEVELS, seed=checked_seed(seed)
         )
     return np.asarray(designs)
 
@@ -417,7 +417,7 @@ def morris_analysis(
 
     def analyse(column: RealArray) -> list[RealArray]:
         result = morris.analyze(
-            _problem(inputs),
+            salib_problem(inputs),
             designs,
             column,
             num_levels=LEVELS,
@@ -452,14 +452,14 @@ def pawn_analysis(
     _check_designs(inputs, designs, array)
 
     def analyse(column: RealArray) -> list[RealArray]:
-        result = pawn.analyze(_problem(inputs), designs, column)
+        result = pawn.analyze(salib_problem(inputs), designs, column)
         return [np.asarray(result["median"], dtype=float)]
 
     return PawnIndices(inputs.factors, names, *_by_output(analyse, array))
 
 
-def _problem(inputs: SensitivityInputs) -> dict[str, Any]:
-    """Return what SALib wants to know, afresh: it writes into it, and some names it refuses."""
+def salib_problem(inputs: SensitivityInputs) -> dict[str, Any]:
+    """Return SALib's problem dictionary, afresh: SALib writes into it, and refuses some names."""
     problem: dict[str, Any] = {
         "num_vars": inputs.n_variables,
         "names": [f"x{place}" for place in range(inputs.n_variables)],

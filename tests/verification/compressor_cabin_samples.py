@@ -24,7 +24,7 @@ CASES = {"7.5 bar": 1.0, "13.5 bar": 1.6}
 
 
 @cache
-def there():
+def bench_operation():
     """Compressor, hoses and source of the bench."""
     return operation(1, CalibrationLevel.C2, CAR_PLAN)
 
@@ -35,7 +35,7 @@ def cars():
 
 
 def mounts():
-    compressor = there().laboratory.compressor
+    compressor = bench_operation().laboratory.compressor
     rows = zip(
         MOUNTS,
         compressor.positions,
@@ -47,7 +47,7 @@ def mounts():
 
 
 def running():
-    compressor, source = there().laboratory.compressor, there().source
+    compressor, source = bench_operation().laboratory.compressor, bench_operation().source
     return free_compressor(
         compressor.mass_matrix,
         source.rotor_inertia,
@@ -85,7 +85,7 @@ def matrices_of(hoses):
 
 def index_of(*, with_hoses=False, rigid=False, identical=False, places=True, weights=(1.0, 3.0)):
     """Index of all frozen cars."""
-    compressor = there().laboratory.compressor
+    compressor = bench_operation().laboratory.compressor
     hoses = matrices_of(compressor.hoses) if with_hoses else None
     bodies = [body_of(car, with_hoses=with_hoses) for car in cars()]
     return CabinIndex(

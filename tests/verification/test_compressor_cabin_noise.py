@@ -8,13 +8,13 @@ import pytest
 from compressor_cabin_samples import (
     CASES,
     LINES,
+    bench_operation,
     body_of,
     cars,
     index_of,
     mounts,
     running,
     some_designs,
-    there,
 )
 from threadpoolctl import threadpool_limits
 
@@ -253,14 +253,16 @@ def test_a_sweep_that_does_not_fit_is_refused(running_1):
 @pytest.mark.parametrize("with_hoses", [False, True])
 def test_any_mounts_sound_as_in_the_coupled_bench(with_hoses):
     index = index_of(with_hoses=with_hoses, places=False)
-    compressor = there().laboratory.compressor
+    compressor = bench_operation().laboratory.compressor
     designs = some_designs(index, 20, seed=1)
     stiffness = index.variables.factors(designs).reshape(-1, 3, 3) * compressor.stiffness
     hoses = compressor.hoses if with_hoses else ()
     for case, gas in CASES.items():
         exact = np.stack(
             [
-                design_pressure(car, compressor, there().source, LINES, stiffness, hoses, gas)
+                design_pressure(
+                    car, compressor, bench_operation().source, LINES, stiffness, hoses, gas
+                )
                 for car in cars()
             ],
             axis=1,
@@ -306,14 +308,14 @@ def test_a_mount_that_stands_off_is_a_mount_that_stands_there():
         for number, at in enumerate(off):
             rows = slice(6 * number, 6 * number + 6)
             shift[rows, rows] = shift_matrix(-at)
-        there_body = BodySide(
+        moved_body = BodySide(
             body.name,
             LINES,
             body.points,
             shift @ body.receptance @ shift.T,
             body.transfer @ shift.T,
         )
-        seams.append(car_seam(running(), np.array([m.position for m in moved]), there_body))
+        seams.append(car_seam(running(), np.array([m.position for m in moved]), moved_body))
     plain = mount_variables(moved, identical=False, pieces=False, places=False)
     at_place = CabinIndex(plain, moved, index.gain, tuple(seams), index.weights)
     np.testing.assert_allclose(

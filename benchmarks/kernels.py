@@ -162,18 +162,31 @@ def loop(case: Case, rows: RealArray, tolerance: float | None = None) -> RealArr
             for v, values in enumerate(case.values):
                 sums[d, v] = np.sum(10 * np.log10(np.abs(values @ row) ** 2))
         return sums
+    base = case.coupled
+    powertrain, *wheel_ends = base.bodies
+    n_body, forward = powertrain.variables.size, powertrain.forward
+    squared = base.angular_frequency_squared[:, np.newaxis]
+    inertia = squared[..., np.newaxis] * powertrain.mass_matrix
+    end_inertia = squared * np.array([end.mass_matrix[0, 0] for end in wheel_ends])
+    end_load = np.hstack([np.empty((len(squared), 0)), *(end.load for end in wheel_ends)])
+    nominal, transfer, c = base.stiffness, base.transfer, case.cubic
     levels = []
     for row in rows:
-        factors = row[case.coupled.variables]
+        factors = row[base.variables]
         ratio = np.zeros(case.lowest.shape)
         for sweep in range(SWEEPS if tolerance is None else 100):
-            relative = case.relative_stiffness(ratio, np.arange(len(ratio)))
-            springs = factors * case.coupled.stiffness * relative
-            displacement = case.coupled.displacement(springs)
+            t = np.minimum(ratio, case.highest)
+            relative = c[..., 0] + t * (c[..., 1] + t * (c[..., 2] + t * c[..., 3]))
+            springs = factors * nominal * relative
+            body = springs[:, :n_body, np.newaxis] * forward
+            matrix = forward.T @ body - inertia
+            moved = np.linalg.solve(matrix, powertrain.load[..., np.newaxis])[..., 0]
+            ends = end_load / (springs[:, n_body:] - end_inertia)
+            displacement = np.hstack([moved @ forward.T, ends])
             before, ratio = ratio, np.abs(displacement) / case.amplitude
             if tolerance and sweep and np.all(np.abs(ratio - before) <= tolerance * ratio):
                 break
-        pressure = np.einsum("vfi,fi->vf", case.coupled.transfer, springs * displacement)
+        pressure = np.einsum("vfi,fi->vf", transfer, springs * displacement)
         levels.append((20 * np.log10(np.abs(pressure))).sum(axis=-1))
     return np.array(levels)
 

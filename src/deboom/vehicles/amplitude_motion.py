@@ -352,10 +352,6 @@ def amplitude_motion(
     follow : bool
         Whether stiffnesses follow the amplitude; if not, the motion is coupled only.
 
-    Returns
-    -------
-    AmplitudeMotion
-
     Raises
     ------
     InputError
@@ -478,10 +474,6 @@ def compare_starts(
     starts : sequence of float
         Amplitudes of all directions at the start [m].
 
-    Returns
-    -------
-    StartComparison
-
     Warns
     -----
     SeveralSolutionsWarning
@@ -545,10 +537,6 @@ def resolve_design(
         Surfaces of the design, by variable ``<mount> <axis>``, over wheel torque.
     wheel_torque : array, shape (f,)
         At the lines of the reference [N m].
-
-    Returns
-    -------
-    ResolvedDesign
 
     Raises
     ------

@@ -359,10 +359,6 @@ def booming_model(
     loss_factors : bool
         Whether the loss factors are variables, too.
 
-    Returns
-    -------
-    BoomingModel
-
     Raises
     ------
     InputError
@@ -422,10 +418,6 @@ def model_of_other_data(
         Mass and inertia from the data sheet.
     load_cases : sequence of LoadCase
         Other forces and motions, in the order of the model.
-
-    Returns
-    -------
-    BoomingModel
 
     Notes
     -----

@@ -232,10 +232,6 @@ def match_peaks(
     tolerance : float
         Largest distance of two peaks that are the same one [Hz].
 
-    Returns
-    -------
-    MatchedPeaks
-
     Raises
     ------
     InputError

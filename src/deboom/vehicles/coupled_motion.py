@@ -327,10 +327,6 @@ def coupled_motion(
     band : (lower, upper)
         Both edges belong to the band [Hz].
 
-    Returns
-    -------
-    CoupledMotion
-
     Raises
     ------
     InputError

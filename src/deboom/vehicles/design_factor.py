@@ -251,10 +251,6 @@ def part_ratio(
     load_case : LoadCase
         With its engine torque.
 
-    Returns
-    -------
-    PartRatio
-
     Raises
     ------
     InputError

@@ -248,10 +248,6 @@ def path_contributions(
         Split every force into its elastic part ``K' s`` and its lossy part ``j K'' s``: the columns
         of all elastic parts, then those of all lossy parts ``<mount> <axis> loss``.
 
-    Returns
-    -------
-    PathContributions
-
     Raises
     ------
     InputError

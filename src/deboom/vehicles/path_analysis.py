@@ -336,10 +336,6 @@ def compare_noise_transfer(first: Frf, second: Frf, force: Spectrum) -> Transfer
     force : Spectrum
         Per path [N].
 
-    Returns
-    -------
-    TransferComparison
-
     Raises
     ------
     InputError

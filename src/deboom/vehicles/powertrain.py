@@ -71,18 +71,7 @@ class Powertrain:
         return rigid_body.mass_matrix(self.mass, self.inertia, self.centre)
 
     def within_tolerance(self, generator: np.random.Generator) -> Powertrain:
-        """Draw a powertrain that the data sheet would also describe.
-
-        Parameters
-        ----------
-        generator : Generator
-            Draws mass, inertia and centre of gravity, uniform and independent.
-
-        Returns
-        -------
-        Powertrain
-            Without tolerances.
-        """
+        """Draw a powertrain that the data sheet would also describe, without tolerances."""
         radii = np.sqrt(np.diag(self.inertia))
         upper = np.triu(generator.uniform(-1, 1, (3, 3)))
         deviation = upper + np.triu(upper, 1).T
@@ -311,13 +300,7 @@ class StaticState:
     force: RealArray
 
     def of(self, name: str) -> RealArray:
-        """Return the static force of one direction, shape (n,) [N].
-
-        Raises
-        ------
-        InputError
-            No such direction.
-        """
+        """Return the static force of one direction, shape (n,) [N]; refuse an unknown one."""
         if name not in self.names:
             raise InputError(f"the kinematic model has no direction '{name}', use {self.names}")
         return self.force[:, self.names.index(name)]
@@ -378,27 +361,20 @@ class KinematicModel:
         return forward_matrices([r for mount in self.mounts for r in mount.positions])
 
     def with_mount_at(self, mount: str, position: tuple[float, float, float]) -> KinematicModel:
-        """Move a mount of a single piece, such as the strut from its lateral to a central place.
-
-        Parameters
-        ----------
-        mount : str
-            Which.
-        position : (x, y, z)
-            Of its virtual point [m].
+        """Move a mount of a single piece, such as the strut, to a `position` (x, y, z) [m].
 
         Raises
         ------
         InputError
             No such mount, or one of several pieces.
         """
-        if mount not in [one.name for one in self.mounts if len(one.pieces) == 1]:
+        if mount not in [known.name for known in self.mounts if len(known.pieces) == 1]:
             raise InputError(f"the kinematic model has no mount '{mount}' of a single piece")
         return replace(
             self,
             mounts=tuple(
-                replace(one, positions=(position,)) if one.name == mount else one
-                for one in self.mounts
+                replace(known, positions=(position,)) if known.name == mount else known
+                for known in self.mounts
             ),
         )
 
@@ -419,10 +395,6 @@ class KinematicModel:
         ----------
         wheel_torque : array, shape (n,)
             Engine torque times total ratio [N m].
-
-        Returns
-        -------
-        StaticState
 
         Raises
         ------

@@ -41,10 +41,17 @@ _OPTIONS: dict[str, Any] = {
     # a branch for a division by zero would keep the loops from being vectorised
     "error_model": "numpy",
     "nogil": True,
-    "cache": True,
 }
 _INLINED: dict[str, Any] = {"fastmath": _OPTIONS["fastmath"], "error_model": "numpy"}
 _helper = njit(inline="always", **_INLINED)
+
+
+def _compile(function: Callable[..., None]) -> Callable[..., None]:
+    """Compile a loop and keep it on disk where a folder can be written."""
+    try:
+        return njit(cache=True, **_OPTIONS)(function)  # type: ignore[no-any-return]
+    except RuntimeError:
+        return njit(**_OPTIONS)(function)  # type: ignore[no-any-return]
 
 
 class MotionTables(NamedTuple):
@@ -113,7 +120,7 @@ def prescribed_loop(n_variables: int) -> Callable[..., None]:
     """
     lanes = PRESCRIBED_LANES
 
-    @njit(**_OPTIONS)
+    @_compile
     def run(factors, table, products, trusted):  # type: ignore[no-untyped-def]
         n_vehicles, n_lines = table.shape[:2]
         x = np.empty((n_variables, lanes))
@@ -135,7 +142,7 @@ def prescribed_loop(n_variables: int) -> Callable[..., None]:
                             product[lane] *= p_real * p_real + p_imag * p_imag
                     _settle(product, products[chunk, vehicle, first // STORED], trusted[chunk])
 
-    return run  # type: ignore[no-any-return]
+    return run
 
 
 @lru_cache
@@ -150,8 +157,10 @@ def coupled_loop(n_mounts: int, n_end: int, n_paths: int) -> Callable[..., None]
     line takes one sweep.
     """
     lanes = COUPLED_LANES
+    # of the factory, because what is kept on disk is found by them
+    most_sweeps, calms, steps = MOST_SWEEPS, (CALM, CALMER), (LEAST_STEP, MOST_STEP)
 
-    @njit(**_OPTIONS)
+    @_compile
     def run(factors, ratio, tables, tolerance, products, trusted):  # type: ignore[no-untyped-def]
         n_lines, n_vehicles = tables.transfer_real.shape[:2]
         n_springs, n_follows = tables.variables.size, tables.follows.size
@@ -179,7 +188,7 @@ def coupled_loop(n_mounts: int, n_end: int, n_paths: int) -> Callable[..., None]
                     _multiply(ratio[chunk, line], nominal)
                 _copy(nominal, k)
                 moving[:] = 1.0
-                for sweep in range(MOST_SWEEPS):
+                for sweep in range(most_sweeps):
                     _follow(tables, line, reached, nominal, k)
                     for axis in range(3):
                         for part in range(2):
@@ -217,13 +226,13 @@ def coupled_loop(n_mounts: int, n_end: int, n_paths: int) -> Callable[..., None]
                                 u[first + s, 1, lane] = moved.imag
                     if not _compare(tables, line, u, reached, after, moving, change, tolerance):
                         break
-                    for calm in (CALM, CALMER):
+                    for calm in calms:
                         if sweep >= calm:
                             _halve(reached, after)
                     _take(reached, after, moving)
                 for lane in range(lanes):
                     trusted[chunk, lane] &= moving[lane] == 0.0
-                _foresee(reached, before)
+                _foresee(reached, before, steps)
                 _push(k, u, tables.path, force)
                 for vehicle in range(n_vehicles):
                     real = tables.transfer_real[line, vehicle]
@@ -243,7 +252,7 @@ def coupled_loop(n_mounts: int, n_end: int, n_paths: int) -> Callable[..., None]
                         _settle(product[vehicle], stored, trusted[chunk])
                     product[:] = 1.0
 
-    return run  # type: ignore[no-any-return]
+    return run
 
 
 @_helper
@@ -429,11 +438,11 @@ def _take(reached, after, moving):  # type: ignore[no-untyped-def]
 
 
 @_helper
-def _foresee(reached, before):  # type: ignore[no-untyped-def]
+def _foresee(reached, before, steps):  # type: ignore[no-untyped-def]
     """Guess the amplitudes of the next line: their last change goes on."""
     for m in range(before.shape[0]):
         for lane in range(COUPLED_LANES):
-            step = min(max(reached[m, lane] / before[m, lane], LEAST_STEP), MOST_STEP)
+            step = min(max(reached[m, lane] / before[m, lane], steps[0]), steps[1])
             before[m, lane] = reached[m, lane]
             reached[m, lane] *= step
 

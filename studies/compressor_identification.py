@@ -17,6 +17,9 @@ the measured inertance, rotations scaled by the radius of gyration); seconds (id
 compressor). Errors are left out where the truth is not known, the rank without a drawing.
 """
 
+from __future__ import annotations
+
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
@@ -24,43 +27,56 @@ from typer import Option
 
 from deboom.bench.compressor_truth import CalibrationLevel
 from deboom.compressor.identify import IdentifyOptions
+from deboom.measurement.compressor_test import InertanceTest
+from deboom.report import Report
 from deboom.study.compressor_identification import (
+    STEPS,
     Beside,
-    compressor_result,
-    identified_folder,
+    CompressorTruth,
+    identification_report,
+    identified_test,
     identified_virtual,
+    read_test,
 )
-from deboom.study.progress import progress_bar
-from deboom.study.result import StudyResult
-from deboom.study.runner import run_script
+from deboom.study.options import Seed
+from deboom.study.progress import counted, progress_bar
+from deboom.study.result import RunContext
+
+FIGURES = True
+"""Whether the report has pictures."""
 
 
-def main(
-    seed: Annotated[int, Option(help="From 1: first compressor; 1 is that of table 11.")] = 1,
-    cases: Annotated[int, Option(help="Virtual compressors; quantiles deserve twenty.")] = 4,
+@dataclass(frozen=True)
+class Options:
+    """Which compressors are identified, and what is fitted beside."""
+
+    seed: Seed = 1
+    cases: Annotated[int, Option(help="Virtual compressors; quantiles deserve twenty.")] = 4
     level: Annotated[
         CalibrationLevel, Option(help="How well sensors are calibrated and placed.")
-    ] = CalibrationLevel.C2,
-    test: Annotated[Path | None, Option(help="Folder with compressor_test.toml.")] = None,
-    identical_mounts: Annotated[bool, Option(help="All mounts are one round part.")] = False,
-    reference: Annotated[bool, Option(help="Fit the 44 numbers by SLSQP as well.")] = True,
-    figures: Annotated[bool, Option(help="Draw figures; without, tables alone.")] = True,
-) -> StudyResult:
+    ] = CalibrationLevel.C2
+    test: Annotated[Path | None, Option(help="Folder with compressor_test.toml.")] = None
+    identical_mounts: Annotated[bool, Option(help="All mounts are one round part.")] = False
+    reference: Annotated[bool, Option(help="Fit the 44 numbers by SLSQP as well.")] = True
+
+
+def prepare(options: Options) -> tuple[InertanceTest, CompressorTruth | None] | None:
+    """Read the given test; None where virtual compressors are to be measured."""
+    return None if options.test is None else read_test(options.test)
+
+
+def run(
+    given: tuple[InertanceTest, CompressorTruth | None] | None,
+    options: Options,
+    context: RunContext | None = None,  # noqa: ARG001
+) -> Report:
     """Measure, identify, compare and report."""
-    options = IdentifyOptions()
-    beside = Beside(reference=reference, identical_mounts=identical_mounts)
+    beside = Beside(reference=options.reference, identical_mounts=options.identical_mounts)
     with progress_bar("compressor identification") as progress:
-        if test is not None:
-            given = identified_folder(test, options, beside, progress)
-            files = (
-                *given.found.test.input_files,
-                *(() if given.truth is None else (given.truth.path,)),
-            )
-            return compressor_result([given], files, with_figures=figures)
-        seeds = range(seed, seed + cases)
-        done = identified_virtual(seeds, level, options, beside, progress)
-    return compressor_result(done, with_figures=figures)
-
-
-if __name__ == "__main__":
-    run_script(__file__)
+        if given is not None:
+            step = counted(progress, STEPS)
+            test = identified_test(*given, IdentifyOptions(), beside, step, options.test)
+            return identification_report([test], test.input_files, figures=FIGURES)
+        seeds = range(options.seed, options.seed + options.cases)
+        tests = identified_virtual(seeds, options.level, IdentifyOptions(), beside, progress)
+    return identification_report(tests, figures=FIGURES)

@@ -21,12 +21,16 @@ lines_in_band_percent (louder lines within the 90 % band), identical_mounts, n_a
 files to result, longest car, one processor). No keys where there is no peak.
 """
 
+from __future__ import annotations
+
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
 from typer import Option
 
 from deboom.bench.compressor_truth import CalibrationLevel
+from deboom.report import Report
 from deboom.study.compressor_noise import (
     STEPS,
     NoisePlan,
@@ -36,38 +40,48 @@ from deboom.study.compressor_noise import (
     virtual_cars,
     virtual_result,
 )
-from deboom.study.options import band_of
+from deboom.study.options import Seed, band_of
 from deboom.study.progress import counted, progress_bar
-from deboom.study.result import StudyResult
-from deboom.study.runner import run_script
+from deboom.study.result import RunContext
+
+FIGURES = True
+"""Whether the report has pictures."""
 
 
-def main(
-    seed: Annotated[int, Option(help="From 1: first laboratory.")] = 1,
-    laboratories: Annotated[int, Option(help="Virtual ones; each has its own errors.")] = 2,
-    cars: Annotated[int, Option(help="Of the frozen fleet, EV-1 to EV-5.")] = 5,
-    fleets: Annotated[int, Option(help="Drawn for the gain by hoses; it deserves 50.")] = 60,
+@dataclass(frozen=True)
+class Options:
+    """Which cars are looked at, and what is modelled of them."""
+
+    seed: Seed = 1
+    laboratories: Annotated[int, Option(help="Virtual ones; each has its own errors.")] = 2
+    cars: Annotated[int, Option(help="Of the frozen fleet, EV-1 to EV-5.")] = 5
+    fleets: Annotated[int, Option(help="Drawn for the gain by hoses; it deserves 50.")] = 60
     level: Annotated[
         CalibrationLevel, Option(help="How well sensors are calibrated and placed.")
-    ] = CalibrationLevel.C2,
-    car: Annotated[Path | None, Option(help="Folder with car.toml.")] = None,
-    band: Annotated[str, Option(help="Lines that are looked at, such as 20-140 [Hz].")] = "20-140",
-    hoses: Annotated[bool, Option(help="Identify and model standard hoses.")] = True,
-    draws: Annotated[int, Option(help="For the bands.")] = 64,
-    workers: Annotated[int, Option(help="Processes beside this one; same result.")] = 1,
-    figures: Annotated[bool, Option(help="Draw figures; without, tables alone.")] = True,
-) -> StudyResult:
+    ] = CalibrationLevel.C2
+    car: Annotated[Path | None, Option(help="Folder with car.toml.")] = None
+    band: Annotated[str, Option(help="Lines that are looked at, such as 20-140 [Hz].")] = "20-140"
+    hoses: Annotated[bool, Option(help="Identify and model standard hoses.")] = True
+    draws: Annotated[int, Option(help="For the bands.")] = 64
+    workers: Annotated[int, Option(help="Processes beside this one; same result.")] = 1
+
+
+def prepare(options: Options) -> NoisePlan:
+    """Return what is done with every car."""
+    band = band_of(options.band)
+    return NoisePlan(band=band, with_hoses=options.hoses, draws=options.draws, seed=options.seed)
+
+
+def run(plan: NoisePlan, options: Options, context: RunContext | None = None) -> Report:  # noqa: ARG001
     """Measure or read cars, synthesise, compare and report."""
-    plan = NoisePlan(band=band_of(band), with_hoses=hoses, draws=draws, seed=seed)
     with progress_bar("compressor noise") as progress:
-        if car is not None:
-            given = noise_of_car(car, plan, counted(progress, STEPS))
+        if options.car is not None:
+            given = noise_of_car(options.car, plan, counted(progress, STEPS))
             inputs = given.there.car.input_files
-            return measured_result(given, inputs=inputs, with_figures=figures)
-        seeds = range(seed, seed + laboratories)
-        found = virtual_cars(cars, seeds, level, plan, progress, workers=workers)
-        return virtual_result(found, fleet_gains(fleets), with_figures=figures)
-
-
-if __name__ == "__main__":
-    run_script(__file__)
+            return measured_result(given, inputs=inputs, with_figures=FIGURES).report()
+        seeds = range(options.seed, options.seed + options.laboratories)
+        cars = virtual_cars(
+            options.cars, seeds, options.level, plan, progress, workers=options.workers
+        )
+        gains = fleet_gains(options.fleets)
+        return virtual_result(cars, gains, with_figures=FIGURES).report()

@@ -18,6 +18,9 @@ exact_mean_change_db; sigma_bias_percent, mean_bias_db (search - verification); 
 n_evaluated, n_failed.
 """
 
+from __future__ import annotations
+
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
@@ -25,10 +28,12 @@ from typer import Option
 
 from deboom.bench.compressor_truth import CalibrationLevel
 from deboom.explore.workers import workers_for
+from deboom.report import Report
 from deboom.study.compressor_robust_front import (
     STEPS,
     FrontBudget,
     Hoses,
+    MountedFleet,
     MountQuestion,
     Parts,
     compressor_front,
@@ -38,49 +43,77 @@ from deboom.study.compressor_robust_front import (
     virtual_fleet,
     weighted_pressures,
 )
-from deboom.study.options import band_of
+from deboom.study.options import Seed, band_of
 from deboom.study.progress import counted, progress_bar
-from deboom.study.result import RunContext, StudyResult
-from deboom.study.runner import run_script
+from deboom.study.result import RunContext
+from deboom.study.search import SearchOptions
 
 
-def main(
-    seed: Annotated[int, Option(help="From 1: virtual laboratory, draws and search.")] = 1,
-    cars: Annotated[list[Path] | None, Option(help="Folder with car.toml; repeatable.")] = None,
-    fleet: Annotated[int | None, Option(help="Seed of a drawn virtual fleet.")] = None,
-    level: Annotated[CalibrationLevel, Option(help="Of the laboratory.")] = CalibrationLevel.C2,
-    parts: Annotated[Parts, Option(help="One part for all mounts, or own ones.")] = Parts.identical,
-    hoses: Annotated[Hoses, Option(help="Another path, which mounts do not change.")] = Hoses.none,
-    pressure: Annotated[list[str] | None, Option(help="BAR or BAR=WEIGHT; repeatable.")] = None,
-    band: Annotated[str, Option(help="Lines that count, LOW-HIGH [Hz].")] = "20-140",
-    line_step: Annotated[float, Option(help="Between lines [Hz].")] = 2.0,
-    reach: Annotated[float, Option(help="Stiffness factors run within 1 ± reach [1].")] = 0.4,
-    travel: Annotated[float, Option(help="Largest travel under 1 g, over today's [1].")] = 1.2,
-    tolerance: Annotated[float, Option(help="Of a piece's stiffness, 3 sigma [1].")] = 0.15,
-    batch: Annotated[float, Option(help="Share of the batch in its variance [1].")] = 0.5,
-    place_tolerance: Annotated[float, Option(help="Of coordinates, 3 sigma [mm].")] = 1.0,
-    generations: Annotated[int, Option(help="Generations of NSGA-II.")] = 20,
-    population: Annotated[int, Option(help="Designs per generation.")] = 24,
-    samples: Annotated[int, Option(help="Draws per design; a power of two.")] = 32,
-    checks: Annotated[int, Option(help="Draws of the verification.")] = 128,
-    n: Annotated[int, Option(help="Base points of Sobol; a power of two.")] = 256,
-    workers: Annotated[int, Option(help="Processes; any number gives the same front.")] = 1,
-    run: RunContext | None = None,
-) -> StudyResult:
-    """Measure or read, identify, search, verify and report."""
-    weights, edges = weighted_pressures(pressure), band_of(band)
-    numbers = (edges, line_step, weights, reach, tolerance, batch, place_tolerance)
-    question = MountQuestion(parts, hoses, *numbers)
-    budget = FrontBudget(population, generations, samples, checks, n, travel)
+@dataclass(frozen=True)
+class Options:
+    """Which cars, which mounts, what scatters, and for how long is searched."""
+
+    seed: Seed = 1
+    cars: Annotated[list[Path] | None, Option(help="Folder with car.toml; repeatable.")] = None
+    fleet: Annotated[int | None, Option(help="Seed of a drawn virtual fleet.")] = None
+    level: Annotated[CalibrationLevel, Option(help="Of the laboratory.")] = CalibrationLevel.C2
+    parts: Annotated[Parts, Option(help="One part for all mounts, or own ones.")] = Parts.identical
+    hoses: Annotated[Hoses, Option(help="Another path, which mounts do not change.")] = Hoses.none
+    pressure: Annotated[list[str] | None, Option(help="BAR or BAR=WEIGHT; repeatable.")] = None
+    band: Annotated[str, Option(help="Lines that count, LOW-HIGH [Hz].")] = "20-140"
+    line_step: Annotated[float, Option(help="Between lines [Hz].")] = 2.0
+    reach: Annotated[float, Option(help="Stiffness factors run within 1 ± reach [1].")] = 0.4
+    travel: Annotated[float, Option(help="Largest travel under 1 g, over today's [1].")] = 1.2
+    tolerance: Annotated[float, Option(help="Of a piece's stiffness, 3 sigma [1].")] = 0.15
+    batch: Annotated[float, Option(help="Share of the batch in its variance [1].")] = 0.5
+    place_tolerance: Annotated[float, Option(help="Of coordinates, 3 sigma [mm].")] = 1.0
+    search: SearchOptions = SearchOptions(generations=20, population=24)
+    samples: Annotated[int, Option(help="Draws per design; a power of two.")] = 32
+    checks: Annotated[int, Option(help="Draws of the verification.")] = 128
+    n: Annotated[int, Option(help="Base points of Sobol; a power of two.")] = 256
+
+
+def prepare(options: Options) -> MountedFleet:
+    """Measure or read the cars, identify them, and build the model of their mounts."""
+    question = MountQuestion(
+        options.parts,
+        options.hoses,
+        band_of(options.band),
+        options.line_step,
+        weighted_pressures(options.pressure),
+        options.reach,
+        options.tolerance,
+        options.batch,
+        options.place_tolerance,
+    )
     with progress_bar("compressor mounts") as bar:
         step = counted(bar, STEPS)
         step("cars")
-        measured = measured_fleet(cars) if cars else virtual_fleet(seed, level, fleet)
-        model = mounted_fleet(measured, question, step)
+        if options.cars:
+            measured = measured_fleet(options.cars)
+        else:
+            measured = virtual_fleet(options.seed, options.level, options.fleet)
+        return mounted_fleet(measured, question, step)
+
+
+def run(model: MountedFleet, options: Options, context: RunContext | None = None) -> Report:
+    """Search, verify and report."""
+    search = options.search
+    budget = FrontBudget(
+        search.population,
+        search.generations,
+        options.samples,
+        options.checks,
+        options.n,
+        options.travel,
+    )
     with progress_bar("NSGA-II") as bar:
-        found = compressor_front(model, budget, seed, bar, run, lambda r: workers_for(r, workers))
-    return compressor_front_result(found)
-
-
-if __name__ == "__main__":
-    run_script(__file__)
+        found = compressor_front(
+            model,
+            budget,
+            options.seed,
+            bar,
+            context,
+            lambda robust: workers_for(robust, search.workers, search.scheduler),
+        )
+    return compressor_front_result(found).report()

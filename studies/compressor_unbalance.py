@@ -24,6 +24,9 @@ beyond one common factor taken for noise), n_alarms, decision (with limits),
 u_stat|u_dyn_first_error_percent (of the fit, where the truth is known), seconds (files to result).
 """
 
+from __future__ import annotations
+
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
@@ -31,6 +34,7 @@ from typer import Option
 
 from deboom.bench.compressor_truth import CalibrationLevel
 from deboom.files.limits import read_component_limits
+from deboom.report import Report
 from deboom.study.compressor_unbalance import (
     STEPS,
     UnbalancePlan,
@@ -39,33 +43,49 @@ from deboom.study.compressor_unbalance import (
     virtual_result,
     virtual_runs,
 )
+from deboom.study.options import Seed
 from deboom.study.progress import counted, progress_bar
-from deboom.study.result import StudyResult
-from deboom.study.runner import run_script
+from deboom.study.result import RunContext
+
+FIGURES = True
+"""Whether the report has pictures."""
 
 
-def main(
-    seed: Annotated[int, Option(help="From 1: first compressor; 1 is that of table 11.")] = 1,
-    cases: Annotated[int, Option(help="Virtual compressors; medians deserve ten.")] = 10,
-    special: Annotated[bool, Option(help="Softening mounts and a flexible receiver too.")] = True,
+@dataclass(frozen=True)
+class Options:
+    """Which compressors run, and what they are held against."""
+
+    seed: Seed = 1
+    cases: Annotated[int, Option(help="Virtual compressors; medians deserve ten.")] = 10
+    special: Annotated[bool, Option(help="Softening mounts and a flexible receiver too.")] = True
     level: Annotated[
         CalibrationLevel, Option(help="How well sensors are calibrated and placed.")
-    ] = CalibrationLevel.C2,
-    test: Annotated[Path | None, Option(help="Folder with operation.toml.")] = None,
-    limits: Annotated[Path | None, Option(help="TOML file of limits of the part.")] = None,
-    workers: Annotated[int, Option(help="Processes beside this one; same result.")] = 2,
-    figures: Annotated[bool, Option(help="Draw figures; without, tables alone.")] = True,
-) -> StudyResult:
+    ] = CalibrationLevel.C2
+    test: Annotated[Path | None, Option(help="Folder with operation.toml.")] = None
+    limits: Annotated[Path | None, Option(help="TOML file of limits of the part.")] = None
+    workers: Annotated[int, Option(help="Processes beside this one; same result.")] = 2
+
+
+def prepare(options: Options) -> UnbalancePlan:
+    """Read the limits of the part."""
+    limits = None if options.limits is None else read_component_limits(options.limits)
+    return UnbalancePlan(limits=limits)
+
+
+def run(plan: UnbalancePlan, options: Options, context: RunContext | None = None) -> Report:  # noqa: ARG001
     """Measure, evaluate by five routes, compare and report."""
-    plan = UnbalancePlan(limits=None if limits is None else read_component_limits(limits))
     with progress_bar("compressor unbalance") as progress:
-        if test is not None:
-            given = measured_unbalance(test, plan, counted(progress, STEPS))
-            return unbalance_result(given, inputs=given.input_files, with_figures=figures)
-        seeds = range(seed, seed + cases)
-        runs = virtual_runs(seeds, level, plan, progress, workers=workers, special=special)
-    return virtual_result(runs, with_figures=figures)
-
-
-if __name__ == "__main__":
-    run_script(__file__)
+        if options.test is not None:
+            given = measured_unbalance(options.test, plan, counted(progress, STEPS))
+            inputs = given.input_files
+            return unbalance_result(given, inputs=inputs, with_figures=FIGURES).report()
+        seeds = range(options.seed, options.seed + options.cases)
+        runs = virtual_runs(
+            seeds,
+            options.level,
+            plan,
+            progress,
+            workers=options.workers,
+            special=options.special,
+        )
+    return virtual_result(runs, with_figures=FIGURES).report()

@@ -16,65 +16,86 @@ draws); next_measurement, next_narrower_percent, and with _series for any vehicl
 least_leading_share (of the directions that scatter a vehicle most).
 """
 
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 from typer import Option
 
-from deboom.files.platform import read_platform
+from deboom.explore.robust import RobustResponse
+from deboom.explore.scatter import sobol_sample
 from deboom.report import Report
+from deboom.study.made_parts import ScatterOptions
 from deboom.study.measured_uncertainty import (
     MeasuredUncertainty,
     front_designs,
     measured_transfer,
     uncertainty_result,
 )
-from deboom.study.options import Sampler, factor_space, robust_response, tolerance_sample
-from deboom.study.platform_model import Factor, Motion, MountSource, motion_index, operation
+from deboom.study.options import Seed, band_of
+from deboom.study.platform_model import MotionOptions, Operation, PlatformOptions
 from deboom.study.progress import progress_bar
-from deboom.study.runner import run_script
-from deboom.study.uncertain_index import uncertain_index
-
-PLATFORM = Path(__file__).parent / "data" / "u06_f39_f45"
-BAND = (20, 60)
+from deboom.study.result import RunContext
+from deboom.study.uncertain_index import UncertainIndex, uncertain_index
 
 
-def main(
-    seed: Annotated[int, Option(help="From 1; the same seed gives the same intervals.")] = 1,
-    draws: Annotated[int, Option(help="Measurements that are drawn, at least 40.")] = 200,
-    front: Annotated[Path | None, Option(help="Run of a front study; none: a search.")] = None,
-    generations: Annotated[int, Option(help="Generations of that search.")] = 40,
-    population: Annotated[int, Option(help="Designs per generation.")] = 60,
-    samples: Annotated[int, Option(help="Tolerance draws per design; a power of two.")] = 64,
-    tolerance: Annotated[float, Option(help="Half width of the scatter, 3 sigma [1].")] = 0.15,
-    vehicle: Annotated[list[Path] | None, Option(help="Measured in two ways; repeatable.")] = None,
-    ear: Annotated[str | None, Option(help="Of these vehicles; default the first.")] = None,
-    averaged: Annotated[bool, Option(help="The platform has means of both ways.")] = False,
-    load_case: Annotated[list[str] | None, Option(help="name or name=weight; repeatable.")] = None,
-    group: Annotated[str, Option(help="Vehicles to serve.")] = "U06",
-    platform: Annotated[Path, Option(help="Folder with platform.toml.")] = PLATFORM,
-    mounts: Annotated[MountSource, Option(help="Source of forces.")] = MountSource.library,
-    motion: Annotated[Motion, Option(help="Of the powertrain.")] = Motion.prescribed,
-    factor: Annotated[Factor, Option(help="What a stiffness factor means.")] = Factor.dynamic,
-) -> Report:
-    """Choose designs, draw the measurements again and report."""
-    data = read_platform(platform)
-    runs = operation(data, load_case, mounts, group, BAND)
-    every = operation(data, [case.name for case in data.load_cases], mounts, group, BAND)
-    index = motion_index(runs, motion, factor)
-    space = factor_space(index.variable_names, half_width=0.20, tolerance=tolerance)
-    sample = tolerance_sample(Sampler.sobol, space.n_variables, samples, seed=seed)
-    robust = robust_response(index, space, sample)
-    transfer, files = measured_transfer(vehicle or [], ear, BAND, averaged=averaged)
+@dataclass(frozen=True)
+class Options:
+    """Which designs, and how often measurements are drawn again."""
+
+    seed: Seed = 1
+    draws: Annotated[int, Option(help="Measurements that are drawn, at least 40.")] = 200
+    front: Annotated[Path | None, Option(help="Run of a front study; none: a search.")] = None
+    generations: Annotated[int, Option(help="Generations of that search.")] = 40
+    population: Annotated[int, Option(help="Designs per generation.")] = 60
+    scatter: ScatterOptions = ScatterOptions(samples=64)
+    vehicle: Annotated[list[Path] | None, Option(help="Measured in two ways; repeatable.")] = None
+    ear: Annotated[str | None, Option(help="Of these vehicles; default the first.")] = None
+    averaged: Annotated[bool, Option(help="The platform has means of both ways.")] = False
+    platform: PlatformOptions = PlatformOptions()
+    motion: MotionOptions = MotionOptions()
+
+
+@dataclass(frozen=True, eq=False)
+class Model:
+    """Levels of the vehicles, their errors, and the same in all load cases."""
+
+    runs: Operation
+    robust: RobustResponse
+    uncertain: UncertainIndex
+    cases: Any
+    files: tuple[Path, ...]
+
+
+def prepare(options: Options) -> Model:
+    """Read the platform and what is known of its errors, and build its models."""
+    runs = options.platform.operation()
+    names = [case.name for case in runs.platform.load_cases]
+    every = replace(options.platform, load_case=names).operation()
+    index = options.motion.index(runs)
+    made = options.scatter.made(index.variable_names)
+    sample = sobol_sample(made.n_draws, options.scatter.samples, seed=options.seed)
+    band = band_of(options.platform.band)
+    transfer, files = measured_transfer(
+        options.vehicle or [], options.ear, band, averaged=options.averaged
+    )
     uncertain = uncertain_index(index, runs.platform, runs.parts, transfer)
+    cases = options.motion.index(every)
+    return Model(runs, made.response(index, sample), uncertain, cases, (*files, *made.inputs))
+
+
+def run(model: Model, options: Options, context: RunContext | None = None) -> Report:  # noqa: ARG001
+    """Choose designs, draw the measurements again and report."""
+    budget = (options.population, options.generations)
     with progress_bar("NSGA-II") as bar:
-        designs, points = front_designs(front, robust, population, generations, seed, bar)
-    cases = motion_index(every, motion, factor)
-    study = MeasuredUncertainty(uncertain, robust, designs, points, cases, draws, seed)
+        designs, points = front_designs(options.front, model.robust, *budget, options.seed, bar)
+    study = MeasuredUncertainty(
+        *(model.uncertain, model.robust, designs, points, model.cases, options.draws, options.seed)
+    )
     with progress_bar("measuring again") as bar:
         found = study.measure_again(bar)
-    return runs.checked(uncertainty_result(found, files))
-
-
-if __name__ == "__main__":
-    run_script(__file__)
+    report = uncertainty_result(found, model.files).report()
+    model.runs.append_to(report)
+    return report

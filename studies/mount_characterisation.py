@@ -19,6 +19,9 @@ without self-calibration); half_width_95_percent_<dir> (error budget); coverage_
 (directions); seconds (one mount set, with its error budget).
 """
 
+from __future__ import annotations
+
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import Annotated
@@ -29,59 +32,69 @@ from deboom.errors import InputError
 from deboom.mounts.characterise import CharacteriseOptions
 from deboom.mounts.operating_map import Preload
 from deboom.mounts.piecewise_cubic import PiecewiseCubicRegressor
+from deboom.report import Report
 from deboom.study.mount_characterisation import (
     MeasuredSo,
     characterisation_result,
     characterise_benches,
     characterise_given,
 )
+from deboom.study.options import Seed
+from deboom.study.platform_model import DEMONSTRATION
 from deboom.study.progress import progress_bar
-from deboom.study.result import StudyResult
-from deboom.study.runner import run_script
+from deboom.study.result import RunContext
 
-PLATFORM = Path(__file__).parent / "data" / "u06_f39_f45"
+FIGURES = True
+"""Whether the report has pictures."""
 
 
-def main(
-    seed: Annotated[int, Option(help="From 1: first bench, and draws of the budget.")] = 1,
-    benches: Annotated[int, Option(help="Virtual benches; medians deserve six.")] = 1,
-    campaign: Annotated[Path | None, Option(help="Folder with campaign.toml.")] = None,
-    mount_set: Annotated[str, Option(help="Parts on the bench.")] = "M1",
-    static_force: Annotated[bool, Option(help="As preload, not the wheel torque.")] = False,
-    pieces: Annotated[int, Option(help="Cubics per surface.")] = 2,
-    all_gears: Annotated[bool, Option(help="Gears 3-7 beside, cross-validated pieces.")] = False,
-    models: Annotated[bool, Option(help="Other models of the stiffness beside.")] = False,
-    self_calibration: Annotated[bool, Option(help="Let chains calibrate themselves.")] = True,
-    noise_free: Annotated[bool, Option(help="Virtual benches without any error.")] = False,
-    third_cell: Annotated[bool, Option(help="Virtual benches that measure moments.")] = False,
-    platform: Annotated[Path, Option(help="Its vehicles judge moments left out.")] = PLATFORM,
-    figures: Annotated[bool, Option(help="Draw figures; without, tables alone.")] = True,
-) -> StudyResult:
+@dataclass(frozen=True)
+class Options:
+    """Which mounts are characterised, and how."""
+
+    seed: Seed = 1
+    benches: Annotated[int, Option(help="Virtual benches; medians deserve six.")] = 1
+    campaign: Annotated[Path | None, Option(help="Folder with campaign.toml.")] = None
+    mount_set: Annotated[str, Option(help="Parts on the bench.")] = "M1"
+    static_force: Annotated[bool, Option(help="As preload, not the wheel torque.")] = False
+    pieces: Annotated[int, Option(help="Cubics per surface.")] = 2
+    all_gears: Annotated[bool, Option(help="Gears 3-7 beside, cross-validated pieces.")] = False
+    models: Annotated[bool, Option(help="Other models of the stiffness beside.")] = False
+    self_calibration: Annotated[bool, Option(help="Let chains calibrate themselves.")] = True
+    noise_free: Annotated[bool, Option(help="Virtual benches without any error.")] = False
+    third_cell: Annotated[bool, Option(help="Virtual benches that measure moments.")] = False
+    platform: Annotated[Path, Option(help="Its vehicles judge moments left out.")] = DEMONSTRATION
+
+    def __post_init__(self) -> None:
+        virtual = self.benches > 1 or self.noise_free or self.third_cell
+        if self.campaign is not None and virtual:
+            raise InputError("--benches, --noise-free, --third-cell: leave them out, or --campaign")
+
+
+def prepare(options: Options) -> CharacteriseOptions:
+    """Return how mounts are characterised."""
+    return CharacteriseOptions(
+        preload=Preload.STATIC_FORCE if options.static_force else Preload.WHEEL_TORQUE,
+        regressor=PiecewiseCubicRegressor(pieces=options.pieces),
+        self_calibration=options.self_calibration,
+        seed=options.seed,
+    )
+
+
+def run(how: CharacteriseOptions, options: Options, context: RunContext | None = None) -> Report:  # noqa: ARG001
     """Measure, characterise, compare and report."""
-    options = CharacteriseOptions(
-        preload=Preload.STATIC_FORCE if static_force else Preload.WHEEL_TORQUE,
-        regressor=PiecewiseCubicRegressor(pieces=pieces),
-        self_calibration=self_calibration,
-        seed=seed,
-    )
-    report = partial(
+    result = partial(
         characterisation_result,
-        all_gears=all_gears,
-        models=models,
-        with_figures=figures,
-        platform=platform,
+        all_gears=options.all_gears,
+        models=options.models,
+        with_figures=FIGURES,
+        platform=options.platform,
     )
-    if campaign is not None and (benches > 1 or noise_free or third_cell):
-        raise InputError("--benches, --noise-free, --third-cell: leave them out, or --campaign")
-    measured = MeasuredSo(all_gears, noise_free, third_cell)
+    measured = MeasuredSo(options.all_gears, options.noise_free, options.third_cell)
     with progress_bar("mount characterisation") as progress:
-        if campaign is not None:
-            given = characterise_given(campaign, mount_set, options, progress)
-            return report([given], given.input_files)
-        seeds = range(seed, seed + benches)
-        done = characterise_benches(seeds, mount_set, options, progress, measured)
-    return report(done)
-
-
-if __name__ == "__main__":
-    run_script(__file__)
+        if options.campaign is not None:
+            given = characterise_given(options.campaign, options.mount_set, how, progress)
+            return result([given], given.input_files).report()
+        seeds = range(options.seed, options.seed + options.benches)
+        benches = characterise_benches(seeds, options.mount_set, how, progress, measured)
+    return result(benches).report()

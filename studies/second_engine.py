@@ -19,6 +19,9 @@ the mount was measured in; the others are not predicted); truth_error_percent_<d
 axis); n_benches; seconds (second engine alone).
 """
 
+from __future__ import annotations
+
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
@@ -27,41 +30,51 @@ from typer import Option
 from deboom.errors import InputError
 from deboom.mounts.characterise import CharacteriseOptions
 from deboom.mounts.operating_map import Preload
+from deboom.report import Report
+from deboom.study.options import Seed
 from deboom.study.progress import progress_bar
-from deboom.study.result import StudyResult
-from deboom.study.runner import run_script
+from deboom.study.result import RunContext
 from deboom.study.second_engine import given_engine, second_engine_result, second_engines
 
+FIGURES = True
+"""Whether the report has pictures."""
 
-def main(
-    seed: Annotated[int, Option(help="From 1: first bench, and draws of the budget.")] = 1,
-    benches: Annotated[int, Option(help="Virtual benches; medians deserve six.")] = 1,
-    second: Annotated[Path | None, Option(help="Campaign of the second engine.")] = None,
-    first: Annotated[Path | None, Option(help="Campaign of the first engine.")] = None,
-    library: Annotated[str | None, Option(help="Or a library with its mounts.")] = None,
-    library_campaign: Annotated[str | None, Option(help="Whose mounts in the library.")] = None,
-    mount_set: Annotated[str, Option(help="Parts under both engines.")] = "M1",
+
+@dataclass(frozen=True)
+class Options:
+    """Which engines, on which mounts."""
+
+    seed: Seed = 1
+    benches: Annotated[int, Option(help="Virtual benches; medians deserve six.")] = 1
+    second: Annotated[Path | None, Option(help="Campaign of the second engine.")] = None
+    first: Annotated[Path | None, Option(help="Campaign of the first engine.")] = None
+    library: Annotated[str | None, Option(help="Or a library with its mounts.")] = None
+    library_campaign: Annotated[str | None, Option(help="Whose mounts in the library.")] = None
+    mount_set: Annotated[str, Option(help="Parts under both engines.")] = "M1"
     balanced: Annotated[
         bool, Option(help="Balancer shafts: torque alone excites; else z and its moment, too.")
-    ] = True,
-    figures: Annotated[bool, Option(help="Draw figures; without, tables alone.")] = True,
-) -> StudyResult:
+    ] = True
+
+    def __post_init__(self) -> None:
+        if self.second is None and (self.first is not None or self.library is not None):
+            raise InputError("name the campaign of the second engine with --second")
+        if self.second is not None and self.benches > 1:
+            raise InputError("--benches asks for virtual benches: leave out --second, or --benches")
+
+
+def prepare(options: Options) -> CharacteriseOptions:
+    """Return how mounts are characterised."""
+    return CharacteriseOptions(preload=Preload.STATIC_FORCE, folds=0, seed=options.seed)
+
+
+def run(how: CharacteriseOptions, options: Options, context: RunContext | None = None) -> Report:  # noqa: ARG001
     """Characterise under one engine, predict for the other, compare and report."""
-    options = CharacteriseOptions(preload=Preload.STATIC_FORCE, folds=0, seed=seed)
-    excited = ("my",) if balanced else ("fz", "mx", "my")
-    if second is None and (first is not None or library is not None):
-        raise InputError("name the campaign of the second engine with --second")
-    if second is not None and benches > 1:
-        raise InputError("--benches asks for virtual benches: leave out --second, or --benches")
+    excited = ("my",) if options.balanced else ("fz", "mx", "my")
     with progress_bar("second engine") as progress:
-        if second is not None:
-            given = given_engine(
-                second, first, library, library_campaign, mount_set, options, excited, progress
-            )
-            return second_engine_result([given], given.input_files, with_figures=figures)
-        done = second_engines(range(seed, seed + benches), mount_set, options, progress)
-    return second_engine_result(done, with_figures=figures)
-
-
-if __name__ == "__main__":
-    run_script(__file__)
+        if options.second is not None:
+            source = (options.first, options.library, options.library_campaign)
+            given = given_engine(options.second, *source, options.mount_set, how, excited, progress)
+            return second_engine_result([given], given.input_files, with_figures=FIGURES).report()
+        seeds = range(options.seed, options.seed + options.benches)
+        engines = second_engines(seeds, options.mount_set, how, progress)
+    return second_engine_result(engines, with_figures=FIGURES).report()

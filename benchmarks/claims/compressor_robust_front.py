@@ -193,7 +193,7 @@ def _laboratories() -> list[Claim]:
 
 def _study() -> list[Claim]:
     study = load_study(ROOT / "studies" / "compressor_robust_front.py")
-    summary = study.main(seed=1).summary
+    summary = study.report({"seed": 1}).summary
     model, exact = float(summary["mean_change_db"]), float(summary["exact_mean_change_db"])
     sigma = float(summary["sigma_change_percent_best_mean"])
     return [

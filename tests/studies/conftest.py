@@ -7,10 +7,20 @@ import pytest
 from deboom.plot import style as canvas
 from deboom.study.runner import load_study
 
-FRONT_STUDY = Path(__file__).parents[2] / "studies" / "u06_robust_front.py"
+STUDIES = Path(__file__).parents[2] / "studies"
+FRONT_STUDY = STUDIES / "u06_robust_front.py"
 
 PAGE_SIZES = ("test_supplier_report", "test_interactive_front")
 """Modules that hold the size of a page against its limit: there pictures are as delivered."""
+
+
+WITHOUT_PICTURES = (
+    "compressor_identification",
+    "compressor_unbalance",
+    "mount_characterisation",
+    "synthesis_validation",
+)
+"""Studies whose tests look at numbers alone: their pictures take longer than they do."""
 
 
 @pytest.fixture(scope="module", autouse=True)
@@ -22,6 +32,9 @@ def coarse_pictures(request):
     with pytest.MonkeyPatch.context() as patch:
         if request.module.__name__ not in PAGE_SIZES:
             patch.setattr(canvas, "DPI", 100)
+        name = request.module.__name__.removeprefix("test_")
+        if name in WITHOUT_PICTURES:
+            patch.setattr(load_study(STUDIES / f"{name}.py").module, "FIGURES", False)
         yield
 
 

@@ -7,8 +7,9 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from deboom import plot as figures
+from deboom import plot
 from deboom.errors import InputError
+from deboom.plot.style import as_png
 from deboom.study.runner import load_study, run_study
 
 STUDY = Path(__file__).parents[2] / "studies" / "commonality.py"
@@ -78,8 +79,8 @@ def test_a_limit_out_of_reach_names_the_vehicle(tmp_path):
 
 def test_the_picture_of_part_numbers():
     labels = np.array([["A", "B"], ["A", "A"]])
-    drawn = figures.shared_parts(("EnM", "TSM"), ("car 1", "car 2"), labels)
+    drawn = as_png(plot.shared_parts(("EnM", "TSM"), ("car 1", "car 2"), labels))
     assert drawn[:8] == b"\x89PNG\r\n\x1a\n"
-    assert drawn == figures.shared_parts(("EnM", "TSM"), ("car 1", "car 2"), labels)
+    assert drawn == as_png(plot.shared_parts(("EnM", "TSM"), ("car 1", "car 2"), labels))
     with pytest.raises(InputError, match="2 parts in 3 vehicles"):
-        figures.shared_parts(("EnM", "TSM"), ("car 1", "car 2", "car 3"), labels)
+        plot.shared_parts(("EnM", "TSM"), ("car 1", "car 2", "car 3"), labels)

@@ -15,56 +15,61 @@ from deboom.study.runner import load_study, run_study
 
 FRONT = """'''Which of five springs are best?'''
 
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Annotated
 
-import numpy as np
 import pandas as pd
+from typer import Option
 
-from deboom.explore.space import stiffness_factor_space
 from deboom.explore.front import verify
 from known_truth import quad2
 from deboom.explore.robust import RobustResponse
-from deboom.report.page import Headline, Page
-from deboom.study.result import RunContext
-from deboom.study.result import StudyResult
-from deboom.study.search import Budget, robust_search
-from deboom.study.options import Sampler, tolerance_sample
+from deboom.explore.scatter import sobol_sample
+from deboom.explore.space import stiffness_factor_space
+from deboom.report import Report
+from deboom.study.search import SearchOptions
 
 
-def main(
-    seed: int = 1,
-    generations: int = 12,
-    population: int = 16,
-    springs: int = 5,
-    tolerance: float = 0.15,
-    platform: Path = Path(__file__).parent / "here",
-    run: RunContext | None = None,
-) -> StudyResult:
-    files = (platform / "platform.toml", platform / "masses.csv")
-    model = quad2(springs, seed=1)
-    space = stiffness_factor_space(model.variable_names, tolerance=tolerance)
-    sample = tolerance_sample(Sampler.sobol, springs, 32, seed=seed)
-    robust = RobustResponse(model, space, sample)
-    budget = Budget(population, generations)
-    search = robust_search(robust, robust, budget, seed, lambda *_: None, run, files)
-    check = verify(search.front, robust, 1024, seed=seed)
+@dataclass(frozen=True)
+class Options:
+    seed: Annotated[int, Option()] = 1
+    search: SearchOptions = SearchOptions(generations=12, population=16)
+    springs: Annotated[int, Option()] = 5
+    tolerance: Annotated[float, Option()] = 0.15
+    platform: Annotated[Path, Option()] = Path(__file__).parent / "here"
+
+
+@dataclass(frozen=True)
+class Model:
+    robust: RobustResponse
+
+
+def prepare(options):
+    model = quad2(options.springs, seed=1)
+    space = stiffness_factor_space(model.variable_names, tolerance=options.tolerance)
+    return Model(RobustResponse(model, space, sobol_sample(options.springs, 32, seed=options.seed)))
+
+
+def run(model, options, context=None):
+    files = (options.platform / "platform.toml", options.platform / "masses.csv")
+    search = options.search.front(model.robust, options.seed, context, files)
+    check = verify(search.front, model.robust, 1024, seed=options.seed)
     sums = {
         "SPLV mean sum [dB(A)]": check.values.mean_sum,
         "SPLV sigma sum [dB]": check.values.sigma_sum,
     }
-    designs = search.front.designs
-    return StudyResult(
-        tables={
-            "front": pd.DataFrame(sums),
-            "designs": pd.DataFrame(designs, columns=[f"{n} [1]" for n in space.names]),
-            "convergence": pd.DataFrame({"hypervolume [1]": search.hypervolume}),
-        },
-        figures={},
-        summary={"n_front": len(search.front)},
-        page=Page("Springs", "Which?", (), (Headline(str(len(search.front)), "designs found"),)),
-        inputs=files,
-        facts={"verification_draws": check.n_samples},
-    )
+    columns = [f"{name} [1]" for name in model.robust.space.names]
+    report = Report("Springs", "Which?")
+    report.tile(str(len(search.front)), "designs found")
+    report.section("Front")
+    report.table("front", pd.DataFrame(sums))
+    report.table("designs", pd.DataFrame(search.front.designs, columns=columns))
+    report.table("convergence", pd.DataFrame({"hypervolume [1]": search.hypervolume}))
+    report.summary["n_front"] = len(search.front)
+    report.facts["verification_draws"] = check.n_samples
+    report.inputs += files
+    return report
 """
 
 
@@ -227,16 +232,16 @@ def test_a_script_that_gives_other_figures_is_refused(pair, studies, judged, tmp
     other = tmp_path / "studies"
     shutil.copytree(studies, other)
     (other / "springs.py").write_text(
-        FRONT.replace("quad2(springs, seed=1)", "quad2(springs, seed=2)")
+        FRONT.replace("quad2(options.springs, seed=1)", "quad2(options.springs, seed=2)")
     )
     with pytest.raises(InputError, match="does not give the figures"):
         judged(pair, tmp_path / "results", studies=other)
 
 
-def test_a_search_that_does_not_show_its_model_is_not_begun(pair, studies, judged, tmp_path):
+def test_a_study_without_a_robust_model_is_refused(pair, studies, judged, tmp_path):
     other = tmp_path / "studies"
     shutil.copytree(studies, other)
-    text = FRONT.replace("    budget =", "    run.checkpoint(files)\n    budget =")
+    text = FRONT.replace("robust: RobustResponse", "levels: RobustResponse")
     (other / "springs.py").write_text(text)
     before = sorted(pair[0].rglob("*"))
     with pytest.raises(InputError, match="does not search for a front"):

@@ -10,7 +10,7 @@ import pytest
 from deboom.files.compressor_model import read_compressor_model
 from deboom.study.runner import load_study, run_study
 
-STUDY = Path(__file__).parents[2] / "studies" / "compressor_identification.py"
+STUDY = load_study(Path(__file__).parents[2] / "studies" / "compressor_identification.py")
 KEYS = [
     "mass_kg",
     "cog_error_mm",
@@ -26,13 +26,13 @@ KEYS = [
 @pytest.fixture(scope="module")
 def finished(tmp_path_factory):
     """One run that several tests look at."""
-    options = {"cases": 1, "reference": False, "figures": False}
-    return run_study(load_study(STUDY), tmp_path_factory.mktemp("results"), options)
+    options = {"cases": 1, "reference": False}
+    return run_study(STUDY, tmp_path_factory.mktemp("results"), options)
 
 
 def test_a_compressor_is_identified(finished):
     summary = json.loads((finished / "summary.json").read_text(encoding="utf-8"))
-    assert list(summary) == KEYS
+    assert sorted(summary) == sorted(KEYS)
     # 1.5 times what twenty compressors reach in nine of ten cases
     assert summary["cog_error_mm"] < 1.8
     assert summary["jacobian_rank"] == 35

@@ -21,7 +21,6 @@ def finished(tmp_path_factory):
         "fleets": 2,
         "draws": 20,
         "workers": 0,
-        "figures": True,
     }
     return run_study(load_study(STUDY), tmp_path_factory.mktemp("results"), options)
 

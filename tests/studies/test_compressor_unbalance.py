@@ -38,7 +38,7 @@ at_most_n_per_mm = 300.0
 @pytest.fixture(scope="module")
 def finished(tmp_path_factory):
     """One run that several tests look at."""
-    options = {"cases": 1, "special": False, "workers": 0, "figures": False}
+    options = {"cases": 1, "special": False, "workers": 0}
     return run_study(load_study(STUDY), tmp_path_factory.mktemp("results"), options)
 
 

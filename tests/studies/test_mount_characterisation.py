@@ -55,7 +55,7 @@ def finished(campaign, tmp_path_factory):
     return run_study(
         load_study(STUDY),
         tmp_path_factory.mktemp("results"),
-        {"campaign": campaign, "figures": False},
+        {"campaign": campaign},
     )
 
 
@@ -157,7 +157,7 @@ def test_a_bench_without_errors_is_right_within_one_percent_in_all_nine_directio
     tmp_path, monkeypatch
 ):
     monkeypatch.setattr(characterisation, "TRAINING_RUNS", RUNS)
-    chosen = {"noise_free": True, "figures": False}
+    chosen = {"noise_free": True}
     folder = run_study(load_study(STUDY), tmp_path, chosen)
     summary = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
     for mount in ("EnM", "GeM", "TSM"):
@@ -170,7 +170,7 @@ def test_a_campaign_with_three_cells_says_what_leaving_moments_out_costs(tmp_pat
     of_noise_transfer = np.arange(20.0, 60.1, 0.25)  # the peaks need the lines of the vehicles
     plan = CampaignPlan(("M1",), RUNS, 2, frequency=of_noise_transfer, third_cell=True)
     write_campaign(campaign, 1, plan)
-    chosen = {"campaign": campaign, "figures": False}
+    chosen = {"campaign": campaign}
     folder = run_study(load_study(STUDY), tmp_path / "results", chosen)
     summary = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
     assert 0.0 < summary["moments_cost_at_peaks_db"] < 0.1

@@ -54,7 +54,7 @@ def library(tmp_path_factory):
 @pytest.fixture(scope="module")
 def finished(second, library, tmp_path_factory):
     """One run that several tests look at."""
-    options = {"second": second, "library": str(library), "figures": True}
+    options = {"second": second, "library": str(library)}
     return run_study(load_study(STUDY), tmp_path_factory.mktemp("results"), options)
 
 

@@ -39,7 +39,7 @@ def search(*arguments, progress, **options):
 
 script, out, until, note = sys.argv[1], Path(sys.argv[2]), int(sys.argv[3]), Path(sys.argv[4])
 study = load_study(Path(script))
-study.main.__globals__["nsga2"] = killed if until == 0 else search
+study.module.nsga2 = killed if until == 0 else search
 run_study(study, out, {BUDGET} | {{"note": note}})
 """
 
@@ -65,7 +65,7 @@ def note(tmp_path):
 
 def interrupted(monkeypatch, study, out, note, until=6):
     """Leave a run that ended after some generations, without the cost of a process."""
-    search = study.main.__globals__["nsga2"]
+    search = study.module.nsga2
 
     def stopped(*arguments, progress, **options):
         def told(number, total, text):
@@ -75,7 +75,7 @@ def interrupted(monkeypatch, study, out, note, until=6):
         return search(*arguments, progress=told, **options)
 
     with monkeypatch.context() as patch:
-        patch.setitem(study.main.__globals__, "nsga2", stopped)
+        patch.setattr(study.module, "nsga2", stopped)
         with pytest.raises(KeyboardInterrupt):
             run_study(study, out, {**BUDGET, "note": note})
     (folder,) = (out / "quad2_front").iterdir()
@@ -211,7 +211,7 @@ def test_half_written_files_of_a_killed_process_go(study, tmp_path, note, monkey
 def test_bad_input_after_evaluations_keeps_them(study, tmp_path, note, monkeypatch):
     folder = interrupted(monkeypatch, study, tmp_path / "results", note)
     shutil.rmtree(folder)
-    search = study.main.__globals__["nsga2"]
+    search = study.module.nsga2
 
     def loses_its_cluster(*arguments, progress, **options):
         def told(number, total, text):
@@ -220,7 +220,7 @@ def test_bad_input_after_evaluations_keeps_them(study, tmp_path, note, monkeypat
 
         return search(*arguments, progress=told, **options)
 
-    monkeypatch.setitem(study.main.__globals__, "nsga2", loses_its_cluster)
+    monkeypatch.setattr(study.module, "nsga2", loses_its_cluster)
     with pytest.raises(InputError, match="the cluster is gone"):
         run_study(study, tmp_path / "results", {**BUDGET, "note": note})
     (folder,) = (tmp_path / "results" / "quad2_front").iterdir()

@@ -178,7 +178,7 @@ def test_without_truth_accelerances_and_mix_what_is_unknown_is_left_out(
     lines = settings.read_text(encoding="utf-8").splitlines()
     kept = [line for line in lines if not line.startswith("accelerance")]
     settings.write_text("\n".join(kept) + "\n", encoding="utf-8")
-    options = {"campaign": small_campaign, "vehicle": [bare], "figures": False}
+    options = {"campaign": small_campaign, "vehicle": [bare]}
     done = run_study(load_study(STUDY), tmp_path / "results", options)
     assert not (done / "causes.csv").exists()
     names = pd.read_csv(done / "validation.csv")["name"]

@@ -45,7 +45,7 @@ def test_help_teaches(cli):
     assert "own options" in cli("run").output
     text = cli("run", STUDY, "--help").output
     assert "Which mount stiffnesses" in text
-    for option in ("--seed", "--generations", "--population", "--samples", "--out"):
+    for option in ("--seed", "--generations", "--population", "--samples", "--motion", "--out"):
         assert option in text
     assert "frozen fleet" in cli("bench", "write", "--help").output
 

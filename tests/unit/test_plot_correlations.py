@@ -4,12 +4,13 @@ import io
 import struct
 
 import numpy as np
+import plot_samples as figures
 import pytest
 from PIL import Image
+from plot_samples import index_bars, index_growth, index_map
 
-from deboom import plot as figures
 from deboom.errors import InputError
-from deboom.plot import IndexBars, IndexGrowth, IndexMap, index_bars, index_growth, index_map
+from deboom.plot import IndexBars, IndexGrowth, IndexMap
 from deboom.plot.correlations import coefficient
 
 NAMES = ("sedan", "tourer", "van")

@@ -8,6 +8,8 @@ from itertools import combinations
 import matplotlib
 import numpy as np
 import pytest
+from matplotlib import pyplot
+from matplotlib.figure import Figure
 from matplotlib.text import Annotation
 from PIL import Image
 
@@ -17,6 +19,7 @@ from deboom.plot import style
 from deboom.plot.style import (
     MOUNT_PALETTE,
     VEHICLE_PALETTE,
+    as_png,
     mount_colours,
     mount_of,
     signed,
@@ -92,23 +95,20 @@ FIGURES = {
 
 
 @pytest.fixture
-def drawn(monkeypatch):
-    """Draw a figure and return it, laid out, in place of its bytes."""
+def drawn():
+    """Draw a figure and return it, laid out."""
     opened = []
 
-    def keep(figure):
+    def draw(function, arguments):
+        picture = function(*arguments[0], **arguments[1])
+        figure = picture if isinstance(picture, Figure) else style.figure_of(picture)
         figure.canvas.draw()
         opened.append(figure)
-        return b""
+        return figure
 
-    for module in ("front", "levels", "stiffness", "changes", "progress"):
-        monkeypatch.setattr(f"deboom.plot.{module}.png", keep)
-
-    def draw(function, arguments):
-        function(*arguments[0], **arguments[1])
-        return opened[-1]
-
-    return draw
+    yield draw
+    for figure in opened:
+        style.close(figure)
 
 
 def texts_of(figure):
@@ -120,7 +120,7 @@ def texts_of(figure):
 def test_figure_is_a_png_of_column_width_that_is_not_blank(name):
     function, arguments = FIGURES[name]
     positional, named = arguments()
-    with Image.open(io.BytesIO(function(*positional, **named))) as image:
+    with Image.open(io.BytesIO(as_png(function(*positional, **named)))) as image:
         assert image.format == "PNG"
         width = style.HALF_WIDTH if name == "convergence" else style.FULL_WIDTH
         assert image.width == round(width * style.DPI)
@@ -135,25 +135,20 @@ def test_figure_is_a_png_of_column_width_that_is_not_blank(name):
 def test_same_arguments_give_the_same_bytes(name):
     function, arguments = FIGURES[name]
     first, second = arguments(), arguments()
-    assert function(*first[0], **first[1]) == function(*second[0], **second[1])
+    assert as_png(function(*first[0], **first[1])) == as_png(function(*second[0], **second[1]))
 
 
 def test_global_settings_neither_change_nor_matter():
     positional, named = front_arguments()
-    expected = figures.pareto_front(*positional, **named)
+    expected = as_png(figures.pareto_front(*positional, **named))
     with matplotlib.rc_context({"font.size": 30.0, "axes.facecolor": "red"}):
         before = dict(matplotlib.rcParams)
-        assert figures.pareto_front(*positional, **named) == expected
+        assert as_png(figures.pareto_front(*positional, **named)) == expected
         assert dict(matplotlib.rcParams) == before
 
 
-def test_importing_the_figures_does_not_import_matplotlib_and_drawing_needs_no_pyplot():
-    script = (
-        "import sys, deboom.plot as figures, deboom.report.page\n"
-        "assert 'matplotlib' not in sys.modules\n"
-        "figures.convergence([1, 2], [0.1, 0.2], hypervolume_label='hypervolume [1]')\n"
-        "assert 'matplotlib.pyplot' not in sys.modules\n"
-    )
+def test_importing_the_figures_does_not_import_matplotlib():
+    script = "import sys, deboom.plot, deboom.report\nassert 'matplotlib' not in sys.modules\n"
     subprocess.run([sys.executable, "-c", script], check=True)
 
 
@@ -400,3 +395,17 @@ def test_changes_carry_their_sign():
     assert signed(-0.04, 1) == "0.0"
     assert signed(12.4, 0) == "+12"
     assert signed(0.4, 0) == "0"
+
+
+def test_a_picture_is_drawn_on_the_callers_axes():
+    figure, (left, right) = pyplot.subplots(1, 2)
+    arguments, labels = progress_arguments()
+    assert figures.convergence(*arguments, **labels, ax=left) is left
+    positional, named = front_arguments()
+    assert figures.pareto_front(*positional, **named, ax=right) is right
+    assert right.get_legend() is not None
+    assert len(figure.axes) == 2
+    own = figures.convergence(*arguments, **labels)
+    assert style.figure_of(own) is not figure
+    for drawn in (figure, style.figure_of(own)):
+        style.close(drawn)

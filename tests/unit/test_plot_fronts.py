@@ -3,15 +3,10 @@
 import io
 
 import numpy as np
+import plot_samples as figures
 import pytest
 from PIL import Image
-
-from deboom import plot as figures
-from deboom.errors import InputError
-from deboom.plot import (
-    AttainedFront,
-    Intervals,
-    StiffnessPanel,
+from plot_samples import (
     attained_fronts,
     box_intervals,
     box_trade_off,
@@ -22,6 +17,9 @@ from deboom.plot import (
     stiffness_over_preload,
     tolerance_worth,
 )
+
+from deboom.errors import InputError
+from deboom.plot import AttainedFront, Intervals, StiffnessPanel
 from deboom.report.overview import RunCard, render_overview
 
 FRONT = (np.array([1.0, 2.0, 3.0]), np.array([3.0, 2.0, 1.0]))

@@ -6,9 +6,10 @@ import struct
 import numpy as np
 import pytest
 from PIL import Image
+from plot_samples import matrix_map, mode_shapes, moving_mode_shapes, stabilisation_chart
 
 from deboom.errors import InputError
-from deboom.plot import BodyMotion, matrix_map, mode_shapes, moving_mode_shapes, stabilisation_chart
+from deboom.plot import BodyMotion
 
 POSITIONS = np.array([[0.0, 0.4, 0.2], [0.0, -0.4, 0.2], [0.2, 0.0, -0.3], [2.0, 0.0, 1.0]])
 NORMALS = np.array([[0.0, 0.0, 0.0]] * 3 + [[0.0, 0.0, -1.0]])

@@ -4,17 +4,7 @@ import struct
 
 import numpy as np
 import pytest
-
-from deboom.errors import InputError
-from deboom.plot import (
-    CurvePanel,
-    DotPanel,
-    HeatMap,
-    IntervalPanel,
-    MapPanel,
-    MaskedPanel,
-    SpectrumPanel,
-    SpeedPanel,
+from plot_samples import (
     curve_matrix,
     curve_panels,
     dot_panels,
@@ -26,6 +16,18 @@ from deboom.plot import (
     ratio_bars,
     spectra_panels,
     speed_panels,
+)
+
+from deboom.errors import InputError
+from deboom.plot import (
+    CurvePanel,
+    DotPanel,
+    HeatMap,
+    IntervalPanel,
+    MapPanel,
+    MaskedPanel,
+    SpectrumPanel,
+    SpeedPanel,
 )
 from deboom.plot.levels import _scale, _shown, _spans
 

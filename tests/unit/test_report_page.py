@@ -8,9 +8,9 @@ from html.parser import HTMLParser
 import numpy as np
 import pandas as pd
 import pytest
+from plot_samples import convergence
 
 from deboom.errors import InputError
-from deboom.plot import convergence
 from deboom.report.glossary import GLOSSARY
 from deboom.report.page import Headline, Page, Picture, Section, Table, render_page
 from deboom.report.tables import split_label, text_columns

@@ -1,7 +1,8 @@
-"""The only door to matplotlib: functions of plain arrays that return the bytes of a PNG.
+"""Pictures: functions of plain arrays that draw in one style. The only door to matplotlib.
 
-matplotlib is imported inside the functions, so that importing a study stays fast; pyplot is never
-used and no global setting survives a call. The same arguments give the same bytes.
+A picture of one panel takes ``ax`` and returns its Axes; a grid returns its Figure. `deboom.report`
+makes files of both and closes them. matplotlib is imported inside the functions, so that importing
+a study stays fast, and no global setting survives a call. The same arguments give the same bytes.
 """
 
 from deboom.plot.bars import (

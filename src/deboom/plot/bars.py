@@ -21,10 +21,15 @@ from deboom.plot.style import (
     finite,
     halo,
     mount_of,
-    png,
     signed,
     styled_figure,
 )
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+    from matplotlib.lines import Line2D
+    from matplotlib.patches import Patch
 
 _BAR = 0.21
 
@@ -53,7 +58,7 @@ def marked_bars(
     *,
     bar_label: str,
     mark_label: str,
-) -> bytes:
+) -> Figure:
     """Draw panels side by side that share their directions, top to bottom.
 
     Parameters
@@ -67,8 +72,7 @@ def marked_bars(
 
     Returns
     -------
-    bytes
-        PNG.
+    Figure
 
     Raises
     ------
@@ -103,7 +107,7 @@ def marked_bars(
             Line2D([], [], ls="none", marker="D", color="white", mec=INK, ms=4, label=mark_label),
         ]
         figure.legend(handles=handles, loc="outside upper right", ncols=2)
-        return png(figure)
+        return figure
 
 
 _BAR_HEIGHT = 0.175
@@ -117,7 +121,7 @@ def ratio_bars(
     x_label: str,
     below: str,
     above: str,
-) -> bytes:
+) -> Figure:
     """Draw one bar per name from 0 to 1, in two columns, coloured by a limit.
 
     Parameters
@@ -135,8 +139,7 @@ def ratio_bars(
 
     Returns
     -------
-    bytes
-        PNG.
+    Figure
 
     Raises
     ------
@@ -171,12 +174,7 @@ def ratio_bars(
             loc="outside lower center",
             ncols=2,
         )
-        return png(figure)
-
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.lines import Line2D
+        return figure
 
 
 def per_vehicle_change(
@@ -189,7 +187,7 @@ def per_vehicle_change(
     *,
     level_label: str,
     energy_label: str,
-) -> bytes:
+) -> Figure:
     """Draw the change of each vehicle against the baseline, with ± one standard deviation.
 
     Parameters
@@ -208,8 +206,7 @@ def per_vehicle_change(
 
     Returns
     -------
-    bytes
-        PNG.
+    Figure
 
     Raises
     ------
@@ -235,7 +232,7 @@ def per_vehicle_change(
         left.set_ylim(len(vehicles) - 0.4, -0.6)
         left.set_xlim(*_limits(rows))
         figure.legend(handles=[_sigma_handle()], loc="outside lower right")
-        return png(figure)
+        return figure
 
 
 def _sigma_handle() -> Line2D:
@@ -289,11 +286,6 @@ def _bars(
     axes.set_xlabel(f"← better    {label}")
 
 
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.lines import Line2D
-    from matplotlib.patches import Patch
-
 _GAP = 0.45
 _COLUMNS = (0.38, 0.70, 1.0)
 _HEADINGS = ("nominal", "chosen", "change")
@@ -310,7 +302,7 @@ def stiffness_bars(
     colours: Mapping[str, str],
     *,
     stiffness_label: str,
-) -> bytes:
+) -> Figure:
     """Draw the chosen stiffness factors from nominal within their bounds, N/mm beside them.
 
     Parameters
@@ -333,8 +325,7 @@ def stiffness_bars(
 
     Returns
     -------
-    bytes
-        PNG.
+    Figure
 
     Raises
     ------
@@ -377,7 +368,7 @@ def stiffness_bars(
         _finish(bars, rows, variables, (min(low.min(), 1.0), max(high.max(), 1.0)))
         _headings(table, stiffness_label)
         figure.legend(handles=_legend_handles(), loc="outside lower left", ncols=3)
-        return png(figure)
+        return figure
 
 
 def _rows(variables: Sequence[str]) -> list[float]:

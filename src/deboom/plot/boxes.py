@@ -17,14 +17,16 @@ from deboom.plot.style import (
     INK,
     MUTED,
     TRACK,
+    canvas,
     finite,
     mount_of,
-    png,
+    place_legend,
     styled_figure,
 )
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
     from matplotlib.lines import Line2D
     from matplotlib.patches import Patch
 
@@ -59,7 +61,7 @@ def box_intervals(
     stiffness: npt.ArrayLike,
     no_requirement: Sequence[bool],
     colours: Mapping[str, str],
-) -> bytes:
+) -> Figure:
     """Draw the interval of every direction against others, stiffnesses beside them.
 
     Parameters
@@ -83,8 +85,7 @@ def box_intervals(
 
     Returns
     -------
-    bytes
-        PNG.
+    Figure
 
     Raises
     ------
@@ -137,7 +138,7 @@ def box_intervals(
             where = {"transform": table.transAxes, "ha": "right", "va": "bottom"}
             table.text(column, 1.015, heading, fontweight="bold", **where)
         figure.legend(handles=_handles(box, others, bounds), loc="outside lower left", ncols=3)
-        return png(figure)
+        return figure
 
 
 def _numbers(axes: Axes, row: float, today: float, ends: tuple[float, ...], free: bool) -> None:
@@ -188,7 +189,7 @@ def box_trade_off(
     limit_label: str,
     width_label: str,
     plain_label: str,
-) -> bytes:
+) -> Figure:
     """Draw how boxes grow with the limit, and which vehicle binds.
 
     Parameters
@@ -212,8 +213,7 @@ def box_trade_off(
 
     Returns
     -------
-    bytes
-        PNG.
+    Figure
 
     Raises
     ------
@@ -245,7 +245,7 @@ def box_trade_off(
         if unreachable is not None:
             where = {"rotation": 90, "va": "bottom", "color": MUTED, "fontsize": 7.5}
             left.text(unreachable, 0.5, " lowest of all designs", **where)
-        return png(figure)
+        return figure
 
 
 def levels_in_box(
@@ -257,7 +257,8 @@ def levels_in_box(
     colours: Mapping[str, str],
     *,
     level_label: str,
-) -> bytes:
+    ax: Axes | None = None,
+) -> Axes:
     """Draw how the levels of the parts of a box lie about the limit, vehicle by vehicle.
 
     Parameters
@@ -274,11 +275,12 @@ def levels_in_box(
         Of the vehicles.
     level_label : str
         What the levels are, with the unit.
+    ax : Axes, optional
+        Where to draw; by default a figure of its own.
 
     Returns
     -------
-    bytes
-        PNG.
+    Axes
 
     Raises
     ------
@@ -292,8 +294,7 @@ def levels_in_box(
     drawn = data["levels"]
     edges = np.linspace(drawn.min(), drawn.max(), _BINS + 1)
     middles = 0.5 * (edges[1:] + edges[:-1])
-    with styled_figure(FULL_WIDTH, 1.2 + 0.5 * len(vehicles)) as figure:
-        axes = figure.subplots()
+    with canvas(ax, FULL_WIDTH, 1.2 + 0.5 * len(vehicles)) as axes:
         for row, name in enumerate(vehicles):
             count = np.histogram(drawn[row], edges)[0]
             top = row - 0.85 * count / count.max()
@@ -317,5 +318,5 @@ def levels_in_box(
             Line2D([], [], color=INK, linewidth=1.5, label="limit"),
             Line2D([], [], ls="none", marker="v", color=MUTED, markersize=5, label="today"),
         ]
-        figure.legend(handles=handles, loc="outside lower left", ncols=2)
-        return png(figure)
+        place_legend(axes, ax, handles=handles, loc="outside lower left", ncols=2)
+        return axes

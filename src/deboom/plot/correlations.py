@@ -18,13 +18,14 @@ from deboom.plot.style import (
     MUTED,
     VEHICLE_PALETTE,
     RealArray,
+    canvas,
     finite,
-    png,
     styled_figure,
 )
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 _INTERVALS_UP_TO = 6
 """Rows; of larger matrices the intervals would not be legible and stand in the table alone."""
@@ -78,7 +79,7 @@ class PopulationPanel:
 
 def correlation_matrices(
     names: Sequence[str], panels: Sequence[CorrelationPanel], groups: Sequence[str] = ()
-) -> bytes:
+) -> Figure:
     """Draw correlation matrices side by side, each coefficient written into its cell.
 
     Parameters
@@ -92,8 +93,7 @@ def correlation_matrices(
 
     Returns
     -------
-    bytes
-        PNG. Small matrices show the interval below the coefficient.
+    Figure Small matrices show the interval below the coefficient.
 
     Raises
     ------
@@ -122,12 +122,17 @@ def correlation_matrices(
                 axes.axhline(edge - 0.5, color="white", linewidth=2.5)
                 axes.axvline(edge - 0.5, color="white", linewidth=2.5)
             _cells(axes, part, size)
-        return png(page)
+        return page
 
 
 def family_tree(
-    merges: npt.ArrayLike, names: Sequence[str], family: Sequence[int], cut: float
-) -> bytes:
+    merges: npt.ArrayLike,
+    names: Sequence[str],
+    family: Sequence[int],
+    cut: float,
+    *,
+    ax: Axes | None = None,
+) -> Axes:
     """Draw which responses go together, as a tree over the correlation of its branches.
 
     Parameters
@@ -140,11 +145,12 @@ def family_tree(
         Number of each leaf's family, from 1: its colour.
     cut : float
         Correlation at which the tree was cut [1].
+    ax : Axes, optional
+        Where to draw; by default a figure of its own.
 
     Returns
     -------
-    bytes
-        PNG.
+    Axes
 
     Raises
     ------
@@ -162,8 +168,7 @@ def family_tree(
     drawn = dendrogram(tree, no_plot=True)
     colour = [VEHICLE_PALETTE[(number - 1) % len(VEHICLE_PALETTE)] for number in family]
     leaves = drawn["leaves"] or []
-    with styled_figure(FULL_WIDTH, 0.9 + 0.22 * len(names)) as figure:
-        axes = figure.subplots()
+    with canvas(ax, FULL_WIDTH, 0.9 + 0.22 * len(names)) as axes:
         for places, heights in zip(drawn["icoord"], drawn["dcoord"], strict=True):
             inside = heights[1] <= 1.0 - cut
             below = leaves[round((min(places) - 5.0) / 10.0)]
@@ -183,10 +188,10 @@ def family_tree(
         axes.set_xticks([1.0 - r for r in ticks], [_tick(r) for r in ticks])
         axes.set_xlabel("correlation r of the worst pair below a branch [1]")
         axes.set_title(f"cut at r = {cut:g}", loc="right", fontsize=8.0)
-        return png(figure)
+        return axes
 
 
-def populations(panels: Sequence[PopulationPanel]) -> bytes:
+def populations(panels: Sequence[PopulationPanel]) -> Figure:
     """Draw histograms of correlations in a population with one value marked in each.
 
     The scale is Fisher's artanh r, which spreads what is close to 1.
@@ -198,8 +203,7 @@ def populations(panels: Sequence[PopulationPanel]) -> bytes:
 
     Returns
     -------
-    bytes
-        PNG.
+    Figure
 
     Raises
     ------
@@ -226,7 +230,7 @@ def populations(panels: Sequence[PopulationPanel]) -> bytes:
             axes.set_title(panel.note, loc="left", fontsize=8.0)
             axes.grid(visible=False, axis="x")
         grid[0].set_ylabel("fleets")
-        return png(figure)
+        return figure
 
 
 def _checked_panel(panel: CorrelationPanel, n: int) -> dict[str, RealArray]:
@@ -289,9 +293,6 @@ def coefficient(value: float, decimals: int | None = None) -> str:
     return cell_number(value, decimals)
 
 
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-
 MOST = 8
 """Responses that one figure holds legibly."""
 _MARGINS = {
@@ -312,7 +313,7 @@ def scatter_matrix(
     colours: Mapping[str, str],
     *,
     value_label: str,
-) -> bytes:
+) -> Figure:
     """Draw histograms on the diagonal, clouds below it, correlations with intervals above it.
 
     Parameters
@@ -330,8 +331,7 @@ def scatter_matrix(
 
     Returns
     -------
-    bytes
-        PNG.
+    Figure
 
     Raises
     ------
@@ -389,7 +389,7 @@ def scatter_matrix(
                     axes.set_ylabel(names[row], fontweight="bold", fontsize=9)
                     axes.yaxis.set_label_coords(-0.058 * n, 0.5)
         figure.supxlabel(value_label, fontsize=8.5)
-        return png(figure)
+        return figure
 
 
 def _cloud(axes: Axes, x: RealArray, y: RealArray) -> None:

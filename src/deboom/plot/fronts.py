@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
@@ -17,12 +18,18 @@ from deboom.plot.style import (
     MUTED,
     TRACK,
     VEHICLE_PALETTE,
+    canvas,
+    figure_of,
     finite,
     freeze_layout,
     place_labels,
-    png,
+    place_legend,
     styled_figure,
 )
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 _PICK_MARKERS = ("o", "D", "^", "s", "P", "v")
 _FRONT_COLOUR = "#4C86B0"
@@ -39,7 +46,8 @@ def pareto_front(
     *,
     mean_label: str,
     sigma_label: str,
-) -> bytes:
+    ax: Axes | None = None,
+) -> Axes:
     """Draw the two objectives of the front, both minimised, with baseline and named picks.
 
     Parameters
@@ -54,11 +62,12 @@ def pareto_front(
         Mean and sigma of each named design [units of the labels].
     mean_label, sigma_label : str
         Axis labels with units.
+    ax : Axes, optional
+        Where to draw; by default a figure of its own.
 
     Returns
     -------
-    bytes
-        PNG.
+    Axes
 
     Raises
     ------
@@ -74,8 +83,7 @@ def pareto_front(
     chosen = _by_place(picks)
     order = np.argsort(front["mean"], kind="stable")
     points = np.column_stack([front["mean"], front["sigma"]])[order]
-    with styled_figure(FULL_WIDTH, 4.0) as figure:
-        axes = figure.add_subplot()
+    with canvas(ax, FULL_WIDTH, 4.0) as axes:
         axes.errorbar(
             points[:, 0],
             points[:, 1],
@@ -102,8 +110,8 @@ def pareto_front(
         axes.set_xlabel(f"← better    {mean_label}")
         axes.set_ylabel(f"← better    {sigma_label}")
         axes.ticklabel_format(useOffset=False, style="plain")
-        figure.legend(loc="outside upper right")
-        freeze_layout(figure)
+        place_legend(axes, ax, loc="outside upper right")
+        freeze_layout(figure_of(axes))
         place_labels(
             axes,
             np.array([baseline, *chosen]),
@@ -112,7 +120,7 @@ def pareto_front(
             obstacles=points,
             size=9.0,
         )
-        return png(figure)
+        return axes
 
 
 def _by_place(
@@ -135,7 +143,8 @@ def fronts(
     *,
     mean_label: str,
     sigma_label: str,
-) -> bytes:
+    ax: Axes | None = None,
+) -> Axes:
     """Draw several fronts of two objectives, with clouds of designs and single designs.
 
     Parameters
@@ -148,11 +157,12 @@ def fronts(
         Label → both objectives of one design.
     mean_label, sigma_label : str
         Axis labels with units.
+    ax : Axes, optional
+        Where to draw; by default a figure of its own.
 
     Returns
     -------
-    bytes
-        PNG.
+    Axes
 
     Raises
     ------
@@ -161,8 +171,7 @@ def fronts(
     """
     if not curves:
         raise InputError("figure fronts: there is no front to draw")
-    with styled_figure(FULL_WIDTH, 3.4) as figure:
-        axes = figure.add_subplot()
+    with canvas(ax, FULL_WIDTH, 3.4) as axes:
         for name, (x, y) in points.items():
             pair = finite("fronts", {f"{name} x": x, f"{name} y": y})
             axes.plot(*pair.values(), ".", color=MUTED, markersize=2.5, alpha=0.45, label=name)
@@ -182,8 +191,8 @@ def fronts(
             axes.plot(*place_of, "X", color=INK, markersize=8.0, linestyle="none", label=name)
         axes.set_xlabel(mean_label)
         axes.set_ylabel(sigma_label)
-        figure.legend(loc="outside upper right", ncols=2)
-        return png(figure)
+        place_legend(axes, ax, loc="outside upper right", ncols=2)
+        return axes
 
 
 def part_choices(
@@ -192,7 +201,7 @@ def part_choices(
     chosen: npt.ArrayLike,
     *,
     point_label: str,
-) -> bytes:
+) -> Figure:
     """Draw which part every design of a front has at each mount.
 
     Parameters
@@ -208,8 +217,7 @@ def part_choices(
 
     Returns
     -------
-    bytes
-        PNG.
+    Figure
 
     Raises
     ------
@@ -239,7 +247,7 @@ def part_choices(
             axes.set_title(mount, loc="left", fontweight="bold")
         panels[-1].set_xlabel(point_label)
         panels[-1].xaxis.set_major_locator(MaxNLocator(8, integer=True))
-        return png(figure)
+        return figure
 
 
 def _colours(count: int) -> list[str]:
@@ -275,7 +283,8 @@ def attained_fronts(
     *,
     mean_label: str,
     sigma_label: str,
-) -> bytes:
+    ax: Axes | None = None,
+) -> Axes:
     """Draw fronts of two objectives as steps, with bands from the best to the worst seed.
 
     Parameters
@@ -286,11 +295,12 @@ def attained_fronts(
         Of the hypervolume, marked with a cross [units of the labels].
     mean_label, sigma_label : str
         Axis labels with units.
+    ax : Axes, optional
+        Where to draw; by default a figure of its own.
 
     Returns
     -------
-    bytes
-        PNG.
+    Axes
 
     Raises
     ------
@@ -300,8 +310,7 @@ def attained_fronts(
     if not fronts:
         raise InputError("figure attained_fronts: there is no front to draw")
     corner = finite("attained_fronts", {"reference point": reference_point})["reference point"]
-    with styled_figure(FULL_WIDTH, 4.0) as figure:
-        axes = figure.add_subplot()
+    with canvas(ax, FULL_WIDTH, 4.0) as axes:
         for place, (name, front) in enumerate(fronts.items()):
             colour = VEHICLE_PALETTE[place % len(VEHICLE_PALETTE)]
             if front.best is not None and front.worst is not None:
@@ -333,8 +342,8 @@ def attained_fronts(
         axes.set_xlabel(f"← better    {mean_label}")
         axes.set_ylabel(f"← better    {sigma_label}")
         axes.ticklabel_format(useOffset=False, style="plain")
-        figure.legend(loc="outside upper right", ncols=3, markerscale=1.6)
-        return png(figure)
+        place_legend(axes, ax, loc="outside upper right", ncols=3, markerscale=1.6)
+        return axes
 
 
 def _steps(
@@ -357,7 +366,8 @@ def noise_bars(
     noise: npt.ArrayLike,
     *,
     difference_label: str,
-) -> bytes:
+    ax: Axes | None = None,
+) -> Axes:
     """Draw each difference beside the band that chance alone may fill.
 
     Parameters
@@ -369,11 +379,12 @@ def noise_bars(
         label].
     difference_label : str
         Axis label with unit.
+    ax : Axes, optional
+        Where to draw; by default a figure of its own.
 
     Returns
     -------
-    bytes
-        PNG.
+    Axes
 
     Raises
     ------
@@ -384,8 +395,7 @@ def noise_bars(
     reach = np.asarray(noise, dtype=float)
     if reach.shape != values["differences"].shape:
         raise InputError("figure noise_bars: give one noise per difference")
-    with styled_figure(FULL_WIDTH, 1.15 + 0.3 * len(labels)) as figure:
-        axes = figure.add_subplot()
+    with canvas(ax, FULL_WIDTH, 1.15 + 0.3 * len(labels)) as axes:
         rows = np.arange(len(labels))
         known = np.nan_to_num(reach)
         band = axes.barh(rows, 2 * known, _BAR, -known, color=TRACK)
@@ -412,8 +422,8 @@ def noise_bars(
         axes.set_ylim(len(labels) - 0.4, -0.6)
         axes.grid(False, axis="y")
         axes.set_xlabel(difference_label)
-        figure.legend(loc="outside upper right", ncols=3)
-        return png(figure)
+        place_legend(axes, ax, loc="outside upper right", ncols=3)
+        return axes
 
 
 def design_ranges(
@@ -422,7 +432,8 @@ def design_ranges(
     bounds: npt.ArrayLike,
     *,
     value_label: str,
-) -> bytes:
+    ax: Axes | None = None,
+) -> Axes:
     """Draw which values of each variable the designs of every front have.
 
     Parameters
@@ -435,11 +446,12 @@ def design_ranges(
         Of the search [unit of the label].
     value_label : str
         Axis label with unit.
+    ax : Axes, optional
+        Where to draw; by default a figure of its own.
 
     Returns
     -------
-    bytes
-        PNG.
+    Axes
 
     Raises
     ------
@@ -452,8 +464,7 @@ def design_ranges(
     checked = finite("design_ranges", named)
     pitch = _BAR / len(ranges)
     height = 0.9 + len(variables) * max(0.24, 0.11 * len(ranges) + 0.08)
-    with styled_figure(FULL_WIDTH, height) as figure:
-        axes = figure.add_subplot()
+    with canvas(ax, FULL_WIDTH, height) as axes:
         rows = np.arange(len(variables))
         low, high = checked["bounds"].T
         axes.barh(rows, high - low, _BAR + 0.1, low, color=TRACK, alpha=0.5)
@@ -475,13 +486,17 @@ def design_ranges(
         axes.set_ylim(len(variables) - 0.4, -0.6)
         axes.grid(False, axis="y")
         axes.set_xlabel(value_label)
-        figure.legend(loc="outside upper right", ncols=3)
-        return png(figure)
+        place_legend(axes, ax, loc="outside upper right", ncols=3)
+        return axes
 
 
 def convergence(
-    generation: npt.ArrayLike, hypervolume: npt.ArrayLike, *, hypervolume_label: str
-) -> bytes:
+    generation: npt.ArrayLike,
+    hypervolume: npt.ArrayLike,
+    *,
+    hypervolume_label: str,
+    ax: Axes | None = None,
+) -> Axes:
     """Draw the hypervolume over the generations of one search.
 
     Parameters
@@ -492,11 +507,12 @@ def convergence(
         Of the front found so far [unit in the label].
     hypervolume_label : str
         Axis label with unit.
+    ax : Axes, optional
+        Where to draw; by default a figure of its own.
 
     Returns
     -------
-    bytes
-        PNG.
+    Axes
 
     Raises
     ------
@@ -506,12 +522,11 @@ def convergence(
     from matplotlib.ticker import MaxNLocator
 
     curve = finite("convergence", {"generation": generation, "hypervolume": hypervolume})
-    with styled_figure(HALF_WIDTH, 2.5) as figure:
-        axes = figure.add_subplot()
+    with canvas(ax, HALF_WIDTH, 2.5) as axes:
         axes.plot(curve["generation"], curve["hypervolume"], color=ACCENT, linewidth=1.5)
         axes.plot(curve["generation"][-1], curve["hypervolume"][-1], "o", color=ACCENT)
         axes.set_xlabel("generation [1]")
         axes.set_ylabel(hypervolume_label)
         axes.xaxis.set_major_locator(MaxNLocator(6, integer=True))
         axes.margins(x=0.03)
-        return png(figure)
+        return axes

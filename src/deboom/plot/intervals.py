@@ -16,10 +16,15 @@ from deboom.plot.style import (
     INK,
     MUTED,
     VEHICLE_PALETTE,
+    canvas,
     finite,
-    png,
+    place_legend,
     styled_figure,
 )
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 _ROW = 0.21  # in, of one interval
 _SPREAD = 0.3
@@ -45,7 +50,7 @@ class IntervalPanel:
     title: str = ""
 
 
-def interval_panels(rows: Sequence[str], panels: Sequence[IntervalPanel]) -> bytes:
+def interval_panels(rows: Sequence[str], panels: Sequence[IntervalPanel]) -> Figure:
     """Draw values with their intervals, panels side by side that share their rows.
 
     Parameters
@@ -57,8 +62,7 @@ def interval_panels(rows: Sequence[str], panels: Sequence[IntervalPanel]) -> byt
 
     Returns
     -------
-    bytes
-        PNG.
+    Figure
 
     Raises
     ------
@@ -94,7 +98,7 @@ def interval_panels(rows: Sequence[str], panels: Sequence[IntervalPanel]) -> byt
                 for k, n in enumerate(names)
             ]
             figure.legend(handles=handles, loc="outside lower center", ncols=min(len(names), 4))
-        return png(figure)
+        return figure
 
 
 def front_intervals(
@@ -104,7 +108,8 @@ def front_intervals(
     *,
     mean_label: str,
     sigma_label: str,
-) -> bytes:
+    ax: Axes | None = None,
+) -> Axes:
     """Draw a front whose points have an interval along both objectives.
 
     Parameters
@@ -115,11 +120,12 @@ def front_intervals(
         Name of a point → its row.
     mean_label, sigma_label : str
         With units.
+    ax : Axes, optional
+        Where to draw; by default a figure of its own.
 
     Returns
     -------
-    bytes
-        PNG.
+    Axes
 
     Raises
     ------
@@ -129,8 +135,7 @@ def front_intervals(
     keys = [f"{what} {end}" for what in ("mean", "sigma") for end in ("value", "lower", "upper")]
     arrays = finite("front_intervals", dict(zip(keys, (*mean, *sigma), strict=True)))
     x, y = arrays["mean value"], arrays["sigma value"]
-    with styled_figure(FULL_WIDTH, 3.6) as figure:
-        axes = figure.subplots()
+    with canvas(ax, FULL_WIDTH, 3.6) as axes:
         axes.hlines(y, arrays["mean lower"], arrays["mean upper"], color=MUTED, lw=0.7, alpha=0.55)
         axes.vlines(
             x, arrays["sigma lower"], arrays["sigma upper"], color=MUTED, lw=0.7, alpha=0.55
@@ -148,16 +153,13 @@ def front_intervals(
             )
         axes.set_xlabel(mean_label)
         axes.set_ylabel(sigma_label)
-        figure.legend(loc="outside lower center", ncols=4)
-        return png(figure)
+        place_legend(axes, ax, loc="outside lower center", ncols=4)
+        return axes
 
 
 def _colour(place: int) -> str:
     return VEHICLE_PALETTE[place % len(VEHICLE_PALETTE)]
 
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 _SPREAD_2 = 0.28
 
@@ -184,7 +186,7 @@ class DotPanel:
     limit_label: str = ""
 
 
-def dot_panels(panels: Sequence[DotPanel], colours: Mapping[str, str]) -> bytes:
+def dot_panels(panels: Sequence[DotPanel], colours: Mapping[str, str]) -> Figure:
     """Draw panels side by side that share their categories, top to bottom.
 
     Parameters
@@ -196,8 +198,7 @@ def dot_panels(panels: Sequence[DotPanel], colours: Mapping[str, str]) -> bytes:
 
     Returns
     -------
-    bytes
-        PNG.
+    Figure
 
     Raises
     ------
@@ -236,7 +237,7 @@ def dot_panels(panels: Sequence[DotPanel], colours: Mapping[str, str]) -> bytes:
         grid[0].set_ylim(len(categories) - 0.5, -0.5)
         drawn = {name for panel in panels for one in panel.values.values() for name in one}
         _legend(figure, [name for name in colours if name in drawn], colours)
-        return png(figure)
+        return figure
 
 
 def _legend(figure: Figure, names: Sequence[str], colours: Mapping[str, str]) -> None:

@@ -21,7 +21,6 @@ from deboom.plot.style import (
     finite,
     freeze_layout,
     place_labels,
-    png,
     signed,
     styled_figure,
 )
@@ -48,7 +47,7 @@ def spl_curves(
     peaks_before: Sequence[npt.ArrayLike],
     peaks_after: Sequence[npt.ArrayLike],
     colours: Mapping[str, str],
-) -> bytes:
+) -> Figure:
     """Draw one panel per vehicle, Hz below and rpm above, all on one dB scale.
 
     Parameters
@@ -68,8 +67,7 @@ def spl_curves(
 
     Returns
     -------
-    bytes
-        PNG.
+    Figure
 
     Raises
     ------
@@ -122,7 +120,7 @@ def spl_curves(
             curves = (rows["baseline"][place], rows["optimised"][place])
             peaks = (np.asarray(peaks_before[place]), np.asarray(peaks_after[place]))
             _peaks(axes, lines, curves, peaks, colours[vehicles[place]])
-        return png(figure)
+        return figure
 
 
 def _panels(figure: Figure, n_rows: int, columns: int, count: int) -> list[Axes]:
@@ -243,10 +241,6 @@ def _peaks(
     )
 
 
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
-
 _PANEL_HEIGHT_2 = {1: 3.3, 2: 1.85, 3: 1.6}  # in, by the number of columns
 _DASH, _GAP = 4.0, 1.6  # in line widths
 
@@ -285,7 +279,7 @@ def speed_panels(
     dashed: Sequence[str] = (),
     columns: int = 2,
     depth: float | None = None,
-) -> bytes:
+) -> Figure:
     """Draw panels over one frequency axis, on one scale, with one legend.
 
     Parameters
@@ -310,8 +304,7 @@ def speed_panels(
 
     Returns
     -------
-    bytes
-        PNG.
+    Figure
 
     Raises
     ------
@@ -344,7 +337,7 @@ def speed_panels(
             grid[0].set_ylim(highest - depth, highest + 0.06 * depth)
         there = [name for name in colours if any(name in curves for curves in drawn)]
         _legend_2(figure, there, colours, looks)
-        return png(figure)
+        return figure
 
 
 def _checked(
@@ -406,10 +399,6 @@ def _legend_2(
         figure.legend(handles=handles, loc="outside lower center", ncols=min(len(handles), 4))
 
 
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
-
 _PANEL_HEIGHT_3 = {1: 2.0, 2: 1.75}  # in, by the number of columns
 _HATCHES = ("////", "....", "xxxx", "----")
 _MASK_FACE, _MASK_EDGE = "#F1EFEA", "#BDB6A6"
@@ -465,7 +454,7 @@ def masked_panels(
     columns: int = 1,
     dashed: Sequence[str] = (),
     order: float = 1.0,
-) -> bytes:
+) -> Figure:
     """Draw panels with Hz below and rpm above, one legend for all.
 
     Parameters
@@ -481,8 +470,7 @@ def masked_panels(
 
     Returns
     -------
-    bytes
-        PNG. The scale is made for trusted lines; others may leave it.
+    Figure The scale is made for trusted lines; others may leave it.
 
     Raises
     ------
@@ -512,7 +500,7 @@ def masked_panels(
         for axes in grid[len(panels) :]:
             axes.set_axis_off()
         _legend_3(figure, colour, hatch, dashed)
-        return png(figure)
+        return figure
 
 
 def _draw_3(

@@ -18,12 +18,12 @@ from deboom.plot.style import (
     VEHICLE_PALETTE,
     RealArray,
     finite,
-    png,
     styled_figure,
 )
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
     from matplotlib.image import AxesImage
 
 _DARK_FROM = 0.55
@@ -116,10 +116,6 @@ def cell_number(value: float, decimals: int, largest: float = 1.0) -> str:
     return f"{rounded + 0.0:.{decimals}f}".replace("-", "−")
 
 
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
-
 _CELL = 1.13
 _SMALL = 5.5
 
@@ -158,7 +154,7 @@ def curve_matrix(
     dashed: Sequence[str] = (),
     fitted: Sequence[tuple[float, float]] = (),
     logarithmic: bool = False,
-) -> bytes:
+) -> Figure:
     """Draw one small panel per entry of a matrix.
 
     Parameters
@@ -182,8 +178,7 @@ def curve_matrix(
 
     Returns
     -------
-    bytes
-        PNG.
+    Figure
 
     Raises
     ------
@@ -250,10 +245,10 @@ def curve_matrix(
             va="top",
         )
         _matrix_legend(figure, list(curves), colour, dashed)
-        return png(figure)
+        return figure
 
 
-def heat_maps(maps: Sequence[HeatMap], *, columns: int = 3) -> bytes:
+def heat_maps(maps: Sequence[HeatMap], *, columns: int = 3) -> Figure:
     """Draw matrices of numbers from 0 to 1, each number written into its cell.
 
     Parameters
@@ -265,8 +260,7 @@ def heat_maps(maps: Sequence[HeatMap], *, columns: int = 3) -> bytes:
 
     Returns
     -------
-    bytes
-        PNG.
+    Figure
 
     Raises
     ------
@@ -289,7 +283,7 @@ def heat_maps(maps: Sequence[HeatMap], *, columns: int = 3) -> bytes:
             write_cells(axes, values, decimals=2, fontsize=6.3)
         for axes in grid.ravel()[len(maps) :]:
             axes.set_axis_off()
-        return png(figure)
+        return figure
 
 
 def _small_axes(axes: Axes, lines: npt.NDArray[np.float64], *, logarithmic: bool) -> None:

@@ -18,12 +18,19 @@ from deboom.plot.style import (
     MUTED,
     TRACK,
     VEHICLE_PALETTE,
+    canvas,
+    close,
     finite,
     freeze_layout,
     halo,
-    png,
+    place_legend,
     styled_figure,
 )
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+    from matplotlib.lines import Line2D
 
 _STABLE, _ALONE = VEHICLE_PALETTE[0], VEHICLE_PALETTE[1]
 
@@ -37,7 +44,8 @@ def stabilisation_chart(
     modes: npt.ArrayLike,
     *,
     level_label: str,
-) -> bytes:
+    ax: Axes | None = None,
+) -> Axes:
     """Draw the poles of every order over the sum of the FRFs, and the modes they agree on.
 
     Parameters
@@ -54,11 +62,12 @@ def stabilisation_chart(
         Natural frequencies taken as modes [Hz].
     level_label : str
         With unit.
+    ax : Axes, optional
+        Where to draw; by default a figure of its own.
 
     Returns
     -------
-    bytes
-        PNG.
+    Axes
 
     Raises
     ------
@@ -71,8 +80,7 @@ def stabilisation_chart(
     lines = finite("stabilisation_chart", {"modes": modes})["modes"]
     if confirmed.shape != poles["poles"].shape:
         raise InputError("figure stabilisation_chart: one flag for every pole")
-    with styled_figure(FULL_WIDTH, 3.6) as figure:
-        axes = figure.subplots()
+    with canvas(ax, FULL_WIDTH, 3.6) as axes:
         behind = axes.twinx()
         behind.fill_between(
             curve["frequency"], curve["level"], curve["level"].min(), color=TRACK, linewidth=0
@@ -114,8 +122,9 @@ def stabilisation_chart(
         axes.set_ylim(poles["orders"].min() - 1, poles["orders"].max() + 1)
         axes.set_xlabel("frequency [Hz]; modes above the frame")
         axes.set_ylabel("order of the polynomial [1]")
-        figure.legend(*axes.get_legend_handles_labels(), loc="outside lower center", ncols=2)
-        return png(figure)
+        handles, labels = axes.get_legend_handles_labels()
+        place_legend(axes, ax, handles=handles, labels=labels, loc="outside lower center", ncols=2)
+        return axes
 
 
 def matrix_map(
@@ -126,7 +135,8 @@ def matrix_map(
     value_label: str,
     limits: tuple[float, float] = (0.0, 1.0),
     decimals: int = 2,
-) -> bytes:
+    ax: Axes | None = None,
+) -> Axes:
     """Draw a matrix as a heat map with its numbers, such as a MAC matrix or shares of panels.
 
     Parameters
@@ -141,11 +151,12 @@ def matrix_map(
         Ends of the colour scale; where the first is negative, zero is white and signs have colours.
     decimals : int
         Of the numbers.
+    ax : Axes, optional
+        Where to draw; by default a figure of its own.
 
     Returns
     -------
-    bytes
-        PNG.
+    Axes
 
     Raises
     ------
@@ -159,22 +170,17 @@ def matrix_map(
             f"is {matrix.shape}"
         )
     longest = max(map(len, columns))
-    with styled_figure(FULL_WIDTH, 0.9 + 0.36 * len(rows) + 0.055 * longest) as figure:
-        axes = figure.subplots()
+    with canvas(ax, FULL_WIDTH, 0.9 + 0.36 * len(rows) + 0.055 * longest) as axes:
         shown = matrix_cells(axes, matrix, rows, columns, limits=limits)
         axes.set_aspect("auto")
         write_cells(axes, matrix, decimals=decimals, fontsize=7.5, largest=limits[1])
-        figure.colorbar(shown, ax=axes, label=value_label, pad=0.02)
+        axes.figure.colorbar(shown, ax=axes, label=value_label, pad=0.02)
         for label in axes.get_xticklabels():
             label.set_rotation(35 if longest > 9 else 0)
             label.set_horizontalalignment("right" if longest > 9 else "center")
             label.set_rotation_mode("anchor")
-        return png(figure)
+        return axes
 
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.lines import Line2D
 
 RealArray = npt.NDArray[np.float64]
 ComplexArray = npt.NDArray[np.complex128]
@@ -228,13 +234,12 @@ class BodyMotion:
     motion: npt.ArrayLike
 
 
-def mode_shapes(body: BodyMotion) -> bytes:
+def mode_shapes(body: BodyMotion) -> Figure:
     """Draw every mode in three views, undeformed and at both ends of its motion.
 
     Returns
     -------
-    bytes
-        PNG.
+    Figure
 
     Raises
     ------
@@ -260,7 +265,7 @@ def mode_shapes(body: BodyMotion) -> bytes:
         handles, labels = grid[0, 0].get_legend_handles_labels()
         shown = dict(zip(labels, handles, strict=True))
         figure.legend(shown.values(), shown.keys(), loc="outside lower center", ncols=3)
-        return png(figure)
+        return figure
 
 
 def moving_mode_shapes(body: BodyMotion) -> bytes:
@@ -305,6 +310,7 @@ def moving_mode_shapes(body: BodyMotion) -> bytes:
                 line.remove()
             with Image.open(drawn) as picture:
                 frames.append(picture.convert("P", palette=Image.Palette.ADAPTIVE, colors=64))
+    close(figure)
     moving = io.BytesIO()
     frames[0].save(
         moving, format="GIF", save_all=True, append_images=frames[1:], duration=100, loop=0

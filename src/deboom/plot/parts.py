@@ -17,15 +17,17 @@ from deboom.plot.style import (
     MUTED,
     TRACK,
     VEHICLE_PALETTE,
+    canvas,
     finite,
     halo,
-    png,
+    place_legend,
     signed,
     styled_figure,
 )
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 _COLUMNS = 3
 _PANEL_HEIGHT = 2.05
@@ -68,7 +70,7 @@ class StiffnessPanel:
     note: str = ""
 
 
-def stiffness_over_preload(panels: Sequence[StiffnessPanel], colour: str) -> bytes:
+def stiffness_over_preload(panels: Sequence[StiffnessPanel], colour: str) -> Figure:
     """Draw the static force – dynamic stiffness diagrams of one mount, after thesis, Figure 26.
 
     Parameters
@@ -80,8 +82,7 @@ def stiffness_over_preload(panels: Sequence[StiffnessPanel], colour: str) -> byt
 
     Returns
     -------
-    bytes
-        PNG.
+    Figure
 
     Raises
     ------
@@ -120,7 +121,7 @@ def stiffness_over_preload(panels: Sequence[StiffnessPanel], colour: str) -> byt
                 Line2D([], [], color=colour, label="wanted, in operation", ls="none", marker=".")
             )
         figure.legend(handles=handles, loc="outside lower center", ncols=len(handles))
-        return png(figure)
+        return figure
 
 
 def _stiffness(axes: Axes, panel: StiffnessPanel, colour: str) -> None:
@@ -166,7 +167,7 @@ def part_effects(
     *,
     x_label: str,
     together_label: str,
-) -> bytes:
+) -> Figure:
     """Draw what each part does alone in every vehicle, beside what all do together.
 
     Parameters
@@ -186,8 +187,7 @@ def part_effects(
 
     Returns
     -------
-    bytes
-        PNG.
+    Figure
 
     Raises
     ------
@@ -246,7 +246,7 @@ def part_effects(
             loc="outside upper right",
             ncols=2,
         )
-        return png(figure)
+        return figure
 
 
 def tolerance_worth(
@@ -254,7 +254,7 @@ def tolerance_worth(
     shares: npt.ArrayLike,
     gains: npt.ArrayLike,
     colours: Sequence[str],
-) -> bytes:
+) -> Figure:
     """Draw the share of each direction in the scatter, and what a tighter tolerance is worth.
 
     Parameters
@@ -270,8 +270,7 @@ def tolerance_worth(
 
     Returns
     -------
-    bytes
-        PNG.
+    Figure
 
     Raises
     ------
@@ -301,7 +300,7 @@ def tolerance_worth(
             axes.set_xlim(min(0.0, 1.05 * float(data[key].min())), 1.1 * float(data[key].max()))
             axes.set_yticks(rows, names)
             axes.set_ylim(len(names) - 0.4, -0.6)
-        return png(figure)
+        return figure
 
 
 _MARKS = {"pass": ("o", ACCENT), "undecided": ("D", INK), "fail": ("X", VEHICLE_PALETTE[1])}
@@ -326,18 +325,23 @@ class PartsRow:
     values: Mapping[str, npt.ArrayLike]
 
 
-def parts_in_intervals(rows: Sequence[PartsRow]) -> bytes:
+def parts_in_intervals(
+    rows: Sequence[PartsRow],
+    *,
+    ax: Axes | None = None,
+) -> Axes:
     """Draw every measured part on the interval of its axis.
 
     Parameters
     ----------
     rows : sequence of PartsRow
         At least one.
+    ax : Axes, optional
+        Where to draw; by default a figure of its own.
 
     Returns
     -------
-    bytes
-        PNG.
+    Axes
 
     Raises
     ------
@@ -348,8 +352,7 @@ def parts_in_intervals(rows: Sequence[PartsRow]) -> bytes:
         raise InputError("figure parts_in_intervals: there is no part to draw")
     from matplotlib.lines import Line2D
 
-    with styled_figure(FULL_WIDTH, 0.9 + 0.34 * len(rows)) as figure:
-        axes = figure.add_subplot()
+    with canvas(ax, FULL_WIDTH, 0.9 + 0.34 * len(rows)) as axes:
         axes.grid(visible=False, axis="y")
         used = []
         for place, row in enumerate(rows):
@@ -374,13 +377,17 @@ def parts_in_intervals(rows: Sequence[PartsRow]) -> bytes:
             for name, (mark, colour) in _MARKS.items()
             if name in used
         ]
-        figure.legend(handles=handles, loc="outside upper right", ncols=3)
-        return png(figure)
+        place_legend(axes, ax, handles=handles, loc="outside upper right", ncols=3)
+        return axes
 
 
 def shared_parts(
-    parts: Sequence[str], vehicles: Sequence[str], labels: npt.NDArray[np.str_]
-) -> bytes:
+    parts: Sequence[str],
+    vehicles: Sequence[str],
+    labels: npt.NDArray[np.str_],
+    *,
+    ax: Axes | None = None,
+) -> Axes:
     """Draw the part number of each part in each vehicle; one colour per number of a row.
 
     Parameters
@@ -389,11 +396,12 @@ def shared_parts(
         Of rows and columns.
     labels : array of str, shape (n_parts, n_vehicles)
         Part numbers.
+    ax : Axes, optional
+        Where to draw; by default a figure of its own.
 
     Returns
     -------
-    bytes
-        PNG.
+    Axes
 
     Raises
     ------
@@ -408,8 +416,7 @@ def shared_parts(
     from matplotlib.patches import Rectangle
 
     turned = max(len(name) for name in vehicles) * len(vehicles) > 70
-    with styled_figure(FULL_WIDTH, 0.75 + 0.36 * len(parts) + 0.35 * turned) as figure:
-        axes = figure.add_subplot()
+    with canvas(ax, FULL_WIDTH, 0.75 + 0.36 * len(parts) + 0.35 * turned) as axes:
         axes.grid(visible=False)
         for row, names in enumerate(labels):
             numbers = list(dict.fromkeys(names.tolist()))
@@ -426,4 +433,4 @@ def shared_parts(
         axes.tick_params(length=0)
         for side in ("left", "bottom"):
             axes.spines[side].set_visible(False)
-        return png(figure)
+        return axes

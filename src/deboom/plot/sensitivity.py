@@ -11,7 +11,15 @@ import numpy.typing as npt
 
 from deboom.errors import InputError
 from deboom.plot.levels import rpm_axis
-from deboom.plot.style import FULL_WIDTH, INK, MUTED, RealArray, finite, halo, png, styled_figure
+from deboom.plot.style import (
+    FULL_WIDTH,
+    INK,
+    MUTED,
+    RealArray,
+    finite,
+    halo,
+    styled_figure,
+)
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -68,7 +76,7 @@ def index_bars(
     *,
     x_label: str,
     columns: int = 3,
-) -> bytes:
+) -> Figure:
     """Draw shares of variance as stacked bars: alone, and interacting with others.
 
     Parameters
@@ -86,8 +94,7 @@ def index_bars(
 
     Returns
     -------
-    bytes
-        PNG.
+    Figure
 
     Raises
     ------
@@ -112,7 +119,7 @@ def index_bars(
         grid[0].set_xlim(0.0, 1.12 * max(_reach(panel) for panel in panels))
         grid[0].xaxis.set_major_locator(MultipleLocator(0.2))
         _bar_legend(figure, list(grid[len(panels) :]))
-        return png(figure)
+        return figure
 
 
 def index_map(
@@ -123,7 +130,7 @@ def index_map(
     *,
     value_label: str,
     columns: int = 2,
-) -> bytes:
+) -> Figure:
     """Draw how the shares of all factors change over the frequency of an engine order.
 
     Parameters
@@ -143,8 +150,7 @@ def index_map(
 
     Returns
     -------
-    bytes
-        PNG.
+    Figure
 
     Raises
     ------
@@ -188,7 +194,7 @@ def index_map(
         grid[0].set_ylim(len(factors) - 0.5, -0.5)
         grid[0].set_xlim(edges[0], edges[-1])
         figure.colorbar(shown, ax=list(grid), label=value_label, pad=0.015, aspect=40)  # type: ignore[arg-type]
-        return png(figure)
+        return figure
 
 
 def _edges(lines: RealArray) -> RealArray:
@@ -289,9 +295,6 @@ def _peaks(axes: Axes, peaks: RealArray) -> None:
     )
 
 
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
 _DASHES = ("-", (0, (4, 1.6)), (0, (1, 1.2)))
 
 
@@ -321,7 +324,7 @@ def index_growth(
     x_label: str,
     y_label: str,
     columns: int = 3,
-) -> bytes:
+) -> Figure:
     """Draw how shares of variance settle as points are added, with their intervals.
 
     Parameters
@@ -341,8 +344,7 @@ def index_growth(
 
     Returns
     -------
-    bytes
-        PNG.
+    Figure
 
     Raises
     ------
@@ -382,7 +384,7 @@ def index_growth(
         grid[0].xaxis.set_minor_locator(NullLocator())
         grid[0].set_ylim(bottom=0.0)
         _growth_legend(figure, factors, colours, styles)
-        return png(figure)
+        return figure
 
 
 def _growth_legend(

@@ -17,7 +17,6 @@ from deboom.plot.style import (
     TRACK,
     VEHICLE_PALETTE,
     finite,
-    png,
     styled_figure,
 )
 
@@ -66,7 +65,7 @@ def spectra_panels(
     columns: int = 3,
     dashed: Sequence[str] = (),
     fitted: Sequence[tuple[float, float]] = (),
-) -> bytes:
+) -> Figure:
     """Draw panels over a logarithmic frequency axis, with one legend.
 
     Parameters
@@ -82,8 +81,7 @@ def spectra_panels(
 
     Returns
     -------
-    bytes
-        PNG.
+    Figure
 
     Raises
     ------
@@ -109,7 +107,7 @@ def spectra_panels(
         for axes in grid.ravel()[len(panels) :]:
             axes.set_axis_off()
         _legend(figure, labels, colour, dashed, panels, shaded=bool(fitted))
-        return png(figure)
+        return figure
 
 
 def frequency_axis(axes: Axes, lowest: float, highest: float) -> None:
@@ -194,10 +192,6 @@ def _legend(
         figure.legend(handles=handles, loc="outside lower center", ncols=min(len(handles), 4))
 
 
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
-
 _PANEL_HEIGHT_2 = 1.65
 
 
@@ -249,7 +243,7 @@ def curve_panels(
     columns: int = 3,
     dashed: Sequence[str] = (),
     share_y: bool = False,
-) -> bytes:
+) -> Figure:
     """Draw panels of curves with one legend.
 
     Parameters
@@ -267,8 +261,7 @@ def curve_panels(
 
     Returns
     -------
-    bytes
-        PNG.
+    Figure
 
     Raises
     ------
@@ -298,7 +291,7 @@ def curve_panels(
         for axes in grid.ravel()[len(panels) :]:
             axes.set_axis_off()
         _curve_legend(figure, labels, colour, panels, dashed)
-        return png(figure)
+        return figure
 
 
 def map_panels(
@@ -308,7 +301,7 @@ def map_panels(
     y_label: str,
     value_label: str,
     columns: int = 3,
-) -> bytes:
+) -> Figure:
     """Draw panels of coloured points, each with a colour scale of its own.
 
     Parameters
@@ -322,8 +315,7 @@ def map_panels(
 
     Returns
     -------
-    bytes
-        PNG.
+    Figure
 
     Raises
     ------
@@ -355,7 +347,7 @@ def map_panels(
         for axes in grid.ravel()[len(panels) :]:
             axes.set_axis_off()
         figure.suptitle(f"colour: {value_label}", x=0.99, ha="right", fontsize=8.5, color=MUTED)
-        return png(figure)
+        return figure
 
 
 def _colour(place: int) -> str:

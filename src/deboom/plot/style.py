@@ -5,7 +5,7 @@ from __future__ import annotations
 import io
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 import numpy.typing as npt
@@ -121,6 +121,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
     from matplotlib.patheffects import AbstractPathEffect
+    from matplotlib.transforms import Bbox
 
     Drawing = Axes | Figure | bytes
 
@@ -132,45 +133,73 @@ PALETTE = 256
 
 @contextmanager
 def styled_figure(width: float, height: float) -> Iterator[Figure]:
-    """Open an empty figure of ``width`` by ``height`` [in]; finish it with `png` inside."""
+    """Open an empty figure of ``width`` by ``height`` [in] in our style, for a grid of panels."""
+    from matplotlib import pyplot as plt
     from matplotlib import style
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
 
     with style.context(dict(FIGURE_STYLE), after_reset=True):
-        figure = Figure(figsize=(width, height), layout="constrained")
-        FigureCanvasAgg(figure)
-        yield figure
+        yield plt.figure(figsize=(width, height), layout="constrained")
 
 
-def png(figure: Figure) -> bytes:
-    """Bytes of the figure as PNG with a palette: a third of the size, colours as before to the eye.
+@contextmanager
+def canvas(ax: Axes | None, width: float, height: float) -> Iterator[Axes]:
+    """Give the axes to draw on in our style: the caller's, or those of a figure of this size."""
+    from matplotlib import style
 
-    Without the writer's name and version; no dithering, which would make flat colours grainy.
+    if ax is None:
+        with styled_figure(width, height) as figure:
+            yield figure.add_subplot()
+    else:
+        with style.context(dict(FIGURE_STYLE), after_reset=True):
+            yield ax
+
+
+def place_legend(axes: Axes, ax: Axes | None, *, loc: str, **options: Any) -> None:
+    """Put the legend outside of the axes in a figure of our own, else inside of the caller's."""
+    if ax is None:
+        legend: Any = figure_of(axes).legend
+        legend(loc=loc, **options)
+    else:
+        axes.legend(**options)
+
+
+def figure_of(axes: Axes) -> Figure:
+    """Return the figure that axes belong to."""
+    figure = axes.get_figure(root=True)
+    assert figure is not None
+    return figure
+
+
+def close(figure: Figure) -> None:
+    """Let go of a figure that is drawn."""
+    from matplotlib import pyplot as plt
+
+    plt.close(figure)
+
+
+def as_png(drawing: Drawing) -> bytes:
+    """Return the PNG of a picture and close it; bytes are a PNG already.
+
+    The same picture gives the same bytes. The PNG has a palette, a third of the size with colours
+    as before to the eye, and neither the writer's name nor its version.
     """
+    if isinstance(drawing, bytes):
+        return drawing
+    from matplotlib import style
+    from matplotlib.figure import Figure
     from PIL import Image
 
+    figure = drawing if isinstance(drawing, Figure) else figure_of(drawing)
     drawn, flat = io.BytesIO(), io.BytesIO()
-    figure.savefig(drawn, format="png", dpi=DPI, metadata={"Software": None})
+    with style.context(dict(FIGURE_STYLE), after_reset=True):
+        figure.savefig(drawn, format="png", dpi=DPI, metadata={"Software": None})
+    close(figure)
     with Image.open(drawn) as picture:
+        # no dithering: it would make flat colours grainy
         picture.convert("RGB").quantize(
             PALETTE, Image.Quantize.MAXCOVERAGE, kmeans=3, dither=Image.Dither.NONE
         ).save(flat, format="PNG", optimize=True, dpi=(DPI, DPI))
     return flat.getvalue()
-
-
-def as_png(drawing: Drawing) -> bytes:
-    """Return the PNG of a picture and close it; bytes are a PNG already."""
-    if isinstance(drawing, bytes):
-        return drawing
-    from matplotlib import pyplot as plt
-    from matplotlib.figure import Figure
-
-    figure = drawing if isinstance(drawing, Figure) else drawing.get_figure(root=True)
-    assert figure is not None
-    picture = png(figure)
-    plt.close(figure)
-    return picture
 
 
 def halo(width: float) -> list[AbstractPathEffect]:
@@ -201,11 +230,6 @@ def finite(figure_name: str, arrays: Mapping[str, npt.ArrayLike]) -> dict[str, R
             raise InputError(f"figure {figure_name}: {name} is not finite at index {where}")
     return checked
 
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
-    from matplotlib.transforms import Bbox
 
 _DIRECTIONS = ((0, 1), (1, 1), (-1, 1), (1, 0), (-1, 0), (1, -1), (-1, -1), (0, -1))
 _DISTANCES = (5.0, 11.0, 18.0, 27.0, 38.0, 52.0)  # pt

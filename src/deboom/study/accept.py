@@ -14,7 +14,6 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from deboom import plot as figures
 from deboom.arrays import RealArray
 from deboom.errors import InputError
 from deboom.explore.scatter import Capability, capability, fewest_pieces, predicted_pieces
@@ -31,9 +30,10 @@ from deboom.files.disk import replace_bytes
 from deboom.files.platform import Platform, read_platform
 from deboom.files.run_folder import environment_record
 from deboom.files.tables import workbook_bytes
-from deboom.plot import CurvePanel
+from deboom.plot import CurvePanel, PartsRow
 from deboom.plot.style import mount_of
 from deboom.report.page import Headline, Page, Picture, Section, Table
+from deboom.study import pngs as figures
 from deboom.study.options import Quantity, limited_response
 from deboom.study.platform_model import (
     Motion,
@@ -615,14 +615,14 @@ def delivery_figures(delivery: Delivery) -> dict[str, bytes]:
     return pictures
 
 
-def _rows(delivery: Delivery) -> list[figures.PartsRow]:
+def _rows(delivery: Delivery) -> list[PartsRow]:
     rows = []
     for batch in delivery.batches:
         axes = dict.fromkeys(axis for one in batch.parts for axis in one.factors)
         for axis in axes:
             variable = delivery.box.variable(f"{batch.mount} {axis}")
             rows.append(
-                figures.PartsRow(
+                PartsRow(
                     f"{batch.mount} {axis}, {batch.name}",
                     (variable.lower, variable.upper),
                     {

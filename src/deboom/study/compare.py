@@ -12,7 +12,6 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from deboom import plot as figures
 from deboom.arrays import RealArray
 from deboom.errors import InputError
 from deboom.explore.front import (
@@ -40,6 +39,7 @@ from deboom.explore.space import Progress, checked_seed
 from deboom.plot import AttainedFront
 from deboom.plot.style import signed
 from deboom.report.page import Headline, Page, Picture, Section, Table
+from deboom.study import pngs as figures
 from deboom.study.overview import refresh_overview
 from deboom.study.progress import progress_bar
 from deboom.study.rebuilt import (

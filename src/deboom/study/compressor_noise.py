@@ -44,10 +44,11 @@ from deboom.files.electric_car import read_electric_car
 from deboom.measurement.compressor_test import HoseState
 from deboom.measurement.electric_car import wrench_noise_transfer
 from deboom.physics.sound_level import a_weighting, energy_sum
-from deboom.plot import DotPanel, MaskedPanel, dot_panels, masked_panels
+from deboom.plot import DotPanel, MaskedPanel
 from deboom.plot.style import VEHICLE_PALETTE, signed
 from deboom.report.page import Headline, Page, Picture, Section, Table
 from deboom.study.compressor_identification import in_words
+from deboom.study.pngs import dot_panels, masked_panels
 from deboom.study.progress import Progress
 from deboom.study.result import Scalar, StudyResult
 from deboom.vehicles.booming_peaks import booming_peaks, match_peaks

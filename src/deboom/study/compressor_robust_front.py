@@ -15,7 +15,6 @@ import numpy as np
 import pandas as pd
 from threadpoolctl import threadpool_limits
 
-from deboom import plot as figures
 from deboom.arrays import RealArray
 from deboom.bench.compressor_operation import PRESSURES, Operation, gas_factor, operation
 from deboom.bench.compressor_rig import draw, placement_errors
@@ -80,6 +79,7 @@ from deboom.physics.sound_level import spl
 from deboom.plot import CurvePanel, IndexBars
 from deboom.plot.style import mount_colours, mount_of, signed, vehicle_colours
 from deboom.report.page import Headline, Page, Picture, Section, Table, render_page
+from deboom.study import pngs as figures
 from deboom.study.progress import Progress
 from deboom.study.result import RunContext, Scalar, StudyResult
 from deboom.study.search import Budget, robust_search

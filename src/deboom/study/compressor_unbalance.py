@@ -60,10 +60,11 @@ from deboom.files.operating_test import read_operating_test
 from deboom.files.run_folder import environment_record, hash_files
 from deboom.files.tables import workbook_bytes
 from deboom.measurement.compressor_test import HoseState, OperatingTest
-from deboom.plot import DotPanel, MaskedPanel, dot_panels, masked_panels
+from deboom.plot import DotPanel, MaskedPanel
 from deboom.plot.style import VEHICLE_PALETTE, signed
 from deboom.report.page import Headline, Page, Picture, Section, Table, render_page
 from deboom.study.compressor_identification import in_words
+from deboom.study.pngs import dot_panels, masked_panels
 from deboom.study.progress import Progress, counted
 from deboom.study.result import Scalar, StudyResult
 from deboom.study.runner import PACKAGES, command_of, run_command

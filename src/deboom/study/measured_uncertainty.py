@@ -12,7 +12,6 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
-from deboom import plot as figures
 from deboom.arrays import RealArray
 from deboom.errors import InputError
 from deboom.explore.front import verify
@@ -37,6 +36,7 @@ from deboom.measurement.uncertainty import (
 from deboom.plot import IntervalPanel
 from deboom.plot.style import signed
 from deboom.report.page import Headline, Page, Picture, Section, Table
+from deboom.study import pngs as figures
 from deboom.study.platform_model import motion_report
 from deboom.study.progress import Progress
 from deboom.study.rebuilt import DESIGNS, FRONT

@@ -64,9 +64,10 @@ from deboom.mounts.response_surface import (
     standard_models,
 )
 from deboom.physics.order_tracking import rpm_of_frequency
-from deboom.plot import CurvePanel, MapPanel, curve_panels, map_panels
+from deboom.plot import CurvePanel, MapPanel
 from deboom.report.page import Headline, Page, Picture, Section, Table
 from deboom.study.platform_model import PEAKS, RMS, level_differences
+from deboom.study.pngs import curve_panels, map_panels
 from deboom.study.progress import Progress
 from deboom.study.result import Scalar, StudyResult
 from deboom.vehicles.fleet import Band

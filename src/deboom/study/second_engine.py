@@ -38,9 +38,10 @@ from deboom.mounts.response_surface import (
 )
 from deboom.mounts.surface_forces import MountState, main_axis, state_at, surface_over
 from deboom.physics.order_tracking import rpm_of_frequency
-from deboom.plot import CurvePanel, curve_panels
+from deboom.plot import CurvePanel
 from deboom.report.page import Headline, Page, Picture, Section, Table
 from deboom.study.mount_characterisation import SetTruth, read_set_truth
+from deboom.study.pngs import curve_panels
 from deboom.study.progress import Progress
 from deboom.study.result import Scalar, StudyResult
 from deboom.vehicles.powertrain import library_model

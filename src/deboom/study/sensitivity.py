@@ -12,7 +12,6 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
-from deboom import plot as figures
 from deboom.arrays import RealArray
 from deboom.explore.sensitivity import (
     MorrisEffects,
@@ -37,6 +36,7 @@ from deboom.mounts.mount import Mount
 from deboom.plot import IndexBars, IndexGrowth, IndexMap
 from deboom.plot.style import mount_colours
 from deboom.report.page import Headline, Page, Picture, Section, Table
+from deboom.study import pngs as figures
 from deboom.study.platform_model import factor_name, motion_name, motion_report
 from deboom.study.progress import Progress
 from deboom.study.result import Scalar, StudyResult

@@ -12,7 +12,6 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from deboom import plot as figures
 from deboom.errors import InputError
 from deboom.files.disk import replace_bytes
 from deboom.files.run_folder import hash_files
@@ -22,6 +21,7 @@ from deboom.mounts.mount import AXES, mean_operating_stiffness
 from deboom.plot import IndexBars
 from deboom.plot.style import MUTED, mount_colours, signed, vehicle_colours
 from deboom.report.page import Headline, Page, Picture, Section, Table, render_page
+from deboom.study import pngs as figures
 from deboom.study.platform_model import (
     Factor,
     MotionReport,

@@ -62,11 +62,11 @@ from deboom.mounts.operating_map import bench_load_case
 from deboom.mounts.surface_forces import Outside, SurfaceForces, surface_forces
 from deboom.physics.frf import FrfForm
 from deboom.physics.sound_level import spl
-from deboom.plot import (
-    BodyMotion,
-    CurvePanel,
-    DotPanel,
-    SpeedPanel,
+from deboom.plot import BodyMotion, CurvePanel, DotPanel, SpeedPanel
+from deboom.plot.style import INK, MUTED, VEHICLE_PALETTE, mount_colours, vehicle_colours
+from deboom.report.page import Headline, Page, Picture, Section, Table
+from deboom.report.tables import split_label
+from deboom.study.pngs import (
     curve_panels,
     dot_panels,
     matrix_map,
@@ -75,9 +75,6 @@ from deboom.plot import (
     speed_panels,
     stabilisation_chart,
 )
-from deboom.plot.style import INK, MUTED, VEHICLE_PALETTE, mount_colours, vehicle_colours
-from deboom.report.page import Headline, Page, Picture, Section, Table
-from deboom.report.tables import split_label
 from deboom.study.progress import Progress
 from deboom.study.result import Scalar, StudyResult
 from deboom.vehicles.amplitude_motion import ResolvedDesign, identified_surfaces, resolve_design

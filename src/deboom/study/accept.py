@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from deboom import plot
 from deboom.arrays import RealArray
 from deboom.errors import InputError
 from deboom.explore.scatter import Capability, capability, fewest_pieces, predicted_pieces
@@ -28,12 +29,9 @@ from deboom.files.acceptance import (
 )
 from deboom.files.disk import replace_bytes
 from deboom.files.platform import Platform, read_platform
-from deboom.files.run_folder import environment_record
 from deboom.files.tables import workbook_bytes
-from deboom.plot import CurvePanel, PartsRow
 from deboom.plot.style import mount_of
-from deboom.report.page import Headline, Page, Picture, Section, Table
-from deboom.study import pngs as figures
+from deboom.report import Report
 from deboom.study.options import Quantity, limited_response
 from deboom.study.platform_model import (
     Motion,
@@ -43,8 +41,7 @@ from deboom.study.platform_model import (
     platform_sha256,
 )
 from deboom.study.progress import Progress
-from deboom.study.result import Scalar, StudyResult
-from deboom.study.runner import PACKAGES, run_command
+from deboom.study.runner import run_command
 
 PROCESSES, CARS = 100, 256
 """Processes that a batch may come from, and cars of each, for the predicted levels."""
@@ -434,38 +431,124 @@ SHARES = [
     "from [%]",
     "to [%]",
 ]
-TERMS = ("stiffness factor", "dynamic stiffness", "tolerance", "SPL")
 
 
-def delivery_result(delivery: Delivery, inputs: tuple[Path, ...]) -> StudyResult:
-    """Make tables, figures, headline numbers and page.
-
-    Parameters
-    ----------
-    delivery : Delivery
-    inputs : tuple of Path
-        Every file that was read.
-
-    Returns
-    -------
-    StudyResult
-        Tables ``parts``, ``batches``, ``capability``; with a platform ``levels``.
-    """
-    tables = {
-        "batches": batch_table(delivery),
-        "parts": part_table(delivery),
-        "capability": capability_table(delivery),
-    }
-    if any(batch.cars is not None for batch in delivery.batches):
-        tables["levels"] = level_table(delivery)
-    pictures = delivery_figures(delivery)
-    return StudyResult(
-        tables=tables,
-        figures=pictures,
-        summary=delivery_summary(delivery),
-        page=_page(delivery, tables, pictures),
-        inputs=inputs,
+def delivery_report(delivery: Delivery, inputs: Sequence[Path]) -> Report:
+    """Report a judged delivery; `inputs` are the files that were read."""
+    box, verdicts = delivery.box, [judged.verdict for judged in delivery.parts]
+    passed = sum(batch.verdict is Verdict.passed for batch in delivery.batches)
+    failed, open_ = verdicts.count(Verdict.failed), verdicts.count(Verdict.undecided)
+    report = Report(
+        "Acceptance of a delivery",
+        f"Do these parts keep the acceptance box of {box.title.partition(':')[0]}?",
     )
+    report.explain("stiffness factor", "dynamic stiffness", "tolerance", "SPL")
+    report.tile(f"{passed} of {len(delivery.batches)}", "batches pass")
+    report.tile(f"{failed}", f"of {len(verdicts)} parts fail")
+    report.tile(f"{open_}", "parts undecided")
+    if delivery.uncertainty == 0.0:
+        report.warn(
+            "The uncertainty of the measured stiffnesses was not stated (--uncertainty): parts "
+            "near to an end of their interval are decided as if they were known exactly."
+        )
+    if not delivery.predicted:
+        report.warn("No platform was given (--platform): the cars' levels are not predicted.")
+    if not delivery.same_data:
+        report.warn(
+            "The platform's files are not those that the box was found with: the predicted levels "
+            "belong to today's files."
+        )
+    report.summary |= {
+        "n_parts": len(verdicts),
+        "n_passed": verdicts.count(Verdict.passed),
+        "n_failed": failed,
+        "n_undecided": open_,
+        "n_batches": len(delivery.batches),
+        "n_batches_passed": passed,
+        "n_batches_failed": sum(b.verdict is Verdict.failed for b in delivery.batches),
+        "share_stated": box.share_stated,
+    }
+    bounds = [c.cpk_bound for batch in delivery.batches for c in batch.capabilities.values()]
+    smallest = {
+        "cpk_at_least_smallest": bounds,
+        "pieces_inside_at_least_smallest": [b.pieces.low for b in delivery.batches if b.pieces],
+        "cars_within_limit_smallest": [b.cars.within.middle for b in delivery.batches if b.cars],
+    }
+    report.summary |= {name: min(values) for name, values in smallest.items() if values}
+    report.inputs += inputs
+
+    low, high = (f"{PERCENT * end:g}" for end in INTERVAL)
+    report.section(
+        "Batches",
+        "A batch passes if every measured part passes and at least "
+        f"{PERCENT * box.share_stated:g} % of its pieces, measured or not, lie inside beyond "
+        "doubt: few measured parts leave much open. Beside it stand the cars that get their "
+        "mounts from the batch, all other mounts anywhere in the box, with the interval from "
+        f"{low} to {high} %. The box promises its share for parts all over it: a batch in a "
+        "corner may keep every interval and still make loud cars.",
+    )
+    batches = batch_table(delivery)
+    report.table("batches", batches, "One row per batch.", shown=batches[VERDICTS])
+    report.table(None, batches[SHARES], "What the measured parts say of all.")
+
+    conditions = dict.fromkeys(v.condition for v in box.variables if v.required)
+    report.section(
+        "Parts in their intervals",
+        f"Stiffness over today's, {'; '.join(conditions)}. Measure deliveries there.",
+    )
+    report.figure(
+        "parts",
+        plot.parts_in_intervals(_rows(delivery)),
+        "The bar is the interval.",
+        alt="Parts in their intervals",
+    )
+    parts = part_table(delivery)
+    others = parts.loc[parts["verdict"] != Verdict.passed.value, ["part", "verdict", "reason"]]
+    caption = "" if others.empty else "Parts that do not pass; parts.csv has all of them."
+    report.table("parts", parts, caption, shown=others)
+
+    report.section(
+        "Capability",
+        "Cp compares the width of the interval with the scatter, Cpk also sees a mean off its "
+        "middle. The bounds hold with 95 % confidence for a normal process; Cpk from about 20 "
+        "parts upwards.",
+    )
+    report.table("capability", capability_table(delivery), "One row per batch and limited axis.")
+    if any(batch.cars is not None for batch in delivery.batches):
+        _levels(report, delivery)
+    return report
+
+
+def _levels(report: Report, delivery: Delivery) -> None:
+    """Show the predicted levels of the cars of each batch."""
+    box, panels = delivery.box, []
+    share = np.linspace(0.0, PERCENT, 101)
+    for batch in delivery.batches:
+        if batch.cars is None:
+            continue
+        curves = {}
+        for place, response in enumerate(box.responses):
+            over = batch.cars.levels[..., place].ravel() - response.limit
+            curves[response.name] = np.quantile(over, share / PERCENT)
+        panels.append(plot.CurvePanel(f"{batch.mount} {batch.name}", share, curves))
+    report.section(
+        "Predicted levels",
+        f"{box.quantity.capitalize()} of the cars of each batch, with pieces that the "
+        "measured ones lead one to expect; few pieces give a wide spread.",
+    )
+    report.figure(
+        "levels",
+        plot.curve_panels(
+            panels,
+            x_label="share of the cars [%]",
+            y_label="level less limit [dB]",
+            columns=min(3, len(panels)),
+            share_y=True,
+        ),
+        "Cars in the order of their level; above zero they miss the limit.",
+        alt="Levels of the predicted cars less the limit",
+    )
+    report.table("levels", level_table(delivery), "One row per batch and vehicle.")
 
 
 def part_table(delivery: Delivery) -> pd.DataFrame:
@@ -566,63 +649,14 @@ def level_table(delivery: Delivery) -> pd.DataFrame:
     return pd.DataFrame(rows)
 
 
-def delivery_summary(delivery: Delivery) -> dict[str, Scalar]:
-    """Headline numbers; ``deboom accept --help`` explains them."""
-    verdicts = [one.verdict for one in delivery.parts]
-    bounds = [one.cpk_bound for batch in delivery.batches for one in batch.capabilities.values()]
-    summary: dict[str, Scalar] = {
-        "n_parts": len(verdicts),
-        "n_passed": verdicts.count(Verdict.passed),
-        "n_failed": verdicts.count(Verdict.failed),
-        "n_undecided": verdicts.count(Verdict.undecided),
-        "n_batches": len(delivery.batches),
-        "n_batches_passed": sum(b.verdict is Verdict.passed for b in delivery.batches),
-        "n_batches_failed": sum(b.verdict is Verdict.failed for b in delivery.batches),
-        "share_stated": delivery.box.share_stated,
-    }
-    if bounds:
-        summary["cpk_at_least_smallest"] = min(bounds)
-    pieces = [batch.pieces.low for batch in delivery.batches if batch.pieces]
-    if pieces:
-        summary["pieces_inside_at_least_smallest"] = min(pieces)
-    cars = [batch.cars.within.middle for batch in delivery.batches if batch.cars]
-    if cars:
-        summary["cars_within_limit_smallest"] = min(cars)
-    return summary
-
-
-def delivery_figures(delivery: Delivery) -> dict[str, bytes]:
-    """Draw the parts in their intervals, and the predicted levels; file stem → PNG."""
-    pictures = {"parts": figures.parts_in_intervals(_rows(delivery))}
-    panels = []
-    for batch in delivery.batches:
-        if batch.cars is None:
-            continue
-        curves = {}
-        share = np.linspace(0.0, PERCENT, 101)
-        for place, response in enumerate(delivery.box.responses):
-            over = batch.cars.levels[..., place].ravel() - response.limit
-            curves[response.name] = np.quantile(over, share / PERCENT)
-        panels.append(CurvePanel(f"{batch.mount} {batch.name}", share, curves))
-    if panels:
-        pictures["levels"] = figures.curve_panels(
-            panels,
-            x_label="share of the cars [%]",
-            y_label="level less limit [dB]",
-            columns=min(3, len(panels)),
-            share_y=True,
-        )
-    return pictures
-
-
-def _rows(delivery: Delivery) -> list[PartsRow]:
+def _rows(delivery: Delivery) -> list[plot.PartsRow]:
     rows = []
     for batch in delivery.batches:
         axes = dict.fromkeys(axis for one in batch.parts for axis in one.factors)
         for axis in axes:
             variable = delivery.box.variable(f"{batch.mount} {axis}")
             rows.append(
-                PartsRow(
+                plot.PartsRow(
                     f"{batch.mount} {axis}, {batch.name}",
                     (variable.lower, variable.upper),
                     {
@@ -634,94 +668,6 @@ def _rows(delivery: Delivery) -> list[PartsRow]:
                 )
             )
     return rows
-
-
-def _not_passed(parts: pd.DataFrame) -> tuple[Table, ...]:
-    """Parts that need a look; all of them stand in ``parts.csv``."""
-    shown = parts.loc[parts["verdict"] != Verdict.passed.value, ["part", "verdict", "reason"]]
-    if shown.empty:
-        return ()
-    return (Table(shown, "Parts that do not pass; parts.csv has all of them."),)
-
-
-def _page(
-    delivery: Delivery, tables: Mapping[str, pd.DataFrame], pictures: Mapping[str, bytes]
-) -> Page:
-    box, verdicts = delivery.box, [one.verdict for one in delivery.parts]
-    passed = sum(batch.verdict is Verdict.passed for batch in delivery.batches)
-    low, high = (f"{PERCENT * end:g}" for end in INTERVAL)
-    conditions = dict.fromkeys(v.condition for v in box.variables if v.required)
-    warnings = []
-    if delivery.uncertainty == 0.0:
-        warnings.append(
-            "The uncertainty of the measured stiffnesses was not stated (--uncertainty): parts "
-            "near to an end of their interval are decided as if they were known exactly."
-        )
-    if not delivery.predicted:
-        warnings.append("No platform was given (--platform): the cars' levels are not predicted.")
-    if not delivery.same_data:
-        warnings.append(
-            "The platform's files are not those that the box was found with: the predicted levels "
-            "belong to today's files."
-        )
-    sections = [
-        Section(
-            "Batches",
-            "A batch passes if every measured part passes and at least "
-            f"{PERCENT * box.share_stated:g} % of its pieces, measured or not, lie inside beyond "
-            "doubt: few measured parts leave much open. Beside it stand the cars that get their "
-            "mounts from the batch, all other mounts anywhere in the box, with the interval from "
-            f"{low} to {high} %. The box promises its share for parts all over it: a batch in a "
-            "corner may keep every interval and still make loud cars.",
-            tables=(
-                Table(tables["batches"][VERDICTS], "One row per batch."),
-                Table(tables["batches"][SHARES], "What the measured parts say of all."),
-            ),
-        ),
-        Section(
-            "Parts in their intervals",
-            f"Stiffness over today's, {'; '.join(conditions)}. Measure deliveries there.",
-            figures=(
-                Picture(pictures["parts"], "Parts in their intervals", "The bar is the interval."),
-            ),
-            tables=_not_passed(tables["parts"]),
-        ),
-        Section(
-            "Capability",
-            "Cp compares the width of the interval with the scatter, Cpk also sees a mean off its "
-            "middle. The bounds hold with 95 % confidence for a normal process; Cpk from about 20 "
-            "parts upwards.",
-            tables=(Table(tables["capability"], "One row per batch and limited axis."),),
-        ),
-    ]
-    if "levels" in tables:
-        sections.append(
-            Section(
-                "Predicted levels",
-                f"{box.quantity.capitalize()} of the cars of each batch, with pieces that the "
-                "measured ones lead one to expect; few pieces give a wide spread.",
-                figures=(
-                    Picture(
-                        pictures["levels"],
-                        "Levels of the predicted cars less the limit",
-                        "Cars in the order of their level; above zero they miss the limit.",
-                    ),
-                ),
-                tables=(Table(tables["levels"], "One row per batch and vehicle."),),
-            )
-        )
-    return Page(
-        title="Acceptance of a delivery",
-        question=f"Do these parts keep the acceptance box of {box.title.partition(':')[0]}?",
-        headlines=(
-            Headline(f"{passed} of {len(delivery.batches)}", "batches pass"),
-            Headline(f"{verdicts.count(Verdict.failed)}", f"of {len(verdicts)} parts fail"),
-            Headline(f"{verdicts.count(Verdict.undecided)}", "parts undecided"),
-        ),
-        terms=TERMS,
-        warnings=tuple(warnings),
-        sections=tuple(sections),
-    )
 
 
 COMMAND = "accept"
@@ -841,15 +787,14 @@ def accept_into_run(
             "over-today": over_today,
             "seed": seed,
         },
-        "environment": environment_record(PACKAGES),
     }
 
-    def work() -> StudyResult:
+    def work() -> Report:
         progress(1, 3, "parts and cars")
         delivery = judged_delivery(box, parts, data, uncertainty, seed, over_today=over_today)
         progress(2, 3, "tables and figures")
         files = data.input_files if data is not None else ()
-        return delivery_result(delivery, (path, parts_path, *files))
+        return delivery_report(delivery, (path, parts_path, *files))
 
     run = run_command(out, record, work, relative_to=None, begin=begin)
     progress(3, 3, "done")

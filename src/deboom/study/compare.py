@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
+from deboom import plot
 from deboom.arrays import RealArray
 from deboom.errors import InputError
 from deboom.explore.front import (
@@ -36,10 +37,8 @@ from deboom.explore.robust import RobustResponse
 from deboom.explore.scatter import sobol_sample
 from deboom.explore.selection import at_nominal, variables_without_effect
 from deboom.explore.space import Progress, checked_seed
-from deboom.plot import AttainedFront
 from deboom.plot.style import signed
-from deboom.report.page import Headline, Page, Picture, Section, Table
-from deboom.study import pngs as figures
+from deboom.report import Report
 from deboom.study.overview import refresh_overview
 from deboom.study.progress import progress_bar
 from deboom.study.rebuilt import (
@@ -51,7 +50,6 @@ from deboom.study.rebuilt import (
     differences,
     other_models,
 )
-from deboom.study.result import Scalar, StudyResult
 from deboom.study.runner import run_command
 
 SETS = 8
@@ -60,6 +58,11 @@ FEWEST = 1024
 """Draws of the common sample."""
 CHUNK = 50
 """Designs between two signs of progress."""
+PERCENT = 100.0
+QUESTION = "Which of these fronts is better, and is the difference real?"
+SHOWN_PAIRS = 15
+"""Pairs that a page shows of many."""
+STUDY = "compare"
 
 
 @dataclass(frozen=True, eq=False)
@@ -323,7 +326,191 @@ def _name(options: Mapping[str, object], differing: Sequence[str]) -> str:
     return ", ".join(f"{name.replace('_', '-')} {options.get(name)}" for name in differing)
 
 
-PERCENT = 100.0
+def comparison_report(study: Comparison) -> Report:
+    """Report compared fronts."""
+    (first, second), found = next(iter(study.pairs.items()))
+    verdicts = [pair.verdict for pair in study.pairs.values()]
+    gap = study.gap(first, second) * study.per_line
+    report = Report("Fronts compared", QUESTION)
+    report.explain(
+        *("Pareto front", "hypervolume", "attainment band", "within noise", "tolerance", "σ")
+    )
+    for folder in study.foreign:
+        report.warn(
+            f"The model of {folder} is not the one that judges here "
+            f"({study.fronts[0].run.entry.name}): its options or code give other figures, so its "
+            "front is judged outside of its own world."
+        )
+    if len(study.pairs) > 1:
+        real = verdicts.count(Verdict.real)
+        report.tile(f"{real} of {len(study.pairs)}", "pairs with a real difference")
+        report.tile(str(len(study.fronts)), "runs judged by the same draws")
+    else:
+        report.tile(found.verdict.value, f"{first} against {second}")
+        change = f"{signed(PERCENT * found.value, 2)} %"
+        report.tile(change, "hypervolume, first minus second")
+        if np.isfinite(found.noise):
+            report.tile(f"±{PERCENT * found.noise:.2f} %", "what chance alone may give")
+        if np.isfinite(gap):
+            level = f"{signed(gap, 3)} {unit_word(study)}".strip()
+            report.tile(level, "level at equal σ, first minus second")
+    report.summary |= {
+        "n_runs": len(study.fronts),
+        "n_configurations": len(study.groups),
+        "n_pairs": len(verdicts),
+        "n_real": verdicts.count(Verdict.real),
+        "n_within_noise": verdicts.count(Verdict.noise),
+        "n_not_decided": verdicts.count(Verdict.open),
+        "first": first,
+        "second": second,
+        "verdict": found.verdict.value,
+        "hypervolume_difference_percent": PERCENT * found.value,
+    }
+    numbers = {
+        "noise_percent": PERCENT * found.noise,
+        "level_difference": gap,
+        "design_distance_percent": PERCENT * study.distance(first, second),
+    }
+    report.summary |= {name: value for name, value in numbers.items() if np.isfinite(value)}
+    for name, volumes in study.hypervolumes.items():
+        key = f"hypervolume_percent_{name.replace(' ', '_')}"
+        report.summary[key] = PERCENT * float(volumes.mean())
+    report.facts |= {
+        "judge": study.fronts[0].run.entry.folder.as_posix(),
+        "common_draws": study.n_samples,
+        "sets_of_draws": SETS,
+    }
+    report.inputs += [path for judged in study.fronts for path in judged.run.files]
+
+    _verdict(report, study)
+    report.section("How it was decided", _method(study))
+    _fronts(report, study)
+    _designs(report, study)
+    runs, names = [f.run for f in study.fronts], [f.name for f in study.fronts]
+    differ = differences(runs, names)
+    report.section(
+        "What the runs do not have in common",
+        "Beside these items the runs are equal: the study's options, the versions of all "
+        "packages, and the hashes of the platform's files."
+        if len(differ)
+        else "Nothing.",
+    )
+    caption = "Only what differs is shown." if len(differ) else ""
+    report.table("differences", differ, caption)
+    return report
+
+
+def _verdict(report: Report, study: Comparison) -> None:
+    """Say which front is better, and show the difference beside its noise."""
+    pairs, shown = pair_table(study), _shown(study)
+    report.section("The verdict")
+    for pair in shown:
+        report.text(verdict_sentence(study, pair))
+    rows = [(row.first, row.second) in shown for row in pairs.itertuples()]
+    if not all(rows):
+        report.text(f"All {len(pairs)} pairs are in pairs.csv.")
+    asked = {judged.run.configuration for judged in study.fronts}
+    if len(asked) == 1 and any(d.verdict is Verdict.real for d in study.pairs.values()):
+        report.text(
+            "These runs differ in nothing but their seed. A real difference between them says that "
+            "the search of the worse one had come to rest elsewhere: give it more generations, or "
+            "several searches (--searches)."
+        )
+    found = [study.pairs[pair] for pair in shown]
+    report.figure(
+        "noise",
+        plot.noise_bars(
+            [f"{first} − {second}" for first, second in shown],
+            PERCENT * np.array([difference.value for difference in found]),
+            PERCENT * np.array([difference.noise for difference in found]),
+            difference_label="difference of hypervolume [% of the box]",
+        ),
+        "Difference of hypervolume, and what other draws and other seeds could give as well.",
+        alt="Difference of hypervolume of each pair beside its band of noise.",
+    )
+    report.table(
+        "pairs",
+        pairs,
+        "Level at equal σ is the mean over the range of σ that both fronts have; "
+        "negative: the first is quieter. Covers: share of the other's points that "
+        "a front equals or beats.",
+        {"hypervolume, first - second [%]": 2, "noise, 99 % [%]": 2},
+        shown=pairs[rows].drop(columns=["error from draws [%]", "error from searches [%]"]),
+    )
+
+
+def _fronts(report: Report, study: Comparison) -> None:
+    """Show all fronts under the common draws."""
+    unit, (mean_label, sigma_label) = unit_label(study), objective_labels(study)
+    corner = study.box.reference_point * study.per_line
+    report.section(
+        "The fronts",
+        "All designs under the common draws. A step line encloses what a front dominates.",
+    )
+    report.figure(
+        "fronts",
+        plot.attained_fronts(
+            {name: _attained(study, runs) for name, runs in study.groups.items()},
+            (float(corner[0]), float(corner[1])),
+            mean_label=f"{mean_label} {unit}",
+            sigma_label=f"{sigma_label} {unit}",
+        ),
+        "Down and left is better. Of several runs the line is what half of them "
+        "attain, the band reaches from the best to the worst.",
+        alt="Fronts of all configurations under the common draws.",
+    )
+    table = front_table(study)
+    hidden = ["seed", *(name for name in table.columns if name.startswith("best "))]
+    if not table["failed"].any():
+        hidden.append("failed")
+    fine = ("hypervolume [%]", "last gain [%]", "IGD+ [%]", "additive ε [%]")
+    report.table(
+        "fronts",
+        table,
+        "Every run. Hypervolume, IGD+ and ε are in the units of the common box; "
+        "last gain is what the last generations of the search have gained of it.",
+        dict.fromkeys(fine, 2),
+        shown=table.drop(columns=hidden),
+    )
+    points = [
+        pd.DataFrame(
+            {
+                "run": judged.run.entry.name,
+                "configuration": judged.name,
+                f"{mean_label} {unit}": judged.objectives[:, 0] * study.per_line,
+                f"{sigma_label} {unit}": judged.objectives[:, 1] * study.per_line,
+            }
+        )
+        for judged in study.fronts
+    ]
+    report.table("points", pd.concat(points, ignore_index=True))
+
+
+def _designs(report: Report, study: Comparison) -> None:
+    """Show the range of every variable on each front."""
+    space, values = study.judge.space, design_values(study)
+    report.section(
+        "What would be built",
+        "The values that the designs of each front have. Two fronts can be equally good "
+        "and yet ask for other parts.",
+    )
+    report.figure(
+        "designs",
+        plot.design_ranges(
+            space.names,
+            values,
+            np.column_stack(study.bounds),
+            value_label=f"value on the front [{space.units[0]}]",
+        ),
+        "Line: from the smallest to the largest value on the front; mark: median; "
+        "grey: bounds of the search. Variables without effect stand at nominal.",
+        alt="Range and median of every variable on each front.",
+    )
+    table: dict[str, object] = {"variable": list(space.names)}
+    for name, ranges in values.items():
+        for column, word in enumerate(("smallest", "median", "largest")):
+            table[f"{name}, {word}"] = ranges[:, column]
+    report.table("designs", pd.DataFrame(table))
 
 
 def pair_table(study: Comparison) -> pd.DataFrame:
@@ -375,34 +562,6 @@ def front_table(study: Comparison) -> pd.DataFrame:
     return pd.DataFrame(rows)
 
 
-def range_table(study: Comparison) -> pd.DataFrame:
-    """One row per variable: smallest, median and largest value on the fronts."""
-    space = study.judge.space
-    table: dict[str, object] = {"variable": list(space.names)}
-    for name, ranges in design_values(study).items():
-        for column, word in enumerate(("smallest", "median", "largest")):
-            table[f"{name}, {word}"] = ranges[:, column]
-    return pd.DataFrame(table)
-
-
-def point_table(study: Comparison) -> pd.DataFrame:
-    """One row per design of each run: its objectives under the common draws."""
-    parts = [
-        pd.DataFrame(
-            {
-                "run": one.run.entry.name,
-                "configuration": one.name,
-                f"{objective_labels(study)[0]} {unit_label(study)}": one.objectives[:, 0]
-                * study.per_line,
-                f"{objective_labels(study)[1]} {unit_label(study)}": one.objectives[:, 1]
-                * study.per_line,
-            }
-        )
-        for one in study.fronts
-    ]
-    return pd.concat(parts, ignore_index=True)
-
-
 def objective_labels(study: Comparison) -> tuple[str, str]:
     """Return what the two objectives are."""
     if study.per_line != 1.0:
@@ -439,39 +598,6 @@ def _median_front(study: Comparison, name: str) -> RealArray:
     return np.asarray(attainment(runs, [0.5])[0.5])
 
 
-def comparison_summary(study: Comparison) -> dict[str, Scalar]:
-    """Headline numbers; those of a single pair are of the first one."""
-    verdicts = [found.verdict for found in study.pairs.values()]
-    (first, second), found = next(iter(study.pairs.items()))
-    summary: dict[str, Scalar] = {
-        "n_runs": len(study.fronts),
-        "n_configurations": len(study.groups),
-        "n_pairs": len(verdicts),
-        "n_real": verdicts.count(Verdict.real),
-        "n_within_noise": verdicts.count(Verdict.noise),
-        "n_not_decided": verdicts.count(Verdict.open),
-        "first": first,
-        "second": second,
-        "verdict": found.verdict.value,
-        "hypervolume_difference_percent": PERCENT * found.value,
-    }
-    numbers = {
-        "noise_percent": PERCENT * found.noise,
-        "level_difference": study.gap(first, second) * study.per_line,
-        "design_distance_percent": PERCENT * study.distance(first, second),
-    }
-    summary |= {name: value for name, value in numbers.items() if np.isfinite(value)}
-    for name, volumes in study.hypervolumes.items():
-        summary[f"hypervolume_percent_{name.replace(' ', '_')}"] = PERCENT * float(volumes.mean())
-    return summary
-
-
-QUESTION = "Which of these fronts is better, and is the difference real?"
-TERMS = ("Pareto front", "hypervolume", "attainment band", "within noise", "tolerance", "σ")
-SHOWN_PAIRS = 15
-"""Pairs that a page shows of many."""
-
-
 def verdict_sentence(study: Comparison, pair: tuple[str, str]) -> str:
     """Say in one sentence what came out for two configurations."""
     first, second = pair
@@ -494,14 +620,14 @@ def verdict_sentence(study: Comparison, pair: tuple[str, str]) -> str:
     )
 
 
-def _attained(study: Comparison, runs: list[JudgedRun]) -> AttainedFront:
+def _attained(study: Comparison, runs: list[JudgedRun]) -> plot.AttainedFront:
     fronts = [one.objectives * study.per_line for one in runs]
     if len(fronts) == 1:
         front = fronts[0][nondominated(fronts[0])]
-        return AttainedFront(front[np.argsort(front[:, 0])])
+        return plot.AttainedFront(front[np.argsort(front[:, 0])])
     any_run = 1.0 / len(fronts)
     levels = attainment(fronts, [any_run, 0.5, 1.0])
-    return AttainedFront(levels[0.5], best=levels[any_run], worst=levels[1.0])
+    return plot.AttainedFront(levels[0.5], best=levels[any_run], worst=levels[1.0])
 
 
 def _shown(study: Comparison) -> list[tuple[str, str]]:
@@ -511,176 +637,6 @@ def _shown(study: Comparison) -> list[tuple[str, str]]:
         return pairs
     best = max(study.hypervolumes, key=lambda name: study.hypervolumes[name].mean())
     return [pair for pair in pairs if best in pair][:SHOWN_PAIRS]
-
-
-def comparison_figures(study: Comparison) -> dict[str, bytes]:
-    """Draw all pictures of the page; file stem → PNG."""
-    scale, unit = study.per_line, unit_label(study)
-    shown = _shown(study)
-    found = [study.pairs[pair] for pair in shown]
-    corner = study.box.reference_point * scale
-    lower, upper = study.bounds
-    mean_label, sigma_label = objective_labels(study)
-    return {
-        "fronts": figures.attained_fronts(
-            {name: _attained(study, runs) for name, runs in study.groups.items()},
-            (float(corner[0]), float(corner[1])),
-            mean_label=f"{mean_label} {unit}",
-            sigma_label=f"{sigma_label} {unit}",
-        ),
-        "noise": figures.noise_bars(
-            [f"{first} − {second}" for first, second in shown],
-            PERCENT * np.array([one.value for one in found]),
-            PERCENT * np.array([one.noise for one in found]),
-            difference_label="difference of hypervolume [% of the box]",
-        ),
-        "designs": figures.design_ranges(
-            study.judge.space.names,
-            design_values(study),
-            np.column_stack([lower, upper]),
-            value_label=f"value on the front [{study.judge.space.units[0]}]",
-        ),
-    }
-
-
-def _headlines(study: Comparison) -> tuple[Headline, ...]:
-    (first, second), found = next(iter(study.pairs.items()))
-    if len(study.pairs) > 1:
-        real = sum(one.verdict is Verdict.real for one in study.pairs.values())
-        return (
-            Headline(f"{real} of {len(study.pairs)}", "pairs with a real difference"),
-            Headline(str(len(study.fronts)), "runs judged by the same draws"),
-        )
-    heads = [
-        Headline(found.verdict.value, f"{first} against {second}"),
-        Headline(f"{signed(PERCENT * found.value, 2)} %", "hypervolume, first minus second"),
-    ]
-    if np.isfinite(found.noise):
-        heads.append(Headline(f"±{PERCENT * found.noise:.2f} %", "what chance alone may give"))
-    gap = study.gap(first, second) * study.per_line
-    if np.isfinite(gap):
-        heads.append(
-            Headline(
-                f"{signed(gap, 3)} {unit_word(study)}".strip(),
-                "level at equal σ, first minus second",
-            )
-        )
-    return tuple(heads)
-
-
-def comparison_page(
-    study: Comparison, tables: Mapping[str, pd.DataFrame], pictures: Mapping[str, bytes]
-) -> Page:
-    """Compose the page from tables and figures."""
-    shown = _shown(study)
-    pairs = tables["pairs"]
-    rows = [(row.first, row.second) in shown for row in pairs.itertuples()]
-    more = "" if all(rows) else f"All {len(pairs)} pairs are in pairs.csv."
-    differ = tables["differences"]
-    warnings = tuple(
-        f"The model of {folder} is not the one that judges here ({study.fronts[0].run.entry.name}):"
-        " its options or code give other figures, so its front is judged outside of its own world."
-        for folder in study.foreign
-    )
-    return Page(
-        title="Fronts compared",
-        question=QUESTION,
-        headlines=_headlines(study),
-        terms=TERMS,
-        warnings=warnings,
-        sections=(
-            Section(
-                "The verdict",
-                "\n\n".join(
-                    [*(verdict_sentence(study, pair) for pair in shown), more, _seeds_only(study)]
-                ),
-                figures=(
-                    Picture(
-                        pictures["noise"],
-                        "Difference of hypervolume of each pair beside its band of noise.",
-                        "Difference of hypervolume, and what other draws and other seeds could "
-                        "give as well.",
-                    ),
-                ),
-                tables=(
-                    Table(
-                        pairs[rows].drop(
-                            columns=["error from draws [%]", "error from searches [%]"]
-                        ),
-                        "Level at equal σ is the mean over the range of σ that both fronts have; "
-                        "negative: the first is quieter. Covers: share of the other's points that "
-                        "a front equals or beats.",
-                        {"hypervolume, first - second [%]": 2, "noise, 99 % [%]": 2},
-                    ),
-                ),
-            ),
-            Section("How it was decided", _method(study)),
-            Section(
-                "The fronts",
-                "All designs under the common draws. A step line encloses what a front dominates.",
-                figures=(
-                    Picture(
-                        pictures["fronts"],
-                        "Fronts of all configurations under the common draws.",
-                        "Down and left is better. Of several runs the line is what half of them "
-                        "attain, the band reaches from the best to the worst.",
-                    ),
-                ),
-                tables=(
-                    Table(
-                        tables["fronts"].drop(columns=_hidden(tables["fronts"])),
-                        "Every run. Hypervolume, IGD+ and ε are in the units of the common box; "
-                        "last gain is what the last generations of the search have gained of it.",
-                        {
-                            "hypervolume [%]": 2,
-                            "last gain [%]": 2,
-                            "IGD+ [%]": 2,
-                            "additive ε [%]": 2,
-                        },
-                    ),
-                ),
-            ),
-            Section(
-                "What would be built",
-                "The values that the designs of each front have. Two fronts can be equally good "
-                "and yet ask for other parts.",
-                figures=(
-                    Picture(
-                        pictures["designs"],
-                        "Range and median of every variable on each front.",
-                        "Line: from the smallest to the largest value on the front; mark: median; "
-                        "grey: bounds of the search. Variables without effect stand at nominal.",
-                    ),
-                ),
-            ),
-            Section(
-                "What the runs do not have in common",
-                "Beside these items the runs are equal: the study's options, the versions of all "
-                "packages, and the hashes of the platform's files."
-                if len(differ)
-                else "Nothing.",
-                tables=(Table(differ, "Only what differs is shown."),) if len(differ) else (),
-            ),
-        ),
-    )
-
-
-def _seeds_only(study: Comparison) -> str:
-    """Say what a real difference means between runs that differ in their seed only."""
-    asked = {one.run.configuration for one in study.fronts}
-    if len(asked) > 1 or not any(d.verdict is Verdict.real for d in study.pairs.values()):
-        return ""
-    return (
-        "These runs differ in nothing but their seed. A real difference between them says that the "
-        "search of the worse one had come to rest elsewhere: give it more generations, or several "
-        "searches (--searches)."
-    )
-
-
-def _hidden(fronts: pd.DataFrame) -> list[str]:
-    """Return columns that a page does without."""
-    hidden = ["seed", *(name for name in fronts.columns if name.startswith("best "))]
-    return hidden if fronts["failed"].any() else [*hidden, "failed"]
 
 
 def _method(study: Comparison) -> str:
@@ -709,47 +665,6 @@ def _method(study: Comparison) -> str:
 def sentences(study: Comparison) -> list[str]:
     """Return the verdicts in words, for a terminal."""
     return [verdict_sentence(study, pair) for pair in _shown(study)]
-
-
-def compare_result(study: Comparison) -> StudyResult:
-    """Make tables, figures, headline numbers and page of a comparison.
-
-    Parameters
-    ----------
-    study : Comparison
-        Judged.
-
-    Returns
-    -------
-    StudyResult
-        Tables ``pairs``, ``fronts``, ``designs``, ``points`` and ``differences``.
-    """
-    tables = {
-        "pairs": pair_table(study),
-        "fronts": front_table(study),
-        "designs": range_table(study),
-        "points": point_table(study),
-        "differences": differences(
-            [one.run for one in study.fronts], [one.name for one in study.fronts]
-        ),
-    }
-    pictures = comparison_figures(study)
-    inputs = tuple(path for one in study.fronts for path in one.run.files)
-    return StudyResult(
-        tables=tables,
-        figures=pictures,
-        summary=comparison_summary(study),
-        page=comparison_page(study, tables, pictures),
-        inputs=inputs,
-        facts={
-            "judge": study.fronts[0].run.entry.folder.as_posix(),
-            "common_draws": study.n_samples,
-            "sets_of_draws": SETS,
-        },
-    )
-
-
-STUDY = "compare"
 
 
 def compare(
@@ -798,11 +713,11 @@ def compare(
     }
     verdicts: list[str] = []
 
-    def work() -> StudyResult:
+    def work() -> Report:
         with progress_bar("common draws") as bar:
             study = comparison(folders, studies, samples, seed, bar)
         verdicts.extend(sentences(study))
-        return compare_result(study)
+        return comparison_report(study)
 
     folder = run_command(out, record, work, relative_to=Path.cwd())
     refresh_overview(out)

@@ -10,9 +10,10 @@ import numpy as np
 import numpy.typing as npt
 
 from deboom.errors import InputError
-from deboom.plot.matrices import cell_number, matrix_cells, on_cell
+from deboom.plot.matrices import cell_number, cells
 from deboom.plot.style import (
     ACCENT,
+    FIGURE_STYLE,
     FULL_WIDTH,
     INK,
     MUTED,
@@ -24,6 +25,7 @@ from deboom.plot.style import (
 )
 
 if TYPE_CHECKING:
+    import pandas as pd
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
@@ -112,16 +114,23 @@ def correlation_matrices(
         grid = page.subplots(1, count, squeeze=False).ravel()
         size = 72.0 * (side - 0.7) / n  # of a cell [pt]
         for axes, panel, part in zip(grid, panels, checked, strict=True):
-            label_size = min(7.5, 0.36 * size + 1.0)
-            matrix_cells(axes, part["values"], names, names, limits=limits, fontsize=label_size)
+            cells(
+                axes,
+                part["values"],
+                names,
+                names,
+                texts=_texts(part),
+                limits=limits,
+                label_size=min(7.5, 0.36 * size + 1.0),
+                text_size=min(8.5, (0.145 if n <= _INTERVALS_UP_TO else 0.3) * size),
+            )
             axes.spines[:].set_visible(False)
             if n > _LABELS_FLAT_UP_TO or max(map(len, names)) * 4.2 > size:
                 axes.tick_params(axis="x", rotation=90)
             axes.set_title(panel.title, loc="left", fontweight="bold", fontsize=8.5)
             for edge in edges:
-                axes.axhline(edge - 0.5, color="white", linewidth=2.5)
-                axes.axvline(edge - 0.5, color="white", linewidth=2.5)
-            _cells(axes, part, size)
+                axes.axhline(edge, color="white", linewidth=2.5)
+                axes.axvline(edge, color="white", linewidth=2.5)
         return page
 
 
@@ -246,33 +255,17 @@ def _checked_panel(panel: CorrelationPanel, n: int) -> dict[str, RealArray]:
     return part
 
 
-def _cells(axes: Axes, part: dict[str, RealArray], size: float) -> None:
-    n = len(part["values"])
-    with_interval = n <= _INTERVALS_UP_TO
-    for (row, column), value in np.ndenumerate(part["values"]):
-        shade = on_cell(float(value))
+def _texts(part: Mapping[str, RealArray]) -> npt.NDArray[np.str_]:
+    """Write every coefficient, below it the interval of a small matrix."""
+    values = part["values"]
+    texts = []
+    for (row, column), value in np.ndenumerate(values):
         text = "1" if row == column else coefficient(float(value))
-        below = with_interval and row != column
-        axes.text(
-            column,
-            row - (0.12 if below else 0.0),
-            text,
-            ha="center",
-            va="center",
-            fontsize=min(9.0, 0.3 * size),
-            color=shade,
-        )
-        if below:
+        if len(values) <= _INTERVALS_UP_TO and row != column:
             ends = (coefficient(float(part[end][row, column])) for end in ("low", "high"))
-            axes.text(
-                column,
-                row + 0.24,
-                "–".join(ends),
-                ha="center",
-                va="center",
-                fontsize=min(6.5, 0.165 * size),
-                color=shade,
-            )
+            text += "\n" + "–".join(ends)
+        texts.append(text)
+    return np.array(texts).reshape(values.shape)
 
 
 def _stretched(r: npt.ArrayLike) -> RealArray:
@@ -295,14 +288,6 @@ def coefficient(value: float, decimals: int | None = None) -> str:
 
 MOST = 8
 """Responses that one figure holds legibly."""
-_MARGINS = {
-    "left": 0.075,
-    "right": 0.995,
-    "bottom": 0.065,
-    "top": 0.97,
-    "wspace": 0.1,
-    "hspace": 0.1,
-}
 _DOTS = 1500  # a cloud of more is thinned
 
 
@@ -338,6 +323,9 @@ def scatter_matrix(
     InputError
         Too few or too many responses, shapes that do not fit, values that are not finite.
     """
+    import pandas as pd
+    from matplotlib import pyplot as plt
+    from matplotlib import style
     from matplotlib.ticker import MaxNLocator
 
     n = len(names)
@@ -355,40 +343,43 @@ def scatter_matrix(
     dots = data[np.random.default_rng(1).permutation(len(data))[:_DOTS]]
     margin = 0.04 * np.ptp(data, axis=0)
     limits = np.stack([data.min(axis=0) - margin, data.max(axis=0) + margin], axis=1)
-    with styled_figure(FULL_WIDTH, FULL_WIDTH) as figure:
-        figure.set_layout_engine("none")  # the automatic one takes seconds for so many panels
-        grid = figure.subplots(n, n, gridspec_kw=_MARGINS)
+    import seaborn as sns
+
+    places = {name: place for place, name in enumerate(names)}
+
+    def histogram(x: pd.Series, **_: object) -> None:
+        color = colours.get(str(x.name), MUTED)
+        plt.gca().hist(x, bins=20, color=color, histtype="stepfilled")
+
+    def cloud(x: pd.Series, y: pd.Series, **_: object) -> None:
+        _cloud(plt.gca(), x.to_numpy(), y.to_numpy())
+
+    def written(x: pd.Series, y: pd.Series, **_: object) -> None:
+        place = places[str(y.name)], places[str(x.name)]
+        plt.gca().set_axis_off()
+        _coefficient(plt.gca(), r[place], low[place], high[place])
+
+    with style.context(dict(FIGURE_STYLE), after_reset=True):
+        grid = sns.PairGrid(
+            pd.DataFrame(dots, columns=list(names)),
+            height=FULL_WIDTH / n,
+            diag_sharey=False,
+        )
+        grid.map_diag(histogram)
+        grid.map_lower(cloud)
+        grid.map_upper(written)
         for row in range(n):
-            for column in range(n):
-                axes = grid[row, column]
-                if row < column:
-                    axes.set_axis_off()
-                    _coefficient(axes, r[row, column], low[row, column], high[row, column])
-                    if row == 0:
-                        axes.set_title(names[column], fontweight="bold")
-                    continue
+            grid.axes[0, row].set_title(names[row], fontweight="bold")
+            for column in range(row + 1):
+                axes = grid.axes[row, column]
                 axes.set_xlim(*limits[column])
                 axes.xaxis.set_major_locator(MaxNLocator(3))
+                axes.yaxis.set_major_locator(MaxNLocator(3))
                 axes.tick_params(labelsize=6.5, length=2, pad=1.5)
-                axes.tick_params(labelbottom=row == n - 1, labelleft=column == 0)
-                if row == column:
-                    axes.hist(
-                        data[:, row],
-                        bins=20,
-                        color=colours.get(names[row], MUTED),
-                        histtype="stepfilled",
-                    )
-                    axes.set_yticks([])
-                else:
-                    _cloud(axes, dots[:, column], dots[:, row])
-                    axes.set_ylim(*limits[row])
-                    axes.yaxis.set_major_locator(MaxNLocator(3))
-                if row == 0:
-                    axes.set_title(names[column], fontweight="bold")
-                if column == 0:
-                    axes.set_ylabel(names[row], fontweight="bold", fontsize=9)
-                    axes.yaxis.set_label_coords(-0.058 * n, 0.5)
-        figure.supxlabel(value_label, fontsize=8.5)
+        grid.axes[0, 0].tick_params(labelleft=False)
+        grid.figure.subplots_adjust(left=0.08, right=0.99, top=0.965, bottom=0.085)
+        grid.figure.supxlabel(value_label, fontsize=8.5, y=0.005)
+        figure: Figure = grid.figure
         return figure
 
 

@@ -161,9 +161,6 @@ def _colour(place: int) -> str:
     return VEHICLE_PALETTE[place % len(VEHICLE_PALETTE)]
 
 
-_SPREAD_2 = 0.28
-
-
 @dataclass(frozen=True, eq=False)
 class DotPanel:
     """One measure of all categories.
@@ -205,6 +202,9 @@ def dot_panels(panels: Sequence[DotPanel], colours: Mapping[str, str]) -> Figure
     InputError
         No panel, categories that differ, values that are not finite, a group without colour.
     """
+    import pandas as pd
+    import seaborn as sns
+
     if not panels:
         raise InputError("figure dot_panels: there is no panel to draw")
     categories = list(panels[0].values)
@@ -213,19 +213,35 @@ def dot_panels(panels: Sequence[DotPanel], colours: Mapping[str, str]) -> Figure
     with styled_figure(FULL_WIDTH, 1.35 + 0.36 * len(categories)) as figure:
         grid = figure.subplots(1, len(panels), sharey=True, squeeze=False).ravel()
         for axes, panel in zip(grid, panels, strict=True):
+            rows = [
+                (category, name, float(value))
+                for category in categories
+                for name, values in panel.values[category].items()
+                for value in finite("dot_panels", {name: values})[name]
+            ]
+            frame = pd.DataFrame(rows, columns=["category", "group", "value"])
+            unknown = set(frame["group"]) - set(colours)
+            if unknown:
+                raise InputError(f"figure dot_panels: '{min(unknown)}' has no colour")
+            shown = [name for name in colours if name in set(frame["group"])]
+            sns.stripplot(
+                frame,
+                x="value",
+                y="category",
+                hue="group",
+                order=categories,
+                hue_order=shown,
+                palette={name: colours[name] for name in shown},
+                dodge=len(shown) > 1,
+                jitter=False,
+                size=3.6,
+                alpha=0.8,
+                legend=False,
+                ax=axes,
+            )
+            axes.set_ylabel("")
             for row, category in enumerate(categories):
-                groups = {
-                    name: finite("dot_panels", {name: values})[name]
-                    for name, values in panel.values[category].items()
-                }
-                together = np.concatenate([*groups.values()])
-                offsets = np.linspace(-_SPREAD_2, _SPREAD_2, max(len(groups), 2))
-                for offset, (name, values) in zip(offsets, groups.items(), strict=False):
-                    if name not in colours:
-                        raise InputError(f"figure dot_panels: '{name}' has no colour")
-                    height = np.full(values.size, row + (offset if len(groups) > 1 else 0.0))
-                    axes.plot(values, height, "o", color=colours[name], markersize=3.6, alpha=0.8)
-                middle = float(np.median(together))
+                middle = float(frame.loc[frame["category"] == category, "value"].median())
                 axes.plot([middle, middle], [row - 0.4, row + 0.4], color=INK, linewidth=1.6)
             if panel.limit is not None:
                 axes.axvline(panel.limit, color=ACCENT, linewidth=1.0, linestyle=(0, (4, 2)))

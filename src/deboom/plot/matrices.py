@@ -24,22 +24,21 @@ from deboom.plot.style import (
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
-    from matplotlib.image import AxesImage
-
-_DARK_FROM = 0.55
-"""Share of the scale from which a cell is so dark that its number is white."""
 
 
-def matrix_cells(
+def cells(
     axes: Axes,
     values: RealArray,
     rows: Sequence[str],
     columns: Sequence[str],
     *,
+    texts: npt.ArrayLike,
     limits: tuple[float, float] = (0.0, 1.0),
-    fontsize: float = 7.0,
-) -> AxesImage:
-    """Draw the cells and their labels; where the first limit is negative, signs have colours.
+    label_size: float = 7.0,
+    text_size: float = 6.3,
+    value_label: str | None = None,
+) -> None:
+    """Draw a matrix as coloured cells with their texts; with a negative limit signs have colours.
 
     Parameters
     ----------
@@ -48,63 +47,41 @@ def matrix_cells(
         In one unit.
     rows, columns : sequence of str
         Labels.
+    texts : array of str, shape (n_row, n_column)
+        What is written into each cell.
     limits : (float, float)
         Ends of the colour scale [unit of the values].
-    fontsize : float
-        Of the labels [pt].
-
-    Returns
-    -------
-    AxesImage
-        For a colour bar.
+    label_size, text_size : float
+        Font sizes [pt].
+    value_label : str, optional
+        Label of a colour bar; without it there is none.
     """
-    shown = axes.imshow(
-        values, cmap="PuOr_r" if limits[0] < 0 else "Blues", vmin=limits[0], vmax=limits[1]
+    import seaborn as sns
+
+    sns.heatmap(
+        values,
+        ax=axes,
+        cmap="PuOr_r" if limits[0] < 0 else "Blues",
+        vmin=limits[0],
+        vmax=limits[1],
+        annot=np.asarray(texts),
+        fmt="",
+        annot_kws={"fontsize": text_size},
+        xticklabels=list(columns),
+        yticklabels=list(rows),
+        square=value_label is None,
+        cbar=value_label is not None,
+        cbar_kws={"label": value_label, "pad": 0.02},
     )
     axes.grid(visible=False)
-    axes.set_xticks(range(len(columns)), columns, fontsize=fontsize)
-    axes.set_yticks(range(len(rows)), rows, fontsize=fontsize)
-    axes.tick_params(length=0)
-    return shown
+    axes.tick_params(length=0, labelsize=label_size)
+    axes.tick_params(axis="y", rotation=0)
 
 
-def write_cells(
-    axes: Axes,
-    values: RealArray,
-    *,
-    decimals: int,
-    fontsize: float,
-    largest: float = 1.0,
-) -> None:
-    """Write its number into every cell, white where the cell is dark.
-
-    Parameters
-    ----------
-    axes : Axes
-    values : array, shape (n_row, n_column)
-        What the cells are coloured by.
-    decimals : int
-        As `cell_number` writes them.
-    fontsize : float
-        [pt].
-    largest : float
-        Upper end of the colour scale [unit of the values].
-    """
-    for (row, column), value in np.ndenumerate(values):
-        axes.text(
-            column,
-            row,
-            cell_number(float(value), decimals, largest),
-            ha="center",
-            va="center",
-            fontsize=fontsize,
-            color=on_cell(float(value), largest),
-        )
-
-
-def on_cell(value: float, largest: float = 1.0) -> str:
-    """Colour in which a text on the cell of a value can be read."""
-    return "white" if abs(value) > _DARK_FROM * largest else INK
+def cell_numbers(values: RealArray, decimals: int, largest: float = 1.0) -> npt.NDArray[np.str_]:
+    """Write every number of a matrix as `cell_number` does."""
+    flat = [cell_number(float(value), decimals, largest) for value in values.ravel()]
+    return np.array(flat).reshape(values.shape)
 
 
 def cell_number(value: float, decimals: int, largest: float = 1.0) -> str:
@@ -276,11 +253,10 @@ def heat_maps(maps: Sequence[HeatMap], *, columns: int = 3) -> Figure:
             values = finite("heat_maps", {one.title: one.values})[one.title]
             if values.shape != (len(one.rows), len(one.columns)):
                 raise InputError(f"figure heat_maps: {one.title} has shape {values.shape}")
-            matrix_cells(axes, values, one.rows, one.columns)
+            cells(axes, values, one.rows, one.columns, texts=cell_numbers(values, 2))
             axes.set_xlabel(one.column_title)
             axes.set_ylabel(one.row_title)
             axes.set_title(one.title, loc="left", fontweight="bold", fontsize=8.5)
-            write_cells(axes, values, decimals=2, fontsize=6.3)
         for axes in grid.ravel()[len(maps) :]:
             axes.set_axis_off()
         return figure

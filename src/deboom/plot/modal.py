@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from deboom.errors import InputError
-from deboom.plot.matrices import matrix_cells, write_cells
+from deboom.plot.matrices import cell_numbers, cells
 from deboom.plot.style import (
     FULL_WIDTH,
     INK,
@@ -171,10 +171,16 @@ def matrix_map(
         )
     longest = max(map(len, columns))
     with canvas(ax, FULL_WIDTH, 0.9 + 0.36 * len(rows) + 0.055 * longest) as axes:
-        shown = matrix_cells(axes, matrix, rows, columns, limits=limits)
-        axes.set_aspect("auto")
-        write_cells(axes, matrix, decimals=decimals, fontsize=7.5, largest=limits[1])
-        axes.figure.colorbar(shown, ax=axes, label=value_label, pad=0.02)
+        cells(
+            axes,
+            matrix,
+            rows,
+            columns,
+            texts=cell_numbers(matrix, decimals, limits[1]),
+            limits=limits,
+            text_size=7.5,
+            value_label=value_label,
+        )
         for label in axes.get_xticklabels():
             label.set_rotation(35 if longest > 9 else 0)
             label.set_horizontalalignment("right" if longest > 9 else "center")

@@ -35,10 +35,9 @@ from deboom.study.compressor_noise import (
     STEPS,
     NoisePlan,
     fleet_gains,
-    measured_result,
     noise_of_car,
+    noise_report,
     virtual_cars,
-    virtual_result,
 )
 from deboom.study.options import Seed, band_of
 from deboom.study.progress import counted, progress_bar
@@ -78,10 +77,10 @@ def run(plan: NoisePlan, options: Options, context: RunContext | None = None) ->
         if options.car is not None:
             given = noise_of_car(options.car, plan, counted(progress, STEPS))
             inputs = given.there.car.input_files
-            return measured_result(given, inputs=inputs, with_figures=FIGURES).report()
+            return noise_report(given, inputs, figures=FIGURES)
         seeds = range(options.seed, options.seed + options.laboratories)
         cars = virtual_cars(
             options.cars, seeds, options.level, plan, progress, workers=options.workers
         )
         gains = fleet_gains(options.fleets)
-        return virtual_result(cars, gains, with_figures=FIGURES).report()
+        return noise_report(cars.first, cars=cars, gains=gains, figures=FIGURES)

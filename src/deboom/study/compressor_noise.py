@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import tempfile
 import time
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from contextlib import contextmanager
 from dataclasses import dataclass, field
@@ -18,6 +18,8 @@ import numpy.typing as npt
 import pandas as pd
 from threadpoolctl import threadpool_limits
 
+from deboom import plot
+from deboom.arrays import ComplexArray, RealArray
 from deboom.bench.compressor_operation import true_source
 from deboom.bench.compressor_truth import (
     CalibrationLevel,
@@ -44,14 +46,14 @@ from deboom.files.electric_car import read_electric_car
 from deboom.measurement.compressor_test import HoseState
 from deboom.measurement.electric_car import wrench_noise_transfer
 from deboom.physics.sound_level import a_weighting, energy_sum
-from deboom.plot import DotPanel, MaskedPanel
 from deboom.plot.style import VEHICLE_PALETTE, signed
-from deboom.report.page import Headline, Page, Picture, Section, Table
+from deboom.report import Report, Scalar
 from deboom.study.compressor_identification import in_words
-from deboom.study.pngs import dot_panels, masked_panels
 from deboom.study.progress import Progress
-from deboom.study.result import Scalar, StudyResult
-from deboom.vehicles.booming_peaks import booming_peaks, match_peaks
+from deboom.vehicles.booming_peaks import MatchedPeaks, booming_peaks, match_peaks
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 STEPS = 8
 """Of `noise_of_car`, for progress."""
@@ -321,12 +323,6 @@ def _spread(tasks: Sequence[_Task], workers: int) -> Iterator[Iterable[list[CarN
         yield pool.map(_carried_out, tasks)
 
 
-if TYPE_CHECKING:
-    from deboom.arrays import ComplexArray, RealArray
-    from deboom.compressor.cabin_noise import NoiseBand, SweepNoise
-    from deboom.study.compressor_noise import CarNoise
-    from deboom.vehicles.booming_peaks import MatchedPeaks
-
 ORDER = 1.0
 """Unbalance turns with the rotor."""
 MODES = (25.0, 35.0)
@@ -480,32 +476,10 @@ def _errors(case: CarNoise, noise: SweepNoise, band: NoiseBand) -> SweepErrors:
     )
 
 
-if TYPE_CHECKING:
-    from deboom.arrays import RealArray
-    from deboom.bench.electric_car import HoseGain
-    from deboom.compressor.cabin_noise import RunningInCar, SweepNoise
-    from deboom.study.compressor_noise import CarNoise, MeasuredNoise, SweepErrors
-    from deboom.vehicles.booming_peaks import MatchedPeaks
-
 Row = dict[str, str | int | float]
 ALL_PATHS, MOUNTS_ALONE = "mounts and hoses", "mounts alone"
 BANDS = ((20.0, 80.0), HOSE_BAND)
 """Of the ranking: the thesis hears no hoses in the first [Hz]."""
-
-
-def tables_of(measured: MeasuredNoise) -> dict[str, pd.DataFrame]:
-    """Make all tables of one car; file stem → table."""
-    noise = measured.noise
-    tables = {
-        "levels": level_table(noise),
-        "ranking": pd.concat([ranking(one) for one in noise.sweeps], ignore_index=True),
-        "contributions": path_table(noise, "contributions"),
-        "loads": path_table(noise, "loads"),
-        "mounts": mount_table(measured.there),
-    }
-    if measured.there.hoses is not None:
-        tables["hoses"] = hose_table(measured.there)
-    return tables
 
 
 def level_table(noise: CarNoise) -> pd.DataFrame:
@@ -771,11 +745,6 @@ def _load_unit(path: str) -> str:
     return "N m" if path.rpartition(" ")[2].startswith("m") else "N"
 
 
-if TYPE_CHECKING:
-    from deboom.arrays import RealArray
-    from deboom.bench.electric_car import HoseGain
-    from deboom.study.compressor_noise import CarNoise, MeasuredNoise, SweepErrors
-
 LEVEL = "SPL [dB(A)]"
 MEASURED = "measured"
 SYNTHESISED = "synthesised"
@@ -789,26 +758,13 @@ NOTCH = f"a notch, {NOTCH_DEPTH:g} dB below the loudest line"
 SPREAD = (10.0, 50.0, 90.0)
 
 
-def figures_of(measured: MeasuredNoise) -> dict[str, bytes]:
-    """Draw all pictures of one car; file stem → PNG."""
-    noise = measured.noise
-    figures = {}
-    if _of(noise, HoseState.SOFT):
-        figures["figure_65_soft_hoses"] = soft_hoses(noise)
-    if _of(noise, HoseState.STANDARD):
-        figures["figure_66_standard_hoses"] = standard_hoses(noise)
-    figures["contributions"] = contributions(noise)
-    figures["body_motion"] = body_motion(noise)
-    return figures
-
-
-def soft_hoses(noise: CarNoise) -> bytes:
+def soft_hoses(noise: CarNoise) -> Figure:
     """Figure 65: synthesised against measured, paths of the hoses cut."""
     panels = []
     for place in _of(noise, HoseState.SOFT):
         one, band = noise.sweeps[place], noise.bands[place]
         panels.append(
-            MaskedPanel(
+            plot.MaskedPanel(
                 f"{noise.car}, {one.sweep}",
                 LEVEL,
                 one.frequency,
@@ -816,10 +772,10 @@ def soft_hoses(noise: CarNoise) -> bytes:
                 ranges={SYNTHESISED: (band.lower, band.upper)},
             )
         )
-    return masked_panels(panels, dashed=(MEASURED,))
+    return plot.masked_panels(panels, dashed=(MEASURED,))
 
 
-def standard_hoses(noise: CarNoise) -> bytes:
+def standard_hoses(noise: CarNoise) -> Figure:
     """Figure 66: measured with the car's hoses, synthesised without and with their paths."""
     panels = []
     for place in _of(noise, HoseState.STANDARD):
@@ -831,16 +787,18 @@ def standard_hoses(noise: CarNoise) -> bytes:
             ranges |= {WITH_HOSES: (band.lower, band.upper)}
         curves |= {MEASURED: one.level(one.measured)}
         panels.append(
-            MaskedPanel(f"{noise.car}, {one.sweep}", LEVEL, one.frequency, curves, ranges=ranges)
+            plot.MaskedPanel(
+                f"{noise.car}, {one.sweep}", LEVEL, one.frequency, curves, ranges=ranges
+            )
         )
-    return masked_panels(panels, dashed=(MEASURED,))
+    return plot.masked_panels(panels, dashed=(MEASURED,))
 
 
-def contributions(noise: CarNoise) -> bytes:
+def contributions(noise: CarNoise) -> Figure:
     """Level of each mount and hose on its own beside that of all, lowest pressure."""
     lowest = min(one.pressure for one in noise.sweeps)
     panels = [
-        MaskedPanel(
+        plot.MaskedPanel(
             f"{noise.car}, {one.sweep}",
             LEVEL,
             one.frequency,
@@ -850,10 +808,10 @@ def contributions(noise: CarNoise) -> bytes:
         for one in noise.sweeps
         if one.pressure == lowest
     ]
-    return masked_panels(panels, dashed=(ALL,))
+    return plot.masked_panels(panels, dashed=(ALL,))
 
 
-def body_motion(noise: CarNoise) -> bytes:
+def body_motion(noise: CarNoise) -> Figure:
     """Change of level where the motion of the body is left out, or predicted."""
     lowest = min(one.pressure for one in noise.sweeps)
     panels = []
@@ -861,7 +819,7 @@ def body_motion(noise: CarNoise) -> bytes:
         if one.pressure == lowest:
             total = one.level(one.total)
             panels.append(
-                MaskedPanel(
+                plot.MaskedPanel(
                     f"{noise.car}, {one.sweep}",
                     "change of SPL [dB]",
                     one.frequency,
@@ -872,10 +830,10 @@ def body_motion(noise: CarNoise) -> bytes:
                     masked={NOTCH: total < total.max() - NOTCH_DEPTH},
                 )
             )
-    return masked_panels(panels)
+    return plot.masked_panels(panels)
 
 
-def all_cars(cases: Sequence[CarNoise]) -> bytes:
+def all_cars(cases: Sequence[CarNoise]) -> Figure:
     """Deviations of every car and laboratory: at peaks, and at lines where hoses are heard."""
     groups = {seed: f"laboratory {seed}" for seed in dict.fromkeys(case.seed for case in cases)}
     colours = {
@@ -895,19 +853,19 @@ def all_cars(cases: Sequence[CarNoise]) -> bytes:
                 values[case.car][groups[case.seed]] = found
         if all(values.values()):
             said = "" if limit is None else f"asked for: {limit:g} dB"
-            panels.append(DotPanel(f"{label}\n|deviation| [dB]", values, limit, said))
-    return dot_panels(panels, colours)
+            panels.append(plot.DotPanel(f"{label}\n|deviation| [dB]", values, limit, said))
+    return plot.dot_panels(panels, colours)
 
 
-def hose_gain_5(gains: Sequence[HoseGain]) -> bytes:
+def fleet_gain(gains: Sequence[HoseGain]) -> Figure:
     """How much louder hoses make cars drawn from the prior, line by line."""
     lines = gains[0].frequency
     every = np.vstack([gain.line_gain() for gain in gains])
     low, middle, high = np.percentile(every, SPREAD, axis=0)
     name = "median of all cars, and 10–90 %"
-    return masked_panels(
+    return plot.masked_panels(
         [
-            MaskedPanel(
+            plot.MaskedPanel(
                 "With hoses minus without",
                 "gain [dB]",
                 lines,
@@ -951,310 +909,8 @@ def _in_hose_band(errors: Sequence[SweepErrors], *, by_mounts: bool) -> RealArra
     )
 
 
-CAPTIONS: Mapping[str, str] = {
-    "figure_65_soft_hoses": "Level at the driver's ear with long soft hoses, which cut the paths "
-    "of the hoses (thesis, figure 65): synthesised from mounts and noise transfer functions "
-    "against measured. Shade: where 90 % of what the measurements allow lies.",
-    "figure_66_standard_hoses": "Level with the car's own hoses (thesis, figure 66). Mounts alone "
-    "miss the measurement where hoses carry sound; with the identified hoses the synthesis "
-    "follows. The motion is that of the sweep with hoses in both.",
-    "contributions": "Level of each mount and hose on its own, forces and moments summed with "
-    "their phases. Where a single one is louder than all together, others cancel it.",
-    "body_motion": "What it changes to take the body under the mounts as standing still, or to "
-    "predict its motion by accelerances instead of measuring it. A sum of paths that cancel each "
-    "other is changed most.",
-    "all_cars": "All cars and laboratories. Left: each peak with soft hoses. Middle and right: 90 "
-    "of 100 lines of a sweep with standard hoses deviate by less, with and without modelled hoses.",
-    "hose_gain": "How much louder the car's hoses make the compressor, line by line, in cars drawn "
-    "from the prior of the fleet; nothing selected, nothing tuned. Dotted: what the thesis "
-    "observed on its one car between 90 and 140 Hz.",
-}
-
-
-if TYPE_CHECKING:
-    from deboom.study.compressor_noise import MeasuredNoise
-    from deboom.study.result import Scalar
-
-
-PEAK_COLUMNS = ("peak [Hz]", "synthesised peak [Hz]")
-
-
-def page_of(
-    measured: MeasuredNoise,
-    tables: Mapping[str, pd.DataFrame],
-    figures: Mapping[str, bytes],
-    summary: Mapping[str, Scalar],
-    more: Sequence[Section] = (),
-) -> Page:
-    """Write the page of one car.
-
-    Parameters
-    ----------
-    measured : MeasuredNoise
-    tables : mapping of str to DataFrame
-        From `tables_of`, with ``peaks`` and ``errors``.
-    figures : mapping of str to bytes
-        May be empty.
-    summary : mapping of str to float, int or str
-        Headline numbers.
-    more : sequence of Section
-        Of a study of several cars; at the end.
-
-    Returns
-    -------
-    Page
-    """
-    there, noise = measured.there, measured.noise
-    return Page(
-        title=f"Cabin noise of the compressor: {noise.car}",
-        question=(
-            "How loud is the running compressor at the driver's ear, by which mount and which hose "
-            "does its sound get there, and how far may the synthesis be believed?"
-        ),
-        sections=(
-            _asked(measured),
-            _without_hoses(tables, figures),
-            *(
-                [_with_hoses_7(measured, figures, tables)]
-                if there.car.operation.with_hoses(HoseState.STANDARD)
-                else []
-            ),
-            _paths(tables, figures),
-            _mounts(measured, tables, figures),
-            *more,
-        ),
-        headlines=_headlines(summary),
-        warnings=(*noise.alarms, *there.source.notices),
-    )
-
-
-def pictures(figures: Mapping[str, bytes], *stems: str) -> tuple[Picture, ...]:
-    """Give figures their captions, those that were drawn."""
-    return tuple(
-        Picture(figures[stem], alt=CAPTIONS[stem], caption=CAPTIONS[stem])
-        for stem in stems
-        if stem in figures
-    )
-
-
-def _headlines(summary: Mapping[str, Scalar]) -> tuple[Headline, ...]:
-    shown = (
-        ("spl_peak_deviation_db", "largest deviation at a peak, soft hoses, outside 25–35 Hz"),
-        ("spl_90_140_p90_db_with_hoses", "90 of 100 lines at 90–140 Hz, hoses modelled"),
-        ("spl_90_140_p90_db_by_mounts", "the same, hoses left out"),
-        ("hose_gain_db_90_140", "median gain by hoses over drawn fleets, 90–140 Hz"),
-    )
-    return tuple(
-        Headline(f"{float(summary[key]):.1f} dB".replace("-", "−"), label)
-        for key, label in shown
-        if key in summary
-    )
-
-
-def _asked(measured: MeasuredNoise) -> Section:
-    there = measured.there
-    sweeps = "; ".join(
-        f"{one.sweep}: {60 * one.frequency[0]:.0f}–{60 * one.frequency[-1]:.0f} rpm"
-        for one in measured.noise.sweeps
-    )
-    return Section(
-        "What was asked, and with which data",
-        "A hammer test on a rig shows mass and mounts of the compressor. In the car its motion, "
-        "and that of the body at each mount, were recorded while it ran up; with the stiffness of "
-        "a mount, what both sides move apart is its force. Hammer tests on the body without "
-        "compressor say how loud a force or a moment at each mount and each end of a hose is. "
-        f"Force times that, summed with phases, is the sound. Sweeps: {sweeps}.\n\n"
-        f"{there.shares.statement}\n\n{there.source.state.statement} To see this, the motion of "
-        "the body was taken off the sweeps, which otherwise look like changed mounts.",
-    )
-
-
-def _without_hoses(tables: Mapping[str, pd.DataFrame], figures: Mapping[str, bytes]) -> Section:
-    peaks = tables["peaks"]
-    own = peaks.drop(columns=["car", "laboratory", "paths"]) if len(peaks) else peaks
-    return Section(
-        "Without hoses",
-        "Levels are compared at peaks of at least 6 dB prominence, paired within 1.5 Hz: in a "
-        "notch the difference of two lines says nothing about noise. The thesis leaves out "
-        "25–35 Hz, where the compressor swings on its mounts; the last column tells these peaks.",
-        figures=pictures(figures, "figure_65_soft_hoses"),
-        tables=(
-            (Table(own, "Peaks with soft hoses.", dict.fromkeys(PEAK_COLUMNS, 0)),)
-            if len(own)
-            else ()
-        ),
-    )
-
-
-def _with_hoses_7(
-    measured: MeasuredNoise, figures: Mapping[str, bytes], tables: Mapping[str, pd.DataFrame]
-) -> Section:
-    hoses = measured.there.hoses
-    if hoses is None:
-        text = "The paths of the hoses were left out on request."
-    else:
-        fit = "; ".join(f"{name}: {chi:.2f}" for name, chi in hoses.reduced_chi)
-        text = (
-            "The hoses were identified as beams from the sweeps with standard and with soft hoses; "
-            f"residuals over noise: {fit}. Their loads on the body at six degrees of freedom per "
-            "end are further paths.\n\n" + "\n\n".join(hoses.statements)
-        )
-    shown = (
-        (Table(in_words(tables["hoses"]), "Hoses, as drawn and as found; deviation: 1 σ."),)
-        if "hoses" in tables
-        else ()
-    )
-    return Section(
-        "With the hoses of the car",
-        text,
-        figures=pictures(figures, "figure_66_standard_hoses"),
-        tables=shown,
-    )
-
-
-def _paths(tables: Mapping[str, pd.DataFrame], figures: Mapping[str, bytes]) -> Section:
-    return Section(
-        "By which way",
-        "Parts add up to 100 %: each is the share of the A-weighted energy of the sum that is in "
-        "phase with it. A negative part works against the others.",
-        figures=pictures(figures, "contributions"),
-        tables=(
-            Table(
-                tables["ranking"],
-                "Mounts and hoses ranked, per sweep and band.",
-                {
-                    "part of the sound [%]": 0,
-                    "alone [dB(A)]": 1,
-                    "cut, the level changes by [dB]": 1,
-                },
-            ),
-        ),
-    )
-
-
-def _mounts(
-    measured: MeasuredNoise, tables: Mapping[str, pd.DataFrame], figures: Mapping[str, bytes]
-) -> Section:
-    there = measured.there
-    scale = there.found.calibrated.parametrisation
-    reference = getattr(scale, "reference_frequency", 20.0)
-    return Section(
-        "Single mounts, and the body under them",
-        "Places come from the sheet of the car, directions and stiffness from the drawing, their "
-        "sum from the hammer test. Where a deviation hardly falls from before to after, the number "
-        "is the drawing's. The stiffness found is dynamic, its real part at "
-        f"{reference:g} Hz; the drawn one static.",
-        figures=pictures(figures, "body_motion"),
-        tables=(Table(in_words(tables["mounts"]), "Mounts; deviations are 1 σ."),),
-    )
-
-
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    from deboom.arrays import RealArray
-    from deboom.bench.electric_car import HoseGain
-    from deboom.study.compressor_noise import CarNoise, MeasuredNoise, SweepErrors, VirtualCars
-
-SHOWN = ("car", "laboratory", "sweep", "peaks", "without", "largest", "energy")
-"""Beginnings of the columns that the page has room for."""
 THESIS_GAIN = (5.0, 10.0)
 """Observed on one car between 90 and 140 Hz [dB]."""
-
-
-def measured_result(
-    measured: MeasuredNoise, *, inputs: tuple[Path, ...] = (), with_figures: bool = True
-) -> StudyResult:
-    """Make the result of one car.
-
-    Parameters
-    ----------
-    measured : MeasuredNoise
-    inputs : tuple of Path
-        Files that stay.
-    with_figures : bool
-        Whether to draw.
-
-    Returns
-    -------
-    StudyResult
-    """
-    return _result(measured, (measured.noise,), {}, {}, (), inputs, {}, with_figures=with_figures)
-
-
-def virtual_result(
-    cars: VirtualCars, gains: Sequence[HoseGain], *, with_figures: bool = True
-) -> StudyResult:
-    """Make the result of virtual cars and drawn fleets.
-
-    Parameters
-    ----------
-    cars : VirtualCars
-    gains : sequence of HoseGain
-    with_figures : bool
-        Whether to draw.
-
-    Returns
-    -------
-    StudyResult
-        The first car in detail, errors of all, and the gain by hoses.
-    """
-    table, gained = error_table(cars.cases), gain_table(gains)
-    figures = {}
-    if with_figures:
-        figures = {"all_cars": all_cars(cars.cases), "hose_gain": hose_gain_5(gains)}
-    summary, measured = gain_summary(gains), measured_gain_table(cars.cases)
-    sections = (
-        Section(
-            "All cars and laboratories",
-            "Each laboratory has its own errors of sensors, hammer and microphone, and hoses of "
-            "its own; every car is one of the frozen fleet. What is called measured is the coupled "
-            "car of the bench at its microphone.",
-            figures=pictures(figures, "all_cars"),
-            tables=(
-                Table(
-                    table[[name for name in table if str(name).startswith(SHOWN)]],
-                    "Synthesised minus measured, per car and sweep; errors.csv has more.",
-                ),
-            ),
-        ),
-        Section(
-            "What hoses do in other cars",
-            f"Level of the A-weighted energy between {HOSE_BAND[0]:g} and {HOSE_BAND[1]:g} Hz with "
-            f"hoses minus that without, {len(gained)} cars of {len(gains)} drawn fleets: median "
-            f"{signed(float(summary['hose_gain_db_90_140']), 1)} dB, 10–90 % "
-            f"{signed(float(summary['hose_gain_db_90_140_p10']), 1)} to "
-            f"{signed(float(summary['hose_gain_db_90_140_p90']), 1)} dB. The thesis observed "
-            f"{THESIS_GAIN[0]:g} to {THESIS_GAIN[1]:g} dB on its car; "
-            f"{float(summary['hose_gain_as_in_thesis_percent']):.0f} % of these lie there, "
-            f"{float(summary['hose_quieter_percent']):.0f} % are quieter with hoses: paths add "
-            "with phases, and hoses may cancel mounts. Prior, hoses and gain are as they came; "
-            "nothing was tuned to that observation.",
-            figures=pictures(figures, "hose_gain"),
-            tables=(
-                (
-                    Table(
-                        measured,
-                        "The same of the frozen cars, whose hoses scatter around the drawing: "
-                        "standard against soft hoses, measured and synthesised.",
-                        {"measured gain [dB]": 1, "synthesised gain [dB]": 1},
-                    ),
-                )
-                if len(measured)
-                else ()
-            ),
-        ),
-    )
-    return _result(
-        cars.first,
-        cars.cases,
-        {"hose_gain": gained, "measured_gain": measured},
-        figures,
-        sections,
-        (),
-        summary,
-        with_figures=with_figures,
-    )
 
 
 def error_summary(cases: Sequence[CarNoise]) -> dict[str, Scalar]:
@@ -1340,37 +996,245 @@ def _hose_band(errors: Sequence[SweepErrors]) -> dict[str, Scalar]:
     return summary
 
 
-def _result(
+def noise_report(
     measured: MeasuredNoise,
-    cases: Sequence[CarNoise],
-    more_tables: dict[str, pd.DataFrame],
-    more_figures: dict[str, bytes],
-    sections: Sequence[Section],
-    inputs: tuple[Path, ...],
-    more_summary: dict[str, Scalar],
+    inputs: Sequence[Path] = (),
     *,
-    with_figures: bool,
-) -> StudyResult:
-    tables = {
-        **tables_of(measured),
-        "peaks": peak_table(cases),
-        "errors": error_table(cases),
-        **more_tables,
-    }
-    own = {**tables, "peaks": peak_table((measured.noise,), HoseState.SOFT)}
-    figures = {**(figures_of(measured) if with_figures else {}), **more_figures}
-    summary: dict[str, Scalar] = {
-        **more_summary,
-        **error_summary(cases),
-        "identical_mounts": "yes" if measured.there.shares.identical else "no",
+    cars: VirtualCars | None = None,
+    gains: Sequence[HoseGain] = (),
+    figures: bool = True,
+) -> Report:
+    """Report one car, and beside it virtual cars and drawn fleets.
+
+    Parameters
+    ----------
+    measured : MeasuredNoise
+        The car in detail.
+    inputs : sequence of Path
+        Files that were read.
+    cars : VirtualCars, optional
+        Of several laboratories, this one among them.
+    gains : sequence of HoseGain
+        Of drawn fleets, with `cars`.
+    figures : bool
+        Whether to draw.
+    """
+    there, noise = measured.there, measured.noise
+    cases = (noise,) if cars is None else cars.cases
+    report = Report(
+        f"Cabin noise of the compressor: {noise.car}",
+        "How loud is the running compressor at the driver's ear, by which mount and which hose "
+        "does its sound get there, and how far may the synthesis be believed?",
+    )
+    report.summary |= gain_summary(gains) if cars else {}
+    report.summary |= error_summary(cases)
+    report.summary |= {
+        "identical_mounts": "yes" if there.shares.identical else "no",
         "n_alarms": sum(len(case.alarms) for case in cases),
         "seconds": max(case.seconds for case in cases),
     }
-    return StudyResult(
-        tables=tables,
-        figures=figures,
-        summary=summary,
-        page=page_of(measured, own, figures, summary, sections),
-        inputs=inputs,
-        facts={"cars": len(cases)},
+    for key, label in (
+        ("spl_peak_deviation_db", "largest deviation at a peak, soft hoses, outside 25–35 Hz"),
+        ("spl_90_140_p90_db_with_hoses", "90 of 100 lines at 90–140 Hz, hoses modelled"),
+        ("spl_90_140_p90_db_by_mounts", "the same, hoses left out"),
+        ("hose_gain_db_90_140", "median gain by hoses over drawn fleets, 90–140 Hz"),
+    ):
+        if key in report.summary:
+            report.tile(f"{float(report.summary[key]):.1f} dB".replace("-", "−"), label)
+    report.warn(*noise.alarms, *there.source.notices)
+    report.facts["cars"] = len(cases)
+    report.inputs += inputs
+
+    _asked(report, measured)
+    _soft_hoses(report, measured, cases, figures)
+    if there.car.operation.with_hoses(HoseState.STANDARD):
+        _standard_hoses(report, measured, figures)
+    _paths(report, noise, figures)
+    _mounts(report, measured, figures)
+    report.table("errors", error_table(cases))
+    if cars is not None:
+        _all_cars(report, cars, figures)
+        _fleets(report, cars, gains, figures)
+    return report
+
+
+def _asked(report: Report, measured: MeasuredNoise) -> None:
+    """Say what was asked, and with which data."""
+    there = measured.there
+    sweeps = "; ".join(
+        f"{sweep.sweep}: {60 * sweep.frequency[0]:.0f}–{60 * sweep.frequency[-1]:.0f} rpm"
+        for sweep in measured.noise.sweeps
     )
+    report.section(
+        "What was asked, and with which data",
+        "A hammer test on a rig shows mass and mounts of the compressor. In the car its motion, "
+        "and that of the body at each mount, were recorded while it ran up; with the stiffness of "
+        "a mount, what both sides move apart is its force. Hammer tests on the body without "
+        "compressor say how loud a force or a moment at each mount and each end of a hose is. "
+        f"Force times that, summed with phases, is the sound. Sweeps: {sweeps}.\n\n"
+        f"{there.shares.statement}\n\n{there.source.state.statement} To see this, the motion of "
+        "the body was taken off the sweeps, which otherwise look like changed mounts.",
+    )
+    report.table("levels", level_table(measured.noise))
+
+
+def _soft_hoses(
+    report: Report, measured: MeasuredNoise, cases: Sequence[CarNoise], figures: bool
+) -> None:
+    """Show sweeps whose paths of the hoses are cut."""
+    report.section(
+        "Without hoses",
+        "Levels are compared at peaks of at least 6 dB prominence, paired within 1.5 Hz: in a "
+        "notch the difference of two lines says nothing about noise. The thesis leaves out "
+        "25–35 Hz, where the compressor swings on its mounts; the last column tells these peaks.",
+    )
+    if figures and _of(measured.noise, HoseState.SOFT):
+        report.figure(
+            "figure_65_soft_hoses",
+            soft_hoses(measured.noise),
+            "Level at the driver's ear with long soft hoses, which cut the paths "
+            "of the hoses (thesis, figure 65): synthesised from mounts and noise transfer "
+            "functions against measured. Shade: where 90 % of what the measurements allow lies.",
+        )
+    own = peak_table((measured.noise,), HoseState.SOFT)
+    shown = own.drop(columns=["car", "laboratory", "paths"]) if len(own) else own
+    decimals = dict.fromkeys(("peak [Hz]", "synthesised peak [Hz]"), 0) if len(own) else {}
+    caption = "Peaks with soft hoses." if len(own) else ""
+    report.table("peaks", peak_table(cases), caption, decimals, shown=shown)
+
+
+def _standard_hoses(report: Report, measured: MeasuredNoise, figures: bool) -> None:
+    """Show sweeps with the hoses of the car."""
+    hoses = measured.there.hoses
+    report.section("With the hoses of the car")
+    if hoses is None:
+        report.text("The paths of the hoses were left out on request.")
+    else:
+        fit = "; ".join(f"{name}: {chi:.2f}" for name, chi in hoses.reduced_chi)
+        report.text(
+            "The hoses were identified as beams from the sweeps with standard and with soft hoses; "
+            f"residuals over noise: {fit}. Their loads on the body at six degrees of freedom per "
+            "end are further paths.\n\n" + "\n\n".join(hoses.statements)
+        )
+    if figures:
+        report.figure(
+            "figure_66_standard_hoses",
+            standard_hoses(measured.noise),
+            "Level with the car's own hoses (thesis, figure 66). Mounts alone "
+            "miss the measurement where hoses carry sound; with the identified hoses the synthesis "
+            "follows. The motion is that of the sweep with hoses in both.",
+        )
+    if hoses is not None:
+        table = hose_table(measured.there)
+        caption = "Hoses, as drawn and as found; deviation: 1 σ."
+        report.table("hoses", table, caption, shown=in_words(table))
+
+
+def _paths(report: Report, noise: CarNoise, figures: bool) -> None:
+    """Show by which mount and hose the sound gets to the ear."""
+    report.section(
+        "By which way",
+        "Parts add up to 100 %: each is the share of the A-weighted energy of the sum that is in "
+        "phase with it. A negative part works against the others.",
+    )
+    if figures:
+        report.figure(
+            "contributions",
+            contributions(noise),
+            "Level of each mount and hose on its own, forces and moments summed with "
+            "their phases. Where a single one is louder than all together, others cancel it.",
+        )
+    report.table(
+        "ranking",
+        pd.concat([ranking(sweep) for sweep in noise.sweeps], ignore_index=True),
+        "Mounts and hoses ranked, per sweep and band.",
+        {"part of the sound [%]": 0, "alone [dB(A)]": 1, "cut, the level changes by [dB]": 1},
+    )
+    report.table("contributions", path_table(noise, "contributions"))
+    report.table("loads", path_table(noise, "loads"))
+
+
+def _mounts(report: Report, measured: MeasuredNoise, figures: bool) -> None:
+    """Show single mounts, and what the motion of the body under them does."""
+    there = measured.there
+    reference = getattr(there.found.calibrated.parametrisation, "reference_frequency", 20.0)
+    report.section(
+        "Single mounts, and the body under them",
+        "Places come from the sheet of the car, directions and stiffness from the drawing, their "
+        "sum from the hammer test. Where a deviation hardly falls from before to after, the number "
+        "is the drawing's. The stiffness found is dynamic, its real part at "
+        f"{reference:g} Hz; the drawn one static.",
+    )
+    if figures:
+        report.figure(
+            "body_motion",
+            body_motion(measured.noise),
+            "What it changes to take the body under the mounts as standing still, or to "
+            "predict its motion by accelerances instead of measuring it. A sum of paths that "
+            "cancel each other is changed most.",
+        )
+    mounts = mount_table(there)
+    report.table("mounts", mounts, "Mounts; deviations are 1 σ.", shown=in_words(mounts))
+
+
+def _all_cars(report: Report, cars: VirtualCars, figures: bool) -> None:
+    """Show the errors of every car and laboratory."""
+    report.section(
+        "All cars and laboratories",
+        "Each laboratory has its own errors of sensors, hammer and microphone, and hoses of "
+        "its own; every car is one of the frozen fleet. What is called measured is the coupled "
+        "car of the bench at its microphone.",
+    )
+    if figures:
+        report.figure(
+            "all_cars",
+            all_cars(cars.cases),
+            "All cars and laboratories. Left: each peak with soft hoses. Middle and right: 90 "
+            "of 100 lines of a sweep with standard hoses deviate by less, with and without "
+            "modelled hoses.",
+        )
+    errors = error_table(cars.cases)
+    begins = ("car", "laboratory", "sweep", "peaks", "without", "largest", "energy")
+    report.table(
+        None,
+        errors[[name for name in errors if str(name).startswith(begins)]],
+        "Synthesised minus measured, per car and sweep; errors.csv has more.",
+    )
+
+
+def _fleets(report: Report, cars: VirtualCars, gains: Sequence[HoseGain], figures: bool) -> None:
+    """Show how much louder hoses make cars of drawn fleets."""
+    gained, summary = gain_table(gains), report.summary
+    low, middle, high = (
+        signed(float(summary[f"hose_gain_db_90_140{end}"]), 1) for end in ("_p10", "", "_p90")
+    )
+    report.section(
+        "What hoses do in other cars",
+        f"Level of the A-weighted energy between {HOSE_BAND[0]:g} and {HOSE_BAND[1]:g} Hz with "
+        f"hoses minus that without, {len(gained)} cars of {len(gains)} drawn fleets: median "
+        f"{middle} dB, 10–90 % {low} to {high} dB. The thesis observed "
+        f"{THESIS_GAIN[0]:g} to {THESIS_GAIN[1]:g} dB on its car; "
+        f"{float(summary['hose_gain_as_in_thesis_percent']):.0f} % of these lie there, "
+        f"{float(summary['hose_quieter_percent']):.0f} % are quieter with hoses: paths add "
+        "with phases, and hoses may cancel mounts. Prior, hoses and gain are as they came; "
+        "nothing was tuned to that observation.",
+    )
+    if figures:
+        report.figure(
+            "hose_gain",
+            fleet_gain(gains),
+            "How much louder the car's hoses make the compressor, line by line, in cars drawn "
+            "from the prior of the fleet; nothing selected, nothing tuned. Dotted: what the thesis "
+            "observed on its one car between 90 and 140 Hz.",
+        )
+    report.table("hose_gain", gained)
+    measured = measured_gain_table(cars.cases)
+    caption = (
+        "The same of the frozen cars, whose hoses scatter around the drawing: "
+        "standard against soft hoses, measured and synthesised."
+    )
+    decimals = {"measured gain [dB]": 1, "synthesised gain [dB]": 1}
+    if len(measured):
+        report.table("measured_gain", measured, caption, decimals)
+    else:
+        report.table("measured_gain", measured)

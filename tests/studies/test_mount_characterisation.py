@@ -190,7 +190,7 @@ def test_options_of_virtual_benches_are_refused_with_a_campaign(campaign, tmp_pa
 def test_other_models_are_compared_on_the_check_runs(campaign, tmp_path, monkeypatch):
     chosen = {name: standard_models()[name] for name in ("two cubics, least squares", "splines")}
     monkeypatch.setattr(characterisation, "standard_models", lambda: chosen)
-    options = {"campaign": campaign, "figures": False, "models": True}
+    options = {"campaign": campaign, "models": True}
     folder = run_study(load_study(STUDY), tmp_path, options)
     table = pd.read_csv(folder / "models.csv")
     assert (

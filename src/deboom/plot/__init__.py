@@ -5,6 +5,8 @@ makes files of both and closes them. matplotlib is imported inside the functions
 a study stays fast, and no global setting survives a call. The same arguments give the same bytes.
 """
 
+from typing import TYPE_CHECKING
+
 from deboom.plot.bars import (
     MarkedPanel,
     marked_bars,
@@ -73,12 +75,16 @@ from deboom.plot.spectra import (
     spectra_panels,
 )
 
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
 __all__ = [
     "AttainedFront",
     "BodyMotion",
     "CorrelationPanel",
     "CurvePanel",
     "DotPanel",
+    "Figure",
     "HeatMap",
     "IndexBars",
     "IndexGrowth",

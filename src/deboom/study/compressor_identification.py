@@ -60,7 +60,8 @@ from deboom.study.runner import run_command
 
 if TYPE_CHECKING:
     import numpy.typing as npt
-    from matplotlib.figure import Figure
+
+    from deboom.plot import Figure
 
 TRUTH_FILE = Path("truth") / "truth.json"
 RUBBER_LINES = np.arange(10.0, 30.5, 0.5)

@@ -53,7 +53,7 @@ from deboom.study.progress import Progress
 from deboom.vehicles.booming_peaks import MatchedPeaks, booming_peaks, match_peaks
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+    from deboom.plot import Figure
 
 STEPS = 8
 """Of `noise_of_car`, for progress."""

@@ -54,6 +54,8 @@ _RUN = re.compile(r"\d{4}-\d\d-\d\d_\d{6}_seed(\d+)(_\d+)?")
 _PASSING = (
     (re.compile(r"^(git|packages|wall time \[s\]): .*"), r"\1: …"),
     (re.compile(r"^(deboom run \S+|\w+) --seed .*"), r"\1 …"),
+    (re.compile(r"\brevision \w+"), "revision …"),
+    (re.compile(r"^ +seconds_\w+ .*"), "seconds"),
     (_RUN, r"RUN_seed\1"),
     (re.compile(r"\d{4}-\d\d-\d\d[ T]\d\d:\d\d(:\d\d)?([.]\d+)?( ?UTC|Z|[+]00:00)?"), "TIME"),
     (re.compile(r"\b\d{4}-\d\d-\d\d\b"), "DATE"),
@@ -63,6 +65,7 @@ _PASSING = (
     (re.compile(r"(\.\./)+[\w./-]*/work/"), ""),
     (re.compile(r"((\.\./)+[\w./-]*?|TREE/)(?=studies/)"), ""),
     (re.compile(r"studies/data/"), "data/"),
+    (re.compile(r"(HERE|TREE)/(?=studies/|data/)"), ""),
     (re.compile(r"tcp://[\w.:]+"), "ADDRESS"),
 )
 
@@ -161,7 +164,7 @@ class Side:
             name, number = _RUN.sub("run", name), 1
             while name in found:
                 number += 1
-                name = re.sub(r"^run\d*/", f"run{number}/", name)
+                name = re.sub(r"^(run\d*)?", f"run{number}", name, count=1)
             found[name] = path
         return found
 
@@ -344,7 +347,8 @@ class Comparison:
     def _pictures(self, file: str, before: Any, after: Any) -> Iterator[Difference]:
         if len(before) != len(after):
             yield self._of(file, "-", "picture", f"{len(before)} pictures, now {len(after)}")
-        for number, (a, b) in enumerate(zip(before, after, strict=False)):
+        pairs = zip(*(sorted(p, key=_titles) for p in (before, after)), strict=False)
+        for number, (a, b) in enumerate(pairs):
             if len(a["axes"]) != len(b["axes"]):
                 some = f"{len(a['axes'])} axes, now {len(b['axes'])}"
                 yield self._of(file, f"picture {number}", "picture", some)
@@ -358,6 +362,11 @@ class Comparison:
                 for d in self._arrays(file, item, *(np.array(v["data"]) for v in (one, other))):
                     some = f"data {d.text}"
                     yield Difference(self.scenario, file, item, "picture", some, d.size)
+
+
+def _titles(picture: dict[str, Any]) -> str:
+    """Return the labels of a picture, by which two lists of pictures are put in one order."""
+    return str([axes["labels"] for axes in picture["axes"]])
 
 
 def page_words(text: str) -> list[str]:
@@ -387,6 +396,8 @@ def _lines(path: Path) -> list[str]:
     """Return the lines of a text without progress bars."""
     text = path.read_bytes().decode("utf-8", "replace")
     lines = re.split(r"[\r\n]+", text)
+    if any(line.startswith("Traceback") for line in lines):
+        lines = [line for line in lines if not line.startswith((" ", "Traceback"))]
     return [line.rstrip() for line in lines if line.strip() and not PROGRESS.search(line)]
 
 
@@ -419,12 +430,14 @@ def _workbook(path: Path) -> Any:
     import openpyxl
 
     book = openpyxl.load_workbook(path, data_only=False)
-    return {
-        sheet.title: {
-            cell.coordinate: cell.value for row in sheet for cell in row if cell.value is not None
-        }
-        for sheet in book
-    }
+    found: dict[str, Any] = {}
+    for sheet in book:
+        for number, cells in enumerate(sheet.iter_cols(values_only=True)):
+            kinds = [isinstance(value, int | float) for value in cells]
+            for name, wanted in (("numbers", True), ("texts", False)):
+                values = [v for v, k in zip(cells, kinds, strict=True) if k is wanted]
+                found[f"{sheet.title}.{number}.{name}"] = [v for v in values if v is not None]
+    return found
 
 
 def _leaves(prefix: str, tree: Any) -> Iterator[tuple[str, Any]]:

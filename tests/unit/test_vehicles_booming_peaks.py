@@ -162,5 +162,5 @@ def test_bad_curves_are_refused_in_words():
         compare_pressure(FREQUENCY, 1.5, one, one, (70.0, 80.0))
     with pytest.raises(InputError, match="one value per line"):
         compare_pressure(FREQUENCY, 1.5, one, one[1:], (20.0, 55.0))
-    with pytest.raises(InputError, match="one value per line"):
+    with pytest.raises(InputError, match="compared: shape"):
         PressureComparison(FREQUENCY, 1.5, one, one[1:])

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy.signal import find_peaks
 
-from deboom.arrays import ComplexArray, RealArray
+from deboom.arrays import ComplexArray, RealArray, checked
 from deboom.errors import InputError
 from deboom.physics.frf import corr_f, corr_s
 from deboom.physics.order_tracking import rpm_of_frequency
@@ -76,7 +76,7 @@ class MatchedPeaks:
     pairs : tuple of (BoomingPeak, BoomingPeak)
         Peak of the reference and of the compared curve, by rising frequency.
     only_reference, only_compared : tuple of BoomingPeak
-        Peaks of one curve alone; they have no deviation and are reported beside it.
+        Peaks of one curve alone, which have no deviation.
     tolerance : float
         Within which they were paired [Hz].
     """
@@ -93,13 +93,7 @@ class MatchedPeaks:
 
     @property
     def largest_deviation(self) -> float:
-        """Largest absolute level deviation of the pairs [dB].
-
-        Raises
-        ------
-        InputError
-            No pair.
-        """
+        """Largest absolute level deviation of the pairs; no pair is refused [dB]."""
         if not self.pairs:
             raise InputError(
                 f"no two peaks within {self.tolerance:g} Hz of each other: "
@@ -278,7 +272,7 @@ def _checked_curve(level: npt.ArrayLike, frequency: npt.ArrayLike) -> tuple[Real
     return curve, lines
 
 
-@dataclass(frozen=True, eq=False)
+@checked(frequency="f", reference="f", compared="f")
 class PressureComparison:
     """Two pressures at one ear over the same lines of an engine order.
 
@@ -312,18 +306,6 @@ class PressureComparison:
     reference: ComplexArray
     compared: ComplexArray
     tolerance: float = TOLERANCE
-
-    def __post_init__(self) -> None:
-        for name in ("frequency", "reference", "compared"):
-            array = np.array(getattr(self, name))
-            array.setflags(write=False)
-            object.__setattr__(self, name, array)
-        shapes = {self.frequency.shape, self.reference.shape, self.compared.shape}
-        if len(shapes) != 1 or self.frequency.ndim != 1:
-            raise InputError(
-                f"pressures of shapes {self.reference.shape} and {self.compared.shape} over lines "
-                f"of shape {self.frequency.shape} cannot be compared: give one value per line"
-            )
 
     @property
     def corr_f(self) -> float:

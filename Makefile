@@ -10,7 +10,7 @@ PYTHON_IS := import sys; print(sys.base_prefix, sys.version)
 PYTHON_MUST_BE := import sys; sys.version_info >= (3, 11) or sys.exit('deboom needs Python 3.11 or \
 newer, $(PYTHON) is ' + sys.version.split()[0] + ': name another one, such as PYTHON=python3.12')
 
-.PHONY: study test coverage lint bench size same validate pictures constraints clean FORCE
+.PHONY: study test coverage lint bench size same wheel validate pictures constraints clean FORCE
 
 study: $(STUDY)
 	$(BIN)/deboom run studies/u06_platform.py
@@ -38,6 +38,9 @@ bench: $(READY)
 BASE := main
 same: $(READY)
 	PYTHONPATH=benchmarks $(BIN)/python -m same $(BASE)
+
+wheel: $(READY)
+	$(BIN)/python benchmarks/wheel.py
 
 validate: $(READY)
 	$(BIN)/python benchmarks/validate.py

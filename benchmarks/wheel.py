@@ -1,0 +1,79 @@
+"""Build the distributions, check them, and use the wheel in a new environment and an empty folder.
+
+What a user without the repository has: the studies, the demonstration platform, the README's lines.
+"""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import tempfile
+import venv
+import zipfile
+from pathlib import Path
+
+from packaging.metadata import Metadata
+
+ROOT = Path(__file__).parents[1]
+NEEDED = (
+    "deboom/__init__.pyi",
+    "deboom/py.typed",
+    "deboom/bench/data/fleet.json",
+    "deboom/report/page.html",
+    "deboom/studies/u06_platform.py",
+    "deboom/studies/data/u06_f39_f45/platform.toml",
+)
+LINES = """
+import deboom
+
+model = deboom.booming_model(deboom.read_platform("u06"), vehicles="U06", band=(24, 40))
+space = deboom.design_space(model)
+robust = deboom.robust_response(model, space, draws=16, seed=1)
+front = deboom.search(robust, population=8, generations=2, verified_with=32)
+print(len(front.table()), "designs on the front")
+"""
+
+
+def main() -> None:
+    """Build, check, install, run; the first step that fails ends the check with its output."""
+    with tempfile.TemporaryDirectory(prefix="deboom-wheel-") as temporary:
+        place = Path(temporary)
+        dist, empty, home = place / "dist", place / "empty", place / "env"
+        empty.mkdir()
+        _run(ROOT, sys.executable, "-m", "build", "--outdir", str(dist), str(ROOT))
+        (wheel,) = dist.glob("*.whl")
+        with zipfile.ZipFile(wheel) as content:
+            names = set(content.namelist())
+            (facts,) = (name for name in names if name.endswith(".dist-info/METADATA"))
+            Metadata.from_email(content.read(facts))  # refuses what an index would refuse
+        missing = [name for name in NEEDED if name not in names]
+        if missing:
+            sys.exit(f"{wheel.name} lacks {', '.join(missing)}")
+        venv.create(home, with_pip=True)
+        scripts = home / ("Scripts" if os.name == "nt" else "bin")
+        python, constraints = str(scripts / "python"), str(ROOT / "constraints.txt")
+        _run(empty, python, "-m", "pip", "install", "-q", "-c", constraints, str(wheel))
+        listed = _run(empty, str(scripts / "deboom"), "studies")
+        study = ("fleet_correlation", "--group", "U06", "--designs", "16", "--resamples", "100")
+        _run(empty, python, "-m", "deboom", "run", *study, "--draws", "4")
+        results = list((empty / "results" / "fleet_correlation").glob("*/summary.json"))
+        if "u06_robust_front" not in listed or len(results) != 1:
+            sys.exit("the installed package lists no studies or keeps no results here")
+        print(_run(empty, python, "-c", LINES).strip())
+        print(f"{wheel.name}: {len(names)} files, used from an empty folder")
+
+
+def _run(folder: Path, *command: str) -> str:
+    """Run a command without the repository on the path; its output, or its end."""
+    environment = {key: value for key, value in os.environ.items() if key != "PYTHONPATH"}
+    done = subprocess.run(
+        command, cwd=folder, env=environment, capture_output=True, text=True, check=False
+    )
+    if done.returncode:
+        sys.exit(f"{' '.join(command)}\n{done.stdout}{done.stderr}")
+    return done.stdout
+
+
+if __name__ == "__main__":
+    main()

@@ -59,7 +59,7 @@ def main() -> int:
     base = cache / revision[:12]
     tree = _base_tree(base, revision)
     new = cache / "trees" / ROOT.as_posix().strip("/").replace("/", "_")
-    missing = [s for s in wanted if not _is_kept(base / "runs" / s.name / "log", s)]
+    missing = [s for s in wanted if not _is_kept(base / "runs", s)]
     _run(missing, "steps", tree, base / "runs", base / "runs", options.jobs)
     if options.base_only:
         return 0
@@ -120,11 +120,13 @@ def _base_tree(base: Path, revision: str) -> Path:
     return tree
 
 
-def _is_kept(log: Path, scenario: Scenario) -> bool:
-    """Say whether the base's results are there, of the same steps."""
-    kept = log / "steps.txt"
-    same = kept.is_file() and kept.read_text(encoding="utf-8") == "\n".join(scenario.steps)
-    return same and (log / "cpu.txt").is_file()
+def _is_kept(runs: Path, scenario: Scenario) -> bool:
+    """Say whether the base's results are there, of the same steps and of what they refer to."""
+    kept = runs / scenario.name / "log" / "steps.txt"
+    if not kept.is_file() or kept.read_text(encoding="utf-8") != "\n".join(scenario.steps):
+        return False
+    needed = (runs / name / "log" / "steps.txt" for _, name in scenario.needs)
+    return all(p.is_file() and p.stat().st_mtime <= kept.stat().st_mtime for p in needed)
 
 
 def _run(

@@ -46,7 +46,7 @@ from deboom.study.options import (
 )
 from deboom.study.platform_model import MotionOptions, Operation, PlatformOptions
 from deboom.study.progress import progress_bar
-from deboom.study.result import RunContext, as_report
+from deboom.study.result import RunContext
 from deboom.study.robust_front import RobustFront, front_report
 from deboom.study.search import SearchOptions
 from deboom.study.sensitivity import (
@@ -55,7 +55,7 @@ from deboom.study.sensitivity import (
     Sensitivity,
     SensitivityPlan,
     sensitivity,
-    sensitivity_result,
+    sensitivity_report,
 )
 
 SEARCHED = 0.20
@@ -148,7 +148,7 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
     if vehicles is not None and vehicles.names != fleet_names:
         parts["Vehicles"] = correlation_report(vehicles)
     parts["Front"] = front_report(front)
-    parts["Sensitivity"] = as_report(sensitivity_result(ranked))
+    parts["Sensitivity"] = sensitivity_report(ranked)
     names = _names(parts)
 
     group = ", ".join(front.vehicles) if options.platform.group is None else options.platform.group

@@ -16,53 +16,62 @@ first order), n_zero (indices not above their interval), n_runs (designs evaluat
 surface_difference_at_peaks_db (library against spectra).
 """
 
-from pathlib import Path
+from __future__ import annotations
+
+from dataclasses import dataclass
 from typing import Annotated
 
 from typer import Option
 
-from deboom.files.platform import read_platform
 from deboom.report import Report
-from deboom.study.platform_model import Factor, Motion, MountSource, motion_index, operation
+from deboom.study.options import Seed
+from deboom.study.platform_model import MotionOptions, Operation, PlatformOptions
 from deboom.study.progress import progress_bar
-from deboom.study.runner import run_script
+from deboom.study.result import RunContext
 from deboom.study.sensitivity import (
     Analysis,
     Ranked,
     SensitivityPlan,
     sensitivity,
-    sensitivity_result,
+    sensitivity_report,
 )
 
-PLATFORM = Path(__file__).parent / "data" / "u06_f39_f45"
+
+@dataclass(frozen=True)
+class Options:
+    """What varies and how far, what is ranked, and from how many points."""
+
+    seed: Seed = 1
+    n: Annotated[int, Option(help="Base points; a power of two.")] = 1024
+    resamples: Annotated[int, Option(help="Bootstrap resamples of the intervals.")] = 100
+    analysis: Annotated[Analysis, Option(help="Chosen or scattering.")] = Analysis.design
+    ranked: Annotated[Ranked, Option(help="What of the levels.")] = Ranked.decibels
+    half_width: Annotated[float, Option(help="Range of the design analysis [1].")] = 0.15
+    beside: Annotated[float, Option(help="Another range, beside it [1].")] = 0.20
+    tolerance: Annotated[float, Option(help="Half width of the scatter, 3 sigma [1].")] = 0.15
+    platform: PlatformOptions = PlatformOptions()
+    motion: MotionOptions = MotionOptions()
 
 
-def main(
-    seed: Annotated[int, Option(help="From 1; the same seed gives the same indices.")] = 1,
-    n: Annotated[int, Option(help="Base points; a power of two.")] = 1024,
-    resamples: Annotated[int, Option(help="Bootstrap resamples of the intervals.")] = 100,
-    analysis: Annotated[Analysis, Option(help="Chosen or scattering.")] = Analysis.design,
-    ranked: Annotated[Ranked, Option(help="What of the levels.")] = Ranked.decibels,
-    half_width: Annotated[float, Option(help="Range of the design analysis [1].")] = 0.15,
-    beside: Annotated[float, Option(help="Another range, beside it [1].")] = 0.20,
-    tolerance: Annotated[float, Option(help="Half width of the scatter, 3 sigma [1].")] = 0.15,
-    load_case: Annotated[list[str] | None, Option(help="name or name=weight; repeatable.")] = None,
-    group: Annotated[str, Option(help="Vehicles to listen in.")] = "U06",
-    platform: Annotated[Path, Option(help="Folder with platform.toml.")] = PLATFORM,
-    mounts: Annotated[MountSource, Option(help="Source of forces.")] = MountSource.library,
-    motion: Annotated[Motion, Option(help="Of the powertrain.")] = Motion.prescribed,
-    factor: Annotated[Factor, Option(help="What a stiffness factor means.")] = Factor.dynamic,
-) -> Report:
+def prepare(options: Options) -> Operation:
+    """Read the platform."""
+    return options.platform.operation()
+
+
+def run(runs: Operation, options: Options, context: RunContext | None = None) -> Report:  # noqa: ARG001
     """Evaluate, analyse and report."""
-    runs = operation(read_platform(platform), load_case, mounts, group, band=(20, 60))
-    index = motion_index(runs, motion, factor)
     plan = SensitivityPlan(
-        analysis, ranked, half_width, beside, tolerance, n_base=n, n_resamples=resamples, seed=seed
+        options.analysis,
+        options.ranked,
+        options.half_width,
+        options.beside,
+        options.tolerance,
+        n_base=options.n,
+        n_resamples=options.resamples,
+        seed=options.seed,
     )
     with progress_bar("sensitivity") as bar:
-        found = sensitivity(runs.platform, index, plan, bar)
-    return runs.checked(sensitivity_result(found))
-
-
-if __name__ == "__main__":
-    run_script(__file__)
+        found = sensitivity(runs.platform, options.motion.index(runs), plan, bar)
+    report = sensitivity_report(found)
+    runs.append_to(report)
+    return report

@@ -9,7 +9,6 @@ import pytest
 
 from deboom.errors import InputError
 from deboom.files.platform import read_platform
-from deboom.report.page import render_page
 from deboom.study import sensitivity as room
 from deboom.study.platform_model import Motion, MountSource, motion_index, operation
 from deboom.study.runner import load_study, run_study
@@ -19,7 +18,7 @@ from deboom.study.sensitivity import (
     index_table,
     line_table,
     screening_table,
-    sensitivity_result,
+    sensitivity_report,
 )
 from deboom.vehicles.booming_model import BoomingModel, booming_model
 from deboom.vehicles.fleet import Fleet
@@ -160,12 +159,12 @@ def test_one_mount_one_vehicle_and_few_lines_are_enough(monkeypatch):
     found = room.sensitivity(small, index, plan)
     assert found.by_mount is None
     assert [*found.beside] == ["tolerance ±10 % (3 σ)", "design ±10 %, energy level of the band"]
-    result = sensitivity_result(found)
-    assert "sobol_mounts" not in result.figures
-    assert len(result.tables["sobol_lines"]) == 3
-    assert len(result.tables["sobol"]) == 3
-    assert set(result.summary) >= {f"st_EnM_{axis}_{fleet.names[0]}" for axis in "xyz"}
-    assert "Mount by mount" not in render_page(result.page)
+    report = sensitivity_report(found)
+    assert "sobol_mounts" not in report.figures
+    assert len(report.tables["sobol_lines"]) == 3
+    assert len(report.tables["sobol"]) == 3
+    assert set(report.summary) >= {f"st_EnM_{axis}_{fleet.names[0]}" for axis in "xyz"}
+    assert "Mount by mount" not in report.html()
 
 
 @pytest.mark.parametrize(

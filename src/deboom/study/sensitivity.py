@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from enum import Enum
 from functools import cached_property, partial
-from typing import TypeVar
+from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -33,15 +33,16 @@ from deboom.explore.sensitivity import (
 from deboom.explore.space import stiffness_factor_space
 from deboom.files.platform import Platform
 from deboom.mounts.mount import Mount
-from deboom.plot import IndexBars, IndexGrowth, IndexMap
+from deboom.plot import IndexBars, IndexGrowth, IndexMap, index_bars, index_growth, index_map
 from deboom.plot.style import mount_colours
-from deboom.report.page import Headline, Page, Picture, Section, Table
-from deboom.study import pngs as figures
+from deboom.report import Report, Scalar
 from deboom.study.platform_model import factor_name, motion_name, motion_report
 from deboom.study.progress import Progress
-from deboom.study.result import Scalar, StudyResult
 from deboom.vehicles.booming_model import BoomingModel, mean_energy_level
 from deboom.vehicles.booming_peaks import booming_peaks
+
+if TYPE_CHECKING:
+    from deboom.plot import Figure
 
 
 class Ranked(Enum):
@@ -557,175 +558,179 @@ TERMS = (
 TOTAL = "share of the variance [1]"
 
 
-def sensitivity_figures(study: Sensitivity) -> dict[str, bytes]:
-    """Draw all pictures of the page; file stem → PNG."""
-    mounts = mount_colours([mount.name for mount in study.platform.mounts])
+def sensitivity_report(study: Sensitivity) -> Report:
+    """Report which stiffness matters: alone, by mount, line by line, under other questions."""
+    plan, mounts = study.plan, mount_colours([mount.name for mount in study.platform.mounts])
     owner = {name: mount.name for mount in study.platform.mounts for name in mount.variables}
     colours = [mounts[owner[name]] for name in study.variables]
-    order = study.platform.load_case(study.index.load_case_names[0]).order
-    shown = matters(study)
-    pictures = {
-        "sobol": figures.index_bars(study.variables, colours, _bars(study.indices), x_label=TOTAL),
-        "sobol_lines": figures.index_map(
-            study.index.frequency,
-            order,
-            study.variables,
-            [
-                IndexMap(vehicle, total, peaks)
-                for vehicle, total, peaks in zip(
-                    study.vehicles, study.total_of_lines, _peaks(study, order), strict=True
-                )
-            ],
-            value_label="total index of the level of a line [1]",
-        ),
-        "convergence": figures.index_growth(
-            [found.n_base for found in study.convergence],
-            [study.variables[row] for row in shown],
-            [colours[row] for row in shown],
-            [
-                IndexGrowth(
-                    vehicle,
-                    np.stack([found.total[shown, at] for found in study.convergence], axis=1),
-                    np.stack(
-                        [found.total_interval[shown, at] for found in study.convergence], axis=1
-                    ),
-                )
-                for at, vehicle in enumerate(study.vehicles)
-            ],
-            x_label="base points N",
-            y_label="total index [1]",
-        ),
-    }
-    if study.by_mount is not None:
-        names = study.by_mount.factors
-        pictures["sobol_mounts"] = figures.index_bars(
-            names, [mounts[name] for name in names], _bars(study.by_mount), x_label=TOTAL
+    by_mount, report = study.by_mount, _headed(study)
+    report.section(
+        "Stiffness by stiffness",
+        "The share of the variance that each stiffness is behind: alone (solid) and together with "
+        f"others (hatched). {_without(study)}",
+    )
+    report.figure(
+        "sobol",
+        index_bars(study.variables, colours, _bars(study.indices), x_label=TOTAL),
+        f"Sensitivity indices of every vehicle, {study.label}; numbers are total indices.",
+    )
+    _mattering(
+        report,
+        study,
+        "sobol",
+        index_table(study.indices, "variable"),
+        f"Stiffnesses with a total index of {MATTERS:g} and more in some vehicle; sobol.csv has "
+        "all, sobol_pairs.csv every pair.",
+    )
+    report.table("sobol_pairs", pair_table(study.indices))
+    if by_mount is not None:
+        report.section(
+            "Mount by mount",
+            "All stiffnesses of a mount vary as one: how much hangs on each part.",
         )
-    return pictures
+        shades = [mounts[name] for name in by_mount.factors]
+        report.figure(
+            "sobol_mounts",
+            index_bars(by_mount.factors, shades, _bars(by_mount), x_label=TOTAL),
+            "Sensitivity indices of whole mounts.",
+        )
+        table = index_table(by_mount, "mount")
+        report.table("sobol_mounts", table, "Indices of whole mounts.")
+    report.section(
+        "Line by line",
+        "The same for the level of every single line. A stiffness that matters at a booming peak "
+        "(▼) is one the passenger hears; in the notches between, paths cancel and several "
+        "stiffnesses share the variance.",
+    )
+    report.figure(
+        "sobol_lines",
+        _line_map(study),
+        f"Total index of the level of each line, {study.lines.n_base} base points, largest half "
+        f"interval {study.lines.total_interval.max():.2f}; ▼ today's booming peaks in the first "
+        "load case.",
+    )
+    report.table("sobol_lines", line_table(study))
+    report.section(
+        "Other ranges, the tolerance, another measure",
+        "How far the ranking depends on what was asked. A share says nothing of the size of the "
+        f"variance, which grows with the range.\n\n{_other_leaders(study)}",
+    )
+    _mattering(
+        report,
+        study,
+        "sobol_beside",
+        beside_table(study),
+        "Total indices. sobol_beside.csv has all, with intervals.",
+    )
+    report.section(
+        "How sure this is",
+        "Total indices of the first base points, more and more of them. An index that is not above "
+        "its own interval reads zero. The intervals are those of random points; Sobol points are "
+        "spread more evenly, and other seeds differ by much less.",
+    )
+    report.figure(
+        "convergence",
+        _growth(study, colours),
+        "Total indices over the number of base points, with 95 % intervals.",
+    )
+    report.table("sobol_convergence", convergence_table(study))
+    _mattering(
+        report,
+        study,
+        "screening",
+        screening_table(study),
+        "Other methods on the same model. Morris: change of the level (of the mean level of the "
+        f"lines, for SPLV) over the whole range of a stiffness, from {TRAJECTORIES} paths. PAWN: "
+        "distance between the distributions of the level with and without the stiffness held, from "
+        f"{2 * study.indices.n_base} designs; a stiffness without effect has up to "
+        f"{_noise(study):.2f}.",
+    )
+    report.summary.update(sensitivity_summary(study))
+    report.inputs += study.platform.input_files
+    report.facts |= {
+        "motion": motion_name(study.index),
+        "design_factor": factor_name(study.index),
+        "kernel": study.index.kernel,
+        "ranked": plan.ranked.words,
+        "variables": f"{plan.analysis.value}: {study.inputs.description}",
+    }
+    return report
+
+
+def _headed(study: Sensitivity) -> Report:
+    """Begin the report: its tiles, and what was asked."""
+    found, plan, frequency = study.indices, study.plan, study.index.frequency
+    motion = motion_report(study.index, np.ones((1, len(study.variables))))
+    report = Report(
+        "Which stiffness matters",
+        f"On which mount stiffnesses does the booming noise of {_listed(study.vehicles)} between "
+        f"{frequency[0]:g} and {frequency[-1]:g} Hz depend?",
+    )
+    for names, vehicles in _leaders(study):
+        report.tile(", then ".join(names), f"lead in {_listed(tuple(vehicles))}")
+    report.tile(f"{found.interaction.max():.3f}", "largest interaction of any stiffness")
+    report.tile(f"{found.total_interval.max():.3f}", "widest 95 % interval (half width)")
+    report.explain(*(motion.terms.get(term, term) for term in TERMS))
+    report.warn(*motion.warnings)
+    report.section(
+        "What was asked, and with which data",
+        f"{study.platform.title}: {study.platform.description}\n\n"
+        f"Ranked is the {plan.ranked.words}. A sum of decibels counts a notch like a peak; an "
+        "energy level follows the loud lines: the two may rank stiffnesses differently, see "
+        "below.\n\n"
+        f"Analysis: {plan.analysis.value}. {_meaning(study)} Vehicles: {_listed(study.vehicles)}. "
+        f"Load cases: {', '.join(study.index.load_case_names)}. Lines: {frequency.size}, engine "
+        f"order {_order(study):g}.\n\n"
+        f"{found.n_base} base points of a scrambled Sobol sequence, {study.n_runs} designs "
+        f"evaluated in all; intervals from {found.n_resamples} bootstrap resamples. The tables are "
+        "SALib's; lines and convergence come from its estimators in vectorised form.",
+    )
+    return report
+
+
+def _mattering(
+    report: Report, study: Sensitivity, stem: str, table: pd.DataFrame, caption: str
+) -> None:
+    """Keep a table, and show of it the stiffnesses that matter, without further intervals."""
+    names = [study.variables[row] for row in matters(study)]
+    shown = table[table["variable"].isin(names)].filter(regex="^(?!interval)")
+    report.table(stem, table, caption, shown=shown)
+
+
+def _order(study: Sensitivity) -> float:
+    """Engine order of the first load case."""
+    return study.platform.load_case(study.index.load_case_names[0]).order
+
+
+def _line_map(study: Sensitivity) -> Figure:
+    """Draw the total index of every line, with today's booming peaks of the first load case."""
+    lines, order = study.index.frequency, _order(study)
+    level = study.index.levels(np.ones((1, len(study.variables))))[0]
+    peaks = [[peak.frequency for peak in booming_peaks(row, lines, order)] for row in level]
+    panels = map(IndexMap, study.vehicles, study.total_of_lines, peaks)
+    label = "total index of the level of a line [1]"
+    return index_map(lines, order, study.variables, list(panels), value_label=label)
+
+
+def _growth(study: Sensitivity, colours: list[str]) -> Figure:
+    """Draw the total indices that matter over the number of base points."""
+    shown = matters(study)
+    total = np.stack([found.total[shown] for found in study.convergence], axis=-1)
+    interval = np.stack([found.total_interval[shown] for found in study.convergence], axis=-1)
+    panels = map(IndexGrowth, study.vehicles, total.swapaxes(0, 1), interval.swapaxes(0, 1))
+    return index_growth(
+        [found.n_base for found in study.convergence],
+        [study.variables[row] for row in shown],
+        [colours[row] for row in shown],
+        list(panels),
+        x_label="base points N",
+        y_label="total index [1]",
+    )
 
 
 def _bars(found: SobolIndices) -> list[IndexBars]:
     columns = (found.first.T, found.total.T, found.total_interval.T, found.zero.T)
     return [IndexBars(*rows) for rows in zip(found.outputs, *columns, strict=True)]
-
-
-def _peaks(study: Sensitivity, order: float) -> list[list[float]]:
-    """Frequencies of today's booming peaks in the first load case."""
-    level = study.index.levels(np.ones((1, len(study.variables))))[0]
-    lines = study.index.frequency
-    return [[peak.frequency for peak in booming_peaks(row, lines, order)] for row in level]
-
-
-def sensitivity_page(
-    study: Sensitivity, tables: Mapping[str, pd.DataFrame], pictures: Mapping[str, bytes]
-) -> Page:
-    """Compose the page from the study's tables and figures."""
-    found, plan, frequency = study.indices, study.plan, study.index.frequency
-    motion = motion_report(study.index, np.ones((1, len(study.variables))))
-    first, last = frequency[0], frequency[-1]
-    order = study.platform.load_case(study.index.load_case_names[0]).order
-    return Page(
-        title="Which stiffness matters",
-        question=(
-            f"On which mount stiffnesses does the booming noise of {_listed(study.vehicles)} "
-            f"between {first:g} and {last:g} Hz depend?"
-        ),
-        headlines=(
-            *_leaders(study),
-            Headline(f"{found.interaction.max():.3f}", "largest interaction of any stiffness"),
-            Headline(f"{found.total_interval.max():.3f}", "widest 95 % interval (half width)"),
-        ),
-        terms=tuple(motion.terms.get(term, term) for term in TERMS),
-        warnings=motion.warnings,
-        sections=(
-            Section(
-                "What was asked, and with which data",
-                f"{study.platform.title}: {study.platform.description}\n\n"
-                f"Ranked is the {plan.ranked.words}. A sum of decibels counts a notch like a peak; "
-                "an energy level follows the loud lines: the two may rank stiffnesses differently, "
-                "see below.\n\n"
-                f"Analysis: {plan.analysis.value}. {_meaning(study)} Vehicles: "
-                f"{_listed(study.vehicles)}. Load cases: {', '.join(study.index.load_case_names)}. "
-                f"Lines: {frequency.size}, engine order {order:g}.\n\n"
-                f"{found.n_base} base points of a scrambled Sobol sequence, {study.n_runs} designs "
-                f"evaluated in all; intervals from {found.n_resamples} bootstrap resamples. The "
-                "tables are SALib's; lines and convergence come from its estimators in vectorised "
-                "form.",
-            ),
-            Section(
-                "Stiffness by stiffness",
-                "The share of the variance that each stiffness is behind: alone (solid) and "
-                "together with others (hatched). "
-                f"{_without(study)}",
-                figures=(
-                    _picture(
-                        pictures,
-                        "sobol",
-                        f"Sensitivity indices of every vehicle, {study.label}; numbers are total "
-                        "indices.",
-                    ),
-                ),
-                tables=(
-                    Table(
-                        _mattering(tables["sobol"], study),
-                        f"Stiffnesses with a total index of {MATTERS:g} and more in some vehicle; "
-                        "sobol.csv has all, sobol_pairs.csv every pair.",
-                    ),
-                ),
-            ),
-            *_mounts(tables, pictures),
-            Section(
-                "Line by line",
-                "The same for the level of every single line. A stiffness that matters at a "
-                "booming peak (▼) is one the passenger hears; in the notches between, paths cancel "
-                "and several stiffnesses share the variance.",
-                figures=(
-                    _picture(
-                        pictures,
-                        "sobol_lines",
-                        f"Total index of the level of each line, {study.lines.n_base} base points, "
-                        f"largest half interval {study.lines.total_interval.max():.2f}; ▼ today's "
-                        "booming peaks in the first load case.",
-                    ),
-                ),
-            ),
-            Section(
-                "Other ranges, the tolerance, another measure",
-                "How far the ranking depends on what was asked. A share says nothing of the size "
-                f"of the variance, which grows with the range.\n\n{_other_leaders(study)}",
-                tables=(
-                    Table(
-                        _mattering(tables["sobol_beside"], study).filter(regex="^(?!interval)"),
-                        "Total indices. sobol_beside.csv has all, with intervals.",
-                    ),
-                ),
-            ),
-            Section(
-                "How sure this is",
-                "Total indices of the first base points, more and more of them. An index that is "
-                "not above its own interval reads zero. The intervals are those of random points; "
-                "Sobol points are spread more evenly, and other seeds differ by much less.",
-                figures=(
-                    _picture(
-                        pictures,
-                        "convergence",
-                        "Total indices over the number of base points, with 95 % intervals.",
-                    ),
-                ),
-                tables=(
-                    Table(
-                        _mattering(tables["screening"], study),
-                        f"Other methods on the same model. Morris: change of the level (of the "
-                        f"mean level of the lines, for SPLV) over the whole range of a stiffness, "
-                        f"from {TRAJECTORIES} paths. PAWN: distance between the distributions of "
-                        f"the level with and without the stiffness held, from "
-                        f"{2 * found.n_base} designs; a stiffness without effect has up to "
-                        f"{_noise(study):.2f}.",
-                    ),
-                ),
-            ),
-        ),
-    )
 
 
 def _meaning(study: Sensitivity) -> str:
@@ -747,15 +752,12 @@ def _without(study: Sensitivity) -> str:
     return " ".join(found) or "Every stiffness has an effect in some vehicle."
 
 
-def _leaders(study: Sensitivity) -> tuple[Headline, ...]:
-    """One headline for each pair of leading variables, with the vehicles that have it."""
+def _leaders(study: Sensitivity) -> list[tuple[tuple[str, ...], list[str]]]:
+    """Pairs of leading variables with the vehicles that have them; the three most frequent."""
     groups: dict[tuple[str, ...], list[str]] = {}
     for vehicle, names in study.ranking.items():
         groups.setdefault(names[:2], []).append(vehicle)
-    return tuple(
-        Headline(", then ".join(names), f"lead in {_listed(tuple(vehicles))}")
-        for names, vehicles in sorted(groups.items(), key=lambda item: -len(item[1]))[:3]
-    )
+    return sorted(groups.items(), key=lambda item: -len(item[1]))[:3]
 
 
 def _other_leaders(study: Sensitivity) -> str:
@@ -778,72 +780,7 @@ def _noise(study: Sensitivity) -> float:
     return float(study.pawn.index[zero].max()) if zero.any() else 0.0
 
 
-def _mounts(
-    tables: Mapping[str, pd.DataFrame], pictures: Mapping[str, bytes]
-) -> tuple[Section, ...]:
-    if "sobol_mounts" not in tables:
-        return ()
-    return (
-        Section(
-            "Mount by mount",
-            "All stiffnesses of a mount vary as one: how much hangs on each part.",
-            figures=(_picture(pictures, "sobol_mounts", "Sensitivity indices of whole mounts."),),
-            tables=(Table(tables["sobol_mounts"], "Indices of whole mounts."),),
-        ),
-    )
-
-
-def _mattering(table: pd.DataFrame, study: Sensitivity) -> pd.DataFrame:
-    names = [study.variables[row] for row in matters(study)]
-    return table[table["variable"].isin(names)]
-
-
-def _picture(pictures: Mapping[str, bytes], stem: str, caption: str) -> Picture:
-    return Picture(pictures[stem], alt=caption, caption=caption)
-
-
 def _listed(names: tuple[str, ...]) -> str:
     if len(names) == 1:
         return names[0]
     return f"{', '.join(names[:-1])} and {names[-1]}"
-
-
-def sensitivity_result(study: Sensitivity) -> StudyResult:
-    """Make tables, figures, headline numbers and page of a sensitivity analysis.
-
-    Parameters
-    ----------
-    study : Sensitivity
-        Analysed.
-
-    Returns
-    -------
-    StudyResult
-        Tables ``sobol``, ``sobol_pairs``, ``sobol_beside``, ``sobol_lines``,
-        ``sobol_convergence``, ``screening``; with several mounts also ``sobol_mounts``.
-    """
-    tables = {
-        "sobol": index_table(study.indices, "variable"),
-        "sobol_pairs": pair_table(study.indices),
-        "sobol_beside": beside_table(study),
-        "sobol_lines": line_table(study),
-        "sobol_convergence": convergence_table(study),
-        "screening": screening_table(study),
-    }
-    if study.by_mount is not None:
-        tables["sobol_mounts"] = index_table(study.by_mount, "mount")
-    pictures = sensitivity_figures(study)
-    return StudyResult(
-        tables=tables,
-        figures=pictures,
-        summary=sensitivity_summary(study),
-        page=sensitivity_page(study, tables, pictures),
-        inputs=study.platform.input_files,
-        facts={
-            "motion": motion_name(study.index),
-            "design_factor": factor_name(study.index),
-            "kernel": study.index.kernel,
-            "ranked": study.plan.ranked.words,
-            "variables": f"{study.plan.analysis.value}: {study.inputs.description}",
-        },
-    )

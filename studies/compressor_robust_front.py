@@ -37,7 +37,7 @@ from deboom.study.compressor_robust_front import (
     MountQuestion,
     Parts,
     compressor_front,
-    compressor_front_result,
+    compressor_front_report,
     measured_fleet,
     mounted_fleet,
     virtual_fleet,
@@ -116,4 +116,4 @@ def run(model: MountedFleet, options: Options, context: RunContext | None = None
             context,
             lambda robust: workers_for(robust, search.workers, search.scheduler),
         )
-    return compressor_front_result(found).report()
+    return compressor_front_report(found)

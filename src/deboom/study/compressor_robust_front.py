@@ -76,12 +76,21 @@ from deboom.files.tables import workbook_bytes
 from deboom.measurement.channels import Frf
 from deboom.measurement.electric_car import ElectricCar
 from deboom.physics.sound_level import spl
-from deboom.plot import CurvePanel, IndexBars
+from deboom.plot import (
+    CurvePanel,
+    IndexBars,
+    convergence,
+    curve_panels,
+    index_bars,
+    pareto_front,
+    per_vehicle_change,
+    spl_curves,
+    stiffness_bars,
+)
 from deboom.plot.style import mount_colours, mount_of, signed, vehicle_colours
-from deboom.report.page import Headline, Page, Picture, Section, Table, render_page
-from deboom.study import pngs as figures
+from deboom.report import Report, Scalar
 from deboom.study.progress import Progress
-from deboom.study.result import RunContext, Scalar, StudyResult
+from deboom.study.result import RunContext
 from deboom.study.search import Budget, robust_search
 from deboom.vehicles.booming_model import mean_energy_level
 from deboom.vehicles.booming_peaks import PeakChange, compare_peaks
@@ -1156,157 +1165,79 @@ TERMS = (
 )
 
 
-def front_figures(study: CompressorFront) -> dict[str, bytes]:
-    """Draw all pictures of the page; file stem → PNG."""
-    values, scale, base = study.verification.values, study.per_line, study.baseline
-    colours, n = vehicle_colours(study.cars), study.n_lines
-    peaks = study.peak_changes
-    owners = mount_colours(list(dict.fromkeys(mount_of(name) for name in study.chosen_names)))
-    chosen = list(study.chosen)
-    row = study.picks["best mean"]
-    low, high = study.frequency[0], study.frequency[-1]
-    found = study.sobol
-    columns = (found.first.T, found.total.T, found.total_interval.T, found.zero.T)
-    pictures = {
-        "pareto_front": figures.pareto_front(
-            values.mean_sum * scale,
-            values.sigma_sum * scale,
-            values.standard_error_mean_sum * scale,
-            values.standard_error_sigma_sum * scale,
-            (float(base.mean_sum[0]) * scale, float(base.sigma_sum[0]) * scale),
-            {
-                name: (float(values.mean_sum[at]) * scale, float(values.sigma_sum[at]) * scale)
-                for name, at in study.picks.items()
-            },
-            mean_label="mean level over cars and lines [dB(A)]",
-            sigma_label="its σ over the tolerance [dB]",
-        ),
-        "spl_curves": figures.spl_curves(
-            study.frequency,
-            FIRST_ORDER,
-            study.levels(study.space.nominal),
-            study.levels(study.best),
-            study.cars,
-            [[c.before.frequency for c in peaks[car] if c.before] for car in study.cars],
-            [[c.after.frequency for c in peaks[car] if c.after] for car in study.cars],
-            colours,
-        ),
-        "stiffness_bars": figures.stiffness_bars(
-            study.chosen_names,
-            study.best[chosen],
-            study.space.lower[chosen],
-            study.space.upper[chosen],
-            study.chosen_stiffness(study.space.nominal) * N_PER_MM,
-            [False] * len(chosen),
-            study.indifference,
-            owners,
-            stiffness_label=f"|K| at {study.model.reference_line:g} Hz [N/mm]",
-        ),
-        "per_car_change": figures.per_vehicle_change(
-            study.cars,
-            study.level_change(study.best),
-            values.sigma[row] / n,
-            study.energy_change(study.best),
-            study.energy_sigma(study.best),
-            colours,
-            level_label="change of the mean level [dB]",
-            energy_label=f"change of energy {low:g}–{high:g} Hz [dB]",
-        ),
-        "sobol": figures.index_bars(
-            found.factors,
-            [owners[mount_of(name)] for name in found.factors],
-            [IndexBars(*one) for one in zip(found.outputs, *columns, strict=True)],
-            x_label="share of the variance [1]",
-        ),
-        "convergence": figures.convergence(
-            np.arange(1, len(study.search.hypervolume) + 1),
-            study.search.hypervolume,
+def compressor_front_report(study: CompressorFront) -> Report:
+    """Report which mounts make the cars quiet, with the sheet for their supplier.
+
+    Parameters
+    ----------
+    study : CompressorFront
+        Searched and verified.
+    """
+    base, check = study.baseline, study.verification
+    sigma = 100 * (check.values.sigma_sum[study.picks["best mean"]] / base.sigma_sum[0] - 1)
+    low, high = study.model.question.band
+    report = Report(
+        "Mounts of the compressor: quiet cars in spite of scatter",
+        f"Which stiffness of its mounts makes a compressor quiet in {len(study.cars)} electric "
+        f"cars, {low:g} to {high:g} Hz, and keeps them quiet as parts scatter?",
+    )
+    report.tile(f"{signed(study.mean_change, 1)} dB", "mean level, best mean against today")
+    report.tile(f"{signed(float(sigma), 0)} %", "its σ over the tolerance")
+    report.tile(
+        f"{study.travel(study.best) / study.travel(study.space.nominal):.2f}",
+        f"travel over today's; {study.travel_ratio:g} is allowed",
+    )
+    report.tile(study.leading, "stiffness that matters most")
+    if study.agreement is not None:
+        error = float(np.median(np.abs(study.agreement.peak_errors)))
+        report.tile(f"{error:.2f} dB", "median error of the model at peaks")
+    report.explain(*TERMS)
+    report.warn(*study.model.alarms)
+    _choice(report, study)
+    _quiet(report, study)
+    _matters(report, study)
+    _trust(report, study)
+    search = study.search
+    report.section(
+        "How the search went",
+        f"NSGA-II, {search.hypervolume.size} generations, {search.n_evaluated} designs, "
+        f"{search.seconds:.1f} s. Every design was made {study.robust.sample.n_samples} times "
+        f"within its tolerance; the front was verified with {check.n_samples} draws that the "
+        "search never saw.",
+    )
+    report.figure(
+        "convergence",
+        convergence(
+            np.arange(1, len(search.hypervolume) + 1),
+            search.hypervolume,
             hypervolume_label="hypervolume [dB²]",
         ),
-    }
-    if study.agreement is not None:
-        pictures["agreement"] = figures.curve_panels(
-            [
-                CurvePanel(
-                    car,
-                    study.frequency,
-                    {
-                        "predicted": study.agreement.predicted[1, place],
-                        "exact": study.agreement.exact[1, place],
-                    },
-                )
-                for place, car in enumerate(study.cars)
-            ],
-            x_label="rotational frequency [Hz]",
-            y_label="SPL [dB(A)]",
-            dashed=("exact",),
-            share_y=True,
-        )
-    return pictures
-
-
-def front_page(
-    study: CompressorFront, tables: Mapping[str, pd.DataFrame], pictures: Mapping[str, bytes]
-) -> Page:
-    """Compose the page from the study's tables and figures."""
-    base, check = study.baseline, study.verification.values
-    row = study.picks["best mean"]
-    sigma = 100 * (check.sigma_sum[row] / base.sigma_sum[0] - 1)
-    question = study.model.question
-    return Page(
-        title="Mounts of the compressor: quiet cars in spite of scatter",
-        question=(
-            "Which stiffness of its mounts makes a compressor quiet in "
-            f"{len(study.cars)} electric cars, {question.band[0]:g} to {question.band[1]:g} Hz, "
-            "and keeps them quiet as parts scatter?"
-        ),
-        headlines=(
-            Headline(f"{signed(study.mean_change, 1)} dB", "mean level, best mean against today"),
-            Headline(f"{signed(float(sigma), 0)} %", "its σ over the tolerance"),
-            Headline(
-                f"{study.travel(study.best) / study.travel(study.space.nominal):.2f}",
-                f"travel over today's; {study.travel_ratio:g} is allowed",
-            ),
-            Headline(study.leading, "stiffness that matters most"),
-            *_agreement_headline(study),
-        ),
-        terms=TERMS,
-        warnings=study.model.alarms,
-        sections=(
-            _choice(study, tables, pictures),
-            _quiet(study, tables, pictures),
-            _matters(study, tables, pictures),
-            _trust(study, pictures),
-            Section(
-                "How the search went",
-                f"NSGA-II, {study.search.hypervolume.size} generations, "
-                f"{study.search.n_evaluated} designs, {study.search.seconds:.1f} s. Every design "
-                f"was made {study.robust.sample.n_samples} times within its tolerance; the front "
-                f"was verified with {study.verification.n_samples} draws that the search never "
-                "saw.",
-                figures=(
-                    _picture(
-                        pictures,
-                        "convergence",
-                        "Hypervolume of the front over the generations; flat means that more "
-                        "generations would not have helped.",
-                    ),
-                ),
-            ),
-        ),
+        "Hypervolume of the front over the generations; flat means that more generations would "
+        "not have helped.",
     )
+    report.table("front", front_table(study))
+    report.table("convergence", convergence_table(study))
+    report.table("agreement", agreement_table(study))
+    report.summary.update(front_summary(study))
+    report.facts |= study.facts
+    report.inputs += study.model.fleet.inputs
+    for name, content in mount_sheet(study, SOURCE).items():
+        report.attach(name, content)
+    return report
 
 
-def _agreement_headline(study: CompressorFront) -> tuple[Headline, ...]:
-    if study.agreement is None:
-        return ()
-    error = float(np.median(np.abs(study.agreement.peak_errors)))
-    return (Headline(f"{error:.2f} dB", "median error of the model at peaks"),)
+def _one_decimal(table: pd.DataFrame) -> dict[str, int]:
+    """Decimals of a table's stiffnesses."""
+    return {name: 1 for name in table.columns if name.endswith("[N/mm]")}
 
 
-def _choice(
-    study: CompressorFront, tables: Mapping[str, pd.DataFrame], pictures: Mapping[str, bytes]
-) -> Section:
+def _shades(study: CompressorFront) -> dict[str, str]:
+    """Colour of each mount."""
+    return mount_colours(list(dict.fromkeys(mount_of(name) for name in study.chosen_names)))
+
+
+def _choice(report: Report, study: CompressorFront) -> None:
+    """Show the front, the named designs and their stiffness."""
     question = study.model.question
     what = (
         "One part number for all mounts: an axial and a radial stiffness; pieces scatter on their "
@@ -1321,48 +1252,70 @@ def _choice(
     )
     bound = f" Best mean is at the bound of {', '.join(study.at_bound)}." if study.at_bound else ""
     reached = " It uses all the travel allowed." if study.limit_reached else ""
-    return Section(
+    report.section(
         "What to choose",
         f"{what}{place}\n\nSofter mounts nearly always isolate better. What holds them back is how "
         "far the compressor may travel: no mount may move further under 1 g along any axis than "
         f"{study.travel_ratio:g} times today's. Where the limit and the bounds of the search are "
         "reached, they and not the noise decide: the answer is as good as that limit."
         f"{reached}{bound}",
-        figures=(
-            _picture(
-                pictures,
-                "pareto_front",
-                "Mean level against its scatter; every point is a design that no other beats.",
-            ),
-            _picture(
-                pictures,
-                "stiffness_bars",
-                "Best mean: stiffness factors within their bounds. The thin bars are ranges within "
-                f"which the mean level stays within {NOTICEABLE} dB.",
-            ),
+    )
+    values, scale, base = study.verification.values, study.per_line, study.baseline
+    report.figure(
+        "pareto_front",
+        pareto_front(
+            values.mean_sum * scale,
+            values.sigma_sum * scale,
+            values.standard_error_mean_sum * scale,
+            values.standard_error_sigma_sum * scale,
+            (float(base.mean_sum[0]) * scale, float(base.sigma_sum[0]) * scale),
+            {
+                name: (float(values.mean_sum[at]) * scale, float(values.sigma_sum[at]) * scale)
+                for name, at in study.picks.items()
+            },
+            mean_label="mean level over cars and lines [dB(A)]",
+            sigma_label="its σ over the tolerance [dB]",
         ),
-        tables=(
-            Table(
-                tables["picks"],
-                "Named designs, verified. Travel and modes are with the stiffness at "
-                f"{study.frequency[0]:g} Hz, which is more than at rest: compare them, do not "
-                "take them for a static drawing.",
-            ),
-            Table(
-                tables["stiffness"],
-                f"Dynamic stiffness |K| at {study.model.reference_line:g} Hz, mean over what a "
-                "variable stands for.",
-                {c: 1 for c in tables["stiffness"].columns if c.endswith("[N/mm]")},
-            ),
+        "Mean level against its scatter; every point is a design that no other beats.",
+    )
+    chosen = list(study.chosen)
+    report.figure(
+        "stiffness_bars",
+        stiffness_bars(
+            study.chosen_names,
+            study.best[chosen],
+            study.space.lower[chosen],
+            study.space.upper[chosen],
+            study.chosen_stiffness(study.space.nominal) * N_PER_MM,
+            [False] * len(chosen),
+            study.indifference,
+            _shades(study),
+            stiffness_label=f"|K| at {study.model.reference_line:g} Hz [N/mm]",
         ),
+        "Best mean: stiffness factors within their bounds. The thin bars are ranges within which "
+        f"the mean level stays within {NOTICEABLE} dB.",
+    )
+    report.table(
+        "picks",
+        pick_table(study),
+        "Named designs, verified. Travel and modes are with the stiffness at "
+        f"{study.frequency[0]:g} Hz, which is more than at rest: compare them, do not take them "
+        "for a static drawing.",
+    )
+    stiffness = stiffness_table(study)
+    report.table(
+        "stiffness",
+        stiffness,
+        f"Dynamic stiffness |K| at {study.model.reference_line:g} Hz, mean over what a variable "
+        "stands for.",
+        _one_decimal(stiffness),
     )
 
 
-def _quiet(
-    study: CompressorFront, tables: Mapping[str, pd.DataFrame], pictures: Mapping[str, bytes]
-) -> Section:
-    after = study.levels(study.best)
-    change = after - study.levels(study.space.nominal)
+def _quiet(report: Report, study: CompressorFront) -> None:
+    """Show levels and peaks of every car."""
+    before, after = study.levels(study.space.nominal), study.levels(study.best)
+    change = after - before
     car, line = np.unravel_index(int(np.argmax(change)), change.shape)
     louder = (
         " Mounts move the resonances of the compressor: where it now swings, levels rise, most of "
@@ -1371,51 +1324,79 @@ def _quiet(
         if change[car, line] > NOTICEABLE
         else ""
     )
-    return Section(
+    report.section(
         "What it does in every car",
         "First order of the compressor at the driver's ear. Curves and peaks are those of the "
         f"first pressure; levels and changes are weighted over all.{louder}",
-        figures=(
-            _picture(pictures, "spl_curves", "Today and best mean, without scatter."),
-            _picture(
-                pictures, "per_car_change", "Change against today; whiskers are ± one σ of scatter."
-            ),
-        ),
-        tables=(
-            Table(tables["cars"], "Levels are means over lines and scatter."),
-            Table(tables["peaks"], "Peaks of at least 6 dB."),
-        ),
     )
+    colours, peaks = vehicle_colours(study.cars), study.peak_changes
+    report.figure(
+        "spl_curves",
+        spl_curves(
+            study.frequency,
+            FIRST_ORDER,
+            before,
+            after,
+            study.cars,
+            [[c.before.frequency for c in peaks[car] if c.before] for car in study.cars],
+            [[c.after.frequency for c in peaks[car] if c.after] for car in study.cars],
+            colours,
+        ),
+        "Today and best mean, without scatter.",
+    )
+    sigma = study.verification.values.sigma[study.picks["best mean"]] / study.n_lines
+    report.figure(
+        "per_car_change",
+        per_vehicle_change(
+            study.cars,
+            study.level_change(study.best),
+            sigma,
+            study.energy_change(study.best),
+            study.energy_sigma(study.best),
+            colours,
+            level_label="change of the mean level [dB]",
+            energy_label=f"change of energy {study.frequency[0]:g}–{study.frequency[-1]:g} Hz [dB]",
+        ),
+        "Change against today; whiskers are ± one σ of scatter.",
+    )
+    report.table("cars", car_table(study), "Levels are means over lines and scatter.")
+    report.table("peaks", peak_table(study), "Peaks of at least 6 dB.")
 
 
-def _matters(
-    study: CompressorFront, tables: Mapping[str, pd.DataFrame], pictures: Mapping[str, bytes]
-) -> Section:
-    return Section(
+def _matters(report: Report, study: CompressorFront) -> None:
+    """Show which stiffness is worth a supplier's effort."""
+    report.section(
         "What matters to whoever makes the mounts",
         "Importance is the share of the variance of the level that a stiffness is behind, "
         "couplings included, when all vary within the bounds of the search; mean over the cars. "
         f"The share of σ belongs to the tolerance at best mean. {study.leading} matters most. "
         "supplier_sheet.html is the page for the supplier.",
-        figures=(
-            _picture(
-                pictures,
-                "sobol",
-                "Sobol indices: full bars alone, hatched ones coupled with others.",
-            ),
+    )
+    found, shades = study.sobol, _shades(study)
+    columns = (found.first.T, found.total.T, found.total_interval.T, found.zero.T)
+    report.figure(
+        "sobol",
+        index_bars(
+            found.factors,
+            [shades[mount_of(name)] for name in found.factors],
+            [IndexBars(*one) for one in zip(found.outputs, *columns, strict=True)],
+            x_label="share of the variance [1]",
         ),
-        tables=(
-            Table(
-                tables["requirements"],
-                "Required stiffness, and what tolerances are worth: change of σ if this one alone "
-                "were halved.",
-                {c: 1 for c in tables["requirements"].columns if c.endswith("[N/mm]")},
-            ),
-        ),
+        "Sobol indices: full bars alone, hatched ones coupled with others.",
+    )
+    report.table("sobol", sobol_table(study))
+    wanted = requirement_table(study)
+    report.table(
+        "requirements",
+        wanted,
+        "Required stiffness, and what tolerances are worth: change of σ if this one alone were "
+        "halved.",
+        _one_decimal(wanted),
     )
 
 
-def _trust(study: CompressorFront, pictures: Mapping[str, bytes]) -> Section:
+def _trust(report: Report, study: CompressorFront) -> None:
+    """Say what the model leaves out, and how far it is from the exact cars where they are known."""
     running, question = study.model.running, study.model.question
     rigid = np.abs(study.rigid_difference)
     hoses = (
@@ -1423,39 +1404,47 @@ def _trust(study: CompressorFront, pictures: Mapping[str, bytes]) -> Section:
         if question.hoses is Hoses.identified
         else "Hoses are left out: theirs is a path of its own, which mounts do not change."
     )
-    words = [
-        running.shares.statement,
-        running.source.state.statement,
+    report.section("How far to trust it", running.shares.statement)
+    report.text(running.source.state.statement)
+    report.text(
         "Mounts keep their gain over frequency whatever their stiffness, and do not soften with "
-        "amplitude. "
-        f"{hoses}",
+        f"amplitude. {hoses}"
+    )
+    report.text(
         "The holders of the mounts give way as the free bodies do, by accelerances measured with "
         "the compressor out. Rigid holders would move the level of a line by "
-        f"{np.median(rigid):.2f} dB (median), {np.quantile(rigid, 0.9):.2f} dB (90 %).",
+        f"{np.median(rigid):.2f} dB (median), {np.quantile(rigid, 0.9):.2f} dB (90 %)."
+    )
+    if study.agreement is None or study.exact_change is None:
+        return
+    errors = np.abs(study.agreement.peak_errors)
+    predicted, exact = study.agreement.changes
+    rms = float(np.sqrt(np.mean((predicted - exact) ** 2)))
+    report.text(
+        f"On the virtual bench {len(exact)} designs within the bounds were compared with the "
+        f"exact coupled solution: at peaks {np.median(errors):.2f} dB (median), "
+        f"{np.quantile(errors, 0.9):.2f} dB (90 %); change of the mean level against today "
+        f"{rms:.2f} dB (rms) of {float(np.sqrt(np.mean(exact**2))):.2f} dB. Best mean changes "
+        f"it by {signed(float(study.exact_change.mean()), 2)} dB in the exact cars, and by "
+        f"{signed(float(study.level_change(study.best).mean()), 2)} dB in the model."
+    )
+    panels = [
+        CurvePanel(car, study.frequency, {"predicted": model_level, "exact": exact_level})
+        for car, model_level, exact_level in zip(
+            study.cars, study.agreement.predicted[1], study.agreement.exact[1], strict=True
+        )
     ]
-    shown: tuple[Picture, ...] = ()
-    if study.agreement is not None and study.exact_change is not None:
-        errors = np.abs(study.agreement.peak_errors)
-        predicted, exact = study.agreement.changes
-        rms = float(np.sqrt(np.mean((predicted - exact) ** 2)))
-        words.append(
-            f"On the virtual bench {len(exact)} designs within the bounds were compared with the "
-            f"exact coupled solution: at peaks {np.median(errors):.2f} dB (median), "
-            f"{np.quantile(errors, 0.9):.2f} dB (90 %); change of the mean level against today "
-            f"{rms:.2f} dB (rms) of {float(np.sqrt(np.mean(exact**2))):.2f} dB. Best mean changes "
-            f"it by {signed(float(study.exact_change.mean()), 2)} dB in the exact cars, and by "
-            f"{signed(float(study.level_change(study.best).mean()), 2)} dB in the model."
-        )
-        shown = (
-            _picture(
-                pictures, "agreement", "One design that nobody measured: predicted and exact level."
-            ),
-        )
-    return Section("How far to trust it", "\n\n".join(words), figures=shown)
-
-
-def _picture(pictures: Mapping[str, bytes], stem: str, caption: str) -> Picture:
-    return Picture(pictures[stem], alt=caption, caption=caption)
+    report.figure(
+        "agreement",
+        curve_panels(
+            panels,
+            x_label="rotational frequency [Hz]",
+            y_label="SPL [dB(A)]",
+            dashed=("exact",),
+            share_y=True,
+        ),
+        "One design that nobody measured: predicted and exact level.",
+    )
 
 
 STEM = "supplier_sheet"
@@ -1477,43 +1466,28 @@ def mount_sheet(study: CompressorFront, source: str) -> dict[str, bytes]:
     """
     wanted, conditions = requirement_table(study), condition_table(study, source)
     cars = car_table(study)[["car", "change [dB]", "sigma today [dB]", "sigma then [dB]"]]
-    one_decimal = {name: 1 for name in wanted.columns if name.endswith("[N/mm]")}
-    page = Page(
-        title="Mounts of the refrigerant compressor",
-        question=(
-            f"Dynamic stiffness |K| at {study.model.reference_line:g} Hz that makes "
-            f"{len(study.cars)} electric cars quiet, what its tolerance costs, and which direction "
-            "matters."
-        ),
-        headlines=(
-            Headline(
-                f"{signed(study.mean_change, 1)} dB", "first order in the cabin, mean of cars"
-            ),
-            Headline(study.leading, "matters most"),
-        ),
-        sections=(
-            Section(
-                "Requirement",
-                "",
-                tables=(
-                    Table(
-                        wanted,
-                        "Importance: share of the variance of the level within the range searched. "
-                        "Share of sigma: of the scatter between cars as built; last column: its "
-                        "change if this tolerance alone were halved.",
-                        one_decimal,
-                    ),
-                ),
-            ),
-            Section(
-                "Effect",
-                "",
-                tables=(Table(cars, "Mean level of the lines, and its scatter."),),
-            ),
-            Section("Conditions", "", tables=(Table(conditions, "Under which these hold."),)),
-        ),
+    sheet = Report(
+        "Mounts of the refrigerant compressor",
+        f"Dynamic stiffness |K| at {study.model.reference_line:g} Hz that makes "
+        f"{len(study.cars)} electric cars quiet, what its tolerance costs, and which direction "
+        "matters.",
         compact=True,
     )
+    sheet.tile(f"{signed(study.mean_change, 1)} dB", "first order in the cabin, mean of cars")
+    sheet.tile(study.leading, "matters most")
+    sheet.section("Requirement")
+    sheet.table(
+        None,
+        wanted,
+        "Importance: share of the variance of the level within the range searched. Share of "
+        "sigma: of the scatter between cars as built; last column: its change if this tolerance "
+        "alone were halved.",
+        _one_decimal(wanted),
+    )
+    sheet.section("Effect")
+    sheet.table(None, cars, "Mean level of the lines, and its scatter.")
+    sheet.section("Conditions")
+    sheet.table(None, conditions, "Under which these hold.")
     sheets = {
         "requirement": wanted,
         "effect": cars,
@@ -1521,8 +1495,8 @@ def mount_sheet(study: CompressorFront, source: str) -> dict[str, bytes]:
         "conditions": conditions,
     }
     return {
-        f"{STEM}.html": render_page(page).encode("utf-8"),
-        f"{STEM}.xlsx": workbook_bytes(sheets, page.title),
+        f"{STEM}.html": sheet.html().encode("utf-8"),
+        f"{STEM}.xlsx": workbook_bytes(sheets, sheet.title),
     }
 
 
@@ -1557,41 +1531,6 @@ def condition_table(study: CompressorFront, source: str) -> pd.DataFrame:
 
 
 SOURCE = "study compressor_robust_front; its options are in run.json beside this sheet"
-
-
-def compressor_front_result(study: CompressorFront) -> StudyResult:
-    """Make tables, figures, headline numbers, page and supplier sheet.
-
-    Parameters
-    ----------
-    study : CompressorFront
-        Searched and verified.
-
-    Returns
-    -------
-    StudyResult
-    """
-    tables = {
-        "front": front_table(study),
-        "convergence": convergence_table(study),
-        "picks": pick_table(study),
-        "stiffness": stiffness_table(study),
-        "cars": car_table(study),
-        "peaks": peak_table(study),
-        "sobol": sobol_table(study),
-        "requirements": requirement_table(study),
-        "agreement": agreement_table(study),
-    }
-    figures = front_figures(study)
-    return StudyResult(
-        tables=tables,
-        figures=figures,
-        summary=front_summary(study),
-        page=front_page(study, tables, figures),
-        inputs=study.model.fleet.inputs,
-        facts=study.facts,
-        attachments=mount_sheet(study, SOURCE),
-    )
 
 
 COMPARED = 20

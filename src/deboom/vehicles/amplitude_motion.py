@@ -65,24 +65,15 @@ Surfaces = Mapping[str, DynamicStiffnessSurface]
 class AmplitudeMotion:
     """Equations of motion of one load case whose stiffnesses follow the amplitude.
 
-    Parameters
-    ----------
-    coupled : CoupledMotion
-        The same equations at the measured amplitudes.
-    cubic : array, shape (f, s, 4)
-        Stiffness at an amplitude over that at the nominal one: coefficients of the powers 0 to 3 of
-        the ratio of the amplitudes, complex; 1, 0, 0, 0 where it does not depend on it [1].
-    lowest, highest : array, shape (f, s)
-        Ratios of amplitudes between which measurements back the cubic; beyond, the stiffness keeps
-        the value at the bound [1].
-    ratio : PartRatio, optional
-        Change of the stiffness where a factor means the part itself; None where it means the
-        dynamic stiffness.
-
-    Raises
-    ------
-    InputError
-        Arrays of other shapes, or bounds that leave out the nominal amplitude.
+    - `coupled`: the same equations at the measured amplitudes.
+    - `cubic` (f, s, 4): stiffness at an amplitude over that at the nominal one: coefficients of the
+      powers 0 to 3 of the ratio of the amplitudes, complex; 1, 0, 0, 0 where it does not depend on
+      it [1].
+    - `lowest`, `highest` (f, s): ratios of amplitudes between which measurements back the cubic;
+      beyond, the stiffness keeps the value at the bound [1].
+    - `ratio`, optional: change of the stiffness where a factor means the part itself; None where it
+      means the dynamic stiffness.
+    - raises InputError: arrays of other shapes, or bounds that leave out the nominal amplitude.
     """
 
     coupled: CoupledMotion
@@ -156,10 +147,7 @@ class AmplitudeMotion:
     def pressure(self, designs: RealArray, tolerance: float = TOLERANCE) -> ComplexArray:
         """Return the pressure at the ears for designs (n, k).
 
-        Returns
-        -------
-        array, shape (n, v, f)
-            Complex peak amplitudes; NaN where amplitudes do not come to rest [Pa].
+        - returns (n, v, f): complex peak amplitudes; NaN where amplitudes do not come to rest [Pa].
         """
         pressure = np.empty((len(designs), *self.transmits.shape), dtype=complex)
         for first in range(0, len(designs), BLOCK):
@@ -190,16 +178,11 @@ class AmplitudeMotion:
 class AmplitudeSolution:
     """Motion of designs at all lines.
 
-    Parameters
-    ----------
-    ratio : array, shape (n, f, s)
-        Amplitude over the nominal one [1].
-    displacement : array, shape (n, f, s)
-        Complex peak displacement of each spring [m].
-    stiffness : array, shape (n, f, s)
-        Stiffness of the design at that amplitude [N/m].
-    sweeps : array of int, shape (n, f)
-        Solutions that a line took; more than the allowed number where it was given up.
+    - `ratio` (n, f, s): amplitude over the nominal one [1].
+    - `displacement` (n, f, s): complex peak displacement of each spring [m].
+    - `stiffness` (n, f, s): stiffness of the design at that amplitude [N/m].
+    - `sweeps` (n, f): solutions that a line took; more than the allowed number where it was given
+      up.
     """
 
     ratio: RealArray
@@ -218,17 +201,9 @@ def solve_along_lines(
 ) -> AmplitudeSolution:
     """Solve designs (n, k) line after line, each from the solution of the one before.
 
-    Parameters
-    ----------
-    motion : AmplitudeMotion
-        Equations of motion.
-    designs : array, shape (n, k)
-        Stiffness factors [1].
-    tolerance : float
-        Largest relative change of an amplitude in the last sweep [1].
+    - `designs` (n, k): stiffness factors [1].
+    - `tolerance`: largest relative change of an amplitude in the last sweep [1].
 
-    Notes
-    -----
     Fixed point ``ln a ← ln |v q(K(a))|`` in all directions at once. A line begins with the ratios
     of the amplitudes to the nominal ones that the line before ended with, continued by their last
     change; the first line begins with 1. The ratios vary slowly even where the amplitudes do not.
@@ -296,20 +271,10 @@ def _fixed_point(
 def identified_surfaces(parts: Sequence[CharacterisedMount]) -> dict[str, DynamicStiffnessSurface]:
     """Return the surfaces over wheel torque of the directions that were identified.
 
-    Parameters
-    ----------
-    parts : sequence of CharacterisedMount
-        From the mount library.
-
-    Returns
-    -------
-    dict of str to DynamicStiffnessSurface
-        By ``<mount> <axis>``.
-
-    Raises
-    ------
-    InputError
-        A surface over static force, which a load case does not carry; a mount twice.
+    - `parts`: parts from the mount library.
+    - returns: surfaces by ``<mount> <axis>``.
+    - raises InputError: a surface over static force, which a load case does not carry; a mount
+      twice.
     """
     surfaces: dict[str, DynamicStiffnessSurface] = {}
     for part in parts:
@@ -342,11 +307,11 @@ def amplitude_motion(
     Parameters
     ----------
     coupled : CoupledMotion
-        Identified from the same load case.
+        Motion identified from the same load case.
     surfaces : mapping of str to DynamicStiffnessSurface
-        By design variable, over wheel torque. A direction without one keeps its stiffness.
+        Surfaces by design variable, over wheel torque. A direction without one keeps its stiffness.
     load_case : LoadCase
-        With its engine torque.
+        Load case with its engine torque.
     settling : KinematicModel, optional
         Where given, a factor means the part itself, which settles elsewhere on these curves.
     follow : bool
@@ -417,19 +382,13 @@ class SeveralSolutionsWarning(UserWarning):
 class StartComparison:
     """Solutions of the same lines from several starts.
 
-    Parameters
-    ----------
-    load_case : str
-        Name of the load case.
-    frequency : array, shape (f,)
-        [Hz].
-    starts : tuple of float
-        Amplitudes of all directions at the start [m]; beside them stands the start from the line
-        before.
-    difference : array, shape (n, f)
-        Largest difference of the logarithm of an amplitude between two of the solutions [1].
-    solved : array of bool, shape (n, f)
-        Whether every start came to rest.
+    - `load_case`: name of the load case.
+    - `frequency` (f,) [Hz].
+    - `starts`: amplitudes of all directions at the start [m]; beside them stands the start from the
+      line before.
+    - `difference` (n, f): largest difference of the logarithm of an amplitude between two of the
+      solutions [1].
+    - `solved` (n, f): whether every start came to rest.
     """
 
     load_case: str
@@ -465,19 +424,11 @@ def compare_starts(
 ) -> StartComparison:
     """Solve designs (n, k) from several amplitudes and compare the solutions.
 
-    Parameters
-    ----------
-    motion : AmplitudeMotion
-        Equations of motion of one load case.
-    designs : array, shape (n, k)
-        Stiffness factors [1].
-    starts : sequence of float
-        Amplitudes of all directions at the start [m].
-
-    Warns
-    -----
-    SeveralSolutionsWarning
-        The starts end at different solutions, or some do not come to rest.
+    - `motion`: equations of motion of one load case.
+    - `designs` (n, k): stiffness factors [1].
+    - `starts`: amplitudes of all directions at the start [m].
+    - warns SeveralSolutionsWarning: the starts end at different solutions, or some do not come to
+      rest.
     """
     solutions = [solve_along_lines(motion, designs, STARTS_TOLERANCE)]
     solutions += [solve_from(motion, designs, start, STARTS_TOLERANCE) for start in starts]
@@ -498,18 +449,13 @@ def compare_starts(
 class ResolvedDesign:
     """The motion of a design whose mounts were never together on a bench.
 
-    Parameters
-    ----------
-    motion : CoupledMotion
-        With the stiffnesses that the solved amplitudes give; at factors 1 it is the design.
-    outside : array of bool, shape (f, s)
-        Lines whose torque, frequency and amplitude lie outside of what the mount was measured at.
-        The stiffness stays at the last amplitude that measurements back; where not even that of the
-        reference is backed, the reference's own stiffness stays.
-    kept : tuple of str
-        Variables without a surface; they keep the measured stiffness of the reference.
-    sweeps : int
-        Sweeps until the amplitudes came to rest.
+    - `motion`: coupled motion with the stiffnesses that the solved amplitudes give; at factors 1 it
+      is the design.
+    - `outside` (f, s): lines whose torque, frequency and amplitude lie outside of what the mount
+      was measured at. The stiffness stays at the last amplitude that measurements back; where not
+      even that of the reference is backed, the reference's own stiffness stays.
+    - `kept`: variables without a surface; they keep the measured stiffness of the reference.
+    - `sweeps`: sweeps until the amplitudes came to rest.
     """
 
     motion: CoupledMotion
@@ -529,23 +475,13 @@ def resolve_design(
 ) -> ResolvedDesign:
     """Solve the motion of mounts that are known by their surfaces alone.
 
-    Parameters
-    ----------
-    reference : CoupledMotion
-        Identified from a run with any other mounts: it gives inertia, geometry and excitation.
-    surfaces : mapping of str to DynamicStiffnessSurface
-        Surfaces of the design, by variable ``<mount> <axis>``, over wheel torque.
-    wheel_torque : array, shape (f,)
-        At the lines of the reference [N m].
+    - `reference`: identified from a run with any other mounts: it gives inertia, geometry and
+      excitation.
+    - `surfaces`: surfaces of the design, by variable ``<mount> <axis>``, over wheel torque.
+    - `wheel_torque` (f,): wheel torque at the lines of the reference [N m].
+    - raises InputError: not one torque per line, a surface over static force, or amplitudes that do
+      not come to rest.
 
-    Raises
-    ------
-    InputError
-        Not one torque per line, a surface over static force, or amplitudes that do not come to
-        rest.
-
-    Notes
-    -----
     ``(Σ K_i(T, a_i, f) v_i v_iᵀ − ω² M) q = F`` with ``a_i = |v_i q|``, as a fixed point from the
     reference's amplitudes. F is the excitation that the reference's motion and forces show, with
     the data sheet's inertia; an error of the latter enters both sides and mostly cancels.

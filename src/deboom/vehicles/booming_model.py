@@ -47,13 +47,10 @@ class Motion(Enum):
 class ClippedShare:
     """How often designs leave what the mounts' measurements back.
 
-    Parameters
-    ----------
-    amplitude, preload : float
-        Share of lines and directions whose amplitude, or preload, lies beyond [1]. Directions
-        without a surface do not count.
-    worst : str
-        Where it is most often: load case, direction, and its share of lines; empty if nowhere.
+    - `amplitude`, `preload`: share of lines and directions whose amplitude, or preload, lies beyond
+      [1]. Directions without a surface do not count.
+    - `worst`: where it is most often: load case, direction, and its share of lines; empty if
+      nowhere.
     """
 
     amplitude: float
@@ -71,8 +68,8 @@ class BoomingModel:
     Parameters
     ----------
     cases : sequence of PathContributions, CoupledMotion or AmplitudeMotion
-        One per load case, of the same vehicles, lines and variables: motion prescribed, coupled, or
-        coupled with stiffnesses that follow the amplitude.
+        Load cases of the same vehicles, lines and variables: motion prescribed, coupled, or coupled
+        with stiffnesses that follow the amplitude.
     weights : sequence of float
         Weights of the load cases, not negative; kept normalised to a sum of 1, without load cases
         of weight 0 [1].
@@ -179,20 +176,9 @@ class BoomingModel:
     def __call__(self, designs: npt.ArrayLike) -> RealArray:
         """Return SPLV of each design in each vehicle.
 
-        Parameters
-        ----------
-        designs : array_like, shape (n, k)
-            Stiffness factors, then loss factors if there are any [1].
-
-        Returns
-        -------
-        array, shape (n, v)
-            [dB(A)]; minus infinity where a design silences a line completely.
-
-        Raises
-        ------
-        InputError
-            Designs of another shape, or not finite.
+        - `designs` (n, k): stiffness factors, then loss factors if there are any [1].
+        - returns (n, v): [dB(A)]; minus infinity where a design silences a line completely.
+        - raises InputError: designs of another shape, or not finite.
         """
         factors = self._factors(designs)
         total = np.full((len(factors), len(self.response_names)), self._one_pascal)
@@ -203,22 +189,11 @@ class BoomingModel:
     def pressure(self, designs: npt.ArrayLike, load_case: str | None = None) -> ComplexArray:
         """Return the pressure at the ears in one load case.
 
-        Parameters
-        ----------
-        designs : array_like, shape (n, k)
-            Stiffness factors, then loss factors if there are any [1].
-        load_case : str, optional
-            By default the first one.
-
-        Returns
-        -------
-        array, shape (n, v, f)
-            Complex peak amplitudes [Pa].
-
-        Raises
-        ------
-        InputError
-            A load case that does not count here; designs of another shape, or not finite.
+        - `designs` (n, k): stiffness factors, then loss factors if there are any [1].
+        - `load_case`, optional: name of the load case; by default the first one.
+        - returns (n, v, f): complex peak amplitudes [Pa].
+        - raises InputError: a load case that does not count here; designs of another shape, or not
+          finite.
         """
         factors, names = self._factors(designs), self.load_case_names
         if load_case is not None and load_case not in names:
@@ -231,33 +206,17 @@ class BoomingModel:
     def levels(self, designs: npt.ArrayLike, load_case: str | None = None) -> RealArray:
         """Return the sound pressure level of every line in one load case, see `pressure`.
 
-        Returns
-        -------
-        array, shape (n, v, f)
-            [dB(A)]; the sum over the lines is SPLV in that load case.
+        - returns (n, v, f): [dB(A)]; the sum over the lines is SPLV in that load case.
         """
         return sound_level.spl(self.pressure(designs, load_case), self.frequency, axis=-1)
 
     def gradient(self, designs: npt.ArrayLike) -> RealArray:
         """Return the derivative of SPLV by each factor.
 
-        Parameters
-        ----------
-        designs : array_like, shape (n, k)
-            Stiffness factors, then loss factors if there are any [1].
+        - `designs` (n, k): stiffness factors, then loss factors if there are any [1].
+        - returns (n, v, k): [dB(A) per unit factor]; NaN where a design silences a line completely.
+        - raises InputError: designs of another shape, or not finite.
 
-        Returns
-        -------
-        array, shape (n, v, k)
-            [dB(A) per unit factor]; NaN where a design silences a line completely.
-
-        Raises
-        ------
-        InputError
-            Designs of another shape, or not finite.
-
-        Notes
-        -----
         ``∂SPLV/∂x_k = 20/ln 10 Σ_f Re(∂p_f/∂x_k / p_f)``, exact; by differences of fourth order
         where stiffnesses follow the amplitude. In a notch p is small and the derivative large, and
         good for small steps only. With loss factors and ``z = x y``: ``∂/∂x = ∂/∂x|_z + y ∂/∂z``,
@@ -364,8 +323,7 @@ def booming_model(
     InputError
         Coupled motion without a powertrain; loss factors together with amplitude-dependent motion
         or settling parts, settling parts with prescribed motion; see also
-        `deboom.vehicles.fleet.path_contributions`,
-        `deboom.vehicles.coupled_motion.coupled_motion`,
+        `deboom.vehicles.fleet.path_contributions`, `deboom.vehicles.coupled_motion.coupled_motion`,
         `deboom.vehicles.amplitude_motion.amplitude_motion` and `BoomingModel`.
     """
     by_surface = motion is Motion.amplitude or settling is not None
@@ -406,21 +364,12 @@ def model_of_other_data(
 ) -> BoomingModel:
     """Return a model of the same kind, such as from data that were measured again.
 
-    Parameters
-    ----------
-    model : BoomingModel
-        Its motion, weights and meaning of a factor stay.
-    fleet : Fleet
-        Other noise transfer functions.
-    mounts : sequence of Mount
-        Mounts of the platform.
-    powertrain : Powertrain
-        Mass and inertia from the data sheet.
-    load_cases : sequence of LoadCase
-        Other forces and motions, in the order of the model.
+    - `model`: model whose motion, weights and meaning of a factor stay.
+    - `fleet`: other noise transfer functions.
+    - `mounts`: mounts of the platform.
+    - `powertrain`: mass and inertia from the data sheet.
+    - `load_cases`: other forces and motions, in the order of the model.
 
-    Notes
-    -----
     Stiffnesses that follow the amplitude do so over its ratio to the nominal one, as in `model`:
     the softening stays as measured.
     """
@@ -445,20 +394,11 @@ class CatalogueModel:
 
     Designs are one part number per mount, from 0, then one stiffness factor per mount and axis.
 
-    Parameters
-    ----------
-    mounts : tuple of Mount
-        Mounts in the order of the factors.
-    levels : tuple of BoomingModel
-        Model number o has part number o at every mount; a mount with fewer parts repeats any.
-        Number 0 has today's parts. Motion is prescribed or coupled.
-    n_parts : tuple of int
-        Number of parts for each mount.
-
-    Raises
-    ------
-    InputError
-        Not one number of parts per mount, or more parts than levels.
+    - `mounts`: mounts in the order of the factors.
+    - `levels`: model number o has part number o at every mount; a mount with fewer parts repeats
+      any. Number 0 has today's parts. Motion is prescribed or coupled.
+    - `n_parts`: number of parts for each mount.
+    - raises InputError: not one number of parts per mount, or more parts than levels.
     """
 
     mounts: tuple[Mount, ...]
@@ -498,10 +438,8 @@ class CatalogueModel:
     def of_parts(self, parts: Sequence[int]) -> BoomingModel:
         """Return the model of one set of parts, as a function of the stiffness factors.
 
-        Raises
-        ------
-        InputError
-            Not one number per mount, or a number that is no part's; motion by response surfaces.
+        - raises InputError: not one number per mount, or a number that is no part's; motion by
+          response surfaces.
         """
         numbers = list(parts)
         exist = len(numbers) == len(self.n_parts) and all(
@@ -524,20 +462,10 @@ class CatalogueModel:
     def __call__(self, designs: npt.ArrayLike) -> RealArray:
         """Return SPLV of each design in each vehicle.
 
-        Parameters
-        ----------
-        designs : array_like, shape (n, n_mount + k)
-            Part numbers and stiffness factors [1].
-
-        Returns
-        -------
-        array, shape (n, v)
-            [dB(A)].
-
-        Raises
-        ------
-        InputError
-            Designs of another shape or not finite; a part number with a fraction, or of no part.
+        - `designs` (n, n_mount + k): part numbers and stiffness factors [1].
+        - returns (n, v) [dB(A)].
+        - raises InputError: designs of another shape or not finite; a part number with a fraction,
+          or of no part.
         """
         rows = checked_designs(designs, self.variable_names)
         parts, factors = rows[:, : len(self.mounts)], rows[:, len(self.mounts) :]
@@ -554,10 +482,7 @@ class CatalogueModel:
 def checked_designs(designs: npt.ArrayLike, variable_names: Sequence[str]) -> RealArray:
     """Return designs (n, k) as an array of one row per design, or say what is wrong with them.
 
-    Raises
-    ------
-    InputError
-        Another shape, or a factor that is not finite.
+    - raises InputError: another shape, or a factor that is not finite.
     """
     rows = np.asarray(designs, dtype=float)
     if rows.ndim != 2 or rows.shape[1] != len(variable_names):

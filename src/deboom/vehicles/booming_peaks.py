@@ -26,17 +26,11 @@ TOLERANCE = 1.5
 class BoomingPeak:
     """A local maximum of the level that stands out.
 
-    Parameters
-    ----------
-    frequency : float
-        Of its line [Hz].
-    rpm : float
-        Engine speed at which the order has that frequency [1/min].
-    level : float
-        [dB(A)].
-    prominence : float
-        Above the higher of the two valleys that part it from higher ground or the end of the band
-        [dB].
+    - `frequency`: frequency of its line [Hz].
+    - `rpm`: engine speed at which the order has that frequency [1/min].
+    - `level` [dB(A)].
+    - `prominence`: height above the higher of the two valleys that part it from higher ground or
+      the end of the band [dB].
     """
 
     frequency: float
@@ -49,15 +43,10 @@ class BoomingPeak:
 class PeakChange:
     """One peak before and after.
 
-    Parameters
-    ----------
-    frequency : float
-        Of the peak before, or where there was none of the peak after [Hz].
-    before, after : BoomingPeak or None
-        None where the curve has no booming peak near the other one's.
-    level_before, level_after : float
-        Of the peak, or where there is none the highest level within the tolerance of the other
-        curve's peak [dB(A)].
+    - `frequency`: frequency of the peak before or, where there was none, of the peak after [Hz].
+    - `before`, `after`: None where the curve has no booming peak near the other one's.
+    - `level_before`, `level_after`: level of the peak or, where there is none, the highest level
+      within the tolerance of the other curve's peak [dB(A)].
     """
 
     frequency: float
@@ -71,14 +60,9 @@ class PeakChange:
 class MatchedPeaks:
     """Peaks of two curves that are the same one, and those that have no partner.
 
-    Parameters
-    ----------
-    pairs : tuple of (BoomingPeak, BoomingPeak)
-        Peak of the reference and of the compared curve, by rising frequency.
-    only_reference, only_compared : tuple of BoomingPeak
-        Peaks of one curve alone, which have no deviation.
-    tolerance : float
-        Within which they were paired [Hz].
+    - `pairs`: peak of the reference and of the compared curve, by rising frequency.
+    - `only_reference`, `only_compared`: peaks of one curve alone, which have no deviation.
+    - `tolerance`: largest distance of a pair [Hz].
     """
 
     pairs: tuple[tuple[BoomingPeak, BoomingPeak], ...]
@@ -122,10 +106,6 @@ def booming_peaks(
     prominence : float
         Least prominence of a booming peak, above 0 [dB].
 
-    Returns
-    -------
-    tuple of BoomingPeak
-
     Raises
     ------
     InputError
@@ -164,28 +144,14 @@ def compare_peaks(
     Peaks are compared with peaks, never line by line: where one curve has a notch, the difference
     of a line says nothing about booming.
 
-    Parameters
-    ----------
-    level_before, level_after : array_like, shape (n_frequency,)
-        SPL of each line, finite [dB(A)].
-    frequency : array_like, shape (n_frequency,)
-        [Hz].
-    order : float
-        Engine order of the curves [1].
-    prominence : float
-        Least prominence of a booming peak, above 0 [dB].
-    tolerance : float
-        Largest distance of two peaks that are the same one [Hz].
-
-    Returns
-    -------
-    tuple of PeakChange
-        By rising frequency; each peak of either curve once. The closest peaks are paired first.
-
-    Raises
-    ------
-    InputError
-        See `booming_peaks`; a tolerance that is negative.
+    - `level_before`, `level_after` (n_frequency,): SPL of each line, finite [dB(A)].
+    - `frequency` (n_frequency,) [Hz].
+    - `order`: engine order of the curves [1].
+    - `prominence`: least prominence of a booming peak, above 0 [dB].
+    - `tolerance`: largest distance of two peaks that are the same one [Hz].
+    - returns: changes by rising frequency; each peak of either curve once. The closest peaks are
+      paired first.
+    - raises InputError: see `booming_peaks`; a tolerance that is negative.
     """
     if not tolerance >= 0:
         raise InputError(f"a tolerance of {tolerance} Hz pairs no peaks: give at least 0 Hz")
@@ -216,20 +182,12 @@ def match_peaks(
 ) -> MatchedPeaks:
     """Pair the peaks of two curves, such as a measured and a synthesised one, by frequency.
 
-    Levels are compared at the peaks alone, never line by line: in a notch the largest difference
-    of the lines says nothing about booming. The curves may have different lines.
+    Levels are compared at the peaks alone, never line by line: in a notch the largest difference of
+    the lines says nothing about booming. The curves may have different lines.
 
-    Parameters
-    ----------
-    reference, compared : sequence of BoomingPeak
-        See `booming_peaks`.
-    tolerance : float
-        Largest distance of two peaks that are the same one [Hz].
-
-    Raises
-    ------
-    InputError
-        A tolerance that is negative.
+    - `reference`, `compared`: see `booming_peaks`.
+    - `tolerance`: largest distance of two peaks that are the same one [Hz].
+    - raises InputError: a tolerance that is negative.
     """
     if not tolerance >= 0:
         raise InputError(f"a tolerance of {tolerance} Hz pairs no peaks: give at least 0 Hz")
@@ -276,29 +234,17 @@ def _checked_curve(level: npt.ArrayLike, frequency: npt.ArrayLike) -> tuple[Real
 class PressureComparison:
     """Two pressures at one ear over the same lines of an engine order.
 
-    Parameters
-    ----------
-    frequency : array, shape (n_frequency,)
-        [Hz].
-    order : float
-        Engine order of the lines [1].
-    reference, compared : array, shape (n_frequency,)
-        Complex peak, such as measured and synthesised [Pa].
-    tolerance : float
-        Largest distance of two peaks that are the same one [Hz].
+    - `frequency` (n_frequency,) [Hz].
+    - `order`: engine order of the lines [1].
+    - `reference`, `compared` (n_frequency,): complex peak, such as measured and synthesised [Pa].
+    - `tolerance`: largest distance of two peaks that are the same one [Hz].
+    - raises InputError: arrays of different lengths, a pressure of exactly 0, a negative tolerance.
 
-    Raises
-    ------
-    InputError
-        Arrays of different lengths, a pressure of exactly 0, a negative tolerance.
-
-    Notes
-    -----
-    The criteria of the thesis (eq. 33, 34) are on pressures, complex and as magnitudes, never on
-    dB curves. The scale factor is the one that the compared curve still needs to meet the
-    reference, ``MSF = pᴴ p_ref / (pᴴ p)``; the inverse direction has a property of its own, as the
-    thesis does not say which it means. Levels are compared at peaks alone, never line by line: in
-    a notch the largest difference of the lines says nothing about booming.
+    The criteria of the thesis (eq. 33, 34) are on pressures, complex and as magnitudes, never on dB
+    curves. The scale factor is the one that the compared curve still needs to meet the reference,
+    ``MSF = pᴴ p_ref / (pᴴ p)``; the inverse direction has a property of its own, as the thesis does
+    not say which it means. Levels are compared at peaks alone, never line by line: in a notch the
+    largest difference of the lines says nothing about booming.
     """
 
     frequency: RealArray
@@ -365,21 +311,11 @@ def compare_pressure(
 ) -> PressureComparison:
     """Compare two pressures within a band.
 
-    Parameters
-    ----------
-    frequency : array_like, shape (n_frequency,)
-        [Hz].
-    order : float
-        Engine order of the lines [1].
-    reference, compared : array_like, shape (n_frequency,)
-        Complex peak [Pa].
-    band : (lower, upper)
-        Both edges belong to the band [Hz].
-
-    Raises
-    ------
-    InputError
-        A band without lines; as `PressureComparison`.
+    - `frequency` (n_frequency,) [Hz].
+    - `order`: engine order of the lines [1].
+    - `reference`, `compared` (n_frequency,): complex peak [Pa].
+    - `band` (lower, upper): both edges belong to the band [Hz].
+    - raises InputError: a band without lines; as `PressureComparison`.
     """
     lines = np.asarray(frequency, dtype=float)
     inside = (lines >= band[0]) & (lines <= band[1])

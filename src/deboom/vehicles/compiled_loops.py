@@ -60,36 +60,22 @@ class MotionTables(NamedTuple):
     Springs along x of all n mounts come first, those along y and z next, then those of the wheel
     ends.
 
-    Parameters
-    ----------
-    variables : array of int, shape (s,)
-        Design variable of each spring.
-    stiffness : array, shape (f, s)
-        [N/m].
-    levers : array, shape (3, n, 2)
-        Displacement of a spring along axis a by a turn about the axes a + 1 and a + 2 [m/rad].
-    mass_matrix : array, shape (6, 6)
-        Mass matrix of the powertrain.
-    load : array, shape (f, 6)
-        External load on the powertrain [N, N m].
-    squared : array, shape (f,)
-        ω² [rad²/s²].
-    end_mass : array, shape (e,)
-        [kg].
-    end_load : array, shape (f, e)
-        [N].
-    path : array of int, shape (s,)
-        Path that each spring feeds; -1 where it does not reach an ear.
-    transfer_real, transfer_imag : array, shape (f, v, path)
-        Transfer functions, scaled to a pressure of about 1.
-    follows : array of int, shape (m,)
-        Springs whose stiffness follows the amplitude.
-    amplitude : array, shape (f, m)
-        Their nominal amplitudes [m].
-    cubic : array, shape (f, m, 4)
-        Coefficients of their relative stiffness over the ratio of amplitudes [1].
-    lowest, highest : array, shape (f, m)
-        Bounds of that ratio [1].
+    - `variables` (s,): design variable of each spring.
+    - `stiffness` (f, s) [N/m].
+    - `levers` (3, n, 2): displacement of a spring along axis a by a turn about the axes a + 1 and a
+      + 2 [m/rad].
+    - `mass_matrix` (6, 6): mass matrix of the powertrain.
+    - `load` (f, 6): external load on the powertrain [N, N m].
+    - `squared` (f,): ω² [rad²/s²].
+    - `end_mass` (e,) [kg].
+    - `end_load` (f, e) [N].
+    - `path` (s,): path that each spring feeds; -1 where it does not reach an ear.
+    - `transfer_real`, `transfer_imag` (f, v, path): transfer functions, scaled to a pressure of
+      about 1.
+    - `follows` (m,): springs whose stiffness follows the amplitude.
+    - `amplitude` (f, m): their nominal amplitudes [m].
+    - `cubic` (f, m, 4): coefficients of their relative stiffness over the ratio of amplitudes [1].
+    - `lowest`, `highest` (f, m): bounds of that ratio [1].
     """
 
     variables: IntArray

@@ -45,20 +45,14 @@ _Direction = tuple[Mount, int, str, str]
 class Body:
     """A rigid body on springs under an external load.
 
-    Parameters
-    ----------
-    mass_matrix : array, shape (q, q)
-        Mass matrix of its q degrees of freedom [kg, kg m, kg m²].
-    forward : array, shape (s, q)
-        Forward matrix: motion of the body to displacement of each spring [1, m/rad].
-    stiffness : array, shape (f, s)
-        Complex dynamic stiffness of each spring at factor 1 [N/m].
-    load : array, shape (f, q)
-        External load [N, N m].
-    variables : array of int, shape (s,)
-        Design variable that scales each spring.
-    transfer : array, shape (v, f, s)
-        Force of each spring to pressure; zero where an axis does not transmit [Pa/N].
+    - `mass_matrix` (q, q): mass matrix of its q degrees of freedom [kg, kg m, kg m²].
+    - `forward` (s, q): forward matrix: motion of the body to displacement of each spring
+      [1, m/rad].
+    - `stiffness` (f, s): complex dynamic stiffness of each spring at factor 1 [N/m].
+    - `load` (f, q): external load [N, N m].
+    - `variables` (s,): design variable that scales each spring.
+    - `transfer` (v, f, s): force of each spring to pressure; zero where an axis does not transmit
+      [Pa/N].
     """
 
     mass_matrix: RealArray
@@ -89,24 +83,13 @@ class CoupledMotion:
     transfer axis: a body with one degree of freedom. All arrays over springs hold those of the
     first body first.
 
-    Parameters
-    ----------
-    load_case : str
-        Name of the load case.
-    frequency : array, shape (f,)
-        Lines of the band [Hz].
-    bodies : tuple of Body
-        Powertrain, then wheel ends.
-    rigid_residual : float
-        RMS over lines and springs of the measured motion that the rigid motion leaves, relative
-        to that of the motion [1].
-    vehicle_names, variable_names : tuple of str
-        Names of vehicles and design variables.
-
-    Raises
-    ------
-    InputError
-        A body of other lines or vehicles.
+    - `load_case`: name of the load case.
+    - `frequency` (f,): lines of the band [Hz].
+    - `bodies`: powertrain, then wheel ends.
+    - `rigid_residual`: RMS over lines and springs of the measured motion that the rigid motion
+      leaves, relative to that of the motion [1].
+    - `vehicle_names`, `variable_names`: names of vehicles and design variables.
+    - raises InputError: a body of other lines or vehicles.
     """
 
     load_case: str
@@ -162,20 +145,10 @@ class CoupledMotion:
     def displacement(self, springs: ComplexArray, lines: IntArray | None = None) -> ComplexArray:
         """Return the complex peak displacement of springs with given stiffnesses.
 
-        Parameters
-        ----------
-        springs : array, shape (..., f, s)
-            Stiffness of every spring [N/m].
-        lines : array of int, optional
-            Line of each entry of the last but one axis; by default all lines.
+        - `springs` (..., f, s): stiffness of every spring [N/m].
+        - `lines`, optional: line of each entry of the last but one axis; by default all lines.
+        - returns (..., f, s) [m].
 
-        Returns
-        -------
-        array, shape (..., f, s)
-            [m].
-
-        Notes
-        -----
         ``(Σ_i k_i v_i v_iᵀ − ω² M) q = F`` for each body, and ``v_iᵀ q``.
         """
         at = slice(None) if lines is None else lines
@@ -189,10 +162,7 @@ class CoupledMotion:
     def pressure(self, designs: RealArray) -> ComplexArray:
         """Return the pressure at the ears for designs (n, k).
 
-        Returns
-        -------
-        array, shape (n, v, f)
-            Complex peak amplitudes [Pa].
+        - returns (n, v, f): complex peak amplitudes [Pa].
         """
         pressure = np.empty((len(designs), *self.transfer.shape[:2]), dtype=complex)
         for rows in _blocks(len(designs)):
@@ -215,20 +185,10 @@ class CoupledMotion:
     def weighted_gradient(self, designs: RealArray, factor: ComplexArray) -> RealArray:
         """Return ``Σ_f Re(a_f ∂p/∂x_k)`` for designs (n, k), by the adjoint.
 
-        Parameters
-        ----------
-        designs : array, shape (n, k)
-            Stiffness factors [1].
-        factor : array, shape (n, v, f)
-            The factor a of each line [1/Pa].
+        - `designs` (n, k): stiffness factors [1].
+        - `factor` (n, v, f): the factor a of each line [1/Pa].
+        - returns (n, v, k) [1].
 
-        Returns
-        -------
-        array, shape (n, v, k)
-            [1].
-
-        Notes
-        -----
         With ``t_v = Z⁻¹ Σ_i x_i K_i Y_vi v_i`` of each body (Z is symmetric),
         ``∂p_v/∂x_i = K_i (v_iᵀ q) (Y_vi − v_iᵀ t_v)``.
         """
@@ -288,8 +248,6 @@ class CoupledMotion:
     def with_parts(self, others: Sequence[CoupledMotion], part: IntArray) -> CoupledMotion:
         """Return the motion with other parts: stiffness of variable k from ``others[part[k]]``.
 
-        Notes
-        -----
         The loads stay: they come from the motion and forces that were measured with the parts of
         this motion. The stiffness of another part is that of its surface at today's amplitude.
         """
@@ -344,8 +302,8 @@ def coupled_motion(
     ``(Σ x_i K_i v_i v_iᵀ − ω² M) q(x) = F``. At all factors 1 this gives the measured forces and
     the fitted motion exactly, whatever the data sheet's errors and the residual of the fit.
 
-    K does not feel the new amplitude or the new static position (that would be another model of
-    the motion), and the car body stays at rest: blocked forces on a trimmed body.
+    K does not feel the new amplitude or the new static position (that would be another model of the
+    motion), and the car body stays at rest: blocked forces on a trimmed body.
     """
     variables = [variable for mount in mounts for variable in mount.variables]
     refuse_doubled(variables, "design variable")

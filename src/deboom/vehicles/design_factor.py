@@ -52,21 +52,12 @@ class Factor(Enum):
 class StaticPosition:
     """Static deflections of the powertrain's mounts over the lines of a run.
 
-    Parameters
-    ----------
-    model : KinematicModel
-        Powertrain on the quasi-static curves of its mounts.
-    nodes : array, shape (m,)
-        Wheel torques that are solved [N m].
-    to_lines : array, shape (f, m)
-        Interpolates from them to the lines [1].
-    torque : array, shape (t,)
-        Increasing wheel torques of the table [N m].
-    nominal : array, shape (t, s)
-        Deflections with factor 1 at these torques [m].
+    - `model`: powertrain on the quasi-static curves of its mounts.
+    - `nodes` (m,): wheel torques that are solved [N m].
+    - `to_lines` (f, m): interpolates from them to the lines [1].
+    - `torque` (t,): increasing wheel torques of the table [N m].
+    - `nominal` (t, s): deflections with factor 1 at these torques [m].
 
-    Notes
-    -----
     Polynomial through Chebyshev's points; with 16 of them the tangent stiffness at the interpolated
     deflections is within 1e-3 of that at the solved ones.
     """
@@ -81,20 +72,11 @@ class StaticPosition:
     def of(cls, model: KinematicModel, torque: RealArray, highest: float) -> StaticPosition:
         """Prepare the lines of a run.
 
-        Parameters
-        ----------
-        model : KinematicModel
-            Powertrain on its mounts.
-        torque : array, shape (f,)
-            Wheel torque of each line, above 0 [N m].
-        highest : float
-            Torque up to which deflections are turned back into torques [N m]; larger ones only
-            read as larger.
-
-        Raises
-        ------
-        InputError
-            A torque that needs more deflection than a curve was measured to.
+        - `model`: powertrain on its mounts.
+        - `torque` (f,): wheel torque of each line, above 0 [N m].
+        - `highest`: torque up to which deflections are turned back into torques [N m]; larger ones
+          only read as larger.
+        - raises InputError: a torque that needs more deflection than a curve was measured to.
         """
         low, high = float(torque.min()), float(torque.max())
         half = (high - low) / 2
@@ -116,10 +98,7 @@ class StaticPosition:
     def deflection(self, factors: RealArray) -> RealArray:
         """Return the deflections of designs with `factors` (n, s), shape (n, f, s) [m].
 
-        Raises
-        ------
-        InputError
-            A design that sinks further than a curve was measured to.
+        - raises InputError: a design that sinks further than a curve was measured to.
         """
         return np.asarray(self.to_lines @ self.model.deflections(self.nodes, factors))
 
@@ -149,22 +128,14 @@ class StaticPosition:
 class PartRatio:
     """Stiffness of scaled parts at their own static position over that at the nominal one.
 
-    Parameters
-    ----------
-    position : StaticPosition
-        Where the powertrain's mounts ride.
-    variables : array of int, shape (s,)
-        Design variable of each spring: those of the powertrain, then wheel ends.
-    torque : array, shape (f,)
-        Wheel torque of each line [N m].
-    lowest, highest : array, shape (f, s)
-        Wheel torques between which measurements back a surface at the line; both are the line's
-        own where there is none [N m].
-    tables : array, shape (f, s, SURFACE_NODES)
-        Stiffness at equal steps between those torques, over that at the line's own, complex [1].
+    - `position`: where the powertrain's mounts ride.
+    - `variables` (s,): design variable of each spring: those of the powertrain, then wheel ends.
+    - `torque` (f,): wheel torque of each line [N m].
+    - `lowest`, `highest` (f, s): wheel torques between which measurements back a surface at the
+      line; both are the line's own where there is none [N m].
+    - `tables` (f, s, SURFACE_NODES): stiffness at equal steps between those torques, over that at
+      the line's own, complex [1].
 
-    Notes
-    -----
     The scaled part at the static force F0 rides where the nominal one rides at ``F0/x``. Hence its
     stiffness is ``x S(T')`` with the wheel torque T' at which the nominal mount deflects as far as
     the scaled one does under the line's torque. The surface S speaks between `lowest` and
@@ -184,10 +155,7 @@ class PartRatio:
     def __call__(self, designs: RealArray) -> ComplexArray:
         """Return ratios of designs (n, k), shape (n, f, s) [1].
 
-        Raises
-        ------
-        InputError
-            A design that sinks further than a curve was measured to.
+        - raises InputError: a design that sinks further than a curve was measured to.
         """
         return np.asarray(self._stiffness(designs) / self._nominal)
 
@@ -240,22 +208,12 @@ def part_ratio(
 ) -> PartRatio:
     """Prepare the stiffness of scaled parts in one load case.
 
-    Parameters
-    ----------
-    model : KinematicModel
-        Powertrain on the quasi-static curves of its mounts.
-    coupled : CoupledMotion
-        Identified from the load case.
-    surfaces : mapping of str to DynamicStiffnessSurface
-        By design variable, over wheel torque.
-    load_case : LoadCase
-        With its engine torque.
-
-    Raises
-    ------
-    InputError
-        A powertrain direction that the kinematic model lacks; a run without engine torque; a
-        line outside of the region in which a mount was measured.
+    - `model`: powertrain on the quasi-static curves of its mounts.
+    - `coupled`: motion identified from the load case.
+    - `surfaces`: surfaces by design variable, over wheel torque.
+    - `load_case`: load case with its engine torque.
+    - raises InputError: a powertrain direction that the kinematic model lacks; a run without engine
+      torque; a line outside of the region in which a mount was measured.
     """
     names = [coupled.variable_names[k] for k in coupled.variables]
     on_body = names[: coupled.bodies[0].variables.size]
@@ -292,26 +250,13 @@ def backed_range(
 ) -> tuple[RealArray, RealArray]:
     """Find between which values of one variable a surface is backed, the others as in the run.
 
-    Parameters
-    ----------
-    surface : DynamicStiffnessSurface
-        Over wheel torque.
-    torque, amplitude, frequency : array, shape (f,)
-        Lines of a run [N m], [m], [Hz].
-    variable : str
-        ``preload`` or ``amplitude``.
-    where : str
-        Run and direction, for a complaint.
-
-    Returns
-    -------
-    lowest, highest : array, shape (f,)
-        About the line's own value; the nearest that are not backed end the range [N m] or [m].
-
-    Raises
-    ------
-    InputError
-        A line that is not backed itself; a wheel torque that is not above 0.
+    - `surface`: surface over wheel torque.
+    - `torque`, `amplitude`, `frequency` (f,): lines of a run [N m], [m], [Hz].
+    - `variable`: ``preload`` or ``amplitude``.
+    - `where`: run and direction, for a complaint.
+    - returns `lowest`, `highest` (f,): range about the line's own value; the nearest that are not
+      backed end the range [N m] or [m].
+    - raises InputError: a line that is not backed itself; a wheel torque that is not above 0.
     """
     backed = surface.supported(operating_points(torque, amplitude, frequency))
     if not backed.all():

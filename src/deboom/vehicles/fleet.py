@@ -31,19 +31,10 @@ shapes, and the result of a design must not depend on the designs that come with
 class Vehicle:
     """The receiver: a body with its noise transfer functions to one ear.
 
-    Parameters
-    ----------
-    name : str
-        Such as ``U06-1``.
-    group : str
-        Body variant or series, such as ``U06``.
-    noise_transfer : Frf
-        One output, the ear; one input per path, ``<mount> <axis>`` [Pa/N].
-
-    Raises
-    ------
-    InputError
-        Another unit than Pa/N, or not exactly one output.
+    - `name`: name such as ``U06-1``.
+    - `group`: body variant or series, such as ``U06``.
+    - `noise_transfer`: one output, the ear; one input per path, ``<mount> <axis>`` [Pa/N].
+    - raises InputError: another unit than Pa/N, or not exactly one output.
     """
 
     name: str
@@ -67,15 +58,8 @@ class Vehicle:
 class Fleet:
     """The population that one mount design has to serve.
 
-    Parameters
-    ----------
-    vehicles : sequence of Vehicle
-        At least one, each with a name of its own.
-
-    Raises
-    ------
-    InputError
-        No vehicle, or a doubled name.
+    - `vehicles`: at least one vehicle, each with a name of its own.
+    - raises InputError: no vehicle, or a doubled name.
     """
 
     vehicles: tuple[Vehicle, ...]
@@ -94,10 +78,7 @@ class Fleet:
     def group(self, name: str) -> Fleet:
         """Return the vehicles of one group.
 
-        Raises
-        ------
-        InputError
-            No vehicle of that group.
+        - raises InputError: no vehicle of that group.
         """
         members = tuple(vehicle for vehicle in self.vehicles if vehicle.group == name)
         if not members:
@@ -110,21 +91,13 @@ class Fleet:
 class PathContributions:
     """Complex pressure at the ears per unit stiffness factor, with the motion prescribed.
 
-    Parameters
-    ----------
-    load_case : str
-        Name of the load case whose motion it is.
-    frequency : array, shape (f,)
-        Lines of the band [Hz].
-    values : array, shape (v, f, k)
-        One column per design variable; exactly zero where an axis does not transmit [Pa].
-    vehicle_names, variable_names : tuple of str
-        Names of the first and of the last axis.
+    - `load_case`: name of the load case whose motion it is.
+    - `frequency` (f,): lines of the band [Hz].
+    - `values` (v, f, k): one column per design variable; exactly zero where an axis does not
+      transmit [Pa].
+    - `vehicle_names`, `variable_names`: names of the first and of the last axis.
 
-    Notes
-    -----
-    The pressure of a design x is ``p_vf = Σ_k C_vfk x_k`` with the values C: thesis, eq. 12
-    and 13.
+    The pressure of a design x is ``p_vf = Σ_k C_vfk x_k`` with the values C: thesis, eq. 12 and 13.
     """
 
     load_case: str
@@ -149,10 +122,8 @@ class PathContributions:
     def pressure(self, designs: RealArray) -> ComplexArray:
         """Return the pressure at the ears for designs (n, k).
 
-        Returns
-        -------
-        array, shape (n, v, f)
-            Complex peak amplitudes [Pa]. The rows of a design depend on it alone, bit for bit.
+        - returns (n, v, f): complex peak amplitudes [Pa]. The rows of a design depend on it alone,
+          bit for bit.
         """
         table = self.values.reshape(-1, self.values.shape[2]).T
         real, imag = np.ascontiguousarray(table.real), np.ascontiguousarray(table.imag)
@@ -190,22 +161,10 @@ class PathContributions:
 def path_forces(mounts: Sequence[Mount], load_case: LoadCase) -> Spectrum:
     """Return the force of each path on the body, the pieces of a mount summed coherently.
 
-    Parameters
-    ----------
-    mounts : sequence of Mount
-        Their transfer axes are the paths.
-    load_case : LoadCase
-        Forces at the virtual point of each piece.
-
-    Returns
-    -------
-    Spectrum
-        Channels ``<mount> <axis>``, in the order of the mounts [N].
-
-    Raises
-    ------
-    InputError
-        A mount of which a transfer axis was not measured, or no path at all.
+    - `mounts`: their transfer axes are the paths.
+    - `load_case`: forces at the virtual point of each piece.
+    - returns: channels ``<mount> <axis>``, in the order of the mounts [N].
+    - raises InputError: a mount of which a transfer axis was not measured, or no path at all.
     """
     paths = [path for mount in mounts for path in mount.paths]
     if not paths:
@@ -288,28 +247,13 @@ def path_transfer(
 ) -> ComplexArray:
     """Return the noise transfer functions of a fleet on the lines of a load case.
 
-    Parameters
-    ----------
-    fleet : Fleet
-        Each vehicle with exactly these paths.
-    paths : sequence of str
-        ``<mount> <axis>``.
-    frequency : array, shape (n_frequency,)
-        Lines of the load case inside the band [Hz].
-    band : (lower, upper)
-        Both edges belong to the band [Hz].
-    load_case : str
-        Its name, for messages.
-
-    Returns
-    -------
-    array, shape (n_vehicle, n_frequency, n_path)
-        [Pa/N].
-
-    Raises
-    ------
-    InputError
-        Paths that a vehicle lacks or has beyond these; lines that differ.
+    - `fleet`: each vehicle with exactly these paths.
+    - `paths`: ``<mount> <axis>``.
+    - `frequency` (n_frequency,): lines of the load case inside the band [Hz].
+    - `band` (lower, upper): both edges belong to the band [Hz].
+    - `load_case`: name of the load case, for messages.
+    - returns (n_vehicle, n_frequency, n_path) [Pa/N].
+    - raises InputError: paths that a vehicle lacks or has beyond these; lines that differ.
     """
     values = np.empty((len(fleet.vehicles), frequency.size, len(paths)), dtype=complex)
     for vehicle, ear in zip(fleet.vehicles, values, strict=True):

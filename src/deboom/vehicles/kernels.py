@@ -44,18 +44,11 @@ def numba_installed() -> bool:
 class LevelSum:
     """Sum of levels over the lines of one load case, as a function of designs; see `level_sum`.
 
-    Parameters
-    ----------
-    case : PathContributions, CoupledMotion or AmplitudeMotion
-        Load case with its model of the motion.
-    tolerance : float
-        Largest relative change of an amplitude in the last sweep [1].
-    columns : array of int
-        Design variables that the loops read.
-    tables : array, MotionTables or None
-        What the compiled loops read; None computes in numpy.
-    scale_level : array, shape (v,)
-        Sum over the lines of what scaling took out of the tables [dB re 1 Pa].
+    - `case`: load case with its model of the motion.
+    - `tolerance`: largest relative change of an amplitude in the last sweep [1].
+    - `columns`: design variables that the loops read.
+    - `tables`: what the compiled loops read; None computes in numpy.
+    - `scale_level` (v,): sum over the lines of what scaling took out of the tables [dB re 1 Pa].
     """
 
     case: Case
@@ -67,16 +60,10 @@ class LevelSum:
     def __call__(self, designs: RealArray) -> RealArray:
         """Return ``Σ_f 20 lg |p_vf|`` of each design and vehicle.
 
-        Parameters
-        ----------
-        designs : array, shape (n, k)
-            Stiffness factors, finite [1].
-
-        Returns
-        -------
-        array, shape (n, v)
-            [dB re 1 Pa]. The row of a design depends on it alone, bit for bit. Minus infinity where
-            a design silences a line completely; NaN where amplitudes do not come to rest.
+        - `designs` (n, k): stiffness factors, finite [1].
+        - returns (n, v): [dB re 1 Pa]. The row of a design depends on it alone, bit for bit. Minus
+          infinity where a design silences a line completely; NaN where amplitudes do not come to
+          rest.
         """
         if self.tables is None:
             return self._plain(designs)
@@ -147,23 +134,12 @@ class LevelSum:
 def level_sum(case: Case, *, compiled: bool, tolerance: float = TOLERANCE) -> LevelSum:
     """Prepare the sum of levels of one load case.
 
-    Parameters
-    ----------
-    case : PathContributions, CoupledMotion or AmplitudeMotion
-        Load case with its model of the motion.
-    compiled : bool
-        Whether to use the compiled loops. Motion whose springs do not lie along the axes is
-        computed in numpy all the same.
-    tolerance : float
-        Largest relative change of an amplitude in the last sweep [1].
+    - `case`: load case with its model of the motion.
+    - `compiled`: whether to use the compiled loops. Motion whose springs do not lie along the axes
+      is computed in numpy all the same.
+    - `tolerance`: largest relative change of an amplitude in the last sweep [1].
+    - returns: function from designs (n, k) to sums (n, v); a process pool can carry it.
 
-    Returns
-    -------
-    LevelSum
-        From designs (n, k) to sums (n, v); a process pool can carry it.
-
-    Notes
-    -----
     Each line is divided by a power of two next to its nominal pressure, which rounds nothing.
     """
     if isinstance(case, PathContributions):
@@ -266,10 +242,7 @@ def _motion_tables(case: CoupledMotion | AmplitudeMotion, exponents: IntArray) -
 
 
 def _paths(transfer: ComplexArray) -> tuple[IntArray, ComplexArray]:
-    """Return the path that each spring feeds (-1: none), and each path's transfer (v, f, path).
-
-    The pieces of a mount share a path, and so do the two parts of a split spring.
-    """
+    """Return the path of each spring (-1: none), shared by a mount's pieces, and (v, f, path)."""
     path = np.full(transfer.shape[2], -1)
     columns: dict[bytes, int] = {}
     for spring in np.flatnonzero(transfer.any(axis=(0, 1))):

@@ -80,10 +80,7 @@ class _VehicleLevel:
 class MeanLevel(_VehicleLevel):
     """Mean level of the lines of every vehicle, ``SPLV / n_lines`` [dB(A)].
 
-    Parameters
-    ----------
-    model : BoomingModel
-        Its weighted load cases are averaged.
+    - `model`: model whose weighted load cases are averaged.
     """
 
     quantity: str = "mean level of the lines"
@@ -101,21 +98,12 @@ class MeanLevel(_VehicleLevel):
 class PeakLevel(_VehicleLevel):
     """Loudest line of a band in every vehicle, over all load cases that count [dB(A)].
 
-    Parameters
-    ----------
-    model : BoomingModel
-        With prescribed or coupled motion. The weights of its load cases play no role: the loudest
-        of them counts.
-    band : (lower, upper)
-        Both edges belong to the band [Hz].
+    - `model`: model with prescribed or coupled motion. The weights of its load cases play no role:
+      the loudest of them counts.
+    - `band` (lower, upper): both edges belong to the band [Hz].
+    - raises InputError: a band without a line of the model, a motion that follows the amplitude,
+      loss factors.
 
-    Raises
-    ------
-    InputError
-        A band without a line of the model, a motion that follows the amplitude, loss factors.
-
-    Notes
-    -----
     The derivative is that of the loudest line, ``20/ln 10 Re(∂p_f/∂x_k / p_f)``: exact wherever one
     line is louder than all others, and a subgradient where two are equally loud.
     """
@@ -178,22 +166,11 @@ class PeakLevel(_VehicleLevel):
 class ScatteredLevel(_VehicleLevel):
     """Mean level of the lines of every vehicle, each with the energy that scatter adds [dB(A)].
 
-    Parameters
-    ----------
-    model : BoomingModel
-        With prescribed or coupled motion. Its weighted load cases are averaged.
-    design : array, shape (k,)
-        Design at which the energy of the scatter is taken, such as today's [1].
-    relative_sigma : array, shape (k,)
-        Standard deviation of each factor over the factor itself [1].
+    - `model`: model with prescribed or coupled motion. Its weighted load cases are averaged.
+    - `design` (k,): design at which the energy of the scatter is taken, such as today's [1].
+    - `relative_sigma` (k,): standard deviation of each factor over the factor itself [1].
+    - raises InputError: a motion that follows the amplitude, loss factors.
 
-    Raises
-    ------
-    InputError
-        A motion that follows the amplitude, loss factors.
-
-    Notes
-    -----
     To first order parts that scatter have the mean energy ``|p|² + Σ_k |σ_k x_k ∂p/∂x_k|²`` in a
     line; the sum is that of `design`. A search needs it: the mean level of a single design falls
     without end where all paths cancel in one line, which no part that is made does.
@@ -260,13 +237,9 @@ class Quantity(Protocol):
 class MountRequirements:
     """Several quantities as one function of designs.
 
-    Parameters
-    ----------
-    variable_names : tuple of str
-        Columns of the designs. A variable that no quantity knows has no effect, a direction that
-        is no variable keeps its factor 1.
-    quantities : tuple of Quantity
-        At least one.
+    - `variable_names`: columns of the designs. A variable that no quantity knows has no effect, a
+      direction that is no variable keeps its factor 1.
+    - `quantities`: at least one quantity.
     """
 
     variable_names: tuple[str, ...]
@@ -285,20 +258,9 @@ class MountRequirements:
     def __call__(self, designs: npt.ArrayLike) -> RealArray:
         """Return the quantities of designs.
 
-        Parameters
-        ----------
-        designs : array_like, shape (n, k)
-            Stiffness factors, above 0 [1].
-
-        Returns
-        -------
-        array, shape (n, c)
-            [response_units]; nan where a curve was not measured that far.
-
-        Raises
-        ------
-        InputError
-            Designs of another shape, not finite or not above 0.
+        - `designs` (n, k): stiffness factors, above 0 [1].
+        - returns (n, c): [response_units]; nan where a curve was not measured that far.
+        - raises InputError: designs of another shape, not finite or not above 0.
         """
         rows = checked_designs(designs, self.variable_names)
         if np.any(rows <= 0.0):
@@ -312,22 +274,11 @@ class MountRequirements:
 class WeightSag:
     """How far mounts sink under the weight of the powertrain [mm].
 
-    Parameters
-    ----------
-    model : KinematicModel
-        Quasi-static curves of the mounts that carry the powertrain.
-    powertrain : Powertrain
-        Mass and centre of gravity.
-    mounts : tuple of str
-        Names ``<mount> [<piece>]``; downward counts positive, from the unloaded mounts.
+    - `model`: quasi-static curves of the mounts that carry the powertrain.
+    - `powertrain`: mass and centre of gravity.
+    - `mounts`: names ``<mount> [<piece>]``; downward counts positive, from the unloaded mounts.
+    - raises InputError: a mount that the kinematic model does not have.
 
-    Raises
-    ------
-    InputError
-        A mount that the kinematic model does not have.
-
-    Notes
-    -----
     Linear: the tangents of the curves at no torque stand for the way down to there, which no curve
     shows, because suppliers count deflections from the position under the weight. Both meanings of
     a factor have the same tangent there.
@@ -364,21 +315,11 @@ class WeightSag:
 class TorqueTravel:
     """How far mounts deflect under a wheel torque, from the position under the weight [mm].
 
-    Parameters
-    ----------
-    model : KinematicModel
-        Quasi-static curves of the mounts that carry the powertrain.
-    wheel_torque : float
-        Engine torque times total ratio [N m].
-    directions : tuple of str
-        ``<mount> [<piece>] <axis>``.
-    factor : Factor
-        What a stiffness factor means for the curves.
-
-    Raises
-    ------
-    InputError
-        A direction that the kinematic model does not have.
+    - `model`: quasi-static curves of the mounts that carry the powertrain.
+    - `wheel_torque`: engine torque times total ratio [N m].
+    - `directions`: ``<mount> [<piece>] <axis>``.
+    - `factor`: what a stiffness factor means for the curves.
+    - raises InputError: a direction that the kinematic model does not have.
     """
 
     model: KinematicModel
@@ -430,21 +371,11 @@ class TorqueTravel:
 class NaturalFrequencies:
     """Undamped natural frequencies of the powertrain on its mounts [Hz].
 
-    Parameters
-    ----------
-    mounts : tuple of Mount
-        Mounts that carry the powertrain.
-    powertrain : Powertrain
-        Mass matrix.
-    stiffness : mapping of str to float
-        Real part of the dynamic stiffness of one piece at factor 1, by variable [N/m].
-    modes : tuple of int
-        From 1, the lowest, to 6.
-
-    Raises
-    ------
-    InputError
-        Another mode, or a direction without stiffness.
+    - `mounts`: mounts that carry the powertrain.
+    - `powertrain`: mass matrix.
+    - `stiffness`: real part of the dynamic stiffness of one piece at factor 1, by variable [N/m].
+    - `modes`: numbers of the modes, from 1, the lowest, to 6.
+    - raises InputError: another mode, or a direction without stiffness.
     """
 
     mounts: tuple[Mount, ...]
@@ -482,17 +413,9 @@ class NaturalFrequencies:
 class OperatingStiffness:
     """Magnitude of the dynamic stiffness, of a variable or of a sum of variables [N/mm].
 
-    Parameters
-    ----------
-    stiffness : mapping of str to float
-        Stiffness of one piece at factor 1, by variable [N/m].
-    sums : mapping of str to sequence of str
-        Name of each column → the variables it is the sum of, once per piece.
-
-    Raises
-    ------
-    InputError
-        A variable without stiffness.
+    - `stiffness`: stiffness of one piece at factor 1, by variable [N/m].
+    - `sums`: name of each column → the variables it is the sum of, once per piece.
+    - raises InputError: a variable without stiffness.
     """
 
     stiffness: Mapping[str, float]

@@ -33,14 +33,9 @@ class Measure(Enum):
 class RankedPath:
     """One path in a ranking.
 
-    Parameters
-    ----------
-    path : str
-        Its name.
-    energy_share : float
-        Of the energy of the sum, signed [1].
-    magnitude : float
-        Rms of its contribution over the lines, peak amplitude [Pa].
+    - `path`: name of the path.
+    - `energy_share`: share of the energy of the sum, signed [1].
+    - `magnitude`: rms of its contribution over the lines, peak amplitude [Pa].
     """
 
     path: str
@@ -52,16 +47,10 @@ class RankedPath:
 class Ranking:
     """Paths in order of what they bring, and what the order means.
 
-    Parameters
-    ----------
-    measure : Measure
-        What the order goes by; falling.
-    band : (lower, upper)
-        Lines that count, edges included [Hz].
-    a_weighted : bool
-        Whether lines count as loud as they are heard.
-    paths : tuple of RankedPath
-        All paths.
+    - `measure`: what the order goes by; falling.
+    - `band` (lower, upper): lines that count, edges included [Hz].
+    - `a_weighted`: whether lines count as loud as they are heard.
+    - `paths`: all paths.
     """
 
     measure: Measure
@@ -74,16 +63,10 @@ class Ranking:
 class PathAnalysis:
     """Complex contributions of all paths to the pressure at one ear.
 
-    Parameters
-    ----------
-    ear : str
-        Name of the microphone.
-    frequency : array, shape (n_frequency,)
-        [Hz].
-    contributions : array, shape (n_frequency, n_path)
-        Complex peak [Pa].
-    paths : tuple of str
-        Names of the columns: paths, sources of airborne noise, or groups of them.
+    - `ear`: name of the microphone.
+    - `frequency` (n_frequency,) [Hz].
+    - `contributions` (n_frequency, n_path): complex peak [Pa].
+    - `paths`: names of the columns: paths, sources of airborne noise, or groups of them.
     """
 
     ear: str
@@ -112,15 +95,8 @@ class PathAnalysis:
     def grouped(self, groups: Mapping[str, Sequence[str]]) -> PathAnalysis:
         """Return the partial sums of groups of paths, such as all paths along z.
 
-        Parameters
-        ----------
-        groups : mapping of str to sequence of str
-            Name of each group to its paths; every path in exactly one group.
-
-        Raises
-        ------
-        InputError
-            A path in no group or in two, or one that does not exist.
+        - `groups`: name of each group to its paths; every path in exactly one group.
+        - raises InputError: a path in no group or in two, or one that does not exist.
         """
         named = [path for group in groups.values() for path in group]
         refuse_doubled(named, "path in the groups")
@@ -144,19 +120,12 @@ class PathAnalysis:
     ) -> Ranking:
         """Order the paths by what they bring.
 
-        Parameters
-        ----------
-        measure : Measure
-            What the order goes by.
-        band : (lower, upper), optional
-            Lines that count, edges included; by default all [Hz].
-        a_weighted : bool
-            Weight the energy of the lines as it is heard. Without it the lowest lines rule.
-
-        Raises
-        ------
-        InputError
-            A band without lines, or paths that add up to nothing.
+        - `measure`: what the order goes by.
+        - `band` (lower, upper), optional, optional: lines that count, edges included; by default
+          all [Hz].
+        - `a_weighted`: weight the energy of the lines as it is heard. Without it the lowest lines
+          rule.
+        - raises InputError: a band without lines, or paths that add up to nothing.
         """
         band = band or (float(self.frequency[0]), float(self.frequency[-1]))
         inside = lines_inside(self.frequency, band, f"path analysis of {self.ear}")
@@ -207,9 +176,9 @@ def analyse_paths(
     Raises
     ------
     InputError
-        Not exactly one ear or two different ones, a path without noise transfer function or
-        without force, names in both kinds of path, lines or units that differ, one airborne
-        argument without the other.
+        Not exactly one ear or two different ones, a path without noise transfer function or without
+        force, names in both kinds of path, lines or units that differ, one airborne argument
+        without the other.
 
     Notes
     -----
@@ -291,20 +260,13 @@ def _contributions(transfer: Frf, source: Spectrum, what: str) -> ComplexArray:
 class TransferComparison:
     """Noise transfer functions acquired twice, such as with loudspeaker and hammer.
 
-    Parameters
-    ----------
-    frequency : array, shape (n_frequency,)
-        [Hz].
-    paths : tuple of str
-        ``<mount> <axis>``.
-    corr_f, corr_s : array, shape (n_path,)
-        Of the complex functions of each path: difference in shape and in scale [1].
-    level_difference : array, shape (n_frequency, n_path)
-        Second over first, of the functions [dB].
-    contributions : array, shape (2, n_frequency, n_path)
-        Pressure through each path with either set [Pa].
-    spl : array, shape (2, n_frequency)
-        Of the sum over the paths with either set [dB(A)].
+    - `frequency` (n_frequency,) [Hz].
+    - `paths`: ``<mount> <axis>``.
+    - `corr_f`, `corr_s` (n_path,): difference in shape and in scale of the complex functions of
+      each path [1].
+    - `level_difference` (n_frequency, n_path): second over first, of the functions [dB].
+    - `contributions` (2, n_frequency, n_path): pressure through each path with either set [Pa].
+    - `spl` (2, n_frequency): level of the sum over the paths with either set [dB(A)].
     """
 
     frequency: RealArray
@@ -329,21 +291,11 @@ class TransferComparison:
 def compare_noise_transfer(first: Frf, second: Frf, force: Spectrum) -> TransferComparison:
     """Compare two acquisitions at one ear, and the sound they give with the same forces.
 
-    Parameters
-    ----------
-    first, second : Frf
-        One output, the same in both; inputs hold every channel of `force` [Pa/N].
-    force : Spectrum
-        Per path [N].
+    - `first`, `second`: one output, the same in both; inputs hold every channel of `force` [Pa/N].
+    - `force`: force of each path [N].
+    - raises InputError: more than one ear, or different ones; a path without noise transfer
+      function; lines that differ.
 
-    Raises
-    ------
-    InputError
-        More than one ear, or different ones; a path without noise transfer function; lines that
-        differ.
-
-    Notes
-    -----
     Thesis, section 3.7.1 and figures 41 and 42: the same forces, one vehicle, two methods.
     """
     if len(first.outputs) != 1 or first.outputs != second.outputs:

@@ -53,25 +53,17 @@ NOISE = "noise of the runs"
 class TransferUncertainty:
     """How well noise transfer functions are known; the defaults are judgement.
 
-    Parameters
-    ----------
-    calibration_db : float
-        Level common to all paths of a vehicle, standard deviation [dB].
-    path : float
-        Smooth complex error of every path, root mean square [1].
-    length : float
-        Its correlation length [Hz].
-    day : float
-        Smooth complex factor on all paths of a vehicle, on the day it was measured against its
-        mean, root mean square [1].
-    day_length : float
-        Its correlation length, about the width of a resonance of the body [Hz].
-    floor : float
-        Noise of real and of imaginary part [Pa/N].
-    origin, day_origin : str
-        Where the numbers come from.
-    calibration_degrees_of_freedom, path_degrees_of_freedom : float
-        Behind the estimates; infinite where a number is stated.
+    - `calibration_db`: level common to all paths of a vehicle, standard deviation [dB].
+    - `path`: smooth complex error of every path, root mean square [1].
+    - `length`: correlation length [Hz].
+    - `day`: smooth complex factor on all paths of a vehicle, on the day it was measured against its
+      mean, root mean square [1].
+    - `day_length`: correlation length of the day's factor, about the width of a resonance of the
+      body [Hz].
+    - `floor`: noise of real and of imaginary part [Pa/N].
+    - `origin`, `day_origin`: where the numbers come from.
+    - `calibration_degrees_of_freedom`, `path_degrees_of_freedom`: degrees of freedom of the
+      estimates; infinite where a number is stated.
     """
 
     calibration_db: float = 0.5
@@ -91,16 +83,11 @@ class TransferUncertainty:
     ) -> TransferUncertainty:
         """Take the errors that the difference of two methods shows.
 
-        Parameters
-        ----------
-        found : MethodDifference
-            Of methods that were used on different days: what differs in all paths alike counts as
-            the day. Below `LEAST_VEHICLES` the calibration stays the prior.
-        origin : str
-            Which vehicles.
-        averaged : bool
-            Whether the functions in use are means of both methods, or those of one: then their
-            variances are twice as large.
+        - `found`: difference of methods that were used on different days: what differs in all paths
+          alike counts as the day. Below `LEAST_VEHICLES` the calibration stays the prior.
+        - `origin`: name of the vehicles that were compared.
+        - `averaged`: whether the functions in use are means of both methods, or those of one: then
+          their variances are twice as large.
         """
         prior, scale = cls(), 1.0 if averaged else math.sqrt(2.0)
         enough = found.calibration_degrees_of_freedom >= LEAST_VEHICLES
@@ -148,12 +135,8 @@ class TransferUncertainty:
 class ForceUncertainty:
     """How well forces and motions of the runs are known.
 
-    Parameters
-    ----------
-    tolerances : Tolerances
-        Of sensors, cells and shaker.
-    origin : str
-        Where they come from.
+    - `tolerances`: tolerances of sensors, cells and shaker.
+    - `origin`: where they come from.
     """
 
     tolerances: Tolerances = field(default_factory=Tolerances)
@@ -169,26 +152,13 @@ def force_sources(
 ) -> tuple[UncertaintySource, ...]:
     """Return what may be wrong with the forces of the runs.
 
-    Parameters
-    ----------
-    mounts : sequence of Mount
-        Of the platform.
-    load_cases : sequence of LoadCase
-        With the forces that are used.
-    parts : sequence of CharacterisedMount
-        Whose surfaces the forces come from; empty if all forces were measured.
-    band : (lower, upper)
-        Lines that count, both edges included [Hz].
-    known : ForceUncertainty, optional
-        Of the measuring chains; by default `Tolerances` as they are.
+    - `mounts`: mounts of the platform.
+    - `load_cases`: load cases with the forces that are used.
+    - `parts`: parts whose surfaces the forces come from; empty if all forces were measured.
+    - `band` (lower, upper): lines that count, both edges included [Hz].
+    - `known`, optional: uncertainty of the measuring chains; by default `Tolerances` as they are.
+    - returns: those without any effect are left out.
 
-    Returns
-    -------
-    tuple of UncertaintySource
-        Those without any effect are left out.
-
-    Notes
-    -----
     A force from a surface is ``K s``: K errs as the library's error budget states, s as one
     triaxial accelerometer at the mount would have it: by its gain, by what its angle and its
     cross-axis sensitivity take from the other axes, and by its place, which in a rotation about the
@@ -242,12 +212,8 @@ def force_sources(
 def tolerances_of_record(stated: Mapping[str, float], default: Tolerances) -> Tolerances:
     """Return the tolerances that a library's campaign was characterised with.
 
-    Parameters
-    ----------
-    stated : mapping of str to float
-        ``name [unit]`` to standard deviation, SI.
-    default : Tolerances
-        Of what is not stated.
+    - `stated`: ``name [unit]`` to standard deviation, SI.
+    - `default`: tolerances of what is not stated.
     """
     values = {name.partition(" [")[0]: value for name, value in stated.items()}
     known = {name: values[name] for name in vars(default) if name in values}

@@ -24,26 +24,15 @@ from deboom.physics.rigid_body import forward_matrices
 class Powertrain:
     """Mass, inertia and centre of gravity with their tolerances.
 
-    Parameters
-    ----------
-    mass : float
-        [kg].
-    inertia : array, shape (3, 3)
-        Matrix entries about the centre of gravity, vehicle axes [kg m²].
-    centre : array, shape (3,)
-        Centre of gravity from the origin of the mounts' positions, which is the stated one [m].
-    mass_tolerance : float
-        Half width [kg].
-    inertia_tolerance : float
-        Half width of entry ij relative to ``√(J_ii J_jj)`` [1].
-    centre_tolerance : float
-        Half width per axis [m].
-
-    Raises
-    ------
-    InputError
-        A mass that is not positive, an inertia that is not symmetric and positive definite, a
-        negative tolerance.
+    - `mass` [kg].
+    - `inertia` (3, 3): matrix entries about the centre of gravity, vehicle axes [kg m²].
+    - `centre` (3,): centre of gravity from the origin of the mounts' positions, which is the stated
+      one [m].
+    - `mass_tolerance`: half width [kg].
+    - `inertia_tolerance`: half width of entry ij relative to ``√(J_ii J_jj)`` [1].
+    - `centre_tolerance`: half width per axis [m].
+    - raises InputError: a mass that is not positive, an inertia that is not symmetric and positive
+      definite, a negative tolerance.
     """
 
     mass: float
@@ -100,29 +89,13 @@ def balanced_deflection(
 ) -> RealArray:
     """Find the deflections at which springs carry a load.
 
-    Parameters
-    ----------
-    load : array, shape (n, 6)
-        One row per case [N, N m].
-    forward : array, shape (n_direction, 6)
-        Motion of the body → deflection of every direction.
-    force : callable
-        Force of every direction, increasing with its deflection [N].
-    tangent : callable
-        Its derivative, above 0 [N/m].
+    - `load` (n, 6): one row per case [N, N m].
+    - `forward` (n_direction, 6): motion of the body → deflection of every direction.
+    - `force`: force of every direction, increasing with its deflection [N].
+    - `tangent`: derivative of the force, above 0 [N/m].
+    - returns (n, n_direction) [m].
+    - raises ArithmeticError: no equilibrium found.
 
-    Returns
-    -------
-    array, shape (n, n_direction)
-        [m].
-
-    Raises
-    ------
-    ArithmeticError
-        No equilibrium found.
-
-    Notes
-    -----
     Newton's method on ``Vᵀ F(V q) = load`` for all rows at once, with the step halved until the
     unbalanced load shrinks. Every tangent is positive, so the equilibrium is unique. A row that has
     come to rest stays: it depends on its load alone, bit for bit.
@@ -171,23 +144,10 @@ LEAST_SLOPE = 1e-6
 class MonotoneCurve:
     """A curve through measured points that rises everywhere, straight beyond its ends.
 
-    Parameters
-    ----------
-    curve : StaticCurve
-        Measured points.
+    - `curve`: measured points.
+    - `lowest`, `highest`: first and last measured deflection [m].
+    - raises InputError: a force that does not increase with the deflection.
 
-    Attributes
-    ----------
-    lowest, highest : float
-        First and last measured deflection [m].
-
-    Raises
-    ------
-    InputError
-        A force that does not increase with the deflection.
-
-    Notes
-    -----
     Piecewise cubic Hermite interpolation without overshoot (Fritsch and Carlson, SIAM J. Numer.
     Anal. 17, 1980). Beyond the ends it goes on with the last secant, for iterations on their way:
     compare with `lowest` and `highest` what came out.
@@ -231,31 +191,17 @@ def static_curve_from_stiffness(
 ) -> StaticCurve:
     """Integrate a curve from dynamic stiffness over static force where no supplier sent one.
 
-    Parameters
-    ----------
-    mount, axis, mount_set : str
-        Direction and part.
-    static_force : array, shape (n,)
-        Increasing, from below 0 or 0 to above [N].
-    dynamic_stiffness : array, shape (n,)
-        Magnitude or real part there, above 0 [N/m].
-    dynamic_to_static : float
-        Dynamic over quasi-static tangent stiffness, above 0 [1]; state where it comes from.
-    uncertainty : float
-        Standard deviation relative to the force that the curve is believed to have [1].
+    - `mount`, `axis`, `mount_set`: direction and part.
+    - `static_force` (n,): increasing, from below 0 or 0 to above [N].
+    - `dynamic_stiffness` (n,): magnitude or real part there, above 0 [N/m].
+    - `dynamic_to_static`: dynamic over quasi-static tangent stiffness, above 0 [1]; state where it
+      comes from.
+    - `uncertainty`: standard deviation relative to the force that the curve is believed to have
+      [1].
+    - returns: curve with no deflection at no force.
+    - raises InputError: shapes, a force that does not increase or does not include 0, values that
+      are not positive.
 
-    Returns
-    -------
-    StaticCurve
-        With no deflection at no force.
-
-    Raises
-    ------
-    InputError
-        Shapes, a force that does not increase or does not include 0, values that are not positive.
-
-    Notes
-    -----
     ``u(F) = ∫ dF r / K(F)`` from 0, by trapezoids.
     """
     owner = f"static curve of {mount} {axis} of {mount_set}"
@@ -282,16 +228,10 @@ CRANKSHAFT = (0.0, 1.0, 0.0)
 class StaticState:
     """Static equilibrium of a powertrain over wheel torque.
 
-    Parameters
-    ----------
-    wheel_torque : array, shape (n,)
-        [N m].
-    names : tuple of str
-        Directions ``<mount> [<piece>] <axis>``.
-    deflection : array, shape (n, n_direction)
-        From the unloaded position [m].
-    force : array, shape (n, n_direction)
-        On the receiver [N].
+    - `wheel_torque` (n,) [N m].
+    - `names`: directions ``<mount> [<piece>] <axis>``.
+    - `deflection` (n, n_direction): deflection from the unloaded position [m].
+    - `force` (n, n_direction): force on the receiver [N].
     """
 
     wheel_torque: RealArray
@@ -310,20 +250,13 @@ class StaticState:
 class KinematicModel:
     """A powertrain on nonlinear mounts under a static torque.
 
-    Parameters
-    ----------
-    mounts : tuple of Mount
-        That carry the powertrain; their positions in one frame, whose origin does not matter.
-    curves : mapping of str to StaticCurve
-        By ``<mount> <axis>``, for every axis of every mount; pieces of a mount share them.
-    torque_axis : tuple of float
-        Unit vector about which a positive wheel torque turns the powertrain [1].
-
-    Raises
-    ------
-    InputError
-        A direction without curve, a force that does not increase with the deflection, or mounts
-        that leave the powertrain free to move.
+    - `mounts`: mounts that carry the powertrain; their positions in one frame, whose origin does
+      not matter.
+    - `curves`: curves by ``<mount> <axis>``, for every axis of every mount; pieces of a mount share
+      them.
+    - `torque_axis`: unit vector about which a positive wheel torque turns the powertrain [1].
+    - raises InputError: a direction without curve, a force that does not increase with the
+      deflection, or mounts that leave the powertrain free to move.
     """
 
     mounts: tuple[Mount, ...]
@@ -363,10 +296,7 @@ class KinematicModel:
     def with_mount_at(self, mount: str, position: tuple[float, float, float]) -> KinematicModel:
         """Move a mount of a single piece, such as the strut, to a `position` (x, y, z) [m].
 
-        Raises
-        ------
-        InputError
-            No such mount, or one of several pieces.
+        - raises InputError: no such mount, or one of several pieces.
         """
         if mount not in [known.name for known in self.mounts if len(known.pieces) == 1]:
             raise InputError(f"the kinematic model has no mount '{mount}' of a single piece")
@@ -391,22 +321,13 @@ class KinematicModel:
     def equilibrium(self, wheel_torque: npt.ArrayLike) -> StaticState:
         """Find deflection and force of every direction.
 
-        Parameters
-        ----------
-        wheel_torque : array, shape (n,)
-            Engine torque times total ratio [N m].
+        - `wheel_torque` (n,): engine torque times total ratio [N m].
+        - raises InputError: a torque that needs more deflection than a curve was measured to.
 
-        Raises
-        ------
-        InputError
-            A torque that needs more deflection than a curve was measured to.
-
-        Notes
-        -----
-        ``Vᵀ F(V q) = (0, T e)``, see `deboom.vehicles.powertrain.balanced_deflection`. Curves
-        are interpolated monotonically (Fritsch and Carlson), so every tangent stiffness is positive
-        and the equilibrium is unique. Weight is left out: deflections count from the position under
-        it, as the supplier's curves do.
+        ``Vᵀ F(V q) = (0, T e)``, see `deboom.vehicles.powertrain.balanced_deflection`. Curves are
+        interpolated monotonically (Fritsch and Carlson), so every tangent stiffness is positive and
+        the equilibrium is unique. Weight is left out: deflections count from the position under it,
+        as the supplier's curves do.
         """
         torque = np.atleast_1d(np.asarray(wheel_torque, dtype=float))
         ones = np.ones((torque.size, len(self.names)))
@@ -417,22 +338,11 @@ class KinematicModel:
     def deflections(self, wheel_torque: npt.ArrayLike, factors: RealArray) -> RealArray:
         """Find the deflections with other parts: each direction's force times a factor.
 
-        Parameters
-        ----------
-        wheel_torque : array, shape (n_torque,)
-            Engine torque times total ratio [N m].
-        factors : array, shape (n, n_direction)
-            Of the force at a deflection, ``x F(u)``, above 0 [1].
-
-        Returns
-        -------
-        array, shape (n, n_torque, n_direction)
-            From the unloaded position [m]. The rows of a design depend on it alone, bit for bit.
-
-        Raises
-        ------
-        InputError
-            A torque that needs more deflection than a curve was measured to.
+        - `wheel_torque` (n_torque,): engine torque times total ratio [N m].
+        - `factors` (n, n_direction): factors of the force at a deflection, ``x F(u)``, above 0 [1].
+        - returns (n, n_torque, n_direction): deflection from the unloaded position [m]. The rows of
+          a design depend on it alone, bit for bit.
+        - raises InputError: a torque that needs more deflection than a curve was measured to.
         """
         torque = np.atleast_1d(np.asarray(wheel_torque, dtype=float))
         each = np.tile(torque, len(factors))
@@ -462,24 +372,11 @@ class KinematicModel:
     ) -> RealArray:
         """Propagate the stated errors of the curves into the static forces.
 
-        Parameters
-        ----------
-        wheel_torque : array, shape (n,)
-            [N m].
-        seed : int
-            From 1.
-        n_draws : int
-            Of the scale errors, one per curve.
-
-        Returns
-        -------
-        array, shape (n, n_direction)
-            Standard deviation [N].
-
-        Raises
-        ------
-        InputError
-            A seed below 1, or a torque beyond the curves.
+        - `wheel_torque` (n,) [N m].
+        - `seed`: seed, from 1.
+        - `n_draws`: number of draws of the scale errors, one error per curve.
+        - returns (n, n_direction): standard deviation [N].
+        - raises InputError: a seed below 1, or a torque beyond the curves.
         """
         if seed < 1:
             raise InputError(f"seed {seed} is refused: seeds are whole numbers from 1")
@@ -522,17 +419,9 @@ def library_model(
 ) -> KinematicModel:
     """Build the kinematic model of a powertrain on mounts from the library.
 
-    Parameters
-    ----------
-    parts : sequence of CharacterisedMount
-        One for each mount that carries the powertrain, with their static curves.
-    torque_axis : tuple of float
-        As in `KinematicModel`.
-
-    Raises
-    ------
-    InputError
-        A mount twice, or a direction without static curve.
+    - `parts`: one for each mount that carries the powertrain, with their static curves.
+    - `torque_axis`: axis as in `KinematicModel`.
+    - raises InputError: a mount twice, or a direction without static curve.
     """
     names = [part.mount.name for part in parts]
     if len(set(names)) < len(names):
@@ -557,25 +446,12 @@ def static_force_table(
 ) -> pd.DataFrame:
     """List the static force of every direction by configuration, gear and engine torque.
 
-    Parameters
-    ----------
-    models : mapping of str to KinematicModel
-        Configurations: powertrains, mount sets, places of the strut.
-    total_ratios : sequence of float
-        Engine speed over wheel speed, gear 1 first [1].
-    engine_torque : array, shape (n,)
-        [N m].
-
-    Returns
-    -------
-    pandas.DataFrame
-        Columns ``configuration``, ``gear``, ``engine torque [N m]``, ``wheel torque [N m]``,
-        ``direction``, ``static force [N]`` and ``deflection [m]``.
-
-    Raises
-    ------
-    InputError
-        A torque that needs more deflection than a curve was measured to.
+    - `models`: configurations: powertrains, mount sets, places of the strut.
+    - `total_ratios`: engine speed over wheel speed, gear 1 first [1].
+    - `engine_torque` (n,) [N m].
+    - returns: columns ``configuration``, ``gear``, ``engine torque [N m]``, ``wheel torque [N m]``,
+      ``direction``, ``static force [N]`` and ``deflection [m]``.
+    - raises InputError: a torque that needs more deflection than a curve was measured to.
     """
     import pandas as pd
 

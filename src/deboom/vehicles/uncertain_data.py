@@ -35,19 +35,12 @@ SMALLEST_SHARE = 1e-9
 class MeasuredArrays:
     """The measured data of a study as plain arrays.
 
-    Parameters
-    ----------
-    frequency : array, shape (f,)
-        [Hz].
-    transfer : array, shape (v, f, p)
-        Noise transfer functions of p paths [Pa/N].
-    transfer_around : array, shape (v, f, p)
-        Magnitude around each line, as measured, see
-        `deboom.measurement.uncertainty.local_magnitude` [Pa/N].
-    displacement, force : array, shape (c, f, n)
-        Motion and force of n channels in c load cases [m], [N].
-    paths, channels : tuple of str
-        ``<mount> <axis>`` and ``<mount> [<piece>] <axis>``.
+    - `frequency` (f,) [Hz].
+    - `transfer` (v, f, p): noise transfer functions of p paths [Pa/N].
+    - `transfer_around` (v, f, p): magnitude around each line, as measured, see
+      `deboom.measurement.uncertainty.local_magnitude` [Pa/N].
+    - `displacement`, `force` (c, f, n): motion and force of n channels in c load cases [m], [N].
+    - `paths`, `channels`: ``<mount> <axis>`` and ``<mount> [<piece>] <axis>``.
     """
 
     frequency: RealArray
@@ -84,12 +77,9 @@ class UncertaintySource(Protocol):
 class TransferCalibration:
     """Level of a vehicle's noise transfer functions: microphone and source, all paths alike.
 
-    Parameters
-    ----------
-    decibels : float
-        Standard deviation [dB].
-    degrees_of_freedom : float
-        Behind the standard deviation; infinite where it is stated.
+    - `decibels`: standard deviation [dB].
+    - `degrees_of_freedom`: degrees of freedom of the standard deviation; infinite where it is
+      stated.
     """
 
     decibels: float
@@ -119,15 +109,10 @@ class TransferCalibration:
 class TransferPaths:
     """Smooth complex error of every noise transfer function: place and direction.
 
-    Parameters
-    ----------
-    relative : float
-        Root mean square of the complex error over the magnitude around the line, in the phase of
-        the function [1].
-    length : float
-        Correlation length over frequency [Hz].
-    degrees_of_freedom : float
-        Behind the root mean square; infinite where it is stated.
+    - `relative`: root mean square of the complex error over the magnitude around the line, in the
+      phase of the function [1].
+    - `length`: correlation length over frequency [Hz].
+    - `degrees_of_freedom`: degrees of freedom of the root mean square; infinite where it is stated.
     """
 
     relative: float
@@ -162,12 +147,8 @@ class TransferPaths:
 class TransferBody:
     """Smooth complex factor on all paths of a vehicle: damping and resonances of another day.
 
-    Parameters
-    ----------
-    relative : float
-        Root mean square of the complex error [1].
-    length : float
-        Correlation length over frequency, about the width of a resonance [Hz].
+    - `relative`: root mean square of the complex error [1].
+    - `length`: correlation length over frequency, about the width of a resonance [Hz].
     """
 
     relative: float
@@ -198,10 +179,7 @@ class TransferBody:
 class TransferFloor:
     """Noise floor of the noise transfer functions, line by line.
 
-    Parameters
-    ----------
-    floor : float
-        Standard deviation of the real and of the imaginary part [Pa/N].
+    - `floor`: standard deviation of the real and of the imaginary part [Pa/N].
     """
 
     floor: float
@@ -231,15 +209,10 @@ class StiffnessError:
     Alignment and calibration of the characterisation are the same at all lines and in all load
     cases, so their error is as well; all pieces of a mount share it.
 
-    Parameters
-    ----------
-    magnitude : mapping of str to float
-        Direction ``<mount> <axis>`` → standard deviation of ln |K| [1].
-    channels : mapping of str to tuple of str
-        Direction → channels of its pieces.
-    loss_factor : float
-        Loss factor of the mounts: Re K and Im K err alike by the magnitude, and independently by as
-        much, so the phase of K by ``√2`` loss factor times the magnitude's [1].
+    - `magnitude`: direction ``<mount> <axis>`` → standard deviation of ln |K| [1].
+    - `channels`: direction → channels of its pieces.
+    - `loss_factor`: loss factor of the mounts: Re K and Im K err alike by the magnitude, and
+      independently by as much, so the phase of K by ``√2`` loss factor times the magnitude's [1].
     """
 
     magnitude: Mapping[str, float]
@@ -275,14 +248,9 @@ class StiffnessError:
 class ForceCells:
     """Measured forces: gain of each axis of a cell, and leakage by the angle of the shaker.
 
-    Parameters
-    ----------
-    gain : mapping of str to float
-        Point ``<mount> [<piece>]`` → standard deviation of each axis' gain [1].
-    angle : mapping of str to float
-        Point → angle of the shaker that calibrates its cell, per pair of axes [rad].
-    channels : tuple of str
-        Channels that err; the others only leak.
+    - `gain`: point ``<mount> [<piece>]`` → standard deviation of each axis' gain [1].
+    - `angle`: point → angle of the shaker that calibrates its cell, per pair of axes [rad].
+    - `channels`: channels that err; the others only leak.
     """
 
     gain: Mapping[str, float]
@@ -312,13 +280,9 @@ class ForceCells:
 class MotionError:
     """Measured motion of the mounts, and with it the forces that surfaces make of it.
 
-    Parameters
-    ----------
-    gain, leakage : mapping of str to float
-        Point ``<mount> [<piece>]`` → standard deviation of each axis' gain, and of what each other
-        axis leaks into it [1].
-    surface_channels : tuple of str
-        Channels whose force is stiffness times motion; measured forces stay.
+    - `gain`, `leakage`: point ``<mount> [<piece>]`` → standard deviation of each axis' gain, and of
+      what each other axis leaks into it [1].
+    - `surface_channels`: channels whose force is stiffness times motion; measured forces stay.
     """
 
     gain: Mapping[str, float]
@@ -355,10 +319,7 @@ class MotionError:
 class RunNoise:
     """Order-tracking noise of the forces, line by line, another one in every load case.
 
-    Parameters
-    ----------
-    relative : float
-        Root mean square of the complex error [1].
+    - `relative`: root mean square of the complex error [1].
     """
 
     relative: float
@@ -385,21 +346,11 @@ class RunNoise:
 class UncertainData:
     """Vehicles and load cases with the sources of their errors.
 
-    Parameters
-    ----------
-    fleet : Fleet
-        As measured; every vehicle with the same paths.
-    load_cases : sequence of LoadCase
-        As measured, with the same channels and lines.
-    sources : sequence of UncertaintySource
-        Independent of each other, each with a name of its own.
-    band : (lower, upper)
-        Lines that are kept, both edges included [Hz].
-
-    Raises
-    ------
-    InputError
-        No load case; lines, paths or channels that differ; a doubled source.
+    - `fleet`: vehicles as measured; every vehicle with the same paths.
+    - `load_cases`: load cases as measured, with the same channels and lines.
+    - `sources`: sources independent of each other, each with a name of its own.
+    - `band` (lower, upper): lines that are kept, both edges included [Hz].
+    - raises InputError: no load case; lines, paths or channels that differ; a doubled source.
     """
 
     fleet: Fleet
@@ -442,25 +393,11 @@ class UncertainData:
     ) -> tuple[Fleet, tuple[LoadCase, ...]]:
         """Measure again, within the band.
 
-        Parameters
-        ----------
-        draw : int
-            Number of the draw, from 0. The same draw and seed give the same errors.
-        seed : int
-            From 1.
-        only : collection of str, optional
-            Names of the sources that err; by default all. Their errors are those that they have
-            among all.
-
-        Returns
-        -------
-        fleet : Fleet
-        load_cases : tuple of LoadCase
-
-        Raises
-        ------
-        InputError
-            A seed below 1, a draw below 0, a source that does not exist.
+        - `draw`: number of the draw, from 0. The same draw and seed give the same errors.
+        - `seed`: seed, from 1.
+        - `only`, optional: names of the sources that err; by default all. Their errors are those
+          that they have among all.
+        - raises InputError: a seed below 1, a draw below 0, a source that does not exist.
         """
         unknown = sorted(set(only or ()) - set(self.names))
         if unknown:
@@ -523,26 +460,12 @@ class UncertainData:
 def smooth_basis(frequency: RealArray, length: float) -> RealArray:
     """Return the functions that a smooth random error of unit variance is made of.
 
-    Parameters
-    ----------
-    frequency : array, shape (f,)
-        [Hz].
-    length : float
-        Correlation length, above 0 [Hz].
+    - `frequency` (f,) [Hz].
+    - `length`: correlation length, above 0 [Hz].
+    - returns (f, n): ``B``: the error ``B z`` of standard normals z has the correlation
+      ``exp(-(Δf/length)²/2)`` between lines.
+    - raises InputError: a length that is not positive and finite.
 
-    Returns
-    -------
-    array, shape (f, n)
-        ``B``: the error ``B z`` of standard normals z has the correlation
-        ``exp(-(Δf/length)²/2)`` between lines.
-
-    Raises
-    ------
-    InputError
-        A length that is not positive and finite.
-
-    Notes
-    -----
     Karhunen-Loève expansion on the lines: the eigenvectors of the correlation matrix times the
     roots of their eigenvalues, without those that carry no variance.
     """
@@ -557,10 +480,7 @@ def smooth_basis(frequency: RealArray, length: float) -> RealArray:
 def own_generator(source: UncertaintySource, seed: int, draw: int) -> np.random.Generator:
     """Return the generator of one draw of a source; no other source changes it.
 
-    Raises
-    ------
-    InputError
-        A seed below 1, a draw below 0.
+    - raises InputError: a seed below 1, a draw below 0.
     """
     if seed < 1:
         raise InputError(f"seed {seed} is refused: seeds are whole numbers from 1")

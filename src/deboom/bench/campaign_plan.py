@@ -38,10 +38,8 @@ FALLING_RUNS = tuple(
 class TimeRunPlan:
     """One run recorded over time: speeds [rpm], duration [s], sample rate [Hz], tacho pulses.
 
-    Raises
-    ------
-    InputError
-        Speeds that do not go the run's way, or a duration, rate or tacho that is not positive.
+    - raises InputError: speeds that do not go the run's way, or a duration, rate or tacho that is
+      not positive.
     """
 
     mount_set: str = "M1"
@@ -69,24 +67,14 @@ class TimeRunPlan:
 class CampaignPlan:
     """Everything that is to be measured on one bench.
 
-    Parameters
-    ----------
-    mount_sets, runs : tuple of str, tuple of PlannedRun
-        Names that `with_mount_set` understands, and the runs with every one of them.
-    shaker_repeats : int
-        Repeats of every shaker run, between uses of the bench.
-    time_run : TimeRunPlan or None
-        Run recorded over time as well.
-    third_cell : bool
-        Three cells below every powertrain mount instead of two, and pushes beside its virtual
-        point: all six loads of a mount can be told apart.
-    frequency : array, shape (f,)
-        Lines of the dominant order [Hz].
-
-    Raises
-    ------
-    InputError
-        No mount set, run or repeat, or one that comes twice.
+    - `mount_sets`, `runs`: names that `with_mount_set` understands, and the runs with every one of
+      them.
+    - `shaker_repeats`: repeats of every shaker run, between uses of the bench.
+    - `time_run`: run recorded over time as well.
+    - `third_cell`: three cells below every powertrain mount instead of two, and pushes beside its
+      virtual point: all six loads of a mount can be told apart.
+    - `frequency` (f,): lines of the dominant order [Hz].
+    - raises InputError: no mount set, run or repeat, or one that comes twice.
     """
 
     mount_sets: tuple[str, ...] = ("M1", "M2", "M3", "M4", "M5", MIX)
@@ -138,22 +126,15 @@ def second_engine_plan(*mount_sets: str) -> CampaignPlan:
 class CampaignErrors:
     """Every error of a campaign; all are standard deviations unless said otherwise.
 
-    Parameters
-    ----------
-    chain : ErrorBudget
-        Errors of sensors, shaker and order tracking, and how the bench gives way.
-    torque, static_force : float
-        Noise of the engine torque [N m] and of the quasi-static cell force [N], per line.
-    side_cell_gain, side_cell_cross : float
-        Errors of the cells at the wishbone mounts, which no shaker calibrates [1]; the cross-talk
-        is uniform within ± this.
-    shaker_drift, shaker_noise : float
-        Relative change of a mount's cells from one shaker repeat to the next, and noise per line
-        and channel relative to the answer of the cell [1].
-    curve_scale : float
-        Scale error of a supplier's force-deflection curve, one per curve [1].
-    data_sheet : bool
-        Whether the powertrain's data are stated within their tolerances, or exactly.
+    - `chain`: errors of sensors, shaker and order tracking, and how the bench gives way.
+    - `torque`, `static_force`: noise of the engine torque [N m] and of the quasi-static cell force
+      [N], per line.
+    - `side_cell_gain`, `side_cell_cross`: errors of the cells at the wishbone mounts, which no
+      shaker calibrates [1]; the cross-talk is uniform within ± this.
+    - `shaker_drift`, `shaker_noise`: relative change of a mount's cells from one shaker repeat to
+      the next, and noise per line and channel relative to the answer of the cell [1].
+    - `curve_scale`: scale error of a supplier's force-deflection curve, one per curve [1].
+    - `data_sheet`: whether the powertrain's data are stated within their tolerances, or exactly.
     """
 
     chain: ErrorBudget = field(default_factory=ErrorBudget)

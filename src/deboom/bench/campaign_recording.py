@@ -57,28 +57,20 @@ EDGE_SAMPLES = 1.5
 class CampaignSensors:
     """What all sensors of a bench truly do, drawn once for all its runs.
 
-    Parameters
-    ----------
-    accelerometer_angles, cell_angles : array, shape (n_sensor, 3)
-        Known orientations, about the fixed axes x, then y, then z [deg].
-    true_positions : array, shape (n_accelerometer, 3)
-        Positions of the accelerometers [m].
-    true_orientations : array, shape (n_accelerometer, 3, 3)
-        Orientations; columns are the sensor's axes [1].
-    sensitivity : array, shape (n_accelerometer, 3, 3)
-        Gain and cross-axis sensitivity [1].
-    cells : array, shape (n_mount, n_cell, 3, 3 or 6)
-        Force at the virtual point of a powertrain mount → channels of each of its cells; with a
-        third cell the moment as well [1, 1/m].
-    side_cells : array, shape (n_side, 3, 3)
-        Force on a wishbone mount → channels of its cell [1].
-    pushes : array, shape (n_mount, 3, 3)
-        Column a is the force at the virtual point per newton that the shaker states along a [1].
-    drift : array, shape (n_mount,)
-        Relative change of the cells from one shaker repeat to the next [1].
-    moment_pushes : array, shape (n_mount, n_push, 6)
-        Force and moment at the virtual point per newton that is stated of each push beside it, in
-        the order of `deboom.bench.layout.push_places`; none without a third cell [1, m].
+    - `accelerometer_angles`, `cell_angles` (n_sensor, 3): known orientations, about the fixed axes
+      x, then y, then z [deg].
+    - `true_positions` (n_accelerometer, 3): positions of the accelerometers [m].
+    - `true_orientations` (n_accelerometer, 3, 3): orientations; columns are the sensor's axes [1].
+    - `sensitivity` (n_accelerometer, 3, 3): gain and cross-axis sensitivity [1].
+    - `cells` (n_mount, n_cell, 3, 3 or 6): force at the virtual point of a powertrain mount →
+      channels of each of its cells; with a third cell the moment as well [1, 1/m].
+    - `side_cells` (n_side, 3, 3): force on a wishbone mount → channels of its cell [1].
+    - `pushes` (n_mount, 3, 3): column a is the force at the virtual point per newton that the
+      shaker states along a [1].
+    - `drift` (n_mount,): relative change of the cells from one shaker repeat to the next [1].
+    - `moment_pushes` (n_mount, n_push, 6): force and moment at the virtual point per newton that is
+      stated of each push beside it, in the order of `deboom.bench.layout.push_places`; none without
+      a third cell [1, m].
     """
 
     accelerometer_angles: RealArray
@@ -102,14 +94,11 @@ class CampaignSensors:
 class RecordedRun:
     """Channels of one run as they are recorded over its lines.
 
-    Parameters
-    ----------
-    acceleration, cell_force : array, shape (f, n_channel)
-        Three channels per accelerometer and per cell, in sensor axes [m/s²], [N].
-    static_force : array, shape (f, n_direction)
-        Quasi-static force of each direction, both wishbone mounts last [N].
-    engine_torque : array, shape (f,)
-        [N m].
+    - `acceleration`, `cell_force` (f, n_channel): three channels per accelerometer and per cell, in
+      sensor axes [m/s²], [N].
+    - `static_force` (f, n_direction): quasi-static force of each direction, both wishbone mounts
+      last [N].
+    - `engine_torque` (f,) [N m].
     """
 
     acceleration: ComplexArray
@@ -132,17 +121,14 @@ class RecordedRun:
 class TimeSignals:
     """Everything recorded in one run over time, and its truth.
 
-    Parameters
-    ----------
-    time, tacho, engine_torque, speed : array, shape (n_sample,)
-        Time [s], pulses from 0 to 1, whose first rising edge is the origin of all phases, engine
-        torque [N m] and true engine speed [rpm].
-    acceleration, cell_force, static_force : array, shape (n_sample, n_channel)
-        As of a `RecordedRun` [m/s²], [N], [N].
-    steady : OperatingRun
-        True steady states that the run passes through, over the dominant order's frequency.
-    steady_acceleration, steady_cell_force : array, shape (f, n_channel)
-        Their channels without noise [m/s²], [N].
+    - `time`, `tacho`, `engine_torque`, `speed` (n_sample,): time [s], pulses from 0 to 1, whose
+      first rising edge is the origin of all phases, engine torque [N m] and true engine speed
+      [rpm].
+    - `acceleration`, `cell_force`, `static_force` (n_sample, n_channel): signals as of a
+      `RecordedRun` [m/s²], [N], [N].
+    - `steady`: True steady states that the run passes through, over the dominant order's frequency.
+    - `steady_acceleration`, `steady_cell_force` (f, n_channel): their channels without noise
+      [m/s²], [N].
     """
 
     time: RealArray
@@ -219,19 +205,10 @@ def draw_campaign_sensors(
 def load_distribution(offsets: RealArray) -> RealArray:
     """Distribute force and moment at a virtual point over the cells below it.
 
-    Parameters
-    ----------
-    offsets : array, shape (n_cell, 3)
-        Places of two or three cells from the virtual point [m].
+    - `offsets` (n_cell, 3): places of two or three cells from the virtual point [m].
+    - returns (n_cell, 3, 6): three forces and three moments → force on each cell; the forces add up
+      to the identity [1, 1/m].
 
-    Returns
-    -------
-    array, shape (n_cell, 3, 6)
-        Three forces and three moments → force on each cell; the forces add up to the identity
-        [1, 1/m].
-
-    Notes
-    -----
     A rigid adapter on cells of the stiffness shares w_i, at d_i from their centre c, under the
     force f and the moment m::
 
@@ -352,10 +329,7 @@ def push_answer(
     The load per stated newton is a force (3,), or force and moment (6,), of `sensors`; the cells
     drift from one repeat to the next.
 
-    Returns
-    -------
-    array, shape (f, n_channel)
-        Channels of the mount's cells per stated newton [1].
+    - returns (f, n_channel): channels of the mount's cells per stated newton [1].
     """
     answer = (sensors.cells[mount, ..., : load.size] @ load).reshape(-1)
     answer = answer * (1 + sensors.drift[mount] * (repeat - 1))

@@ -56,28 +56,16 @@ PULSE_SHARE, EDGE_SAMPLES = 0.5, 1.0
 class OperationPlan:
     """The compressor, what is done to it and what is recorded.
 
-    Parameters
-    ----------
-    compressor : CompressorPlan
-        Compressor as struck, without hoses, rigid; softening there is that of the hits.
-    hoses : HoseCase
-        True standard hoses.
-    hammer_with_hoses : bool
-        Strike it with the standard hoses as well.
-    mount_storage, mount_loss : float
-        Real and imaginary part of the mounts' dynamic stiffness in operation, over those under the
-        hammer [1].
-    softening : bool
-        Mounts soften with their amplitude while it runs.
-    sense : int
-        1: the rotor turns from y to z; −1: from z to y.
-    time_record : bool
-        One short run-up over time with tacho as well.
-
-    Raises
-    ------
-    InputError
-        A factor that is not positive, another sense, a compressor with hoses or of two parts.
+    - `compressor`: compressor as struck, without hoses, rigid; softening there is that of the hits.
+    - `hoses`: True standard hoses.
+    - `hammer_with_hoses`: strike it with the standard hoses as well.
+    - `mount_storage`, `mount_loss`: real and imaginary part of the mounts' dynamic stiffness in
+      operation, over those under the hammer [1].
+    - `softening`: mounts soften with their amplitude while it runs.
+    - `sense`: 1: the rotor turns from y to z; −1: from z to y.
+    - `time_record`: one short run-up over time with tacho as well.
+    - raises InputError: a factor that is not positive, another sense, a compressor with hoses or of
+      two parts.
     """
 
     compressor: CompressorPlan = field(default_factory=CompressorPlan)
@@ -142,18 +130,11 @@ WEIGHTS = (("balance weight", 0.017, -0.028), ("counterweight", 0.021, 0.064))
 class Source:
     """All that acts on the compressor from inside at the first order.
 
-    Parameters
-    ----------
-    unbalances : tuple of Unbalance
-        Masses that go round.
-    gas_force, gas_moment : complex
-        Gas force along x [N], and moment about x [N m].
-    rotating_gas_force : complex
-        Gas force in the plane of y and z that turns with the rotor [N].
-    rotor_inertia : float
-        Polar moment of the rotor [kg m²].
-    sense : int
-        1 from y to z, −1 from z to y.
+    - `unbalances`: masses that go round.
+    - `gas_force`, `gas_moment`: gas force along x [N], and moment about x [N m].
+    - `rotating_gas_force`: gas force in the plane of y and z that turns with the rotor [N].
+    - `rotor_inertia`: polar moment of the rotor [kg m²].
+    - `sense`: 1 from y to z, −1 from z to y.
     """
 
     unbalances: tuple[Unbalance, ...]
@@ -179,8 +160,6 @@ class Source:
         Phases count from the tacho's mark; force and moment of the gas have a factor, for its
         pressure.
 
-        Notes
-        -----
         ``e^{jωt}`` along y is ``∓j e^{jωt}`` along z. A force F at x = a has the moment
         ``a e_x × F``.
         """
@@ -201,8 +180,6 @@ class Source:
 
         Hermitian, so that it does no work, but not symmetric.
 
-        Notes
-        -----
         The rotor's angular momentum ``h = ±J ω e_x`` turns with the body, which takes the moment
         ``θ̇ × h = ∓jJ ω² skew(e_x) θ``: ``±jJ skew(e_x)`` in the apparent mass.
         """
@@ -247,16 +224,12 @@ def true_source(sense: int = 1) -> Source:
 class Running:
     """Steady states over speed.
 
-    Parameters
-    ----------
-    load : array, shape (f, 6)
-        Load of the source at the virtual point [N, N m].
-    dynamic_stiffness : array, shape (f, 6, 6)
-        With mounts as they are then, hoses and the turning rotor [N/m, N/rad, N m/rad].
-    displacement : array, shape (f, 6)
-        Displacement of the virtual point [m, rad].
-    amplitudes, factors : array, shape (f, n_mount)
-        Largest displacement of the body at each mount over a turn [m], and softening [1].
+    - `load` (f, 6): load of the source at the virtual point [N, N m].
+    - `dynamic_stiffness` (f, 6, 6): dynamic stiffness with mounts as they are then, hoses and the
+      turning rotor [N/m, N/rad, N m/rad].
+    - `displacement` (f, 6): displacement of the virtual point [m, rad].
+    - `amplitudes`, `factors` (f, n_mount): largest displacement of the body at each mount over a
+      turn [m], and softening [1].
     """
 
     load: ComplexArray
@@ -271,8 +244,6 @@ def running(
 ) -> Running:
     """Run a rigid compressor at many speeds, with mounts in the state of operation and its hoses.
 
-    Notes
-    -----
     ``Z(f, s) x = F`` with ``s_i`` the largest stroke of each mount: a fixed point per speed, taken
     half-way at a time, since near a resonance stiffness and stroke drive each other.
     """
@@ -298,8 +269,6 @@ def running(
 def strokes(displacement: ComplexArray) -> RealArray:
     """Return the largest length over a turn of vectors that each go round an ellipse, (f, n) [m].
 
-    Notes
-    -----
     Of complex amplitudes (f, 3 n): ``|Re(x e^{jφ})|² = (x*·x + Re(e^{2jφ} x·x))/2`` is largest at
     ``(|x|² + |x·x|)/2``.
     """
@@ -338,14 +307,9 @@ class Sweep:
 class TrueSweep(Sweep):
     """One sweep on the rig as it truly is.
 
-    Parameters
-    ----------
-    frequency : array, shape (f,)
-        Frequency of the rotation [Hz].
-    running : Running
-        Steady states.
-    acceleration : array, shape (f, n_channel)
-        Channels without noise [m/s²].
+    - `frequency` (f,): frequency of the rotation [Hz].
+    - `running`: steady states.
+    - `acceleration` (f, n_channel): channels without noise [m/s²].
     """
 
     frequency: RealArray
@@ -358,8 +322,6 @@ def operation(
 ) -> Operation:
     """Set up the running compressor of a seed; parameters as for `laboratory`.
 
-    Notes
-    -----
     The mounts are in another state than the hammer found them in. A hyperbola times a factor is one
     again: ``c (v∞ − 1/(m f + w₀)) = c v∞ − 1/(m f/c + w₀/c)``.
     """

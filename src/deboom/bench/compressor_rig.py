@@ -45,12 +45,10 @@ NO_PLACEMENT_ERRORS = PlacementErrors(0.0, 0.0, 0.0, 0.0)
 class Sheet:
     """The position sheet of the laboratory.
 
-    Parameters
-    ----------
-    sensor_positions, sensor_angles : array, shape (n, 3)
-        Triaxial accelerometers; angles about the fixed axes x, then y, then z [m], [rad].
-    impact_positions, impact_directions : array, shape (m, 3)
-        Impacts, and unit vectors along which the hammer pushes [m], [1].
+    - `sensor_positions`, `sensor_angles` (n, 3): triaxial accelerometers; angles about the fixed
+      axes x, then y, then z [m], [rad].
+    - `impact_positions`, `impact_directions` (m, 3): impacts, and unit vectors along which the
+      hammer pushes [m], [1].
     """
 
     sensor_positions: RealArray
@@ -87,18 +85,12 @@ class Sheet:
 class Placed:
     """What the position sheet does not say.
 
-    Parameters
-    ----------
-    sensor_gain : array, shape (n, 3)
-        Relative error of each channel [1].
-    sensor_offset, sensor_turn : array, shape (n, 3)
-        Errors against the sheet; turns about the axes of the sensor itself [m], [rad].
-    hammer_gain : float
-        Relative error of the force that the hammer states [1].
-    impact_offset : array, shape (m, 3)
-        Errors against the sheet, across the stated direction [m].
-    impact_directions : array, shape (m, 3)
-        True unit vectors [1].
+    - `sensor_gain` (n, 3): relative error of each channel [1].
+    - `sensor_offset`, `sensor_turn` (n, 3): errors against the sheet; turns about the axes of the
+      sensor itself [m], [rad].
+    - `hammer_gain`: relative error of the force that the hammer states [1].
+    - `impact_offset` (m, 3): errors against the sheet, across the stated direction [m].
+    - `impact_directions` (m, 3): True unit vectors [1].
     """
 
     sensor_gain: RealArray
@@ -178,28 +170,18 @@ def place(sheet: Sheet, errors: PlacementErrors, generator: np.random.Generator)
 class HitPlan:
     """How the hammer strikes, and how it is recorded.
 
-    Parameters
-    ----------
-    hits : int
-        Hits per impact.
-    pulse, impulse : float
-        Duration of the half sine [s], and impulse of a usual hit [N s].
-    scatter : float
-        Scatter of the hits around the marked place, per axis across the push, 1 σ [m].
-    response_noise, corner : float
-        Amplitude spectral density of each channel above the corner [m/s²/√Hz], and the corner,
-        below which it grows as 1/f [Hz].
-    force_noise : float
-        Noise of the real and of the imaginary part of the force spectrum, over that of a usual hit,
-        1 σ [1].
-    spread : (float, float)
-        Least and largest impulse, over the usual one [1].
-    rate : float
-        Rate of the recorder [Hz].
-    duration, pretrigger : float
-        Duration of a block, whose inverse is the spacing of the lines, and its pretrigger [s].
-    band : (float, float)
-        First and last line of the FRFs [Hz].
+    - `hits`: hits per impact.
+    - `pulse`, `impulse`: duration of the half sine [s], and impulse of a usual hit [N s].
+    - `scatter`: scatter of the hits around the marked place, per axis across the push, 1 σ [m].
+    - `response_noise`, `corner`: amplitude spectral density of each channel above the corner
+      [m/s²/√Hz], and the corner, below which it grows as 1/f [Hz].
+    - `force_noise`: noise of the real and of the imaginary part of the force spectrum, over that of
+      a usual hit, 1 σ [1].
+    - `spread` (float, float): least and largest impulse, over the usual one [1].
+    - `rate`: rate of the recorder [Hz].
+    - `duration`, `pretrigger`: duration of a block, whose inverse is the spacing of the lines, and
+      its pretrigger [s].
+    - `band` (float, float): first and last line of the FRFs [Hz].
     """
 
     hits: int
@@ -239,16 +221,11 @@ class HitPlan:
 class Blows:
     """All hits on all impacts as the recorder holds them, and what the mounts did.
 
-    Parameters
-    ----------
-    force : array, shape (m, n_hit, n_sample)
-        Force that the hammer states [N].
-    response : array, shape (m, n_hit, n_sample, n_channel)
-        Acceleration that the accelerometers state [m/s²].
-    factors : array, shape (m, n_hit, n_mount)
-        Factors of softening [1].
-    amplitudes : array, shape (m, n_hit, n_mount)
-        Largest displacement of each mount [m]; 0 where mounts do not soften, and nobody asks.
+    - `force` (m, n_hit, n_sample): force that the hammer states [N].
+    - `response` (m, n_hit, n_sample, n_channel): acceleration that the accelerometers state [m/s²].
+    - `factors` (m, n_hit, n_mount): factors of softening [1].
+    - `amplitudes` (m, n_hit, n_mount): largest displacement of each mount [m]; 0 where mounts do
+      not soften, and nobody asks.
     """
 
     force: RealArray
@@ -285,8 +262,6 @@ def strike(
 ) -> Blows:
     """Strike every impact and record force and acceleration.
 
-    Notes
-    -----
     The answer is the inverse Fourier transform of inertance times spectrum of the sampled push:
     that of a hammer which strikes again every block. After a block of 2 s the slowest mode has
     fallen to a thousandth, so a single blow would look the same; the FRF is exact either way.
@@ -331,8 +306,6 @@ def strike(
 def mount_amplitudes(compressor: Compressor, load: ComplexArray, plan: HitPlan) -> RealArray:
     """Find how far each mount moves in one hit under a load (n_line, n_dof), shape (n_mount,) [m].
 
-    Notes
-    -----
     Fixed point ``s = max |x(t; factor(s))|``, one amplitude per mount and hit: rubber is as soft as
     its largest stroke makes it. A mount that is softer by a share moves further by half of it, and
     its stiffness answers with a twentieth of that: each sweep leaves some percent of the error.

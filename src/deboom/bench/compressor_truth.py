@@ -1,7 +1,7 @@
 """The true compressor on its mounts and hoses, and the plan that asks for it.
 
-Everything here is the bench's own: it shares the equations of `physics` with the identification
-and nothing else.
+Everything here is the bench's own: it shares the equations of `physics` with the identification and
+nothing else.
 """
 
 from __future__ import annotations
@@ -80,28 +80,15 @@ class HoseCase(Enum):
 class CompressorPlan:
     """The compressor under test and what is recorded of it.
 
-    Parameters
-    ----------
-    case : CompressorCase
-        Source of its true parameters.
-    identical_mounts : bool
-        One axial and one radial stiffness for all mounts.
-    softening : bool
-        Mounts soften with their amplitude; each hit meets mounts of its own.
-    flexible_receiver : bool
-        A subframe with a mode inside the band carries the mounts.
-    flexible_body : float
-        The compressor is two parts that swing against each other at this frequency; 0 is rigid
-        [Hz].
-    hits : bool
-        Write the blocks over time as well.
-    hoses : HoseCase or None
-        Hoses joined to it; None for none.
-
-    Raises
-    ------
-    InputError
-        A frequency of the body that is negative or not finite.
+    - `case`: source of its true parameters.
+    - `identical_mounts`: one axial and one radial stiffness for all mounts.
+    - `softening`: mounts soften with their amplitude; each hit meets mounts of its own.
+    - `flexible_receiver`: a subframe with a mode inside the band carries the mounts.
+    - `flexible_body`: the compressor is two parts that swing against each other at this frequency;
+      0 is rigid [Hz].
+    - `hits`: write the blocks over time as well.
+    - `hoses`: hoses joined to it; None for none.
+    - raises InputError: a frequency of the body that is negative or not finite.
     """
 
     case: CompressorCase = CompressorCase.RANDOM
@@ -126,16 +113,10 @@ class CompressorPlan:
 class Hose:
     """A straight viscoelastic beam from its port outwards.
 
-    Parameters
-    ----------
-    name : str
-        Name, such as ``suction hose``.
-    position : array, shape (3,)
-        Port on the compressor, from the virtual point [m].
-    direction : array, shape (3,)
-        Unit vector from the port to the body [1].
-    beam : ViscoelasticBeam
-        The beam.
+    - `name`: name, such as ``suction hose``.
+    - `position` (3,): port on the compressor, from the virtual point [m].
+    - `direction` (3,): unit vector from the port to the body [1].
+    - `beam`: the beam.
     """
 
     name: str
@@ -151,11 +132,8 @@ class Hose:
     def stiffness(self, frequency: RealArray) -> ComplexArray:
         """Return loads on the hose per motion of virtual point and body end, in the fixed axes.
 
-        Returns
-        -------
-        array, shape (f, 12, 12)
-            Six degrees of freedom of the compressor at the virtual point, six of the body at the
-            end of the hose [N/m, N/rad, N m/rad]; at 0 Hz the value at a millihertz.
+        - returns (f, 12, 12): six degrees of freedom of the compressor at the virtual point, six of
+          the body at the end of the hose [N/m, N/rad, N m/rad]; at 0 Hz the value at a millihertz.
         """
         # a spectral element is a quotient of zeros at 0 Hz
         lines = np.maximum(np.asarray(frequency, dtype=float), 1e-3)
@@ -243,14 +221,9 @@ def _displaced(hose: Hose, generator: np.random.Generator) -> Hose:
 class Softening:
     """How a mount softens: ``1 + β (1/(1 + s/s_c) − 1/(1 + s_h/s_c))`` over its amplitude s.
 
-    Parameters
-    ----------
-    share : float
-        β, from rest to large amplitudes [1].
-    scale : float
-        s_c [m].
-    reference : float
-        s_h, at which the factor is 1: the amplitude of a usual hit [m].
+    - `share`: β, from rest to large amplitudes [1].
+    - `scale`: s_c [m].
+    - `reference`: s_h, at which the factor is 1: the amplitude of a usual hit [m].
     """
 
     share: float
@@ -291,10 +264,9 @@ class Receiver:
 class Joint:
     """What joins the two parts of a body that is not rigid, the second of which lies at x > 0.
 
-    Notes
-    -----
-    Both parts have a share of the mass matrix M of the whole, and the joint is ``(2π f)² μ (1 − μ)
-    M (1 + jη)``: together they weigh M, and all six relative modes of the free body lie at f [Hz].
+    Both parts have a share of the mass matrix M of the whole, and the joint is
+    ``(2π f)² μ (1 − μ) M (1 + jη)``: together they weigh M, and all six relative modes of the free
+    body lie at f [Hz].
     """
 
     frequency: float
@@ -313,29 +285,17 @@ class Joint:
 class Compressor:
     """A compressor on its mounts, as it truly is; the virtual point is the origin.
 
-    Parameters
-    ----------
-    mass : float
-        [kg].
-    centre : array, shape (3,)
-        Centre of gravity [m].
-    inertia : array, shape (3, 3)
-        Inertia about the centre of gravity [kg m²].
-    positions, rotations : array, shape (n_mount, 3)
-        Places of the mounts [m], and their rotations about the fixed axes x, then y, then z [rad];
-        local x is axial.
-    stiffness : array, shape (n_mount, 3)
-        Static stiffness, axial and two radial [N/m].
-    gain : array, shape (6,)
-        Real limit, slope, offset, imaginary limit, slope, offset of the dynamic gain.
-    softening : Softening or None
-        Softening with the amplitude.
-    receiver : Receiver or None
-        Receiver under each mount; None for rigid ground.
-    joint : Joint or None
-        Joint of two parts; None for a rigid body.
-    hoses : tuple of Hose
-        Hoses whose other ends are held; a body with hoses is rigid.
+    - `mass` [kg].
+    - `centre` (3,): centre of gravity [m].
+    - `inertia` (3, 3): inertia about the centre of gravity [kg m²].
+    - `positions`, `rotations` (n_mount, 3): places of the mounts [m], and their rotations about the
+      fixed axes x, then y, then z [rad]; local x is axial.
+    - `stiffness` (n_mount, 3): static stiffness, axial and two radial [N/m].
+    - `gain` (6,): real limit, slope, offset, imaginary limit, slope, offset of the dynamic gain.
+    - `softening`: softening with the amplitude.
+    - `receiver`: receiver under each mount; None for rigid ground.
+    - `joint`: joint of two parts; None for a rigid body.
+    - `hoses`: hoses whose other ends are held; a body with hoses is rigid.
     """
 
     mass: float

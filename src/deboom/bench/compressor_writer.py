@@ -415,7 +415,7 @@ def write_operating_test(
     level : CalibrationLevel
         Sizes of the errors of placement and calibration.
     plan : OperationPlan, optional
-        By default a random compressor, scattered hoses, mounts as under the hammer.
+        Plan; by default a random compressor, scattered hoses, mounts as under the hammer.
     noise_free : bool
         Everything is where it should be, and silent. The folder states the same tolerances.
 
@@ -482,20 +482,11 @@ def write_operation(
 ) -> None:
     """Write ``sweeps/``, the sensors on the compressor and ``operation.toml``.
 
-    Parameters
-    ----------
-    folder : Path
-        Folder that exists.
-    title, plan, running_rig
-        Title of the test; wanted operation; compressor and source.
-    sweeps : sequence of Sweep
-        Sweeps over `speeds`.
-    channels : sequence of (acceleration, holder, sound)
-        Measured order spectra of each sweep, the last two where the car has such sensors.
-    record : (tacho, acceleration), optional
-        Run-up over time.
-    holders, microphones : tuple of (str, int)
-        Name and node of the sensors beside those on the compressor.
+    - `title`, `plan`, `running_rig`: title of the test; wanted operation; compressor and source.
+    - `sweeps`: sweeps over `speeds`.
+    - `channels`: measured order spectra of each sweep, the last two where the car has such sensors.
+    - `record` (tacho, acceleration), optional, optional: run-up over time.
+    - `holders`, `microphones`: name and node of the sensors beside those on the compressor.
     """
     sensors = placed_sensors(running_rig.laboratory.sheet)
     nodes = SweepNodes(sensors, TACHO_NODE, holders, microphones)

@@ -30,19 +30,13 @@ MOST_ITERATIONS = 100
 class CarErrors:
     """What makes the car another one than bench and noise transfer functions say.
 
-    Parameters
-    ----------
-    mount_stiffness : float
-        Factor on every dynamic stiffness: the mounts are warmer than on the bench [1].
-    other_paths : float
-        Pressure over paths that nobody measured: air, shafts, exhaust; rms over the lines against
-        that of the mounts [1].
-    n_ripple : int
-        Cosines over the band that make it up.
-    torque : float
-        Standard deviation of the engine torque against the bench [1].
-    microphone_floor : float
-        Deviation of real and imaginary part [Pa].
+    - `mount_stiffness`: factor on every dynamic stiffness: the mounts are warmer than on the bench
+      [1].
+    - `other_paths`: pressure over paths that nobody measured: air, shafts, exhaust; rms over the
+      lines against that of the mounts [1].
+    - `n_ripple`: cosines over the band that make it up.
+    - `torque`: standard deviation of the engine torque against the bench [1].
+    - `microphone_floor`: deviation of real and imaginary part [Pa].
     """
 
     mount_stiffness: float = 0.97
@@ -71,22 +65,14 @@ NO_CAR_ERRORS = CarErrors(1.0, 0.0, 10, 0.0, 0.0)
 class CoupledRun:
     """The truth of one run in the car; channels as in `OperatingRun.channels`.
 
-    Parameters
-    ----------
-    frequency, engine_torque : array, shape (f,)
-        [Hz], [N m].
-    powertrain : array, shape (f, 6)
-        Motion at the centre of gravity [m, rad].
-    wheel_ends : array, shape (f, n_side)
-        Motion along x [m].
-    modes : array, shape (f, n_mode)
-        Modal coordinates of the body [m kg^½].
-    deflection, stiffness, force : array, shape (f, n_channel)
-        Deflection and stiffness of each mount, and its force on the body [m], [N/m], [N].
-    body_motion : array, shape (f, n_interface, 6)
-        Motion of the body at the virtual points [m, rad].
-    pressure : array, shape (f, n_ear)
-        Pressure through the mounts [Pa].
+    - `frequency`, `engine_torque` (f,): [Hz], [N m].
+    - `powertrain` (f, 6): motion at the centre of gravity [m, rad].
+    - `wheel_ends` (f, n_side): motion along x [m].
+    - `modes` (f, n_mode): modal coordinates of the body [m kg^½].
+    - `deflection`, `stiffness`, `force` (f, n_channel): deflection and stiffness of each mount, and
+      its force on the body [m], [N/m], [N].
+    - `body_motion` (f, n_interface, 6): motion of the body at the virtual points [m, rad].
+    - `pressure` (f, n_ear): pressure through the mounts [Pa].
     """
 
     frequency: RealArray
@@ -118,24 +104,14 @@ def drive(
 ) -> CoupledRun:
     """Solve powertrain, mounts and flexible body together.
 
-    Parameters
-    ----------
-    bench, body, cabin
-        Powertrain, wheel ends and their mounts; body and air of the vehicle.
-    gear : int
-        Gear, from 1.
-    engine_torque, frequency : array, shape (f,)
-        Engine torque in the order of rising speed [N m], and frequency of the dominant order [Hz].
-    mount_stiffness : float
-        Factor on every dynamic stiffness [1].
+    - `bench`, `body`, `cabin`: powertrain, wheel ends and their mounts; body and air of the
+      vehicle.
+    - `gear`: gear, from 1.
+    - `engine_torque`, `frequency` (f,): engine torque in the order of rising speed [N m], and
+      frequency of the dominant order [Hz].
+    - `mount_stiffness`: factor on every dynamic stiffness [1].
+    - raises InputError, ArithmeticError: no such gear; amplitudes that do not settle.
 
-    Raises
-    ------
-    InputError, ArithmeticError
-        No such gear; amplitudes that do not settle.
-
-    Notes
-    -----
     Equations of motion of the powertrain (6), the wheel ends (2) and the body's modes. A mount acts
     in series with the local flexibility of the body, ``1/K' = 1/K + 1/k_local``, on the relative
     motion, and its stiffness belongs to the amplitude of its own deflection ``K' δ/K``. Static

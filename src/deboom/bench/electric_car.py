@@ -66,15 +66,10 @@ FREQUENCY_SPREAD, DAMPING_SPREAD, SHAPE_SPREAD = 0.02, 0.2, 0.2
 class ElectricCarBody:
     """One electric car without its compressor.
 
-    Parameters
-    ----------
-    name : str
-        Name, such as ``EV-1``.
-    body : Body
-        Body whose paths are the six motions of every one of `POINTS`: shapes of rotations in
-        kg^-1/2/m, their local stiffness in N m/rad.
-    cabin : Cabin
-        Air in the cabin.
+    - `name`: name, such as ``EV-1``.
+    - `body`: body whose paths are the six motions of every one of `POINTS`: shapes of rotations in
+      kg^-1/2/m, their local stiffness in N m/rad.
+    - `cabin`: air in the cabin.
     """
 
     name: str
@@ -138,18 +133,9 @@ def frozen_fleet() -> ElectricFleet:
 def draw_fleet(seed: int) -> ElectricFleet:
     """Draw a fleet of as many cars from the prior of the frozen one, and select nothing.
 
-    Parameters
-    ----------
-    seed : int
-        Seed, from 1. The frozen fleet is the draw of 20261121, rounded to nine digits.
+    - `seed`: seed, from 1. The frozen fleet is the draw of 20261121, rounded to nine digits.
+    - raises InputError: seed below 1.
 
-    Raises
-    ------
-    InputError
-        Seed below 1.
-
-    Notes
-    -----
     One platform: the first car has the base's shapes, the others theirs with a log-normal factor
     per entry. The mounts stand on a carrier that moves almost as a rigid body; the ends of the
     hoses follow it in part. One factor on all shapes at the points gives the first car the median
@@ -249,17 +235,12 @@ def _draw_shapes(generator: np.random.Generator) -> RealArray:
 class CarRun:
     """Everything that happens in the car while the compressor runs, complex peak amplitudes.
 
-    Parameters
-    ----------
-    frequency : array, shape (f,)
-        Frequency of the rotation [Hz].
-    load, displacement : array, shape (f, 6)
-        Load of the source on the compressor, and its displacement, at its virtual point [N, N m],
-        [m, rad].
-    body_motion, body_load : array, shape (f, 30)
-        Motion of the body at every point, six motions each, and load on it [m, rad], [N, N m].
-    pressure : array, shape (f,)
-        Pressure at the driver's ear [Pa].
+    - `frequency` (f,): frequency of the rotation [Hz].
+    - `load`, `displacement` (f, 6): load of the source on the compressor, and its displacement, at
+      its virtual point [N, N m], [m, rad].
+    - `body_motion`, `body_load` (f, 30): motion of the body at every point, six motions each, and
+      load on it [m, rad], [N, N m].
+    - `pressure` (f,): pressure at the driver's ear [Pa].
     """
 
     frequency: RealArray
@@ -280,29 +261,15 @@ def run_car(
 ) -> CarRun:
     """Run the compressor in the car.
 
-    Parameters
-    ----------
-    car : ElectricCarBody
-        Trimmed body without the compressor.
-    compressor : Compressor
-        Rigid compressor on mounts that do not soften; its own hoses are left alone.
-    source : Source
-        Loads from inside, gyroscopic moment of the rotor included.
-    frequency : array, shape (f,)
-        Frequency of the rotation, above 0 [Hz].
-    hoses : sequence of Hose
-        Hoses to the hose ends of the body; none where long soft hoses cut these paths.
-    gas_factor : float
-        Factor on the gas forces [1].
+    - `car`: trimmed body without the compressor.
+    - `compressor`: rigid compressor on mounts that do not soften; its own hoses are left alone.
+    - `source`: loads from inside, gyroscopic moment of the rotor included.
+    - `frequency` (f,): frequency of the rotation, above 0 [Hz].
+    - `hoses`: hoses to the hose ends of the body; none where long soft hoses cut these paths.
+    - `gas_factor`: factor on the gas forces [1].
+    - raises InputError: a compressor that is not rigid, softens or brings its own receiver; other
+      than no or two hoses.
 
-    Raises
-    ------
-    InputError
-        A compressor that is not rigid, softens or brings its own receiver; other than no or two
-        hoses.
-
-    Notes
-    -----
     Primal coupling without any truncation besides the body's own modes. Mounts and hoses are an
     element with the stiffness Z between compressor (c) and body (b); the body answers its loads
     with ``y = -Y (Z_bc x + Z_bb y)``, hence ``y = -(I + Y Z_bb)⁻¹ Y Z_bc x`` and
@@ -327,17 +294,10 @@ def design_pressure(
 ) -> ComplexArray:
     """Return the pressure at the driver's ear for other mounts under the same compressor.
 
-    Parameters
-    ----------
-    car, compressor, source, frequency, hoses, gas_factor
-        As in `run_car`.
-    stiffness : array, shape (n, n_mount, 3)
-        Static stiffness of each mount of each design, axial and two radial [N/m].
-
-    Returns
-    -------
-    array, shape (n, f)
-        [Pa]; refuses what `run_car` refuses, and designs of another number of mounts.
+    - `car`, `compressor`, `source`, `frequency`, `hoses`, `gas_factor`: arguments as in `run_car`.
+    - `stiffness` (n, n_mount, 3): static stiffness of each mount of each design, axial and two
+      radial [N/m].
+    - returns (n, f): [Pa]; refuses what `run_car` refuses, and designs of another number of mounts.
     """
     _check(compressor, hoses)
     designs = np.asarray(stiffness, dtype=float)
@@ -458,14 +418,9 @@ HOSE_BAND = (90.0, 140.0)
 class HoseGain:
     """Pressure at the driver's ear of every car, with and without the path through the hoses.
 
-    Parameters
-    ----------
-    frequency : array, shape (f,)
-        Frequency of the rotation [Hz].
-    names : tuple of str
-        Names of the cars.
-    soft, standard : array, shape (n_car, f)
-        Pressure with long soft hoses and with the car's own ones [Pa].
+    - `frequency` (f,): frequency of the rotation [Hz].
+    - `names`: names of the cars.
+    - `soft`, `standard` (n_car, f): pressure with long soft hoses and with the car's own ones [Pa].
     """
 
     frequency: RealArray

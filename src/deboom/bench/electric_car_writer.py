@@ -106,7 +106,7 @@ def write_electric_car(
     level : CalibrationLevel
         Sizes of the errors of placement and calibration, on compressor and body.
     plan : OperationPlan
-        By default the thesis's compressor, scattered hoses, mounts as under the hammer.
+        Plan; by default the thesis's compressor, scattered hoses, mounts as under the hammer.
     noise_free : bool
         Everything is where it should be, and silent. The folder states the same tolerances.
 

@@ -67,14 +67,10 @@ in a closed car in a quiet room."""
 class PointSheet:
     """What is glued on and struck around one point.
 
-    Parameters
-    ----------
-    name : str
-        Name, such as ``mount 1``.
-    position : array, shape (3,)
-        Place where the body truly takes its load, from the compressor's virtual point [m].
-    sheet : Sheet
-        Places as stated, from the true point.
+    - `name`: name, such as ``mount 1``.
+    - `position` (3,): place where the body truly takes its load, from the compressor's virtual
+      point [m].
+    - `sheet`: places as stated, from the true point.
     """
 
     name: str
@@ -167,15 +163,11 @@ def draw_setup(
 class BodyFrfs:
     """FRFs over the hits of every impact on the body.
 
-    Parameters
-    ----------
-    frequency : array, shape (f,)
-        [Hz].
-    pressure, coherence : array, shape (f, m)
-        Pressure at the driver's ear per stated force of every impact, and its ordinary coherence
-        [Pa/N], [1].
-    acceleration : array, shape (f, n_channel, m)
-        Acceleration at the channels of all sensors on the body [m/s² per N].
+    - `frequency` (f,) [Hz].
+    - `pressure`, `coherence` (f, m): pressure at the driver's ear per stated force of every impact,
+      and its ordinary coherence [Pa/N], [1].
+    - `acceleration` (f, n_channel, m): acceleration at the channels of all sensors on the body
+      [m/s² per N].
     """
 
     frequency: RealArray

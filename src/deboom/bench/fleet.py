@@ -39,16 +39,11 @@ class CavityMode:
 class Cabin:
     """The air in a cabin: uniform compression and some modes.
 
-    Parameters
-    ----------
-    bulk_modulus : float
-        Bulk modulus of air, ρc² [Pa].
-    volume : float
-        [m³].
-    panel_areas : array, shape (n_panel,)
-        Net area with which a panel changes the volume, inwards positive [m²].
-    modes : tuple of CavityMode
-        Modes besides the uniform compression.
+    - `bulk_modulus`: bulk modulus of air, ρc² [Pa].
+    - `volume` [m³].
+    - `panel_areas` (n_panel,): net area with which a panel changes the volume, inwards positive
+      [m²].
+    - `modes`: modes besides the uniform compression.
     """
 
     bulk_modulus: float
@@ -59,8 +54,6 @@ class Cabin:
     def pressure(self, frequency: RealArray) -> ComplexArray:
         """Return the pressure at the ear per displacement of each panel, (f, n_panel) [Pa/m].
 
-        Notes
-        -----
         Modal sum of a closed cavity with moving walls, mode 0 (Λ = 1) and others (Λ = 1/2)::
 
             p/u = ρc² A/V [1 - 2 Σ ψ ψ_ear ω²/(ω_c² - ω² + 2jζω_cω)]
@@ -83,16 +76,10 @@ class Cabin:
 class Body:
     """Mass-normalised modes of a trimmed body.
 
-    Parameters
-    ----------
-    frequencies, damping_ratios : array, shape (n_mode,)
-        [Hz], [1].
-    shapes_at_paths : array, shape (n_mode, n_path)
-        Shapes along the force of each path [kg^-1/2].
-    shapes_at_panels : array, shape (n_mode, n_panel)
-        Shapes of the panels, inwards [kg^-1/2].
-    local_stiffness : array, shape (n_path,)
-        Stiffness of the body right at each path [N/m].
+    - `frequencies`, `damping_ratios` (n_mode,): [Hz], [1].
+    - `shapes_at_paths` (n_mode, n_path): shapes along the force of each path [kg^-1/2].
+    - `shapes_at_panels` (n_mode, n_panel): shapes of the panels, inwards [kg^-1/2].
+    - `local_stiffness` (n_path,): stiffness of the body right at each path [N/m].
     """
 
     frequencies: RealArray
@@ -144,14 +131,10 @@ class BodySpread:
     Judgement, such that natural frequencies spread by 0.1 % and the lowest, which is all trunk
     floor, by 0.5 %; a thirtieth of what the vehicles of the fleet spread in their panels.
 
-    Parameters
-    ----------
-    panel_mass, panel_stiffness : float
-        Share of each panel's mass and stiffness [1].
-    path_shape_log, damping_log : float
-        Logarithm of the local shape at each path, and of each damping ratio [1].
-    scatter : float
-        Factor on all of them [1].
+    - `panel_mass`, `panel_stiffness`: share of each panel's mass and stiffness [1].
+    - `path_shape_log`, `damping_log`: logarithm of the local shape at each path, and of each
+      damping ratio [1].
+    - `scatter`: factor on all of them [1].
     """
 
     panel_mass: float = 0.003
@@ -254,17 +237,12 @@ def modified_body(
 ) -> Body:
     """Find the modes of a body after changes to its panels.
 
-    Parameters
-    ----------
-    body : Body
-        Body before the change.
-    panel_mass, panel_stiffness : array, shape (n_panel,)
-        Mass and stiffness added to each panel [kg], [N/m]; negative values take away.
-    path_factor, damping_factor : array_like, shape (n_path,), (n_mode,)
-        Factors on the local shape at the mounts, and on the new modes' damping [1].
+    - `body`: body before the change.
+    - `panel_mass`, `panel_stiffness` (n_panel,): mass and stiffness added to each panel [kg],
+      [N/m]; negative values take away.
+    - `path_factor`, `damping_factor` (n_path,): factors on the local shape at the mounts, and on
+      the new modes' damping [1].
 
-    Notes
-    -----
     Each change is of rank one in modal coordinates, ``ΔM = Δm φφᵀ``, ``ΔK = Δk φφᵀ``, and the
     eigenproblem is solved again. A new mode keeps the sign and the mean damping of the modes it is
     made of. Valid while the first modes span the change.

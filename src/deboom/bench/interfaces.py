@@ -68,12 +68,10 @@ def _map(n_mount: int) -> RealArray:
 def interface_shapes(body: Body) -> RealArray:
     """Return the modes of a body at its interfaces.
 
-    Returns
-    -------
-    array, shape (n_mode, n_interface, 6)
-        Translations along x, y, z [kg^-1/2] and rotations about them [kg^-1/2/m], at the virtual
-        points. Translations along the paths are the body's own; the mean of the wishbone's sides is
-        its ``Du x``, and along y and z nothing reaches the body there.
+    - returns (n_mode, n_interface, 6): translations along x, y, z [kg^-1/2] and rotations about
+      them [kg^-1/2/m], at the virtual points. Translations along the paths are the body's own; the
+      mean of the wishbone's sides is its ``Du x``, and along y and z nothing reaches the body
+      there.
     """
     n_mount = (body.shapes_at_paths.shape[1] - 1) // len(AXES)
     flat = body.shapes_at_paths @ _map(n_mount).T
@@ -83,8 +81,6 @@ def interface_shapes(body: Body) -> RealArray:
 def local_flexibility(body: Body) -> RealArray:
     """Return displacement per force right at each interface besides the modes, (n, 3) [m/N].
 
-    Notes
-    -----
     Two sides that carry half of a force each give way half as much as one: each side of the
     wishbone has half the stiffness that stands for both.
     """
@@ -126,8 +122,6 @@ def point_receptance(
 def panel_pressure(cabin: Cabin, frequency: RealArray) -> ComplexArray:
     """Return the pressure at the ears per displacement of each panel, (f, n_ear, n_panel) [Pa/m].
 
-    Notes
-    -----
     The driver's pressure is the frozen truth. The difference between two ears at one height is that
     of their seats and of the lateral mode. The frozen truth has nothing of that mode, so the
     passenger carries the whole of it here. The passenger is the same one in every vehicle.
@@ -157,8 +151,6 @@ def source_motion(body: Body, cabin: Cabin, frequency: RealArray) -> ComplexArra
     Displacement [1/m²] and rotation [1/m³] per volume displacement, shape (f, n_interface, 6,
     n_ear).
 
-    Notes
-    -----
     From the source outwards, with nothing of `ear_transfer` turned round: the volume q raises the
     pressure at every panel; the pressure pushes the panel out of the cabin, against its inward
     shape; the modes answer, and the interfaces move. A cabin answers alike with source and receiver

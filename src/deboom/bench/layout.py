@@ -68,16 +68,10 @@ PUSH_ARM = 0.05
 class Point:
     """A virtual point: where a mount, or one piece of it, meets the body.
 
-    Parameters
-    ----------
-    mount, piece : str
-        Names, such as ``Du``, ``left``; a mount of one piece has the piece ``""``.
-    node : int
-        Node in the UFF files.
-    axes : tuple of str
-        Axes along which operating motion and force are measured.
-    position : array, shape (3,)
-        Position from the true centre of gravity of the powertrain [m].
+    - `mount`, `piece`: names, such as ``Du``, ``left``; a mount of one piece has the piece ``""``.
+    - `node`: node in the UFF files.
+    - `axes`: axes along which operating motion and force are measured.
+    - `position` (3,): position from the true centre of gravity of the powertrain [m].
     """
 
     mount: str
@@ -100,18 +94,12 @@ class Point:
 class Place:
     """The place of one triaxial sensor.
 
-    Parameters
-    ----------
-    name : str
-        Name, such as ``A1`` on the powertrain, ``C1`` of a cell or ``B4`` on the body.
-    point : Point
-        Virtual point that it belongs to.
-    node : int
-        Node in the UFF files.
-    position : array, shape (3,)
-        Position from the true centre of gravity of the powertrain [m].
-    angles : (rx, ry, rz)
-        Angles that turn vehicle axes into its own, about the fixed axes x, then y, then z [deg].
+    - `name`: name, such as ``A1`` on the powertrain, ``C1`` of a cell or ``B4`` on the body.
+    - `point`: virtual point that it belongs to.
+    - `node`: node in the UFF files.
+    - `position` (3,): position from the true centre of gravity of the powertrain [m].
+    - `angles` (rx, ry, rz): angles that turn vehicle axes into its own, about the fixed axes x,
+      then y, then z [deg].
     """
 
     name: str

@@ -58,28 +58,17 @@ class FluidBranch:
 class DirectionLaw:
     """True law of one mount along one axis.
 
-    Parameters
-    ----------
-    stiffness : float
-        Static tangent stiffness far from every stage [N/m].
-    stages : tuple of Stage
-        Stops on both sides.
-    dynamic_ratio : float
-        Factor on the dynamic stiffness that leaves the static curve alone [1].
-    payne_storage, payne_loss : float
-        Storage drop and twice the loss maximum of the filler's network, per elastic
-        stiffness [1].
-    payne_amplitude, payne_exponent : float
-        Amplitude at the loss maximum [m] and exponent [1].
-    fractional_weight, fractional_order, fractional_frequency : float
-        Weight [1], order [1] and reference frequency [Hz] of the fractional Kelvin-Voigt branch.
-    cross_stiffening : float
-        Relative stiffening by the deflection along the mount's main axis [1].
-    fluid : FluidBranch or None
-        Fluid track of a hydromount.
+    - `stiffness`: static tangent stiffness far from every stage [N/m].
+    - `stages`: stops on both sides.
+    - `dynamic_ratio`: factor on the dynamic stiffness that leaves the static curve alone [1].
+    - `payne_storage`, `payne_loss`: storage drop and twice the loss maximum of the filler's
+      network, per elastic stiffness [1].
+    - `payne_amplitude`, `payne_exponent`: amplitude at the loss maximum [m] and exponent [1].
+    - `fractional_weight`, `fractional_order`, `fractional_frequency`: weight [1], order [1] and
+      reference frequency [Hz] of the fractional Kelvin-Voigt branch.
+    - `cross_stiffening`: relative stiffening by the deflection along the mount's main axis [1].
+    - `fluid`: fluid track of a hydromount.
 
-    Notes
-    -----
     With the elastic part ``k_t(u)``, amplitude X and frequency f (Kraus's model of the Payne
     effect and a fractional Kelvin-Voigt branch)::
 
@@ -105,10 +94,8 @@ class DirectionLaw:
     def static_force(self, deflection: RealArray) -> RealArray:
         """Return the static force [N] at the static `deflection` [m]; zero at zero.
 
-        Notes
-        -----
-        ``F(u) = k0 u + Σ s dk w [sp((s u - |u_i|)/w) - sp(-|u_i|/w)]``, with sp the softplus and
-        s the side of the stage: the integral of :meth:`tangent_stiffness`.
+        ``F(u) = k0 u + Σ s dk w [sp((s u - |u_i|)/w) - sp(-|u_i|/w)]``, with sp the softplus and s
+        the side of the stage: the integral of :meth:`tangent_stiffness`.
         """
         force = self.stiffness * deflection
         for stage in self.stages:
@@ -143,8 +130,6 @@ class DirectionLaw:
     def cross_factor(self, main_deflection: RealArray, cross_deflection: float) -> RealArray:
         """Return the stiffening by the static deflection along the main axis [1].
 
-        Notes
-        -----
         ``1 + c [sigmoid((|u| - U)/1 mm) + 0.15 |u|/U]``, both deflections in m; half of it acts at
         ``|u| = U``.
         """
@@ -159,16 +144,11 @@ class DirectionLaw:
 class BenchMount:
     """One mount of the bench.
 
-    Parameters
-    ----------
-    name : str
-        Name, such as ``TSM``.
-    forward : array, shape (n_axis, n_dof)
-        Motion of the body → motion of the mount's axes; the first axis is the main one.
-    laws : tuple of DirectionLaw
-        Law along each axis.
-    cross_deflection : float
-        Main deflection at which half of the cross stiffening acts [m].
+    - `name`: name, such as ``TSM``.
+    - `forward` (n_axis, n_dof): motion of the body → motion of the mount's axes; the first axis is
+      the main one.
+    - `laws`: law along each axis.
+    - `cross_deflection`: main deflection at which half of the cross stiffening acts [m].
     """
 
     name: str
@@ -181,16 +161,11 @@ class BenchMount:
 class SuspendedBody:
     """A rigid body (powertrain, wheel end) on its mounts.
 
-    Parameters
-    ----------
-    mass_matrix : array, shape (n_dof, n_dof)
-        Mass matrix at the origin of the coordinates [kg, kg m, kg m²].
-    mounts : tuple of BenchMount
-        Mounts; directions are stacked in their order, then by axis.
-    amplitude_coupling : float
-        Weight of a mount's other axes in the amplitude that softens one axis [1].
-    play : float
-        Half width of the hysteresis play of the static deflection [m].
+    - `mass_matrix` (n_dof, n_dof): mass matrix at the origin of the coordinates [kg, kg m, kg m²].
+    - `mounts`: mounts; directions are stacked in their order, then by axis.
+    - `amplitude_coupling`: weight of a mount's other axes in the amplitude that softens one axis
+      [1].
+    - `play`: half width of the hysteresis play of the static deflection [m].
     """
 
     mass_matrix: RealArray
@@ -227,20 +202,9 @@ def static_forces(body: SuspendedBody, deflection: RealArray) -> RealArray:
 def static_deflection(body: SuspendedBody, load: RealArray) -> RealArray:
     """Find the static deflection of every direction from the unloaded one, (f, n_direction) [m].
 
-    Parameters
-    ----------
-    body : SuspendedBody
-        Body and mounts.
-    load : array, shape (f, n_dof)
-        Static load at the body's origin, one row per line [N, N m].
+    - `load` (f, n_dof): static load at the body's origin, one row per line [N, N m].
+    - raises ArithmeticError: no equilibrium within the allowed number of steps.
 
-    Raises
-    ------
-    ArithmeticError
-        No equilibrium within the allowed number of steps.
-
-    Notes
-    -----
     Newton's method on ``Vᵀ F(V q) = load`` with a limited step. Every tangent stiffness is
     positive, so the energy is convex and the equilibrium is unique.
     """
@@ -281,17 +245,10 @@ def operating_stiffness(
 ) -> ComplexArray:
     """Evaluate the complex dynamic stiffness of every direction, (f, n_direction) [N/m].
 
-    Parameters
-    ----------
-    body : SuspendedBody
-        Body and mounts.
-    deflection, amplitude : array, shape (f, n_direction)
-        Static deflection the rubber remembers, and peak displacement amplitude [m].
-    frequency : array, shape (f,)
-        [Hz].
+    - `deflection`, `amplitude` (f, n_direction): static deflection the rubber remembers, and peak
+      displacement amplitude [m].
+    - `frequency` (f,) [Hz].
 
-    Notes
-    -----
     The amplitude that softens a direction is ``√(own² + γ Σ other axes²)``, so the truth lies
     slightly outside what a model in the own amplitude can describe.
     """

@@ -39,21 +39,11 @@ RUBBER_RADIUS = 0.015
 class PlannedRun:
     """One run over the lines of the dominant order.
 
-    Parameters
-    ----------
-    gear : int
-        Gear, from 1.
-    torque : float
-        Limit of a full-load ramp, engine torque of a slice [N m].
-    full_load : bool
-        Ramp with wide open throttle; else a slice at constant torque.
-    rising : bool
-        Direction of the engine speed; a falling run comes from a higher torque.
-
-    Raises
-    ------
-    InputError
-        A torque that is not positive.
+    - `gear`: gear, from 1.
+    - `torque`: limit of a full-load ramp, engine torque of a slice [N m].
+    - `full_load`: ramp with wide open throttle; else a slice at constant torque.
+    - `rising`: direction of the engine speed; a falling run comes from a higher torque.
+    - raises InputError: a torque that is not positive.
     """
 
     gear: int
@@ -106,16 +96,11 @@ class BodyState:
 class OperatingRun:
     """The truth of one run; `channels` names the columns of displacement, stiffness and force.
 
-    Parameters
-    ----------
-    frequency : array, shape (f,)
-        Frequency of the engine order [Hz].
-    engine_torque : array, shape (f,)
-        [N m].
-    powertrain, wheel_end : BodyState
-        Steady states; the wheel end stands for both sides, which are alike.
-    mount_names : tuple of str
-        Mounts of the powertrain in the order of its directions.
+    - `frequency` (f,): frequency of the engine order [Hz].
+    - `engine_torque` (f,) [N m].
+    - `powertrain`, `wheel_end`: steady states; the wheel end stands for both sides, which are
+      alike.
+    - `mount_names`: mounts of the powertrain in the order of its directions.
     """
 
     frequency: RealArray
@@ -174,8 +159,6 @@ def steady_state(
     Static load in the order of time, from rest, and complex peak amplitudes of the dynamic load,
     each (f, n_dof) [N, N m].
 
-    Notes
-    -----
     Fixed point on the logarithm of the amplitudes; unique for this law from 1 µm to 5 mm.
     """
     forward = body.forward

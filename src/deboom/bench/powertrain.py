@@ -46,28 +46,21 @@ MIX = "EnM1-GeM2-TSM3-Du4"
 class OrderTorque:
     """Torque reaction of the engine block at one engine order.
 
-    Parameters
-    ----------
-    order : float
-        Engine order [1].
-    at_no_load, per_torque : float
-        Amplitude at zero engine torque [N m], and its growth per engine torque [1].
-    phase, low_speed_phase : float
-        Phase against the tacho at high speed, and what is added to it at `low_speed` [rad].
-    low_speed, speed_scale : float
-        Speed at which, and scale over which, the phase settles [rpm].
-    inertia : float
-        Reciprocating inertia torque per squared angular speed [kg m²]: ``2 m r²`` at order 2 of
-        four cylinders with the reciprocating mass m per cylinder and the crank radius r.
+    - `order`: engine order [1].
+    - `at_no_load`, `per_torque`: amplitude at zero engine torque [N m], and its growth per engine
+      torque [1].
+    - `phase`, `low_speed_phase`: phase against the tacho at high speed, and what is added to it at
+      `low_speed` [rad].
+    - `low_speed`, `speed_scale`: speed at which, and scale over which, the phase settles [rpm].
+    - `inertia`: reciprocating inertia torque per squared angular speed [kg m²]: ``2 m r²`` at order
+      2 of four cylinders with the reciprocating mass m per cylinder and the crank radius r.
 
-    Notes
-    -----
     With the gas torque ``a + b T`` and, a quarter turn ahead of the tacho, the inertia J::
 
         M = (a + b T) e^{jφ(n)} + j J ω²
 
-    A fit to a zero-dimensional cycle with Wiebe heat release of a 1.5 l three-cylinder engine
-    with turbocharger. Order 1.5 of a three-cylinder engine is gas torque alone: its reciprocating
+    A fit to a zero-dimensional cycle with Wiebe heat release of a 1.5 l three-cylinder engine with
+    turbocharger. Order 1.5 of a three-cylinder engine is gas torque alone: its reciprocating
     inertia gives only the orders 3, 6, … Overrun (negative torque) counts as no load.
     """
 
@@ -105,10 +98,8 @@ class FullLoadRamp:
     def torque(self, limit: float, rpm: RealArray) -> RealArray:
         """Return the engine torque [N m] at `rpm`, limited to `limit` [N m].
 
-        Notes
-        -----
-        ``T = T_lim tanh(T_n s^e / T_lim) / tanh(T_n / T_lim)``,
-        ``s = 1 - exp(-(n - n_0)/n_s)``, zero below the start.
+        ``T = T_lim tanh(T_n s^e / T_lim) / tanh(T_n / T_lim)``, ``s = 1 - exp(-(n - n_0)/n_s)``,
+        zero below the start.
         """
         built_up = 1 - np.exp(-np.maximum(rpm - self.start, 0.0) / self.scale)
         natural = self.natural_torque * built_up**self.exponent
@@ -133,16 +124,10 @@ FULL_LOAD_RAMP = FullLoadRamp(start=790.0, scale=260.0, natural_torque=235.0, ex
 class Driveline:
     """From engine torque to the load on one wheel end along x.
 
-    Parameters
-    ----------
-    wheel_radius : float
-        [m].
-    factor : float
-        Share of the order torque that the drive shafts pass at low frequency [1].
-    frequency, damping_ratio : float
-        Isolation mode of flywheel and drive shafts [Hz], [1].
-    traction_share : float
-        Share of a wheel's traction force that preloads the wishbone mount [1].
+    - `wheel_radius` [m].
+    - `factor`: share of the order torque that the drive shafts pass at low frequency [1].
+    - `frequency`, `damping_ratio`: isolation mode of flywheel and drive shafts [Hz], [1].
+    - `traction_share`: share of a wheel's traction force that preloads the wishbone mount [1].
     """
 
     wheel_radius: float
@@ -172,26 +157,16 @@ class Driveline:
 class VirtualBench:
     """Powertrain and wheel ends on their true mounts, with what excites them.
 
-    Parameters
-    ----------
-    mass : float
-        Mass of the powertrain [kg].
-    inertia : array, shape (3, 3)
-        Inertia of the powertrain about its centre of gravity [kg m²].
-    positions : array, shape (n_mount, 3)
-        Positions of the powertrain mounts from the centre of gravity [m].
-    powertrain, wheel_end : SuspendedBody
-        Powertrain with six degrees of freedom; wheel end of one side along x.
-    driveline : Driveline
-        Path from engine torque to the wheel end.
-    total_ratios : tuple of float
-        Engine speed over wheel speed, gear 1 first [1].
-    order_torque : OrderTorque
-        Dominant order of the engine.
-    ramp : FullLoadRamp
-        Torque over a run-up.
-    cylinders : int
-        Number of cylinders of the engine.
+    - `mass`: mass of the powertrain [kg].
+    - `inertia` (3, 3): inertia of the powertrain about its centre of gravity [kg m²].
+    - `positions` (n_mount, 3): positions of the powertrain mounts from the centre of gravity [m].
+    - `powertrain`, `wheel_end`: powertrain with six degrees of freedom; wheel end of one side along
+      x.
+    - `driveline`: path from engine torque to the wheel end.
+    - `total_ratios`: engine speed over wheel speed, gear 1 first [1].
+    - `order_torque`: dominant order of the engine.
+    - `ramp`: torque over a run-up.
+    - `cylinders`: number of cylinders of the engine.
     """
 
     mass: float
@@ -316,21 +291,11 @@ def load_second_engine() -> VirtualBench:
 def with_mount_set(bench: VirtualBench, name: str) -> VirtualBench:
     """Put a mount set on the bench: parts of one drawing that differ from unit to unit.
 
-    Parameters
-    ----------
-    bench : VirtualBench
-        Bench with parts as drawn.
-    name : str
-        ``M<unit>`` for the same unit number of all mounts, or a mix ``<mount><unit>-…``, such as
-        ``EnM1-GeM2-TSM3-Du4``; unit 0 is a part exactly as drawn.
+    - `bench`: bench with parts as drawn.
+    - `name`: ``M<unit>`` for the same unit number of all mounts, or a mix ``<mount><unit>-…``, such
+      as ``EnM1-GeM2-TSM3-Du4``; unit 0 is a part exactly as drawn.
+    - raises InputError: a name of another form, or a mix that does not name every mount once.
 
-    Raises
-    ------
-    InputError
-        A name of another form, or a mix that does not name every mount once.
-
-    Notes
-    -----
     A unit depends on its mount and number alone, never on a seed of the measurement: unit 1 of a
     mount is the same part in every campaign and in every mix. Left and right piece are alike.
     """

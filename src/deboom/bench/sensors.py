@@ -39,24 +39,19 @@ WITHIN = 0.9
 class ErrorBudget:
     """Standard deviations of every error of the bench's measuring chain.
 
-    Parameters
-    ----------
-    position, angle : float
-        Place and direction of an accelerometer against its drawing [m], [rad].
-    gain, cross_axis : float
-        Gain of an accelerometer [1]; its cross-axis sensitivity is uniform within ± this.
-    acceleration_own, acceleration_norm, acceleration_floor : float
-        Order-tracking noise per own channel [1], per norm of the triaxial sensor [1], floor [m/s²].
-    cell_gain, cell_cross, cell_shunt : float
-        Scatter of a force cell, cross-talk (uniform within ±), force that bypasses it [1].
-    force_own, force_norm, force_floor : float
-        Order-tracking noise of a cell [1], [1], [N].
-    shaker_angle, shaker_gain : float
-        Errors of the shaker that calibrates the cells at the virtual point [rad], [1].
-    bench_frequency, bench_flexibility : float
-        First mode of the bench [Hz] and how much it adds to the force there [1].
-    tilt : float
-        Spread of the accelerometers' known orientations about right angles [rad].
+    - `position`, `angle`: place and direction of an accelerometer against its drawing [m], [rad].
+    - `gain`, `cross_axis`: gain of an accelerometer [1]; its cross-axis sensitivity is uniform
+      within ± this.
+    - `acceleration_own`, `acceleration_norm`, `acceleration_floor`: order-tracking noise per own
+      channel [1], per norm of the triaxial sensor [1], floor [m/s²].
+    - `cell_gain`, `cell_cross`, `cell_shunt`: scatter of a force cell, cross-talk (uniform within
+      ±), force that bypasses it [1].
+    - `force_own`, `force_norm`, `force_floor`: order-tracking noise of a cell [1], [1], [N].
+    - `shaker_angle`, `shaker_gain`: errors of the shaker that calibrates the cells at the virtual
+      point [rad], [1].
+    - `bench_frequency`, `bench_flexibility`: first mode of the bench [Hz] and how much it adds to
+      the force there [1].
+    - `tilt`: spread of the accelerometers' known orientations about right angles [rad].
     """
 
     position: float = 0.002
@@ -105,20 +100,14 @@ class ErrorBudget:
 class Instrumentation:
     """What the sensors truly do, and what the laboratory believes of them.
 
-    Parameters
-    ----------
-    sensing : array, shape (n_channel, 6)
-        Acceleration of the powertrain → channels of the accelerometers.
-    cell_transfer : array, shape (n_mount, 3, 3)
-        Force at the virtual point → channels of the cell.
-    side_acceleration_gain, side_cell_gain : array, shape (n_side,)
-        Gains of the sensors on the wishbone mounts.
-    sensor_forward : array, shape (n_channel, 6)
-        Forward matrix of the accelerometers' nominal positions and orientations.
-    point_forward : array, shape (3 n_mount, 6)
-        Forward matrix of the mounts' virtual points.
-    force_transfer : array, shape (n_mount, 3, 3)
-        Force transfer matrices, measured with the shaker.
+    - `sensing` (n_channel, 6): acceleration of the powertrain → channels of the accelerometers.
+    - `cell_transfer` (n_mount, 3, 3): force at the virtual point → channels of the cell.
+    - `side_acceleration_gain`, `side_cell_gain` (n_side,): gains of the sensors on the wishbone
+      mounts.
+    - `sensor_forward` (n_channel, 6): forward matrix of the accelerometers' nominal positions and
+      orientations.
+    - `point_forward` (3 n_mount, 6): forward matrix of the mounts' virtual points.
+    - `force_transfer` (n_mount, 3, 3): force transfer matrices, measured with the shaker.
     """
 
     sensing: RealArray
@@ -188,8 +177,6 @@ def measured_run(
 ) -> MeasuredRun:
     """Record one run with the bench's sensors and refer the channels to the virtual points.
 
-    Notes
-    -----
     The body's acceleration follows from all accelerometers by least squares, the force from
     ``F = FTM⁻¹ F_cell``; a wishbone mount has its own sensor and cell and needs neither.
     """

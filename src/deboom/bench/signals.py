@@ -28,19 +28,12 @@ def order_noise(
 ) -> ComplexArray:
     """Draw order-tracking leakage and floor of one kind of channel.
 
-    Parameters
-    ----------
-    signal : array, shape (f, n_channel)
-        Spectra without noise, sensor after sensor.
-    n_axis : int
-        Channels per sensor.
-    levels : (own, norm, floor)
-        Noise per own amplitude [1], per norm of the sensor's axes [1], floor [unit of `signal`].
-    generator : Generator
-        Source of the noise.
+    - `signal` (f, n_channel): spectra without noise, sensor after sensor.
+    - `n_axis`: channels per sensor.
+    - `levels` (own, norm, floor): noise per own amplitude [1], per norm of the sensor's axes [1],
+      floor [unit of `signal`].
+    - `generator`: source of the noise.
 
-    Notes
-    -----
     Neighbouring lines share part of their time window, hence the weights 1/2, 1, 1/2.
     """
     relative, of_norm, floor = levels
@@ -87,19 +80,12 @@ def over_time(
 ) -> RealArray:
     """Record channels whose order follows its steady states while the speed changes slowly.
 
-    Parameters
-    ----------
-    steady : (array, shape (n_grid,), array, shape (n_grid, n_channel))
-        Speeds, and the order spectra there.
-    speed, turning : array, shape (n_sample,)
-        Speed over time, in the unit of the grid, and `rotations`.
-    floor, rate : float
-        Deviation of a complex order spectrum of each channel, and samples per second [Hz].
-    generator : Generator, optional
-        Source of the noise; without it, there is none.
+    - `steady` (n_grid,): speeds, and the order spectra there.
+    - `speed`, `turning` (n_sample,): speed over time, in the unit of the grid, and `rotations`.
+    - `floor`, `rate`: deviation of a complex order spectrum of each channel, and samples per second
+      [Hz].
+    - `generator`, optional: source of the noise; without it, there is none.
 
-    Notes
-    -----
     ``x(t) = Re Σ_q A_q(n(t)) e^{jqθ(t)}`` with the revolution angle θ, zero at the first pulse.
     """
     clean = np.asarray(np.real(CubicSpline(*steady)(speed) * turning[:, None]))

@@ -21,20 +21,15 @@ DATA = "unselected_fleets.json"
 class FleetFigures:
     """What one drawn fleet shows, for designs within ±15 %.
 
-    Parameters
-    ----------
-    seed : int
-        Seed of the draw.
-    r_groups_min : float
-        Least correlation of two groups; a group's index is the sum over its vehicles [1].
-    r_alike_min : float
-        Least correlation of two vehicles of the first group, without the one with the battery [1].
-    r_battery_mean : float
-        Mean correlation of the vehicle with the battery and those [1].
-    strut_and_wishbone_lead : bool
-        Whether TSM x and Du x have the two largest total indices in each of those vehicles.
-    gearbox_leads : bool
-        Whether GeM x has the largest total index in the vehicle with the battery.
+    - `seed`: seed of the draw.
+    - `r_groups_min`: least correlation of two groups; a group's index is the sum over its vehicles
+      [1].
+    - `r_alike_min`: least correlation of two vehicles of the first group, without the one with the
+      battery [1].
+    - `r_battery_mean`: mean correlation of the vehicle with the battery and those [1].
+    - `strut_and_wishbone_lead`: whether TSM x and Du x have the two largest total indices in each
+      of those vehicles.
+    - `gearbox_leads`: whether GeM x has the largest total index in the vehicle with the battery.
     """
 
     seed: int

@@ -138,23 +138,18 @@ def orientations(places: tuple[Place, ...]) -> RealArray:
 class AcquisitionErrors:
     """Standard deviations of every error of both methods; judgement, after data sheets.
 
-    Parameters
-    ----------
-    microphone_db : float
-        Calibration of each microphone [dB].
-    source_db : float
-        Volume acceleration of the loudspeaker, drawn once per ear: it is set up anew [dB].
-    hammer_gain, accelerometer_gain : float
-        Gain of the hammer, and of each accelerometer channel [1].
-    impact_position, sensor_position : float
-        Place of a blow, and of an accelerometer, against the position sheet, per axis [m].
-    impact_angle, sensor_angle : float
-        Directions of the same [rad].
-    relative : float
-        Noise left after averaging, of the function itself [1].
-    pressure_floor, acceleration_floor, accelerance_floor : float
-        Real and imaginary part of pressure per force [Pa/N], of acceleration per volume
-        acceleration [1/m²], and of acceleration per force [m/s² per N].
+    - `microphone_db`: calibration of each microphone [dB].
+    - `source_db`: volume acceleration of the loudspeaker, drawn once per ear: it is set up anew
+      [dB].
+    - `hammer_gain`, `accelerometer_gain`: gain of the hammer, and of each accelerometer channel
+      [1].
+    - `impact_position`, `sensor_position`: place of a blow, and of an accelerometer, against the
+      position sheet, per axis [m].
+    - `impact_angle`, `sensor_angle`: directions of the same [rad].
+    - `relative`: noise left after averaging, of the function itself [1].
+    - `pressure_floor`, `acceleration_floor`, `accelerance_floor`: real and imaginary part of
+      pressure per force [Pa/N], of acceleration per volume acceleration [1/m²], and of acceleration
+      per force [m/s² per N].
     """
 
     microphone_db: float = 0.2
@@ -179,16 +174,11 @@ NO_ACQUISITION_ERRORS = AcquisitionErrors(*[0.0] * 12)
 class Setup:
     """How the vehicle is truly instrumented, and how its hammer and loudspeaker err.
 
-    Parameters
-    ----------
-    impact_rows : tuple of array, shape (n_impact, 6)
-        Per interface: what each blow truly pushes.
-    sensor_rows : tuple of array, shape (n_channel, 6)
-        Per interface: what each channel truly sees, gain included.
-    microphone, source : array, shape (n_ear,)
-        Gain of the microphones, and true volume acceleration per stated one [1].
-    hammer : float
-        Gain [1].
+    - `impact_rows` (n_impact, 6): what each blow truly pushes, per interface.
+    - `sensor_rows` (n_channel, 6): what each channel truly sees, gain included, per interface.
+    - `microphone`, `source` (n_ear,): gain of the microphones, and true volume acceleration per
+      stated one [1].
+    - `hammer`: gain [1].
     """
 
     impact_rows: tuple[RealArray, ...]
@@ -268,8 +258,6 @@ def breathe(
 ) -> ComplexArray:
     """Acquire with the loudspeaker at each ear in turn, (f, n_channel, n_ear) [m/s² per m³/s²].
 
-    Notes
-    -----
     Acceleration per volume acceleration equals displacement per volume displacement.
     """
     motion = source_motion(body, cabin, frequency)
@@ -293,8 +281,6 @@ def listen_at_panels(
     Acceleration inwards [(m/s²)/(m³/s²)] and pressure [Pa/(m³/s²)] per volume acceleration, both
     (f, n_panel, n_ear).
 
-    Notes
-    -----
     The raised pressure pushes every panel outwards, against its shape. A cabin answers alike with
     source and receiver exchanged: what a panel raises at the ear per volume displacement, the ear
     raises at the panel.
@@ -330,17 +316,12 @@ def _noisy(
 class BlowPlan:
     """How the hammer strikes and how it is recorded.
 
-    Parameters
-    ----------
-    hits : int
-        Hits per blow of the position sheet.
-    rate, duration, pretrigger : float
-        Rate [Hz] and duration of a block, whose inverse is the spacing of the lines, pretrigger
-        [s].
-    contact, lightest, hardest : float
-        Half sine of the tip [s], with peak forces even between the last two [N].
-    force_noise, pressure_noise : float
-        Standard deviation per sample [N], [Pa].
+    - `hits`: hits per blow of the position sheet.
+    - `rate`, `duration`, `pretrigger`: rate [Hz] and duration of a block, whose inverse is the
+      spacing of the lines, pretrigger [s].
+    - `contact`, `lightest`, `hardest`: half sine of the tip [s], with peak forces even between the
+      last two [N].
+    - `force_noise`, `pressure_noise`: standard deviation per sample [N], [Pa].
     """
 
     hits: int = 5
@@ -367,8 +348,6 @@ def blows(
     Force that the hammer states (n_blow, n_hit, n_sample) [N], and pressure that the microphones
     state (n_blow, n_hit, n_sample, n_ear) [Pa].
 
-    Notes
-    -----
     The answer is the inverse Fourier transform of function times spectrum of the push: exact for
     the sampled push, since a block of some seconds outlasts every mode.
     """

@@ -132,18 +132,11 @@ bench, with other paths.
 class VehicleErrors:
     """All errors of a vehicle's measurement.
 
-    Parameters
-    ----------
-    acquisition : AcquisitionErrors
-        Errors of hammer, loudspeaker, microphones and body sensors.
-    car : CarErrors
-        What makes the driven car another one than bench and transfer functions say.
-    state : BodySpread
-        How the body differs between hammer, loudspeaker and road.
-    order_tracking : ErrorBudget or None
-        Noise of the order spectra; None for none.
-    blows : BlowPlan
-        Blows over time, with their noise.
+    - `acquisition`: errors of hammer, loudspeaker, microphones and body sensors.
+    - `car`: what makes the driven car another one than bench and transfer functions say.
+    - `state`: how the body differs between hammer, loudspeaker and road.
+    - `order_tracking`: noise of the order spectra; None for none.
+    - `blows`: blows over time, with their noise.
     """
 
     acquisition: AcquisitionErrors = field(default_factory=AcquisitionErrors)
@@ -337,10 +330,7 @@ def _write_frfs(
     references: list[tuple[Dof, str]],
     title: str,
 ) -> None:
-    """Write FRFs (f, n_response, n_reference), UFF type 4; the names fill the title.
-
-    Data set 58 knows no volume acceleration: it is a ``general`` quantity in ``m^3/s^2``.
-    """
+    """Write FRFs (f, n_response, n_reference), UFF type 4; volume acceleration is ``general``."""
     functions = [
         function(
             FRF,

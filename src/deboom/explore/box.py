@@ -48,12 +48,9 @@ class PartLaw(Enum):
 class Box:
     """Product of intervals.
 
-    Parameters
-    ----------
-    names : tuple of str, length k
-        Variables.
-    lower, upper : array, shape (k,)
-        Ends of the intervals, both inside, finite and in order [units of the variables].
+    - `names`: variables.
+    - `lower`, `upper` (k,): ends of the intervals, both inside, finite and in order [units of the
+      variables].
     """
 
     names: tuple[str, ...]
@@ -95,27 +92,17 @@ class Box:
 class BoxQuestion:
     """Which box is asked for: the one with the largest ``Σ_k weight_k log(upper_k - lower_k)``.
 
-    Parameters
-    ----------
-    response : Differentiable
-        Model, such as the level in every vehicle; what cannot be computed keeps no limit.
-    limit : array, shape (r,)
-        Largest value of each response that is kept [response_unit].
-    share : float
-        Least share of parts and responses that keep their limit, between 0 and 1 [1].
-    lower, upper : array, shape (k,)
-        Bounds of all parts; equal bounds hold a variable fixed [units of the variables].
-    weight : array, shape (k,), optional
-        Cost of a per cent of tolerance, above 0; only ratios count. Default is 1 [1].
-    together : bool
-        Whether a part counts as a whole and must keep all its limits (worst vehicle).
-    law : PartLaw
-        How parts lie in the box.
-
-    Raises
-    ------
-    InputError
-        Limits, bounds, weights or a share that cannot be; a model without gradient; nothing free.
+    - `response`: model, such as the level in every vehicle; what cannot be computed keeps no limit.
+    - `limit` (r,): largest value of each response that is kept [response_unit].
+    - `share`: least share of parts and responses that keep their limit, between 0 and 1 [1].
+    - `lower`, `upper` (k,): bounds of all parts; equal bounds hold a variable fixed [units of the
+      variables].
+    - `weight` (k,), optional: cost of a per cent of tolerance, above 0; only ratios count. Default
+      is 1 [1].
+    - `together`: whether a part counts as a whole and must keep all its limits (worst vehicle).
+    - `law`: how parts lie in the box.
+    - raises InputError: limits, bounds, weights or a share that cannot be; a model without
+      gradient; nothing free.
     """
 
     response: Differentiable
@@ -227,26 +214,14 @@ def smooth_share(
 ) -> tuple[float, RealArray]:
     """Return a smoothed share and its derivatives by the ends of a box.
 
-    Parameters
-    ----------
-    question : BoxQuestion
-        Limits.
-    ends : array, shape (2, k)
-        Lower and upper ends, of which any pair may be crossed [units of the variables].
-    unit : array, shape (n, k)
-        Uniform draws that stand for the parts [1].
-    softness : float
-        Width of the normal distribution that smooths the step from kept to missed [response_unit].
+    - `ends` (2, k): lower and upper ends, of which any pair may be crossed [units of the
+      variables].
+    - `unit` (n, k): uniform draws that stand for the parts [1].
+    - `softness`: width of the normal distribution that smooths the step from kept to missed
+      [response_unit].
+    - returns `share`: mean of ``Φ(-excess / softness)`` over parts and responses [1].
+    - returns `gradient` (2, k): derivatives of the share by the ends [1 / units of the variables].
 
-    Returns
-    -------
-    share : float
-        Mean of ``Φ(-excess / softness)`` over parts and responses [1].
-    gradient : array, shape (2, k)
-        Its derivatives by the ends [1 / units of the variables].
-
-    Notes
-    -----
     A part is ``l + t (u - l)`` with its place t from the shared draws, thus ``∂x/∂l = 1 - t`` and
     ``∂x/∂u = t``: the model's gradient of parts near the limit is all that is needed.
     """
@@ -274,12 +249,11 @@ def smooth_share(
 def face_shares(question: BoxQuestion, box: Box, unit: RealArray) -> RealArray:
     """Return the share of the parts exactly at each lower and each upper end, shape (2, k) [1].
 
-    Notes
-    -----
-    Where parts, ``unit`` of shape (n, k), lie evenly, ``∂share/∂u_k = (share of the upper face -
-    share) / (u_k - l_k)``, by Leibniz' rule, without any smoothing. In the largest box each face
-    that is no bound has a share that is lower than that of the box by the same multiple of the
-    weight: the check of an optimum that needs no gradient of the model.
+    Where parts, ``unit`` of shape (n, k), lie evenly,
+    ``∂share/∂u_k = (share of the upper face - share) / (u_k - l_k)``, by Leibniz' rule, without any
+    smoothing. In the largest box each face that is no bound has a share that is lower than that of
+    the box by the same multiple of the weight: the check of an optimum that needs no gradient of
+    the model.
     """
     shares = np.empty((2, len(question.names)))
     places = question.law.places(unit)
@@ -294,17 +268,11 @@ def face_shares(question: BoxQuestion, box: Box, unit: RealArray) -> RealArray:
 class VerifiedShare:
     """What independent parts say about a box.
 
-    Parameters
-    ----------
-    share, standard_error : float
-        Share of parts and responses (or of parts) that keep the limit, and its error over parts
-        [1].
-    bound, confidence : float
-        Lower bound of the true share with a one-sided confidence [1].
-    n_parts : int
-        Parts drawn.
-    by_response : array, shape (r,)
-        Share of the parts that keep the limit of each response [1].
+    - `share`, `standard_error`: share of parts and responses (or of parts) that keep the limit, and
+      its error over parts [1].
+    - `bound`, `confidence`: lower bound of the true share with a one-sided confidence [1].
+    - `n_parts`: parts drawn.
+    - `by_response` (r,): share of the parts that keep the limit of each response [1].
     """
 
     share: float
@@ -325,16 +293,8 @@ def verified_share(
 ) -> VerifiedShare:
     """Verify a box with independent random parts that no search has seen.
 
-    Parameters
-    ----------
-    question : BoxQuestion
-        Limits.
-    box : Box
-        Intervals.
-    seed, n_parts : int
-        Seed from 1 upwards and number of the parts.
-    confidence : float
-        Confidence of the bound of `lower_bound` [1].
+    - `seed`, `n_parts`: seed from 1 upwards and number of the parts.
+    - `confidence`: confidence of the bound of `lower_bound` [1].
     """
     draws = generator(checked_seed(seed), "verification of a box")
     shares = np.empty(n_parts)
@@ -358,15 +318,10 @@ def verified_share(
 def lower_bound(part_shares: RealArray, confidence: float) -> float:
     """Return a one-sided lower confidence bound on the mean of the shares of single parts [1].
 
-    Parameters
-    ----------
-    part_shares : array, shape (n,)
-        Shares of at least two independent parts; vehicles of one part are not independent [1].
-    confidence : float
-        Confidence between 0 and 1 [1].
+    - `part_shares` (n,): shares of at least two independent parts; vehicles of one part are not
+      independent [1].
+    - `confidence`: confidence between 0 and 1 [1].
 
-    Notes
-    -----
     The empirical Bernstein bound, ``mean - sqrt(2 V ln(2/δ) / n) - 7 ln(2/δ) / (3 (n - 1))`` with
     ``δ = 1 - confidence`` and the variance V of the shares (A. Maurer and M. Pontil, "Empirical
     Bernstein bounds and sample-variance penalization", COLT 2009, theorem 4). It holds for every

@@ -42,14 +42,11 @@ _Library = tuple[RealArray, ...]
 class Commonality:
     """Result of `fewest_part_numbers`.
 
-    Parameters
-    ----------
-    by_count : tuple of SharedDesign
-        Best sharing found for each count of part numbers that improves on fewer, from few to many.
-    fewest : SharedDesign
-        The first within all limits; among all values of these part numbers the quietest found.
-    lower_bound : int
-        Count below which some vehicle misses its limit.
+    - `by_count`: best sharing found for each count of part numbers that improves on fewer, from few
+      to many.
+    - `fewest`: the first within all limits; among all values of these part numbers the quietest
+      found.
+    - `lower_bound`: count below which some vehicle misses its limit.
     """
 
     by_count: tuple[SharedDesign, ...]
@@ -65,23 +62,12 @@ def fewest_part_numbers(
 ) -> Commonality:
     """Find the fewest distinct part numbers with which every vehicle keeps its limit.
 
-    Parameters
-    ----------
-    problem, own : SharingProblem, OwnOptima
-        Fleet with limits and rules, and the result of `own_optima` for it.
-    guesses : sequence of Sharing
-        Sharings that are tried as well, such as the families of a correlation study.
-    step : callable, optional
-        Called after each step.
+    - `problem`, `own`: fleet with limits and rules, and the result of `own_optima` for it.
+    - `guesses`: sharings that are tried as well, such as the families of a correlation study.
+    - `step`, optional: called after each step.
+    - raises InputError: a limit that a vehicle misses even with parts of its own: says by how much,
+      and which vehicle binds. Rules that leave no sharing within the limits.
 
-    Raises
-    ------
-    InputError
-        A limit that a vehicle misses even with parts of its own: says by how much, and which
-        vehicle binds. Rules that leave no sharing within the limits.
-
-    Notes
-    -----
     Two steps in turn. Numbers: of a library of part values, the local optima of every vehicle,
     choose a stated count and give every vehicle one of each part, so that the worst vehicle is as
     good as can be: an exact integer program. Values: move the values of these numbers by gradients
@@ -225,10 +211,7 @@ class _Known:
 def _exchanged(
     problem: SharingProblem, library: _Library, design: SharedDesign
 ) -> RealArray | None:
-    """Designs with other values of the library in one number after the other; None without gain.
-
-    Gradients do not leave the corner of the bounds that they end in; this does.
-    """
+    """Try other values of the library in one number after the other; None without gain."""
     designs, gained = design.designs.copy(), False
     score = _eagerness(design.excess)
     for _ in range(_EXCHANGES):

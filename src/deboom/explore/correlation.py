@@ -35,16 +35,11 @@ _Transform = Callable[[RealArray], RealArray]
 class Correlations:
     """Correlation matrices with their intervals.
 
-    Parameters
-    ----------
-    names : tuple of str, length r
-        Names of rows and columns.
-    pearson, pearson_low, pearson_high : array, shape (r, r)
-        Coefficients of the values, with the ends of the interval [1].
-    spearman, spearman_low, spearman_high : array, shape (r, r)
-        Coefficients of their ranks [1].
-    n_designs, n_draws : int
-        Number of rows that were resampled, and of values per row.
+    - `names`: names of rows and columns.
+    - `pearson`, `pearson_low`, `pearson_high` (r, r): coefficients of the values, with the ends of
+      the interval [1].
+    - `spearman`, `spearman_low`, `spearman_high` (r, r): coefficients of their ranks [1].
+    - `n_designs`, `n_draws`: number of rows that were resampled, and of values per row.
     """
 
     names: tuple[str, ...]
@@ -85,26 +80,14 @@ def correlations(
 ) -> Correlations:
     """Return Pearson's and Spearman's correlation of all pairs of responses.
 
-    Parameters
-    ----------
-    values : array, shape (n, r) or (n, m, r)
-        One row per design, or m values of each design, which stay together when designs are
-        resampled.
-    names : sequence of str, length r
-        Names of the responses.
-    seed, resamples : int
-        Seed from 1 and number of resamples, at least 100, of the bootstrap.
-    level : float
-        Confidence of the interval [1].
+    - `values` (n, r): one row per design, or m values of each design, which stay together when
+      designs are resampled.
+    - `names`: names of the responses.
+    - `seed`, `resamples`: seed from 1 and number of resamples, at least 100, of the bootstrap.
+    - `level`: confidence of the interval [1].
+    - raises InputError: fewer than `FEWEST` designs or two responses; a value that is not finite,
+      or a response that is the same in all designs, by name; a count, level or seed that cannot be.
 
-    Raises
-    ------
-    InputError
-        Fewer than `FEWEST` designs or two responses; a value that is not finite, or a response that
-        is the same in all designs, by name; a count, level or seed that cannot be.
-
-    Notes
-    -----
     Percentile bootstrap over the designs: Efron and Tibshirani, "An Introduction to the Bootstrap",
     ch. 13. It takes the designs for independent draws; those of a space-filling plan cover the
     space more evenly, so their interval is rather too wide. Ranks are found anew in each resample.
@@ -211,18 +194,11 @@ def tolerance_scatter(
     Each design has ``n_draws`` scrambled Sobol draws of its own, a power of two: draws that all
     designs share would leave the correlation of the scatter to those few.
 
-    Returns
-    -------
-    mean : array, shape (n, r)
-        Mean of each design over its draws [unit of the responses].
-    scatter : array, shape (n, n_draws, r)
-        Each draw less the mean of its design; NaN for all draws of a design of which one could not
-        be computed [unit of the responses].
-
-    Raises
-    ------
-    InputError
-        A number of draws that is not a power of two from 2, seed 0, designs of another shape.
+    - returns `mean` (n, r): mean of each design over its draws [unit of the responses].
+    - returns `scatter` (n, n_draws, r): each draw less the mean of its design; NaN for all draws of
+      a design of which one could not be computed [unit of the responses].
+    - raises InputError: a number of draws that is not a power of two from 2, seed 0, designs of
+      another shape.
     """
     rows = []
     for number, design in enumerate(space.checked(designs), 1):
@@ -241,14 +217,10 @@ def tolerance_scatter(
 class Families:
     """Responses that go together.
 
-    Parameters
-    ----------
-    names, members : tuple of str, tuple of tuple of str
-        Names of the responses, and the families, the largest first.
-    merges : array, shape (r - 1, 4)
-        Tree in the layout of `scipy.cluster.hierarchy.linkage`; heights are 1 - r [1].
-    cut : float
-        Least correlation of any two members of a family [1].
+    - `names`, `members`: names of the responses, and the families, the largest first.
+    - `merges` (r - 1, 4): tree in the layout of `scipy.cluster.hierarchy.linkage`; heights are 1 -
+      r [1].
+    - `cut`: least correlation of any two members of a family [1].
     """
 
     names: tuple[str, ...]
@@ -264,17 +236,10 @@ class Families:
 def families(names: Sequence[str], r: RealArray, cut: float = 0.9) -> Families:
     """Group responses so that any two of a group correlate at least as much as asked.
 
-    Parameters
-    ----------
-    names : sequence of str, length n
-        Names of at least two responses.
-    r : array, shape (n, n)
-        Their correlation [1].
-    cut : float
-        Correlation that is asked for, between 0 and 1 [1].
+    - `names`: names of at least two responses.
+    - `r` (n, n): their correlation [1].
+    - `cut`: correlation that is asked for, between 0 and 1 [1].
 
-    Notes
-    -----
     Hierarchical clustering of the distance 1 − r with complete linkage: the height of a branch is
     the worst pair below it, so that a cut at 1 − `cut` promises every pair of a family.
     """

@@ -57,13 +57,8 @@ def latin_hypercube(space: DesignSpace, n_designs: int, *, seed: int) -> RealArr
     Every variable has exactly one design in each of `n_designs` equal intervals [units of the
     space].
 
-    Raises
-    ------
-    InputError
-        Fewer than two designs, seed 0.
+    - raises InputError: fewer than two designs, seed 0.
 
-    Notes
-    -----
     The best of `DRAWS` hypercubes of scipy, then exchanges: one of the two closest designs trades
     one coordinate with a third design, and keeps it if the smallest distance does not fall. After
     Morris and Mitchell, J. Stat. Plan. Inference 43 (1995) 381-402, without their annealing.
@@ -131,20 +126,12 @@ def full_factorial(n_variables: int, levels: int = 2) -> RealArray:
 def fractional_factorial(generators: str) -> RealArray:
     """Return a regular two-level fraction, shape (2**n_base, k), in standard order [1].
 
-    Parameters
-    ----------
-    generators : str
-        One word per variable, separated by blanks: a single letter is a base variable with its own
-        full factorial, a longer word the product of base variables, a minus in front turns it.
-        ``"a b c abc"`` is the half fraction of four variables.
+    - `generators`: one word per variable, separated by blanks: a single letter is a base variable
+      with its own full factorial, a longer word the product of base variables, a minus in front
+      turns it. ``"a b c abc"`` is the half fraction of four variables.
+    - raises InputError: words that are no letters, letters without a column of their own, or two
+      equal columns.
 
-    Raises
-    ------
-    InputError
-        Words that are no letters, letters without a column of their own, or two equal columns.
-
-    Notes
-    -----
     Box, Hunter and Hunter, "Statistics for Experimenters", 2nd ed., ch. 6.
     """
     words = _words(generators)
@@ -159,8 +146,8 @@ def fractional_factorial(generators: str) -> RealArray:
 def resolution(generators: str) -> int | None:
     """Return the resolution of a regular fraction: the length of its shortest defining word.
 
-    3: main effects are mixed with interactions of two variables; 4: only those with each other;
-    5 and more: neither. None for a full factorial, which mixes nothing.
+    3: main effects are mixed with interactions of two variables; 4: only those with each other; 5
+    and more: neither. None for a full factorial, which mixes nothing.
     """
     defining = [
         frozenset(letters) ^ {f"column {place}"}
@@ -204,15 +191,9 @@ def _words(generators: str) -> list[tuple[float, str]]:
 def box_behnken(n_variables: int, n_centre: int = 1) -> RealArray:
     """Return a Box-Behnken design (n, k): no variable at its limit together with all others [1].
 
-    Parameters
-    ----------
-    n_variables : int
-        Number k of variables, at least 3.
-    n_centre : int
-        Runs in the middle; more than one say nothing about a model without noise.
+    - `n_variables`: number k of variables, at least 3.
+    - `n_centre`: runs in the middle; more than one say nothing about a model without noise.
 
-    Notes
-    -----
     Box and Behnken, Technometrics 2 (1960) 455-475: two-level factorials of the variables of each
     block of an incomplete block design, all others at 0. For 6, 7 and 12 variables these are the
     blocks of the paper; for all other counts every pair of variables is a block, which is the paper
@@ -237,18 +218,11 @@ def central_composite(
 ) -> RealArray:
     """Return a factorial, its star (low and high by variable) and its middle as coded levels [1].
 
-    Parameters
-    ----------
-    factorial : array, shape (n, k)
-        Two-level part, full or fractional, in levels -1 and 1 [1].
-    star_distance : float, optional
-        Distance of the axial points from the middle, above 0; 1 puts them on the faces. By default
-        the fourth root of n, which makes the design rotatable [1].
-    n_centre : int
-        Runs in the middle.
+    - `factorial` (n, k): two-level part, full or fractional, in levels -1 and 1 [1].
+    - `star_distance`, optional: distance of the axial points from the middle, above 0; 1 puts them
+      on the faces. By default the fourth root of n, which makes the design rotatable [1].
+    - `n_centre`: runs in the middle.
 
-    Notes
-    -----
     Box and Wilson, J. R. Stat. Soc. B 13 (1951) 1-45; rotatability: Box and Hunter, Ann. Math.
     Stat. 28 (1957) 195-241.
     """
@@ -270,10 +244,8 @@ def within_bounds(space: DesignSpace, coded: RealArray) -> RealArray:
 
     A star beyond ±1 shrinks the rest of its plan.
 
-    Raises
-    ------
-    InputError
-        Another number of variables, or a level between whole numbers for a variable of these.
+    - raises InputError: another number of variables, or a level between whole numbers for a
+      variable of these.
     """
     levels = np.asarray(coded, dtype=float)
     if levels.ndim != 2 or levels.shape[1] != space.n_variables:
@@ -309,27 +281,15 @@ class Failure(Enum):
 class Doe:
     """Designs with their responses.
 
-    Parameters
-    ----------
-    name : str
-        Name of the model and its purpose; only a DOE of the same name is continued.
-    space : DesignSpace
-        Variables, with bounds around the designs.
-    response_names, response_unit : tuple of str, str
-        Columns of the responses and their unit.
-    designs : array, shape (n, k)
-        Designs, each once [units of the space].
-    responses : array, shape (n, r)
-        Responses, NaN where the design failed [response_unit].
-    failures : tuple of Failure, length n
-        `Failure.NONE` for a design with responses.
-    plans : tuple of str, length n
-        Plan that each design came from, in words.
-
-    Raises
-    ------
-    InputError
-        Columns that contradict each other, a design outside the bounds or one that comes twice.
+    - `name`: name of the model and its purpose; only a DOE of the same name is continued.
+    - `space`: variables, with bounds around the designs.
+    - `response_names`, `response_unit`: columns of the responses and their unit.
+    - `designs` (n, k): designs, each once [units of the space].
+    - `responses` (n, r): responses, NaN where the design failed [response_unit].
+    - `failures`: `Failure.NONE` for a design with responses.
+    - `plans`: plan that each design came from, in words.
+    - raises InputError: columns that contradict each other, a design outside the bounds or one that
+      comes twice.
     """
 
     name: str
@@ -392,10 +352,7 @@ def run_doe(
 ) -> Doe:
     """Evaluate designs (n, k) within the bounds and keep them all, in their order, each once.
 
-    Raises
-    ------
-    InputError
-        No design, one outside of the bounds, or a model of other variables.
+    - raises InputError: no design, one outside of the bounds, or a model of other variables.
     """
     empty = Doe(
         name=name,
@@ -418,18 +375,11 @@ def continue_doe(
 ) -> tuple[Doe, int]:
     """Add designs (n, k) to a DOE, without repeating those that it holds.
 
-    Returns
-    -------
-    doe : Doe
-        The old designs, then the new ones; failed designs are not tried again.
-    n_known : int
-        Designs that were not evaluated, because the DOE holds them or the plan repeats them.
-
-    Raises
-    ------
-    InputError
-        A DOE of another name, space or model: says what differs; also if the first design it holds
-        has other responses now.
+    - returns `doe`: the old designs, then the new ones; failed designs are not tried again.
+    - returns `n_known`: designs that were not evaluated, because the DOE holds them or the plan
+      repeats them.
+    - raises InputError: a DOE of another name, space or model: says what differs; also if the first
+      design it holds has other responses now.
     """
     check_same_names("the model has the variables", evaluate.variable_names, space.names)
     designs = checked_within(space, designs)

@@ -97,17 +97,12 @@ def hypervolume(objectives: RealArray, reference_point: npt.ArrayLike) -> float:
 class Verification:
     """A front evaluated again, with draws that the search never saw.
 
-    Parameters
-    ----------
-    values : RobustValues
-        The designs of the front, row by row.
-    nondominated : array of bool, shape (n,)
-        Rows that no other row beats under the new draws.
-    n_samples, seed : int
-        Number and seed of the new draws.
-    mean_bias, sigma_bias_percent : float
-        Mean over the front of search minus verified `mean_sum` [response unit], and of the relative
-        difference of `sigma_sum` [%]; negative means that the search was optimistic.
+    - `values`: the designs of the front, row by row.
+    - `nondominated` (n,): rows that no other row beats under the new draws.
+    - `n_samples`, `seed`: number and seed of the new draws.
+    - `mean_bias`, `sigma_bias_percent`: mean over the front of search minus verified `mean_sum`
+      [response unit], and of the relative difference of `sigma_sum` [%]; negative means that the
+      search was optimistic.
     """
 
     values: RobustValues
@@ -165,12 +160,9 @@ def verify(
 class CommonBox:
     """The box of the best front that several fronts make together: unit of their figures of merit.
 
-    Parameters
-    ----------
-    ideal, nadir : array, shape (m,)
-        Best and worst value of each objective on the common front [their units].
-    front : array, shape (n, m)
-        The common front: what no point of any front beats [their units].
+    - `ideal`, `nadir` (m,): best and worst value of each objective on the common front
+      [their units].
+    - `front` (n, m): the common front: what no point of any front beats [their units].
     """
 
     ideal: RealArray
@@ -205,8 +197,6 @@ class CommonBox:
     def igd_plus(self, objectives: RealArray) -> float:
         """Return the mean distance from the common front to what a front reaches of it [1].
 
-        Notes
-        -----
         IGD+: only objectives in which the front is worse count (H. Ishibuchi et al., "Modified
         distance calculation in generational distance and inverted generational distance", EMO
         2015).
@@ -216,8 +206,6 @@ class CommonBox:
     def epsilon(self, objectives: RealArray) -> float:
         """Return by how much a front must move in all objectives to cover the common front [1].
 
-        Notes
-        -----
         The additive ε indicator (E. Zitzler et al., "Performance assessment of multiobjective
         optimizers", IEEE Transactions on Evolutionary Computation 7, 2003).
         """
@@ -258,20 +246,11 @@ def coverage(front: RealArray, other: RealArray) -> float:
 def attainment(fronts: Sequence[RealArray], shares: Sequence[float]) -> Mapping[float, RealArray]:
     """Return what a share of all fronts attains.
 
-    Parameters
-    ----------
-    fronts : sequence of array, shape (n_i, m)
-        Fronts such as of several seeds, with two or three objectives.
-    shares : sequence of float
-        Shares above 0, up to 1; 0.5 is the median [1].
+    - `fronts` (n_i, m): fronts such as of several seeds, with two or three objectives.
+    - `shares`: shares above 0, up to 1; 0.5 is the median [1].
+    - returns (n, m): points for each share that at least so many fronts equal or beat, themselves a
+      front.
 
-    Returns
-    -------
-    mapping of float to array, shape (n, m)
-        For each share, the points that at least so many fronts equal or beat, themselves a front.
-
-    Notes
-    -----
     Levels of the empirical attainment function (C. M. Fonseca, V. Grunert da Fonseca, L. Paquete,
     "Exploring the performance of stochastic multiobjective optimisers with the second-order
     attainment function", EMO 2005).
@@ -342,15 +321,10 @@ class Verdict(Enum):
 class Contestant:
     """The runs of one configuration, which differ in nothing but their seed.
 
-    Parameters
-    ----------
-    name : str
-        Name of the configuration.
-    merit : array, shape (n_runs, n_sets)
-        Figure of merit, such as the hypervolume, of each run under each of at least two independent
-        sets of draws, which all contestants share.
-    progress : array, shape (n_runs,)
-        Gain of the last part of each search in the same figure; NaN: not known.
+    - `name`: name of the configuration.
+    - `merit` (n_runs, n_sets): figure of merit, such as the hypervolume, of each run under each of
+      at least two independent sets of draws, which all contestants share.
+    - `progress` (n_runs,): gain of the last part of each search in the same figure; NaN: not known.
     """
 
     name: str
@@ -374,12 +348,10 @@ class Contestant:
 class Difference:
     """Difference of two contestants, first minus second.
 
-    Parameters
-    ----------
-    value, draw_error, search_error : float
-        Difference of the mean merits, and its standard errors from the draws and the searches.
-    noise, verdict : float, Verdict
-        Largest difference that `CONFIDENCE` still calls chance, NaN if not known, and what follows.
+    - `value`, `draw_error`, `search_error`: difference of the mean merits, and its standard errors
+      from the draws and the searches.
+    - `noise`, `verdict`: largest difference that `CONFIDENCE` still calls chance, NaN if not known,
+      and what follows.
     """
 
     value: float
@@ -392,8 +364,6 @@ class Difference:
 def difference(first: Contestant, second: Contestant) -> Difference:
     """Say whether one contestant is really better than another, or whether it could be chance.
 
-    Notes
-    -----
     The difference is real when it exceeds ``t s``. ``s²`` adds up the variance from the draws and
     that from the searches. The draws: the difference is taken under each of n_sets independent
     scrambled sets, and its mean has the standard error of their spread (A. B. Owen, "Scrambled net

@@ -46,19 +46,13 @@ _RESERVE = 2.0  # standard errors by which the search aims above what the bound 
 class BoxEffort:
     """How hard a box is searched for.
 
-    Parameters
-    ----------
-    starts : int
-        Descents from designs that lie apart, beside the given ones and the whole bounds.
-    coarse, fine : tuple of (softness, parts)
-        Stages of every start, and of the best one: softness of the share in standard deviations of
-        the responses, and a power of two of parts.
-    steps : int
-        Largest number of steps of each stage.
-    calibration, verification : int
-        Parts that settle the size of the box, a power of two, and independent parts that verify it.
-    confidence : float
-        Confidence of the one-sided bound of the verification [1].
+    - `starts`: descents from designs that lie apart, beside the given ones and the whole bounds.
+    - `coarse`, `fine`: stages of every start, and of the best one: softness of the share in
+      standard deviations of the responses, and a power of two of parts.
+    - `steps`: largest number of steps of each stage.
+    - `calibration`, `verification`: parts that settle the size of the box, a power of two, and
+      independent parts that verify it.
+    - `confidence`: confidence of the one-sided bound of the verification [1].
     """
 
     starts: int = 2
@@ -74,22 +68,14 @@ class BoxEffort:
 class FoundBox:
     """The largest box, with what shows that it is one.
 
-    Parameters
-    ----------
-    question : BoxQuestion
-        What was asked.
-    box : Box
-        Intervals.
-    verified : VerifiedShare
-        Share of independent parts that the search has not seen.
-    calibrated : float
-        Share of the parts that settled the size of the box [1].
-    room : float
-        Step by which the limits could be lowered before no design keeps them [response_unit].
-    start_log_volumes : array, shape (n_starts,)
-        Logarithm of the weighted volume that each start reached in the coarse stages.
-    seconds : float
-        Time of search and verification.
+    - `question`: what was asked.
+    - `box`: intervals.
+    - `verified`: share of independent parts that the search has not seen.
+    - `calibrated`: share of the parts that settled the size of the box [1].
+    - `room`: step by which the limits could be lowered before no design keeps them [response_unit].
+    - `start_log_volumes` (n_starts,): logarithm of the weighted volume that each start reached in
+      the coarse stages.
+    - `seconds`: time of search and verification.
     """
 
     question: BoxQuestion
@@ -217,13 +203,8 @@ def reachable_designs(
     ``count`` descents towards the limit start at designs that lie apart, and one at each of
     ``points``.
 
-    Raises
-    ------
-    UnreachableLimit
-        There is none.
+    - raises UnreachableLimit: there is none.
 
-    Notes
-    -----
     Each descent minimises the largest excess of the responses that the start keeps best, by
     sequential quadratic programming (SLSQP) with the model's gradient.
     """
@@ -320,11 +301,7 @@ def _largest_size(question: BoxQuestion, design: RealArray, unit: RealArray, sha
 def _coarse(
     question: BoxQuestion, effort: BoxEffort, search: RealArray, sample: RealArray, begin: Box
 ) -> tuple[Box, float]:
-    """Return the sized box of the coarse stages of one start, and its volume, as `_sized`.
-
-    The first box itself stays where the stages lead nowhere, such as at the edge of what could be
-    computed, which has no slope.
-    """
+    """Return the sized box of the coarse stages of one start and its volume."""
     box = begin
     for softness, n_parts in effort.coarse:
         box = _stage(question, box, search[:n_parts], softness, effort.steps, question.share)
@@ -358,10 +335,7 @@ def _sized(question: BoxQuestion, box: Box, sample: RealArray) -> tuple[Box, flo
 def _stage(
     question: BoxQuestion, box: Box, unit: RealArray, softness: float, steps: int, target: float
 ) -> Box:
-    """Maximise the volume within a smoothed share of at least `target`, from a box.
-
-    The ends are counted in widths of that box, so that all steps are of the order of one.
-    """
+    """Maximise the volume with a smoothed share of at least `target`, from a box."""
     spread = softness * _typical_spread(question, box, unit)
     span = question.upper - question.lower
     scale = np.where(question.free, np.maximum(box.width, _NARROWEST * span), 1.0)
@@ -540,10 +514,7 @@ def kept_offset(question: BoxQuestion, box: Box, *, seed: int, n_parts: int = 65
     Quantile of the excess, pooled over parts and responses or, with ``question.together``, of the
     largest of each part; below 0 if the limits may be lowered. ``n_parts`` is a power of two.
 
-    Raises
-    ------
-    InputError
-        Too many parts that could not be computed.
+    - raises InputError: too many parts that could not be computed.
     """
     unit = sobol_points(len(question.names), n_parts, seed=seed, purpose="kept limit")
     excess = question.excess(question.parts(box, unit))
@@ -558,13 +529,9 @@ def kept_offset(question: BoxQuestion, box: Box, *, seed: int, n_parts: int = 65
 class BisectionBox:
     """The largest box of one tolerance for all variables, about a design.
 
-    Parameters
-    ----------
-    box : Box
-        Intervals, cut at the bounds.
-    tolerance, share : float
-        Half width as a part of each variable's own value, and the share of the sample that kept
-        [1].
+    - `box`: intervals, cut at the bounds.
+    - `tolerance`, `share`: half width as a part of each variable's own value, and the share of the
+      sample that kept [1].
     """
 
     box: Box
@@ -604,12 +571,9 @@ def bisection_box(
 class VolumeRatio:
     """One box over another.
 
-    Parameters
-    ----------
-    volume, width : float
-        Ratio of the products of the widths, and geometric mean of the ratios of the widths [1].
-    n_variables : int
-        Number of variables that were counted.
+    - `volume`, `width`: ratio of the products of the widths, and geometric mean of the ratios of
+      the widths [1].
+    - `n_variables`: number of variables that were counted.
     """
 
     volume: float

@@ -30,24 +30,15 @@ class Estimator:
     the rest is estimated from the sample. It costs no evaluation, and takes most of the error from
     responses that are nearly linear, or nearly sums of functions of one variable.
 
-    Parameters
-    ----------
-    degree : int
-        Degree of the control variate: 0 for the moments of the sample itself, 1 for a straight
-        line, 2 for a parabola in each draw.
+    - `degree`: degree of the control variate: 0 for the moments of the sample itself, 1 for a
+      straight line, 2 for a parabola in each draw.
+    - raises InputError: another degree.
 
-    Raises
-    ------
-    InputError
-        Another degree.
-
-    Notes
-    -----
     Least squares give ``y_t = a + β·φ_t + e_t``, with ``φ = z`` and, for degree 2, ``z² - m2``
     beside it. The mean is ``a`` and the variance ``Σ_p β_p² var(φ_p) + Σ_t e_t² / (n - 1 - p)``:
     the ``φ`` are not correlated, and their variances follow from the moments of the cut normal
-    distribution (regression estimator, W. G. Cochran, "Sampling Techniques", 3rd ed., 1977,
-    ch. 7). The standard errors come from the scatter of the influences ``Σ_r e_tr`` and
+    distribution (regression estimator, W. G. Cochran, "Sampling Techniques", 3rd ed., 1977, ch. 7).
+    The standard errors come from the scatter of the influences ``Σ_r e_tr`` and
     ``Σ_r (2 β_r·φ_t e_tr + e_tr²) / (2 σ_r)``, which keeps the correlation between responses; with
     a control variate each ``e_t`` is divided by one minus its leverage (the jackknife; J. G.
     MacKinnon and H. White, Journal of Econometrics 29, 1985). A control variate needs independent
@@ -92,14 +83,10 @@ class Estimator:
 class Fit(NamedTuple):
     """A function of the draws through the responses of one design.
 
-    Attributes
-    ----------
-    intercept, slope : array, shape (r,), (p, r)
-        Mean of the function and coefficients of its terms [response unit].
-    rest : array, shape (n_samples, r)
-        Part of the responses that the function leaves over [response unit].
-    explained, unexplained : array, shape (p, r), (r,)
-        Variance of each term and of the rest [response unit squared].
+    - `intercept`, `slope` (r,): mean of the function and coefficients of its terms [response unit].
+    - `rest` (n_samples, r): part of the responses that the function leaves over [response unit].
+    - `explained`, `unexplained` (p, r): variance of each term and of the rest [response unit
+      squared].
     """
 
     intercept: RealArray
@@ -113,15 +100,10 @@ class Fit(NamedTuple):
 class PreparedEstimator:
     """An estimator, prepared for one set of draws.
 
-    Parameters
-    ----------
-    terms, variance : array, shape (n_samples, p), (p,)
-        Terms of the control variate, of which p belongs to draw p modulo m, and their exact
-        variances; their exact means are zero [1].
-    solver : array, shape (p, n_samples)
-        Map from responses to the coefficients of the terms [1].
-    leverage : array, shape (n_samples,)
-        Pull of each response on the function, 0 to 1 [1].
+    - `terms`, `variance` (n_samples, p): terms of the control variate, of which p belongs to draw p
+      modulo m, and their exact variances; their exact means are zero [1].
+    - `solver` (p, n_samples): map from responses to the coefficients of the terms [1].
+    - `leverage` (n_samples,): pull of each response on the function, 0 to 1 [1].
     """
 
     terms: RealArray
@@ -193,25 +175,15 @@ class Statistic(Enum):
 class Objective:
     """One number of a design, to be minimised: a statistic, summed or of the worst response.
 
-    Parameters
-    ----------
-    statistic : Statistic
-        Number of each response over its scatter.
-    worst : bool
-        Take the largest over the responses, such as the loudest vehicle's, instead of the sum.
-    share : float
-        Share of all parts below the quantile, or in front of the tail, such as 0.95 [1].
+    - `statistic`: number of each response over its scatter.
+    - `worst`: take the largest over the responses, such as the loudest vehicle's, instead of the
+      sum.
+    - `share`: share of all parts below the quantile, or in front of the tail, such as 0.95 [1].
+    - raises InputError: a share outside 0 to 1.
 
-    Raises
-    ------
-    InputError
-        A share outside 0 to 1.
-
-    Notes
-    -----
-    The tail mean is ``q + mean(max(y - q, 0)) / (1 - share)`` with ``q`` the quantile
-    (R. T. Rockafellar and S. Uryasev, "Optimization of conditional value-at-risk", Journal of Risk
-    2, 2000).
+    The tail mean is ``q + mean(max(y - q, 0)) / (1 - share)`` with ``q`` the quantile (R. T.
+    Rockafellar and S. Uryasev, "Optimization of conditional value-at-risk", Journal of Risk 2,
+    2000).
     """
 
     statistic: Statistic
@@ -234,12 +206,8 @@ class Objective:
     def __call__(self, values: RealArray, mean: RealArray, sigma: RealArray) -> float:
         """Return the objective [response unit].
 
-        Parameters
-        ----------
-        values : array, shape (n_samples, r)
-            Responses, draw by draw [response unit].
-        mean, sigma : array, shape (r,)
-            Their moments, as the estimator found them [response unit].
+        - `values` (n_samples, r): responses, draw by draw [response unit].
+        - `mean`, `sigma` (r,): their moments, as the estimator found them [response unit].
         """
         match self.statistic:
             case Statistic.MEAN:

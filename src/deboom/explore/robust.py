@@ -20,25 +20,19 @@ from deboom.explore.space import DesignSpace, Evaluate, check_same_names, respon
 class RobustValues:
     """Designs and what their scatter does to the responses, one row per design.
 
-    All but `designs` and `failed` are in the unit of the responses; the rows of failed designs
-    hold NaN there.
+    All but `designs` and `failed` are in the unit of the responses; the rows of failed designs hold
+    NaN there.
 
-    Parameters
-    ----------
-    designs : array, shape (n, k)
-        Designs as made without scatter.
-    mean, sigma : array, shape (n, r)
-        Mean (or the nominal design's response) and standard deviation of each response.
-    mean_sum, sigma_sum : array, shape (n,)
-        Their sums over the responses.
-    standard_error_mean_sum, standard_error_sigma_sum : array, shape (n,)
-        Standard errors of the two sums for independent draws; upper bounds for Sobol points.
-    failed : array of bool, shape (n,)
-        Designs with a response that could not be computed somewhere in the scatter.
-    objectives : array, shape (n, m), optional
-        Numbers that a search minimises; by default the two sums.
-    excess : array, shape (n, c), optional
-        Distance beyond each of c limits, negative where room is left [unit of the limit].
+    - `designs` (n, k): designs as made without scatter.
+    - `mean`, `sigma` (n, r): mean (or the nominal design's response) and standard deviation of each
+      response.
+    - `mean_sum`, `sigma_sum` (n,): their sums over the responses.
+    - `standard_error_mean_sum`, `standard_error_sigma_sum` (n,): standard errors of the two sums
+      for independent draws; upper bounds for Sobol points.
+    - `failed` (n,): designs with a response that could not be computed somewhere in the scatter.
+    - `objectives` (n, m), optional: numbers that a search minimises; by default the two sums.
+    - `excess` (n, c), optional: distance beyond each of c limits, negative where room is left [unit
+      of the limit].
     """
 
     designs: RealArray
@@ -114,7 +108,7 @@ class RobustResponse:
     evaluate : Evaluate
         Model that is called once per design, with all draws of that design.
     space : DesignSpace
-        Its variables, in the model's order, with their tolerances, three times σ_rel.
+        Variables, in the model's order, with their tolerances, three times σ_rel.
     sample : ToleranceSampler
         The draws ``z``.
     nominal_mean : bool
@@ -124,8 +118,8 @@ class RobustResponse:
     objectives : tuple of Objective
         Numbers that a search minimises, at least two.
     structure : ToleranceStructure, optional
-        What the variables' scatter has in common; by default it is independent. The sample then
-        has one column per draw of the structure.
+        What the variables' scatter has in common; by default it is independent. The sample then has
+        one column per draw of the structure.
 
     Raises
     ------
@@ -216,10 +210,7 @@ class RobustResponse:
     def made_responses(self, design: RealArray) -> tuple[RealArray, RealArray]:
         """Return one design (k,) as it is made, (n_samples, k), and its responses (n_samples, r).
 
-        Raises
-        ------
-        InputError
-            A design that fails somewhere in its scatter.
+        - raises InputError: a design that fails somewhere in its scatter.
         """
         made = self.made(design)
         values = responses(self.evaluate, made)
@@ -261,15 +252,10 @@ class RobustResponse:
 class SigmaShares:
     """Where the variance of one design comes from.
 
-    Parameters
-    ----------
-    names : tuple of str, length m
-        Draws: the variables, or what they share.
-    of_response, rest : array, shape (m, r), (r,)
-        Share of each draw alone in the variance of each response, and what no draw explains alone
-        [1].
-    of_sum : array, shape (m,)
-        Share of each draw in the sum of the standard deviations of the responses [1].
+    - `names`: draws: the variables, or what they share.
+    - `of_response`, `rest` (m, r): share of each draw alone in the variance of each response, and
+      what no draw explains alone [1].
+    - `of_sum` (m,): share of each draw in the sum of the standard deviations of the responses [1].
     """
 
     names: tuple[str, ...]
@@ -284,13 +270,8 @@ def sigma_shares(robust: RobustResponse, design: RealArray, degree: int = 1) -> 
     The shares of a response add up to 1 with its rest; all are 0 without any scatter. The degree is
     that of the control variate, see `Estimator`: 1 or 2.
 
-    Raises
-    ------
-    InputError
-        A design that fails, or too few draws.
+    - raises InputError: a design that fails, or too few draws.
 
-    Notes
-    -----
     The share in the sum of the standard deviations is ``Σ_r var_rk / σ_r / Σ_r σ_r``: twice the
     part by which the sum falls, to first order, when that draw no longer scatters.
     """
@@ -315,17 +296,10 @@ def sigma_shares(robust: RobustResponse, design: RealArray, degree: int = 1) -> 
 class Limit:
     """One response with bounds that are allowed values; infinite where there is none.
 
-    Parameters
-    ----------
-    response, unit : str
-        Name of the response, and unit of response and bounds; ``"1"`` is a plain number.
-    at_least, at_most : float
-        Bounds [unit].
-
-    Raises
-    ------
-    InputError
-        No bound at all, or bounds that leave no value between them.
+    - `response`, `unit`: name of the response, and unit of response and bounds; ``"1"`` is a plain
+      number.
+    - `at_least`, `at_most`: bounds [unit].
+    - raises InputError: no bound at all, or bounds that leave no value between them.
     """
 
     response: str
@@ -426,22 +400,12 @@ class Requirements(Protocol):
 class LimitedResponse:
     """A robust response whose designs must keep limits, put around what `workers_for` gives.
 
-    Parameters
-    ----------
-    robust : Robust
-        Response to be minimised.
-    response : Requirements
-        Responses that are limited, of the same variables, in the units of the limits.
-    limits : Limits
-        One limit per response, by name.
-    made : callable, optional
-        Map from a design, shape (k,), to the designs as they are made, shape (n_samples, k), such
-        as `RobustResponse.made`: then the worst of them must keep each limit.
-
-    Raises
-    ------
-    InputError
-        Other variables, or other responses than limits.
+    - `robust`: response to be minimised.
+    - `response`: responses that are limited, of the same variables, in the units of the limits.
+    - `limits`: one limit per response, by name.
+    - `made`, optional: map from a design, shape (k,), to the designs as they are made, shape
+      (n_samples, k), such as `RobustResponse.made`: then the worst of them must keep each limit.
+    - raises InputError: other variables, or other responses than limits.
     """
 
     robust: Robust

@@ -31,12 +31,8 @@ class ToleranceSample:
 
     Two designs then differ by what they are, not by what they drew: a search cannot win by luck.
 
-    Parameters
-    ----------
-    values : array, shape (n_samples, m)
-        At least two standard-normal draws [1].
-    kind, seed : str, int
-        Kind of draws in words, for reports, and their seed from 1 upwards.
+    - `values` (n_samples, m): at least two standard-normal draws [1].
+    - `kind`, `seed`: kind of draws in words, for reports, and their seed from 1 upwards.
     """
 
     values: RealArray
@@ -70,14 +66,9 @@ class FreshGaussianSampler:
     The draws follow from the seed and the design's own bytes alone, so that neither the order of
     the designs nor the worker that computes them matters.
 
-    Parameters
-    ----------
-    n_variables : int
-        Number m of independent draws per part.
-    n_samples : int
-        Draws per design, at least 2.
-    seed : int
-        Seed from 1 upwards.
+    - `n_variables`: number m of independent draws per part.
+    - `n_samples`: draws per design, at least 2.
+    - `seed`: seed from 1 upwards.
     """
 
     n_variables: int
@@ -112,10 +103,7 @@ def sobol_sample(
 
     Samples of different purposes are independent under one seed.
 
-    Raises
-    ------
-    InputError
-        A count that is not a power of two, no variable, seed 0.
+    - raises InputError: a count that is not a power of two, no variable, seed 0.
     """
     _check_size(n_variables, n_samples)
     points = sobol_points(n_variables, n_samples, seed=seed, purpose=purpose)
@@ -157,18 +145,13 @@ def _check_size(n_variables: int, n_samples: int) -> None:
 class ToleranceStructure:
     """A linear map from independent standard-normal draws to the scatter of the variables.
 
-    Draws are cut at three standard deviations one by one. A variable that is made of several may
-    go beyond three standard deviations of its own, in a few cases in a thousand.
+    Draws are cut at three standard deviations one by one. A variable that is made of several may go
+    beyond three standard deviations of its own, in a few cases in a thousand.
 
-    Parameters
-    ----------
-    names : tuple of str, length k
-        Design variables.
-    loadings : array, shape (k, m)
-        Scatter of each variable per draw, in its own standard deviations [1]. A row has length 1,
-        or less where the variable is the mean of several pieces, which even out.
-    draw_names : tuple of str, length m
-        Meaning of each draw, such as a part or a batch.
+    - `names`: design variables.
+    - `loadings` (k, m): scatter of each variable per draw, in its own standard deviations [1]. A
+      row has length 1, or less where the variable is the mean of several pieces, which even out.
+    - `draw_names`: meaning of each draw, such as a part or a batch.
     """
 
     names: tuple[str, ...]
@@ -208,19 +191,13 @@ class ToleranceStructure:
 class PartNumber:
     """A part number: where its pieces sit, and what their scatter has in common.
 
-    Parameters
-    ----------
-    name, places : str, tuple of str
-        Name such as ``bush 4711``, and the mounts that take pieces of one batch of it.
-    pieces : int
-        Pieces behind the variables of one place, such as 2 for a left and a right one: a variable
-        is then the mean of its pieces.
-    hardness_share, batch_share : float
-        Share of the variance that all axes of a piece, and that all pieces of a batch have in
-        common, 0 to 1 [1].
+    - `name`, `places`: name such as ``bush 4711``, and the mounts that take pieces of one batch of
+      it.
+    - `pieces`: pieces behind the variables of one place, such as 2 for a left and a right one: a
+      variable is then the mean of its pieces.
+    - `hardness_share`, `batch_share`: share of the variance that all axes of a piece, and that all
+      pieces of a batch have in common, 0 to 1 [1].
 
-    Notes
-    -----
     Correlations are products: ``h`` between two axes of a piece, ``b`` between one axis of two
     pieces, ``b h`` between two axes of two pieces. Hardness (compound and cure) is common to all
     axes, geometry is each axis's own; of both, the batch settles one part and the piece the rest.
@@ -258,10 +235,7 @@ def part_structure(
     A place of none of the parts has a part number of its own, of one piece, with the given shares;
     of a single piece nobody can tell what comes from its batch.
 
-    Raises
-    ------
-    InputError
-        A place that no variable has, or that takes two part numbers.
+    - raises InputError: a place that no variable has, or that takes two part numbers.
 
     Examples
     --------
@@ -346,18 +320,14 @@ def _axis(name: str) -> str:
 class Capability:
     """Capability of one characteristic of a process.
 
-    Parameters
-    ----------
-    n : int
-        Number of measured pieces.
-    mean, sigma : float
-        Mean and standard deviation of the pieces, with n − 1 [unit of the interval].
-    cp, cp_bound : float
-        Width of the interval over six standard deviations, and its one-sided lower bound [1].
-    cpk, cpk_bound : float
-        The same with the distance of the mean to the nearer end over three; negative outside [1].
-    expected_outside, confidence : float
-        Share of a normal process outside of the interval, and confidence of the bounds [1].
+    - `n`: number of measured pieces.
+    - `mean`, `sigma`: mean and standard deviation of the pieces, with n − 1 [unit of the interval].
+    - `cp`, `cp_bound`: width of the interval over six standard deviations, and its one-sided lower
+      bound [1].
+    - `cpk`, `cpk_bound`: the same with the distance of the mean to the nearer end over three;
+      negative outside [1].
+    - `expected_outside`, `confidence`: share of a normal process outside of the interval, and
+      confidence of the bounds [1].
     """
 
     n: int
@@ -385,9 +355,10 @@ def capability(
     Notes
     -----
     ``Cp = (upper − lower)/6σ``, ``Cpk = min(upper − mean, mean − lower)/3σ``. Lower bounds:
-    ``Cp √(χ²_{1−c, n−1}/(n − 1))``, exact for a normal process, and ``Cpk − z_c √(1/9n +
-    Cpk²/2(n − 1))``, Bissell, Applied Statistics 39 (1990) 331, an approximation from about 20
-    pieces upwards. A process that is not normal has other shares outside.
+    ``Cp √(χ²_{1−c, n−1}/(n − 1))``, exact for a normal process, and
+    ``Cpk − z_c √(1/9n + Cpk²/2(n − 1))``, Bissell, Applied Statistics 39 (1990) 331, an
+    approximation from about 20 pieces upwards. A process that is not normal has other shares
+    outside.
     """
     sample = np.asarray(values, dtype=float)
     if sample.ndim != 1 or sample.size < 2 or not np.all(np.isfinite(sample)):
@@ -428,13 +399,9 @@ def predicted_pieces(
 
     There are `n_processes` means and covariances with `n_pieces` each: (n_processes, n_pieces, k).
 
-    Raises
-    ------
-    InputError
-        Fewer than `fewest_pieces`, pieces that do not scatter in some combination of axes, seed 0.
+    - raises InputError: fewer than `fewest_pieces`, pieces that do not scatter in some combination
+      of axes, seed 0.
 
-    Notes
-    -----
     Normal scatter with unknown mean and covariance, Jeffreys' prior: ``Σ ~ W⁻¹(S, n − 1)``,
     ``µ | Σ ~ N(x̄, Σ/n)`` with S the sum of squares about the mean (Gelman et al., "Bayesian Data
     Analysis", 3rd ed., section 3.6). Few pieces give wide tails, as they should.

@@ -34,18 +34,14 @@ _TRAVELLING = ("mean", "sigma", "standard_error_mean_sum", "standard_error_sigma
 class SearchResult:
     """What a search found and how.
 
-    Parameters
-    ----------
-    front : ParetoFront
-        Front of all designs seen, not only of the last population.
-    n_evaluated, seed, seconds : int, int, float
-        Number of designs, seed, and wall time of all parts of the search [s].
-    failed_designs : array, shape (n_failed, k)
-        Designs that could not be computed.
-    hypervolume, reference_point : array, shape (n_generations,), (m,)
-        Hypervolume of the front after each generation, up to the worst objectives in the first one.
-    infeasible_designs, infeasible_excess : array, shape (n_infeasible, k), (n_infeasible, c)
-        Designs that miss a limit, and their `RobustValues.excess`.
+    - `front`: front of all designs seen, not only of the last population.
+    - `n_evaluated`, `seed`, `seconds`: number of designs, seed, and wall time of all parts of the
+      search [s].
+    - `failed_designs` (n_failed, k): designs that could not be computed.
+    - `hypervolume`, `reference_point` (n_generations,): hypervolume of the front after each
+      generation, up to the worst objectives in the first one.
+    - `infeasible_designs`, `infeasible_excess` (n_infeasible, k): designs that miss a limit, and
+      their `RobustValues.excess`.
     """
 
     front: ParetoFront
@@ -122,9 +118,9 @@ class RobustProblem(Problem):
     """A robust response as a pymoo problem: minimise its objectives.
 
     A failed design is infeasible (``G > 0``), so that it never beats one that could be computed.
-    After it come the limits of the response, if it has any, each relative to its bound.
-    The columns ``mean``, ``sigma``, ``standard_error_mean_sum`` and ``standard_error_sigma_sum``
-    travel with each individual: ``res.pop.get("sigma")`` has shape (n, r).
+    After it come the limits of the response, if it has any, each relative to its bound. The columns
+    ``mean``, ``sigma``, ``standard_error_mean_sum`` and ``standard_error_sigma_sum`` travel with
+    each individual: ``res.pop.get("sigma")`` has shape (n, r).
 
     Parameters
     ----------
@@ -181,11 +177,12 @@ def nsga2(
 ) -> SearchResult:
     """Search the Pareto front of all objectives with NSGA-II.
 
-    Population for population the same as pymoo's ``minimize(RobustProblem(robust),
-    NSGA2(population), ("n_gen", generations), seed=seed)``; beyond it, every non-dominated design
-    that was seen is kept. Whole-number variables get operators of their own: pymoo's treat options
-    as if they had an order. A design beyond a limit never beats one that keeps them all; of two
-    such designs the smaller sum of excesses, each relative to its bound, wins.
+    Population for population the same as pymoo's
+    ``minimize(RobustProblem(robust), NSGA2(population), ("n_gen", generations), seed=seed)``;
+    beyond it, every non-dominated design that was seen is kept. Whole-number variables get
+    operators of their own: pymoo's treat options as if they had an order. A design beyond a limit
+    never beats one that keeps them all; of two such designs the smaller sum of excesses, each
+    relative to its bound, wins.
 
     Parameters
     ----------

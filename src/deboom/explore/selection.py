@@ -23,12 +23,9 @@ _SMALLEST_GAIN = 1e-9  # of the sum of standard deviations, at which a polish en
 class Picks:
     """Rows of a front that have a name.
 
-    Parameters
-    ----------
-    best_mean, best_sigma : int
-        Smallest `mean_sum` and smallest `sigma_sum`; of equals the better in the other objective.
-    knee : int
-        Row where a little of one objective costs most of the other, see `pick`.
+    - `best_mean`, `best_sigma`: smallest `mean_sum` and smallest `sigma_sum`; of equals the better
+      in the other objective.
+    - `knee`: row where a little of one objective costs most of the other, see `pick`.
     """
 
     best_mean: int
@@ -46,9 +43,9 @@ def pick(values: RobustValues) -> Picks:
 
     Notes
     -----
-    The knee is the row farthest from the chord between best mean and best sigma, on the side of
-    the ideal point, after both objectives are scaled to run from 0 to 1 along the chord (I. Das,
-    "On characterizing the 'knee' of the Pareto curve", Structural Optimization 18, 1999). A front
+    The knee is the row farthest from the chord between best mean and best sigma, on the side of the
+    ideal point, after both objectives are scaled to run from 0 to 1 along the chord (I. Das, "On
+    characterizing the 'knee' of the Pareto curve", Structural Optimization 18, 1999). A front
     without any row on that side has its knee at best mean.
     """
     rows = np.flatnonzero(~values.failed)
@@ -113,22 +110,13 @@ def indifference_intervals(
 
     The lower and upper ends of the interval around the design have shape (k,) [units of the space].
 
-    Parameters
-    ----------
-    robust : Robust
-        Response such as `RobustResponse`.
-    design : array, shape (k,)
-        Pick within the bounds of the space [units of the space].
-    change : float
-        Change of `mean_sum` per response that counts as noticeable [response unit].
-    n_points : int
-        Values of each variable that are tried from bound to bound; ends between them are
-        interpolated.
-
-    Raises
-    ------
-    InputError
-        A design outside the bounds or one that fails; no positive change; fewer than 2 points.
+    - `robust`: response such as `RobustResponse`.
+    - `design` (k,): pick within the bounds of the space [units of the space].
+    - `change`: change of `mean_sum` per response that counts as noticeable [response unit].
+    - `n_points`: values of each variable that are tried from bound to bound; ends between them are
+      interpolated.
+    - raises InputError: a design outside the bounds or one that fails; no positive change; fewer
+      than 2 points.
     """
     space = robust.space
     base = space.checked(np.atleast_2d(design))[0]
@@ -175,28 +163,13 @@ def polish(
 ) -> RobustValues:
     """Improve some rows of a front by gradient: less mean at no more sigma.
 
-    Parameters
-    ----------
-    robust : RobustResponse
-        Response of the search, of a model with a gradient (`Differentiable`).
-    front : RobustValues
-        Front of the search.
-    rows, steps : sequence of int, int
-        Designs to improve, and the largest number of steps of each.
+    - `robust`: response of the search, of a model with a gradient (`Differentiable`).
+    - `front`: front of the search.
+    - `rows`, `steps`: designs to improve, and the largest number of steps of each.
+    - returns: one row per design, never dominated by where it came from.
+    - raises InputError: a model without gradient, other objectives than the sums of means and of
+      standard deviations, draws that the designs do not share, or a design that fails.
 
-    Returns
-    -------
-    RobustValues
-        One row per design, never dominated by where it came from.
-
-    Raises
-    ------
-    InputError
-        A model without gradient, other objectives than the sums of means and of standard
-        deviations, draws that the designs do not share, or a design that fails.
-
-    Notes
-    -----
     The ε-constraint method: minimise ``mean_sum`` within ``sigma_sum ≤ sigma_sum(start)`` and the
     bounds, by sequential quadratic programming (SLSQP). Mean and variance of the draws are a linear
     and a quadratic form of the responses, so that their derivatives follow from the model's.

@@ -37,24 +37,14 @@ _FEWEST = 8  # base points; with fewer a resample may have no variance at all
 class SensitivityInputs:
     """Independent variables with their distributions: all uniform, or all gaussian and cut.
 
-    Parameters
-    ----------
-    names : tuple of str, length k
-        Variables, in the order of a design's columns.
-    lower, upper : array, shape (k,)
-        Bounds, outside of which no variable comes [units of the variables].
-    sigma : array, shape (k,), optional
-        Standard deviations before the cut of gaussian variables, whose mean lies midway between
-        the bounds [units of the variables]. By default the variables are uniform.
-    groups : tuple of str, length k, optional
-        Group that each variable belongs to: the members of a group vary together, and one index
-        stands for all. By default each variable stands for itself.
-
-    Raises
-    ------
-    InputError
-        Names the variable with reversed or equal bounds, or without a standard deviation; names
-        used twice; not one value per variable; one group only.
+    - `names`: variables, in the order of a design's columns.
+    - `lower`, `upper` (k,): bounds, outside of which no variable comes [units of the variables].
+    - `sigma` (k,), optional: standard deviations before the cut of gaussian variables, whose mean
+      lies midway between the bounds [units of the variables]. By default the variables are uniform.
+    - `groups`, optional: group that each variable belongs to: the members of a group vary together,
+      and one index stands for all. By default each variable stands for itself.
+    - raises InputError: names the variable with reversed or equal bounds, or without a standard
+      deviation; names used twice; not one value per variable; one group only.
     """
 
     names: tuple[str, ...]
@@ -134,20 +124,15 @@ def tolerance_inputs(space: DesignSpace) -> SensitivityInputs:
 class SobolIndices:
     """Shares of the variance of each output, with half widths of their intervals; all [1].
 
-    Parameters
-    ----------
-    factors, outputs : tuple of str
-        Variables or groups, and outputs, d and r of them.
-    pairs : tuple of (int, int)
-        Places of the factors of each pair; empty without second order.
-    n_base, n_resamples : int
-        Base points N of the scheme, and bootstrap resamples behind the intervals.
-    first, total, interaction : array, shape (d, r)
-        Share of a factor alone, with all that it does together with others, and their difference.
-    second : array, shape (len(pairs), r)
-        Share of a pair beyond what both do alone.
-    first_interval, total_interval, interaction_interval, second_interval : array
-        Half widths at the confidence `CONFIDENCE`.
+    - `factors`, `outputs`: variables or groups, and outputs, d and r of them.
+    - `pairs`: places of the factors of each pair; empty without second order.
+    - `n_base`, `n_resamples`: base points N of the scheme, and bootstrap resamples behind the
+      intervals.
+    - `first`, `total`, `interaction` (d, r): share of a factor alone, with all that it does
+      together with others, and their difference.
+    - `second`: share of a pair beyond what both do alone.
+    - `first_interval`, `total_interval`, `interaction_interval`, `second_interval`: half widths at
+      the confidence `CONFIDENCE`.
     """
 
     factors: tuple[str, ...]
@@ -179,16 +164,11 @@ class SobolIndices:
 class MorrisEffects:
     """Elementary effects: change of an output over a step of one factor, per unit of its range.
 
-    Parameters
-    ----------
-    factors, outputs : tuple of str
-        Names, d and r of them.
-    mu, mu_star, mu_star_interval : array, shape (d, r)
-        Mean of the effects, of their magnitudes and half width of its interval [unit of the
-        output].
-    sigma : array, shape (d, r)
-        Standard deviation of the effects: curvature and interaction; nan for groups of several
-        variables [unit of the output].
+    - `factors`, `outputs`: names, d and r of them.
+    - `mu`, `mu_star`, `mu_star_interval` (d, r): mean of the effects, of their magnitudes and half
+      width of its interval [unit of the output].
+    - `sigma` (d, r): standard deviation of the effects: curvature and interaction; nan for groups
+      of several variables [unit of the output].
     """
 
     factors: tuple[str, ...]
@@ -345,10 +325,7 @@ def fast_sobol_indices(
 def _one_output(
     rows: RealArray, weights: RealArray, d: int, pairs: tuple[tuple[int, int], ...]
 ) -> RealArray:
-    """First, total, interaction and second indices of an output, then their intervals, (2, …).
-
-    ``rows``: shape (rows of a base point, N); the first weights stand for all points.
-    """
+    """First, total, interaction and second indices of an output, then their intervals, (2, …)."""
     scaled = (rows - rows.mean()) / rows.std()
     a, b = scaled[0], scaled[-1]
     ab, ba = scaled[1 : d + 1], scaled[d + 1 : 2 * d + 1]
@@ -436,13 +413,9 @@ def pawn_analysis(
 ) -> PawnIndices:
     """Return PAWN indices of independent designs (n, k), such as `base_rows` gives.
 
-    Raises
-    ------
-    InputError
-        A value that is not finite or an output that does not vary, by name; another shape.
+    - raises InputError: a value that is not finite or an output that does not vary, by name;
+      another shape.
 
-    Notes
-    -----
     F. Pianosi and T. Wagener, Environmental Modelling & Software 67, 2015. Even a variable without
     effect has an index above zero, about ``0.8 sqrt(10 / n)``.
     """

@@ -27,13 +27,10 @@ _SAME_LEVEL = 0.02  # optima whose levels differ by less in all vehicles are one
 class Sharing:
     """Part numbers of every vehicle.
 
-    Parameters
-    ----------
-    parts, vehicles : tuple of str
-        Names of the parts, such as the mounts, and of the vehicles, m and v of them.
-    numbers : array of int, shape (m, v)
-        Part number of each part in each vehicle: 0, 1, … in the order in which vehicles first use
-        them, whatever numbers were given.
+    - `parts`, `vehicles`: names of the parts, such as the mounts, and of the vehicles, m and v of
+      them.
+    - `numbers` (m, v): part number of each part in each vehicle: 0, 1, … in the order in which
+      vehicles first use them, whatever numbers were given.
     """
 
     parts: tuple[str, ...]
@@ -83,11 +80,8 @@ class Sharing:
 class SharingRules:
     """What is decided already: sets of vehicles for each part.
 
-    Parameters
-    ----------
-    together, apart : mapping of str to sequence of sequence of str
-        Sets of vehicles that have one number of the part, and of which no two have one number of
-        it.
+    - `together`, `apart`: sets of vehicles that have one number of the part, and of which no two
+      have one number of it.
     """
 
     together: Mapping[str, Sequence[Sequence[str]]]
@@ -180,24 +174,14 @@ def _fewest(units: IntArray, clash: BoolArray) -> list[int]:
 class SharingProblem:
     """A fleet in which every vehicle has a design of its own, made of parts with part numbers.
 
-    Parameters
-    ----------
-    evaluate : Differentiable
-        Model with one response per vehicle, smaller is better.
-    space : DesignSpace
-        Space of one vehicle's design; continuous variables.
-    parts : mapping of str to sequence of str
-        Variables of each part, which a part number fixes together; every variable belongs to one.
-    limits : array, shape (v,)
-        Largest allowed response of each vehicle [response_unit].
-    rules : SharingRules
-        What is decided already.
-
-    Raises
-    ------
-    InputError
-        Variables without a part or with two, other limits than vehicles, contradictory rules, a
-        model without gradient, a variable of whole numbers.
+    - `evaluate`: model with one response per vehicle, smaller is better.
+    - `space`: space of one vehicle's design; continuous variables.
+    - `parts`: variables of each part, which a part number fixes together; every variable belongs to
+      one.
+    - `limits` (v,): largest allowed response of each vehicle [response_unit].
+    - `rules`: what is decided already.
+    - raises InputError: variables without a part or with two, other limits than vehicles,
+      contradictory rules, a model without gradient, a variable of whole numbers.
     """
 
     evaluate: Differentiable
@@ -257,14 +241,10 @@ class SharingProblem:
 class SharedDesign:
     """A sharing with values for its part numbers.
 
-    Parameters
-    ----------
-    sharing : Sharing
-        Part numbers.
-    designs : array, shape (v, k)
-        Design of each vehicle [units]; equal where numbers are shared.
-    levels, excess : array, shape (v,)
-        Response of each vehicle, and its distance beyond the limit [response_unit].
+    - `sharing`: part numbers.
+    - `designs` (v, k): design of each vehicle [units]; equal where numbers are shared.
+    - `levels`, `excess` (v,): response of each vehicle, and its distance beyond the limit
+      [response_unit].
     """
 
     sharing: Sharing
@@ -282,12 +262,9 @@ class SharedDesign:
 class OwnOptima:
     """What each vehicle could have with parts of its own.
 
-    Parameters
-    ----------
-    levels, designs : array, shape (v,), (v, k)
-        Best response of each vehicle [response_unit] and its design.
-    candidates : array, shape (n, k)
-        Different local optima of all vehicles: where a search for shared parts begins.
+    - `levels`, `designs` (v,): best response of each vehicle [response_unit] and its design.
+    - `candidates` (n, k): different local optima of all vehicles: where a search for shared parts
+      begins.
     """
 
     levels: RealArray
@@ -346,19 +323,12 @@ def shared_design(
 ) -> SharedDesign:
     """Find values for the part numbers of a sharing that keep the worst vehicle low.
 
-    Parameters
-    ----------
-    problem, sharing : SharingProblem, Sharing
-        Fleet and part numbers.
-    starts : sequence of array, shape (v, k)
-        Designs to begin with; a number begins with the mean of its vehicles. The best end counts.
-    enough : float
-        Worst excess that ends the search: further starts are left out [response_unit].
-    steps : int
-        Largest number of steps of each descent.
+    - `problem`, `sharing`: fleet and part numbers.
+    - `starts` (v, k): designs to begin with; a number begins with the mean of its vehicles. The
+      best end counts.
+    - `enough`: worst excess that ends the search: further starts are left out [response_unit].
+    - `steps`: largest number of steps of each descent.
 
-    Notes
-    -----
     Minimises t over part values and t, subject to ``level_v − limit_v ≤ t``: sequential quadratic
     programming (SLSQP) with exact gradients. A local optimum of a problem that has several.
     """

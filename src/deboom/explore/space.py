@@ -129,15 +129,10 @@ def stiffness_factor_space(
 ) -> DesignSpace:
     """Return the space of factors on today's stiffnesses, each with the nominal value 1.
 
-    Parameters
-    ----------
-    names : sequence of str
-        Names of the factors, such as ``TSM x``.
-    half_width : float
-        Half width of the search about 1, below 1 [1].
-    tolerance : float
-        Half width of the manufacturing scatter, three standard deviations [1]. The default is
-        ±15 % (σ = 5 %); 0.45 reads the same 15 % as one σ.
+    - `names`: names of the factors, such as ``TSM x``.
+    - `half_width`: half width of the search about 1, below 1 [1].
+    - `tolerance`: half width of the manufacturing scatter, three standard deviations [1]. The
+      default is ±15 % (σ = 5 %); 0.45 reads the same 15 % as one σ.
     """
     if not 0.0 <= half_width < 1.0:
         raise InputError(

@@ -31,14 +31,9 @@ _MET = 1e-7  # excess of a target that counts as met
 class ToleranceCost:
     """Price of tolerances, ``Σ_k w_k (reference_k / tolerance_k − 1)``.
 
-    Parameters
-    ----------
-    weight, reference : array, shape (k,)
-        Price of halving the reference tolerance of each variable, 0 or more, and that tolerance,
-        which costs nothing more than today, above 0 [1].
+    - `weight`, `reference` (k,): price of halving the reference tolerance of each variable, 0 or
+      more, and that tolerance, which costs nothing more than today, above 0 [1].
 
-    Notes
-    -----
     The reciprocal law is the oldest of the customary ones (Chase and Greenwood, "Design issues in
     mechanical tolerance analysis", Manufacturing Review 1, 1988). A tolerance wider than its
     reference saves money, at most its weight.
@@ -62,14 +57,9 @@ class ToleranceCost:
 class ToleranceResponse:
     """Mean, scatter and cost of designs that choose their tolerances; itself a `Robust`.
 
-    Parameters
-    ----------
-    robust : RobustResponse
-        Response whose space has the nominal tolerances.
-    lower, upper : float
-        Bounds of every tolerance around the nominal ones, half widths above 0 [1].
-    cost : ToleranceCost
-        The last objective.
+    - `robust`: response whose space has the nominal tolerances.
+    - `lower`, `upper`: bounds of every tolerance around the nominal ones, half widths above 0 [1].
+    - `cost`: the last objective.
     """
 
     robust: RobustResponse
@@ -141,14 +131,9 @@ def _check_continuous(space: DesignSpace) -> None:
 class CostCurve:
     """Price of one variable's tolerance, falling with the width.
 
-    Parameters
-    ----------
-    name : str
-        Name of the variable.
-    lower, upper : float
-        Tightest and widest tolerance with a price, half widths [1].
-    cost, slope : callable
-        Price of a tolerance, and its derivative, 0 or less [money].
+    - `name`: name of the variable.
+    - `lower`, `upper`: tightest and widest tolerance with a price, half widths [1].
+    - `cost`, `slope`: price of a tolerance, and its derivative, 0 or less [money].
     """
 
     name: str
@@ -177,13 +162,9 @@ def reciprocal_curve(name: str, weight: float, reference: float) -> CostCurve:
 def tabulated_curve(name: str, tolerance: RealArray, costs: RealArray) -> CostCurve:
     """Return a price known at two tolerances or more; between them monotone, beyond them nan.
 
-    Raises
-    ------
-    InputError
-        Too few points, a tolerance twice or out of range, a price that rises with the width.
+    - raises InputError: too few points, a tolerance twice or out of range, a price that rises with
+      the width.
 
-    Notes
-    -----
     Piecewise cubic over the logarithm of the tolerance that keeps the points' monotony (F. N.
     Fritsch and J. Butland, SIAM Journal on Scientific and Statistical Computing 5, 1984).
     """
@@ -251,14 +232,11 @@ def reciprocal_curves(names: Sequence[str], cost: ToleranceCost) -> CostCurves:
 class Scattered:
     """Responses of one design over its scatter, and their derivatives by the tolerances.
 
-    Parameters
-    ----------
-    tolerance : array, shape (k,)
-        Half widths [1].
-    values, by_tolerance : array, shape (n_samples, r), (n_samples, r, k)
-        Responses, draw by draw, and their derivatives [response unit (per unit tolerance)].
-    sigma, sigma_by_tolerance : array, shape (r,), (r, k)
-        Standard deviations and their derivatives [response unit (per unit tolerance)].
+    - `tolerance` (k,): half widths [1].
+    - `values`, `by_tolerance` (n_samples, r): responses, draw by draw, and their derivatives
+      [response unit (per unit tolerance)].
+    - `sigma`, `sigma_by_tolerance` (r,): standard deviations and their derivatives [response unit
+      (per unit tolerance)].
     """
 
     tolerance: RealArray
@@ -274,8 +252,6 @@ class Scattered:
     def soft_share(self, limit: RealArray) -> tuple[RealArray, RealArray]:
         """Return a share that can be differentiated, shape (r,), with its derivatives (r, k).
 
-        Notes
-        -----
         ``mean Φ((limit − y) / w)`` with a width ``w`` of a fifth of the standard deviation: the
         share of responses with a further normal scatter ``w``. Of more than half it is slightly
         less than the share itself.
@@ -336,11 +312,9 @@ class ToleranceEffect:
     def at(self, tolerance: RealArray) -> Scattered:
         """Return the responses with their derivatives at tolerances, shape (k,).
 
-        Notes
-        -----
-        A made design is ``x (1 + t/3 s)`` with the scatter ``s`` of the draws, so that ``∂y/∂t =
-        ∂y/∂x · x s / 3``; the standard deviation's derivatives follow by the chain rule through
-        its estimator and are exact for these draws.
+        A made design is ``x (1 + t/3 s)`` with the scatter ``s`` of the draws, so that
+        ``∂y/∂t = ∂y/∂x · x s / 3``; the standard deviation's derivatives follow by the chain rule
+        through its estimator and are exact for these draws.
         """
         robust = _with_tolerance(self.robust, tolerance)
         model: Any = robust.evaluate
@@ -430,12 +404,9 @@ Target: TypeAlias = SigmaTarget | ShareTarget
 class MarginalValues:
     """What a little more or less tolerance does, one value per variable with a cost curve.
 
-    Parameters
-    ----------
-    names, tolerance : tuple of str, array, shape (k,)
-        The variables and the half widths at which the values hold [1].
-    sigma_by_tolerance, cost_by_tolerance : array, shape (k,)
-        Sum of standard deviations [response unit] and price [money] per unit of tolerance.
+    - `names`, `tolerance` (k,): the variables and the half widths at which the values hold [1].
+    - `sigma_by_tolerance`, `cost_by_tolerance` (k,): sum of standard deviations [response unit] and
+      price [money] per unit of tolerance.
     """
 
     names: tuple[str, ...]
@@ -452,8 +423,8 @@ class MarginalValues:
     def sigma_per_cost(self) -> RealArray:
         """Sigma that one unit of money takes away, shape (k,) [response unit per money].
 
-        Equal for all variables between their bounds when the tolerances are the cheapest; nan
-        where a tolerance is free.
+        Equal for all variables between their bounds when the tolerances are the cheapest; nan where
+        a tolerance is free.
         """
         spent = -self.cost_by_tolerance
         nothing = np.full(spent.shape, np.nan)
@@ -464,12 +435,9 @@ class MarginalValues:
 class Allocation:
     """Tolerances of the variables with a cost curve, with their price and their effect.
 
-    Parameters
-    ----------
-    names, tolerance, cost : tuple of str, array, shape (k,), array, shape (k,)
-        The variables, their half widths [1] and the price of each [money].
-    scattered : Scattered
-        Responses in the draws of the search; of all variables of the space.
+    - `names`, `tolerance`, `cost` (k,): the variables, their half widths [1] and the price of each
+      [money].
+    - `scattered`: responses in the draws of the search; of all variables of the space.
     """
 
     names: tuple[str, ...]
@@ -492,13 +460,10 @@ class Allocation:
 class Allocator:
     """A design, the price of its tolerances, and how far they may go.
 
-    Parameters
-    ----------
-    effect, curves : ToleranceEffect, CostCurves
-        The design and the prices. Variables without a cost curve keep their tolerance.
-    lower, upper : float or array, shape (k,)
-        Bounds of the tolerances that have a price, half widths above 0 and below 1 [1]; a curve
-        that ends before narrows them.
+    - `effect`, `curves`: the design and the prices. Variables without a cost curve keep their
+      tolerance.
+    - `lower`, `upper` (k,): bounds of the tolerances that have a price, half widths above 0 and
+      below 1 [1]; a curve that ends before narrows them.
     """
 
     effect: ToleranceEffect
@@ -551,14 +516,9 @@ class Allocator:
     def cheapest(self, target: Target) -> Allocation:
         """Return the cheapest tolerances that reach a target.
 
-        Raises
-        ------
-        InputError
-            Even the tightest tolerances do not reach it: says by how much, and which response
-            binds.
+        - raises InputError: even the tightest tolerances do not reach it: says by how much, and
+          which response binds.
 
-        Notes
-        -----
         Sequential quadratic programming (SLSQP) over the logarithms of the tolerances, started at
         one tolerance everywhere that reaches the target. For a linear response of independent
         tolerances with reciprocal costs this is a geometric program: there is one optimum, where

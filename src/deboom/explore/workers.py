@@ -69,20 +69,12 @@ def workers_for(
 ) -> AbstractContextManager[Robust]:
     """Return where a robust response is computed, as a context.
 
-    Parameters
-    ----------
-    robust : Robust
-        Response such as `RobustResponse`, whose rows do not depend on each other. Beyond one
-        process it consists of objects of importable modules.
-    workers : int
-        Processes on this machine; 1 stays in this process.
-    scheduler : str, optional
-        Address of an existing Dask cluster, such as ``tcp://node7:8786``.
-
-    Raises
-    ------
-    InputError
-        Workers and a cluster that cannot be; a response that cannot travel to another process.
+    - `robust`: response such as `RobustResponse`, whose rows do not depend on each other. Beyond
+      one process it consists of objects of importable modules.
+    - `workers`: processes on this machine; 1 stays in this process.
+    - `scheduler`, optional: address of an existing Dask cluster, such as ``tcp://node7:8786``.
+    - raises InputError: workers and a cluster that cannot be; a response that cannot travel to
+      another process.
 
     Examples
     --------

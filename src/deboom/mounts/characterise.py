@@ -73,34 +73,18 @@ TOLERANCE_UNITS = {
 class CharacteriseOptions:
     """How mounts are characterised.
 
-    Parameters
-    ----------
-    gears : tuple of int or None
-        Gears whose runs the surfaces are fitted to; None takes all.
-    preload : Preload
-        Variable of the surfaces.
-    estimate : Estimate
-        Estimator over repeated runs.
-    regressor : PiecewiseCubicRegressor
-        Pieces of the surfaces.
-    self_calibration : bool
-        Whether rigid motion and Newton's law improve the stated alignment.
-    excited : tuple of str
-        Loads ``fx`` … ``mz`` that excite the powertrain at this order; about the crankshaft along y
-        alone by default. Four cylinders in line add ``fz`` and its moment ``mx``.
-    excitation_deviation : float
-        Standard deviation of their direction, per axis [rad].
-    folds : int
-        Groups of load cases that are left out in turn to judge the surfaces; 0 for none.
-    draws : int
-        Draws of the error budget.
-    seed : int
-        Seed of the error budget, from 1.
-
-    Raises
-    ------
-    InputError
-        A single fold; pieces that make no sense.
+    - `gears`: gears whose runs the surfaces are fitted to; None takes all.
+    - `preload`: variable of the surfaces.
+    - `estimate`: estimator over repeated runs.
+    - `regressor`: pieces of the surfaces.
+    - `self_calibration`: whether rigid motion and Newton's law improve the stated alignment.
+    - `excited`: loads ``fx`` … ``mz`` that excite the powertrain at this order; about the
+      crankshaft along y alone by default. Four cylinders in line add ``fz`` and its moment ``mx``.
+    - `excitation_deviation`: standard deviation of their direction, per axis [rad].
+    - `folds`: groups of load cases that are left out in turn to judge the surfaces; 0 for none.
+    - `draws`: draws of the error budget.
+    - `seed`: seed of the error budget, from 1.
+    - raises InputError: a single fold; pieces that make no sense.
     """
 
     gears: tuple[int, ...] | None = (5, 6, 7)
@@ -246,11 +230,8 @@ def measuring_chains(
     All runs count, falling ones as well. One estimate per body: the powertrain, then the bodies on
     mounts of their own.
 
-    Raises
-    ------
-    InputError
-        Sensors that do not determine the motion of their body, a dead channel, a faulty one that
-        the others convict, shaker runs that do not determine the force.
+    - raises InputError: sensors that do not determine the motion of their body, a dead channel, a
+      faulty one that the others convict, shaker runs that do not determine the force.
     """
     third = math.sqrt(3)
     free_body = FreeBody(
@@ -346,10 +327,8 @@ def training_runs(
 ) -> tuple[OperatingRun, ...]:
     """Return the runs of a mount set that surfaces are fitted to: rising torque, chosen gears.
 
-    Raises
-    ------
-    InputError
-        No such mount set, no run in the chosen gears, or none of them with rising torque.
+    - raises InputError: no such mount set, no run in the chosen gears, or none of them with rising
+      torque.
     """
     of_set = campaign.runs_of(mount_set)
     runs = [run for run in of_set if options.gears is None or run.gear in options.gears]
@@ -403,11 +382,7 @@ def _direction(measured: OperatingMap, options: CharacteriseOptions) -> Directio
 def _held_out(
     samples: StiffnessSamples, surface: DynamicStiffnessSurface, folds: int
 ) -> Agreement | None:
-    """Agreement with load cases that cubics of the same pieces were not fitted to.
-
-    Lines away from all that were fitted do not count: there a surface does not speak. Neither does
-    a fold without which a piece has no line left.
-    """
+    """Agreement with backed load cases that cubics of the same pieces were not fitted to."""
     cases, case = np.unique(np.array(samples.run), return_inverse=True)
     if not 0 < folds <= len(cases):
         return None

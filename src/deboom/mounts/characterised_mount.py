@@ -36,10 +36,7 @@ class MapPoints:
     [m], frequency [Hz], complex ``f / s`` [N/m], confidence from 0 (masked: not to be used) to 1
     [1], and the run of each point, with the piece where a mount has several.
 
-    Raises
-    ------
-    InputError
-        Unequal lengths, a value that is not finite, a confidence outside of 0 … 1.
+    - raises InputError: unequal lengths, a value that is not finite, a confidence outside of 0 … 1.
     """
 
     preload: RealArray
@@ -72,24 +69,13 @@ class MapPoints:
 class FittedSurface:
     """Response surface K(preload, amplitude, frequency) as named arrays.
 
-    Parameters
-    ----------
-    model : str
-        Type that builds itself from the arrays, such as ``DynamicStiffnessSurface``.
-    variables, units : tuple of str
-        Variables in their order with their SI units. Values are in N/m.
-    lower, upper : array, shape (n_variables,)
-        Range of each variable over the training points, in its unit.
-    arrays : mapping of str to array
-        Everything that the model needs, its training region included.
-    settings : mapping of str to str, int, float, bool or None
-        Settings of the fit.
-
-    Raises
-    ------
-    InputError
-        Counts that disagree, ranges that are not finite, an array of Python objects, a setting
-        that is not plain.
+    - `model`: type that builds itself from the arrays, such as ``DynamicStiffnessSurface``.
+    - `variables`, `units`: variables in their order with their SI units. Values are in N/m.
+    - `lower`, `upper` (n_variables,): range of each variable over the training points, in its unit.
+    - `arrays`: everything that the model needs, its training region included.
+    - `settings`: settings of the fit.
+    - raises InputError: counts that disagree, ranges that are not finite, an array of Python
+      objects, a setting that is not plain.
     """
 
     model: str
@@ -138,10 +124,7 @@ class FittedSurface:
     def response_surface(self) -> DynamicStiffnessSurface:
         """Build the surface, bit for bit as it was.
 
-        Raises
-        ------
-        InputError
-            Another model or version, or incomplete arrays.
+        - raises InputError: another model or version, or incomplete arrays.
         """
         if self.model != DynamicStiffnessSurface.__name__:
             raise InputError(
@@ -181,10 +164,7 @@ class CharacterisedDirection:
     Without map points where the mount was never loaded along it, without a surface where none could
     be fitted; the static curve is the supplier's.
 
-    Raises
-    ------
-    InputError
-        An unknown axis; identified, and yet without a surface.
+    - raises InputError: an unknown axis; identified, and yet without a surface.
     """
 
     axis: str
@@ -208,10 +188,7 @@ class CampaignRecord:
     assumptions of the error budget about the bench (1 σ, ``name [unit]``, SI) and a hash of every
     file that was read.
 
-    Raises
-    ------
-    InputError
-        No name, a tolerance that is not finite or lacks its unit.
+    - raises InputError: no name, a tolerance that is not finite or lacks its unit.
     """
 
     name: str
@@ -236,10 +213,7 @@ class MountIdentity:
     Campaign, name of the mount in the vehicle and mount set or design level (`variant`) are needed;
     labels of the part may be unknown, ``""``.
 
-    Raises
-    ------
-    InputError
-        Campaign, mount or variant is empty; a control character in any of them.
+    - raises InputError: campaign, mount or variant is empty; a control character in any of them.
     """
 
     campaign: str
@@ -264,14 +238,12 @@ class MountIdentity:
 class CharacterisedMount:
     """One part, characterised: the mount library takes it and gives it back unchanged.
 
-    Which part it is, its geometry on the bench, at least one direction, each axis once, and
-    numbers of the whole mount as ``name [unit]``, such as the condition number of its force
-    transfer matrix.
+    Which part it is, its geometry on the bench, at least one direction, each axis once, and numbers
+    of the whole mount as ``name [unit]``, such as the condition number of its force transfer
+    matrix.
 
-    Raises
-    ------
-    InputError
-        Another mount in identity, mount and static curves; an axis twice; no axis at all.
+    - raises InputError: another mount in identity, mount and static curves; an axis twice; no axis
+      at all.
     """
 
     identity: MountIdentity
@@ -301,10 +273,7 @@ class CharacterisedMount:
     def direction(self, axis: str) -> CharacterisedDirection:
         """Return one direction.
 
-        Raises
-        ------
-        InputError
-            The mount was not characterised along this axis.
+        - raises InputError: the mount was not characterised along this axis.
         """
         direction = self.find(axis)
         if direction is None:

@@ -91,11 +91,11 @@ def error_budget(
     Parameters
     ----------
     chains : sequence of AlignmentEstimate
-        One per body, stated or calibrated.
+        Measuring chains of the bodies, stated or calibrated.
     records : sequence of BodyRecord
         Lines that the surfaces were fitted to, in the same order.
     surfaces : mapping of str to DynamicStiffnessSurface
-        By ``<mount> <axis>``.
+        Surfaces by ``<mount> <axis>``.
     variable : Preload
         Preload of the surfaces.
     static_force_noise : float
@@ -104,10 +104,6 @@ def error_budget(
         Seed of the draws, from 1.
     n_draws : int
         Measuring chains that are drawn, at least 200.
-
-    Returns
-    -------
-    dict of str to DirectionBudget
 
     Raises
     ------

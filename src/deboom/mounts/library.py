@@ -329,10 +329,7 @@ class MountLibrary:
     ) -> MountIdentity:
         """Return the one mount that is asked for, as `identities` does.
 
-        Raises
-        ------
-        InputError
-            None, or more than one: the candidates are named.
+        - raises InputError: None, or more than one: the candidates are named.
         """
         matching = self.identities(campaign, mount, variant, part_number, serial)
         if len(matching) == 1:
@@ -348,10 +345,7 @@ class MountLibrary:
     def load(self, identity: MountIdentity) -> CharacterisedMount:
         """Return a mount exactly as it was added.
 
-        Raises
-        ------
-        InputError
-            It is not in the library, or its arrays are damaged.
+        - raises InputError: it is not in the library, or its arrays are damaged.
         """
         with self._reading() as session:
             row = session.scalar(_matching(select(MountRow), identity))
@@ -368,14 +362,12 @@ class MountLibrary:
     ) -> None:
         """Import mounts and their campaigns: all of them, or after any failure none.
 
-        A campaign that is kept already, from the same files, stays. `replace` exchanges mounts
-        that are kept already, and a campaign of other content with all its mounts.
+        A campaign that is kept already, from the same files, stays. `replace` exchanges mounts that
+        are kept already, and a campaign of other content with all its mounts.
 
-        Raises
-        ------
-        InputError
-            A mount of another campaign or twice; without `replace`, a mount or another campaign of
-            this name that is kept already; a library that is locked or may not be written to.
+        - raises InputError: a mount of another campaign or twice; without `replace`, a mount or
+          another campaign of this name that is kept already; a library that is locked or may not be
+          written to.
         """
         _check_complete(campaigns, mounts)
         with self._writing() as session:

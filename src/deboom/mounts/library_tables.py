@@ -82,10 +82,8 @@ def from_document(
 ) -> tuple[tuple[CampaignRecord, ...], tuple[CharacterisedMount, ...]]:
     """Return campaigns and mounts exactly as they were given to `to_document`.
 
-    Raises
-    ------
-    InputError
-        Another format or version, an entry that is missing, unknown or of another kind.
+    - raises InputError: another format or version, an entry that is missing, unknown or of another
+      kind.
     """
     stated = document.get("format") if isinstance(document, dict) else None
     if stated != FORMAT:

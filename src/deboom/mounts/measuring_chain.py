@@ -118,11 +118,9 @@ class InstrumentedBody:
 def instrumented_bodies(campaign: Campaign) -> tuple[InstrumentedBody, ...]:
     """Sort a campaign's sensors and mounts by bodies: the powertrain, then those on mounts alone.
 
-    Raises
-    ------
-    InputError
-        Accelerometers that do not determine the motion of their body, a mount without cells, cell
-        channels that are switched off, or shaker runs that do not determine the force.
+    - raises InputError: accelerometers that do not determine the motion of their body, a mount
+      without cells, cell channels that are switched off, or shaker runs that do not determine the
+      force.
     """
     on_powertrain, bodies = [], []
     for mount in campaign.mounts:
@@ -188,11 +186,7 @@ def _channels_of(sensors: tuple[Sensor, ...], names: tuple[str, ...]) -> list[st
 
 
 def _transfer_scatter(transfer: ForceTransferMatrix) -> RealArray:
-    """Systematic part of the scatter of a force transfer matrix over frequency and repeats.
-
-    A parabola over frequency keeps the smooth part (the bench gives way) and leaves the noise of
-    single lines, which is no error of the mean.
-    """
+    """Systematic scatter of a force transfer matrix: a parabola over frequency, without noise."""
     matrix = transfer.matrix.real
     relative = np.linalg.solve(matrix, transfer.response).reshape(transfer.frequency.size, -1)
     lines = transfer.frequency / transfer.frequency[-1]
@@ -260,8 +254,6 @@ class _Error(NamedTuple):
 def alignment(body: InstrumentedBody, tolerances: Tolerances) -> Alignment:
     """List what may be wrong with a body's accelerometers, cells and their calibration.
 
-    Notes
-    -----
     Channel c of a sensor with the rows ``B = Rᵀ [I, r̃ᵀ]`` truly reads ``B_c``, changed by its gain
     ``γ B_c``, by cross-axis sensitivity ``κ B_c'``, by a turn ``-(θ̃ B)_c`` about the sensor's own
     axes and by an offset ``(Rᵀ [0, δ̃ᵀ])_c``. A shaker that pushes along ``e_a + θ × e_a`` with
@@ -450,13 +442,9 @@ def body_record(
 ) -> BodyRecord:
     """Collect what one body's channels recorded in several runs, with its noise.
 
-    Raises
-    ------
-    InputError
-        A run without one of the channels, no run at all, or a channel that is dead.
+    - raises InputError: a run without one of the channels, no run at all, or a channel that is
+      dead.
 
-    Notes
-    -----
     Repeated lines are turned into the phase of the first, so that their mean is not left to chance:
     which pulse of the tacho is the zero mark differs from run to run, and a half order has two
     phases half a turn apart. All channels of a line turn together: no stiffness depends on it.
@@ -542,11 +530,7 @@ def _refuse_dead_channels(
     groups: IntArray,
     shares: RealArray,
 ) -> None:
-    """Refuse a channel far below its neighbours, unless there is nothing that it could show.
-
-    It is below what physics allows if it shows less than half of the least share of its group's
-    largest channel and of its own stated noise.
-    """
+    """Refuse a channel below half of its group's least share and of its own stated noise."""
     level = np.sqrt(np.mean(np.abs(values) ** 2, axis=0))
     noise_level = np.sqrt(np.mean(noise**2, axis=0))
     for place, name in enumerate(names):

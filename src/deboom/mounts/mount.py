@@ -19,29 +19,18 @@ AXES = ("x", "y", "z")
 class Mount:
     """One mount of the platform.
 
-    Parameters
-    ----------
-    name : str
-        Such as ``TSM``.
-    description : str
-        In words, for the report.
-    pieces : tuple of str
-        Names of the pieces that share the part number, such as ``("left", "right")``; one piece
-        has the name ``""``.
-    positions : tuple of (x, y, z)
-        Virtual point of each piece in vehicle axes, from the powertrain's centre of gravity [m].
-    transfer_axes : tuple of str
-        Axes whose force reaches the cabin. The other axes stay design variables without effect.
-    body_mass : float, optional
-        Mass of the body that each piece carries where that is not the powertrain, such as the
-        wheel end on a wishbone mount [kg]; None for a powertrain mount.
-    body_mass_tolerance : float
-        Half width of the body mass [kg].
-
-    Raises
-    ------
-    InputError
-        Unknown axes, not one position per piece, or a body mass that is no mass.
+    - `name`: name such as ``TSM``.
+    - `description`: description in words, for the report.
+    - `pieces`: names of the pieces that share the part number, such as ``("left", "right")``; one
+      piece has the name ``""``.
+    - `positions`: virtual point of each piece in vehicle axes, from the powertrain's centre of
+      gravity [m].
+    - `transfer_axes`: axes whose force reaches the cabin. The other axes stay design variables
+      without effect.
+    - `body_mass`, optional: mass of the body that each piece carries where that is not the
+      powertrain, such as the wheel end on a wishbone mount [kg]; None for a powertrain mount.
+    - `body_mass_tolerance`: half width of the body mass [kg].
+    - raises InputError: unknown axes, not one position per piece, or a body mass that is no mass.
     """
 
     name: str
@@ -95,13 +84,8 @@ def refuse_active_mounts(load_case: LoadCase) -> None:
     Real mounts only store and lose energy. A negative stiffness means force and displacement of
     opposite signs; a negative loss means conjugated spectra (factor e^{-jωt}) or a phase error.
 
-    Raises
-    ------
-    InputError
-        Names load case, channel and what to check.
+    - raises InputError: names load case, channel and what to check.
 
-    Notes
-    -----
     Judged by the stiffness that fits all lines best, ``K = Σ f s* / Σ |s|²``, so that the noise of
     single lines does not count.
     """
@@ -135,24 +119,10 @@ def mean_operating_stiffness(
     One number to read beside a stiffness factor; over a full-load run the stiffness itself grows
     with the preload. Pieces are averaged (thesis, eq. 30: K = f / s at the virtual point).
 
-    Parameters
-    ----------
-    mount : Mount
-        Mount of the run.
-    load_case : LoadCase
-        Measured run.
-    band : (float, float)
-        First and last frequency, both included [Hz].
-
-    Returns
-    -------
-    array, shape (3,)
-        ``mean |f / s|`` for x, y, z [N/m]; nan for an axis without channels.
-
-    Raises
-    ------
-    InputError
-        A band without lines.
+    - `mount`: mount of the run.
+    - `band` (float, float): first and last frequency, both included [Hz].
+    - returns (3,): ``mean |f / s|`` for x, y, z [N/m]; nan for an axis without channels.
+    - raises InputError: a band without lines.
     """
     frequency = load_case.displacement.frequency
     lines = (frequency >= band[0]) & (frequency <= band[1])

@@ -73,10 +73,7 @@ class OperatingMap:
     `confidence` is like a coherence, 0 to 1: the lesser of what the stated noise allows and of what
     the repeats show; `near_floor` masks lines at which the displacement hardly exceeds its noise.
 
-    Raises
-    ------
-    InputError
-        Columns of different lengths.
+    - raises InputError: columns of different lengths.
     """
 
     mount: str
@@ -118,10 +115,7 @@ class OperatingMap:
     def preload(self, variable: Preload) -> RealArray:
         """Return the chosen preload variable, shape (n,) [N m or N].
 
-        Raises
-        ------
-        InputError
-            The static force of this direction was not measured.
+        - raises InputError: the static force of this direction was not measured.
         """
         if variable is Preload.WHEEL_TORQUE:
             return self.wheel_torque
@@ -144,10 +138,7 @@ class OperatingMap:
     def samples(self, variable: Preload) -> StiffnessSamples:
         """Return the lines that are not near the floor, to fit a model to.
 
-        Raises
-        ------
-        InputError
-            No line is left; or the static force is asked for and was not measured.
+        - raises InputError: no line is left; or the static force is asked for and was not measured.
         """
         usable = self.select(~self.near_floor)
         if not len(usable):
@@ -174,7 +165,7 @@ def operating_maps(
     Parameters
     ----------
     chains : sequence of AlignmentEstimate
-        One per body.
+        Measuring chains of the bodies.
     records : sequence of BodyRecord
         Recordings of each body, in the same order.
     estimate : Estimate
@@ -183,7 +174,7 @@ def operating_maps(
     Returns
     -------
     dict of str to OperatingMap
-        By ``<mount> <axis>``; pieces of a mount below each other.
+        Maps by ``<mount> <axis>``; pieces of a mount below each other.
 
     Raises
     ------
@@ -214,27 +205,14 @@ def bench_load_case(
 ) -> LoadCase:
     """Refer one run on the test bench to the virtual points, as a load case.
 
-    Parameters
-    ----------
-    campaign : Campaign
-        Campaign of the run.
-    run : OperatingRun
-        Run line by line; its lines keep their order.
-    chains : sequence of AlignmentEstimate
-        One per body, from `deboom.mounts.characterise.measuring_chains`.
-    title : str
-        Name of the run for a reader.
-
-    Returns
-    -------
-    LoadCase
-        Motion relative to the bench, which stands still, and forces on it: blocked forces. Channels
-        ``<mount> [<piece>] <axis>``.
-
-    Raises
-    ------
-    InputError
-        Channels of the chains that the run did not record, or a displacement of exactly 0.
+    - `campaign`: campaign of the run.
+    - `run`: run line by line; its lines keep their order.
+    - `chains`: measuring chains of the bodies, from `deboom.mounts.characterise.measuring_chains`.
+    - `title`: name of the run for a reader.
+    - returns: motion relative to the bench, which stands still, and forces on it: blocked forces.
+      Channels ``<mount> [<piece>] <axis>``.
+    - raises InputError: channels of the chains that the run did not record, or a displacement of
+      exactly 0.
     """
     records = [body_record(chain.alignment.body, [run], campaign.tolerances) for chain in chains]
     displacement, force = {}, {}

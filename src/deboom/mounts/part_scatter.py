@@ -24,15 +24,9 @@ DOMINATES = 0.5
 class ScatterPrior:
     """Assumption about a scatter before any part was measured.
 
-    Parameters
-    ----------
-    sigma : float
-        Relative standard deviation, above 0 [1].
-    weight : float
-        Degrees of freedom that it counts like, above 0; 4 is as good as five parts.
+    - `sigma`: relative standard deviation, above 0 [1].
+    - `weight`: degrees of freedom that it counts like, above 0; 4 is as good as five parts.
 
-    Notes
-    -----
     The variance has a scaled inverse chi-square distribution, the conjugate one for normal data (A.
     Gelman et al., "Bayesian Data Analysis", 3rd ed., 2013, ch. 3.2): the parts' degrees of freedom
     and variance are added to it.
@@ -113,35 +107,21 @@ def direction_scatter(
 ) -> DirectionScatter:
     """Estimate the scatter of one direction from its parts.
 
-    Parameters
-    ----------
-    name : str
-        Direction, such as ``TSM x``.
-    values : array, shape (n,)
-        Logarithm of the stiffness of each part, under equal conditions [1].
-    uncertainty : array, shape (n,), optional
-        Standard uncertainty of each value; default is none [1].
-    batches : sequence of str, length n, optional
-        Batch of each part; default is that nobody knows.
-    prior : ScatterPrior
-        Counts below `ENOUGH` parts.
-    confidence : float
-        Coverage of the interval [1].
-    has_common : bool
-        Whether the uncertainty holds errors that all parts have in common, as the budget of one
-        campaign does. They scatter no part; the upper bound then removes nothing.
+    - `name`: direction, such as ``TSM x``.
+    - `values` (n,): logarithm of the stiffness of each part, under equal conditions [1].
+    - `uncertainty` (n,), optional: standard uncertainty of each value; default is none [1].
+    - `batches`, optional: batch of each part; default is that nobody knows.
+    - `prior`: counts below `ENOUGH` parts.
+    - `confidence`: coverage of the interval [1].
+    - `has_common`: whether the uncertainty holds errors that all parts have in common, as the
+      budget of one campaign does. They scatter no part; the upper bound then removes nothing.
+    - raises InputError: counts that differ, values that are not finite, a confidence outside 0 to
+      1.
 
-    Raises
-    ------
-    InputError
-        Counts that differ, values that are not finite, a confidence outside 0 to 1.
-
-    Notes
-    -----
     ``ν s²/χ²`` bounds the observed variance; the mean variance of measuring is taken off. Of
     several batches the variance is that between plus that within them, with the degrees of freedom
-    of Satterthwaite (Biometrics Bulletin 2, 1946). With a known uncertainty and without batches
-    the interval is exact for normal scatter; with the prior it is a credible one of the observed
+    of Satterthwaite (Biometrics Bulletin 2, 1946). With a known uncertainty and without batches the
+    interval is exact for normal scatter; with the prior it is a credible one of the observed
     variance.
     """
     values = np.asarray(values, dtype=float)
@@ -311,25 +291,14 @@ def library_scatter(
 ) -> LibraryScatter:
     """Estimate the scatter of every mount and axis from a library's parts.
 
-    Parameters
-    ----------
-    parts : sequence of CharacterisedMount
-        Parts of one mount have one part number. A part is told by its variant and serial; if it
-        was characterised in several campaigns, the mean counts. A serial such as ``B7/012`` names
-        the batch before its slash.
-    prior : ScatterPrior
-        Counts below 20 parts.
-    confidence : float
-        Coverage of the intervals [1].
+    - `parts`: parts of one mount have one part number. A part is told by its variant and serial; if
+      it was characterised in several campaigns, the mean counts. A serial such as ``B7/012`` names
+      the batch before its slash.
+    - `prior`: counts below 20 parts.
+    - `confidence`: coverage of the intervals [1].
+    - raises InputError: no part, parts of several numbers at one mount, or parts whose measured
+      regions have too little in common.
 
-    Raises
-    ------
-    InputError
-        No part, parts of several numbers at one mount, or parts whose measured regions have too
-        little in common.
-
-    Notes
-    -----
     Parts are compared at the same preload, amplitude and frequency. What a stiffness factor scales
     is the curve of dynamic stiffness over static force; at equal static force a part whose rubber
     is 5 % stiffer differs by less where its stops carry the load.
@@ -356,11 +325,7 @@ def library_scatter(
 
 @dataclass(frozen=True, eq=False)
 class _PartValues:
-    """Logarithms of |K| of n parts of one mount along a axes, with standard uncertainties (n, a).
-
-    Axes are those that are identified in every part; batches are None if the library does not
-    record them.
-    """
+    """Logarithms of |K| of n parts on the common axes, with standard uncertainties (n, a)."""
 
     name: str
     batches: tuple[str, ...] | None

@@ -58,8 +58,6 @@ class TrainingRegion:
     variable; a row belongs to the region if no variable leaves its range by more than 2 % of it and
     a measured row lies within the `reach`, each variable in fractions of its range [1].
 
-    Notes
-    -----
     A convex hull is no guard for runs: they are curves, and most of the hull about them was never
     visited. With 27 runs of the virtual bench a cubic surface is wrong by 13 to 27 % in the median
     at points inside the hull, 0.2 to 0.3 of the ranges away from any row, and by 0.1 to 0.6 %
@@ -110,38 +108,23 @@ class TrainingRegion:
 class PiecewiseCubicRegressor(RegressorMixin, BaseEstimator):
     """Complete cubic polynomials in pieces along the first variable, blended where they meet.
 
-    Parameters
-    ----------
-    pieces : int or "cv", default 2
-        Number of pieces, fewer if the rows or the threshold do not call for them; "cv" chooses
-        between 1 and `max_pieces` by cross-validation.
-    split : "least-squares", "threshold" or sequence of float, default "least-squares"
-        The best split points in the sense of least squares; or where the error of a growing piece
-        passes `threshold` (thesis, 3.5; least squares if even the shortest piece does); or the
-        split points themselves (then `pieces` has no say).
-    threshold : float, default 0.03
-        Rms error over mean absolute value that a piece may have [1].
-    overlap : float, default 0.02
-        Fraction of the range of the first variable over which neighbours share rows and are
-        blended linearly [1].
-    max_pieces, folds : int, default 5
-        Limits of the cross-validation.
-    min_rows : int or None, default None
-        Distinct rows that a piece holds at least; None is twice the number of terms.
+    - `pieces`: number of pieces, fewer if the rows or the threshold do not call for them; "cv"
+      chooses between 1 and `max_pieces` by cross-validation.
+    - `split`: the best split points in the sense of least squares; or where the error of a growing
+      piece passes `threshold` (thesis, 3.5; least squares if even the shortest piece does); or the
+      split points themselves (then `pieces` has no say).
+    - `threshold`: rms error over mean absolute value that a piece may have [1].
+    - `overlap`: fraction of the range of the first variable over which neighbours share rows and
+      are blended linearly [1].
+    - `max_pieces`, `folds`: limits of the cross-validation.
+    - `min_rows`: distinct rows that a piece holds at least; None is twice the number of terms.
+    - `split_points_` (n_pieces - 1,): split points in the unit of the first variable, increasing.
+    - `centre_`, `half_range_` (n_pieces, n_features): scaling of each piece's variables to [-1, 1]
+      over its own rows.
+    - `coefficients_` (n_pieces, n_terms, n_outputs): factors of the terms of
+      ``PolynomialFeatures(3)`` in scaled variables.
+    - `region_`: where rows were fitted.
 
-    Attributes
-    ----------
-    split_points_ : array, shape (n_pieces - 1,)
-        In the unit of the first variable, increasing.
-    centre_, half_range_ : array, shape (n_pieces, n_features)
-        Scaling of each piece's variables to [-1, 1] over its own rows.
-    coefficients_ : array, shape (n_pieces, n_terms, n_outputs)
-        Factors of the terms of ``PolynomialFeatures(3)`` in scaled variables.
-    region_ : TrainingRegion
-        Where rows were fitted.
-
-    Notes
-    -----
     Thesis, eq. 32, with all 20 terms for three variables (it prints 19). `predict` follows the
     polynomials everywhere, as scikit-learn expects; `supported` says where that is extrapolation.
     Several outputs share their split points.
@@ -196,10 +179,7 @@ class PiecewiseCubicRegressor(RegressorMixin, BaseEstimator):
     def check_parameters(self) -> None:
         """Refuse parameters that make no sense, before any row is seen.
 
-        Raises
-        ------
-        InputError
-            The parameter, and what it may be.
+        - raises InputError: the parameter, and what it may be.
         """
         whole = {"max_pieces": 1, "folds": 2}
         if self.pieces != "cv":
@@ -231,23 +211,15 @@ class PiecewiseCubicRegressor(RegressorMixin, BaseEstimator):
     ) -> Self:
         """Fit the pieces.
 
-        Parameters
-        ----------
-        X : array, shape (n, n_features)
-            Variables.
-        y : array, shape (n,) or (n, n_outputs)
-            Observations.
-        sample_weight : array, shape (n,), optional
-            Inverse to the variance of each row; rows of weight 0 are left out.
-        groups : array, shape (n,), optional
-            Rows of one group (one run) are left out together in the cross-validation; without it
-            every `folds`-th row along the first variable is, which suits independent rows only.
-
-        Raises
-        ------
-        InputError
-            Parameters without sense, split points outside of the range, a piece without rows,
-            groups that cannot be cross-validated.
+        - `X` (n, n_features): variables.
+        - `y` (n,): observations.
+        - `sample_weight` (n,), optional: inverse to the variance of each row; rows of weight 0 are
+          left out.
+        - `groups` (n,), optional: rows of one group (one run) are left out together in the
+          cross-validation; without it every `folds`-th row along the first variable is, which suits
+          independent rows only.
+        - raises InputError: parameters without sense, split points outside of the range, a piece
+          without rows, groups that cannot be cross-validated.
         """
         self.check_parameters()
         rows: RealArray
@@ -274,10 +246,7 @@ class PiecewiseCubicRegressor(RegressorMixin, BaseEstimator):
     def refitted(self, X: RealArray, y: RealArray) -> Self:
         """Fit cubics with the same split points to other rows, all of one weight.
 
-        Raises
-        ------
-        InputError
-            A piece without rows.
+        - raises InputError: a piece without rows.
         """
         same: Self = clone(self)
         same.n_features_in_ = self.n_features_in_
@@ -310,22 +279,11 @@ class PiecewiseCubicRegressor(RegressorMixin, BaseEstimator):
     ) -> tuple[RealArray, RealArray]:
         """Return lower and upper bounds for one new observation at each row of `X`.
 
-        Parameters
-        ----------
-        X : array, shape (n, n_features)
-            Variables.
-        coverage : float
-            Probability, between 0 and 1 [1].
-        sample_weight : array, shape (n,), optional
-            Weights of the new observations, 1 if not given.
+        - `X` (n, n_features): variables.
+        - `coverage`: probability, between 0 and 1 [1].
+        - `sample_weight` (n,), optional: weights of the new observations, 1 if not given.
+        - raises InputError: a coverage outside of ]0, 1[, or a fit without degrees of freedom.
 
-        Raises
-        ------
-        InputError
-            A coverage outside of ]0, 1[, or a fit without degrees of freedom.
-
-        Notes
-        -----
         ``t σ √(1/w + h)`` with Student's t and the leverage h, per piece, blended like the values
         (two pieces that share rows are taken as fully dependent). It holds for independent errors
         of equal (or by weight equal) variance inside of `supported`.
@@ -350,8 +308,6 @@ class PiecewiseCubicRegressor(RegressorMixin, BaseEstimator):
     def leverage_ratio(self, X: npt.ArrayLike) -> RealArray:
         """Return the leverage over the largest of the rows fitted, worst of the pieces in charge.
 
-        Notes
-        -----
         Above 1 the polynomial is no longer backed by data, even amid the ranges of all variables:
         hidden extrapolation (Montgomery, Peck and Vining, Introduction to Linear Regression
         Analysis, 3.8).
@@ -391,10 +347,7 @@ class PiecewiseCubicRegressor(RegressorMixin, BaseEstimator):
     ) -> Self:
         """Build a fitted regressor of one output from `to_arrays`, bit for bit.
 
-        Raises
-        ------
-        InputError
-            An array that is missing, is not of numbers or of another shape.
+        - raises InputError: an array that is missing, is not of numbers or of another shape.
         """
         stored = named_arrays(arrays, prefix, (*_ARRAYS, "split_feature"))
         if stored["split_feature"] != 0:
@@ -447,12 +400,7 @@ class PiecewiseCubicRegressor(RegressorMixin, BaseEstimator):
     def _cross_validated_splits(
         self, X: RealArray, y: RealArray, weight: RealArray, fold: IntArray, segments: _Segments
     ) -> RealArray:
-        """Return the split points of as many pieces as predict rows left out.
-
-        Scored on the rows left out that the others support for every number of pieces, so that no
-        extrapolation decides. Of the numbers of pieces whose score is worse than the best by less
-        than one standard error of that difference over the folds, the smallest is taken.
-        """
+        """Return the splits of the fewest pieces within one standard error of the best score."""
         candidates = _least_squares_splits(segments, self.max_pieces)
         if len(candidates) == 1:
             return candidates[0]
@@ -680,12 +628,7 @@ class _Segments:
         return np.unique(self.cuts[np.minimum(nearest, len(self.cuts) - 1)])
 
     def squares(self, edges: IntArray) -> RealArray:
-        """Weighted squares that one cubic leaves between two edges, (first, last, output).
-
-        In units of each output's variance; infinite where a segment has too few rows. Each block
-        is reduced to its triangle once; a segment grows by one block when the two triangles are
-        stacked and triangularised again (updating of a QR factorisation).
-        """
+        """Weighted squares that one cubic leaves, over the variance, (first, last, output)."""
         n_columns = self._rows.shape[1]
         n_terms = n_columns - self._n_outputs
         n_blocks = len(edges) - 1
@@ -782,11 +725,7 @@ def _best_cuts(edges: IntArray, squares: RealArray, n_pieces: int) -> IntArray |
 
 
 def _threshold_splits(segments: _Segments, max_pieces: int, threshold: float) -> RealArray | None:
-    """Split points where a growing cubic's error passes a threshold (thesis, 3.5).
-
-    From the low end, a piece reaches as far as its error allows; the last piece takes what is left,
-    whatever its error. None if even the shortest first piece is worse than the threshold.
-    """
+    """Split where a growing cubic's error passes the threshold (thesis, 3.5); None: no split."""
 
     def choose(edges: IntArray, squares: RealArray) -> IntArray | None:
         error = segments.relative_error(edges, squares)

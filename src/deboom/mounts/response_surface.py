@@ -49,10 +49,7 @@ def operating_points(
 ) -> RealArray:
     """Stack preload [N or N m], amplitude [m] and frequency [Hz] as points (..., 3) for a model.
 
-    Raises
-    ------
-    InputError
-        Shapes that do not broadcast.
+    - raises InputError: shapes that do not broadcast.
     """
     columns = [np.asarray(values, dtype=float) for values in (preload, amplitude, frequency)]
     try:
@@ -126,10 +123,7 @@ class Agreement:
 def r_squared(measured: npt.ArrayLike, modelled: npt.ArrayLike) -> float:
     """Return the coefficient of determination, ``1 - Σ(y - ŷ)² / Σ(y - ȳ)²``, of two arrays (n,).
 
-    Raises
-    ------
-    InputError
-        Shapes that differ, or a measured quantity that does not vary.
+    - raises InputError: shapes that differ, or a measured quantity that does not vary.
     """
     y, fitted = np.asarray(measured, dtype=float), np.asarray(modelled, dtype=float)
     if y.shape != fitted.shape or y.ndim != 1:
@@ -169,12 +163,9 @@ class StiffnessModel(RegressorMixin, BaseEstimator, ABC):
     A scikit-learn regressor of three variables whose `y` is complex. `region_` is where lines were
     measured, `n_lines_` how many.
 
-    Parameters
-    ----------
-    regressor : scikit-learn regressor, optional
-        Regressor of real-valued parts; default is two complete cubics, `PiecewiseCubicRegressor()`.
-    preload_unit : str
-        ``N`` for a static force, ``N m`` for a wheel torque.
+    - `regressor`, optional: regressor of real-valued parts; default is two complete cubics,
+      `PiecewiseCubicRegressor()`.
+    - `preload_unit`: ``N`` for a static force, ``N m`` for a wheel torque.
     """
 
     region_: TrainingRegion
@@ -193,23 +184,14 @@ class StiffnessModel(RegressorMixin, BaseEstimator, ABC):
     ) -> Self:
         """Fit the model to measured lines.
 
-        Parameters
-        ----------
-        X : array, shape (n, 3)
-            Static force of the direction [N] or wheel torque [N m], peak displacement amplitude at
-            the virtual point [m], frequency [Hz].
-        y : array, shape (n,)
-            Measured stiffness, complex [N/m].
-        sample_weight : array, shape (n,), optional
-            Inverse to the variance of each line, 1 if not given [1].
-        groups : array of str, shape (n,), optional
-            Run of each line: a cross-validation of the pieces leaves out whole runs.
-
-        Raises
-        ------
-        InputError
-            Lines that cannot be fitted: shapes, values that are not finite, too few of them; or
-            a cross-validation without runs.
+        - `X` (n, 3): static force of the direction [N] or wheel torque [N m], peak displacement
+          amplitude at the virtual point [m], frequency [Hz].
+        - `y` (n,): measured stiffness, complex [N/m].
+        - `sample_weight` (n,), optional: inverse to the variance of each line, 1 if not given [1].
+        - `groups` (n,), optional: run of each line: a cross-validation of the pieces leaves out
+          whole runs.
+        - raises InputError: lines that cannot be fitted: shapes, values that are not finite, too
+          few of them; or a cross-validation without runs.
         """
         points, stiffness = np.asarray(X, dtype=float), np.asarray(y, dtype=complex)
         if stiffness.size == 0:
@@ -258,22 +240,11 @@ class StiffnessModel(RegressorMixin, BaseEstimator, ABC):
     def predict(self, X: npt.ArrayLike, extrapolate: bool = False) -> ComplexArray:
         """Return the dynamic stiffness at operating points.
 
-        Parameters
-        ----------
-        X : array, shape (..., 3)
-            Preload, amplitude and frequency in `units`, see `operating_points`.
-        extrapolate : bool
-            Whether points that are not `supported` get the model's value, too.
-
-        Returns
-        -------
-        array, shape (...)
-            Complex [N/m].
-
-        Raises
-        ------
-        InputError
-            A point outside of the measured region, unless `extrapolate`, or one that is not finite.
+        - `X` (..., 3): preload, amplitude and frequency in `units`, see `operating_points`.
+        - `extrapolate`: whether points that are not `supported` get the model's value, too.
+        - returns (...): complex [N/m].
+        - raises InputError: a point outside of the measured region, unless `extrapolate`, or one
+          that is not finite.
         """
         points, shape = _rows(X)
         if not len(points):
@@ -377,8 +348,8 @@ class DynamicStiffnessSurface(StiffnessModel):
 
     Notes
     -----
-    Thesis, eq. 32. Both parts choose their own split points: common ones move K by up to 73 % in
-    a direction that is hardly loaded. R² compares with what was measured: it is no accuracy.
+    Thesis, eq. 32. Both parts choose their own split points: common ones move K by up to 73 % in a
+    direction that is hardly loaded. R² compares with what was measured: it is no accuracy.
 
     `predict_interval`, `gradient`, `at_amplitude`, `predict_refitted` and `to_arrays` need the
     piecewise cubic; other regressors are refused there by name.
@@ -440,21 +411,11 @@ class DynamicStiffnessSurface(StiffnessModel):
     ) -> tuple[ComplexArray, ComplexArray]:
         """Return the interval that covers one newly measured line at `X` (..., 3), for each part.
 
-        Parameters
-        ----------
-        X : array, shape (..., 3)
-            Preload, amplitude and frequency in `units`.
-        coverage : float
-            Probability for the real and for the imaginary part, each [1].
+        - `X` (..., 3): preload, amplitude and frequency in `units`.
+        - `coverage`: probability for the real and for the imaginary part, each [1].
+        - raises InputError: a point outside of the measured region, a coverage outside of ]0, 1[,
+          or a regressor without an interval.
 
-        Raises
-        ------
-        InputError
-            A point outside of the measured region, a coverage outside of ]0, 1[, or a regressor
-            without an interval.
-
-        Notes
-        -----
         Bounds of both parts as complex arrays (...) [N/m], by scatter and misfit of the training
         lines only. Errors that all lines share (sensor angles, gains) are not in it; they need an
         error budget.
@@ -479,17 +440,10 @@ class DynamicStiffnessSurface(StiffnessModel):
     def at_amplitude(self, preload: npt.ArrayLike, frequency: npt.ArrayLike) -> ComplexArray:
         """Return the cubics in the amplitude that the surface is at fixed preload and frequency.
 
-        Parameters
-        ----------
-        preload, frequency : array, broadcastable to one shape
-            In `units`.
-
-        Returns
-        -------
-        array, shape (..., 4)
-            Coefficients of the powers 0 to 3 of the amplitude scaled to [-1, 1] over its measured
-            range, complex [N/m]. They do not guard: ask `supported` with the amplitudes that come
-            out.
+        - `preload`, `frequency`: preload and frequency in `units`.
+        - returns (..., 4): coefficients of the powers 0 to 3 of the amplitude scaled to [-1, 1]
+          over its measured range, complex [N/m]. They do not guard: ask `supported` with the
+          amplitudes that come out.
         """
         self._cubics("cubic in the amplitude")
         low, high = self.ranges["amplitude"]
@@ -529,10 +483,8 @@ class DynamicStiffnessSurface(StiffnessModel):
     def from_arrays(cls, arrays: Mapping[str, npt.NDArray[Any]]) -> Self:
         """Build the surface from the arrays of `to_arrays`, bit for bit.
 
-        Raises
-        ------
-        InputError
-            A format of another version, an array that is missing or of another shape.
+        - raises InputError: a format of another version, an array that is missing or of another
+          shape.
         """
         plain = named_arrays(arrays, "", ("format", *_PLAIN))
         if int(plain["format"]) != STORAGE_FORMAT:
@@ -577,25 +529,12 @@ class DynamicStiffnessSurface(StiffnessModel):
 def friction_stiffness(relative_amplitude: npt.ArrayLike) -> ComplexArray:
     """Return the first harmonic of Berg's friction force in the steady state.
 
-    Parameters
-    ----------
-    relative_amplitude : array, shape (...)
-        Displacement amplitude over the displacement at which half of the friction force is reached,
-        at least 0 [1].
+    - `relative_amplitude` (...): displacement amplitude over the displacement at which half of the
+      friction force is reached, at least 0 [1].
+    - returns (...): complex stiffness over the stiffness at vanishing amplitude [1]: from 1 without
+      loss at rest to 0 at large amplitudes.
+    - raises InputError: a negative amplitude.
 
-    Returns
-    -------
-    array, shape (...)
-        Complex stiffness over the stiffness at vanishing amplitude [1]: from 1 without loss at rest
-        to 0 at large amplitudes.
-
-    Raises
-    ------
-    InputError
-        A negative amplitude.
-
-    Notes
-    -----
     M. Berg, Vehicle System Dynamics 30 (1998), 197-212: from the turning point (x_s, F_s) on,
     ``F = F_s + (x - x_s) (F_max - F_s) / (x_2 (1 - F_s/F_max) + x - x_s)``. Over a cycle of
     amplitude ``r x_2`` the force at the turning points is ``m F_max`` with
@@ -667,8 +606,6 @@ class BergShape:
 class BergModel(StiffnessModel):
     """Elastic, friction and Maxwell element side by side, all following the preload alike.
 
-    Notes
-    -----
     ``K = k(F0) [1 + φ κ(|s|/x_2) + v jf/(f_c + jf)]`` with κ from `friction_stiffness`. For given
     shape, k(F0) is a linear least-squares problem, solved inside of the search for the shape
     (variable projection; Golub and Pereyra, 1973).

@@ -1,8 +1,8 @@
 """A measuring chain that calibrates itself: rigid motion and Newton's law hold in every run.
 
-Six triaxial sensors on a rigid body show twelve numbers more than it has motions, and the forces
-of its mounts must be its mass times its acceleration. Both hold for every line of every run with
-every mount set, whatever the mounts are; alignment errors alone break them.
+Six triaxial sensors on a rigid body show twelve numbers more than it has motions, and the forces of
+its mounts must be its mass times its acceleration. Both hold for every line of every run with every
+mount set, whatever the mounts are; alignment errors alone break them.
 """
 
 from __future__ import annotations
@@ -104,11 +104,7 @@ class FreeBody:
 
 @dataclass(frozen=True, eq=False)
 class _Equations:
-    """Complex equations ``jacobian @ change of the parameters = residual``, whitened.
-
-    `misfit` is the mean square of the `freedom` independent residuals, in what noise and the
-    systematic rest of one line let expect.
-    """
+    """Whitened complex equations ``jacobian @ change of the parameters = residual``."""
 
     group: str
     jacobian: ComplexArray
@@ -125,13 +121,8 @@ def self_calibrated(
     With `free_body` Newton's law is used beside the rigid motion. The stated alignment comes back
     where nothing is redundant: a body with a single sensor, or no tolerance.
 
-    Raises
-    ------
-    InputError
-        Channels that contradict each other by far more than the tolerances.
+    - raises InputError: channels that contradict each other by far more than the tolerances.
 
-    Notes
-    -----
     Most probable parameters p, with normal priors of the stated tolerances, under
 
     - rigid motion: ``(1 − V V⁺) a = 0`` with the forward matrix V(p) of the sensors;
@@ -140,9 +131,9 @@ def self_calibrated(
 
     Gauss-Newton on both. Beside the noise of its lines each group has a systematic rest, common to
     all lines: the scatter of the force transfer matrices, and what the model leaves out. Where the
-    residuals exceed both together, the rest is enlarged until it explains them, and the group
-    loses its say: flexible bodies, further forces. Seven parameters show in no rigid motion, a
-    common rotation, offset and scale of all sensors; Newton's law ties them to the cells.
+    residuals exceed both together, the rest is enlarged until it explains them, and the group loses
+    its say: flexible bodies, further forces. Seven parameters show in no rigid motion, a common
+    rotation, offset and scale of all sensors; Newton's law ties them to the cells.
     """
     if not alignment.body.is_rigid_body or not np.any(alignment.tolerance > 0):
         return stated_alignment(alignment)

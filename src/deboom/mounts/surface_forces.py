@@ -81,29 +81,16 @@ def surface_forces(
 ) -> SurfaceForces:
     """Exchange the measured forces of a run for those of its mounts' response surfaces.
 
-    Parameters
-    ----------
-    load_case : LoadCase
-        With its engine torque.
-    mounts : sequence of CharacterisedMount
-        One for every mount of the run; their surfaces are over wheel torque.
-    outside : Outside
-        Whether lines outside of the measured region are refused or keep the measured force.
+    - `load_case`: load case with its engine torque.
+    - `mounts`: one for every mount of the run; their surfaces are over wheel torque.
+    - `outside`: whether lines outside of the measured region are refused or keep the measured
+      force.
+    - returns: a direction that was not identified, or has no surface, keeps the measured force and
+      says so in its `ForceSource`.
+    - raises InputError: a run without engine torque; a mount that is missing, double or was not
+      measured in the run; a surface over static force; lines outside of the measured region, if
+      refused.
 
-    Returns
-    -------
-    SurfaceForces
-        A direction that was not identified, or has no surface, keeps the measured force and says
-        so in its `ForceSource`.
-
-    Raises
-    ------
-    InputError
-        A run without engine torque; a mount that is missing, double or was not measured in the
-        run; a surface over static force; lines outside of the measured region, if refused.
-
-    Notes
-    -----
     ``f = K(T_w, |s|, ω) s`` at every line and for every piece, with the motion s as measured:
     thesis, eq. 30 and 32. All pieces of a mount share its surface.
     """
@@ -218,22 +205,11 @@ def surface_over(
 ) -> DynamicStiffnessSurface:
     """Fit a response surface to the lines that the library keeps, over the preload of choice.
 
-    Parameters
-    ----------
-    mount : CharacterisedMount
-        With its map points.
-    axis : str
-        Direction.
-    state : MountState
-        Preload variable.
-    regressor : PiecewiseCubicRegressor, optional
-        Pieces of the surface.
-
-    Raises
-    ------
-    InputError
-        No such direction; lines of two directions that are not those of the same runs; too few
-        lines, or none above the noise floor.
+    - `mount`: mount with its map points.
+    - `axis`: direction.
+    - `regressor`, optional: pieces of the surface.
+    - raises InputError: no such direction; lines of two directions that are not those of the same
+      runs; too few lines, or none above the noise floor.
     """
     points = mount.direction(axis).map_points
     if state is MountState.WHEEL_TORQUE:
@@ -270,10 +246,7 @@ def state_at(
     `maps` are by ``<mount> <axis>``, such as those of another powertrain on the same mount; the
     library's mount says which axis is the main one.
 
-    Raises
-    ------
-    InputError
-        The static force was not measured.
+    - raises InputError: the static force was not measured.
     """
     name = mount.mount.name
     if state is MountState.WHEEL_TORQUE:
@@ -291,8 +264,6 @@ def smooth_static_force(
     Parabolas of least squares over `SMOOTH_WIDTH` (Savitzky-Golay). A run with fewer than five
     lines in that width, or with lines at unequal steps, stays as it is.
 
-    Notes
-    -----
     Noise in the variable of a surface flattens the surface; a mean over lines does not cure that.
     """
     smooth = np.array(force, dtype=float)

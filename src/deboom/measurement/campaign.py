@@ -50,23 +50,21 @@ class MeasuredMount(Protocol):
 class OperatingRun:
     """One ramp or load slice along one engine order, as the sensors deliver it.
 
-    Parameters
-    ----------
-    name : str — name, such as ``M1_g5_wot220_rising``
-    mount_set : str — parts on the bench, such as ``M1``
-    gear : int — gear, from 1
-    total_ratio : float — engine speed over wheel speed [1]
-    full_load : bool
-        True for a ramp with wide open throttle; False for a slice at constant engine torque.
-    torque_limit : float — limit of a full-load ramp, torque of a slice [N m]
-    rising : bool — whether the engine speed, and with it the torque of a full-load ramp, rose
-    order : float — engine order of the spectra [1]
-    engine_torque : array, shape (n_frequency,) — measured torque [N m]
-    acceleration, cell_force : Spectrum
-        Channels ``<sensor> <axis>`` in sensor axes, phase to the tacho [m/s^2], [N].
-    static_force : array, shape (n_frequency, n)
-        Quasi-static force of each mount direction, all cells of a mount together [N].
-    static_force_names : sequence of str — column names ``<mount> [<piece>] <axis>``
+    - `name`.
+    - `mount_set`.
+    - `gear`.
+    - `total_ratio`.
+    - `full_load`: True for a ramp with wide open throttle; False for a slice at constant engine
+      torque.
+    - `torque_limit`.
+    - `rising`.
+    - `order`.
+    - `engine_torque` (n_frequency,).
+    - `acceleration`, `cell_force`: channels ``<sensor> <axis>`` in sensor axes, phase to the tacho
+      [m/s^2], [N].
+    - `static_force` (n_frequency, n): quasi-static force of each mount direction, all cells of a
+      mount together [N].
+    - `static_force_names`.
     """
 
     name: str
@@ -112,20 +110,17 @@ class OperatingRun:
 class TimeRun:
     """Raw channels of one run over time, with the tacho that makes orders of them.
 
-    Parameters
-    ----------
-    name, mount_set, gear, total_ratio, full_load, torque_limit, rising, order
-        As of `OperatingRun`.
-    sample_rate : float — samples per second [Hz]
-    tacho : array, shape (n_sample,) — pulse train [1]; revolutions count from its first rising edge
-    pulses_per_revolution : int — pulses of the tacho
-    engine_torque : array, shape (n_sample,) — torque [N m]
-    acceleration, cell_force : array, shape (n_sample, n_channel)
-        Channels in sensor axes [m/s²], [N].
-    acceleration_channels, cell_force_channels : tuple of str — names ``<sensor> <axis>``
-    static_force : array, shape (n_sample, n)
-        Quasi-static force of each mount direction, all cells of a mount together [N].
-    static_force_names : tuple of str — names ``<mount> [<piece>] <axis>``
+    - `name`, `mount_set`, `gear`, `total_ratio`, `full_load`, `torque_limit`, `rising`, `order`:
+      fields as of `OperatingRun`.
+    - `sample_rate`.
+    - `tacho` (n_sample,).
+    - `pulses_per_revolution`.
+    - `engine_torque` (n_sample,).
+    - `acceleration`, `cell_force` (n_sample, n_channel): channels in sensor axes [m/s²], [N].
+    - `acceleration_channels`, `cell_force_channels`.
+    - `static_force` (n_sample, n): quasi-static force of each mount direction, all cells of a mount
+      together [N].
+    - `static_force_names`.
     """
 
     name: str
@@ -170,14 +165,9 @@ class RunDirection(Enum):
 def rising_runs(run: Sequence[str], direction: Mapping[str, RunDirection]) -> BoolArray:
     """Mark the lines of the runs with rising torque: a falling run is on another branch.
 
-    Parameters
-    ----------
-    run : sequence of str, length n — name of the run that each line belongs to
-    direction : mapping of str to RunDirection — direction of every run that occurs
-
-    Returns
-    -------
-    array of bool, shape (n,) — a run without direction, or no rising run at all, raises InputError
+    - `run`.
+    - `direction`.
+    - returns (n,).
     """
     unknown = sorted(set(run) - set(direction))
     if unknown:
@@ -194,14 +184,11 @@ def rising_runs(run: Sequence[str], direction: Mapping[str, RunDirection]) -> Bo
 class ShakerRun:
     """The cells' answer to a shaker at the virtual point of one mount, along one axis.
 
-    Parameters
-    ----------
-    mount, piece : str — mount and piece; the piece of a single one is ``""``
-    axis : str — vehicle axis of the shaker
-    repeat : int — number of the repeat, from 1
-    response : Frf
-        Outputs: channels of the cells below this mount, in sensor axes; one input
-        ``<mount> [<piece>] <axis>``; unit ``N/N``.
+    - `mount`, `piece`.
+    - `axis`.
+    - `repeat`.
+    - `response`: outputs: channels of the cells below this mount, in sensor axes; one input
+      ``<mount> [<piece>] <axis>``; unit ``N/N``.
     """
 
     mount: str
@@ -223,14 +210,11 @@ class ShakerRun:
 class PushRun:
     """The cells' answer to a push beside the virtual point of one mount.
 
-    Parameters
-    ----------
-    mount, piece : str — mount and piece; the piece of a single one is ``""``
-    push : Impact — point and direction of the force
-    repeat : int — number of the repeat, from 1
-    response : Frf
-        Outputs: channels of the cells below this mount, in sensor axes; one input, named as the
-        push; unit ``N/N``.
+    - `mount`, `piece`.
+    - `push`.
+    - `repeat`.
+    - `response`: outputs: channels of the cells below this mount, in sensor axes; one input, named
+      as the push; unit ``N/N``.
     """
 
     mount: str
@@ -255,14 +239,12 @@ def _check_input(response: Frf, pushed: str, owner: str) -> None:
 class StaticCurve:
     """Quasi-static force over deflection of one mount direction, as the supplier sends it.
 
-    Parameters
-    ----------
-    mount, axis : str — direction
-    mount_set : str — measured part
-    deflection : array, shape (n,) — increasing deflection, n ≥ 2 [m]
-    force : array, shape (n,) — force [N]
-    force_uncertainty : float
-        Standard deviation relative to the force: one scale error of the whole curve [1].
+    - `mount`, `axis`.
+    - `mount_set`.
+    - `deflection` (n,).
+    - `force` (n,).
+    - `force_uncertainty`: standard deviation relative to the force: one scale error of the whole
+      curve [1].
     """
 
     mount: str
@@ -286,29 +268,26 @@ class StaticCurve:
 class Campaign:
     """Everything measured on one bench, in SI; positions are what the laboratory believes.
 
-    Parameters
-    ----------
-    name : str — short key
-    mounts : tuple of Mount — mounts in the order of the platform
-    powertrain_mounts : tuple of str
-        Mounts that carry the powertrain. Each piece of every other mount carries a body of its own
-        with its own sensor, and needs no virtual point of the powertrain.
-    sensors : tuple of Sensor — position sheet: accelerometers and force cells
-    switched_off : tuple of str — channels not to be used, such as ``A3 y``
-    mount_sets : tuple of str — parts that were on the bench
-    runs : tuple of OperatingRun — frequency axes may differ from run to run
-    shaker_runs, pushes : tuple of ShakerRun, PushRun
-        At the virtual points, three axes for each mount (piece) that occurs, and beside them.
-    static_curves : tuple of StaticCurve — curves of the supplier; may be empty
-    mass_matrix : array, shape (6, 6)
-        Mass matrix of the powertrain at its centre of gravity, from the data sheet [kg, kg m²].
-    mass_tolerance, inertia_tolerance, centre_of_gravity_tolerance : float
-        Half widths [kg], of entry ij relative to ``√(J_ii J_jj)`` [1], per axis [m].
-    total_ratios : tuple of float — engine speed over wheel speed, gear 1 first [1]
-    order : float — engine order of all spectra [1]
-    sensor_catalogue : mapping of str to SensorModel — every model that occurs
-    tolerances : Tolerances — tolerances of this bench
-    input_files : tuple of Path — every file that was read
+    - `name`.
+    - `mounts`.
+    - `powertrain_mounts`: mounts that carry the powertrain. Each piece of every other mount carries
+      a body of its own with its own sensor, and needs no virtual point of the powertrain.
+    - `sensors`.
+    - `switched_off`.
+    - `mount_sets`.
+    - `runs`.
+    - `shaker_runs`, `pushes`: shaker runs at the virtual points, three axes for each mount (piece)
+      that occurs, and beside them.
+    - `static_curves`.
+    - `mass_matrix` (6, 6): mass matrix of the powertrain at its centre of gravity, from the data
+      sheet [kg, kg m²].
+    - `mass_tolerance`, `inertia_tolerance`, `centre_of_gravity_tolerance`: half widths [kg], of
+      entry ij relative to ``√(J_ii J_jj)`` [1], per axis [m].
+    - `total_ratios`.
+    - `order`.
+    - `sensor_catalogue`.
+    - `tolerances`.
+    - `input_files`.
     """
 
     name: str

@@ -55,12 +55,10 @@ def unit_of_response(function: str, source: str) -> str:
 class Spectrum:
     """Complex spectra of several channels of one unit.
 
-    Parameters
-    ----------
-    frequency : array, shape (n_frequency,) — increasing lines [Hz]
-    values : array, shape (n_frequency, n_channel) — complex peak amplitudes, factor e^{+jωt} [unit]
-    channels : sequence of str — name of each column
-    unit : str — SI unit of all columns
+    - `frequency` (n_frequency,).
+    - `values` (n_frequency, n_channel).
+    - `channels`.
+    - `unit`.
     """
 
     frequency: RealArray
@@ -82,12 +80,10 @@ class Spectrum:
 class Frf:
     """A matrix of frequency response functions whose outputs and inputs have names.
 
-    Parameters
-    ----------
-    frequency : array, shape (n_frequency,) — increasing lines [Hz]
-    values : array, shape (n_frequency, n_output, n_input) — complex response per unit input [unit]
-    outputs, inputs : sequence of str — names of the rows and of the columns
-    unit : str — SI unit, such as ``Pa/N``
+    - `frequency` (n_frequency,).
+    - `values` (n_frequency, n_output, n_input).
+    - `outputs`, `inputs`.
+    - `unit`.
     """
 
     frequency: RealArray
@@ -130,13 +126,11 @@ class Frf:
 class TimeRecord:
     """Channels of one unit, sampled together.
 
-    Parameters
-    ----------
-    values : array, shape (n_sample, n_channel) — samples [unit]
-    rate : float — samples per second, above 0 [Hz]
-    channels : sequence of str — name of each column
-    unit : str — SI unit of all columns
-    start : float — time of the first sample on the clock of the tacho [s]
+    - `values` (n_sample, n_channel).
+    - `rate`.
+    - `channels`.
+    - `unit`.
+    - `start`.
     """
 
     values: RealArray
@@ -157,19 +151,16 @@ class TimeRecord:
 class LoadCase:
     """Operating displacement and force spectra of one run, along one engine order.
 
-    Parameters
-    ----------
-    name : str — short key, such as ``g5_wot220``
-    title : str — title for a reader, such as ``5th gear, full load, 220 Nm``
-    gear : int — gear of the run
-    total_ratio : float — engine speed over wheel speed [1]
-    torque_limit : float — engine torque limit of the run [N m]
-    order : float — engine order of the spectra [1]; ``f = order * rpm / 60``
-    displacement : Spectrum
-        Displacement at the virtual points, columns ``<mount> [<piece>] <axis>`` [m].
-    force : Spectrum — force on the receiver there, the same columns and lines [N]
-    engine_torque : array, shape (n_frequency,), optional
-        Quasi-static engine torque at every line [N m]; None where it was not recorded.
+    - `name`.
+    - `title`.
+    - `gear`.
+    - `total_ratio`.
+    - `torque_limit`.
+    - `order`.
+    - `displacement`: displacement at the virtual points, columns ``<mount> [<piece>] <axis>`` [m].
+    - `force`.
+    - `engine_torque` (n_frequency,), optional: quasi-static engine torque at every line [N m]; None
+      where it was not recorded.
     """
 
     name: str

@@ -26,15 +26,11 @@ SMALLEST_SENSORS, SMALLEST_IMPACTS = 3, 6
 class CompressorMount:
     """One rubber mount: its place, its direction, its three static stiffnesses.
 
-    Parameters
-    ----------
-    name : str — name, such as ``mount 1``
-    position : array, shape (3,)
-        Elastic centre, from the virtual point, the origin of the position sheet [m].
-    rotation : array, shape (3,)
-        Rotation of the mount's axes about the fixed axes x, then y, then z [rad]; local x is axial.
-    stiffness : array, shape (3,)
-        Static stiffness along the axial and the two radial axes, above 0 [N/m].
+    - `name`.
+    - `position` (3,): elastic centre, from the virtual point, the origin of the position sheet [m].
+    - `rotation` (3,): rotation of the mount's axes about the fixed axes x, then y, then z [rad];
+      local x is axial.
+    - `stiffness` (3,): static stiffness along the axial and the two radial axes, above 0 [N/m].
     """
 
     name: str
@@ -56,14 +52,11 @@ class CompressorMount:
 class Drawing:
     """The body as drawn: where an identification may start.
 
-    Parameters
-    ----------
-    mass : float — mass, above 0 [kg]
-    centre : array, shape (3,) — centre of gravity, from the origin of the position sheet [m]
-    inertia : array, shape (3, 3)
-        Inertia about the centre of gravity, products with their sign as matrix elements; symmetric,
-        positive definite [kg m²].
-    mounts : tuple of CompressorMount — mounts of the body
+    - `mass`.
+    - `centre` (3,).
+    - `inertia` (3, 3): inertia about the centre of gravity, products with their sign as matrix
+      elements; symmetric, positive definite [kg m²].
+    - `mounts`.
     """
 
     mass: float
@@ -92,23 +85,19 @@ class InertanceTest:
     that do not fit together, a line at 0 Hz, a coherence outside 0 to 1, a mass without its
     deviation.
 
-    Parameters
-    ----------
-    name : str — title of the test
-    sensors : tuple of Sensor — triaxial accelerometers of the position sheet
-    impacts : tuple of Impact — impacts of the position sheet
-    frf : Frf
-        Outputs are the channels of the sensors in their order, inputs the impacts
-        [`ACCELERATION_PER_FORCE`]; no line at 0 Hz.
-    coherence : array, shape (n_frequency, n_channel, n_impact)
-        Ordinary coherence of the hits of an impact, 0 … 1 [1].
-    n_averages : int — hits per impact, the fewest where they differ
-    tolerances : PlacementTolerances — tolerances of gains, positions and angles
-    weighed_mass : float or None
-        Mass of the body from a pair of scales; None if it was not weighed [kg].
-    weighed_mass_deviation : float — 1 σ; 0 if it was not weighed [kg]
-    drawing : Drawing or None — None where there is none
-    input_files : tuple of Path — every file that was read
+    - `name`.
+    - `sensors`.
+    - `impacts`.
+    - `frf`: outputs are the channels of the sensors in their order, inputs the impacts
+      [`ACCELERATION_PER_FORCE`]; no line at 0 Hz.
+    - `coherence` (n_frequency, n_channel, n_impact): ordinary coherence of the hits of an impact, 0
+      … 1 [1].
+    - `n_averages`.
+    - `tolerances`.
+    - `weighed_mass`: mass of the body from a pair of scales; None if it was not weighed [kg].
+    - `weighed_mass_deviation`.
+    - `drawing`.
+    - `input_files`.
     """
 
     name: str
@@ -188,21 +177,17 @@ class HoseState(Enum):
 class OperatingSweep:
     """First order of one run-up of a running compressor at one pressure.
 
-    Parameters
-    ----------
-    name : str — name, such as ``standard 7.5 bar``
-    hoses : HoseState — hoses of the sweep
-    pressure : float — pressure of the gas at the outlet, above 0 [Pa]
-    acceleration : Spectrum
-        One line per rotational frequency, channels of the accelerometers on the compressor;
-        complex peak, the phase from the pulse of the tacho, which stands at the rotor's y axis
-        [m/s^2].
-    deviation : array, shape (n_frequency, n_channel)
-        Standard deviation of the real and of the imaginary part of `acceleration`, above 0 [m/s^2].
-    holder : Spectrum or None
-        The same of triaxial accelerometers on the body side of the mounts, ``<mount> x`` …
-        [m/s^2]; None where there were none.
-    sound : Spectrum or None — the same of microphones [Pa]; None where there were none
+    - `name`.
+    - `hoses`.
+    - `pressure`.
+    - `acceleration`: one line per rotational frequency, channels of the accelerometers on the
+      compressor; complex peak, the phase from the pulse of the tacho, which stands at the rotor's y
+      axis [m/s^2].
+    - `deviation` (n_frequency, n_channel): standard deviation of the real and of the imaginary part
+      of `acceleration`, above 0 [m/s^2].
+    - `holder`: the same of triaxial accelerometers on the body side of the mounts, ``<mount> x`` …
+      [m/s^2]; None where there were none.
+    - `sound`.
     """
 
     name: str
@@ -245,16 +230,14 @@ class OperatingSweep:
 class HoseDrawing:
     """A hose as drawn and catalogued: a straight uniform beam from the compressor to the body.
 
-    Parameters
-    ----------
-    name : str — name, such as ``suction hose``
-    position : array, shape (3,) — port on the compressor, from the virtual point [m]
-    direction : array, shape (3,) — direction from the port to the body, of any length but 0 [1]
-    length, line_mass : float — length [m] and mass per length [kg/m]
-    tension, torsion, bending : float
-        EA [N], GJ and EI [N m²], as a supplier may state them: start values.
-    loss_factor : float — loss factor of all three stiffnesses [1]
-    torsion_radius : float — radius of gyration of the section about its axis [m]
+    - `name`.
+    - `position` (3,).
+    - `direction` (3,).
+    - `length`, `line_mass`.
+    - `tension`, `torsion`, `bending`: EA [N], GJ and EI [N m²], as a supplier may state them: start
+      values.
+    - `loss_factor`.
+    - `torsion_radius`.
     """
 
     name: str
@@ -281,18 +264,13 @@ class HoseDrawing:
 class OperatingTest:
     """One compressor: struck without hoses, perhaps with them, and run.
 
-    Parameters
-    ----------
-    name : str — title of the test
-    hammer : InertanceTest — test without hoses, compressor off
-    hammer_with_hoses : InertanceTest or None
-        Test with the standard hoses, compressor off; same sensors and impacts.
-    sweeps : tuple of OperatingSweep
-        At least one sweep, with the accelerometers of the hammer test.
-    rotor_inertia : float or None
-        Polar moment of the rotor, from its data sheet [kg m²]; None where not known.
-    hoses : tuple of HoseDrawing — empty where no drawing exists
-    input_files : tuple of Path — every file that was read
+    - `name`.
+    - `hammer`.
+    - `hammer_with_hoses`: test with the standard hoses, compressor off; same sensors and impacts.
+    - `sweeps`: at least one sweep, with the accelerometers of the hammer test.
+    - `rotor_inertia`: polar moment of the rotor, from its data sheet [kg m²]; None where not known.
+    - `hoses`.
+    - `input_files`.
     """
 
     name: str

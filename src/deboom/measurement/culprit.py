@@ -70,16 +70,14 @@ class Fault(Enum):
 class Suspect:
     """The item without which the rest agrees best.
 
-    Parameters
-    ----------
-    name : str — sensor or impact; the channel if only that one was left out
-    fault : Fault — likely kind of its fault
-    channels : tuple of str — channels concerned
-    detail : str — size of the fault, in words
-    significance : float
-        Contradiction to the rest over what the tolerances of all sensors let expect, rms [1].
-    residual_undone : float
-        Rms disagreement of all channels with the fault undone, relative to the rms signal [1].
+    - `name`.
+    - `fault`.
+    - `channels`.
+    - `detail`.
+    - `significance`: contradiction to the rest over what the tolerances of all sensors let expect,
+      rms [1].
+    - `residual_undone`: rms disagreement of all channels with the fault undone, relative to the rms
+      signal [1].
     """
 
     name: str
@@ -94,17 +92,13 @@ class Suspect:
 class Diagnosis:
     """Who is the culprit.
 
-    Parameters
-    ----------
-    residual_of_all : float
-        Rms disagreement of all channels, per degree of freedom, relative to the rms signal [1].
-    residual_without : mapping of str to float
-        The same of the rest when one sensor or impact is left out (one channel, where the rest
-        cannot do without its sensor) [1].
-    suspect : Suspect or None
-        First suspect; None where the data agree to rounding or nothing can be left out.
-    named : bool — whether the suspect stands out enough to be called the culprit
-    verdict : str — one sentence
+    - `residual_of_all`: rms disagreement of all channels, per degree of freedom, relative to the
+      rms signal [1].
+    - `residual_without`: the same of the rest when one sensor or impact is left out (one channel,
+      where the rest cannot do without its sensor) [1].
+    - `suspect`: first suspect; None where the data agree to rounding or nothing can be left out.
+    - `named`.
+    - `verdict`.
     """
 
     residual_of_all: float
@@ -121,8 +115,6 @@ def culprit_of_responses(
 
     A missing channel, or no signal in any of them, raises InputError.
 
-    Notes
-    -----
     Impacts in 18 directions let the six motions vary independently; an engine order moves the body
     in few of them, and a fault that does not show in these stays hidden.
     """
@@ -213,10 +205,7 @@ class _MotionStates:
         return np.setdiff1d(np.arange(len(self.geometry.channels)), rows)
 
     def disagreement(self, forward: RealArray, rows: _Rows | None = None) -> float:
-        """Mean squared residual of some channels per degree of freedom, relative to the signal.
-
-        Infinite where the channels do not overdetermine the motion.
-        """
+        """Mean squared residual per degree of freedom over the signal; infinite without any."""
         rows = np.arange(len(forward)) if rows is None else rows
         n_channel, n_motion = len(rows), forward.shape[1]
         if n_channel <= n_motion:
@@ -237,11 +226,7 @@ class _MotionStates:
 
 
 def _motion_states(geometry: ChannelGeometry, channels: npt.ArrayLike) -> _MotionStates:
-    """Reduce many measured lines to at most n real states of motion that hold all they do.
-
-    The triangle R of a QR factorisation of the stacked real and imaginary parts has the same
-    products ``RᵀR`` as the data, and so the same residuals.
-    """
+    """Reduce lines to at most n real states with the same residuals, by the triangle of a QR."""
     values = np.asarray(channels, dtype=complex)
     n = len(geometry.channels)
     if values.ndim != 2 or values.shape[1] != n:
@@ -458,12 +443,9 @@ def _tilt(
 class Exchange:
     """Two items that agree with all others once they are exchanged.
 
-    Parameters
-    ----------
-    first, second : str — channels, or whole sensors or impacts
-    disagreement, left : float
-        Rms of what no rigid motion explains, relative to the rms signal, as measured and with the
-        exchange undone [1].
+    - `first`, `second`.
+    - `disagreement`, `left`: rms of what no rigid motion explains, relative to the rms signal, as
+      measured and with the exchange undone [1].
     """
 
     first: str

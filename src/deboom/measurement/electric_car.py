@@ -51,15 +51,13 @@ class PointKind(Enum):
 class TransferPoint:
     """One place where the compressor or a hose meets the body.
 
-    Parameters
-    ----------
-    name : str — name, such as ``mount 1``; a mount is called like the holder of the sweeps
-    kind : PointKind — mount or hose
-    position : array, shape (3,)
-        Elastic centre of the mount, or end of the hose, from the compressor's virtual point [m].
-    sensors : tuple of Sensor — triaxial accelerometers on the body around it, at least three
-    impacts : tuple of Impact
-        Impacts of the hammer on the body around it, at least six, more to be overdetermined.
+    - `name`.
+    - `kind`.
+    - `position` (3,): elastic centre of the mount, or end of the hose, from the compressor's
+      virtual point [m].
+    - `sensors`.
+    - `impacts`: impacts of the hammer on the body around it, at least six, more to be
+      overdetermined.
     """
 
     name: str
@@ -103,20 +101,17 @@ class ElectricCar:
     functions, or the other way round; a sweep without the ear; names, units or lines that do not
     fit together.
 
-    Parameters
-    ----------
-    name : str — name, such as ``EV-1``
-    operation : OperatingTest — compressor struck on its rig, and run in the car
-    points : tuple of TransferPoint — all mounts, and the hose ends that were measured
-    ear : str — name of the microphone, such as ``driver ear``
-    pressure : Frf
-        Output is the ear, inputs are the impacts of all points, in their order; struck with the
-        compressor taken out [Pa/N].
-    coherence : array, shape (n_frequency, 1, n_impact) — ordinary, of the hits of every impact [1]
-    n_averages : int — hits per impact
-    accelerance : Frf — outputs are the channels of all points' sensors [(m/s^2)/N]
-    tolerances : PlacementTolerances — tolerances of everything on the body
-    input_files : tuple of Path — every file that was read
+    - `name`.
+    - `operation`.
+    - `points`.
+    - `ear`.
+    - `pressure`: output is the ear, inputs are the impacts of all points, in their order; struck
+      with the compressor taken out [Pa/N].
+    - `coherence` (n_frequency, 1, n_impact).
+    - `n_averages`.
+    - `accelerance`.
+    - `tolerances`.
+    - `input_files`.
     """
 
     name: str
@@ -212,14 +207,11 @@ class ElectricCar:
 class WrenchNoiseTransfer:
     """Pressure at the ear per force and moment at every point.
 
-    Parameters
-    ----------
-    transfer : Frf — output is the ear, inputs ``<point> x y z`` [Pa/N] and ``mx my mz`` [Pa/(N m)]
-    deviation : array, shape (n_frequency, n_input)
-        Root of the mean square modulus of the error, in the unit of each column.
-    consistency : mapping of str to RigidConsistency
-        Point to the consistency of its impacts, by the accelerations around it: how well one rigid
-        patch explains them.
+    - `transfer`.
+    - `deviation` (n_frequency, n_input): root of the mean square modulus of the error, in the unit
+      of each column.
+    - `consistency`: point to the consistency of its impacts, by the accelerations around it: how
+      well one rigid patch explains them.
     """
 
     transfer: Frf
@@ -244,13 +236,11 @@ def wrench_noise_transfer(
 
     Raises InputError: no point at all, or no such one; impacts that do not determine all six loads.
 
-    Notes
-    -----
     ``Y_VP = Y (U⁺)ᵀ`` by least squares (van der Seijs et al., 2017). Errors to first order: the
-    noise of a function has the mean square modulus ``|H|² (1 − γ²)/(n γ²)``; an impact that
-    lies δr off pushes with the moment ``δr × d`` besides, one that leans by δd with ``δd`` and
-    ``r × δd``; each of these is multiplied with the functions of the point and goes through
-    ``U⁺``. The gain of the hammer, and the place of the point itself, are common to its impacts.
+    noise of a function has the mean square modulus ``|H|² (1 − γ²)/(n γ²)``; an impact that lies δr
+    off pushes with the moment ``δr × d`` besides, one that leans by δd with ``δd`` and ``r × δd``;
+    each of these is multiplied with the functions of the point and goes through ``U⁺``. The gain of
+    the hammer, and the place of the point itself, are common to its impacts.
     """
     chosen = car.chosen(points)
     geometries = {point.name: impact_geometry(point.impacts, point.position) for point in chosen}
@@ -271,9 +261,9 @@ def wrench_noise_transfer(
 def wrench_accelerance(car: ElectricCar, points: Sequence[str] | None = None) -> Frf:
     """Refer the accelerances of the free body to six motions and six loads at points.
 
-    ``Y_VP = V⁺ Y (U⁺)ᵀ``, block by block, at all points of the car by default: outputs ``<point>
-    x`` … ``rz``, inputs ``<point> x y z mx my mz`` [(m/s^2)/N], per metre for each rotation or
-    moment. Errors as of `wrench_noise_transfer`.
+    ``Y_VP = V⁺ Y (U⁺)ᵀ``, block by block, at all points of the car by default: outputs
+    ``<point> x`` … ``rz``, inputs ``<point> x y z mx my mz`` [(m/s^2)/N], per metre for each
+    rotation or moment. Errors as of `wrench_noise_transfer`.
     """
     chosen = car.chosen(points)
     seen = [virtual_point(sensor_geometry(point.sensors, point.position)) for point in chosen]

@@ -39,28 +39,24 @@ NO_LENGTH = 1.0
 class ForceTransferMatrix:
     """Load on the cells per load at the virtual point, and how constant it is.
 
-    Parameters
-    ----------
-    mount, piece : str — mount and piece; the piece of a single one is ``""``
-    cells : tuple of Sensor — force cells below the mount; their forces are added
-    position : array, shape (3,)
-        Virtual point about which moments are taken; without moments the middle of the cells [m].
-    length : float
-        Characteristic length that makes moments comparable with forces [m]; 1 without moments.
-    frequency : array, shape (n_frequency,) — lines that were averaged [Hz]
-    response : array, shape (n_frequency, n, n)
-        Mean over the repeats, line by line, n = 3 (forces) or 6 (with moments) [1, m, 1/m].
-    matrix : array, shape (n, n) — mean over lines and repeats
-    frequency_dependence : array, shape (n, n)
-        Largest deviation of `response` from `matrix` over the lines, relative to the norm of the
-        matrix's column [1].
-    drift : array, shape (n, n)
-        Largest deviation of one repeat's mean over the lines from `matrix`, relative to the same
-        norm [1]; 0 for a single repeat, which cannot show any.
-    repeats : tuple of int, length n — number of measurements of each column
-    residual : float
-        Rms deviation of all lines and repeats from `matrix`, relative to its rms column norm [1].
-    condition_number : float — condition number of `matrix`, with moments scaled by `length` [1]
+    - `mount`, `piece`.
+    - `cells`.
+    - `position` (3,): virtual point about which moments are taken; without moments the middle of
+      the cells [m].
+    - `length`: characteristic length that makes moments comparable with forces [m]; 1 without
+      moments.
+    - `frequency` (n_frequency,).
+    - `response` (n_frequency, n, n): mean over the repeats, line by line, n = 3 (forces) or 6 (with
+      moments) [1, m, 1/m].
+    - `matrix` (n, n).
+    - `frequency_dependence` (n, n): largest deviation of `response` from `matrix` over the lines,
+      relative to the norm of the matrix's column [1].
+    - `drift` (n, n): largest deviation of one repeat's mean over the lines from `matrix`, relative
+      to the same norm [1]; 0 for a single repeat, which cannot show any.
+    - `repeats`.
+    - `residual`: rms deviation of all lines and repeats from `matrix`, relative to its rms column
+      norm [1].
+    - `condition_number`.
     """
 
     mount: str
@@ -110,9 +106,9 @@ def force_transfer_matrix(
 
     Notes
     -----
-    Column a holds the summed cell forces per force of the shaker along a (thesis, eq. 29 and
-    figure 17). A tilted shaker or a wrong force of it is part of the result: its effect belongs
-    into the error budget. Moments are left out; what that costs shows `moment_transfer_matrix`.
+    Column a holds the summed cell forces per force of the shaker along a (thesis, eq. 29 and figure
+    17). A tilted shaker or a wrong force of it is part of the result: its effect belongs into the
+    error budget. Moments are left out; what that costs shows `moment_transfer_matrix`.
     """
     name = _name(mount, piece)
     chosen = [run for run in runs if (run.mount, run.piece) == (mount, piece)]
@@ -155,18 +151,12 @@ def force_transfer_matrix_with_moments(
     repeat, a missing channel, runs on different lines, no line in the band, or a matrix without an
     inverse.
 
-    Parameters
-    ----------
-    pushes : sequence of Impact — six or more points and directions of shaker or hammer
-    repeats : sequence of Frf — outputs: channels of the cells; inputs: names of the pushes [N/N]
-    cells : sequence of Sensor
-        All force cells below the mount; three or more that are not on one line.
-    mount, piece, band
-        As for `force_transfer_matrix`.
-    position : array, shape (3,) — virtual point [m]
+    - `pushes`.
+    - `repeats`.
+    - `cells`: all force cells below the mount; three or more that are not on one line.
+    - `mount`, `piece`, `band`: arguments as for `force_transfer_matrix`.
+    - `position` (3,).
 
-    Notes
-    -----
     ``FTM = S Y (U⁺)ᵀ``: S adds the cells' forces and moments about the virtual point, U⁺ is the
     virtual point transformation of the pushes. Only the force block is dimensionless.
     """
@@ -198,12 +188,9 @@ def moment_transfer_matrix(
     Raises InputError: no such mount, no push beside its virtual point, repeats that differ in
     number, and as `force_transfer_matrix_with_moments`.
 
-    Parameters
-    ----------
-    campaign : Campaign
-        Campaign whose shaker runs push at the virtual point, and whose pushes do beside it.
-    mount, piece, band
-        As for `force_transfer_matrix`.
+    - `campaign`: campaign whose shaker runs push at the virtual point, and whose pushes do beside
+      it.
+    - `mount`, `piece`, `band`: arguments as for `force_transfer_matrix`.
     """
     name = _name(mount, piece)
     places = {

@@ -38,16 +38,14 @@ class HammerMeasurement:
     is not finite (impact, hit and channel are named), no force at all, a rate or range that is not
     positive, a pretrigger outside the block.
 
-    Parameters
-    ----------
-    impact : str — name of the point, such as ``I07`` or ``EnM x``: the input of the FRF
-    force : array, shape (n_hit, n_sample) — force, positive along the direction of the impact [N]
-    response : array, shape (n_hit, n_sample, n_channel) — responses [units]
-    channels, units : sequence of str — name and SI unit of each response
-    rate : float — samples per second [Hz]
-    pretrigger : float — time from the first sample to the trigger [s]
-    force_range : float — largest force that the channel can hold; ``math.inf`` is not known [N]
-    ranges : sequence of float — the same of each response [units]; left out, not known
+    - `impact`.
+    - `force` (n_hit, n_sample).
+    - `response` (n_hit, n_sample, n_channel).
+    - `channels`, `units`.
+    - `rate`.
+    - `pretrigger`.
+    - `force_range`.
+    - `ranges`.
     """
 
     impact: str
@@ -136,13 +134,10 @@ class HammerTest:
     Raises InputError: another impact than measured, doubled names, or a sensor whose channels are
     not measured.
 
-    Parameters
-    ----------
-    title : str — title of the test
-    impacts : tuple of Impact — points that were struck
-    sensors : tuple of Sensor
-        Sensors with a position; responses without one, such as ears, have no entry.
-    measurements : tuple of HammerMeasurement — one per impact, in the order of the impacts
+    - `title`.
+    - `impacts`.
+    - `sensors`: sensors with a position; responses without one, such as ears, have no entry.
+    - `measurements`.
     """
 
     title: str
@@ -175,13 +170,11 @@ class HammerTest:
 class HitChecks:
     """Limits of a good hit.
 
-    Parameters
-    ----------
-    double_hit : float — largest second push, over the main one, above 0 to 1 [1]
-    overload : float — largest value of a channel, over its range, above 0 to 1 [1]
-    smallest_force : float — least peak force; a hit is never accepted without any [N]
-    latest : float
-        Time by which the main push has its peak, over the duration of the block, above 0 to 1 [1].
+    - `double_hit`.
+    - `overload`.
+    - `smallest_force`.
+    - `latest`: time by which the main push has its peak, over the duration of the block, above 0 to
+      1 [1].
     """
 
     double_hit: float = 0.05
@@ -202,11 +195,9 @@ class HitChecks:
 class HitRecord:
     """What became of one hit.
 
-    Parameters
-    ----------
-    number : int — number from 1, in the order measured
-    peak : float — largest force [N]
-    reasons : tuple of str — reasons to leave it out of the average; empty when used
+    - `number`.
+    - `peak`.
+    - `reasons`.
     """
 
     number: int
@@ -224,16 +215,12 @@ def check_hits(
 ) -> tuple[HitRecord, ...]:
     """Judge every hit, in their order.
 
-    Parameters
-    ----------
-    measurement : HammerMeasurement — hits on one point
-    checks : HitChecks, optional — limits; by default `HitChecks()`
+    - `measurement`.
+    - `checks`, optional.
 
-    Notes
-    -----
-    A double hit is a second maximum of the force of more than the stated share, in height and
-    above its surroundings; pulls do not count, since filters and amplifiers swing through zero. A
-    hit whose own noise before the push reaches that share cannot be checked, and is rejected.
+    A double hit is a second maximum of the force of more than the stated share, in height and above
+    its surroundings; pulls do not count, since filters and amplifiers swing through zero. A hit
+    whose own noise before the push reaches that share cannot be checked, and is rejected.
     """
     limits = HitChecks() if checks is None else checks
     loudest = float(measurement.force.max())
@@ -307,10 +294,8 @@ def _summary(records: Sequence[HitRecord]) -> str:
 class ForceWindow:
     """Part of the block in which the hammer may touch; the force outside is taken for noise.
 
-    Parameters
-    ----------
-    before, after : float — duration of the flat part before and after the trigger [s]
-    taper : float — duration of the cosine at both ends [s]
+    - `before`, `after`.
+    - `taper`.
     """
 
     before: float
@@ -322,18 +307,15 @@ class ForceWindow:
 class HammerOptions:
     """How hits become an FRF.
 
-    Parameters
-    ----------
-    force_window : ForceWindow, optional — window of the force; by default none
-    time_constant : float, optional
-        τ of an exponential window on force and response; by default none [s]. It moves every pole
-        by 1/τ; the result states it as `added_decay_rate`, and the values are left as measured.
-    band : (float, float), optional
-        First and last frequency of the result [Hz]; by default from above 0 to rate/2.56, above
-        which anti-aliasing filters work.
-    minimum_hits : int
-        Fewest good hits, at least 1. With 1, allow an FRF whose coherence is not known.
-    checks : HitChecks — limits of a good hit
+    - `force_window`, optional.
+    - `time_constant`, optional: τ of an exponential window on force and response; by default none
+      [s]. It moves every pole by 1/τ; the result states it as `added_decay_rate`, and the values
+      are left as measured.
+    - `band` (float, float), optional, optional: first and last frequency of the result [Hz]; by
+      default from above 0 to rate/2.56, above which anti-aliasing filters work.
+    - `minimum_hits`: fewest good hits, at least 1. With 1, allow an FRF whose coherence is not
+      known.
+    - `checks`.
     """
 
     force_window: ForceWindow | None = None
@@ -351,20 +333,17 @@ class HammerOptions:
 class FrfEstimate:
     """FRFs as measured with a hammer, with coherence and random error entry by entry.
 
-    Parameters
-    ----------
-    frequency : array, shape (n_frequency,) — increasing lines above 0 [Hz]
-    values : array, shape (n_frequency, n_output, n_input) — functions, e^{+jωt} [output unit / N]
-    outputs, inputs : tuple of str — names of the rows and of the columns
-    units : tuple of str — SI units of the rows
-    coherence, random_error : array, shape (n_frequency, n_output, n_input)
-        Ordinary coherence, and relative standard deviation of |H| by chance [1]. NaN is not known:
-        one hit only. Bias is not in the error.
-    n_averages : tuple of int, one per input — number of hits
-    added_decay_rate : float
-        1/τ of an exponential window: the values are those of a body whose poles lie this much
-        further left, and stay so until poles are corrected [1/s].
-    records : tuple of tuple of HitRecord, one per input — hits used and rejected
+    - `frequency` (n_frequency,).
+    - `values` (n_frequency, n_output, n_input).
+    - `outputs`, `inputs`.
+    - `units`.
+    - `coherence`, `random_error` (n_frequency, n_output, n_input): ordinary coherence, and relative
+      standard deviation of |H| by chance [1]. NaN is not known: one hit only. Bias is not in the
+      error.
+    - `n_averages`.
+    - `added_decay_rate`: 1/τ of an exponential window: the values are those of a body whose poles
+      lie this much further left, and stay so until poles are corrected [1/s].
+    - `records`.
     """
 
     frequency: RealArray
@@ -415,19 +394,11 @@ def hammer_frf(measurement: HammerMeasurement, options: HammerOptions | None = N
     Raises InputError: too few good hits, one hit without having allowed it, a push outside the
     force window, no line in the band.
 
-    Parameters
-    ----------
-    measurement : HammerMeasurement — hits on one point
-    options : HammerOptions, optional — by default `HammerOptions()`
+    - `measurement`.
+    - `options`, optional.
 
-    Returns
-    -------
-    FrfEstimate — one column; `records` says which hits were rejected and why
-
-    Notes
-    -----
-    The mean of each channel before the push is taken out of the block first; a window would make
-    a step of it. Spectra are energy densities: an impact has energy, no power.
+    The mean of each channel before the push is taken out of the block first; a window would make a
+    step of it. Spectra are energy densities: an impact has energy, no power.
     """
     options = HammerOptions() if options is None else options
     records = check_hits(measurement, options.checks)

@@ -41,15 +41,13 @@ class Method(Enum):
 class VehicleRun:
     """One run of a vehicle: spectra over its engine order.
 
-    Parameters
-    ----------
-    name : str — name, such as ``g5_wot220``
-    gear : int — gear, from 1
-    total_ratio : float — engine speed over wheel speed [1]
-    torque_limit : float — limit of the engine [N m]
-    order : float — engine order of the spectra [1]
-    pressure, acceleration : Spectrum
-        Pressure at the ears [Pa], and all accelerometers in sensor axes [m/s²], complex peak.
+    - `name`.
+    - `gear`.
+    - `total_ratio`.
+    - `torque_limit`.
+    - `order`.
+    - `pressure`, `acceleration`: pressure at the ears [Pa], and all accelerometers in sensor axes
+      [m/s²], complex peak.
     """
 
     name: str
@@ -65,23 +63,19 @@ class VehicleRun:
 class MeasuredVehicle:
     """Everything measured on one vehicle.
 
-    Parameters
-    ----------
-    name, group : str — names, such as ``U06-1`` and ``U06``
-    ears : tuple of str — names, such as ``driver ear``
-    mounts : tuple of MeasuredMount — all mounts, with pieces and positions [m]
-    body_sensors, impacts : mapping of str to tuple of Sensor or Impact
-        Point (``TSM``, ``Du left``) to the accelerometers and the blows on the body around it.
-    source_sensors : tuple of Sensor
-        Sensors on the other side of the mounts: powertrain, wheel ends.
-    powertrain_mounts : tuple of str
-        Mounts whose source side is the one rigid powertrain; every other piece has a source sensor
-        of its own.
-    direct : Frf — outputs are the ears, inputs the blows [Pa/N]
-    reciprocal : Frf — outputs are the body sensors, inputs the ears [(m/s²)/(m³/s²)]
-    accelerance : Frf or None — outputs are the body sensors, inputs the blows [(m/s²)/N]
-    runs : tuple of VehicleRun — runs of the assembled vehicle on the road
-    panels : PanelMeasurement or None — panels of the cabin under the loudspeaker
+    - `name`, `group`.
+    - `ears`.
+    - `mounts`.
+    - `body_sensors`, `impacts`: point (``TSM``, ``Du left``) to the accelerometers and the blows on
+      the body around it.
+    - `source_sensors`: sensors on the other side of the mounts: powertrain, wheel ends.
+    - `powertrain_mounts`: mounts whose source side is the one rigid powertrain; every other piece
+      has a source sensor of its own.
+    - `direct`.
+    - `reciprocal`.
+    - `accelerance`.
+    - `runs`.
+    - `panels`.
     """
 
     name: str
@@ -178,10 +172,8 @@ def path_accelerance(vehicle: MeasuredVehicle) -> Frf:
     `path_forces.forces_by_inversion`. Raises InputError: accelerometers that were not recorded in
     the hammer test, or a path without blows around it.
 
-    Notes
-    -----
-    Blows around a mount are referred to its virtual point by least squares, ``Y_VP = Y (U⁺)ᵀ``.
-    Its moments are found and left out: mounts pass forces on.
+    Blows around a mount are referred to its virtual point by least squares, ``Y_VP = Y (U⁺)ᵀ``. Its
+    moments are found and left out: mounts pass forces on.
     """
     measured = vehicle.accelerance
     if measured is None:
@@ -230,11 +222,7 @@ def body_motion(vehicle: MeasuredVehicle, run: VehicleRun) -> Spectrum:
 
 
 def _source_motion(vehicle: MeasuredVehicle, run: VehicleRun) -> Spectrum:
-    """Acceleration of the source side at every virtual point, channels ``<point> x y z`` [m/s²].
-
-    The powertrain moves as one rigid body; another source, such as a wheel end, is taken to move as
-    its one sensor does.
-    """
+    """Acceleration at the virtual points [m/s²]; only the powertrain turns as a rigid body."""
     on_powertrain = [s for s in vehicle.source_sensors if s.mount in vehicle.powertrain_mounts]
     body = virtual_point(sensor_geometry(on_powertrain))
     parts = []

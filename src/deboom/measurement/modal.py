@@ -43,14 +43,11 @@ _FORM_NAMES = {
 class StabilisationChart:
     """Every pole of every order inside a band.
 
-    Parameters
-    ----------
-    order : int array, shape (n_pole,) — order of the polynomial [1]
-    pole : array, shape (n_pole,) — complex poles, ``−ζω₀ + jω₀√(1−ζ²)`` [rad/s]
-    stable : bool array, shape (n_pole,)
-        Whether the order below has a pole of nearly equal frequency and damping.
-    orders : tuple of int — all orders computed, increasing
-    band : tuple of float — first and last frequency [Hz]
+    - `order` (n_pole,).
+    - `pole` (n_pole,).
+    - `stable` (n_pole,): whether the order below has a pole of nearly equal frequency and damping.
+    - `orders`.
+    - `band`.
     """
 
     order: IntArray
@@ -74,13 +71,11 @@ class StabilisationChart:
 class PoleCluster:
     """One mode as the orders agree on it.
 
-    Parameters
-    ----------
-    frequency, frequency_spread : float
-        Median natural frequency over the orders and its standard deviation [Hz].
-    damping, damping_spread : float
-        Median damping ratio over the orders and its standard deviation [1].
-    share : float — part of the orders that have a stable pole here [1]
+    - `frequency`, `frequency_spread`: median natural frequency over the orders and its standard
+      deviation [Hz].
+    - `damping`, `damping_spread`: median damping ratio over the orders and its standard deviation
+      [1].
+    - `share`.
     """
 
     frequency: float
@@ -206,25 +201,20 @@ def _one_pole_per_order(
 class ModalModel:
     """Modes of a structure and how well they rebuild what was measured.
 
-    Parameters
-    ----------
-    clusters : tuple of PoleCluster — one per mode
-    form : FrfForm — form of the FRF
-    outputs, inputs : tuple of str — names as in the FRF
-    residues : array, shape (n_mode, n_output, n_input)
-        Complex modal constants of the receptance-like form.
-    shapes : array, shape (n_mode, n_output)
-        Complex, largest entry 1: the residues' part that all inputs share.
-    lower_residual, upper_residual : array, shape (n_output, n_input)
-        Modes below the band, L in ``−L/ω²``, and above it, U, of the receptance-like form.
-    rank_one : array, shape (n_mode,)
-        Share of the residues' energy that is one shape times one participation; far below 1 two
-        modes share a pole [1].
-    rebuilt : Frf — FRF from modes and residuals, on the lines of the fit
-    error : array, shape (n_output, n_input)
-        Rms deviation of the rebuilt FRF from the measured one over the rms of the latter; near 1
-        where a channel shows noise only [1].
-    total_error : float — the same of all FRFs together [1]
+    - `clusters`.
+    - `form`.
+    - `outputs`, `inputs`.
+    - `residues` (n_mode, n_output, n_input): complex modal constants of the receptance-like form.
+    - `shapes` (n_mode, n_output): complex, largest entry 1: the residues' part that all inputs
+      share.
+    - `lower_residual`, `upper_residual` (n_output, n_input): modes below the band, L in ``−L/ω²``,
+      and above it, U, of the receptance-like form.
+    - `rank_one` (n_mode,): share of the residues' energy that is one shape times one participation;
+      far below 1 two modes share a pole [1].
+    - `rebuilt`.
+    - `error` (n_output, n_input): rms deviation of the rebuilt FRF from the measured one over the
+      rms of the latter; near 1 where a channel shows noise only [1].
+    - `total_error`.
     """
 
     clusters: tuple[PoleCluster, ...]
@@ -278,15 +268,12 @@ def require_coherence(
     Raises InputError: the worst output and input and its coherence, or which of them have none; a
     coherence of another shape or outside 0 … 1; no line in the band.
 
-    Parameters
-    ----------
-    frf : Frf — functions to be identified from
-    coherence : array, shape (n_frequency, n_output, n_input)
-        Ordinary coherence, multiple where several inputs acted; NaN is not known [1].
-    band : (float, float) — first and last frequency that the identification uses [Hz]
-    smallest : float
-        Least median over the band of every output and input [1]. The median: dips at antiresonances
-        and at nodes are no fault.
+    - `frf`.
+    - `coherence` (n_frequency, n_output, n_input): ordinary coherence, multiple where several
+      inputs acted; NaN is not known [1].
+    - `band` (float, float) — first and last frequency that the identification uses [Hz].
+    - `smallest`: least median over the band of every output and input [1]. The median: dips at
+      antiresonances and at nodes are no fault.
     """
     low, high = band
     sizes = dict(zip("foi", frf.values.shape, strict=True))
@@ -527,8 +514,6 @@ def mac_matrix(first: npt.ArrayLike, second: npt.ArrayLike) -> RealArray:
 def phase_collinearity(shapes: npt.ArrayLike) -> RealArray:
     """Return how nearly the entries of each shape, (..., n_output), share one phase (MPC) [1].
 
-    Notes
-    -----
     ``|φᵀφ|² / (φᴴφ)²``, without the mean removed, after Pappa, Elliott and Schenk (1993): 1 for a
     real shape times any factor, 0 for a wave that only travels. A body whose damping is spread like
     its mass and stiffness has real shapes; noise and modes that overlap lower it.
@@ -555,16 +540,13 @@ def in_common_phase(shapes: npt.ArrayLike) -> ComplexArray:
 class PanelMeasurement:
     """Panels of the trimmed body, with the loudspeaker at each ear in turn.
 
-    Parameters
-    ----------
-    names : tuple of str — names, such as ``trunk floor``
-    positions : array, shape (n_panel, 3) — positions of the accelerometers [m]
-    normals : array, shape (n_panel, 3) — unit vectors into the cabin [1]
-    areas : array, shape (n_panel,)
-        Areas with which the motion of each accelerometer changes the volume of the cabin [m²].
-    motion, pressure : Frf
-        Outputs are the panels, inputs the ears: acceleration inwards [(m/s²)/(m³/s²)] and pressure
-        at the panel [Pa/(m³/s²)].
+    - `names`.
+    - `positions` (n_panel, 3).
+    - `normals` (n_panel, 3).
+    - `areas` (n_panel,): areas with which the motion of each accelerometer changes the volume of
+      the cabin [m²].
+    - `motion`, `pressure`: outputs are the panels, inputs the ears: acceleration inwards
+      [(m/s²)/(m³/s²)] and pressure at the panel [Pa/(m³/s²)].
     """
 
     names: tuple[str, ...]
@@ -579,14 +561,11 @@ class PanelMeasurement:
 class PanelContributions:
     """Pressure at one ear from each panel, mode by mode.
 
-    Parameters
-    ----------
-    ear : str — name of the ear
-    panels : tuple of str — names of the panels
-    frequency : array, shape (n_mode,) — natural frequencies [Hz]
-    values : array, shape (n_mode, n_panel)
-        Complex pressure at the ear, with the modes moving as the loudspeaker at this ear moves
-        them: modal constants [Pa/(m³/s²) · 1/s].
+    - `ear`.
+    - `panels`.
+    - `frequency` (n_mode,).
+    - `values` (n_mode, n_panel): complex pressure at the ear, with the modes moving as the
+      loudspeaker at this ear moves them: modal constants [Pa/(m³/s²) · 1/s].
     """
 
     ear: str
@@ -616,15 +595,11 @@ def panel_contributions(
     Raises InputError: a panel or ear without modal constants, a mode outside the lines of the
     panels' pressure, a model that is not receptance-like.
 
-    Parameters
-    ----------
-    model : ModalModel
-        Model of accelerations per volume acceleration; outputs hold the panels, inputs the ear.
-    panels : PanelMeasurement — areas of the panels and pressure at them
-    ear : str — name of the ear
+    - `model`: model of accelerations per volume acceleration; outputs hold the panels, inputs the
+      ear.
+    - `panels`.
+    - `ear`.
 
-    Notes
-    -----
     A still panel that a loudspeaker at the ear meets with ``p_k/Q̇`` raises, when it moves inwards
     with ``a_k``, at the ear ``p = (p_k/Q̇) A_k a_k`` by reciprocity. Of mode n that is
     ``c_nk = (jω_n)² (p_k/Q̇)(ω_n) A_k R_nk``, with the residue ``R_nk`` of the displacement-like

@@ -24,15 +24,10 @@ POINT_LOADS = ("x", "y", "z", "mx", "my", "mz")
 def reciprocal_noise_transfer(measured: Frf) -> Frf:
     """Turn a measurement with a loudspeaker at the ear into noise transfer functions [Pa/N].
 
-    Parameters
-    ----------
-    measured : Frf
-        Outputs are accelerometer channels, inputs are ears; acceleration along the channel per
-        volume acceleration of the source, positive out of the loudspeaker [(m/s²)/(m³/s²)];
-        another unit, such as that of a volume velocity, raises InputError.
+    - `measured`: outputs are accelerometer channels, inputs are ears; acceleration along the
+      channel per volume acceleration of the source, positive out of the loudspeaker
+      [(m/s²)/(m³/s²)]; another unit, such as that of a volume velocity, raises InputError.
 
-    Notes
-    -----
     ``p/F = -a/Q̇``, Lyamshev's reciprocity. The sign: a source that breathes out and a force on the
     wall of a cavity, inwards, both raise the pressure; but the raised pressure pushes the wall
     outwards. Valid for a linear vehicle at rest whose loudspeaker disturbs its cabin no more than
@@ -54,19 +49,13 @@ def noise_transfer_at_points(measured: Frf, points: Mapping[str, ChannelGeometry
     ``my``, ``mz`` [Pa/(N m)]. Raises InputError: no point, a channel that was not measured,
     channels that do not determine all six loads.
 
-    Parameters
-    ----------
-    measured : Frf
-        Inputs hold the channels of every geometry: blows of the hammer, or accelerometer channels
-        after `reciprocal_noise_transfer` [Pa/N].
-    points : mapping of str to ChannelGeometry
-        Mount, or mount and piece such as ``Du left``, to its channels.
+    - `measured`: inputs hold the channels of every geometry: blows of the hammer, or accelerometer
+      channels after `reciprocal_noise_transfer` [Pa/N].
+    - `points`: mount, or mount and piece such as ``Du left``, to its channels.
 
-    Notes
-    -----
-    ``Y_VP = Y (U⁺)ᵀ`` with the rows ``U = dᵀ [I, skew(r)ᵀ]`` of the channels, by least squares
-    (van der Seijs et al., 2017). One blow beside a mount gives ``Y = Y_VP Uᵀ`` instead: force and
-    moment together.
+    ``Y_VP = Y (U⁺)ᵀ`` with the rows ``U = dᵀ [I, skew(r)ᵀ]`` of the channels, by least squares (van
+    der Seijs et al., 2017). One blow beside a mount gives ``Y = Y_VP Uᵀ`` instead: force and moment
+    together.
     """
     _check_unit(measured)
     if not points:

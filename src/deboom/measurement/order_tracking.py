@@ -46,18 +46,16 @@ pumps have whole orders and all that shows is noise."""
 class OrderSpectrum:
     """One order over engine speed, with what it can resolve.
 
-    Parameters
-    ----------
-    order : float — cycles per revolution [1]
-    rpm : array, shape (n_line,) — speed of each line [1/min]
-    time : array, shape (n_line,) — time at which the run passed it [s]
-    spectrum : Spectrum
-        Complex peak amplitudes, phase to the tacho's zero mark, over ``order · rpm / 60``.
-    bandwidth : array, shape (n_line,)
-        Full half-power width about the order: what lies nearer is not separated [Hz].
-    sweep_rate : array, shape (n_line,) — rate of change of the order's frequency [Hz/s]
-    settled : array of bool, shape (n_line,)
-        False where the filter reached the end of the record and looked to one side only.
+    - `order`.
+    - `rpm` (n_line,).
+    - `time` (n_line,).
+    - `spectrum`: complex peak amplitudes, phase to the tacho's zero mark, over
+      ``order · rpm / 60``.
+    - `bandwidth` (n_line,): full half-power width about the order: what lies nearer is not
+      separated [Hz].
+    - `sweep_rate` (n_line,).
+    - `settled` (n_line,): False where the filter reached the end of the record and looked to one
+      side only.
     """
 
     order: float
@@ -87,17 +85,12 @@ def computed_order_spectrum(
     Raises InputError: a speed that the run does not pass, a window that leaves the record, or a
     sampling rate too low for the order.
 
-    Parameters
-    ----------
-    record : TimeRecord — time records
-    shaft : ShaftAngle — shaft on the same clock
-    order : float — cycles per revolution [1]
-    rpm : array, shape (n_line,)
-        Speeds of the lines, increasing [1/min]; the run itself may rise or fall.
-    revolutions : float — length of the window [rev]; a multiple of 4 separates half orders
+    - `record`.
+    - `shaft`.
+    - `order`.
+    - `rpm` (n_line,): speeds of the lines, increasing [1/min]; the run itself may rise or fall.
+    - `revolutions`.
 
-    Notes
-    -----
     A force that rises with the torque would leak into the windows, so the quasi-static part is
     taken out first; 4e-5 of the order goes with it.
     """
@@ -143,14 +136,11 @@ def vold_kalman_spectra(
     pass, a bandwidth wider than the lowest frequency of an order, a sampling rate too low for the
     highest.
 
-    Parameters
-    ----------
-    record, shaft, rpm
-        As for `computed_order_spectrum`.
-    orders : sequence of float
-        Cycles per revolution, each positive [1]; name every strong order, not only the wanted one.
-    bandwidth : float or array, shape (n_order,) — full half-power width about each order [Hz]
-    poles : int — 1, 2 or 3
+    - `record`, `shaft`, `rpm`: arguments as for `computed_order_spectrum`.
+    - `orders`: cycles per revolution, each positive [1]; name every strong order, not only the
+      wanted one.
+    - `bandwidth` (n_order,).
+    - `poles`.
     """
     if len(orders) == 0 or min(orders) <= 0:
         raise InputError(f"orders {list(orders)} are not positive: give cycles per revolution")
@@ -260,17 +250,14 @@ class OrderTracking(Enum):
 class TrackingOptions:
     """How a run over time is tracked; widths, window, step and orders are positive.
 
-    Parameters
-    ----------
-    method : OrderTracking — Vold-Kalman filter, or angular resampling with a Hann window
-    bandwidth : float — full half-power width of the Vold-Kalman filter [Hz]
-    revolutions : float — length of the Hann window [rev]; a multiple of 4 separates half orders
-    other_orders : tuple of float or None
-        Strong orders that the filter solves together with the dominant one [1]; by default 0.5,
-        twice and four times the dominant order.
-    lowest_rpm, highest_rpm : float or None
-        Range of the lines [1/min]; by default all that the record holds with a settled filter.
-    rpm_step : float — distance of the lines [1/min]
+    - `method`.
+    - `bandwidth`.
+    - `revolutions`.
+    - `other_orders`: strong orders that the filter solves together with the dominant one [1]; by
+      default 0.5, twice and four times the dominant order.
+    - `lowest_rpm`, `highest_rpm`: range of the lines [1/min]; by default all that the record holds
+      with a settled filter.
+    - `rpm_step`.
     """
 
     method: OrderTracking = OrderTracking.VOLD_KALMAN
@@ -302,16 +289,12 @@ DEFAULT_TRACKING = TrackingOptions()
 class TrackedRun:
     """An operating run that was a run over time, and how far its spectra may be believed.
 
-    Parameters
-    ----------
-    run : OperatingRun
-        Spectra of the dominant order, engine torque and static force over its lines.
-    order : OrderSpectrum — order spectrum of the accelerations: lines, bandwidth, smear
-    shaft : ShaftAngle — shaft from the repaired tacho
-    acceleration_beside, force_beside : float
-        Amplitude that shows a quarter order beside the dominant one, where a four-stroke engine has
-        none, relative to the dominant one (rms over lines, median over channels) [1]: what noise
-        and neighbours pretend.
+    - `run`: spectra of the dominant order, engine torque and static force over its lines.
+    - `order`.
+    - `shaft`.
+    - `acceleration_beside`, `force_beside`: amplitude that shows a quarter order beside the
+      dominant one, where a four-stroke engine has none, relative to the dominant one (rms over
+      lines, median over channels) [1]: what noise and neighbours pretend.
     """
 
     run: OperatingRun
@@ -473,13 +456,10 @@ def _share(beside: OrderSpectrum, order: OrderSpectrum) -> float:
 class TrackedSweep:
     """First order of several records of one run-up of a compressor.
 
-    Parameters
-    ----------
-    spectra : tuple of Spectrum
-        One per record, on common lines of the rotational frequency; phase from the pulse.
-    noise : tuple of array, each of shape (n_channel,)
-        Standard deviation of the real and of the imaginary part: what the filter lets through at
-        order 1.5, where there is nothing [unit of the record].
+    - `spectra`: spectra of the records, on common lines of the rotational frequency; phase from the
+      pulse.
+    - `noise` (n_channel,): standard deviation of the real and of the imaginary part: what the
+      filter lets through at order 1.5, where there is nothing [unit of the record].
     """
 
     spectra: tuple[Spectrum, ...]
@@ -493,8 +473,6 @@ def tracked_sweep(tacho: RealArray, records: Sequence[TimeRecord]) -> TrackedSwe
     sampled with the records, all at one rate; its rising edge marks the angle. Raises InputError: a
     tacho without pulses or that cannot be repaired, a record too short or sampled too slowly.
 
-    Notes
-    -----
     With one pulse per revolution it does not matter for the phase of a whole order which pulse is
     the first. Valid for slow runs: within the filter's third of a second the speed must change by
     less than a resonance is wide, and lines that are passed within it share their noise. 1 Hz/s is

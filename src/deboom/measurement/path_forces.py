@@ -48,16 +48,12 @@ class Receiver(Enum):
 class PathForces:
     """Forces into a receiver, and where they come from.
 
-    Parameters
-    ----------
-    force : Spectrum — one channel per path [N]
-    receiver : Receiver
-        State in which transfer functions are exact with these forces. The other state is an
-        approximation.
-    indicators : tuple of str
-        Responses they were computed from by inversion; empty for the other ways.
-    inversion : InvertedForces, optional
-        Regularisation, condition number and noise gain of each line; None for the other ways.
+    - `force`.
+    - `receiver`: state in which transfer functions are exact with these forces. The other state is
+      an approximation.
+    - `indicators`: responses they were computed from by inversion; empty for the other ways.
+    - `inversion`, optional: regularisation, condition number and noise gain of each line; None for
+      the other ways.
     """
 
     force: Spectrum
@@ -130,13 +126,10 @@ def blocked_forces_on_rig(
 ) -> PathForces:
     """Find the blocked forces from load cells on a rig that may give way (thesis, eq. 11).
 
-    Parameters
-    ----------
-    receptance : Frf
-        Receptance of the source (with its mounts) on its own; outputs and inputs are the paths, in
-        one order [m/N].
-    cell_force, displacement : Spectrum
-        Force on the rig [N] and motion of the interface [m], one channel per path.
+    - `receptance`: receptance of the source (with its mounts) on its own; outputs and inputs are
+      the paths, in one order [m/N].
+    - `cell_force`, `displacement`: force on the rig [N] and motion of the interface [m], one
+      channel per path.
     """
     paths, lines = receptance.inputs, receptance.frequency
     if receptance.outputs != paths:
@@ -204,15 +197,13 @@ def _refuse_other_unit(unit: str, wanted: str, what: str) -> None:
 class OnBoardValidation:
     """Predicted and measured response of sensors kept out of the inversion.
 
-    Parameters
-    ----------
-    predicted, measured : Spectrum — same lines and channels
-    relative_error : array, shape (n_channel,)
-        Norm of the difference over that of the measured response, over all lines [1].
-    corr_f, corr_s : array, shape (n_channel,)
-        Difference in shape and in scale of the complex responses [1].
-    error_by_line : array, shape (n_frequency,)
-        Norm of the difference over that of the measured response, over all channels [1].
+    - `predicted`, `measured`.
+    - `relative_error` (n_channel,): norm of the difference over that of the measured response, over
+      all lines [1].
+    - `corr_f`, `corr_s` (n_channel,): difference in shape and in scale of the complex responses
+      [1].
+    - `error_by_line` (n_frequency,): norm of the difference over that of the measured response,
+      over all channels [1].
     """
 
     predicted: Spectrum
@@ -229,13 +220,10 @@ def validate_on_board(transfer: Frf, forces: PathForces, measured: Spectrum) -> 
     Close agreement is necessary, not proof: forces that a sensor hardly sees may be wrong. Raises
     InputError: a sensor that was an indicator of the inversion, was not measured or is silent.
 
-    Parameters
-    ----------
-    transfer : Frf
-        Validation sensors per force, one input per path; of the receiver in the state that goes
-        with the forces.
-    forces : PathForces — forces to be judged
-    measured : Spectrum — the same sensors in operation
+    - `transfer`: validation sensors per force, one input per path; of the receiver in the state
+      that goes with the forces.
+    - `forces`.
+    - `measured`.
     """
     used = [name for name in transfer.outputs if name in forces.indicators]
     if used:

@@ -1,7 +1,7 @@
 """Quality report of a virtual point, in the order in which a laboratory repairs things.
 
-Conditioning, before anything is measured; coherence of repeats; geometric consistency; specific
-and overall consistency; reciprocity; passivity; and leave-one-out, which names the culprit.
+Conditioning, before anything is measured; coherence of repeats; geometric consistency; specific and
+overall consistency; reciprocity; passivity; and leave-one-out, which names the culprit.
 
 Two consistencies compare what channels measured with what the body's motion, estimated from all of
 them, makes of it: the thesis's geometric one is an error, 0 is perfect; van der Seijs's rigid one a
@@ -53,21 +53,15 @@ ROTATIONS = (*RIGID_MOTIONS[3:], *RIGID_LOADS[3:])
 class QualityLimits:
     """Limits from which a quality report asks for a look; measured data are never near perfect.
 
-    Parameters
-    ----------
-    condition_number : float
-        Largest scaled condition number: the worst-seen motion has this much more noise than the
-        best-seen one [1].
-    redundancy : float — smallest share of a channel's error that shows [1]
-    repeat_coherence : float — smallest coherence of repeats, mean over the lines [1]
-    geometric_consistency : float
-        Largest mean error of a channel [1]; the thesis's metric flags inverted channels (0.09) and
-        swapped axes (0.27) safely from 0.02.
-    specific_consistency, reciprocity : float
-        Smallest coherence criterion, mean over the lines [1]. Chance gives 0.5: the default lies
-        halfway to 1 and means 60° or a factor of 3.7.
-    active_share : float
-        Largest share of the lines at which power comes out of a driving point [1].
+    - `condition_number`: largest scaled condition number: the worst-seen motion has this much more
+      noise than the best-seen one [1].
+    - `redundancy`.
+    - `repeat_coherence`.
+    - `geometric_consistency`: largest mean error of a channel [1]; the thesis's metric flags
+      inverted channels (0.09) and swapped axes (0.27) safely from 0.02.
+    - `specific_consistency`, `reciprocity`: smallest coherence criterion, mean over the lines [1].
+      Chance gives 0.5: the default lies halfway to 1 and means 60° or a factor of 3.7.
+    - `active_share`: largest share of the lines at which power comes out of a driving point [1].
     """
 
     condition_number: float = 10.0
@@ -87,15 +81,12 @@ DEFAULT_TOLERANCES = Tolerances()
 class QualityCheck:
     """One check: a number, its limit, and who is to blame.
 
-    Parameters
-    ----------
-    name : str — name of the check
-    number, limit : float or None
-        Figure and its limit [1]; None where the data do not allow the check.
-    at_most : bool — whether the limit is an upper one
-    passed : bool or None — whether the limit is kept; None where nothing was checked
-    culprit : str
-        Channel, sensor, pair or motion with the worst figure; without a number, what is missing.
+    - `name`.
+    - `number`, `limit`: figure and its limit [1]; None where the data do not allow the check.
+    - `at_most`.
+    - `passed`.
+    - `culprit`: channel, sensor, pair or motion with the worst figure; without a number, what is
+      missing.
     """
 
     name: str
@@ -177,14 +168,11 @@ def quality_in_operation(
     All checks are listed in their order; those that need a known force as not checked. Raises
     InputError: a missing channel, repeats of other lines, or lines without signal.
 
-    Parameters
-    ----------
-    point : VirtualPoint — virtual point of the motion sensors
-    measured : Spectrum — one run
-    repeats : sequence of Spectrum
-        The same run again, phase referred to the same event; may be empty.
-    tolerances : Tolerances — tolerances of placement and calibration
-    limits : QualityLimits — limits of the checks
+    - `point`.
+    - `measured`.
+    - `repeats`: the same run again, phase referred to the same event; may be empty.
+    - `tolerances`.
+    - `limits`.
     """
     missing = "needs frequency response functions"
     return (
@@ -305,8 +293,6 @@ def likeness(first: npt.ArrayLike, second: npt.ArrayLike, axis: int | None = Non
     1 if equal, 0 if opposite, 0.5 if one of them is zero and on average 0.5 if they are unrelated
     [1]; 1 where both are zero. Energies are summed over `axis`, if given.
 
-    Notes
-    -----
     ``|a + b|² / 2 (|a|² + |b|²)``: van der Seijs's coherence of two responses, the number that
     pyFBS averages over lines for reciprocity and specific consistency. Equal amplitudes 60° apart
     give 0.75, so does a factor of 3.7 in phase.
@@ -323,8 +309,6 @@ def likeness(first: npt.ArrayLike, second: npt.ArrayLike, axis: int | None = Non
 def repeat_coherence(repeats: Sequence[npt.ArrayLike]) -> RealArray:
     """Return how well repeats of one measurement agree, shape of one repeat [1].
 
-    Notes
-    -----
     ``|Σ x|² / n Σ |x|²``, the coherence between a constant excitation and the response: 1 if all
     are equal, on average 1/n for n repeats of nothing but noise. Fewer than two repeats, or shapes
     that differ, raise InputError.
@@ -350,12 +334,10 @@ def _share(part: RealArray, whole: RealArray) -> RealArray:
 class RigidConsistency:
     """What is left of the channels after projection on the motions of the virtual point.
 
-    Parameters
-    ----------
-    frequency : array, shape (n_frequency,) — lines [Hz] channels : tuple of str — sensor channels
-    or impacts overall : array, shape (n_frequency,) — norm of the projected over norm of the
-    measured channels [1] specific : array, shape (n_frequency, n_channel)
-        Coherence of projected and measured channel, 0 … 1 [1]; 0.5 if nothing is left of it.
+    - `frequency` (n_frequency,).
+    - `or impacts overall` (n_frequency,).
+    - `measured channels [1] specific` (n_frequency, n_channel): coherence of projected and measured
+      channel, 0 … 1 [1]; 0.5 if nothing is left of it.
     """
 
     frequency: RealArray
@@ -370,8 +352,6 @@ def geometric_consistency(point: VirtualPoint, measured: Spectrum | Frf) -> dict
     0 is perfect; above 0.02 a channel deserves a look [1]. Every line of every input of a matrix
     counts as a line. A missing channel, or no signal, raises InputError.
 
-    Notes
-    -----
     ``Corr = Σ_f (|Re e| + |Im e|) / (2 M max(|Re a|, |Im a|))`` over M lines, with the error
     ``e = a − V V⁺ a`` and the maximum over all channels and lines. Thesis, 3.2.3; its formula sums
     the differences without absolute values, which its text and its meaning ask for: errors of
@@ -424,14 +404,12 @@ def _consistency(
 class Reciprocity:
     """How symmetric a matrix of frequency response functions is.
 
-    Parameters
-    ----------
-    names : tuple of str — degrees of freedom, by their output
-    likeness, likeness_by_energy : array, shape (n, n)
-        Coherence criterion of each entry and its mirror image, mean over the lines, and with each
-        line weighted by ``|Y_ij|² / |Y_ii Y_jj|``, so that lines of nothing but noise do not count:
-        1 is perfect, 0.5 what two unrelated functions have, 0 opposite sign [1].
-    size : array, shape (n, n) — root of the mean of that weight: how much the entry matters [1]
+    - `names`.
+    - `likeness`, `likeness_by_energy` (n, n): coherence criterion of each entry and its mirror
+      image, mean over the lines, and with each line weighted by ``|Y_ij|² / |Y_ii Y_jj|``, so that
+      lines of nothing but noise do not count: 1 is perfect, 0.5 what two unrelated functions have,
+      0 opposite sign [1].
+    - `size` (n, n).
     """
 
     names: tuple[str, ...]
@@ -461,8 +439,6 @@ def reciprocity(frf: Frf) -> Reciprocity:
     Output i and input i are one degree of freedom, such as a virtual point's x and fx. Not square,
     or a diagonal entry of 0, raises InputError.
 
-    Notes
-    -----
     Mind the scale: real virtual points are far from 1. Of the 15 pairs of a published rubber mount
     only three lie above 0.95, and four within 0.1 of the 0.5 of unrelated functions.
     """
@@ -495,15 +471,12 @@ def _driving_point(values: ComplexArray, names: tuple[str, ...], what: str) -> C
 class Passivity:
     """Power that a driving point takes.
 
-    Parameters
-    ----------
-    frequency : array, shape (n_frequency,) — lines [Hz]
-    names : tuple of str — degrees of freedom, by their output
-    margin : array, shape (n_frequency,)
-        Least power over all forces of one size, −1 … 1; negative where power comes out [1].
-    driving_point : array, shape (n_frequency, n)
-        Share of its apparent power that each degree of freedom takes when pushed alone, −1 … 1
-        (cosine of the phase between force and velocity) [1].
+    - `frequency` (n_frequency,).
+    - `names`.
+    - `margin` (n_frequency,): least power over all forces of one size, −1 … 1; negative where power
+      comes out [1].
+    - `driving_point` (n_frequency, n): share of its apparent power that each degree of freedom
+      takes when pushed alone, −1 … 1 (cosine of the phase between force and velocity) [1].
     """
 
     frequency: RealArray
@@ -530,8 +503,6 @@ def passivity(frf: Frf, form: FrfForm, length: float) -> Passivity:
     matrix that is not square, a line at 0 Hz where it is divided by, a driving point function that
     is 0.
 
-    Notes
-    -----
     The power ``½ Re Fᴴ v = ½ Fᴴ Y F`` is positive for every F if and only if the Hermitian part of
     the mobility Y (or of the impedance) has no negative eigenvalue; the margin is the smallest one
     over the norm of Y. For one degree of freedom: the phase of an inertance lies within 0 … 180°.

@@ -30,16 +30,13 @@ class SensorKind(Enum):
 class Sensor:
     """One triaxial sensor; its channels are ``<name> x``, ``<name> y`` and ``<name> z``.
 
-    Parameters
-    ----------
-    name : str — name, such as ``A1``
-    kind : SensorKind — measured quantity: acceleration [m/s²] or force [N]
-    model : str — type in the sensor catalogue, such as ``Kistler 9077C``
-    mount, piece : str — mount it belongs to and its piece; empty where there is none
-    position : array, shape (3,)
-        Position in vehicle axes, from the powertrain's centre of gravity [m].
-    orientation : array, shape (3, 3)
-        Right-handed rotation; columns are the sensor's axes in vehicle axes [1].
+    - `name`.
+    - `kind`.
+    - `model`.
+    - `mount`, `piece`.
+    - `position` (3,): position in vehicle axes, from the powertrain's centre of gravity [m].
+    - `orientation` (3, 3): right-handed rotation; columns are the sensor's axes in vehicle axes
+      [1].
     """
 
     name: str
@@ -68,13 +65,10 @@ class Sensor:
 class Impact:
     """One point of excitation by hammer or shaker; its channel has the same name.
 
-    Parameters
-    ----------
-    name : str — name, such as ``I07``
-    position : array, shape (3,)
-        Position in vehicle axes, from the origin of the position sheet [m].
-    direction : array, shape (3,)
-        Unit vector along which a positive force pushes [1]; another length raises InputError.
+    - `name`.
+    - `position` (3,): position in vehicle axes, from the origin of the position sheet [m].
+    - `direction` (3,): unit vector along which a positive force pushes [1]; another length raises
+      InputError.
     """
 
     name: str
@@ -96,30 +90,24 @@ class Impact:
 class Tolerances:
     """Standard deviations (1 σ) of everything that a bench states only approximately.
 
-    Parameters
-    ----------
-    sensor_position : float — position of an accelerometer against the position sheet, per axis [m]
-    sensor_angle : float
-        Orientation of an accelerometer against the position sheet, per axis [rad].
-    sensor_gain : float — sensitivity of an accelerometer channel [1]
-    sensor_cross_axis : float
-        Sensitivity of an accelerometer channel to each of the other two axes [1]. A limit ± c of a
-        data sheet has the standard deviation c/√3 where any value within is as likely.
-    acceleration_own, acceleration_norm : float
-        Order-tracking noise per amplitude of the channel itself and per norm of its triaxial
-        sensor, complex amplitude [1].
-    acceleration_floor : float — noise of an accelerometer channel at rest, complex amplitude [m/s²]
-    cell_gain : float — sensitivity of a force cell that no shaker calibrates in place [1]
-    force_own, force_norm : float
-        Order-tracking noise of a cell channel, as for the acceleration [1].
-    force_floor : float — noise of a cell channel at rest, complex amplitude [N]
-    shaker_angle : float — direction of the shaker against its nominal axis, per axis [rad]
-    shaker_gain : float — force that the shaker states [1]
-    torque : float — engine torque, per line [N m]
-    static_force : float — quasi-static cell force, per line [N]
+    - `sensor_position`.
+    - `sensor_angle`: orientation of an accelerometer against the position sheet, per axis [rad].
+    - `sensor_gain`.
+    - `sensor_cross_axis`: sensitivity of an accelerometer channel to each of the other two axes
+      [1]. A limit ± c of a data sheet has the standard deviation c/√3 where any value within is as
+      likely.
+    - `acceleration_own`, `acceleration_norm`: order-tracking noise per amplitude of the channel
+      itself and per norm of its triaxial sensor, complex amplitude [1].
+    - `acceleration_floor`.
+    - `cell_gain`.
+    - `force_own`, `force_norm`: order-tracking noise of a cell channel, as for the acceleration
+      [1].
+    - `force_floor`.
+    - `shaker_angle`.
+    - `shaker_gain`.
+    - `torque`.
+    - `static_force`.
 
-    Notes
-    -----
     None is negative. Position to cross-axis and shaker are drawn once per bench and stay the same
     in all its runs; noise, torque and static force differ from line to line.
     """
@@ -149,12 +137,10 @@ class Tolerances:
 class PlacementTolerances:
     """Standard deviations (1 σ) of what a hammer test states only approximately; none is 0.
 
-    Parameters
-    ----------
-    sensor_gain : float — sensitivity of each accelerometer channel [1]
-    sensor_position, impact_position : float — positions against the position sheet, per axis [m]
-    sensor_angle, impact_angle : float — directions against the position sheet, per axis [rad]
-    hammer_gain : float — sensitivity of the hammer, common to all impacts [1]
+    - `sensor_gain`.
+    - `sensor_position`, `impact_position`.
+    - `sensor_angle`, `impact_angle`.
+    - `hammer_gain`.
     """
 
     sensor_gain: float = 0.02
@@ -179,19 +165,18 @@ def _check_deviation(what: str, value: float, wanted: str) -> None:
 class SensorModel:
     """What the maker states of every sensor of one model.
 
-    Parameters
-    ----------
-    name : str — type, such as ``Kistler 9077C``
-    quantity_unit : str — SI unit of what it measures: ``m/s^2`` or ``N``
-    signal_unit : str — SI unit of what it delivers: ``C`` (charge) or ``V``
-    sensitivity : tuple of float
-        Nominal sensitivity, per axis; one for a single-axis sensor [signal_unit/quantity_unit].
-    gain_tolerance : float
-        Half width about the nominal sensitivity, before the single sensor is calibrated [1].
-    cross_axis : tuple of float — largest sensitivity of an axis to the other two, per axis [1]
-    noise_floor : float — threshold [quantity_unit]
-    frequency_range : (float, float) — usable range [Hz]; ``(0, inf)`` where the maker states none
-    source : str — origin of the figures
+    - `name`.
+    - `quantity_unit`.
+    - `signal_unit`.
+    - `sensitivity`: nominal sensitivity, per axis; one for a single-axis sensor
+      [signal_unit/quantity_unit].
+    - `gain_tolerance`: half width about the nominal sensitivity, before the single sensor is
+      calibrated [1].
+    - `cross_axis`.
+    - `noise_floor`.
+    - `frequency_range` (float, float) — usable range [Hz]; ``(0, inf)`` where the maker states
+      none.
+    - `source`.
     """
 
     name: str

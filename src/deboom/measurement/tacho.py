@@ -71,20 +71,15 @@ def pulse_times(
 
     Raises InputError: a signal that is constant, not finite, or has fewer than ten pulses.
 
-    Parameters
-    ----------
-    voltage : array, shape (n_sample,) — signal as recorded [V]
-    rate, start : float — samples per second [Hz] and time of the first sample [s]
-    name : str — name of the channel, for messages
-    edge : Edge — the rising edge marks the angle unless the pulse is upside down
-    level : float, optional
-        Trigger level [V]; half-way between low and high voltage where it is not given.
-    hysteresis : float, optional
-        Voltage by which the signal must leave the level backwards, once triggered, before it counts
-        again [V]; a fifth of the swing where it is not given.
+    - `voltage` (n_sample,).
+    - `rate`, `start`.
+    - `name`.
+    - `edge`.
+    - `level`, optional: trigger level [V]; half-way between low and high voltage where it is not
+      given.
+    - `hysteresis`, optional: voltage by which the signal must leave the level backwards, once
+      triggered, before it counts again [V]; a fifth of the swing where it is not given.
 
-    Notes
-    -----
     Low and high voltage are the quantiles at 0.1 % and 99.9 % of the samples. A straight line
     between the two samples about each crossing gives the time to a small part of a sample where the
     edge is as slow as the recorder's anti-aliasing filter makes it; a perfect step is known to ±
@@ -123,18 +118,14 @@ def pulse_times(
 class PulseTrain:
     """The pulses of a tacho that can be trusted, and what was done to get there.
 
-    Parameters
-    ----------
-    name : str — name of the tacho channel
-    times : array, shape (n_pulse,) — increasing times [s]
-    number : array of int, shape (n_pulse,)
-        Count of each pulse from the one nearest to the first that was triggered; a step above 1
-        bridges missing pulses.
-    pulses_per_revolution : int — pulses of the tacho
-    dropped : array, shape (n_dropped,) — times of pulses left out: doubled, stray or displaced [s]
-    missing : array, shape (n_missing,)
-        Times at which a pulse was due and none was trusted [s]. A displaced pulse counts here and
-        among the dropped.
+    - `name`.
+    - `times` (n_pulse,).
+    - `number` (n_pulse,): count of each pulse from the one nearest to the first that was triggered;
+      a step above 1 bridges missing pulses.
+    - `pulses_per_revolution`.
+    - `dropped` (n_dropped,).
+    - `missing` (n_missing,): times at which a pulse was due and none was trusted [s]. A displaced
+      pulse counts here and among the dropped.
     """
 
     name: str
@@ -163,16 +154,12 @@ def repair_pulses(
     speed explains, a gap that cannot be counted, too many bad pulses, or a shaft that stops or
     turns back.
 
-    Parameters
-    ----------
-    times : array, shape (n,) — pulses as triggered, increasing [s]
-    pulses_per_revolution : int — pulses of the tacho, at least 1
-    name : str — name of the tacho channel
+    - `times` (n,).
+    - `pulses_per_revolution`.
+    - `name`.
 
-    Notes
-    -----
-    Intervals are compared with their running median over nine. Out of all chains of pulses that
-    are about whole numbers of intervals apart, the one that needs the fewest repairs is taken. Then
+    Intervals are compared with their running median over nine. Out of all chains of pulses that are
+    about whole numbers of intervals apart, the one that needs the fewest repairs is taken. Then
     each pulse is compared with the cubic through its eight neighbours, and dropped if it is off by
     six robust standard deviations and 0.5 % of an interval; near an end the outermost goes.
     """
@@ -281,11 +268,7 @@ def _local_period(times: RealArray, number: IntArray) -> RealArray:
 
 
 def _without_displaced(times: RealArray, number: IntArray) -> BoolArray:
-    """Mark the numbered pulses that lie on a smooth course.
-
-    The worst pulse of each neighbourhood goes, until all are within six robust standard deviations
-    or 0.5 % of an interval of the cubic about them.
-    """
+    """Drop the worst pulses until all lie within six deviations or 0.5 % of a local cubic."""
     taken = number >= 0
     while np.count_nonzero(taken) > WINDOW:
         position = np.flatnonzero(taken)
@@ -360,13 +343,10 @@ class ShaftAngle:
     Made by `shaft_angle`; it holds from its first to its last pulse and is not continued beyond:
     other times raise InputError.
 
-    Parameters
-    ----------
-    begin, end : float — times of the first and the last pulse [s]
-    jitter : float
-        Root mean square distance of the pulses from the smooth course [rad]; it contains what the
-        shaft itself turns unevenly within a few revolutions.
-    pulses : PulseTrain — pulses it was made from, with the report on their repair
+    - `begin`, `end`.
+    - `jitter`: root mean square distance of the pulses from the smooth course [rad]; it contains
+      what the shaft itself turns unevenly within a few revolutions.
+    - `pulses`.
     """
 
     begin: float
@@ -440,16 +420,12 @@ def shaft_angle(
     Raises InputError: a knot spacing that is negative, a zero time outside the pulses, or pulses
     whose course stands still or turns back.
 
-    Parameters
-    ----------
-    pulses : PulseTrain — pulses from `repair_pulses`
-    knot_spacing : float
-        Revolutions between the knots of the spline; 0 puts the course through every pulse.
-    zero_time : float, optional
-        Time whose nearest pulse is the zero mark [s]; the first pulse where it is not given.
+    - `pulses`.
+    - `knot_spacing`: revolutions between the knots of the spline; 0 puts the course through every
+      pulse.
+    - `zero_time`, optional: time whose nearest pulse is the zero mark [s]; the first pulse where it
+      is not given.
 
-    Notes
-    -----
     Cubic spline of least squares, exact for a linear run-up. Averaging over the knots takes out
     jitter and the unevenness within an engine cycle, so the angle is that of the mean rotation. A
     half order has two phases a half turn apart in one revolution, so whether 1.5 leads or lags by

@@ -38,13 +38,10 @@ SMOOTHING = 3.0
 class Interval:
     """A number, or an array of them, with the interval of the truth.
 
-    Parameters
-    ----------
-    value : array, shape (...) — value as measured [unit]
-    lower, upper : array, shape (...)
-        Ends of the interval [unit]. The value need not lie in the middle, and in data whose errors
-        push to one side not even inside.
-    coverage : float — coverage of the interval [1]
+    - `value` (...).
+    - `lower`, `upper` (...): ends of the interval [unit]. The value need not lie in the middle, and
+      in data whose errors push to one side not even inside.
+    - `coverage`.
     """
 
     value: RealArray
@@ -77,14 +74,10 @@ def pivotal_interval(
     Raises InputError: fewer than `LEAST_DRAWS` draws, shapes that differ, values that are not
     finite, a coverage outside of ]0, 1[.
 
-    Parameters
-    ----------
-    value : array_like, shape (...) — value from the data as measured [unit]
-    again : array_like, shape (n_draws, ...) — values from data with their errors drawn again [unit]
-    coverage : float — coverage between 0 and 1 [1]
+    - `value` (...).
+    - `again` (n_draws, ...).
+    - `coverage`.
 
-    Notes
-    -----
     ``[2 v - q_(1-α/2), 2 v - q_(α/2)]`` with the quantiles q of the values measured again, which
     lie about the measured value as it lies about the truth (basic bootstrap interval, Davison and
     Hinkley 1997, eq. 5.6). A percentile interval would take the bias of the noise, which fills
@@ -121,12 +114,10 @@ def probability_below(value: npt.ArrayLike, again: npt.ArrayLike, bound: float =
 class VariancePart:
     """Variance of a number by one cause.
 
-    Parameters
-    ----------
-    name : str — name of the cause
-    variance : float — variance, from 0 [unit²]
-    degrees_of_freedom : float
-        Degrees of freedom behind that variance, from 1; infinite where it is stated.
+    - `name`.
+    - `variance`.
+    - `degrees_of_freedom`: degrees of freedom behind that variance, from 1; infinite where it is
+      stated.
     """
 
     name: str
@@ -146,13 +137,10 @@ class VariancePart:
 class NextMeasurement:
     """What would be measured next, and what it would leave of each variance.
 
-    Parameters
-    ----------
-    name : str — measurement in words
-    remaining : mapping of str to float
-        Cause → share of its variance that would remain, 0 to 1; causes that are not named stay [1].
-    more_degrees_of_freedom : mapping of str to float
-        Cause → degrees of freedom that it would gain.
+    - `name`.
+    - `remaining`: cause → share of its variance that would remain, 0 to 1; causes that are not
+      named stay [1].
+    - `more_degrees_of_freedom`: cause → degrees of freedom that it would gain.
     """
 
     name: str
@@ -183,8 +171,6 @@ def half_width_after(
 
     A cause that is not among the parts, or a share outside of 0 to 1, raises InputError.
 
-    Notes
-    -----
     Pre-posterior analysis of normal errors: the variance after a measurement does not depend on
     what it will show, so its expectation is known before.
     """
@@ -213,11 +199,9 @@ def half_width_after(
 class CrossedSpread:
     """Components of variance of a table with one value per row and column.
 
-    Parameters
-    ----------
-    rows, columns, rest : array, shape (...)
-        Variance between rows, between columns, and what neither explains; not below 0 [unit²].
-    n_row, n_column : int — size of the table
+    - `rows`, `columns`, `rest` (...): variance between rows, between columns, and what neither
+      explains; not below 0 [unit²].
+    - `n_row`, `n_column`.
     """
 
     rows: RealArray
@@ -233,8 +217,6 @@ def crossed_spread(values: npt.ArrayLike) -> CrossedSpread:
     With a single column the rows hold all the spread. Raises InputError: fewer than two rows,
     values that are not finite.
 
-    Notes
-    -----
     Random effects ``y_ij = µ + r_i + c_j + e_ij`` (Searle, Casella and McCulloch 1992, ch. 4):
     ``E MS_r = σ_e² + n_c σ_r²``, ``E MS_c = σ_e² + n_r σ_c²``, ``E MS_e = σ_e²``.
     """
@@ -260,16 +242,13 @@ def crossed_spread(values: npt.ArrayLike) -> CrossedSpread:
 class VarianceSplit:
     """Components of variance of a balanced nested design, level by level from the outside.
 
-    Parameters
-    ----------
-    levels : tuple of str — names, such as ``vehicle``, ``state``, ``repeat``
-    degrees_of_freedom : tuple of int — degrees of freedom per level
-    mean_square : array, shape (n_level, ...)
-        Mean square between the means of each level, inside the one above [unit²].
-    estimate : array, shape (n_level, ...)
-        Unbiased components; one that is truly small may come out below 0 [unit²].
-    standard_error : array, shape (n_level, ...)
-        Standard error of the estimates, for normal effects [unit²].
+    - `levels`.
+    - `degrees_of_freedom`.
+    - `mean_square` (n_level, ...): mean square between the means of each level, inside the one
+      above [unit²].
+    - `estimate` (n_level, ...): unbiased components; one that is truly small may come out below 0
+      [unit²].
+    - `standard_error` (n_level, ...): standard error of the estimates, for normal effects [unit²].
     """
 
     levels: tuple[str, ...]
@@ -293,16 +272,11 @@ class VarianceSplit:
 def variance_split(values: npt.ArrayLike, levels: tuple[str, ...] = LEVELS) -> VarianceSplit:
     """Split the variance of measurements that are repeated inside groups inside groups.
 
-    Parameters
-    ----------
-    values : array_like, shape (n_vehicle, n_state, n_repeat, ...)
-        One leading axis per level, the outermost first; at least two of each, finite, else
-        InputError. Levels [dB], or complex values, whose variance is that of real and imaginary
-        part together.
-    levels : tuple of str — names of the leading axes
+    - `values` (n_vehicle, n_state, n_repeat, ...): one leading axis per level, the outermost first;
+      at least two of each, finite, else InputError. Levels [dB], or complex values, whose variance
+      is that of real and imaginary part together.
+    - `levels`.
 
-    Notes
-    -----
     Random effects, ``y = µ + v_i + s_ij + e_ijk``, balanced nested analysis of variance (Searle,
     Casella and McCulloch 1992, ch. 3). With the mean squares MS between the means of a level, times
     the number of values below it::
@@ -347,10 +321,8 @@ def variance_split(values: npt.ArrayLike, levels: tuple[str, ...] = LEVELS) -> V
 class LevelSpread:
     """Spread of several level curves, line by line (thesis, figure 10).
 
-    Parameters
-    ----------
-    mean, lowest, highest : array, shape (n_frequency, ...)
-        Mean, least and largest level over the vehicles [dB].
+    - `mean`, `lowest`, `highest` (n_frequency, ...): mean, least and largest level over the
+      vehicles [dB].
     """
 
     mean: RealArray
@@ -384,16 +356,14 @@ def level_spread(levels: npt.ArrayLike) -> LevelSpread:
 class MethodDifference:
     """Errors of the mean of two methods, such as hammer and loudspeaker.
 
-    Parameters
-    ----------
-    calibration_db : float — level common to all paths of a vehicle, standard deviation [dB]
-    calibration_degrees_of_freedom : int — number of vehicles behind it
-    body : float — smooth complex error that all paths of a vehicle share, root mean square [1]
-    body_length : float — correlation length of that error over frequency [Hz]
-    path : float — smooth complex error of every path over its local magnitude, root mean square [1]
-    path_degrees_of_freedom : int — number of paths of all vehicles behind it
-    length : float — correlation length of that error over frequency [Hz]
-    floor : float — white noise of the real and of the imaginary part [unit of the functions]
+    - `calibration_db`.
+    - `calibration_degrees_of_freedom`.
+    - `body`.
+    - `body_length`.
+    - `path`.
+    - `path_degrees_of_freedom`.
+    - `length`.
+    - `floor`.
     """
 
     calibration_db: float
@@ -425,18 +395,9 @@ def method_difference(pairs: Sequence[tuple[Frf, Frf]]) -> MethodDifference:
     Raises InputError: no pair, functions that differ in ears, paths or lines; fewer than two paths
     or five lines; a path without any answer.
 
-    Parameters
-    ----------
-    pairs : sequence of (Frf, Frf)
-        Functions of each vehicle: one ear, the same paths and lines, by two methods with errors of
-        the same size and independent of each other [Pa/N].
+    - `pairs`: functions of each vehicle: one ear, the same paths and lines, by two methods with
+      errors of the same size and independent of each other [Pa/N].
 
-    Returns
-    -------
-    MethodDifference — errors of the mean of both
-
-    Notes
-    -----
     Half of the difference, ``h = (A - B)/2``, errs as the mean M of both does. Calibration: the
     mean over paths of ``Re Σ h M* / Σ |M|²``, taken about 0: neither method is louder on average.
     Floor: from second differences along the lines, which smooth errors do not reach, with the

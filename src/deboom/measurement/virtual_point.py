@@ -30,13 +30,11 @@ common line by a millionth of their distance."""
 class ChannelGeometry:
     """Channels on one body, seen from a virtual point.
 
-    Parameters
-    ----------
-    position : array, shape (3,) — virtual point, from the origin of the position sheet [m]
-    channels : sequence of str — names of the n channels in use
-    owners : sequence of str, length n — sensor or impact that each channel belongs to
-    levers : array, shape (n, 3) — position of each channel, from the virtual point [m]
-    directions : array, shape (n, 3) — unit vector that each channel measures along [1]
+    - `position` (3,).
+    - `channels`.
+    - `owners`.
+    - `levers` (n, 3).
+    - `directions` (n, 3).
     """
 
     position: RealArray
@@ -95,11 +93,9 @@ def sensor_geometry(
 
     Raises InputError: sensors of several kinds, doubled names, or unknown channels.
 
-    Parameters
-    ----------
-    sensors : sequence of Sensor — sensors of one kind
-    position : array, shape (3,) — virtual point, from the origin of the position sheet [m]
-    switched_off : sequence of str — channels not to be used, such as ``A3 y``
+    - `sensors`.
+    - `position` (3,).
+    - `switched_off`.
     """
     kinds = sorted({sensor.kind.value for sensor in sensors})
     if len(kinds) > 1:
@@ -147,20 +143,15 @@ def _point(position: npt.ArrayLike) -> RealArray:
 class Conditioning:
     """What a position sheet promises.
 
-    Parameters
-    ----------
-    rank : int — number of independent motions, out of six, that the channels see
-    condition_number : float
-        Condition number of the forward matrix with rotations counted as motion at `length`;
-        infinite where the rank is short [1].
-    length : float — characteristic length: mean distance of the channels from the virtual point [m]
-    worst_seen : str — motion, or mixture of motions, that the channels see least, in words
-    noise_gain : array, shape (6,)
-        Standard deviation of each motion per that of a channel [1, 1/m]; infinite where the rank is
-        short.
-    redundancy : array, shape (n_channel,)
-        Share of an error in one channel that shows in its own residual, 0 … 1; a fault in a channel
-        of redundancy 0 cannot be noticed [1].
+    - `rank`.
+    - `condition_number`: condition number of the forward matrix with rotations counted as motion at
+      `length`; infinite where the rank is short [1].
+    - `length`.
+    - `worst_seen`.
+    - `noise_gain` (6,): standard deviation of each motion per that of a channel [1, 1/m]; infinite
+      where the rank is short.
+    - `redundancy` (n_channel,): share of an error in one channel that shows in its own residual, 0
+      … 1; a fault in a channel of redundancy 0 cannot be noticed [1].
     """
 
     rank: int
@@ -179,8 +170,6 @@ class Conditioning:
 def conditioning(geometry: ChannelGeometry) -> Conditioning:
     """Judge a position sheet before any measurement.
 
-    Notes
-    -----
     ``noise_gain = √diag (Vᵀ V)⁻¹``, ``redundancy = 1 − diag V V⁺``. Without the scaling the
     condition number depends on the unit of length (three sensors of a published rig 30 mm from
     their virtual point: 49 in metres, 1.5 scaled).
@@ -224,12 +213,10 @@ def _vector(values: RealArray) -> str:
 class VirtualPoint:
     """A point whose motion the channels determine; made by `virtual_point`.
 
-    Parameters
-    ----------
-    geometry : ChannelGeometry — channels in use, seen from the point
-    conditioning : Conditioning — how well they determine it
-    forward : array, shape (n_channel, 6) — motion at the point → channels, ``V``
-    inverse : array, shape (6, n_channel) — channels → motion by least squares, ``V⁺``
+    - `geometry`.
+    - `conditioning`.
+    - `forward` (n_channel, 6).
+    - `inverse` (6, n_channel).
     """
 
     geometry: ChannelGeometry
@@ -267,9 +254,8 @@ def virtual_point(geometry: ChannelGeometry) -> VirtualPoint:
     Notes
     -----
     ``V⁺ = (Vᵀ V)⁻¹ Vᵀ`` (thesis, eq. 27), computed by QR with scaled columns: the normal equations
-    would square the condition number. V is real, so the real and the imaginary part are
-    transformed alike. For impacts the same row ``[d, r × d]`` gives, transposed, the load at the
-    point.
+    would square the condition number. V is real, so the real and the imaginary part are transformed
+    alike. For impacts the same row ``[d, r × d]`` gives, transposed, the load at the point.
     """
     state = conditioning(geometry)
     if not state.complete:
@@ -317,8 +303,6 @@ def load_at_point(cells: Sequence[Sensor], measured: Spectrum, position: npt.Arr
     Channels ``fx fy fz mx my mz``, in the unit of `measured`, moments times metre. A sum cannot do
     without one of the cells: a missing channel raises InputError.
 
-    Notes
-    -----
     ``F = Σ V_iᵀ R_i f_i``, hence moments ``r × F``. No least squares: cells measure forces, they do
     not estimate them.
     """
@@ -338,8 +322,6 @@ def virtual_point_frf(
     Outputs ``x … rz``, inputs ``fx … mz`` on each transformed side, in the unit of `measured`; per
     metre for each rotation or moment. A missing channel raises InputError.
 
-    Notes
-    -----
     ``Y_VP = V⁺ Y (U⁺)ᵀ`` with ``(U⁺)ᵀ = U (Uᵀ U)⁻¹``: of all forces at the points of excitation
     that make up a load, those of least ``Σ f²``.
     """

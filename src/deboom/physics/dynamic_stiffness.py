@@ -81,16 +81,12 @@ def stiffness_hv(
     Raises InputError: shapes that differ, a noise ratio that is not positive and finite, or force
     and displacement that have nothing in common.
 
-    Parameters
-    ----------
-    force, displacement : array, shape (..., n_repeat)
-        Complex amplitudes, phase referred to the same event in each record [N, m].
-    noise_ratio : float or array, shape (...)
-        Standard deviation of the force noise over that of the displacement noise, above 0 [N/m].
-        Far above |K| the result is that of `stiffness_h1`, far below that of `stiffness_h2`.
+    - `force`, `displacement` (..., n_repeat): complex amplitudes, phase referred to the same event
+      in each record [N, m].
+    - `noise_ratio` (...): standard deviation of the force noise over that of the displacement
+      noise, above 0 [N/m]. Far above |K| the result is that of `stiffness_h1`, far below that of
+      `stiffness_h2`.
 
-    Notes
-    -----
     Total least squares: the K that minimises ``Σ |f − K s₀|²/σ_f² + |s − s₀|²/σ_s²`` over K and the
     true motions s₀. With r = σ_f/σ_s, ``K = (d + √(d² + 4 r² |S_fs|²)) / 2 S_sf`` where
     ``d = S_ff − r² S_ss``. Without bias for white noise of that ratio, as the records grow in
@@ -148,10 +144,8 @@ def kelvin_voigt(
 ) -> ComplexArray:
     """Return the stiffness of a spring and a viscous damper side by side, ``K = k + jωc`` [N/m].
 
-    Parameters
-    ----------
-    frequency : array, shape (...) — lines [Hz]
-    stiffness, damping : array, broadcastable — spring [N/m] and damper [N s/m]
+    - `frequency` (...).
+    - `stiffness`, `damping`.
     """
     omega = 2 * np.pi * np.asarray(frequency, dtype=float)
     loss = omega * np.asarray(damping, dtype=float)

@@ -42,8 +42,6 @@ def residual_coupling(stiffness: npt.ArrayLike) -> float:
     0: a force gives a pure translation, a moment a pure rotation. Raises InputError: a stiffness
     that is complex, asymmetric or not positive definite.
 
-    Notes
-    -----
     The largest ``|tᵀ K_xθ φ|`` over all translations t and rotations φ of unit energy,
     ``tᵀ K_xx t = φᵀ K_θθ φ = 1``. It depends on the point, neither on the unit of length nor on the
     directions of the axes.
@@ -217,21 +215,17 @@ def _checked_static(stiffness: npt.ArrayLike) -> RealArray:
 class ReducedMount:
     """A mount in its three forms, and what each step costs at worst.
 
-    Parameters
-    ----------
-    both_ends : array, shape (n_frequency, 12, 12)
-        Loads on the mount per motions of its source end, then its receiver end, both referred to
-        the virtual point [N/m, N/rad, N m/rad].
-    one_point : array, shape (n_frequency, 6, 6)
-        Load on the receiver per motion of the source relative to the receiver.
-    translations : array, shape (n_frequency, 3) — first three diagonal entries of `one_point` [N/m]
-    condensation_error : array, shape (n_frequency,)
-        Error of the load on the receiver, 12×12 → 6×6, relative to the largest load, over all
-        motions of both ends [1]: mass of the mount, and whatever carries load to ground.
-    translation_error : array, shape (n_frequency,)
-        Error of the load on the receiver, 6×6 → 3, relative to the largest load, over all relative
-        motions [1]: rotations, and axes that are coupled.
-    length : float — length at which a rotation counts as much as a translation [m]
+    - `both_ends` (n_frequency, 12, 12): loads on the mount per motions of its source end, then its
+      receiver end, both referred to the virtual point [N/m, N/rad, N m/rad].
+    - `one_point` (n_frequency, 6, 6): load on the receiver per motion of the source relative to the
+      receiver.
+    - `translations` (n_frequency, 3).
+    - `condensation_error` (n_frequency,): error of the load on the receiver, 12×12 → 6×6, relative
+      to the largest load, over all motions of both ends [1]: mass of the mount, and whatever
+      carries load to ground.
+    - `translation_error` (n_frequency,): error of the load on the receiver, 6×6 → 3, relative to
+      the largest load, over all relative motions [1]: rotations, and axes that are coupled.
+    - `length`.
     """
 
     both_ends: ComplexArray
@@ -256,8 +250,8 @@ def reduce_mount(
     Parameters
     ----------
     stiffness : array, shape (n_frequency, 12, 12)
-        Loads on the mount at its source end, then its receiver end, per motions of these ends
-        [N/m, N/rad, N m/rad]. Complex, reciprocal.
+        Loads on the mount at its source end, then its receiver end, per motions of these ends [N/m,
+        N/rad, N m/rad]. Complex, reciprocal.
     source_end, receiver_end : array, shape (3,) — positions of the ends, from the virtual point [m]
     length : float
         Length at which a rotation counts as much as a translation, such as the size of the mount
@@ -321,8 +315,8 @@ def reduction_error_in_operation(
 
     Notes
     -----
-    Smaller than the errors over all motions where the source hardly rotates: that is why the
-    thesis can leave rotations out.
+    Smaller than the errors over all motions where the source hardly rotates: that is why the thesis
+    can leave rotations out.
     """
     ends = np.asarray(motion, dtype=complex)
     if ends.shape != mount.both_ends.shape[:2]:

@@ -54,13 +54,10 @@ class Choice(Enum):
 class Inversion:
     """How to invert.
 
-    Parameters
-    ----------
-    regularisation : Regularisation — nothing, a cut, or a smooth damping of small singular values
-    amount : Choice or float
-        Choice per line, or the same fraction of the largest singular value on all lines, 0 to 1,
-        else InputError: singular values below it are left out, or it is Tikhonov's λ [1]. Without
-        meaning where nothing is regularised.
+    - `regularisation`.
+    - `amount`: choice per line, or the same fraction of the largest singular value on all lines, 0
+      to 1, else InputError: singular values below it are left out, or it is Tikhonov's λ [1].
+      Without meaning where nothing is regularised.
     """
 
     regularisation: Regularisation = Regularisation.TIKHONOV
@@ -92,24 +89,19 @@ CROSS_VALIDATED = Inversion()
 class InvertedForces:
     """Forces out of an inversion, and how much of them to believe.
 
-    Parameters
-    ----------
-    force : array, shape (n_frequency, n_path) — complex peak [N]
-    condition_number : array, shape (n_frequency,)
-        Condition number of the matrix with columns (and rows, where their noise was given) scaled
-        [1].
-    amount : array, shape (n_frequency,)
-        Regularisation of each line as a fraction of the largest singular value: Tikhonov's λ, or
-        the smallest singular value that was kept; 0 where nothing was regularised [1].
-    freedom : array, shape (n_frequency,)
-        Directions of force that took part, sum of the filter factors: n_path where nothing was
-        held back [1].
-    residual : array, shape (n_frequency,)
-        Part of the responses that the forces do not explain, norm over norm [1].
-    noise_gain : array, shape (n_frequency, n_path)
-        Standard deviation of each force for responses with a noise of 1 [N per unit of the
-        responses], or for the noise that was given [N]. What regularisation takes away from the
-        force itself comes on top.
+    - `force` (n_frequency, n_path).
+    - `condition_number` (n_frequency,): condition number of the matrix with columns (and rows,
+      where their noise was given) scaled [1].
+    - `amount` (n_frequency,): regularisation of each line as a fraction of the largest singular
+      value: Tikhonov's λ, or the smallest singular value that was kept; 0 where nothing was
+      regularised [1].
+    - `freedom` (n_frequency,): directions of force that took part, sum of the filter factors:
+      n_path where nothing was held back [1].
+    - `residual` (n_frequency,): part of the responses that the forces do not explain, norm over
+      norm [1].
+    - `noise_gain` (n_frequency, n_path): standard deviation of each force for responses with a
+      noise of 1 [N per unit of the responses], or for the noise that was given [N]. What
+      regularisation takes away from the force itself comes on top.
     """
 
     force: ComplexArray
@@ -195,12 +187,9 @@ def invert_for_forces(
 class Decomposition:
     """Responses in the singular directions of a matrix, line by line.
 
-    Parameters
-    ----------
-    left : array, shape (n_frequency, n_indicator, n_path) — left singular vectors [1]
-    singular : array, shape (n_frequency, n_path) — singular values, falling, above 0
-    responses : array, shape (n_frequency, n_indicator)
-        Responses, scaled as the rows of the matrix.
+    - `left` (n_frequency, n_indicator, n_path).
+    - `singular` (n_frequency, n_path).
+    - `responses` (n_frequency, n_indicator): responses, scaled as the rows of the matrix.
     """
 
     left: ComplexArray
@@ -277,10 +266,10 @@ def cross_validation_scores(
 
     Notes
     -----
-    ``‖r‖²/(n − Σφ)²`` if `generalised` (Golub, Heath and Wahba, Technometrics 21, 1979), else ``Σ
-    (r_i/(1 − h_i))²``, the exact error of all inversions with one indicator left out (PRESS), of
-    which the first is the average over rotations of the responses. h_i, the share of an indicator
-    in its own prediction, is ``Σ_k |U_ik|² φ_k``.
+    ``‖r‖²/(n − Σφ)²`` if `generalised` (Golub, Heath and Wahba, Technometrics 21, 1979), else
+    ``Σ (r_i/(1 − h_i))²``, the exact error of all inversions with one indicator left out (PRESS),
+    of which the first is the average over rotations of the responses. h_i, the share of an
+    indicator in its own prediction, is ``Σ_k |U_ik|² φ_k``.
     """
     n_indicator = data.left.shape[1]
     filters = np.broadcast_to(filters, (len(data.singular), *filters.shape[1:]))

@@ -98,13 +98,9 @@ def modal_superposition(
 class SteadyState:
     """Steady motion on stiffnesses that depend on its own amplitude.
 
-    Parameters
-    ----------
-    displacement : array, shape (n_frequency, n)
-        Displacement of the body, complex amplitudes [m, rad].
-    amplitude : array, shape (n_frequency, n_amplitude)
-        Amplitudes on which the stiffness depends [m].
-    iterations : int — iterations of the slowest line
+    - `displacement` (n_frequency, n): displacement of the body, complex amplitudes [m, rad].
+    - `amplitude` (n_frequency, n_amplitude): amplitudes on which the stiffness depends [m].
+    - `iterations`.
     """
 
     displacement: ComplexArray
@@ -133,7 +129,7 @@ def amplitude_dependent_response(
     Parameters
     ----------
     mass_matrix, force, frequency
-        As for `forced_response`.
+        Arguments as for `forced_response`.
     stiffness : callable
         Amplitudes (n_frequency, n_amplitude) [m] → complex stiffness (n_frequency, n, n), by line.
     motion : array, shape (n_amplitude, n)

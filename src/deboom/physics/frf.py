@@ -68,8 +68,8 @@ def convert(
 
     Notes
     -----
-    Each derivative of the motion multiplies by jω. The inverse is that of the whole matrix, line
-    by line: an element of an apparent mass is not one over the element of the inertance.
+    Each derivative of the motion multiplies by jω. The inverse is that of the whole matrix, line by
+    line: an element of an apparent mass is not one over the element of the inertance.
     """
     matrix = np.asarray(values, dtype=complex)
     lines = np.asarray(frequency, dtype=float)
@@ -210,18 +210,14 @@ class SpectrumScaling(Enum):
 class CrossSpectra:
     """One-sided spectra of inputs and outputs, averaged over blocks.
 
-    Parameters
-    ----------
-    frequency : array, shape (n_frequency,) — lines from 0 [Hz]
-    input_auto : array, shape (n_frequency, n_input, n_input) — ``E[X_a X_b*]``
-    output_input : array, shape (n_frequency, n_output, n_input) — ``E[Y_a X_b*]``
-    output_auto : array, shape (n_frequency, n_output, n_output) — ``E[Y_a Y_b*]``
-    n_averages : int — number of blocks, at least 1
+    - `frequency` (n_frequency,).
+    - `input_auto` (n_frequency, n_input, n_input).
+    - `output_input` (n_frequency, n_output, n_input).
+    - `output_auto` (n_frequency, n_output, n_output).
+    - `n_averages`.
 
-    Notes
-    -----
-    With this order of the conjugate, ``Y = H X`` gives ``E[Y X*] = H E[X X*]`` for e^{+jωt}.
-    Bendat and Piersol's ``G_xy = E[X* Y]`` is the entry (y, x).
+    With this order of the conjugate, ``Y = H X`` gives ``E[Y X*] = H E[X X*]`` for e^{+jωt}. Bendat
+    and Piersol's ``G_xy = E[X* Y]`` is the entry (y, x).
     """
 
     frequency: RealArray
@@ -400,8 +396,8 @@ def h2(spectra: CrossSpectra) -> ComplexArray:
     Notes
     -----
     With one input each output stands for itself, ``G_yy / G_xy``: noise in the output makes it too
-    large by (S + N)/S. With several inputs the outputs form one square matrix, and a quiet
-    output spoils all columns.
+    large by (S + N)/S. With several inputs the outputs form one square matrix, and a quiet output
+    spoils all columns.
     """
     cross = np.conj(np.swapaxes(spectra.output_input, 1, 2))
     n_input, n_output = cross.shape[1:]
@@ -613,8 +609,8 @@ def phase_error(coherence: npt.ArrayLike, n_averages: float, n_inputs: int = 1) 
 
     Notes
     -----
-    ``arcsin`` of the relative error of |H| (Bendat and Piersol, Random Data, 4th ed., eq. 9.91),
-    at most π/√3, the value of a phase that can be anything.
+    ``arcsin`` of the relative error of |H| (Bendat and Piersol, Random Data, 4th ed., eq. 9.91), at
+    most π/√3, the value of a phase that can be anything.
     """
     error = magnitude_error(coherence, n_averages, n_inputs)
     known = np.arcsin(np.minimum(error, 1.0))
@@ -680,8 +676,8 @@ def exponential_window(
     For force and response, both: then the measured function is exactly ``H(jω + 1/τ)`` in place of
     ``H(jω)``, that of a body whose every pole lies 1/τ further left. No formula brings H(jω) back
     from its values; poles that were fitted to it do come back, see `corrected_pole`. Between forms
-    of such a function the factor is ``jω + 1/τ``: displacement is ``a/(jω + 1/τ)²``, not
-    ``−a/ω²``. A time constant that is not positive raises InputError.
+    of such a function the factor is ``jω + 1/τ``: displacement is ``a/(jω + 1/τ)²``, not ``−a/ω²``.
+    A time constant that is not positive raises InputError.
     """
     _check_time_constant(time_constant)
     time = np.arange(n_sample) / rate

@@ -68,8 +68,6 @@ def lower_rate(
     which the records must stay as they are, or the old one; the first sample keeps its time. Raises
     InputError: fewer than four samples per period, or a record shorter than the filter.
 
-    Notes
-    -----
     Linear-phase Kaiser filter, flat within 1e-5 up to the highest frequency; what folds back lies
     above it. It reaches about four of the new samples beyond each end, where the record is
     continued by its odd reflection.
@@ -99,8 +97,6 @@ def lower_rate(
 def samples_needed(rate: float, slowest_rpm: float, highest_order: float) -> int:
     """Return the samples per revolution at which nothing in a record folds onto the orders wanted.
 
-    Notes
-    -----
     All content up to the rate [Hz], the images of the interpolation included, stays above the
     highest order at the lowest speed [1/min]: ``N ≥ order + 60 rate / rpm``.
     """
@@ -115,20 +111,13 @@ def angular_resample(
     Raises InputError: shapes that disagree, values that are not finite, a shaft that turns back,
     fewer than one sample per revolution, or a record too short to interpolate.
 
-    Parameters
-    ----------
-    values : array, shape (n_sample, n_channel) — samples [unit]
-    angle : array, shape (n_sample,) — shaft angle at each sample, increasing [rad]
-    samples_per_revolution : int — number of new samples, see `samples_needed`
+    - `values` (n_sample, n_channel).
+    - `angle` (n_sample,).
+    - `samples_per_revolution`.
+    - returns `revolution` (n_angle,): shaft angle of the new samples, whole steps from the zero
+      mark [rev].
+    - returns `resampled` (n_angle, n_channel).
 
-    Returns
-    -------
-    revolution : array, shape (n_angle,)
-        Shaft angle of the new samples, whole steps from the zero mark [rev].
-    resampled : array, shape (n_angle, n_channel) — new samples [unit]
-
-    Notes
-    -----
     A quintic spline over the angle. An order at ``x = f/rate`` keeps the share
     ``1 / Σ_k (x/(x + k))⁶`` of its amplitude: 2e-6 are missing at ten samples per period, 1.5e-3 at
     four.
@@ -162,21 +151,14 @@ def order_amplitudes(
     Raises InputError: an order that is not positive, a window that leaves the record or is too
     short for an order.
 
-    Parameters
-    ----------
-    revolution, resampled : array, shape (n_angle,) and (n_angle, n_channel)
-        Equidistant shaft angles from `angular_resample` [rev], and samples there [unit].
-    order : array, shape (n_order,) — cycles per revolution [1]
-    centre : array, shape (n_line,) — middle of the window of each line [rev]
-    revolutions : float — length of the window [rev]
+    - `revolution`, `resampled` (n_angle,): equidistant shaft angles from `angular_resample` [rev],
+      and samples there [unit].
+    - `order` (n_order,).
+    - `centre` (n_line,).
+    - `revolutions`.
+    - returns (n_line, n_order, n_channel): peak amplitudes A, so that an order is
+      ``Re(A e^{j order · angle})`` [unit].
 
-    Returns
-    -------
-    array, shape (n_line, n_order, n_channel)
-        Peak amplitudes A, so that an order is ``Re(A e^{j order · angle})`` [unit].
-
-    Notes
-    -----
     ``A = 2/Σw · Σ w(θ) y(θ) e^{−j order θ}``. Constant orders that are whole multiples of
     ``1/revolutions`` apart, two or more of them, do not disturb each other: four revolutions
     separate the half orders of a four-stroke engine.
@@ -222,13 +204,9 @@ def hann_bandwidth(rpm: npt.ArrayLike, revolutions: float) -> RealArray:
 def smear(sweep_rate: npt.ArrayLike, bandwidth: npt.ArrayLike) -> RealArray:
     """Return the finest detail over frequency that order tracking keeps in a run-up [Hz].
 
-    Parameters
-    ----------
-    sweep_rate : array_like — rate of change of the order's frequency, either sign [Hz/s]
-    bandwidth : array_like — full width of the filter between its half-power points [Hz]
+    - `sweep_rate`.
+    - `bandwidth`.
 
-    Notes
-    -----
     A ripple of period P over frequency passes at ``sweep_rate / P`` ripples per second; the filter
     keeps half their power at ``bandwidth / 2``, hence ``P = 2 |sweep_rate| / bandwidth``: anything
     finer is smeared. A narrow filter separates neighbouring orders and smears the run-up. A lightly
@@ -250,25 +228,17 @@ def vold_kalman(
     Raises InputError: shapes that disagree, values that are not finite, a shaft that turns back, a
     bandwidth that is not positive, exceeds the frequency of an order or is too narrow for the rate.
 
-    Parameters
-    ----------
-    values : array, shape (n_sample, n_channel) — time records at a constant rate [unit]
-    phase : array, shape (n_sample, n_order)
-        Angle of every order at each sample, ``order · shaft angle`` [rad]. Any tone whose phase is
-        known can stand beside the orders; a column of zeros takes up the quasi-static part.
-    rate : float — samples per second [Hz]
-    bandwidth : float or array, shape (n_order,)
-        Full width between the half-power (−3 dB) points about each order [Hz].
-    poles : int — 1, 2 or 3: how steeply the filter falls beyond its bandwidth
+    - `values` (n_sample, n_channel).
+    - `phase` (n_sample, n_order): angle of every order at each sample, ``order · shaft angle``
+      [rad]. Any tone whose phase is known can stand beside the orders; a column of zeros takes up
+      the quasi-static part.
+    - `rate`.
+    - `bandwidth` (n_order,): full width between the half-power (−3 dB) points about each order
+      [Hz].
+    - `poles`.
+    - returns (n_sample, n_order, n_channel): peak amplitudes A, so that the part of an order in the
+      record is ``Re(A e^{j phase})`` [unit]; for a column of zeros the quasi-static part itself.
 
-    Returns
-    -------
-    array, shape (n_sample, n_order, n_channel)
-        Peak amplitudes A, so that the part of an order in the record is ``Re(A e^{j phase})``
-        [unit]; for a column of zeros the quasi-static part itself.
-
-    Notes
-    -----
     Least squares over all envelopes (Vold and Leuridan, SAE 931288; Tůma, Int. J. Acoustics and
     Vibration 10, 2005), here for a real record with cosine and sine of every order as unknowns:
 
@@ -280,10 +250,10 @@ def vold_kalman(
     lose up to all digits at usual rates; here ``u = r ∇^p A`` is an unknown of its own, the matrix
     is banded and its condition the square root of theirs.
 
-    Away from the ends the envelope of one order is its demodulated record through the filter ``1 /
-    (1 + r² (2 sin(πf/rate))^{2p})``; at the ends it looks to one side only: within about one over
-    the bandwidth the noise is up to twice as large. Two orders that run together for longer than
-    one over the bandwidth share their energy in a way that no method can tell.
+    Away from the ends the envelope of one order is its demodulated record through the filter
+    ``1 / (1 + r² (2 sin(πf/rate))^{2p})``; at the ends it looks to one side only: within about one
+    over the bandwidth the noise is up to twice as large. Two orders that run together for longer
+    than one over the bandwidth share their energy in a way that no method can tell.
     """
     record, angle, widths = _checked_filter(values, phase, rate, bandwidth, poles)
     static = np.ptp(angle, axis=0) == 0
@@ -301,8 +271,6 @@ def vold_kalman(
 def penalty(bandwidth: npt.ArrayLike, rate: float, poles: int) -> RealArray:
     """Return the weight r of the differences that gives the filter its half-power bandwidth [1].
 
-    Notes
-    -----
     ``r² = (√2 − 1) / (2 sin(πB/(2 rate)))^{2p}``; Tůma's polynomials in cosines for one, two and
     three poles are this expression written out.
     """

@@ -1,8 +1,8 @@
 """Kinematics of a rigid body, its mass and stiffness at a point, and its modes on springs.
 
 Motions are stacked ``(x, y, z, rx, ry, rz)``, loads ``(fx, fy, fz, mx, my, mz)``. Everything that
-is called a forward matrix maps the motion of the body to the motion of a point; its transpose
-maps forces at the point to loads on the body.
+is called a forward matrix maps the motion of the body to the motion of a point; its transpose maps
+forces at the point to loads on the body.
 """
 
 from __future__ import annotations
@@ -90,8 +90,8 @@ def forward_matrices(
     Notes
     -----
     ``V_i' = R_iᵀ [I, skew(r_i)ᵀ]``: thesis, eq. 22-26, which uses one symbol for all R_i and one
-    for V_i and V_i'. The rank is 6 from three points that are not on one line; two points leave
-    the rotation about the line through them undetermined, although V is then square.
+    for V_i and V_i'. The rank is 6 from three points that are not on one line; two points leave the
+    rotation about the line through them undetermined, although V is then square.
     """
     positions = np.asarray(positions, dtype=float)
     if positions.ndim != 2 or positions.shape[1] != 3:
@@ -115,9 +115,9 @@ def shift_matrix(position: npt.ArrayLike) -> RealArray:
 
     Notes
     -----
-    ``χ = [[I, skew(r)], [0, I]]``. From it follow all shifts of thesis, eq. 3-5: loads ``F_E = χᵀ
-    F_O``, stiffness and mass ``K_E = χᵀ K_O χ``. Eq. 5 prints χ and χ⁻¹ in the place of χᵀ, which
-    makes K_E asymmetric.
+    ``χ = [[I, skew(r)], [0, I]]``. From it follow all shifts of thesis, eq. 3-5: loads
+    ``F_E = χᵀ F_O``, stiffness and mass ``K_E = χᵀ K_O χ``. Eq. 5 prints χ and χ⁻¹ in the place of
+    χᵀ, which makes K_E asymmetric.
     """
     chi = np.eye(6)
     chi[:3, 3:] = skew(position)
@@ -195,12 +195,9 @@ def mass_matrix(
 class RigidBody:
     """Mass properties of a rigid body.
 
-    Parameters
-    ----------
-    mass : float — mass [kg]
-    centre : array, shape (3,) — centre of gravity, from the reference point [m]
-    inertia : array, shape (3, 3)
-        Inertia about the centre of gravity, products as the matrix entries [kg m²].
+    - `mass`.
+    - `centre` (3,).
+    - `inertia` (3, 3): inertia about the centre of gravity, products as the matrix entries [kg m²].
     """
 
     mass: float
@@ -275,8 +272,8 @@ def rigid_body_modes(
     -------
     frequency : array, shape (..., n) — increasing [Hz]; 0 for a free direction
     shapes : array, shape (..., n, n)
-        One mode per column, ``Ψᵀ M Ψ = I``; the entry that moves most, weighted by the square
-        root of its mass or inertia, is positive.
+        One mode per column, ``Ψᵀ M Ψ = I``; the entry that moves most, weighted by the square root
+        of its mass or inertia, is positive.
     """
     mass, springs = np.asarray(mass_matrix), np.asarray(stiffness)
     if np.iscomplexobj(mass) or np.iscomplexobj(springs):

@@ -40,10 +40,11 @@ def a_weighting(frequency: npt.ArrayLike) -> RealArray:
 
     Notes
     -----
-    ``A(f) = 20 lg(R_A(f) / R_A(1000 Hz))`` with ``R_A = f4² f⁴ / ((f² + f1²) sqrt(f² + f2²)
-    sqrt(f² + f3²) (f² + f4²))``, IEC 61672-1, annex E. The thesis (section 2.1) prints R_A itself,
-    an amplitude ratio, and leaves the normalisation of 2.00 dB out. The standard's table holds for
-    the exact mid-band frequencies 1000·10^(n/10); at the nominal ones it is up to 0.28 dB away.
+    ``A(f) = 20 lg(R_A(f) / R_A(1000 Hz))`` with
+    ``R_A = f4² f⁴ / ((f² + f1²) sqrt(f² + f2²) sqrt(f² + f3²) (f² + f4²))``, IEC 61672-1, annex E.
+    The thesis (section 2.1) prints R_A itself, an amplitude ratio, and leaves the normalisation of
+    2.00 dB out. The standard's table holds for the exact mid-band frequencies 1000·10^(n/10); at
+    the nominal ones it is up to 0.28 dB away.
     """
     values = np.asarray(frequency, dtype=float)
     wrong = ~((values > 0) & np.isfinite(values))

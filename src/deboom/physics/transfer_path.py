@@ -70,10 +70,6 @@ def contributions(ntf: npt.ArrayLike, force: npt.ArrayLike) -> ComplexArray:
     force : array_like, shape (n_frequency, n_path)
         Force of each path on the receiver, complex peak [N].
 
-    Returns
-    -------
-    array, shape of `ntf` — complex peak pressure per path [Pa]
-
     Notes
     -----
     The terms ``Y_dj f_j`` of the thesis, eq. 13. Their levels do not add up to the level of the
@@ -103,9 +99,9 @@ def pressure_with_airborne(
 ) -> ComplexArray:
     """Return the pressure of the structure-borne and the airborne paths together [Pa].
 
-    ``p_d = Σ_j Y_dj f_j + Σ_k Y_dk q_k``, thesis, eq. 12, with the pressure per volume velocity [Pa
-    s/m³] and the volume velocity [m³/s] of each airborne source, both (n_frequency, n_source). At
-    low frequency the structure carries 90 to 95 % (thesis, section 2.4), and eq. 13 leaves the
+    ``p_d = Σ_j Y_dj f_j + Σ_k Y_dk q_k``, thesis, eq. 12, with the pressure per volume velocity
+    [Pa s/m³] and the volume velocity [m³/s] of each airborne source, both (n_frequency, n_source).
+    At low frequency the structure carries 90 to 95 % (thesis, section 2.4), and eq. 13 leaves the
     second sum out.
     """
     return pressure(ntf, force) + pressure(acoustic_ntf, source_strength)
@@ -174,14 +170,10 @@ def rms_contribution(
 def mounted_source(source: npt.ArrayLike, stiffness: npt.ArrayLike) -> ComplexArray:
     """Return the receptance [m/N] of a source seen from the far side of its mounts.
 
-    Parameters
-    ----------
-    source : array_like, shape (n_frequency, n_path, n_path) — receptance at the interface [m/N]
-    stiffness : array_like, shape (n_frequency, n_path)
-        Complex dynamic stiffness of the mount in each path, not 0 [N/m].
+    - `source` (n_frequency, n_path, n_path).
+    - `stiffness` (n_frequency, n_path): complex dynamic stiffness of the mount in each path, not 0
+      [N/m].
 
-    Notes
-    -----
     ``Y_A + diag(1/K)``: a massless mount carries the same force at both ends and adds its own
     deflection. The free motion behind the mounts is that of the source itself. With it the mounts
     belong to the source, as on the test bench of the thesis, section 2.4.2.

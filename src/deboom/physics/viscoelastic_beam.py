@@ -27,12 +27,10 @@ DERIVATIVES = ("tension", "torsion", "bending", "line_mass", "loss_factor")
 class ViscoelasticBeam:
     """Straight uniform beam of a round section, one complex modulus; all numbers are positive.
 
-    Parameters
-    ----------
-    length, line_mass : float — length [m] and mass per length [kg/m]
-    tension, torsion, bending : float — real parts of EA [N], GJ and EI [N m²]
-    loss_factor : float — loss factor of all three stiffnesses [1]
-    torsion_radius : float — radius of gyration of the section about the axis [m]
+    - `length`, `line_mass`.
+    - `tension`, `torsion`, `bending`.
+    - `loss_factor`.
+    - `torsion_radius`.
     """
 
     length: float
@@ -63,8 +61,8 @@ def beam_stiffness(beam: ViscoelasticBeam, frequency: npt.ArrayLike) -> ComplexA
     ``E(1 + jη)``, ``G(1 + jη)`` (Doyle, Wave Propagation in Structures, 2nd ed., ch. 2 and 3;
     Koloušek, Dynamics in Engineering Structures, 1973). With ``X = EA(1 + jη)``, ``μ`` per length
     and ``x = ωL√(μ/X)`` the bar is ``X/L [[x cot x, −x/sin x], [−x/sin x, x cot x]]``, the shaft
-    the same with GJ and ``μ r²``; in bending ``x⁴ = μω²L⁴/EI(1 + jη)`` and the entries are those
-    of `_bending`. No mesh and no truncation: one element holds all modes.
+    the same with GJ and ``μ r²``; in bending ``x⁴ = μω²L⁴/EI(1 + jη)`` and the entries are those of
+    `_bending`. No mesh and no truncation: one element holds all modes.
 
     Valid for waves much longer than the hose is thick: shear, rotatory inertia, curvature, static
     tension, flow and inner pressure are not in it.
@@ -75,12 +73,8 @@ def beam_stiffness(beam: ViscoelasticBeam, frequency: npt.ArrayLike) -> ComplexA
 def beam_stiffness_derivatives(beam: ViscoelasticBeam, frequency: npt.ArrayLike) -> ComplexArray:
     """Differentiate `beam_stiffness` by the logarithms of five of the beam's numbers.
 
-    Returns
-    -------
-    array, shape (5, n_frequency, 12, 12) — derivatives in the order of `DERIVATIVES`
+    - returns (5, n_frequency, 12, 12).
 
-    Notes
-    -----
     Each entry is ``X/Lⁿ φ(x)`` with ``x ∝ (μ/X)^(1/p)``, p = 2 for the bar and 4 in bending:
     ``∂/∂ln X = X/Lⁿ (φ − x φ'/p)`` and ``∂/∂ln μ = X/Lⁿ x φ'/p``; ``ln η`` moves ``ln X`` by
     ``jη/(1 + jη)``.
@@ -91,15 +85,9 @@ def beam_stiffness_derivatives(beam: ViscoelasticBeam, frequency: npt.ArrayLike)
 def frame_along(direction: npt.ArrayLike) -> RealArray:
     """Return right-handed axes of a beam, the same ones for the same direction.
 
-    Parameters
-    ----------
-    direction : array, shape (3,) — direction from the first end to the second, of any length but 0
-
-    Returns
-    -------
-    array, shape (3, 3)
-        Columns are the local axes: x along the beam, y level (normal to the global z), or the
-        global y for a beam along z [1].
+    - `direction` (3,).
+    - returns (3, 3): columns are the local axes: x along the beam, y level (normal to the global
+      z), or the global y for a beam along z [1].
     """
     axis = np.asarray(direction, dtype=float)
     norm = np.linalg.norm(axis)

@@ -127,7 +127,7 @@ def judge(measured: Characteristic, bounds: Bounds, risk: float = RISK) -> Verdi
     measured : Characteristic
         Values whose errors are normal, with the stated deviations.
     bounds : Bounds
-        In the unit of the characteristic.
+        Bounds in the unit of the characteristic.
     risk : float
         Largest probability of a wrong proof, between 0 and 0.5 [1].
 
@@ -242,19 +242,10 @@ def component_verdicts(
 ) -> tuple[Verdict, ...]:
     """Judge every limit of a compressor.
 
-    Parameters
-    ----------
-    found : Unbalance
-        Its chosen route's fit over all sweeps is judged.
-    kept : IdentifiedCompressor
-        From the hammer test: its stiffness is that of the mounts as struck.
-    limits : ComponentLimits
-        What must be kept.
-
-    Returns
-    -------
-    tuple of Verdict
-        In the order of the file: static, dynamic, then each stiffness.
+    - `found`: result whose chosen route's fit over all sweeps is judged.
+    - `kept`: result of the hammer test, whose stiffness is that of the mounts as struck.
+    - `limits`: what must be kept.
+    - returns: verdicts in the order of the file: static, dynamic, then each stiffness.
     """
     verdicts = [
         judge(unbalance_characteristic(found, name), bounds, limits.risk)

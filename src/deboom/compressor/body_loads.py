@@ -130,8 +130,8 @@ def loads_by_measured_holders(
     the body at the mounts [m]; zeros leave it out; `frequency` (n_frequency,): lines, with hoses
     [Hz].
 
-    ``F_m = v K (T x − y)`` and, with the free body's receptances Y, ``F_h = (1 + Z Y_hh)⁻¹ (S x − Z
-    Y_hm F_m)``, where a hose pushes on the body with ``S x − Z b``.
+    ``F_m = v K (T x − y)`` and, with the free body's receptances Y,
+    ``F_h = (1 + Z Y_hh)⁻¹ (S x − Z Y_hm F_m)``, where a hose pushes on the body with ``S x − Z b``.
     """
     forces = mount_forces(mounts, factor, motion_at_mounts(mounts, displacement) - holder)
     if not hoses:
@@ -202,11 +202,11 @@ def on_rigid_foundation(
     Returns the test with the accelerations that the same load would cause on a rigid foundation.
     InputError: a sweep without holder accelerations of a mount, a hose without accelerances.
 
-    The body's motions y at the mounts and b at the hoses drive the compressor, ``AM a = F + Σ Tᵀ v
-    K y + Sᵀ b``, so that ``a − AM⁻¹ (Σ Tᵀ v K y + Sᵀ b)`` is the motion by F alone; b is predicted
-    by the free body's accelerances. A change of the mounts since the hammer test that is not known
-    yet enters this small part only. What sees the sweeps afterwards may take the foundation as
-    rigid.
+    The body's motions y at the mounts and b at the hoses drive the compressor,
+    ``AM a = F + Σ Tᵀ v K y + Sᵀ b``, so that ``a − AM⁻¹ (Σ Tᵀ v K y + Sᵀ b)`` is the motion by F
+    alone; b is predicted by the free body's accelerances. A change of the mounts since the hammer
+    test that is not known yet enters this small part only. What sees the sweeps afterwards may take
+    the foundation as rigid.
     """
     return replace(
         test,

@@ -146,8 +146,8 @@ class CarSeam:
     hoses included [Pa/N, Pa/(N m)]; `direct` (c, f): pressure without mounts, through the hoses
     [Pa].
 
-    With loads q of the mounts, relative motion ``r = free − compliance q`` and pressure ``p =
-    direct + transferᵀ q``.
+    With loads q of the mounts, relative motion ``r = free − compliance q`` and pressure
+    ``p = direct + transferᵀ q``.
     """
 
     car: str
@@ -167,24 +167,12 @@ def car_seam(
 ) -> CarSeam:
     """Join compressor, body and hoses, and leave the places of the mounts open.
 
-    Parameters
-    ----------
-    running : FreeCompressor
-        Running compressor without mounts.
-    positions : array, shape (m, 3)
-        Places of the mounts, from the virtual point [m].
-    body : BodySide
-        At the m mounts and the ends of the hoses, in their order, same lines.
-    hoses : HoseMatrices, optional
-        None where nothing but the mounts joins both.
+    - `running`: running compressor without mounts.
+    - `positions` (m, 3): places of the mounts, from the virtual point [m].
+    - `body`: body at the m mounts and the ends of the hoses, in their order, same lines.
+    - `hoses`, optional: None where nothing but the mounts joins both.
+    - raises InputError: other lines or points.
 
-    Raises
-    ------
-    InputError
-        Other lines or points.
-
-    Notes
-    -----
     Primal for compressor x and hose ends h, with receptances Y of the body::
 
         (D + Z_cc) x − Z_hcᵀ h = F − Vᵀ q
@@ -307,18 +295,12 @@ def mount_variables(
 ) -> MountVariables:
     """Return the variables of round mounts: axial and radial stiffness factors, and places.
 
-    Parameters
-    ----------
-    mounts : sequence of CompressorMount
-        At least one mount.
-    identical : bool
-        One part number for all: the factors ``mounts axial`` and ``mounts radial`` are common.
-        Otherwise every mount has its own, ``mount 1 axial`` ….
-    pieces : bool
-        With identical mounts, one more factor per mount and axis, ``mount 1 axial piece`` …: what
-        pieces of one part number differ by.
-    places : bool
-        Coordinates of every mount, ``mount 1 x`` … [mm], counted from `DATUM`.
+    - `mounts`: at least one mount.
+    - `identical`: one part number for all: the factors ``mounts axial`` and ``mounts radial`` are
+      common. Otherwise every mount has its own, ``mount 1 axial`` ….
+    - `pieces`: whether identical mounts have one more factor per mount and axis,
+      ``mount 1 axial piece`` …: what pieces of one part number differ by.
+    - `places`: coordinates of every mount, ``mount 1 x`` … [mm], counted from `DATUM`.
     """
     columns = np.arange(3 * len(mounts))
     axis_of, mount_of = np.tile(STIFFNESS_AXES, len(mounts)), columns // 3

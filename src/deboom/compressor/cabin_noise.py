@@ -109,25 +109,14 @@ def running_in_car(
 ) -> RunningInCar:
     """Find out what a compressor does on its mounts and hoses in a car.
 
-    Parameters
-    ----------
-    car : ElectricCar
-        Measured car.
-    found : Identification
-        Identification of the hammer test on its compressor.
-    prior : MountPrior, optional
-        Quality of the drawing of single mounts; the places where the car's sheet has them replace
-        those of the drawing.
-    with_hoses : bool
-        Whether standard hoses are identified; without, their paths are left out.
-    step : callable of str, optional
-        Receiver of progress messages.
-
-    Raises
-    ------
-    InputError
-        No drawing of the mounts, or one with others than the car; standard hoses without drawing,
-        or whose ends on the body were not struck; what `unbalance` and `identify_hoses` refuse.
+    - `found`: identification of the hammer test on its compressor.
+    - `prior`, optional: quality of the drawing of single mounts; the places where the car's sheet
+      has them replace those of the drawing.
+    - `with_hoses`: whether standard hoses are identified; without, their paths are left out.
+    - `step`, optional: receiver of progress messages.
+    - raises InputError: no drawing of the mounts, or one with others than the car; standard hoses
+      without drawing, or whose ends on the body were not struck; what `unbalance` and
+      `identify_hoses` refuse.
     """
     say = step or (lambda _: None)
     standard = bool(car.operation.with_hoses(HoseState.STANDARD))
@@ -312,27 +301,13 @@ def cabin_noise(
 ) -> tuple[SweepNoise, ...]:
     """Synthesise the sound at the ear for every sweep of a car.
 
-    Parameters
-    ----------
-    running : RunningInCar
-        Compressor, mounts and hoses.
-    transfer : WrenchNoiseTransfer, optional
-        Of the car; computed if left out.
-    band : (float, float)
-        Lines that are kept [Hz].
+    - `running`: compressor, mounts and hoses.
+    - `transfer`, optional: noise transfer of the car; computed if left out.
+    - `band` (float, float): lines that are kept [Hz].
+    - returns: noise in the order of the sweeps; hoses contribute where the sweep had standard ones.
+    - raises InputError: a sweep without lines in the band, or with lines at which no transfer
+      function was measured.
 
-    Returns
-    -------
-    tuple of SweepNoise
-        In the order of the sweeps; hoses contribute where the sweep had standard ones.
-
-    Raises
-    ------
-    InputError
-        A sweep without lines in the band, or with lines at which no transfer function was measured.
-
-    Notes
-    -----
     ``p = Σ H_i F_i`` with ``F_i = v(f) (1 + δ) K_i (T_i x − y_i)`` of the mounts and the loads of
     the hoses as beams; thesis, 4.5, in which y and the hoses are missing.
     """
@@ -426,20 +401,20 @@ def noise_bands(
     running : RunningInCar
         Compressor, mounts and hoses.
     transfer : WrenchNoiseTransfer
-        Of the same car.
+        Noise transfer of the same car.
     band : (float, float)
         Lines that are kept [Hz].
     draws : int
-        At least 20.
+        Number of draws, at least 20.
     seed : int
-        From 1.
+        Seed, from 1.
     confidence : float
         Confidence of the band at each line [1].
 
     Returns
     -------
     tuple of NoiseBand
-        In the order of the sweeps.
+        Bands in the order of the sweeps.
 
     Raises
     ------

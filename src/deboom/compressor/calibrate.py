@@ -108,8 +108,8 @@ def self_calibrate(
     `start` (n_parameters,): values to begin with, such as a fit at the virtual point.
 
     Model ``Y = V(q) H(θ) U(q)ᵀ`` for a rigid, reciprocal body. Maximum of the posterior by
-    `scipy.optimize.least_squares` on the compressed problem: ``R`` with ``Rᵀ R = Jᵀ J`` and ``R⁻ᵀ
-    Jᵀ r`` have the cost, the gradient and the Gauss-Newton matrix of the full residuals, at a
+    `scipy.optimize.least_squares` on the compressed problem: ``R`` with ``Rᵀ R = Jᵀ J`` and
+    ``R⁻ᵀ Jᵀ r`` have the cost, the gradient and the Gauss-Newton matrix of the full residuals, at a
     hundredth of their number. Check `reduced_chi` before trusting the result.
     """
     from scipy.optimize import least_squares

@@ -151,15 +151,9 @@ def _refuse_pole(gain: HyperbolicGain | AmplitudeGain, what: str, unit: str, fau
 def gain_from_parameters(values: npt.ArrayLike, reference: float) -> GainFactor:
     """Build the gain factor whose real part is 1 at the reference line.
 
-    Parameters
-    ----------
-    values : array, shape (5,)
-        Numbers in the order of `GAIN_SHAPE_NAMES` [1, ln Hz⁻¹, 1, 1, ln Hz⁻¹].
-    reference : float
-        Line at which the real part is 1 [Hz].
+    - `values` (5,): numbers in the order of `GAIN_SHAPE_NAMES` [1, ln Hz⁻¹, 1, 1, ln Hz⁻¹].
+    - `reference`: line at which the real part is 1 [Hz].
 
-    Notes
-    -----
     ``v' = 1 − A/(b f + 1) + A/(b f_ref + 1)``, ``v'' = c − A''/(b'' f + 1)`` with A, b, A'', b''
     positive for any values: `HyperbolicGain` written in numbers that no optimiser can make invalid.
     """
@@ -292,8 +286,8 @@ def amplitude_response(
     Thesis, eq. 52-55, where ``s = |s(ω)|`` is left open: here ``s_i = |T_i s_VP|``, the root of the
     sum of squares of the three complex amplitudes at mount i (at most √2 times the true stroke,
     exact for motion along a line). The motion needs the stiffness and the stiffness the motion:
-    damped fixed point on the logarithm of the amplitudes. Rubber, which softens by some ten
-    percent per decade, has one solution, found in 40 to 60 steps from any start.
+    damped fixed point on the logarithm of the amplitudes. Rubber, which softens by some ten percent
+    per decade, has one solution, found in 40 to 60 steps from any start.
     """
     lines = np.asarray(frequency, dtype=float)
     if not mounts or len(softening) != len(mounts):

@@ -66,8 +66,8 @@ class HoseMatrices:
 
         `displacement` (n_frequency, 6): motion of the virtual point, complex peak [m, rad];
         `body_motion` (n_frequency, 6 n): motion of the ends on the body; none by default [m, rad].
-        Returns (n_frequency, 6 n) ``fx fy fz mx my mz`` of each hose at its end, complex peak [N, N
-        m].
+        Returns (n_frequency, 6 n) ``fx fy fz mx my mz`` of each hose at its end, complex peak
+        [N, N m].
         """
         load = applied(self.transfer, np.asarray(displacement, dtype=complex))
         if body_motion is not None:
@@ -88,17 +88,9 @@ class HoseMatrices:
 def hose_matrices(hoses: Sequence[HoseDrawing], frequency: npt.ArrayLike) -> HoseMatrices:
     """Compute the dynamic stiffness of hoses.
 
-    Parameters
-    ----------
-    hoses : sequence of HoseDrawing
-        At least one hose; as drawn, or as identified.
-    frequency : array, shape (n_frequency,)
-        Lines above 0 [Hz].
-
-    Raises
-    ------
-    InputError
-        No hose, doubled names, or a line at 0 Hz.
+    - `hoses`: at least one hose; as drawn, or as identified.
+    - `frequency` (n_frequency,): lines above 0 [Hz].
+    - raises InputError: no hose, doubled names, or a line at 0 Hz.
     """
     names = [hose.name for hose in hoses]
     if not names:

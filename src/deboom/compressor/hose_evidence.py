@@ -162,13 +162,13 @@ def _common_lines(
 class HammerEvidence:
     """Inertance with hoses less inertance without, in coordinates of white noise.
 
-    `frequency` (n_frequency,): lines [Hz]; `difference` (n_frequency, 6, 6): ``Q_Vᵀ (Y_with −
-    Y_without) Q_U``, with the calibrated ``V = Q_V R_V``, ``U = Q_U R_U`` [1/kg]; `deviation`
-    (n_frequency,): of the real as of the imaginary part of each entry [1/kg]; `apparent_mass`
-    (n_frequency, 6, 6): identified compressor without hoses [kg, kg m, kg m²]; `response`,
-    `excitation` (6, 6): R_V and R_U [1, m]; `channels`, `impacts` (n_channel, 6) and (n_impact, 6):
-    Q_V and Q_U [1]; `nuisance_deviations` (18,): moments per newton by hits that strike elsewhere
-    the second time, 1 σ [m].
+    `frequency` (n_frequency,): lines [Hz]; `difference` (n_frequency, 6, 6):
+    ``Q_Vᵀ (Y_with − Y_without) Q_U``, with the calibrated ``V = Q_V R_V``, ``U = Q_U R_U`` [1/kg];
+    `deviation` (n_frequency,): of the real as of the imaginary part of each entry [1/kg];
+    `apparent_mass` (n_frequency, 6, 6): identified compressor without hoses [kg, kg m, kg m²];
+    `response`, `excitation` (6, 6): R_V and R_U [1, m]; `channels`, `impacts` (n_channel, 6) and
+    (n_impact, 6): Q_V and Q_U [1]; `nuisance_deviations` (18,): moments per newton by hits that
+    strike elsewhere the second time, 1 σ [m].
 
     Errors of sensors, hammer and model are the same in both tests and leave the difference but for
     a share of itself. The hits do not strike where they struck before: 18 nuisances, moments in the
@@ -303,9 +303,9 @@ class SweepEvidence:
     """Motion with standard hoses as predicted from that with soft ones at one pressure.
 
     `frequency` (n_frequency,): lines of the pair [Hz]; `apparent_mass`, `mounts` (n_frequency, 6,
-    6): from `running_mass`; `whitening` (n_frequency, 6, 6): ``L⁻¹`` of
-    the covariance of both motions; `basis` (n_unknown, n_frequency): change δ of the mounts in
-    operation per real unknown, complex [1]; `nuisance_deviations` (n_unknown,): 1 σ of each [1].
+    6): from `running_mass`; `whitening` (n_frequency, 6, 6): ``L⁻¹`` of the covariance of both
+    motions; `basis` (n_unknown, n_frequency): change δ of the mounts in operation per real unknown,
+    complex [1]; `nuisance_deviations` (n_unknown,): 1 σ of each [1].
 
     ``(AM − K_h/ω²) a_standard = AM a_soft``: rotor and gas drop out, no unbalance is needed, and
     the apparent mass counts in the product ``AM⁻¹ K_h`` only.

@@ -107,22 +107,12 @@ def hose_reactions(
 ) -> tuple[HoseReaction, ...]:
     """Find the reaction of the hoses at each pressure that was run with and without them.
 
-    Parameters
-    ----------
-    test : OperatingTest
-        Sweeps of the running compressor.
-    found : Identification
-        From its hammer test without hoses.
-    change : callable, optional
-        Lines (n_frequency,) [Hz] → δ of the mounts' stiffness in operation, complex [1]; none by
-        default.
-    sense : RotationSense
-        Sense of the rotor.
-
-    Raises
-    ------
-    InputError
-        No pressure with standard and soft hoses.
+    - `test`: sweeps of the running compressor.
+    - `found`: model from its hammer test without hoses.
+    - `change`, optional: lines (n_frequency,) [Hz] → δ of the mounts' stiffness in operation,
+      complex [1]; none by default.
+    - `sense`: sense of the rotor.
+    - raises InputError: no pressure with standard and soft hoses.
     """
     reactions = []
     for pair in sweep_pairs(test, found):
@@ -140,11 +130,11 @@ def hose_reactions(
 def hose_reaction(pair: SweepPair, apparent_mass: ComplexArray, length: float) -> HoseReaction:
     """Take the reaction of the hoses out of two sweeps.
 
-    With F the load of rotor and gas: ``F = AM a_soft``, ``F + R = AM a_standard``, hence ``R = AM
-    (a_standard − a_soft)``. An error of AM or of a sensor scales R and feigns none. What does feign
-    one is noise, and mounts that changed between the sweeps. The floor is the 99th percentile of
-    the band's mean of ``|R|²/|F|²`` under noise alone, a gamma law of the mean and the variance of
-    that quadratic form (Satterthwaite 1946).
+    With F the load of rotor and gas: ``F = AM a_soft``, ``F + R = AM a_standard``, hence
+    ``R = AM (a_standard − a_soft)``. An error of AM or of a sensor scales R and feigns none. What
+    does feign one is noise, and mounts that changed between the sweeps. The floor is the 99th
+    percentile of the band's mean of ``|R|²/|F|²`` under noise alone, a gamma law of the mean and
+    the variance of that quadratic form (Satterthwaite 1946).
     """
     source, reaction = (
         applied(apparent_mass, motion) for motion in (pair.soft, pair.standard - pair.soft)

@@ -149,17 +149,10 @@ class Quantities:
 def quantities(model: CompressorModel) -> Quantities:
     """Read mass, centre, inertia, stiffness and gain off a model.
 
-    Parameters
-    ----------
-    model : CompressorModel
-        Identified or true compressor.
-
-    Returns
-    -------
-    Quantities
-        11 of mass and inertia [kg, mm, kg cm²], 21 of the stiffness at `REFERENCE_FREQUENCY`
-        [N/mm, N/rad, N m/rad], and the gain at 10, 30 and 100 Hz, 1 in its real part at the
-        reference [1].
+    - `model`: identified or true compressor.
+    - returns: 11 of mass and inertia [kg, mm, kg cm²], 21 of the stiffness at `REFERENCE_FREQUENCY`
+      [N/mm, N/rad, N m/rad], and the gain at 10, 30 and 100 Hz, 1 in its real part at the reference
+      [1].
     """
     scale = float(model.gain.real.at(REFERENCE_FREQUENCY))
     gain = model.gain.at(GAIN_LINES) / scale
@@ -239,11 +232,7 @@ def _propagated(found: SelfCalibration, of: Callable[[CompressorModel], RealArra
 
 
 def _sparse_rows(null: RealArray) -> RealArray:
-    """Turn a basis of the null space (n, n_parameters) so that each row moves few parameters.
-
-    Reduced row echelon form: every pivot parameter takes part in one row only. Pivots are the
-    parameters with the largest share in the null space, whatever its basis.
-    """
+    """Reduce a basis of the null space (n, n_parameters) so that each row moves few parameters."""
     _, pivots = qr(null, mode="r", pivoting=True)
     return np.asarray(np.linalg.solve(null[:, np.sort(pivots[: len(null)])], null))
 

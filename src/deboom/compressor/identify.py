@@ -95,24 +95,13 @@ Step = Callable[[str], None]
 class IdentifyOptions:
     """What the identification looks at.
 
-    Parameters
-    ----------
-    bands : tuple of (float, float)
-        Lines of the fit [Hz]; the thesis's by default.
-    largest_lines : int
-        Number of lines of the fit; denser lines are thinned evenly, since placement and not noise
-        limits it.
-    smallest_coherence : float
-        Median over the lines of the fit below which nothing is identified [1].
-    held_out : int
-        Every how many impacts one is left out and predicted; 0 leaves the check out.
-    gain_deviation : tuple of float
-        1 σ of the gain's shape before the test; see `GAIN_DEVIATION`.
-
-    Raises
-    ------
-    InputError
-        Fewer than 12 lines, or leaving out more than every third impact.
+    - `bands`: lines of the fit [Hz]; the thesis's by default.
+    - `largest_lines`: number of lines of the fit; denser lines are thinned evenly, since placement
+      and not noise limits it.
+    - `smallest_coherence`: median over the lines of the fit below which nothing is identified [1].
+    - `held_out`: every how many impacts one is left out and predicted; 0 leaves the check out.
+    - `gain_deviation`: 1 σ of the gain's shape before the test; see `GAIN_DEVIATION`.
+    - raises InputError: fewer than 12 lines, or leaving out more than every third impact.
     """
 
     bands: tuple[tuple[float, float], ...] = THESIS_BANDS
@@ -136,8 +125,8 @@ class Identification:
     it. `length`: radius of gyration, by which rotations are scaled [m]; `response`, `excitation`,
     `inertance`: as the position sheet has them, all lines [1/kg, 1/(kg m), 1/(kg m²)]; `fitted`
     (n_frequency,): lines of the fit; `start` (35,): linear start; `point`: fit with the placement
-    of the sheet; `known`: posterior against prior; `held_out`: other lines, other impacts;
-    `hoses`: search for the drawn hoses, None where none are drawn.
+    of the sheet; `known`: posterior against prior; `held_out`: other lines, other impacts; `hoses`:
+    search for the drawn hoses, None where none are drawn.
     """
 
     test: InertanceTest
@@ -377,10 +366,7 @@ def _gain_prior(options: IdentifyOptions) -> Prior:
 
 
 def _sane_bounds(prior: Prior, start: RealArray) -> Bounds:
-    """Bounds of the gain's shape only, so far out that they hold no rubber.
-
-    Misplaced sensors leave the shape so free that a fit without prior may run off to infinity.
-    """
+    """Bounds of the gain's shape beyond any rubber; a fit without prior may run to infinity."""
     width = SANE_DEVIATIONS * prior.deviations
     known = np.isfinite(width)
     lower, upper = prior.values - width, prior.values + width

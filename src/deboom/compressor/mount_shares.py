@@ -151,8 +151,8 @@ def mount_shares(
     prior. Identical round mounts have 17 numbers, which the test does show, if they are identical:
     they are taken unless the χ² of test and drawing refutes them.
 
-    With whitened derivatives J of K_VP by the mounts, in 1 σ of the drawing, the posterior is ``P =
-    (JᵀJ + 1)⁻¹``; errors of the test enter by ``P Jᵀ``, errors of the drawing by ``P``.
+    With whitened derivatives J of K_VP by the mounts, in 1 σ of the drawing, the posterior is
+    ``P = (JᵀJ + 1)⁻¹``; errors of the test enter by ``P Jᵀ``, errors of the drawing by ``P``.
     """
     if len(drawn) < 2:
         raise InputError("a compressor on fewer than two mounts has nothing to share")

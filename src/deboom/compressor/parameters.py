@@ -55,8 +55,8 @@ _LAST = 3
 class Parametrisation(ABC):
     """Numbers that an optimiser moves, and the compressor that they stand for.
 
-    Every parametrisation maps one vector `values`, shape (n_parameters,), of the stated units, to
-    a body, a stiffness and a gain; the derivatives of the three are analytic.
+    Every parametrisation maps one vector `values`, shape (n_parameters,), of the stated units, to a
+    body, a stiffness and a gain; the derivatives of the three are analytic.
     """
 
     @property

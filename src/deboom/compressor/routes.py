@@ -181,8 +181,8 @@ class RouteModel:
     virtual point; `apparent_mass` (n_frequency, 6, 6): with the mounts as they were struck [kg, kg
     m, kg m²]; `by_error` (n_error, n_frequency, 6, 6): load per motion, by each of independent
     errors of unit standard deviation, which are the same at every line and in every sweep; `mounts`
-    (n_frequency, 6, 6): part of the mounts, ``v K/ω²``: a change δ of their stiffness takes ``δ v
-    K/ω²`` off the apparent mass.
+    (n_frequency, 6, 6): part of the mounts, ``v K/ω²``: a change δ of their stiffness takes
+    ``δ v K/ω²`` off the apparent mass.
     """
 
     frequency: RealArray
@@ -382,10 +382,7 @@ def _pseudo_inverse(matrix: RealArray) -> RealArray:
 
 
 def _by_impact(placement: Placement, errors: RealArray) -> ComplexArray:
-    """Change of a load by the hammer's gain, offsets and tilts, shape (1 + 4 m, 1, 6, 6).
-
-    A matrix measured with wrong impacts is wrong by the same factor at every line.
-    """
+    """Change of a load by gain, offsets and tilts of the hammer, shape (1 + 4 m, 1, 6, 6)."""
     inverse = np.linalg.pinv(placement.excitation_matrix(errors))
     change = inverse @ placement.excitation_derivatives(errors)
     return np.asarray(np.swapaxes(change, -1, -2)[:, np.newaxis], dtype=complex)

@@ -199,10 +199,7 @@ class _Group:
 
 
 class _SourceProblem:
-    """Residuals, slopes and weights of `fit_source`; holds what does not change from step to step.
-
-    Unknowns stand in the order rotor, gas (together `n_source`), mounts, errors of the route.
-    """
+    """Residuals, slopes and weights of `fit_source`; order: rotor, gas, mounts, route errors."""
 
     def __init__(
         self,
@@ -253,8 +250,8 @@ class _SourceProblem:
         """Gauss-Newton: values, covariance, convergence.
 
         The slopes are those of the predicted motion: measured ones share the noise of the
-        residuals, which would draw the whole load towards zero by many percent. At the solution
-        the cost may therefore still fall a little, towards that bias.
+        residuals, which would draw the whole load towards zero by many percent. At the solution the
+        cost may therefore still fall a little, towards that bias.
         """
         for _ in range(LARGEST_STEPS):
             normal, gradient, parts = self._normal_equations(values, mismatch)
@@ -273,11 +270,7 @@ class _SourceProblem:
     def change_alone(
         self, values: RealArray, covariance: RealArray, mismatch: float
     ) -> tuple[RealArray, RealArray]:
-        """Fit the change of the mounts again, everything else fixed, as if there were no mismatch.
-
-        The change that comes nearest to the loads as a whole, not the one of the few lines that a
-        mismatch leaves their weight. Returns values and covariance of all unknowns.
-        """
+        """Fit the mounts' change again without mismatch, all else fixed; values and covariance."""
         change = slice(self.n_source, self.n_source + self.n_change)
         others = np.r_[0 : change.start, change.stop : values.size]
         values = values.copy()

@@ -215,9 +215,8 @@ class Band:
     `value` (n_frequency,): complex value; `lower`, `upper` (n_frequency,): of its amplitude; an
     error that is known to be there widens one side only; `noise`, `placement`, `mounts`
     (n_frequency,): what makes it wide: noise of sweep and hammer test; errors of sensors, impacts
-    and model; mounts that have or may have changed; `half`
-    (n_frequency,): largest error at this confidence, that of the phase included where it is known
-    to be there.
+    and model; mounts that have or may have changed; `half` (n_frequency,): largest error at this
+    confidence, that of the phase included where it is known to be there.
     """
 
     value: ComplexArray

@@ -112,17 +112,10 @@ def fit_thesis_parameters(
 ) -> ThesisFit:
     """Fit the thesis's numbers to inertance and apparent mass, and judge each of them.
 
-    Parameters
-    ----------
-    found : Identification
-        Inertance at the virtual point, as the position sheet has it, and the lines.
-    drawing : Drawing
-        Start and middle of the bounds.
-    with_reference : bool
-        Whether to repeat the fit by sequential quadratic programming.
+    - `found`: inertance at the virtual point, as the position sheet has it, and the lines.
+    - `drawing`: start and middle of the bounds.
+    - `with_reference`: whether to repeat the fit by sequential quadratic programming.
 
-    Notes
-    -----
     What is known of each number after the test is not taken from this fit, whose weights are no
     noise, but from the self-calibration: with the change G of its 35 numbers per change of the 44,
     the information is ``Gᵀ C₃₅⁻¹ G + diag(1/bound²)``. G is exact, since every change of the 44

@@ -68,33 +68,20 @@ Step = Callable[[str], None]
 class UnbalanceOptions:
     """How the load inside is found.
 
-    Parameters
-    ----------
-    routes : tuple of Route
-        Routes that are compared.
-    chosen : Route
-        The one that results are taken from; among `routes`.
-    state : FactorOverFrequency
-        What the mounts may have done between hammer test and operation; routes without update take
-        it as uncertainty.
-    hoses : HoseState or None
-        Sweeps to be used; by default those with soft hoses, or, where there are none, the others.
-    expected_sense : RotationSense or None
-        Sense of rotation on the data sheet.
-    band : (float, float)
-        Lines of the global fit [Hz].
-    confidence : float
-        Confidence of all bands and intervals [1].
-    largest_uncertainty : float
-        Half band over amplitude above which a line is not trusted [1].
-    by_stroke : bool
-        Whether a route with update may let each mount soften with its own stroke; see `unbalance`.
-
-    Raises
-    ------
-    InputError
-        A chosen route that is not among the routes, two routes of one letter, a confidence outside
-        0 to 1.
+    - `routes`: routes that are compared.
+    - `chosen`: the one that results are taken from; among `routes`.
+    - `state`: what the mounts may have done between hammer test and operation; routes without
+      update take it as uncertainty.
+    - `hoses`: sweeps to be used; by default those with soft hoses, or, where there are none, the
+      others.
+    - `expected_sense`: sense of rotation on the data sheet.
+    - `band` (float, float): lines of the global fit [Hz].
+    - `confidence`: confidence of all bands and intervals [1].
+    - `largest_uncertainty`: half band over amplitude above which a line is not trusted [1].
+    - `by_stroke`: whether a route with update may let each mount soften with its own stroke; see
+      `unbalance`.
+    - raises InputError: a chosen route that is not among the routes, two routes of one letter, a
+      confidence outside 0 to 1.
     """
 
     routes: tuple[Route, ...] = (

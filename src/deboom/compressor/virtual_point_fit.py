@@ -62,10 +62,10 @@ class Objective:
     """Weighted complex deviations of a model from a measurement at the virtual point.
 
     `frequency` (n_frequency,): lines [Hz]; `measured` (n_frequency, 6, 6): inertance [1/kg, 1/(kg
-    m), 1/(kg m²)]; `left`, `right` (6, 6): matrices that weigh the inertance Y as ``left Y
-    rightᵀ``, and the apparent mass by their inverses; `weight` (n_frequency,): weight of the
-    inertance at each line; `mass_weight` (n_frequency,): weight of the apparent mass at each line;
-    None leaves it out.
+    m), 1/(kg m²)]; `left`, `right` (6, 6): matrices that weigh the inertance Y as
+    ``left Y rightᵀ``, and the apparent mass by their inverses; `weight` (n_frequency,): weight of
+    the inertance at each line; `mass_weight` (n_frequency,): weight of the apparent mass at each
+    line; None leaves it out.
     """
 
     frequency: RealArray

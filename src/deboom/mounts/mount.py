@@ -19,7 +19,7 @@ AXES = ("x", "y", "z")
 class Mount:
     """One mount of the platform.
 
-    - `name`: name such as ``TSM``.
+    - `name`: name, such as ``TSM``.
     - `description`: description in words, for the report.
     - `pieces`: names of the pieces that share the part number, such as ``("left", "right")``; one
       piece has the name ``""``.

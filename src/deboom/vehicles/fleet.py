@@ -31,7 +31,7 @@ shapes, and the result of a design must not depend on the designs that come with
 class Vehicle:
     """The receiver: a body with its noise transfer functions to one ear.
 
-    - `name`: name such as ``U06-1``.
+    - `name`: name, such as ``U06-1``.
     - `group`: body variant or series, such as ``U06``.
     - `noise_transfer`: one output, the ear; one input per path, ``<mount> <axis>`` [Pa/N].
     - raises InputError: another unit than Pa/N, or not exactly one output.

@@ -242,7 +242,7 @@ def _motion_tables(case: CoupledMotion | AmplitudeMotion, exponents: IntArray) -
 
 
 def _paths(transfer: ComplexArray) -> tuple[IntArray, ComplexArray]:
-    """Return the path of each spring (-1: none), shared by a mount's pieces, and (v, f, path)."""
+    """Return the path of each spring (-1: none; pieces share one) and transfers (v, f, path)."""
     path = np.full(transfer.shape[2], -1)
     columns: dict[bytes, int] = {}
     for spring in np.flatnonzero(transfer.any(axis=(0, 1))):

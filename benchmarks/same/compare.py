@@ -117,7 +117,7 @@ class Map:
     def renamed(self, scenario: str, name: str) -> str:
         """Return what the work tree calls a name of the base."""
         for entry in self.renames:
-            if fnmatch(scenario, entry.get("scenario", "*")) and entry["old"] in name:
+            if entry["old"] in name and _fits(scenario, entry.get("scenario", "*")):
                 whole = re.compile(rf"(?<![\w-]){re.escape(entry['old'])}(?![\w-])")
                 name = whole.sub(entry["new"], name)
         return name
@@ -129,8 +129,7 @@ class Map:
                 key: value for key, value in entry.items() if key not in ("reason", "below")
             }
             fits = all(
-                any(fnmatch(getattr(difference, key), p) for p in np.atleast_1d(pattern))
-                for key, pattern in patterns.items()
+                _fits(getattr(difference, key), pattern) for key, pattern in patterns.items()
             )
             if fits and not difference.size > entry.get("below", np.inf):
                 self.used.add(number)
@@ -367,6 +366,11 @@ class Comparison:
 def _titles(picture: dict[str, Any]) -> str:
     """Return the labels of a picture, by which two lists of pictures are put in one order."""
     return str([axes["labels"] for axes in picture["axes"]])
+
+
+def _fits(name: str, patterns: str | list[str]) -> bool:
+    """Say whether a name fits a shell pattern, or one of several."""
+    return any(fnmatch(name, pattern) for pattern in np.atleast_1d(patterns))
 
 
 def page_words(text: str) -> list[str]:

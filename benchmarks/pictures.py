@@ -8,9 +8,10 @@ from deboom.bench.compressor_writer import write_operating_test
 from deboom.bench.vehicle_writer import write_vehicle
 from deboom.files.vehicle import read_vehicle
 from deboom.study.accept import accept_into_run
-from deboom.study.compressor_unbalance import UnbalancePlan, unbalance_into_run
+from deboom.study.compressor_unbalance import UnbalancePlan
 from deboom.study.runner import load_study, run_study
 from deboom.study.synthesis_validation import modal_part, moving_shapes
+from deboom.study.unbalance_report import unbalance_into_run
 
 ROOT = Path(__file__).parents[1]
 PLATFORM = ROOT / "studies" / "data" / "u06_f39_f45"

@@ -211,10 +211,11 @@ def unbalance(
     from deboom.compressor.unbalance_load import RotationSense
     from deboom.files.limits import read_component_limits
     from deboom.measurement.compressor_test import HoseState
-    from deboom.study.compressor_unbalance import UnbalancePlan, unbalance_into_run
+    from deboom.study.compressor_unbalance import UnbalancePlan
     from deboom.study.options import band_of
     from deboom.study.progress import progress_bar
     from deboom.study.runner import one_sentence_errors
+    from deboom.study.unbalance_report import unbalance_into_run
 
     with one_sentence_errors():
         options = UnbalanceOptions(

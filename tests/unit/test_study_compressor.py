@@ -13,14 +13,12 @@ from deboom.compressor.sources import ResidualBand
 from deboom.compressor.unbalance import Unbalance, UnbalanceOptions
 from deboom.errors import InputError
 from deboom.measurement.compressor_test import HoseState
+from deboom.study.component_sheet import open_points, shown_verdicts, verdict_table
 from deboom.study.compressor_unbalance import (
     AUTOMATIC,
     MeasuredUnbalance,
     UnbalanceTruth,
-    open_points,
     route_errors,
-    shown_verdicts,
-    verdict_table,
     with_route,
 )
 

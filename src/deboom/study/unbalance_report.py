@@ -1,0 +1,656 @@
+"""The report on a running compressor, and the command ``unbalance``."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from deboom import plot
+from deboom.arrays import RealArray
+from deboom.compressor.acceptance import DYNAMIC, STATIC, overall
+from deboom.compressor.sources import PASCAL_PER_BAR, UnbalanceCurve, case_name
+from deboom.compressor.unbalance import RouteResult, SweepUnbalance, Unbalance
+from deboom.files.compressor_model import compressor_document
+from deboom.plot import MaskedPanel
+from deboom.plot.style import signed
+from deboom.report import Report
+from deboom.study.component_sheet import append_verdicts
+from deboom.study.compressor_identification import in_words
+from deboom.study.compressor_unbalance import (
+    BANDS,
+    MODEL_FILE,
+    STEPS,
+    MeasuredUnbalance,
+    UnbalancePlan,
+    UnbalanceTruth,
+    band_words,
+    measured_unbalance,
+    route_errors,
+)
+from deboom.study.progress import Progress, counted
+from deboom.study.runner import command_of, run_command
+
+COMMAND = "unbalance"
+SEED = 1
+"""Nothing is drawn; a run folder states a seed all the same."""
+TRUTH = "truth"
+_SIZES = {STATIC: ("|u| [g mm]", 1e6), DYNAMIC: ("|u_d| [g mm²]", 1e9)}
+"""Unbalance → label of its axis, and its unit per SI unit."""
+_SHOWN_UNIT = {"kg m": ("g mm", 1e6), "kg m^2": ("g mm²", 1e9), "kg m²": ("g mm²", 1e9)}
+
+
+def unbalance_report(
+    measured: MeasuredUnbalance,
+    inputs: Sequence[Path] = (),
+    *,
+    command: str = "",
+    figures: bool = True,
+) -> Report:
+    """Report one running compressor.
+
+    Parameters
+    ----------
+    measured : MeasuredUnbalance
+    inputs : sequence of Path
+        Files that stay; a test that was measured for the study leaves none.
+    command : str
+        Among the conditions of the supplier's sheet, which is written where there are limits.
+    figures : bool
+        Whether to draw.
+    """
+    evaluation, chosen = measured.evaluation, measured.evaluation.chosen
+    sources, state = chosen.sources, evaluation.state
+    static, dynamic = sources.static, sources.dynamic
+    report = Report(
+        f"Unbalance: {measured.test.name}",
+        "Which unbalance turns inside this compressor, what does the gas do, and at which "
+        "speeds may the answer be believed?",
+    )
+    report.tile(
+        f"{1e6 * abs(static.value):.2f} g mm",
+        f"static unbalance, {1e6 * static.lower:.2f} to {1e6 * static.upper:.2f}",
+    )
+    report.tile(
+        f"{1e9 * abs(dynamic.value):.0f} g mm²",
+        f"dynamic unbalance, {1e9 * dynamic.lower:.0f} to {1e9 * dynamic.upper:.0f}",
+    )
+    report.tile(
+        f"{sources.remaining_chi:.2f}",
+        f"left by rotor, gas and mounts, over its noise; route {chosen.route.letter}",
+    )
+    if measured.mounts_changed != "unknown":
+        report.tile(
+            f"{signed(100 * state.storage, 1)} % / {signed(100 * state.loss, 1)} %",
+            "stiffness / damping of the mounts, running over struck",
+        )
+    alarms = (*measured.compressor.alarms, *evaluation.alarms)
+    report.warn(*alarms, *evaluation.notices)
+    report.summary |= {
+        "route": chosen.route.letter,
+        "u_stat_g_mm": 1e6 * abs(static.value),
+        "u_stat_deviation_g_mm": 1e6 * static.deviation,
+        "u_dyn_g_mm2": 1e9 * abs(dynamic.value),
+        "u_dyn_deviation_g_mm2": 1e9 * dynamic.deviation,
+        "sense": evaluation.sense.sense.name.lower(),
+        "mounts_changed": measured.mounts_changed,
+        "reduced_chi": sources.reduced_chi,
+        "remaining_chi": sources.remaining_chi,
+        "n_alarms": len(alarms),
+    }
+    if measured.truth is not None:
+        true = measured.truth
+        report.summary["u_stat_first_error_percent"] = 100 * abs(static.value / true.static - 1)
+        report.summary["u_dyn_first_error_percent"] = 100 * abs(dynamic.value / true.dynamic - 1)
+    if measured.limits is not None:
+        report.summary["decision"] = overall(measured.verdicts).value
+    report.summary["seconds"] = measured.seconds
+    report.facts["route"] = chosen.route.letter
+    report.inputs += inputs
+    report.document(MODEL_FILE, compressor_document(measured.compressor))
+
+    _asked(report, measured)
+    if measured.limits is not None:
+        append_verdicts(report, measured, command)
+    _motion(report, evaluation, figures)
+    _unbalance(report, measured, figures)
+    _routes(report, measured, figures)
+    if measured.with_hoses is not None:
+        _hoses(report, measured, measured.with_hoses, figures)
+    return report
+
+
+def _asked(report: Report, measured: MeasuredUnbalance) -> None:
+    """Say what was asked, and with which data."""
+    evaluation = measured.evaluation
+    sweeps = "; ".join(
+        f"{sweep.name}: {sweep.speed[0]:.0f}–{sweep.speed[-1]:.0f} rpm, "
+        f"{sweep.frequency.size} lines"
+        for sweep in measured.test.sweeps
+    )
+    report.section(
+        "What was asked, and with which data",
+        f"The hammer test on the resting compressor without hoses gives its apparent mass; the "
+        f"accelerations of first order of the running one, times that mass, are the load inside. "
+        f"Sweeps: {sweeps}.\n\n{evaluation.sense.statement}\n\nAll bands and intervals hold with "
+        f"{100 * evaluation.options.confidence:g} %. They include noise of sweeps and hammer test, "
+        "what the hammer test leaves open of placement and calibration, and what the mounts may "
+        "have changed between hammer and operation.",
+    )
+
+
+def _motion(report: Report, evaluation: Unbalance, figures: bool) -> None:
+    """Show the acceleration of the virtual point, and what no rigid body explains of it."""
+    report.section(
+        "How it moves",
+        "The channels of all accelerometers are projected on the six motions of a rigid body. What "
+        "is left tells a bending body, a loose sensor or a wrong sheet.",
+    )
+    tables = []
+    for motion in evaluation.motions:
+        table = _line_columns(motion.sweep, motion.calibrated.frequency)
+        for place, name in enumerate(motion.calibrated.channels):
+            unit = "m/s²" if place < 3 else "rad/s²"
+            table[f"{name} real [{unit}]"] = motion.calibrated.values[:, place].real
+            table[f"{name} imaginary [{unit}]"] = motion.calibrated.values[:, place].imag
+        table["consistency, sheet [1]"] = motion.consistency_by_sheet.overall
+        table["consistency, calibrated [1]"] = motion.consistency_calibrated.overall
+        tables.append(pd.DataFrame(table))
+    report.table("motion", pd.concat(tables))
+    if not figures:
+        return
+    first = evaluation.motions[0]
+    lines, values = first.calibrated.frequency, np.abs(first.calibrated.values).T
+    consistencies = {
+        "places of the sheet": first.consistency_by_sheet,
+        "places the hammer test found": first.consistency_calibrated,
+    }
+    unexplained = {
+        name: 100 * np.sqrt(np.clip(1 - consistency.overall**2, 0, None))
+        for name, consistency in consistencies.items()
+    }
+    along = dict(zip(("x", "y", "z"), values[:3], strict=True))
+    about = dict(zip(("about x", "about y", "about z"), values[3:], strict=True))
+    title = "Share of the channels that no rigid body explains"
+    report.figure(
+        "figure_52_motion",
+        plot.masked_panels(
+            [
+                MaskedPanel(
+                    "Acceleration of the virtual point", "[m/s²]", lines, along, note=first.sweep
+                ),
+                MaskedPanel("Rotational acceleration", "[rad/s²]", lines, about),
+                MaskedPanel(title, "[%]", lines, unexplained, logarithmic=True),
+            ]
+        ),
+        "Motion of the compressor over its speed (thesis, figure 52): first "
+        "order, at the virtual point, the origin of the position sheet. Below: rms share of the "
+        "channels that a rigid body cannot explain; it falls to the noise where the places that "
+        "the hammer test found are used.",
+    )
+
+
+def _unbalance(report: Report, measured: MeasuredUnbalance, figures: bool) -> None:
+    """Show unbalance and internal forces by the chosen route."""
+    chosen = measured.evaluation.chosen
+    truth = " The truth of the virtual compressor is for comparison only." if measured.truth else ""
+    report.section(
+        "Unbalance and internal forces",
+        f"By route {chosen.route.letter}, {chosen.route.title}. "
+        f"{measured.evaluation.agreement}{truth}",
+    )
+    if figures:
+        limits = measured.limits
+        for stem, name, bounds, caption in (
+            (
+                "figure_61a_static",
+                STATIC,
+                limits.static_unbalance if limits else None,
+                "Static unbalance over speed (thesis, figure 61a), from the load in y "
+                "and in z. A rotor makes both curves one horizontal line; a gas force that turns "
+                "with it bends both alike at low speed. Shades: confidence bands. Hatched: not to "
+                "be trusted, for the reason given.",
+            ),
+            (
+                "figure_61b_dynamic",
+                DYNAMIC,
+                limits.dynamic_unbalance if limits else None,
+                "Dynamic unbalance about the virtual point (thesis, figure 61b), from "
+                "the moments about z (y) and about y (z).",
+            ),
+        ):
+            panels = [
+                unbalance_panel(
+                    sweep,
+                    name,
+                    measured.truth,
+                    title=_panel_title(name, sweep.sweep),
+                    note=f"route {chosen.route.letter}",
+                    limit=bounds.high if bounds is not None else None,
+                )
+                for sweep in chosen.sweeps
+            ]
+            report.figure(stem, plot.masked_panels(panels, dashed=(TRUTH,)), caption)
+        report.figure(
+            "figure_61c_forces",
+            _force_figure(chosen),
+            "Forces and moments inside (thesis, figure 61c). Unbalance grows with "
+            "the square of the speed; the gas along and about x does not. Shades: confidence "
+            "bands.",
+        )
+    sources = _source_table(measured)
+    report.table(
+        "sources",
+        sources,
+        "Sources: unbalance, which grows with the square of the speed and is the same at every "
+        "pressure; gas forces, which depend on pressure and not on speed. One weighted fit "
+        "over all lines and sweeps; the phase counts from the tacho's mark.",
+        {"phase [°]": 0},
+        shown=in_words(sources),
+    )
+    bands = chosen.sources.residual_bands
+    unexplained = {
+        "band": [band_words((band.low, band.high)) for band in bands],
+        "unexplained share of the load [%]": [100 * band.share for band in bands],
+        "residuals over noise [1]": [band.reduced_chi for band in bands],
+    }
+    report.table(
+        "unexplained",
+        pd.DataFrame(unexplained),
+        "What neither rotor nor gas explains, by bands: small is good.",
+    )
+    doubts = [
+        {"sweep": sweep.sweep, "unbalance": name.split()[0], "why": reason.text}
+        for sweep in chosen.sweeps
+        for name in _SIZES
+        for reason in _curve(sweep, name).reasons
+    ]
+    mask = pd.DataFrame(doubts, columns=["sweep", "unbalance", "why"])
+    report.table("mask", mask, "Lines that are not to be trusted, and why." if doubts else "")
+    report.table("unbalance", pd.concat([_curve_table(sweep) for sweep in chosen.sweeps]))
+    report.table("forces", pd.concat([_force_table(sweep) for sweep in chosen.sweeps]))
+
+
+def _routes(report: Report, measured: MeasuredUnbalance, figures: bool) -> None:
+    """Compare the routes, and show the state of the mounts."""
+    evaluation, state = measured.evaluation, measured.evaluation.state
+    report.section(
+        "Routes compared",
+        f"{measured.mount_state}\n\nA disturbance below 50 Hz comes from mounts that run "
+        "in another state than they were struck in (amplitude, temperature), not from conditioning "
+        "of the inversion: where the mounts are as struck, all routes agree there.",
+    )
+    if figures:
+        panels = []
+        sweep = evaluation.chosen.sweeps[0]
+        for name, (label, unit) in _SIZES.items():
+            curves = {
+                f"{result.route.letter}: {result.route.title}": unit
+                * np.abs(_curve(result.sweeps[0], name).mean)
+                for result in evaluation.routes
+            }
+            curves |= _true_curve(measured.truth, sweep, name)
+            title = _panel_title(name, sweep.sweep)
+            panels.append(MaskedPanel(title, label, sweep.frequency, curves))
+        report.figure(
+            "routes",
+            plot.masked_panels(panels, dashed=(TRUTH,)),
+            "The routes side by side, first sweep. a: measured apparent mass times acceleration "
+            "(thesis). b: model fitted at the virtual point. c: self-calibrated model. d: "
+            "measured, with self-calibrated sensors and impacts. e: as c, mounts brought up to "
+            "date by the sweep itself.",
+        )
+        panels = []
+        change, half = "in operation over struck, minus 1", 200 * state.curve_deviation
+        for title, part in (("Real part", np.real), ("Imaginary part", np.imag)):
+            value = 100 * part(state.curve)
+            panels.append(
+                MaskedPanel(
+                    title,
+                    "change of stiffness [%]",
+                    state.frequency,
+                    {change: value},
+                    ranges={change: (value - half, value + half)},
+                    levels={"as struck": 0.0},
+                )
+            )
+        report.figure(
+            "mount_state",
+            plot.masked_panels(panels, columns=2),
+            "Dynamic stiffness of the mounts in operation over that under the hammer, "
+            "minus one, found from the sweeps; shades: two standard deviations. Away from 0 the "
+            "hammer test no longer describes the mounts that run.",
+        )
+    routes = _route_table(measured)
+    names = [str(name) for name in routes]
+    compared = [name for name in names if name.startswith(("error", "y/z"))]
+    fitted = [name for name in names if name not in (*compared, "residuals over noise [1]")]
+    report.table(
+        "routes",
+        routes,
+        "Global fit by each route; ± is one standard deviation.",
+        {name: 0 if "mm²" in name else 2 for name in fitted[2:]},
+        shown=routes[fitted],
+    )
+    report.table(
+        None,
+        routes[["route", *compared]],
+        "Line by line, rms: agreement of y and z, and errors where the truth is known.",
+        dict.fromkeys(compared, 1),
+    )
+    changes = {
+        "frequency [Hz]": state.frequency,
+        "change, real [1]": state.curve.real,
+        "change, imaginary [1]": state.curve.imag,
+        "deviation [1]": state.curve_deviation,
+    }
+    report.table("mount_state", pd.DataFrame(changes))
+
+
+def _hoses(report: Report, measured: MeasuredUnbalance, joined: RouteResult, figures: bool) -> None:
+    """Show what the hoses of the vehicle push back."""
+    statements = "\n\n".join(
+        f"At {case_name(reaction.pair.pressure)}: "
+        + " ".join(band.statement for band in reaction.bands)
+        for reaction in measured.reactions
+    )
+    report.section(
+        "With the hoses of the vehicle",
+        "The same evaluation on sweeps with the hoses joined: what the hoses push back appears as "
+        "unbalance that is none, most where the hoses resonate.\n\n" + statements,
+    )
+    if figures:
+        free, with_hoses = _widest(measured.evaluation.chosen), _widest(joined)
+        pressures = [pressure for pressure in free if pressure in with_hoses]
+        panels = []
+        for name, (label, unit) in _SIZES.items():
+            for pressure in pressures:
+                sweep, other = free[pressure], with_hoses[pressure]
+                size = np.interp(
+                    sweep.frequency,
+                    other.frequency,
+                    np.abs(_curve(other, name).mean),
+                    left=np.nan,
+                    right=np.nan,
+                )
+                curves = {
+                    "hoses cut off": unit * np.abs(_curve(sweep, name).mean),
+                    "hoses of the vehicle": unit * size,
+                }
+                curves |= _true_curve(measured.truth, sweep, name)
+                title = _panel_title(name, case_name(pressure))
+                masked = {reason.text: reason.lines for reason in _curve(sweep, name).reasons}
+                panels.append(MaskedPanel(title, label, sweep.frequency, curves, masked=masked))
+        report.figure(
+            "figure_62_hoses",
+            plot.masked_panels(panels, columns=min(2, len(pressures)), dashed=(TRUTH,)),
+            "Unbalance as it appears with the hoses of the vehicle against hoses cut "
+            "off (thesis, figure 62). The difference is what the hoses push back.",
+        )
+    if measured.reactions:
+        rows = [
+            {
+                "pressure [bar]": reaction.pair.pressure / PASCAL_PER_BAR,
+                "band": band_words((band.low, band.high)),
+                "reaction over source [%]": 100 * band.share,
+                "floor [%]": 100 * band.floor,
+                "detected": bool(band.detected),
+            }
+            for reaction in measured.reactions
+            for band in reaction.bands
+        ]
+        report.table(
+            "hose_reaction",
+            pd.DataFrame(rows),
+            "Reaction of the hoses over the force of the source, rms per band, against the "
+            "floor below which nothing would be seen.",
+        )
+
+
+def _widest(result: RouteResult) -> dict[float, SweepUnbalance]:
+    """Take the sweep with the most lines at each pressure; the first of equals."""
+    widest: dict[float, SweepUnbalance] = {}
+    for sweep in result.sweeps:
+        other = widest.get(sweep.pressure)
+        if other is None or sweep.frequency.size > other.frequency.size:
+            widest[sweep.pressure] = sweep
+    return widest
+
+
+def _curve(sweep: SweepUnbalance, name: str) -> UnbalanceCurve:
+    """Return the static or the dynamic unbalance of a sweep."""
+    return sweep.static if name == STATIC else sweep.dynamic
+
+
+def _panel_title(name: str, case: str) -> str:
+    return f"{name.capitalize()}, {case}"
+
+
+def _true_curve(
+    truth: UnbalanceTruth | None, sweep: SweepUnbalance, name: str
+) -> dict[str, RealArray]:
+    """Size of the true unbalance, the rotating gas force included [g mm, g mm²], if known."""
+    load = None if truth is None else truth.load_of(sweep)
+    if load is None:
+        return {}
+    across = np.abs(load[:, 1 if name == STATIC else 5])
+    return {TRUTH: _SIZES[name][1] * across / (2 * np.pi * sweep.frequency) ** 2}
+
+
+def unbalance_panel(
+    sweep: SweepUnbalance,
+    name: str,
+    truth: UnbalanceTruth | None,
+    *,
+    title: str,
+    note: str,
+    limit: float | None = None,
+) -> MaskedPanel:
+    """Draw an unbalance of a sweep from y and from z: a panel of the thesis's figure 61."""
+    label, unit = _SIZES[name]
+    curve = _curve(sweep, name)
+    parts = {"from y": curve.from_y, "from z": curve.from_z}
+    sizes = {part: unit * np.abs(one.value) for part, one in parts.items()}
+    return MaskedPanel(
+        title,
+        label,
+        sweep.frequency,
+        sizes | _true_curve(truth, sweep, name),
+        ranges={part: (unit * one.lower, unit * one.upper) for part, one in parts.items()},
+        masked={reason.text: reason.lines for reason in curve.reasons},
+        levels={} if limit is None else {"limit": unit * limit},
+        note=note,
+    )
+
+
+def _force_figure(chosen: RouteResult) -> plot.Figure:
+    """Draw what rotor and gas do inside, forces and moments."""
+    panels = []
+    for what, unit, first, labels in (
+        ("Internal forces", "[N]", 0, ("F_x: gas", "F_y: unbalance", "F_z: unbalance")),
+        ("Internal moments", "[N m]", 3, ("M_x: gas", "M_y: unbalance", "M_z: unbalance")),
+    ):
+        for sweep in chosen.sweeps:
+            columns = slice(first, first + 3)
+            size = np.abs(sweep.load[:, columns]).T
+            low, high = sweep.load_lower[:, columns].T, sweep.load_upper[:, columns].T
+            curves = dict(zip(labels, size, strict=True))
+            ranges = dict(zip(labels, zip(low, high, strict=True), strict=True))
+            title = f"{what}, {sweep.sweep}"
+            panels.append(MaskedPanel(title, unit, sweep.frequency, curves, ranges=ranges))
+    return plot.masked_panels(panels, columns=min(2, len(chosen.sweeps)))
+
+
+def _source_table(measured: MeasuredUnbalance) -> pd.DataFrame:
+    """Tell what rotor and gas do: the fit over all sweeps by the chosen route."""
+    sources = measured.evaluation.chosen.sources
+    estimates = {STATIC: sources.static, DYNAMIC: sources.dynamic}
+    for gas in sources.gas:
+        case = case_name(gas.pressure)
+        estimates[f"axial gas force, {case}"] = gas.axial
+        estimates[f"gas moment, {case}"] = gas.moment
+        estimates[f"rotating gas force, {case}"] = gas.rotating
+    rows = []
+    for name, estimate in estimates.items():
+        unit, factor = _SHOWN_UNIT.get(estimate.unit, (estimate.unit, 1.0))
+        rows.append(
+            {
+                "source": name,
+                "unit": unit,
+                "amplitude": factor * abs(estimate.value),
+                "from": factor * estimate.lower,
+                "to": factor * estimate.upper,
+                "standard deviation": factor * estimate.deviation,
+                "phase [°]": float(np.degrees(np.angle(estimate.value))),
+            }
+        )
+    table = pd.DataFrame(rows)
+    if measured.truth is not None:
+        true = [1e6 * abs(measured.truth.static), 1e9 * abs(measured.truth.dynamic)]
+        table["truth"] = [*true, *[np.nan] * (len(rows) - 2)]
+    return table
+
+
+def _route_table(measured: MeasuredUnbalance) -> pd.DataFrame:
+    """Put the routes side by side: global fit, agreement of y and z, errors where known."""
+    rows = []
+    for result in measured.evaluation.routes:
+        static, dynamic = result.sources.static, result.sources.dynamic
+        row: dict[str, str | float] = {
+            "route": result.route.letter,
+            "what it does": result.route.title,
+            "static [g mm]": 1e6 * abs(static.value),
+            "± [g mm]": 1e6 * static.deviation,
+            "dynamic [g mm²]": 1e9 * abs(dynamic.value),
+            "± [g mm²]": 1e9 * dynamic.deviation,
+            "residuals over noise [1]": result.sources.reduced_chi,
+        }
+        for band in BANDS:
+            row[f"y/z mismatch {band_words(band)} [%]"] = 100 * _mismatch(result, band)
+        if measured.truth is not None:
+            errors = route_errors(result, measured.truth)
+            for place, band in enumerate(BANDS):
+                row[f"error of u {band_words(band)} [%]"] = 100 * errors.static[place]
+                row[f"error of u_d {band_words(band)} [%]"] = 100 * errors.dynamic[place]
+        rows.append(row)
+    return pd.DataFrame(rows)
+
+
+def _mismatch(result: RouteResult, band: tuple[float, float]) -> float:
+    """Rms over lines and sweeps of |y − z| over their mean, static [1]; nan without a line."""
+    parts = [
+        sweep.static.mismatch[(sweep.frequency >= band[0]) & (sweep.frequency <= band[1])]
+        for sweep in result.sweeps
+    ]
+    values = np.concatenate(parts)
+    return float(np.sqrt(np.mean(values**2))) if values.size else math.nan
+
+
+def _line_columns(sweep: str, lines: RealArray) -> dict[str, Any]:
+    """Begin a table with one row per line of a sweep."""
+    return {"sweep": [sweep] * lines.size, "frequency [Hz]": lines}
+
+
+def _curve_table(sweep: SweepUnbalance) -> pd.DataFrame:
+    """Both unbalances of one sweep line by line, amplitudes."""
+    table = _line_columns(sweep.sweep, sweep.frequency)
+    table["speed [rpm]"] = sweep.speed
+    for name, curve, unit, factor in (
+        ("static", sweep.static, "g mm", 1e6),
+        ("dynamic", sweep.dynamic, "g mm²", 1e9),
+    ):
+        for part, values in (
+            ("from y", np.abs(curve.from_y.value)),
+            ("from z", np.abs(curve.from_z.value)),
+            ("mean", np.abs(curve.mean)),
+            ("mean from", curve.both.lower),
+            ("mean to", curve.both.upper),
+        ):
+            table[f"{name} {part} [{unit}]"] = factor * values
+        table[f"{name} trusted"] = curve.trusted
+    return pd.DataFrame(table)
+
+
+def _force_table(sweep: SweepUnbalance) -> pd.DataFrame:
+    """Write the load inside, complex, and the band of its amplitudes."""
+    table = _line_columns(sweep.sweep, sweep.frequency)
+    forces = [(f"F_{axis}", "N") for axis in "xyz"] + [(f"M_{axis}", "N m") for axis in "xyz"]
+    for place, (name, unit) in enumerate(forces):
+        table[f"{name} real [{unit}]"] = sweep.load[:, place].real
+        table[f"{name} imaginary [{unit}]"] = sweep.load[:, place].imag
+        table[f"{name} amplitude from [{unit}]"] = sweep.load_lower[:, place]
+        table[f"{name} amplitude to [{unit}]"] = sweep.load_upper[:, place]
+    return pd.DataFrame(table)
+
+
+def unbalance_into_run(
+    folder: Path,
+    out: Path,
+    plan: UnbalancePlan,
+    progress: Progress,
+    *,
+    with_figures: bool = True,
+) -> tuple[Path, str]:
+    """Evaluate the test of a running compressor and write a run folder.
+
+    Parameters
+    ----------
+    folder : Path
+        Holds ``operation.toml``.
+    out : Path
+        Folder that gets ``unbalance/<run>/``.
+    plan : UnbalancePlan
+    progress : callable
+    with_figures : bool
+
+    Returns
+    -------
+    run : Path
+        The finished run folder.
+    decision : str
+        ``pass``, ``fail`` or ``undecided``; empty without limits.
+
+    Raises
+    ------
+    InputError
+        A test that cannot be read or evaluated, an output folder that cannot be written; nothing
+        is left behind.
+    """
+    begin = time.perf_counter()
+    options, sense = plan.unbalance, plan.unbalance.expected_sense
+    low, high = options.band
+    record: dict[str, Any] = {
+        "study": COMMAND,
+        "command": f"deboom unbalance {folder.as_posix()}",
+        "question": "Which unbalance turns inside this compressor?",
+        "seed": SEED,
+        "arguments": {
+            "limits": None if plan.limits is None else plan.limits.path.as_posix(),
+            "route": plan.route,
+            "identified": None if plan.identified is None else plan.identified.as_posix(),
+            "hoses": None if options.hoses is None else options.hoses.value,
+            "sense": None if sense is None else sense.name.lower(),
+            "band": f"{low:g}-{high:g}",
+            "confidence": options.confidence,
+            "figures": with_figures,
+        },
+    }
+    decision = ""
+
+    def work() -> Report:
+        nonlocal decision
+        measured = measured_unbalance(folder, plan, counted(progress, STEPS + 1))
+        progress(STEPS, STEPS + 1, "tables and figures")
+        decision = overall(measured.verdicts).value if measured.verdicts else ""
+        return unbalance_report(
+            measured, measured.input_files, command=command_of(record), figures=with_figures
+        )
+
+    run = run_command(out, record, work, relative_to=folder, begin=begin)
+    progress(STEPS + 1, STEPS + 1, "done")
+    return run, decision

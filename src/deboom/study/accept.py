@@ -63,15 +63,8 @@ class Verdict(Enum):
 class JudgedPart:
     """One part against the intervals of its mount.
 
-    Parameters
-    ----------
-    part : DeliveredPart
-    factors : mapping of str to float
-        Axis → stiffness over the reference [1].
-    axes : mapping of str to Verdict
-        Limited axis → what its stiffness says.
-    reason : str
-        Which axis is outside, or too near to an end; empty where it passes.
+    `factors`: axis → stiffness over the reference [1]; `axes`: limited axis → what its stiffness
+    says; `reason`: which axis is outside, or too near to an end, empty where it passes.
     """
 
     part: DeliveredPart
@@ -91,13 +84,7 @@ class JudgedPart:
 
 @dataclass(frozen=True)
 class Share:
-    """A share, over what the process behind a batch may be.
-
-    Parameters
-    ----------
-    middle, low, high : float
-        Median and ends of `INTERVAL` [1].
-    """
+    """A share over what the process behind a batch may be: median and ends of `INTERVAL` [1]."""
 
     middle: float
     low: float
@@ -114,12 +101,8 @@ class Share:
 class Cars:
     """Cars that get their mounts from a batch.
 
-    Parameters
-    ----------
-    levels : array, shape (n_processes, n_cars, n_vehicles)
-        [unit of the box].
-    within : Share
-        Of parts and vehicles within the limit, as the box counts them.
+    `levels`: array, shape (n_processes, n_cars, n_vehicles), in the unit of the box; `within`:
+    share of parts and vehicles within the limit, as the box counts them.
     """
 
     levels: RealArray
@@ -130,19 +113,9 @@ class Cars:
 class Batch:
     """Parts of one mount from one batch.
 
-    Parameters
-    ----------
-    name, mount : str
-    parts : tuple of JudgedPart
-    capabilities : mapping of str to Capability
-        Limited axis → capability; empty for a single part.
-    pieces : Share or None
-        Of the batch's pieces, measured or not, inside of all intervals; None where too few were
-        measured to say so.
-    cars : Cars or None
-        None without a platform as well.
-    share_stated : float
-        Asked of the pieces [1].
+    `capabilities`: limited axis → capability, empty for a single part; `pieces`: share of the
+    batch's pieces, measured or not, inside of all intervals, None where too few were measured;
+    `cars`: None without a platform as well; `share_stated`: asked of the pieces [1].
     """
 
     name: str
@@ -187,17 +160,9 @@ class Batch:
 class Delivery:
     """A delivery, judged.
 
-    Parameters
-    ----------
-    box : AcceptanceBox
-    batches : tuple of Batch
-        By mount, in the order of the table.
-    uncertainty : float
-        Of a measured stiffness, relative, expanded to 95 % [1].
-    predicted : bool
-        Whether a platform was there to predict levels.
-    same_data : bool
-        Whether that platform's files are those of the box.
+    `batches`: by mount, in the order of the table; `uncertainty`: of a measured stiffness,
+    relative, expanded to 95 % [1]; `predicted`: a platform was there to predict levels;
+    `same_data`: that platform's files are those of the box.
     """
 
     box: AcceptanceBox
@@ -213,13 +178,7 @@ class Delivery:
 
 
 def limited_axes(box: AcceptanceBox, *, over_today: bool = False) -> dict[str, tuple[str, ...]]:
-    """Return the axes that a box limits, by mount.
-
-    Parameters
-    ----------
-    box : AcceptanceBox
-    over_today : bool
-        Parts are compared with today's, not with a stiffness in N/m.
+    """Return the axes that a box limits, by mount; with `over_today`, parts are ratios to today's.
 
     Raises
     ------
@@ -487,7 +446,7 @@ def delivery_report(delivery: Delivery, inputs: Sequence[Path]) -> Report:
         f"{low} to {high} %. The box promises its share for parts all over it: a batch in a "
         "corner may keep every interval and still make loud cars.",
     )
-    batches = batch_table(delivery)
+    batches = _batch_table(delivery)
     report.table("batches", batches, "One row per batch.", shown=batches[VERDICTS])
     report.table(None, batches[SHARES], "What the measured parts say of all.")
 
@@ -502,7 +461,7 @@ def delivery_report(delivery: Delivery, inputs: Sequence[Path]) -> Report:
         "The bar is the interval.",
         alt="Parts in their intervals",
     )
-    parts = part_table(delivery)
+    parts = _part_table(delivery)
     others = parts.loc[parts["verdict"] != Verdict.passed.value, ["part", "verdict", "reason"]]
     caption = "" if others.empty else "Parts that do not pass; parts.csv has all of them."
     report.table("parts", parts, caption, shown=others)
@@ -513,24 +472,38 @@ def delivery_report(delivery: Delivery, inputs: Sequence[Path]) -> Report:
         "middle. The bounds hold with 95 % confidence for a normal process; Cpk from about 20 "
         "parts upwards.",
     )
-    report.table("capability", capability_table(delivery), "One row per batch and limited axis.")
+    report.table("capability", _capability_table(delivery), "One row per batch and limited axis.")
     if any(batch.cars is not None for batch in delivery.batches):
         _levels(report, delivery)
     return report
 
 
 def _levels(report: Report, delivery: Delivery) -> None:
-    """Show the predicted levels of the cars of each batch."""
-    box, panels = delivery.box, []
+    """Show the predicted levels of the cars of each batch against the limits."""
+    box = delivery.box
     share = np.linspace(0.0, PERCENT, 101)
+    panels, rows = [], []
     for batch in delivery.batches:
         if batch.cars is None:
             continue
-        curves = {}
+        name, curves = f"{batch.mount} {batch.name}", {}
         for place, response in enumerate(box.responses):
-            over = batch.cars.levels[..., place].ravel() - response.limit
+            levels = batch.cars.levels[..., place]
+            over = levels.ravel() - response.limit
             curves[response.name] = np.quantile(over, share / PERCENT)
-        panels.append(plot.CurvePanel(f"{batch.mount} {batch.name}", share, curves))
+            low, middle, high = np.quantile(levels, [0.05, 0.5, 0.95])
+            rows.append(
+                {
+                    "batch": name,
+                    "vehicle": response.name,
+                    "limit [dB(A)]": response.limit,
+                    "median [dB(A)]": middle,
+                    "5 % of the cars below [dB(A)]": low,
+                    "95 % of the cars below [dB(A)]": high,
+                    "cars within the limit [%]": PERCENT * float(np.mean(levels <= response.limit)),
+                }
+            )
+        panels.append(plot.CurvePanel(name, share, curves))
     report.section(
         "Predicted levels",
         f"{box.quantity.capitalize()} of the cars of each batch, with pieces that the "
@@ -548,35 +521,25 @@ def _levels(report: Report, delivery: Delivery) -> None:
         "Cars in the order of their level; above zero they miss the limit.",
         alt="Levels of the predicted cars less the limit",
     )
-    report.table("levels", level_table(delivery), "One row per batch and vehicle.")
+    report.table("levels", pd.DataFrame(rows), "One row per batch and vehicle.")
 
 
-def part_table(delivery: Delivery) -> pd.DataFrame:
+def _part_table(delivery: Delivery) -> pd.DataFrame:
     """One row per part: stiffness, share of today's, verdict and reason."""
-    axes = sorted({axis for one in delivery.parts for axis in one.factors})
-    return pd.DataFrame(
-        [
-            {
-                "part": one.part.name,
-                "batch": one.part.batch,
-                "mount": one.part.mount,
-                **{f"{a} [N/mm]": _stiffness(delivery, one, a) for a in axes},
-                **{f"{a} over today's [1]": one.factors.get(a, np.nan) for a in axes},
-                "verdict": one.verdict.value,
-                "reason": one.reason,
-            }
-            for one in delivery.parts
-        ]
-    )
+    axes = sorted({axis for judged in delivery.parts for axis in judged.factors})
+    rows = []
+    for judged in delivery.parts:
+        part, factors = judged.part, {axis: judged.factors.get(axis, np.nan) for axis in axes}
+        row: dict[str, object] = {"part": part.name, "batch": part.batch, "mount": part.mount}
+        for axis, factor in factors.items():
+            today = delivery.box.variable(f"{part.mount} {axis}").reference_stiffness
+            row[f"{axis} [N/mm]"] = MILLI * (np.nan if today is None else today) * factor
+        row |= {f"{axis} over today's [1]": factor for axis, factor in factors.items()}
+        rows.append(row | {"verdict": judged.verdict.value, "reason": judged.reason})
+    return pd.DataFrame(rows)
 
 
-def _stiffness(delivery: Delivery, one: JudgedPart, axis: str) -> float:
-    """Return factor times today's stiffness [N/mm]; nan where either is not known."""
-    today = delivery.box.variable(f"{one.part.mount} {axis}").reference_stiffness
-    return MILLI * (np.nan if today is None else today) * one.factors.get(axis, np.nan)
-
-
-def batch_table(delivery: Delivery) -> pd.DataFrame:
+def _batch_table(delivery: Delivery) -> pd.DataFrame:
     """One row per batch: parts by verdict, cars within the limit, verdict and reason."""
     rows = []
     for batch in delivery.batches:
@@ -601,7 +564,7 @@ def batch_table(delivery: Delivery) -> pd.DataFrame:
     return pd.DataFrame(rows)
 
 
-def capability_table(delivery: Delivery) -> pd.DataFrame:
+def _capability_table(delivery: Delivery) -> pd.DataFrame:
     """One row per batch and limited axis: mean, scatter, Cp and Cpk with their lower bounds."""
     rows: list[dict[str, object]] = []
     for batch in delivery.batches:
@@ -624,29 +587,6 @@ def capability_table(delivery: Delivery) -> pd.DataFrame:
                 }
             )
     return pd.DataFrame(rows, columns=None if rows else ["batch", "axis"])
-
-
-def level_table(delivery: Delivery) -> pd.DataFrame:
-    """One row per batch and vehicle: levels of the predicted cars against the limit."""
-    rows = []
-    for batch in delivery.batches:
-        if batch.cars is None:
-            continue
-        for place, response in enumerate(delivery.box.responses):
-            levels = batch.cars.levels[..., place]
-            low, middle, high = np.quantile(levels, [0.05, 0.5, 0.95])
-            rows.append(
-                {
-                    "batch": f"{batch.mount} {batch.name}",
-                    "vehicle": response.name,
-                    "limit [dB(A)]": response.limit,
-                    "median [dB(A)]": middle,
-                    "5 % of the cars below [dB(A)]": low,
-                    "95 % of the cars below [dB(A)]": high,
-                    "cars within the limit [%]": PERCENT * float(np.mean(levels <= response.limit)),
-                }
-            )
-    return pd.DataFrame(rows)
 
 
 def _rows(delivery: Delivery) -> list[plot.PartsRow]:
@@ -692,16 +632,7 @@ def box_file(path: Path) -> Path:
 
 
 def write_parts_template(box_path: Path, path: Path, *, over_today: bool = False) -> None:
-    """Write an empty table of parts for a box, one line per mount.
-
-    Parameters
-    ----------
-    box_path : Path
-        As for `box_file`.
-    path : Path
-        New ``.xlsx``.
-    over_today : bool
-        For stiffnesses over those of today's part.
+    """Write an empty table of parts for a box, one line per mount, to a new ``.xlsx`` file.
 
     Raises
     ------
@@ -738,7 +669,7 @@ def accept_into_run(
     *,
     over_today: bool = False,
 ) -> Path:
-    """Judge a delivery and write a run folder.
+    """Judge a delivery and write a run folder, which is returned.
 
     Parameters
     ----------
@@ -750,18 +681,9 @@ def accept_into_run(
         Folder that gets ``accept/<run>/``.
     platform : Path or None
         Folder of the platform that the box was found for.
-    uncertainty : float
-        Of a measured stiffness, relative, expanded to 95 % [1].
-    seed : int
-        Of the predicted cars, from 1.
+    uncertainty, seed, over_today
+        As for `judged_delivery`.
     progress : callable
-    over_today : bool
-        The table holds stiffnesses over those of today's part.
-
-    Returns
-    -------
-    Path
-        The finished run folder.
 
     Raises
     ------

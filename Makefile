@@ -5,12 +5,13 @@ VENV := .venv
 BIN := $(VENV)/bin
 STUDY := $(VENV)/.study
 READY := $(VENV)/.ready
+SITE := $(VENV)/.site
 INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt
 PYTHON_IS := import sys; print(sys.base_prefix, sys.version)
 PYTHON_MUST_BE := import sys; sys.version_info >= (3, 11) or sys.exit('deboom needs Python 3.11 or \
 newer, $(PYTHON) is ' + sys.version.split()[0] + ': name another one, such as PYTHON=python3.12')
 
-.PHONY: study test coverage lint bench size same wheel validate pictures constraints clean FORCE
+.PHONY: study test coverage lint bench size same wheel validate pictures docs constraints clean FORCE
 
 study: $(STUDY)
 	$(BIN)/deboom run studies/u06_platform.py
@@ -48,12 +49,16 @@ validate: $(READY)
 pictures: $(READY)
 	$(BIN)/python benchmarks/pictures.py
 
+docs: export OPENBLAS_NUM_THREADS := 1
+docs: $(SITE)
+	$(BIN)/python -m sphinx -W --keep-going -q docs build/docs
+
 constraints: $(READY)
 	$(BIN)/uv pip compile pyproject.toml --all-extras --universal --python-version 3.11 \
 		--upgrade --no-emit-index-url --no-emit-find-links --no-header --no-annotate -o constraints.txt
 
 clean:
-	rm -rf $(VENV) build dist .pytest_cache .mypy_cache .ruff_cache .coverage
+	rm -rf $(VENV) build dist docs/api docs/gallery .pytest_cache .mypy_cache .ruff_cache .coverage
 
 # Another PYTHON makes the environment anew; one that is too old is named first. A study needs less
 # than the tests.
@@ -68,4 +73,9 @@ $(STUDY): $(VENV)/.python pyproject.toml constraints.txt
 
 $(READY): $(STUDY)
 	$(INSTALL) -e ".[fast,cluster,modal,postgres,dev]"
+	@touch $@
+
+# What the documentation site needs more than the tests.
+$(SITE): $(READY)
+	$(INSTALL) -e ".[fast,modal,docs]"
 	@touch $@

@@ -17,8 +17,8 @@ extensions = [
     "sphinx_gallery.gen_gallery",
 ]
 source_suffix = {".rst": "restructuredtext", ".md": "markdown"}
-exclude_patterns = ["gallery/README.rst"]
-nitpicky = False
+exclude_patterns = ["_templates", "gallery/README.rst"]
+templates_path = ["_templates"]
 
 html_theme = "pydata_sphinx_theme"
 html_title = "deboom"

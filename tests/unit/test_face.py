@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import doctest
 import inspect
+import re
 import subprocess
 import sys
 from functools import partial
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -23,6 +25,12 @@ def test_every_name_is_there_and_explained():
     for name in deboom.__all__:
         text = inspect.getdoc(getattr(deboom, name)) or ""
         assert len(text.splitlines()[0]) > 20, name
+
+
+def test_every_name_has_its_page():
+    listed = (Path(__file__).parents[2] / "docs" / "api.md").read_text(encoding="utf-8")
+    pages = re.findall(r"^   deboom\.(\w+)$", listed, flags=re.M)
+    assert sorted(pages) == sorted(deboom.__all__)
 
 
 def test_functions_of_a_notebook_have_units_errors_and_an_example():

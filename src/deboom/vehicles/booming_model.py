@@ -94,8 +94,8 @@ class BoomingModel:
     amplitudes do not come to rest has an SPLV of NaN, so it counts as failed.
 
     A loss factor ``EnM x loss`` multiplies K'' alone: ``K → x (K' + j y K'')``. The ratio K''/K' is
-    multiplied by it and K' stays; |K| changes by the square root of ``1 + (yη)²`` over that of
-    ``1 + η²``, 0.7 % for η = 0.2 and y = 1.2.
+    multiplied by it and K' stays; the magnitude of K changes by the square root of ``1 + (yη)²``
+    over that of ``1 + η²``, 0.7 % for η = 0.2 and y = 1.2.
     """
 
     cases: tuple[Case, ...]

@@ -1,0 +1,51 @@
+"""How much quieter do the vehicles become if all mounts are softer by the same factor?
+
+Keys of summary.json: best_factor [1] and gain_db, the fall of the mean level per line there.
+"""
+
+from dataclasses import dataclass
+from typing import Annotated, Any
+
+import numpy as np
+import pandas as pd
+from typer import Option
+
+from deboom import plot
+from deboom.report import Report
+from deboom.study.options import Seed
+from deboom.study.platform_model import MotionOptions, PlatformOptions
+from deboom.study.result import RunContext
+
+
+@dataclass(frozen=True)
+class Options:
+    """How far the mounts may be softened, on which platform."""
+
+    seed: Seed = 1
+    softest: Annotated[float, Option(help="Smallest common factor [1].")] = 0.8
+    platform: PlatformOptions = PlatformOptions()
+    motion: MotionOptions = MotionOptions()
+
+
+def prepare(options: Options) -> Any:
+    """Read the platform and build its model."""
+    return options.motion.index(options.platform.operation())
+
+
+def run(model: Any, options: Options, context: RunContext | None = None) -> Report:
+    """Evaluate common factors and report."""
+    del context  # nothing here is long enough to be resumed
+    factor = np.linspace(options.softest, 1.0, 9)
+    levels = model(factor[:, np.newaxis] * np.ones(len(model.variable_names))) / model.n_lines
+    mean = levels.mean(axis=1)
+    best = int(mean.argmin())
+    report = Report("All mounts softer alike")
+    report.summary.update(best_factor=float(factor[best]), gain_db=float(mean[-1] - mean[best]))
+    report.section("Levels", "Mean level of the lines, per vehicle.")
+    curves = dict(zip(model.response_names, levels.T, strict=True))
+    panel = plot.CurvePanel("all mounts alike", factor, curves)
+    picture = plot.curve_panels([panel], x_label="common factor [1]", y_label="level [dB(A)]")
+    report.figure("levels", picture, "Level over the common factor.")
+    frame = pd.DataFrame({"factor [1]": factor, "mean level [dB(A)]": mean})
+    report.table("levels", frame, "Mean over the vehicles.")
+    return report

@@ -1,0 +1,42 @@
+"""
+Elastic centre of a powertrain, over frequency
+==============================================
+
+At the elastic centre a force turns the body as little as possible. That of the mounts alone is
+one point; that of the mounted powertrain moves with frequency to its centre of gravity (the
+thesis, section 2.3.2, speaks of one point).
+"""
+
+import matplotlib.pyplot as plt
+import numpy as np
+
+import deboom
+from deboom.physics.elastic_centre import centre_of_stiffness, dynamic_centre_of_stiffness
+from deboom.physics.rigid_body import mass_matrix, mount_stiffness_matrix
+
+POSITIONS = np.array([[0.0, 0.45, 0.15], [0.05, -0.45, 0.10], [0.3, 0.05, -0.3]])  # [m]
+STIFFNESS = np.array([[2.0, 1.5, 2.5], [1.8, 1.6, 2.8], [3.0, 0.5, 0.6]]) * 1e5  # [N/m]
+
+mounts = mount_stiffness_matrix(POSITIONS, STIFFNESS)
+mass = mass_matrix(190.0, np.diag([11.0, 7.0, 10.0]))
+still = centre_of_stiffness(mounts)
+print(f"centre of the mounts {still.position.round(3)} m, coupling {float(still.coupling):.2f}")
+
+# %%
+# With mass the dynamic stiffness is K − ω²M at each line; the loss factor is 0.1.
+
+frequency = np.geomspace(0.5, 500.0, 300)
+omega = 2 * np.pi * frequency[:, np.newaxis, np.newaxis]
+moving: deboom.ElasticCentre = dynamic_centre_of_stiffness(mounts * (1 + 0.1j) - omega**2 * mass)
+
+figure, axes = plt.subplots(layout="constrained")
+for axis, values in zip("xyz", 1e3 * moving.position.T, strict=True):
+    axes.semilogx(frequency, values, label=axis)
+axes.set(xlabel="frequency [Hz]", ylabel="from the centre of gravity [mm]")
+axes.legend()
+
+# %%
+# Far below the modes it is the centre of the mounts, far above them the centre of gravity.
+
+assert np.allclose(moving.position[0], still.position, atol=2e-3)
+assert np.abs(moving.position[-1]).max() < 1e-3

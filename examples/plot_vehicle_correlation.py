@@ -1,0 +1,30 @@
+"""
+Which vehicles go together
+==========================
+
+Vehicles whose levels rise and fall with the same designs can share one set of mounts. A design of
+experiments over the mounts, and the correlation of all pairs of vehicles with intervals.
+"""
+
+import deboom
+
+platform = deboom.read_platform("u06")
+model = deboom.booming_model(platform, band=(24, 40))
+experiment = deboom.doe(model, deboom.design_space(model), n=96, seed=1)
+found = deboom.correlation(experiment, resamples=200)
+
+# %%
+# Pearson's coefficient of each pair, and the interval of 95 %.
+
+panel = deboom.plot.CorrelationPanel(
+    "SPLV over 96 designs", found.pearson, found.pearson_low, found.pearson_high
+)
+groups = [name.rsplit("-", 1)[0] for name in found.names]
+figure = deboom.plot.correlation_matrices(found.names, [panel], groups)
+
+# %%
+# A vehicle correlates with itself perfectly, and every coefficient lies inside of its interval.
+
+assert abs(found.pearson.diagonal() - 1.0).max() < 1e-12
+assert (found.pearson_low <= found.pearson + 1e-12).all()
+assert (found.pearson <= found.pearson_high + 1e-12).all()

@@ -127,8 +127,8 @@ class TimeSignals:
     - `acceleration`, `cell_force`, `static_force` (n_sample, n_channel): signals as of a
       `RecordedRun` [m/s²], [N], [N].
     - `steady`: True steady states that the run passes through, over the dominant order's frequency.
-    - `steady_acceleration`, `steady_cell_force` (f, n_channel): their channels without noise
-      [m/s²], [N].
+    - `steady_acceleration`, `steady_cell_force` (f, n_channel): channels of these states without
+      noise [m/s²], [N].
     """
 
     time: RealArray

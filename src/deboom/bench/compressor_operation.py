@@ -63,7 +63,7 @@ class OperationPlan:
       operation, over those under the hammer [1].
     - `softening`: mounts soften with their amplitude while it runs.
     - `sense`: 1: the rotor turns from y to z; −1: from z to y.
-    - `time_record`: one short run-up over time with tacho as well.
+    - `time_record`: whether a short run-up is recorded over time with tacho as well.
     - raises InputError: a factor that is not positive, another sense, a compressor with hoses or of
       two parts.
     """

@@ -81,7 +81,7 @@ class CompressorPlan:
     """The compressor under test and what is recorded of it.
 
     - `case`: source of its true parameters.
-    - `identical_mounts`: one axial and one radial stiffness for all mounts.
+    - `identical_mounts`: whether all mounts share one axial and one radial stiffness.
     - `softening`: mounts soften with their amplitude; each hit meets mounts of its own.
     - `flexible_receiver`: a subframe with a mode inside the band carries the mounts.
     - `flexible_body`: the compressor is two parts that swing against each other at this frequency;

@@ -174,8 +174,8 @@ NO_ACQUISITION_ERRORS = AcquisitionErrors(*[0.0] * 12)
 class Setup:
     """How the vehicle is truly instrumented, and how its hammer and loudspeaker err.
 
-    - `impact_rows` (n_impact, 6): what each blow truly pushes, per interface.
-    - `sensor_rows` (n_channel, 6): what each channel truly sees, gain included, per interface.
+    - `impact_rows` (n_impact, 6): true load of each blow, per interface.
+    - `sensor_rows` (n_channel, 6): true answer of each channel, gain included, per interface.
     - `microphone`, `source` (n_ear,): gain of the microphones, and true volume acceleration per
       stated one [1].
     - `hammer`: gain [1].

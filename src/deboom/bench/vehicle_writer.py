@@ -134,7 +134,7 @@ class VehicleErrors:
 
     - `acquisition`: errors of hammer, loudspeaker, microphones and body sensors.
     - `car`: what makes the driven car another one than bench and transfer functions say.
-    - `state`: how the body differs between hammer, loudspeaker and road.
+    - `state`: differences of the body between hammer, loudspeaker and road.
     - `order_tracking`: noise of the order spectra; None for none.
     - `blows`: blows over time, with their noise.
     """

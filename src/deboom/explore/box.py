@@ -100,7 +100,7 @@ class BoxQuestion:
     - `weight` (k,), optional: cost of a per cent of tolerance, above 0; only ratios count. Default
       is 1 [1].
     - `together`: whether a part counts as a whole and must keep all its limits (worst vehicle).
-    - `law`: how parts lie in the box.
+    - `law`: distribution of the parts in the box.
     - raises InputError: limits, bounds, weights or a share that cannot be; a model without
       gradient; nothing free.
     """

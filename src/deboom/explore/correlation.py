@@ -80,8 +80,8 @@ def correlations(
 ) -> Correlations:
     """Return Pearson's and Spearman's correlation of all pairs of responses.
 
-    - `values` (n, r): one row per design, or m values of each design, which stay together when
-      designs are resampled.
+    - `values` (n, r): responses in one row per design, or m values of each design, which stay
+      together when designs are resampled.
     - `names`: names of the responses.
     - `seed`, `resamples`: seed from 1 and number of resamples, at least 100, of the bootstrap.
     - `level`: confidence of the interval [1].
@@ -237,7 +237,7 @@ def families(names: Sequence[str], r: RealArray, cut: float = 0.9) -> Families:
     """Group responses so that any two of a group correlate at least as much as asked.
 
     - `names`: names of at least two responses.
-    - `r` (n, n): their correlation [1].
+    - `r` (n, n): correlation of the responses [1].
     - `cut`: correlation that is asked for, between 0 and 1 [1].
 
     Hierarchical clustering of the distance 1 − r with complete linkage: the height of a branch is

@@ -68,7 +68,7 @@ class BoxEffort:
 class FoundBox:
     """The largest box, with what shows that it is one.
 
-    - `question`: what was asked.
+    - `question`: question that was asked.
     - `box`: intervals.
     - `verified`: share of independent parts that the search has not seen.
     - `calibrated`: share of the parts that settled the size of the box [1].

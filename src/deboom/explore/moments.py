@@ -207,7 +207,8 @@ class Objective:
         """Return the objective [response unit].
 
         - `values` (n_samples, r): responses, draw by draw [response unit].
-        - `mean`, `sigma` (r,): their moments, as the estimator found them [response unit].
+        - `mean`, `sigma` (r,): moments of the responses, as the estimator found them
+          [response unit].
         """
         match self.statistic:
             case Statistic.MEAN:

@@ -26,7 +26,7 @@ class RobustValues:
     - `designs` (n, k): designs as made without scatter.
     - `mean`, `sigma` (n, r): mean (or the nominal design's response) and standard deviation of each
       response.
-    - `mean_sum`, `sigma_sum` (n,): their sums over the responses.
+    - `mean_sum`, `sigma_sum` (n,): sums over the responses.
     - `standard_error_mean_sum`, `standard_error_sigma_sum` (n,): standard errors of the two sums
       for independent draws; upper bounds for Sobol points.
     - `failed` (n,): designs with a response that could not be computed somewhere in the scatter.
@@ -402,7 +402,7 @@ class LimitedResponse:
 
     - `robust`: response to be minimised.
     - `response`: responses that are limited, of the same variables, in the units of the limits.
-    - `limits`: one limit per response, by name.
+    - `limits`: limits of the responses, by name.
     - `made`, optional: map from a design, shape (k,), to the designs as they are made, shape
       (n_samples, k), such as `RobustResponse.made`: then the worst of them must keep each limit.
     - raises InputError: other variables, or other responses than limits.

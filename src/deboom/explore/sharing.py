@@ -179,7 +179,7 @@ class SharingProblem:
     - `parts`: variables of each part, which a part number fixes together; every variable belongs to
       one.
     - `limits` (v,): largest allowed response of each vehicle [response_unit].
-    - `rules`: what is decided already.
+    - `rules`: decisions that are made already.
     - raises InputError: variables without a part or with two, other limits than vehicles,
       contradictory rules, a model without gradient, a variable of whole numbers.
     """

@@ -123,7 +123,7 @@ class PiecewiseCubicRegressor(RegressorMixin, BaseEstimator):
       over its own rows.
     - `coefficients_` (n_pieces, n_terms, n_outputs): factors of the terms of
       ``PolynomialFeatures(3)`` in scaled variables.
-    - `region_`: where rows were fitted.
+    - `region_`: region in which rows were fitted.
 
     Thesis, eq. 32, with all 20 terms for three variables (it prints 19). `predict` follows the
     polynomials everywhere, as scikit-learn expects; `supported` says where that is extrapolation.

@@ -82,7 +82,7 @@ def surface_forces(
     """Exchange the measured forces of a run for those of its mounts' response surfaces.
 
     - `load_case`: load case with its engine torque.
-    - `mounts`: one for every mount of the run; their surfaces are over wheel torque.
+    - `mounts`: characterised mounts of the run, with surfaces over wheel torque.
     - `outside`: whether lines outside of the measured region are refused or keep the measured
       force.
     - returns: a direction that was not identified, or has no surface, keeps the measured force and

@@ -304,27 +304,16 @@ def amplitude_motion(
 ) -> AmplitudeMotion:
     """Let the stiffnesses of one load case follow the amplitude as the surfaces say.
 
-    Parameters
-    ----------
-    coupled : CoupledMotion
-        Motion identified from the same load case.
-    surfaces : mapping of str to DynamicStiffnessSurface
-        Surfaces by design variable, over wheel torque. A direction without one keeps its stiffness.
-    load_case : LoadCase
-        Load case with its engine torque.
-    settling : KinematicModel, optional
-        Where given, a factor means the part itself, which settles elsewhere on these curves.
-    follow : bool
-        Whether stiffnesses follow the amplitude; if not, the motion is coupled only.
+    - `coupled`: motion identified from the same load case.
+    - `surfaces`: surfaces by design variable, over wheel torque. A direction without one keeps its
+      stiffness.
+    - `load_case`: load case with its engine torque.
+    - `settling`, optional: where given, a factor means the part itself, which settles elsewhere on
+      these curves.
+    - `follow`: whether stiffnesses follow the amplitude; if not, the motion is coupled only.
+    - raises InputError: A run without engine torque; a line that lies outside of the region in
+      which a mount was measured.
 
-    Raises
-    ------
-    InputError
-        A run without engine torque; a line that lies outside of the region in which a mount was
-        measured.
-
-    Notes
-    -----
     ``K(a) = K_run S(T, a, f) / S(T, a_run, f)``: the run's own stiffness times the relative change
     that the surface S gives, so the nominal design moves exactly as measured. At fixed wheel torque
     and line the 20 terms of S collapse to a cubic in the amplitude.

@@ -95,24 +95,13 @@ def booming_peaks(
 ) -> tuple[BoomingPeak, ...]:
     """Return the booming peaks of one level curve, by rising frequency.
 
-    Parameters
-    ----------
-    level : array_like, shape (n_frequency,)
-        SPL of each line, finite [dB(A)].
-    frequency : array_like, shape (n_frequency,)
-        [Hz].
-    order : float
-        Engine order of the curve [1].
-    prominence : float
-        Least prominence of a booming peak, above 0 [dB].
+    - `level` (n_frequency,): SPL of each line, finite [dB(A)].
+    - `frequency` (n_frequency,) [Hz].
+    - `order`: engine order of the curve [1].
+    - `prominence`: least prominence of a booming peak, above 0 [dB].
+    - raises InputError: shapes that differ, a level that is not finite, a prominence or order that
+      is not positive.
 
-    Raises
-    ------
-    InputError
-        Shapes that differ, a level that is not finite, a prominence or order that is not positive.
-
-    Notes
-    -----
     Topographic prominence of `scipy.signal.find_peaks`. The first and the last line are no peaks:
     the curve could rise beyond them.
     """

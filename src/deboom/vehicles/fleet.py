@@ -93,7 +93,7 @@ class PathContributions:
 
     - `load_case`: name of the load case whose motion it is.
     - `frequency` (f,): lines of the band [Hz].
-    - `values` (v, f, k): one column per design variable; exactly zero where an axis does not
+    - `values` (v, f, k): pressure per design variable; exactly zero where an axis does not
       transmit [Pa].
     - `vehicle_names`, `variable_names`: names of the first and of the last axis.
 
@@ -161,7 +161,7 @@ class PathContributions:
 def path_forces(mounts: Sequence[Mount], load_case: LoadCase) -> Spectrum:
     """Return the force of each path on the body, the pieces of a mount summed coherently.
 
-    - `mounts`: their transfer axes are the paths.
+    - `mounts`: mounts whose transfer axes are the paths.
     - `load_case`: forces at the virtual point of each piece.
     - returns: channels ``<mount> <axis>``, in the order of the mounts [N].
     - raises InputError: a mount of which a transfer axis was not measured, or no path at all.

@@ -80,7 +80,7 @@ class _VehicleLevel:
 class MeanLevel(_VehicleLevel):
     """Mean level of the lines of every vehicle, ``SPLV / n_lines`` [dB(A)].
 
-    - `model`: model whose weighted load cases are averaged.
+    - `model`: booming model whose weighted load cases are averaged.
     """
 
     quantity: str = "mean level of the lines"
@@ -98,8 +98,8 @@ class MeanLevel(_VehicleLevel):
 class PeakLevel(_VehicleLevel):
     """Loudest line of a band in every vehicle, over all load cases that count [dB(A)].
 
-    - `model`: model with prescribed or coupled motion. The weights of its load cases play no role:
-      the loudest of them counts.
+    - `model`: booming model with prescribed or coupled motion. The weights of its load cases play
+      no role: the loudest of them counts.
     - `band` (lower, upper): both edges belong to the band [Hz].
     - raises InputError: a band without a line of the model, a motion that follows the amplitude,
       loss factors.
@@ -166,7 +166,8 @@ class PeakLevel(_VehicleLevel):
 class ScatteredLevel(_VehicleLevel):
     """Mean level of the lines of every vehicle, each with the energy that scatter adds [dB(A)].
 
-    - `model`: model with prescribed or coupled motion. Its weighted load cases are averaged.
+    - `model`: booming model with prescribed or coupled motion. Its weighted load cases are
+      averaged.
     - `design` (k,): design at which the energy of the scatter is taken, such as today's [1].
     - `relative_sigma` (k,): standard deviation of each factor over the factor itself [1].
     - raises InputError: a motion that follows the amplitude, loss factors.

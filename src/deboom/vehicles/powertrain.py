@@ -419,7 +419,7 @@ def library_model(
 ) -> KinematicModel:
     """Build the kinematic model of a powertrain on mounts from the library.
 
-    - `parts`: one for each mount that carries the powertrain, with their static curves.
+    - `parts`: parts of the mounts that carry the powertrain, with their static curves.
     - `torque_axis`: axis as in `KinematicModel`.
     - raises InputError: a mount twice, or a direction without static curve.
     """
@@ -446,7 +446,7 @@ def static_force_table(
 ) -> pd.DataFrame:
     """List the static force of every direction by configuration, gear and engine torque.
 
-    - `models`: configurations: powertrains, mount sets, places of the strut.
+    - `models`: models by configuration, such as mount set or place of the strut.
     - `total_ratios`: engine speed over wheel speed, gear 1 first [1].
     - `engine_torque` (n,) [N m].
     - returns: columns ``configuration``, ``gear``, ``engine torque [N m]``, ``wheel torque [N m]``,

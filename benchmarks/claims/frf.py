@@ -14,13 +14,8 @@ import numpy as np
 
 from claims import Claim
 from deboom.errors import InputError
-from deboom.files.hammer_test import (
-    HammerChannel,
-    HammerPoint,
-    HammerSheet,
-    read_hammer_test,
-    write_hammer_test,
-)
+from deboom.files.hammer_test import HammerSheet, read_hammer_test, write_hammer_test
+from deboom.files.rows import HammerChannel, HammerPoint
 from deboom.files.tables import parse_unit
 from deboom.measurement.channels import Frf
 from deboom.measurement.impact_test import (

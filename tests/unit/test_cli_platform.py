@@ -11,15 +11,9 @@ from deboom.cli import app
 from deboom.errors import InputError
 from deboom.files.function_table import FunctionFiles
 from deboom.files.new_platform import new_platform
-from deboom.files.platform import (
-    Engine,
-    LoadCaseEntry,
-    MountEntry,
-    PlatformFile,
-    read_channel_table,
-    read_platform,
-)
+from deboom.files.platform import Engine, LoadCaseEntry, MountEntry, PlatformFile, read_platform
 from deboom.files.platform import PowertrainEntry as Powertrain
+from deboom.files.rows import ChannelRow, read_table
 from deboom.files.uff import UffFunction, read_uff, write_uff
 from deboom.study.platform_model import check_platform
 
@@ -51,7 +45,7 @@ def filled(folder):
     mounts = pd.read_excel(folder / "mounts.xlsx", keep_default_na=False)
     mounts[["x [m]", "y [m]", "z [m]"]] = np.arange(9.0).reshape(3, 3) / 10
     mounts.to_excel(folder / "mounts.xlsx", index=False)
-    rows = read_channel_table(folder / "channels.xlsx")
+    rows = read_table(folder / "channels.xlsx", ChannelRow)
     for node, vehicle in enumerate(("wagon", "cabrio"), 901):
         functions = [function(row, node) for row in rows if row.unit.si == "Pa/N"]
         write_uff(folder / f"noise_transfer/{vehicle}.uff", functions)
@@ -113,7 +107,7 @@ def test_the_folder_has_a_readme_that_names_each_file(tmp_path, files):
 
 def test_tables_have_their_columns_units_and_rows(tmp_path):
     folder = made(tmp_path / "mine", files=FunctionFiles.csv)
-    rows = read_channel_table(folder / "channels.xlsx")
+    rows = read_table(folder / "channels.xlsx", ChannelRow)
     assert len(rows) == 2 * 3 * 3 + 2 * 3
     assert {row.unit.label for row in rows} == {"m", "N", "Pa/N"}
     header = pd.read_csv(folder / "operating/slow.csv").columns

@@ -16,13 +16,7 @@ from deboom.bench.operating_run import PlannedRun
 from deboom.errors import InputError
 from deboom.files import campaign as campaign_new_run
 from deboom.files.campaign import add_operating_run, new_run_file, read_campaign, read_time_run
-from deboom.files.campaign_tables import (
-    SensorRow,
-    read_curve,
-    read_sensor_table,
-    write_curve,
-    write_sensor_table,
-)
+from deboom.files.rows import SensorRow, read_curve, read_table, write_curve, write_table
 from deboom.files.schema import StrictModel, dump_toml, load_toml
 from deboom.files.tables import read_rows
 from deboom.files.uff import read_uff, write_uff
@@ -258,7 +252,7 @@ WRONG_TABLES = {
     ),
     "a sensor twice": (
         lambda f: replace_text(f, "sensors.csv", "\nA2,", "\nA1,"),
-        "sensors.csv line 3: sensor 'A1' comes twice",
+        "sensors.csv line 3: sensor 'A1' already stands in line 2",
     ),
     "a length without unit": (
         lambda f: replace_text(f, "sensors.csv", "y [m]", "y"),
@@ -617,8 +611,8 @@ ROWS = (
 @pytest.mark.parametrize("suffix", [".csv", ".xlsx"])
 def test_position_sheets_read_back(tmp_path, suffix):
     path = tmp_path / f"sensors{suffix}"
-    write_sensor_table(path, ROWS)
-    for one, other in zip(ROWS, read_sensor_table(path), strict=True):
+    write_table(path, SensorRow, ROWS)
+    for one, other in zip(ROWS, read_table(path, SensorRow), strict=True):
         assert (one.sensor, one.kind, one.model, one.mount, one.piece) == (
             *(other.sensor, other.kind, other.model, other.mount, other.piece),
         )

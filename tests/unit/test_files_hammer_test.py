@@ -8,14 +8,8 @@ import numpy as np
 import pytest
 
 from deboom.errors import InputError
-from deboom.files.campaign_tables import SensorRow
-from deboom.files.hammer_test import (
-    HammerChannel,
-    HammerPoint,
-    HammerSheet,
-    read_hammer_test,
-    write_hammer_test,
-)
+from deboom.files.hammer_test import HammerSheet, read_hammer_test, write_hammer_test
+from deboom.files.rows import HammerChannel, HammerPoint, SensorRow
 from deboom.files.tables import parse_unit
 from deboom.files.uff import read_uff, write_uff
 from deboom.measurement.impact_test import HammerOptions, hammer_frfs

@@ -13,15 +13,11 @@ from deboom.files.inertance_test import (
     DrawingSection,
     DrawnMountSection,
     InertanceTestFile,
-    PlacedImpact,
-    PlacedSensor,
     ToleranceSection,
     dump_inertance_test_file,
     read_inertance_test,
-    write_placed_impacts,
-    write_placed_sensors,
-    write_positions,
 )
+from deboom.files.rows import PlacedImpact, PlacedSensor, write_positions, write_table
 from deboom.files.uff import UffFunction, write_uff
 from deboom.physics.rigid_body import rotation_matrix
 
@@ -175,8 +171,8 @@ def test_what_is_written_reads_back(written):
 def test_csv_sheets_one_uff_file_and_nothing_known_besides(folder):
     """In any order, with a channel against its axis and functions that nobody asked for."""
     frf, coherence = measured()
-    write_placed_sensors(folder / "sensors.csv", SENSORS)
-    write_placed_impacts(folder / "impacts.csv", IMPACTS)
+    write_table(folder / "sensors.csv", PlacedSensor, SENSORS)
+    write_table(folder / "impacts.csv", PlacedImpact, IMPACTS)
     everything = functions(4, frf) + functions(6, coherence)
     flipped = everything[0]
     everything[0] = replace(flipped, values=-flipped.values, response_direction="-x")

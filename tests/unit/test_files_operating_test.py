@@ -10,12 +10,7 @@ import pytest
 from deboom.bench.compressor_operation import OperationPlan
 from deboom.bench.compressor_writer import write_operating_test
 from deboom.errors import InputError
-from deboom.files.inertance_test import (
-    PlacedSensor,
-    read_placed_impacts,
-    read_placed_sensors,
-    write_positions,
-)
+from deboom.files.inertance_test import read_placed_impacts, read_placed_sensors
 from deboom.files.operating_test import (
     HolderSection,
     MicrophoneSection,
@@ -28,6 +23,7 @@ from deboom.files.operating_test import (
     write_sweep,
     write_sweep_record,
 )
+from deboom.files.rows import PlacedSensor, write_positions
 from deboom.files.uff import read_uff, write_uff
 
 SENSORS = tuple(

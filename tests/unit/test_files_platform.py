@@ -8,15 +8,12 @@ import pytest
 
 from deboom.errors import InputError
 from deboom.files.platform import (
-    ChannelRow,
-    MountRow,
     PlatformFile,
     dump_platform_file,
     load_platform_file,
     read_platform,
-    write_channel_table,
-    write_mount_table,
 )
+from deboom.files.rows import ChannelRow, MountRow, write_table
 from deboom.files.tables import parse_unit
 from deboom.files.uff import UffFunction, read_uff, write_uff
 
@@ -146,15 +143,16 @@ def write_tiny_platform(folder):
         }
     )
     dump_platform_file(folder / "platform.toml", file)
-    write_mount_table(
+    write_table(
         folder / "mounts.csv",
+        MountRow,
         [
             MountRow("TSM", "", (0.2, -0.06, -0.27)),
             MountRow("Du", "left", (-0.5, -0.3, -0.1)),
             MountRow("Du", "right", (-0.5, 0.3, -0.1)),
         ],
     )
-    write_channel_table(folder / "channels.csv", channel_rows())
+    write_table(folder / "channels.csv", ChannelRow, channel_rows())
     for vehicle in file.vehicles:
         write_uff(folder / vehicle.noise_transfer, transfer_functions(vehicle.name))
     for case in file.load_cases:
@@ -369,7 +367,7 @@ def test_displacement_without_a_unit_in_the_table(folder):
         "TSM x,displacement,TSM,,x,11,+x,m",
         "TSM x,displacement,TSM,,x,11,+x,",
     )
-    refused(folder, "channels.csv line 2, displacement channel 'TSM x'", "a unit is missing")
+    refused(folder, "channels.csv line 2: displacement 'TSM x'", "a unit is missing")
 
 
 def test_displacement_without_a_unit_in_the_file(folder):
@@ -420,7 +418,7 @@ def test_another_engine_order(folder):
         (r"Du (left|right) x,.*\n", "", ("mount 'Du' has no channel: add 'Du left x'",)),
         (r"\Z", "Du y,noise transfer function,Du,,y,31,+y,Pa/N\n", ("'Du y' fits no mount",)),
         (r"\Z", "CTSM x,force,CTSM,,x,41,+x,N\n", ("force channel 'CTSM x' fits no mount",)),
-        (r"\Z", "TSM x,force,TSM,,x,42,+x,N\n", ("channel 'TSM x' is duplicated",)),
+        (r"\Z", "TSM x,force,TSM,,x,42,+x,N\n", ("force 'TSM x' already stands in line",)),
     ],
 )
 def test_channels_that_do_not_fit_the_mounts(folder, pattern, new, words):

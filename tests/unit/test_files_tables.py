@@ -5,14 +5,7 @@ import pytest
 from openpyxl import Workbook
 
 from deboom.errors import InputError
-from deboom.files.platform import (
-    ChannelRow,
-    MountRow,
-    read_channel_table,
-    read_mount_table,
-    write_channel_table,
-    write_mount_table,
-)
+from deboom.files.rows import ChannelRow, MountRow, read_table, write_table
 from deboom.files.tables import parse_unit
 
 MOUNTS = """\
@@ -52,7 +45,7 @@ def edit(path, old, new):
 
 
 def test_positions_are_converted_by_the_unit_of_each_column(mounts):
-    tsm, left, right = read_mount_table(mounts)
+    tsm, left, right = read_table(mounts, MountRow)
     assert (tsm.mount, tsm.piece) == ("TSM", "")
     assert tsm.position == pytest.approx((0.2, -0.06, -0.27))
     assert (left.mount, left.piece, right.piece) == ("Du", "left", "right")
@@ -62,13 +55,13 @@ def test_positions_are_converted_by_the_unit_of_each_column(mounts):
 def test_a_spreadsheet_export_with_byte_order_mark_and_blanks_is_read(mounts):
     text = MOUNTS.replace(",", " , ").replace("\n", "\r\n")
     mounts.write_bytes(b"\xef\xbb\xbf" + text.encode())
-    assert read_mount_table(mounts)[0].position == pytest.approx((0.2, -0.06, -0.27))
+    assert read_table(mounts, MountRow)[0].position == pytest.approx((0.2, -0.06, -0.27))
 
 
 def test_mount_tables_round_trip(tmp_path):
     rows = (MountRow("TSM", "", (0.1, 1 / 3, -2e-9)), MountRow("Du", "left", (1.0, 2.0, 3.0)))
-    write_mount_table(tmp_path / "a.csv", rows)
-    assert read_mount_table(tmp_path / "a.csv") == rows
+    write_table(tmp_path / "a.csv", MountRow, rows)
+    assert read_table(tmp_path / "a.csv", MountRow) == rows
     assert (tmp_path / "a.csv").read_bytes().startswith(b"mount,piece,x [m],y [m],z [m]\nTSM,,0.1,")
 
 
@@ -93,14 +86,14 @@ def test_mount_tables_round_trip(tmp_path):
             ",-0.27,9",
             "no comma-separated table: line 2 has 6 cells and the header 5",
         ),
-        ("right", "left", "mounts.csv line 5: 'Du left' comes twice: keep one"),
+        ("right", "left", "mounts.csv line 5: 'Du left' already stands in line 4: correct one"),
         ("TSM,", ",", "mounts.csv line 2: column 'mount' is empty: fill it in"),
     ],
 )
 def test_a_bad_mount_table_is_refused_with_row_and_column(mounts, old, new, sentence):
     edit(mounts, old, new)
     with pytest.raises(InputError, match=re.escape(sentence)) as caught:
-        read_mount_table(mounts)
+        read_table(mounts, MountRow)
     assert str(mounts) in str(caught.value)
     assert "\n" not in str(caught.value)
 
@@ -108,19 +101,19 @@ def test_a_bad_mount_table_is_refused_with_row_and_column(mounts, old, new, sent
 def test_a_doubled_or_unknown_column_is_refused(mounts):
     mounts.write_text("mount,piece,x [m],x [mm],y [m],z [m]\nTSM,,1,1,1,1\n", encoding="utf-8")
     with pytest.raises(InputError, match="column 'x' is unknown or doubled"):
-        read_mount_table(mounts)
+        read_table(mounts, MountRow)
     mounts.write_text("mount,piece,x [m],y [m],z [m],note\nTSM,,1,1,1,1\n", encoding="utf-8")
     with pytest.raises(InputError, match="column 'note' is unknown or doubled"):
-        read_mount_table(mounts)
+        read_table(mounts, MountRow)
     mounts.write_text("mount|piece|x [m]|y [m]|z [m]\nTSM||1|1|1\n", encoding="utf-8")
     with pytest.raises(InputError, match="are mount, piece, x, y, z, separated by commas"):
-        read_mount_table(mounts)
+        read_table(mounts, MountRow)
 
 
 def test_a_german_table_is_read(mounts):
     text = "mount;piece;x [mm];y [mm];z [mm]\nTSM;;1,5;-2;1e3\n"
     mounts.write_text(text, encoding="utf-8")
-    assert read_mount_table(mounts)[0].position == pytest.approx((1.5e-3, -2e-3, 1.0))
+    assert read_table(mounts, MountRow)[0].position == pytest.approx((1.5e-3, -2e-3, 1.0))
 
 
 @pytest.mark.parametrize("number", ["398_0", "１２", "1,5", "0x10", "1e400", "- 1"])
@@ -128,13 +121,13 @@ def test_numbers_are_plain_digits(mounts, number):
     text = f'mount,piece,x [mm],y [mm],z [mm]\nTSM,,"{number}",1,1\n'
     mounts.write_text(text, encoding="utf-8")
     with pytest.raises(InputError, match=r"line 2, column 'x'.*is no finite number"):
-        read_mount_table(mounts)
+        read_table(mounts, MountRow)
 
 
 def test_a_pipe_is_no_file(tmp_path):
     os.mkfifo(tmp_path / "mounts.csv")
     with pytest.raises(InputError, match="device or a pipe"):
-        read_mount_table(tmp_path / "mounts.csv")
+        read_table(tmp_path / "mounts.csv", MountRow)
 
 
 @pytest.mark.parametrize(
@@ -149,7 +142,7 @@ def test_a_damaged_workbook_is_named(tmp_path, content, sentence):
     path = tmp_path / "mounts.xlsx"
     path.write_bytes(content)
     with pytest.raises(InputError, match=sentence):
-        read_mount_table(path)
+        read_table(path, MountRow)
 
 
 def test_a_stray_cell_far_away_is_named(tmp_path):
@@ -158,26 +151,26 @@ def test_a_stray_cell_far_away_is_named(tmp_path):
     book.active["A1"], book.active["XFD1048576"] = "mount", "stray"
     book.save(path)
     with pytest.raises(InputError, match="delete stray cells"):
-        read_mount_table(path)
+        read_table(path, MountRow)
 
 
 def test_missing_empty_and_foreign_tables_are_refused(tmp_path):
     path = tmp_path / "mounts.csv"
     with pytest.raises(InputError, match=r"mounts\.csv cannot be read \(No such file"):
-        read_mount_table(path)
+        read_table(path, MountRow)
     path.write_bytes(b"")
     with pytest.raises(InputError, match=r"mounts\.csv is empty"):
-        read_mount_table(path)
+        read_table(path, MountRow)
     path.write_bytes(b"mount,piece,x [m]\xff\n")
     with pytest.raises(InputError, match=r"mounts\.csv is not UTF-8"):
-        read_mount_table(path)
+        read_table(path, MountRow)
     path.write_bytes(b"mount,piece,x [m],y [m],z [m]\n\n")
     with pytest.raises(InputError, match="has a header and no rows"):
-        read_mount_table(path)
+        read_table(path, MountRow)
 
 
 def test_channels_carry_their_unit_and_sign(channels):
-    x, force, left, path = read_channel_table(channels)
+    x, force, left, path = read_table(channels, ChannelRow)
     assert (x.channel, x.node, x.direction, x.sign) == ("TSM x", 11, "+x", 1.0)
     assert (force.quantity, force.unit.si, force.unit.factor) == ("force", "N", 1000.0)
     assert (left.piece, left.unit.factor, left.sign) == ("left", 1e-6, -1.0)
@@ -189,35 +182,35 @@ def test_channel_tables_round_trip(tmp_path):
         ChannelRow("Du left x", "force", "Du", "left", "x", 21, "-x", parse_unit("kN")),
         ChannelRow("TSM z", "displacement", "TSM", "", "z", 11, "+z", parse_unit("mm")),
     )
-    write_channel_table(tmp_path / "a.csv", rows)
-    assert read_channel_table(tmp_path / "a.csv") == rows
+    write_table(tmp_path / "a.csv", ChannelRow, rows)
+    assert read_table(tmp_path / "a.csv", ChannelRow) == rows
 
 
 @pytest.mark.parametrize(
     ("old", "new", "sentence"),
     [
-        ("11,+x,m\n", "11,+x,\n", "line 2, displacement channel 'TSM x': a unit is missing"),
-        ("11,+x,m\n", "11,+x,inch\n", "line 2, displacement channel 'TSM x': unknown unit 'inch'"),
-        ("kN", "mm", "line 3: force channel 'TSM x' is in 'mm', which is no unit of it: use N"),
+        ("11,+x,m\n", "11,+x,\n", "line 2: displacement 'TSM x': a unit is missing"),
+        ("11,+x,m\n", "11,+x,inch\n", "line 2: displacement 'TSM x': unknown unit 'inch'"),
+        ("kN", "mm", "line 3: force 'TSM x' is in 'mm', which is no unit of it: use N"),
         ("Pa/N", "Pa", "'Du x' is in 'Pa', which is no unit of it: use Pa/N or a multiple"),
         (
             "force,TSM,,x,11,+x,kN",
             "displacement,TSM,,x,12,+x,m",
-            "line 3: displacement channel 'TSM x' is duplicated, it stands in line 2 already",
+            "line 3: displacement 'TSM x' already stands in line 2",
         ),
         (
             "Du left x,displacement,Du,left,x,21,-x,",
             "Du left x,displacement,Du,left,x,11,+x,",
-            "line 4: displacement node 11 +x is duplicated, it stands in line 2 already: keep one",
+            "line 4: displacement at node 11 +x already stands in line 2: correct one",
         ),
         ("force", "pressure", "line 3: unknown quantity 'pressure', use displacement, force,"),
         ("TSM x,disp", "TSM y,disp", "line 2: channel 'TSM y' of mount 'TSM', piece '', axis 'x'"),
         ("TSM,,x,11,+x,m", "TSM,,u,11,+x,m", "line 2: unknown axis 'u', use x, y, z"),
-        ("11,+x,m", "11,+y,m", "has direction '+y': use +x or -x"),
-        ("11,+x,m", "11,x,m", "has direction 'x', which is no direction: use +x or -x"),
+        ("11,+x,m", "11,+y,m", "has direction '+y', which is not along 'x'"),
+        ("11,+x,m", "11,x,m", "has direction 'x', which is none: use +x, -x"),
         ("11,+x,m", "11.5,+x,m", "node '11.5' is no whole number from 1"),
         ("11,+x,m", "0,+x,m", "node '0' is no whole number from 1"),
-        ("11,+x,m", "eleven,+x,m", "line 2, column 'node': 'eleven' is no finite number"),
+        ("11,+x,m", "eleven,+x,m", "line 2: node 'eleven' is no whole number from 1"),
         ("function,Du,,", "function,Du,left,", "leave piece empty instead of 'left'"),
         ("TSM x,displacement,TSM", "TSM x,displacement,", "line 2: column 'mount' is empty"),
         ("direction", "dir", "column 'direction' is missing"),
@@ -226,5 +219,5 @@ def test_channel_tables_round_trip(tmp_path):
 def test_a_bad_channel_table_is_refused_with_its_row(channels, old, new, sentence):
     edit(channels, old, new)
     with pytest.raises(InputError, match=re.escape(sentence)) as caught:
-        read_channel_table(channels)
+        read_table(channels, ChannelRow)
     assert str(channels) in str(caught.value)

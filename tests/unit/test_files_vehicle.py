@@ -11,7 +11,8 @@ from deboom.bench.layout import LOAD_CASES
 from deboom.bench.vehicle_writer import NO_VEHICLE_ERRORS, write_vehicle
 from deboom.cli import app
 from deboom.errors import InputError
-from deboom.files.platform import ChannelRow, noise_transfer_columns
+from deboom.files.platform import noise_transfer_columns
+from deboom.files.rows import ChannelRow
 from deboom.files.tables import parse_unit
 from deboom.files.uff import read_uff, write_uff
 from deboom.files.vehicle import read_vehicle
@@ -131,11 +132,16 @@ def test_magnitudes_and_other_lines_are_refused(folder):
 @pytest.mark.parametrize(
     ("file", "old", "new", "sentence"),
     [
-        ("impacts.csv", "I1 y,EnM", "I1 x,EnM", "impact 'I1 x' stands in line 2 already"),
+        ("impacts.csv", "I1 y,EnM", "I1 x,EnM", "impact 'I1 x' already stands in line 2"),
         ("impacts.csv", ",+x,", ",along,", r"direction 'along': use one of \+x"),
         ("impacts.csv", ",301,", ",node,", "node 'node' is no whole number"),
         ("impacts.csv", "I1 x,EnM", "I1 x,XYZ", "'XYZ' is no mount or piece"),
-        ("impacts.csv", "I1 y,EnM,,301,+y", "I1 y,EnM,,301,+x", r"DoF 301 \+x stands in line 2"),
+        (
+            "impacts.csv",
+            "I1 y,EnM,,301,+y",
+            "I1 y,EnM,,301,+x",
+            r"DoF 301 \+x already stands",
+        ),
         ("sensors.csv", "B1,accelerometer,B&K 4321,EnM", "B1,accelerometer,B&K 4321,X", "'X' is"),
         ("channels.csv", "B1 x,", "B99 x,", "no row for channel B1 x"),
         ("mounts.csv", "TSM,", "XYZ,", "piece '' is not in"),

@@ -8,8 +8,9 @@ import pytest
 
 from deboom.bench.vehicle_writer import NO_VEHICLE_ERRORS, write_vehicle
 from deboom.errors import InputError
+from deboom.files.rows import PanelRow, read_table
 from deboom.files.uff import read_uff, write_uff
-from deboom.files.vehicle import read_panel_table, read_vehicle
+from deboom.files.vehicle import read_vehicle
 from deboom.measurement.modal import ModalModel, PoleCluster, panel_contributions
 from deboom.physics.frf import FrfForm
 
@@ -50,7 +51,7 @@ def test_a_vehicle_without_panels_is_read(folder):
     ("old", "new", "sentence"),
     [
         ("trunk floor,601,0.0,0.0,1.0", "trunk floor,601,0.0,0.0,2.0", "no unit vector"),
-        ("rear bench,602", "rear bench,601", "comes twice"),
+        ("rear bench,602", "rear bench,601", "node 601 already stands"),
         ("front floor,603", "front floor,x", "no whole number from 1"),
         ("area [m^2]", "area", "no unit"),
         (",0.22\n", ",-0.22\n", "area of 'roof' is not positive"),
@@ -62,7 +63,7 @@ def test_a_faulty_position_sheet_is_refused(folder, old, new, sentence):
     assert old in text
     path.write_text(text.replace(old, new, 1), encoding="utf-8")
     with pytest.raises(InputError, match=sentence):
-        read_panel_table(path)
+        read_table(path, PanelRow)
 
 
 def test_a_missing_function_and_other_lines_are_refused(folder):

@@ -74,16 +74,15 @@ from deboom.files.campaign import (
     ToleranceEntry,
     dump_campaign_file,
 )
-from deboom.files.campaign_tables import (
+from deboom.files.disk import complete_or_not_at_all
+from deboom.files.rows import (
     CAMPAIGN_QUANTITIES,
     CampaignChannel,
+    MountRow,
     SensorRow,
-    write_campaign_channels,
     write_curve,
-    write_sensor_table,
+    write_table,
 )
-from deboom.files.disk import complete_or_not_at_all
-from deboom.files.platform import write_mount_table
 from deboom.files.tables import parse_unit
 from deboom.files.uff import AxisDriftWarning, UffFunction, write_uff
 from deboom.physics.order_tracking import rpm_of_frequency
@@ -191,9 +190,9 @@ def _write_files(session: _Session, sheet: DataSheet, file: CampaignFile) -> Ite
         yield _write_time_run(session, time_run)
     _write_sensor_truth(session)
     write_powertrain_truth(folder / "truth", bench, sheet)
-    write_mount_table(folder / MOUNT_TABLE, mount_rows(bench, sheet))
-    write_sensor_table(folder / SENSOR_TABLE, _sensor_rows(session, sheet))
-    write_campaign_channels(folder / CHANNEL_TABLE, _channels(bench, third_cell))
+    write_table(folder / MOUNT_TABLE, MountRow, mount_rows(bench, sheet))
+    write_table(folder / SENSOR_TABLE, SensorRow, _sensor_rows(session, sheet))
+    write_table(folder / CHANNEL_TABLE, CampaignChannel, _channels(bench, third_cell))
     dump_campaign_file(folder / "campaign.toml", file)
     _write_readme(session)
     yield "campaign.toml"

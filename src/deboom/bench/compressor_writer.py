@@ -60,18 +60,14 @@ from deboom.bench.writing import (
     write_readme,
 )
 from deboom.files.disk import complete_or_not_at_all
-from deboom.files.hammer_test import HammerChannel, HammerPoint, HammerSheet, write_hammer_test
+from deboom.files.hammer_test import HammerSheet, write_hammer_test
 from deboom.files.inertance_test import (
     INERTANCE_TEST_FILE,
     DrawingSection,
     DrawnMountSection,
     InertanceTestFile,
-    PlacedImpact,
-    PlacedSensor,
     ToleranceSection,
     dump_inertance_test_file,
-    write_placed_sensors,
-    write_positions,
 )
 from deboom.files.operating_test import (
     OPERATING_TEST_FILE,
@@ -85,6 +81,14 @@ from deboom.files.operating_test import (
     dump_operating_test_file,
     write_sweep,
     write_sweep_record,
+)
+from deboom.files.rows import (
+    HammerChannel,
+    HammerPoint,
+    PlacedImpact,
+    PlacedSensor,
+    write_positions,
+    write_table,
 )
 from deboom.files.tables import parse_unit
 from deboom.files.uff import UffFunction, write_uff
@@ -490,7 +494,7 @@ def write_operation(
     """
     sensors = placed_sensors(running_rig.laboratory.sheet)
     nodes = SweepNodes(sensors, TACHO_NODE, holders, microphones)
-    write_placed_sensors(folder / SENSORS, nodes.sensors)
+    write_table(folder / SENSORS, PlacedSensor, nodes.sensors)
     (folder / SWEEPS).mkdir()
     sections = []
     for sweep, (acceleration, *others) in zip(sweeps, channels, strict=True):

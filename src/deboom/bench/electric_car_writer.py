@@ -67,7 +67,7 @@ from deboom.files.electric_car import (
     PointSection,
     dump_electric_car_file,
 )
-from deboom.files.inertance_test import write_positions
+from deboom.files.rows import write_positions
 from deboom.files.uff import write_uff
 from deboom.files.vehicle import EarEntry
 

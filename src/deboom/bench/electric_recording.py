@@ -40,7 +40,7 @@ from deboom.bench.vehicle_acquisition import (
     PUSHES,
 )
 from deboom.bench.writing import triple
-from deboom.files.inertance_test import PlacedImpact, PlacedSensor
+from deboom.files.rows import PlacedImpact, PlacedSensor
 from deboom.physics.rigid_body import forward_matrices, rotation_matrix
 
 FIRST_SENSOR_NODE, FIRST_IMPACT_NODE, FIRST_HOLDER_NODE = 401, 501, 301

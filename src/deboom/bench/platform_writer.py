@@ -49,20 +49,15 @@ from deboom.bench.writing import (
 )
 from deboom.files.disk import complete_or_not_at_all
 from deboom.files.platform import (
-    NOISE_TRANSFER,
-    QUANTITY_UNIT,
-    ChannelRow,
     Engine,
     LoadCaseEntry,
     MountEntry,
-    MountRow,
     PlatformFile,
     PowertrainEntry,
     VehicleEntry,
     dump_platform_file,
-    write_channel_table,
-    write_mount_table,
 )
+from deboom.files.rows import NOISE_TRANSFER, QUANTITY_UNIT, ChannelRow, MountRow, write_table
 from deboom.files.tables import parse_unit, write_torque_table
 from deboom.files.uff import UffFunction, write_uff
 
@@ -207,8 +202,8 @@ def _write_files(folder: Path, seed: int, progress: Progress) -> None:
 
     _write_truth(folder / "truth", fleet, runs, transfers)
     write_powertrain_truth(folder / "truth", bench, sheet)
-    write_mount_table(folder / MOUNT_TABLE, mount_rows(bench, sheet))
-    write_channel_table(folder / CHANNEL_TABLE, _channel_rows(bench))
+    write_table(folder / MOUNT_TABLE, MountRow, mount_rows(bench, sheet))
+    write_table(folder / CHANNEL_TABLE, ChannelRow, _channel_rows(bench))
     _write_readme(folder, bench, fleet, seed)
     file = _platform_file(bench, sheet, wheel_end_mass, fleet)
     dump_platform_file(folder / "platform.toml", file)

@@ -21,7 +21,8 @@ from deboom.bench.powertrain import AXES, VirtualBench
 from deboom.bench.signals import complex_normal
 from deboom.bench.writing import triple
 from deboom.errors import InputError
-from deboom.files.hammer_test import HammerChannel, HammerPoint, HammerSheet, write_hammer_test
+from deboom.files.hammer_test import HammerSheet, write_hammer_test
+from deboom.files.rows import HammerChannel, HammerPoint
 from deboom.files.tables import parse_unit
 from deboom.physics.rigid_body import forward_matrices, rotation_matrix
 

@@ -56,26 +56,17 @@ from deboom.bench.writing import (
     write_readme,
 )
 from deboom.errors import InputError
-from deboom.files.campaign_tables import (
-    CampaignChannel,
-    write_campaign_channels,
-    write_sensor_table,
-)
 from deboom.files.disk import complete_or_not_at_all
-from deboom.files.platform import write_mount_table
+from deboom.files.rows import CampaignChannel, ImpactRow, MountRow, PanelRow, SensorRow, write_table
 from deboom.files.tables import parse_unit
 from deboom.files.uff import write_uff
 from deboom.files.vehicle import (
     VEHICLE_FILE,
     EarEntry,
-    ImpactRow,
     PanelEntry,
-    PanelRow,
     VehicleFile,
     VehicleRunEntry,
     dump_vehicle_file,
-    write_impact_table,
-    write_panel_table,
 )
 from deboom.physics.order_tracking import rpm_of_frequency
 from deboom.physics.rigid_body import forward_matrices
@@ -287,7 +278,13 @@ def _write_files(
     title = f"reciprocal measurement, {session.vehicle}, loudspeaker at {{1}}, {{0}}"
     _write_frfs(folder / RECIPROCAL, answer, channels, speakers, title)
     panels = [
-        PanelRow(name, FIRST_PANEL_NODE + number, *PANEL_PLACES[name], area=float(area))
+        PanelRow(
+            panel=name,
+            node=FIRST_PANEL_NODE + number,
+            normal=PANEL_PLACES[name][1],
+            position=PANEL_PLACES[name][0],
+            area=float(area),
+        )
         for number, (name, area) in enumerate(
             zip(read_data("body_prior.json")["panels"], cabin.panel_areas, strict=True)
         )
@@ -302,7 +299,7 @@ def _write_files(
         ]
         title = f"{session.vehicle}, loudspeaker at {{1}}, {quantity}, {{0}}"
         _write_frfs(folder / file, values, dofs, speakers, title)
-    write_panel_table(folder / PANEL_TABLE, panels)
+    write_table(folder / PANEL_TABLE, PanelRow, panels)
     yield RECIPROCAL
 
     for number, case in enumerate(load_cases):
@@ -437,7 +434,7 @@ def _write_vehicle_truth(session: _Session) -> None:
 def _write_tables(session: _Session, parts: str) -> None:
     """Write the tables of mounts, sensors, channels and blows, and ``README.txt``."""
     folder, bench, places = session.folder, session.bench, session.accelerometers
-    write_mount_table(folder / MOUNT_TABLE, mount_rows(bench, exact_data_sheet(bench)))
+    write_table(folder / MOUNT_TABLE, MountRow, mount_rows(bench, exact_data_sheet(bench)))
     rows = [
         sensor_row(
             place,
@@ -448,14 +445,14 @@ def _write_tables(session: _Session, parts: str) -> None:
         )
         for place in places
     ]
-    write_sensor_table(folder / SENSOR_TABLE, rows)
+    write_table(folder / SENSOR_TABLE, SensorRow, rows)
     unit = parse_unit("m/s^2")
     channels = [
         CampaignChannel(f"{place.name} {axis}", "acceleration", place.node, f"+{axis}", unit)
         for place in places
         for axis in AXES
     ]
-    write_campaign_channels(folder / CHANNEL_TABLE, channels)
+    write_table(folder / CHANNEL_TABLE, CampaignChannel, channels)
     impacts = impact_places(bench)
     impact_rows = [
         ImpactRow(
@@ -468,7 +465,7 @@ def _write_tables(session: _Session, parts: str) -> None:
         )
         for place in impacts
     ]
-    write_impact_table(folder / IMPACT_TABLE, impact_rows)
+    write_table(folder / IMPACT_TABLE, ImpactRow, impact_rows)
     struck: dict[int, list[ImpactPlace]] = {}
     for blow in impacts:
         struck.setdefault(blow.node, []).append(blow)

@@ -13,8 +13,8 @@ import numpy.typing as npt
 from deboom.arrays import RealArray, RealOrComplexArray
 from deboom.bench.layout import Place
 from deboom.errors import InputError
-from deboom.files.campaign_tables import SensorRow
 from deboom.files.disk import replace_text
+from deboom.files.rows import SensorRow
 from deboom.files.uff import UffFunction
 
 Progress = Callable[[int, int, str], None]

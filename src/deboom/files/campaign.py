@@ -13,24 +13,17 @@ from pydantic import Field
 
 from deboom.arrays import ComplexArray, RealArray
 from deboom.errors import InputError
-from deboom.files.campaign_tables import (
+from deboom.files.platform import Engine, MountEntry, Name, NotNegative, Positive, RelativePath
+from deboom.files.platform import PowertrainEntry as Powertrain
+from deboom.files.rows import (
     CAMPAIGN_QUANTITIES,
     CampaignChannel,
-    read_campaign_channels,
+    MountRow,
+    SensorRow,
     read_curve,
-    read_sensor_table,
+    read_table,
     sensor_of,
 )
-from deboom.files.platform import (
-    Engine,
-    MountEntry,
-    Name,
-    NotNegative,
-    Positive,
-    RelativePath,
-    read_mount_table,
-)
-from deboom.files.platform import PowertrainEntry as Powertrain
 from deboom.files.schema import StrictModel, append_toml, dump_toml, load_toml
 from deboom.files.tables import parse_unit
 from deboom.files.uff import UffFunction, read_uff, write_uff
@@ -900,8 +893,8 @@ def _read_tables(folder: Path, switched_off: Sequence[str]) -> _Tables:
     file = load_campaign_file(folder / CAMPAIGN_FILE)
     off = tuple(dict.fromkeys((*file.switched_off, *switched_off)))
     sheet, table = folder / file.sensor_table, folder / file.channel_table
-    sensors = tuple(map(sensor_of, read_sensor_table(sheet)))
-    channels = read_campaign_channels(table)
+    sensors = tuple(map(sensor_of, read_table(sheet, SensorRow)))
+    channels = read_table(table, CampaignChannel)
     check_sensors(sheet, file, sensors, off)
     check_channels(table, file, sensors, channels, off)
     models = dict(SENSOR_CATALOGUE) | {entry.name: _model(entry) for entry in file.sensor_models}
@@ -951,7 +944,7 @@ def _tolerances(entry: ToleranceEntry) -> Tolerances:
 
 def _mounts(folder: Path, file: CampaignFile) -> tuple[Mount, ...]:
     path = folder / file.mount_table
-    positions = {(row.mount, row.piece): row.position for row in read_mount_table(path)}
+    positions = {(row.mount, row.piece): row.position for row in read_table(path, MountRow)}
     pieces = [(mount.name, piece) for mount in file.mounts for piece in mount.piece_names]
     for key in (*positions, *pieces):
         if key not in pieces or key not in positions:
@@ -1042,7 +1035,7 @@ def add_operating_run(folder: Path, run: OperatingRun, notes: Sequence[str] = ()
     path = Path(folder) / CAMPAIGN_FILE
     file = load_campaign_file(path)
     table = path.parent / file.channel_table
-    channels = read_campaign_channels(table)
+    channels = read_table(table, CampaignChannel)
     entry = RunEntry(
         name=run.name,
         mount_set=run.mount_set,

@@ -17,8 +17,6 @@ from deboom.files.function_table import Dof, FunctionMatrix
 from deboom.files.inertance_test import (
     COHERENCE,
     FRF,
-    PlacedImpact,
-    PlacedSensor,
     Places,
     ToleranceSection,
     read_inertances,
@@ -27,6 +25,7 @@ from deboom.files.inertance_test import (
 )
 from deboom.files.operating_test import read_operating_test
 from deboom.files.platform import Name, RelativePath, Row3
+from deboom.files.rows import PlacedImpact, PlacedSensor
 from deboom.files.schema import StrictModel, dump_toml, load_toml
 from deboom.files.uff import UffFunction, read_uff
 from deboom.files.vehicle import EarEntry

@@ -12,7 +12,8 @@ import pandas as pd
 from deboom.errors import InputError
 from deboom.files.disk import complete_or_not_at_all, replace_bytes, replace_text
 from deboom.files.function_table import FunctionFiles
-from deboom.files.platform import NOISE_TRANSFER, PLATFORM_FILE, QUANTITY_UNIT, MountEntry
+from deboom.files.platform import PLATFORM_FILE, MountEntry
+from deboom.files.rows import NOISE_TRANSFER, QUANTITY_UNIT
 from deboom.mounts.mount import AXES
 
 _TABLE = """\

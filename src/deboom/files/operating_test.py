@@ -13,8 +13,9 @@ from pydantic import Field
 
 from deboom.arrays import ComplexArray, RealArray, RealOrComplexArray
 from deboom.errors import InputError
-from deboom.files.inertance_test import PlacedSensor, read_inertance_test, read_placed_sensors
+from deboom.files.inertance_test import read_inertance_test, read_placed_sensors
 from deboom.files.platform import Positive, RelativePath, Row3
+from deboom.files.rows import PlacedSensor
 from deboom.files.schema import StrictModel, dump_toml, load_toml
 from deboom.files.uff import UffFunction, read_uff, write_uff
 from deboom.measurement.channels import Spectrum, TimeRecord

@@ -177,17 +177,17 @@ class Row:
             )
         return number * (self.units[column].factor if column in self.units else 1.0)
 
-    def node(self) -> int:
-        """Return the number of the column ``node``.
+    def node(self, column: str = "node") -> int:
+        """Return the number of a UFF node.
 
         Raises
         ------
         InputError
             It is no whole number from 1.
         """
-        node = self.number("node")
-        if node != int(node) or node < 1:
-            raise self.error(f"node '{self.cells['node']}' is no whole number from 1")
+        node = number_in(self.cells[column])
+        if not (math.isfinite(node) and node.is_integer() and node >= 1):
+            raise self.error(f"{column} '{self.cells[column]}' is no whole number from 1")
         return int(node)
 
 
@@ -413,6 +413,17 @@ SHEET_NAME = 31
 _WIDEST = 60
 
 
+def write_frame(path: Path, table: pd.DataFrame) -> None:
+    """Write a table as CSV, without its index.
+
+    Raises
+    ------
+    InputError
+        The file cannot be written.
+    """
+    replace_text(path, table.to_csv(index=False, lineterminator="\n"))
+
+
 def workbook_bytes(sheets: Mapping[str, pd.DataFrame], title: str) -> bytes:
     """Write tables as an xlsx file for people: headers stay in view, columns are wide enough.
 
@@ -534,5 +545,6 @@ def write_torque_table(path: Path, frequency: RealArray, engine_torque: RealArra
     InputError
         The file cannot be written.
     """
-    table = pd.DataFrame({"frequency [Hz]": frequency, "engine torque [N m]": engine_torque})
-    replace_text(path, table.to_csv(index=False, lineterminator="\n"))
+    write_frame(
+        path, pd.DataFrame({"frequency [Hz]": frequency, "engine torque [N m]": engine_torque})
+    )

@@ -3,35 +3,25 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Literal
 
 import numpy as np
-import pandas as pd
 from pydantic import Field
 
 from deboom.errors import InputError
-from deboom.files.campaign_tables import (
+from deboom.files.function_table import Dof, FunctionMatrix
+from deboom.files.platform import Engine, MountEntry, Name, Positive, RelativePath, mounts_of
+from deboom.files.rows import (
     CampaignChannel,
+    ImpactRow,
+    MountRow,
+    PanelRow,
     SensorRow,
-    read_campaign_channels,
-    read_sensor_table,
+    read_table,
     sensor_of,
 )
-from deboom.files.disk import replace_text
-from deboom.files.function_table import Dof, FunctionMatrix
-from deboom.files.platform import (
-    Engine,
-    MountEntry,
-    Name,
-    Positive,
-    RelativePath,
-    mounts_of,
-    read_mount_table,
-)
 from deboom.files.schema import StrictModel, dump_toml, load_toml
-from deboom.files.tables import read_rows
 from deboom.measurement.channels import Frf, Spectrum
 from deboom.measurement.measured_vehicle import MeasuredVehicle, VehicleRun
 from deboom.measurement.modal import PRESSURE_PER_VOLUME_ACCELERATION, PanelMeasurement
@@ -41,8 +31,6 @@ from deboom.measurement.noise_transfer import (
 )
 from deboom.measurement.sensors import Impact
 
-_NORMAL = ("nx", "ny", "nz")
-_PLACE = {"x": "m", "y": "m", "z": "m", "area": "m^2"}
 _FRF = (4,)
 
 
@@ -55,66 +43,6 @@ class PanelEntry(StrictModel):
     """UFF: acceleration of the panels inwards per volume acceleration at the ears."""
     pressure: RelativePath
     """UFF: pressure at the panels per volume acceleration at the ears."""
-
-
-@dataclass(frozen=True)
-class PanelRow:
-    """One panel.
-
-    Parameters
-    ----------
-    panel : str
-        Such as ``trunk floor``.
-    node : int
-        In the UFF files, of its accelerometer and of its microphone.
-    position : (x, y, z)
-        From the powertrain's centre of gravity [m].
-    normal : (x, y, z)
-        Unit vector into the cabin [1].
-    area : float
-        With which its motion changes the volume of the cabin [m²].
-    """
-
-    panel: str
-    node: int
-    position: tuple[float, float, float]
-    normal: tuple[float, float, float]
-    area: float
-
-
-def read_panel_table(path: Path) -> tuple[PanelRow, ...]:
-    """Read ``panel, node, nx, ny, nz, x [unit], y [unit], z [unit], area [unit]``.
-
-    Raises
-    ------
-    InputError
-        No such table; a column or unit is missing; a panel or node comes twice; a normal that is no
-        unit vector; an area that is not positive.
-    """
-    panels: list[PanelRow] = []
-    for row in read_rows(path, ("panel", "node", *_NORMAL), _PLACE):
-        name, node = row.filled("panel"), row.filled("node")
-        if not node.isdecimal() or int(node) < 1:
-            raise row.error(f"node '{node}' is no whole number from 1: correct it")
-        if any(name == other.panel or int(node) == other.node for other in panels):
-            raise row.error(f"panel '{name}' or its node {node} comes twice: keep one")
-        x, y, z = (row.number(axis) for axis in "xyz")
-        nx, ny, nz = (row.number(axis) for axis in _NORMAL)
-        if abs(np.hypot(np.hypot(nx, ny), nz) - 1) > 1e-3:
-            raise row.error(f"the normal of '{name}' is no unit vector into the cabin")
-        if row.number("area") <= 0:
-            raise row.error(f"the area of '{name}' is not positive: turn its normal instead")
-        panels.append(PanelRow(name, int(node), (x, y, z), (nx, ny, nz), row.number("area")))
-    return tuple(panels)
-
-
-def write_panel_table(path: Path, rows: Sequence[PanelRow]) -> None:
-    """Write the table that `read_panel_table` reads, in metres."""
-    table = pd.DataFrame(
-        [(r.panel, r.node, *r.normal, *r.position, r.area) for r in rows],
-        columns=["panel", "node", *_NORMAL, *(f"{name} [{unit}]" for name, unit in _PLACE.items())],
-    )
-    replace_text(path, table.to_csv(index=False, lineterminator="\n"))
 
 
 def read_panels(folder: Path, entry: PanelEntry, ears: Sequence[Dof]) -> PanelMeasurement:
@@ -134,7 +62,7 @@ def read_panels(folder: Path, entry: PanelEntry, ears: Sequence[Dof]) -> PanelMe
     InputError
         A file or function that is missing, doubled, or of another type or unit; other lines.
     """
-    rows = read_panel_table(folder / entry.table)
+    rows = read_table(folder / entry.table, PanelRow)
     names = tuple(row.panel for row in rows)
     dofs = [Dof(row.panel, row.node, "scalar") for row in rows]
     ear_names = tuple(ear.name for ear in ears)
@@ -264,85 +192,6 @@ def _refuse_doubled(path: Path, what: str, names: Sequence[str]) -> None:
         raise InputError(f"{path}: {what} {', '.join(doubled)} comes twice: keep one")
 
 
-_AXES = ("x", "y", "z")
-_DIRECTIONS = tuple(f"{sign}{axis}" for axis in _AXES for sign in "+-")
-_COLUMNS = ("impact", "mount", "piece", "node", "direction")
-
-
-@dataclass(frozen=True)
-class ImpactRow:
-    """One blow.
-
-    Parameters
-    ----------
-    impact : str
-        Name, such as ``I3 y``.
-    mount, piece : str
-        Around which it lies; the piece of a single one is ``""``.
-    node : int
-        Reference node in the UFF files.
-    direction : str
-        Of a positive force, such as ``-y``: into the body.
-    position : (x, y, z)
-        From the powertrain's centre of gravity [m].
-    """
-
-    impact: str
-    mount: str
-    piece: str
-    node: int
-    direction: str
-    position: tuple[float, float, float]
-
-    @property
-    def vector(self) -> tuple[float, ...]:
-        """Unit vector along `direction`."""
-        sign = -1.0 if self.direction.startswith("-") else 1.0
-        return tuple(sign * (axis == self.direction[1:]) for axis in _AXES)
-
-
-def read_impact_table(path: Path) -> tuple[ImpactRow, ...]:
-    """Read the table ``impact, mount, piece, node, direction, x [unit], y [unit], z [unit]``.
-
-    Raises
-    ------
-    InputError
-        No such table; a column or a unit is missing; a blow or its DoF comes twice; an unknown
-        direction; a node that is no number.
-    """
-    seen: dict[str, int] = {}
-    impacts = []
-    for row in read_rows(path, _COLUMNS, dict.fromkeys(_AXES, "m")):
-        name, direction, node = (row.filled(c) for c in ("impact", "direction", "node"))
-        if direction not in _DIRECTIONS:
-            raise row.error(f"direction '{direction}': use one of {', '.join(_DIRECTIONS)}")
-        if not node.isdecimal() or int(node) < 1:
-            raise row.error(f"node '{node}' is no whole number from 1: correct it")
-        for key, what in (
-            (name, f"impact '{name}'"),
-            (node + direction, f"DoF {node} {direction}"),
-        ):
-            if key in seen:
-                raise row.error(f"{what} stands in line {seen[key]} already: keep one")
-            seen[key] = row.line
-        x, y, z = (row.number(axis) for axis in _AXES)
-        impacts.append(
-            ImpactRow(
-                name, row.filled("mount"), row.cells["piece"], int(node), direction, (x, y, z)
-            )
-        )
-    return tuple(impacts)
-
-
-def write_impact_table(path: Path, rows: Sequence[ImpactRow]) -> None:
-    """Write the table that `read_impact_table` reads, in metres."""
-    table = pd.DataFrame(
-        [(r.impact, r.mount, r.piece, r.node, r.direction, *r.position) for r in rows],
-        columns=[*_COLUMNS, *(f"{axis} [m]" for axis in _AXES)],
-    )
-    replace_text(path, table.to_csv(index=False, lineterminator="\n"))
-
-
 _SPECTRA = (0, 12, 27)
 _VOLUME_ACCELERATION_UNIT = "m/s^2/m^3/s^2"
 _ACCELERANCE = "(m/s^2)/N"
@@ -370,11 +219,11 @@ def read_vehicle(folder: Path) -> MeasuredVehicle:
     """
     file = load_vehicle_file(folder / VEHICLE_FILE)
     mount_table = folder / file.mount_table
-    rows = read_mount_table(mount_table)
+    rows = read_table(mount_table, MountRow)
     mounts = mounts_of(folder / VEHICLE_FILE, file.mounts, mount_table, rows)
     points = [f"{mount.name} {piece}".strip() for mount in mounts for piece in mount.pieces]
-    impact_rows = read_impact_table(folder / file.impact_table)
-    sensor_rows = read_sensor_table(folder / file.sensor_table)
+    impact_rows = read_table(folder / file.impact_table, ImpactRow)
+    sensor_rows = read_table(folder / file.sensor_table, SensorRow)
     _check_places(folder, file, points, impact_rows, sensor_rows)
     on_body = [row for row in sensor_rows if row.sensor not in file.source_sensors]
     channels = _channels(folder, file, sensor_rows)
@@ -467,7 +316,7 @@ def _run(
 def _channels(folder: Path, file: VehicleFile, sensors: Sequence[SensorRow]) -> dict[str, Dof]:
     """Return the DoF of every accelerometer channel, in the order of the position sheet."""
     path = folder / file.channel_table
-    table = {row.channel: row for row in read_campaign_channels(path)}
+    table = {row.channel: row for row in read_table(path, CampaignChannel)}
     wanted = [f"{row.sensor} {axis}" for row in sensors for axis in "xyz"]
     missing = [name for name in wanted if name not in table]
     if missing:

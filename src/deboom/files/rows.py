@@ -1,0 +1,750 @@
+"""Rows of tables: a dataclass states columns and units, one reader and one writer serve all."""
+
+from __future__ import annotations
+
+import io
+import math
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, fields
+from pathlib import Path
+from typing import Annotated, Any, ClassVar, Self, TypeVar, get_type_hints
+from zipfile import ZIP_DEFLATED, ZipFile, ZipInfo
+
+import numpy as np
+import pandas as pd
+
+from deboom.arrays import RealArray
+from deboom.errors import InputError
+from deboom.files.disk import replace_bytes
+from deboom.files.schema import Note, noting, refuse
+from deboom.files.tables import Row, Unit, parse_unit, read_rows, refuse_second, write_frame
+from deboom.files.uff import DIRECTIONS
+from deboom.measurement.sensors import Sensor, SensorKind
+from deboom.physics.rigid_body import rotation_matrix
+
+_AXES = ("x", "y", "z")
+_ANY_TIME = re.compile(rb"(<dcterms:(?:created|modified)[^>]*>)[^<]*")
+
+Vector = tuple[float, float, float]
+
+
+class _MayBeEmpty:
+    """Mark of a text that may be empty."""
+
+
+class _InUnitOfRow:
+    """Mark of a number in the unit of its row; empty is infinite."""
+
+
+@dataclass(frozen=True)
+class _Numbers:
+    """Columns of one number or vector; with a unit, they carry it in their header."""
+
+    names: tuple[str, ...]
+    si: str = ""
+    written: str = ""
+    one_unit: bool = False
+
+    @property
+    def labels(self) -> list[str]:
+        unit = self.written or self.si
+        return [f"{name} [{unit}]" if unit else name for name in self.names]
+
+    def scaled(self, values: Sequence[float]) -> list[float]:
+        """Values in the unit that is written, without the digits that the scaling made."""
+        if not self.written:
+            return list(values)
+        factor = 180.0 / math.pi if self.written == "deg" else 1.0 / parse_unit(self.written).factor
+        rounded: list[float] = np.round(factor * np.array(values), 10).tolist()
+        return rounded
+
+
+class TableRow:
+    """Row of a table: a frozen dataclass whose fields are its columns, in the order written.
+
+    A ``str`` is a text, an ``int`` a whole number from 1, a `Unit` the label of a unit.
+    """
+
+    sheet: ClassVar[str | None] = None
+    """Sheet of an Excel file; None is the first."""
+
+    @property
+    def _unique(self) -> tuple[str, ...]:
+        """What no other row may repeat, in words."""
+        return ()
+
+    def _check(self, _earlier: Sequence[Self]) -> None:
+        """Refuse what does not fit together in this row, or with earlier ones."""
+
+
+_Row = TypeVar("_Row", bound=TableRow)
+
+
+def read_table(path: Path, kind: type[_Row], note: Note = refuse) -> tuple[_Row, ...]:
+    """Read a table of rows of one kind, in SI.
+
+    Parameters
+    ----------
+    path : Path
+        CSV or xlsx; its columns may stand in any order.
+    kind : type of TableRow
+        States the columns.
+    note : callable
+        Gets every fault; by default the first one is raised. A number at fault is nan, a row with
+        another fault is left out.
+
+    Raises
+    ------
+    InputError
+        The file is missing or no table; a column is missing, unknown or without its unit; an entry
+        is empty or no finite number; a row does not fit together, or repeats another.
+    """
+    columns = _columns(kind)
+    plain, with_unit = _headers(columns)
+    rows = read_rows(path, plain, with_unit, kind.sheet, note)
+    for numbers in columns.values():
+        if rows and isinstance(numbers, _Numbers) and numbers.one_unit:
+            _check_one_unit(rows[0], numbers.names)
+    seen: dict[str, int] = {}
+    read: list[_Row] = []
+    for row in rows:
+        with noting(note):
+            item = kind(**{field: _value(row, field, columns[field], note) for field in columns})
+            try:
+                item._check(read)
+            except InputError as error:
+                raise row.error(str(error)) from None
+            for words in item._unique:
+                refuse_second(seen, words, row)
+            read.append(item)
+    return tuple(read)
+
+
+def write_table(path: Path, kind: type[_Row], rows: Sequence[_Row]) -> None:
+    """Write the table that `read_table` reads, as CSV or Excel by the suffix of `path`.
+
+    Raises
+    ------
+    InputError
+        The file cannot be written.
+    """
+    if path.suffix.lower() == ".xlsx":
+        _write_sheets(path, {kind: rows})
+    else:
+        write_frame(path, _frame(kind, rows))
+
+
+def write_positions(
+    path: Path, sensors: Sequence[PlacedSensor], impacts: Sequence[PlacedImpact]
+) -> None:
+    """Write both position sheets into one Excel file, in mm and degrees.
+
+    Raises
+    ------
+    InputError
+        The file cannot be written.
+    """
+    _write_sheets(path, {PlacedSensor: sensors, PlacedImpact: impacts})
+
+
+def _write_sheets(path: Path, tables: Mapping[type[Any], Sequence[Any]]) -> None:
+    """Write one Excel file that carries no time of writing."""
+    book, fixed = io.BytesIO(), io.BytesIO()
+    with pd.ExcelWriter(book) as writer:
+        for kind, rows in tables.items():
+            _frame(kind, rows).to_excel(writer, sheet_name=kind.sheet or "Sheet1", index=False)
+    with ZipFile(book) as timed, ZipFile(fixed, "w", ZIP_DEFLATED) as out:
+        for name in timed.namelist():
+            content = _ANY_TIME.sub(rb"\g<1>2000-01-01T00:00:00Z", timed.read(name))
+            out.writestr(ZipInfo(name), content, ZIP_DEFLATED)
+    replace_bytes(path, fixed.getvalue())
+
+
+def table_columns(kind: type[TableRow]) -> tuple[list[str], dict[str, str]]:
+    """Return the columns without a unit, and the SI units of the others, as `read_rows` asks."""
+    return _headers(_columns(kind))
+
+
+def _columns(kind: type[TableRow]) -> dict[str, Any]:
+    """Fields of a row, each with its mark, or else its type."""
+    hints = get_type_hints(kind, include_extras=True)
+    return {
+        field.name: getattr(hints[field.name], "__metadata__", (hints[field.name],))[0]
+        for field in fields(kind)  # type: ignore[arg-type]
+    }
+
+
+def _headers(columns: Mapping[str, Any]) -> tuple[list[str], dict[str, str]]:
+    plain: list[str] = []
+    with_unit: dict[str, str] = {}
+    for field, column in columns.items():
+        names = column.names if isinstance(column, _Numbers) else (field,)
+        if isinstance(column, _Numbers) and column.si:
+            with_unit |= dict.fromkeys(names, column.si)
+        else:
+            plain += names
+    return plain, with_unit
+
+
+def _value(row: Row, field: str, column: Any, note: Note) -> Any:
+    """One field of a row."""
+    if isinstance(column, _Numbers):
+        numbers = tuple(_number_or_nan(row, name, note) for name in column.names)
+        return numbers if len(numbers) > 1 else numbers[0]
+    if column is int:
+        return row.node(field)
+    if column is Unit:
+        return _unit(row, field)
+    if column is _InUnitOfRow:
+        return row.number(field) * _unit(row, "unit").factor if row.cells[field] else math.inf
+    return row.cells[field] if column is _MayBeEmpty else row.filled(field)
+
+
+def _number_or_nan(row: Row, column: str, note: Note) -> float:
+    try:
+        return row.number(column)
+    except InputError as error:
+        note(error)
+        return math.nan
+
+
+def _unit(row: Row, column: str) -> Unit:
+    try:
+        return parse_unit(row.cells[column])
+    except InputError as error:
+        item = " ".join(filter(None, (row.cells.get("quantity"), f"'{row.cells['channel']}'")))
+        raise row.error(f"{item}: {error}") from None
+
+
+def _check_one_unit(row: Row, columns: Sequence[str]) -> None:
+    """Refuse the columns of a vector in several units."""
+    first, *others = columns
+    for other in others:
+        if row.units[other].factor != row.units[first].factor:
+            raise InputError(
+                f"{row.path}: units are mixed: '{first}' is in {row.units[first].label} and "
+                f"'{other}' in {row.units[other].label}; use one for both"
+            )
+
+
+def _frame(kind: type[_Row], rows: Sequence[_Row]) -> pd.DataFrame:
+    """Table of rows in the units that are written."""
+    columns = _columns(kind)
+    labels: list[str] = []
+    for field, column in columns.items():
+        labels += column.labels if isinstance(column, _Numbers) else [field]
+    cells = [
+        [cell for field, column in columns.items() for cell in _cells(row, field, column)]
+        for row in rows
+    ]
+    return pd.DataFrame(cells, columns=labels)
+
+
+def _cells(row: Any, field: str, column: Any) -> list[Any]:
+    """Cells that one field of a row fills."""
+    value = getattr(row, field)
+    if isinstance(column, _Numbers):
+        return column.scaled(value if len(column.names) > 1 else (value,))
+    if column is Unit:
+        return [value.label]
+    if column is _InUnitOfRow:
+        return ["" if math.isinf(value) else repr(value / row.unit.factor)]
+    return [value]
+
+
+Blank = Annotated[str, _MayBeEmpty]
+_Place = Annotated[Vector, _Numbers(_AXES, "m")]
+_PlaceInMillimetres = Annotated[Vector, _Numbers(_AXES, "m", written="mm")]
+_Angles = Annotated[Vector, _Numbers(("rx", "ry", "rz"), "rad", written="deg")]
+_Direction = Annotated[Vector, _Numbers(("dx", "dy", "dz"))]
+
+
+@dataclass(frozen=True)
+class MountRow(TableRow):
+    """Position of one piece of a mount.
+
+    Parameters
+    ----------
+    mount, piece : str
+        Names; the piece of a single one is ``""``.
+    position : (x, y, z)
+        Virtual point in vehicle axes, from the powertrain's centre of gravity [m].
+    """
+
+    mount: str
+    piece: Blank
+    position: _Place
+
+    @property
+    def _unique(self) -> tuple[str, ...]:
+        return (f"'{' '.join(filter(None, (self.mount, self.piece)))}'",)
+
+
+@dataclass(frozen=True)
+class SensorRow(TableRow):
+    """Triaxial sensor of a position sheet.
+
+    Parameters
+    ----------
+    sensor : str
+        Name, such as ``A1``; its channels are ``A1 x``, ``A1 y``, ``A1 z``.
+    kind : str
+        ``accelerometer`` or ``force cell``.
+    model : str
+        Entry of the sensor catalogue.
+    mount, piece : str
+        Mount that it belongs to; the piece of a single one is ``""``.
+    position : (x, y, z)
+        From the powertrain's centre of gravity [m].
+    angles : (rx, ry, rz)
+        Turns of vehicle axes into sensor axes, about the fixed axes x, then y, then z [rad].
+    """
+
+    sensor: str
+    kind: str
+    model: str
+    mount: str
+    piece: Blank
+    position: Annotated[Vector, _Numbers(_AXES, "m", one_unit=True)]
+    angles: Annotated[Vector, _Numbers(("rx", "ry", "rz"), "rad", written="deg", one_unit=True)]
+
+    @property
+    def _unique(self) -> tuple[str, ...]:
+        return (f"sensor '{self.sensor}'",)
+
+    def _check(self, _earlier: Sequence[Self]) -> None:
+        kinds = [kind.value for kind in SensorKind]
+        if self.kind not in kinds:
+            raise InputError(
+                f"sensor '{self.sensor}' is of unknown kind '{self.kind}', use {' or '.join(kinds)}"
+            )
+
+
+def sensor_of(row: SensorRow) -> Sensor:
+    """Return the sensor, its angles made an orientation."""
+    return Sensor(
+        name=row.sensor,
+        kind=SensorKind(row.kind),
+        model=row.model,
+        mount=row.mount,
+        piece=row.piece,
+        position=np.array(row.position),
+        orientation=rotation_matrix(row.angles),
+    )
+
+
+@dataclass(frozen=True)
+class PlacedSensor(TableRow):
+    """Triaxial accelerometer with its node in the UFF files.
+
+    Parameters
+    ----------
+    sensor : str
+        Name, such as ``A1``; its channels are ``A1 x``, ``A1 y``, ``A1 z``.
+    node : int
+        In the UFF files, where directions are those of the sensor's own axes.
+    position : (x, y, z)
+        [m].
+    angles : (rx, ry, rz)
+        Turns of the sheet's axes into the sensor's, about the fixed axes x, then y, then z [rad].
+    """
+
+    sheet: ClassVar[str | None] = "sensors"
+    sensor: str
+    node: int
+    position: _PlaceInMillimetres
+    angles: _Angles
+
+    @property
+    def _unique(self) -> tuple[str, ...]:
+        return (f"sensor '{self.sensor}'", f"node {self.node}")
+
+
+@dataclass(frozen=True)
+class PlacedImpact(TableRow):
+    """Place where the hammer strikes, and along which way.
+
+    Parameters
+    ----------
+    impact : str
+        Name, such as ``I07``.
+    node : int
+        In the UFF files; impacts of different directions may share one.
+    position : (x, y, z)
+        [m].
+    direction : (dx, dy, dz)
+        Unit vector along which a positive force pushes [1].
+    """
+
+    sheet: ClassVar[str | None] = "impacts"
+    impact: str
+    node: int
+    position: _PlaceInMillimetres
+    direction: _Direction
+
+    @property
+    def uff_direction(self) -> str:
+        """``+x`` … ``-z`` along an axis, else ``scalar``."""
+        return uff_direction(self.direction)
+
+    @property
+    def _unique(self) -> tuple[str, ...]:
+        along = self.uff_direction.lstrip("+-")
+        return (f"impact '{self.impact}'", f"node {self.node} along {along}")
+
+
+@dataclass(frozen=True)
+class HammerPoint(TableRow):
+    """Point that was struck, and the file of its hits.
+
+    Parameters
+    ----------
+    impact : str
+        Name, such as ``I07`` or ``EnM x``.
+    node : int
+        UFF node of the force.
+    file : str
+        UFF file of its hits, relative to the folder.
+    position : (x, y, z)
+        [m].
+    direction : (dx, dy, dz)
+        Unit vector along which a positive force pushes [1].
+    """
+
+    impact: str
+    node: int
+    file: str
+    position: _Place
+    direction: _Direction
+
+    @property
+    def uff_direction(self) -> str:
+        """``+x`` … ``-z`` along an axis of the vehicle, else ``scalar``."""
+        return uff_direction(self.direction)
+
+    @property
+    def _unique(self) -> tuple[str, ...]:
+        pushed = f"node {self.node} along {self.direction}"
+        return (f"impact '{self.impact}'", pushed, f"file '{self.file}'")
+
+    def _check(self, _earlier: Sequence[Self]) -> None:
+        parts = Path(self.file)
+        if parts.is_absolute() or ".." in parts.parts:
+            raise InputError(f"file '{self.file}' is not inside the folder: copy it there")
+
+
+def uff_direction(vector: Vector) -> str:
+    """Return ``+x`` … ``-z`` of a unit vector along an axis, else ``scalar``."""
+    for axis, component in zip(_AXES, vector, strict=True):
+        if abs(component) > 1.0 - 1e-6:
+            return f"{'+' if component > 0 else '-'}{axis}"
+    return "scalar"
+
+
+@dataclass(frozen=True)
+class ImpactRow(TableRow):
+    """Blow of the hammer on a vehicle's body.
+
+    Parameters
+    ----------
+    impact : str
+        Name, such as ``I3 y``.
+    mount, piece : str
+        Mount around which it lies; the piece of a single one is ``""``.
+    node : int
+        Reference node in the UFF files.
+    direction : str
+        Direction of a positive force, such as ``-y``: into the body.
+    position : (x, y, z)
+        From the powertrain's centre of gravity [m].
+    """
+
+    impact: str
+    mount: str
+    piece: Blank
+    node: int
+    direction: str
+    position: _Place
+
+    @property
+    def vector(self) -> tuple[float, ...]:
+        """Unit vector along `direction`."""
+        return tuple(_sign(self.direction) * (axis == self.direction[1:]) for axis in _AXES)
+
+    @property
+    def _unique(self) -> tuple[str, ...]:
+        return (f"impact '{self.impact}'", f"DoF {self.node} {self.direction}")
+
+    def _check(self, _earlier: Sequence[Self]) -> None:
+        directions = [f"{sign}{axis}" for axis in _AXES for sign in "+-"]
+        if self.direction not in directions:
+            raise InputError(f"direction '{self.direction}': use one of {', '.join(directions)}")
+
+
+@dataclass(frozen=True)
+class PanelRow(TableRow):
+    """Panel of the cabin.
+
+    Parameters
+    ----------
+    panel : str
+        Name, such as ``trunk floor``.
+    node : int
+        In the UFF files, of its accelerometer and of its microphone.
+    normal : (nx, ny, nz)
+        Unit vector into the cabin [1].
+    position : (x, y, z)
+        From the powertrain's centre of gravity [m].
+    area : float
+        Area with which its motion changes the volume of the cabin [m²].
+    """
+
+    panel: str
+    node: int
+    normal: Annotated[Vector, _Numbers(("nx", "ny", "nz"))]
+    position: _Place
+    area: Annotated[float, _Numbers(("area",), "m^2")]
+
+    @property
+    def _unique(self) -> tuple[str, ...]:
+        return (f"panel '{self.panel}'", f"node {self.node}")
+
+    def _check(self, _earlier: Sequence[Self]) -> None:
+        if abs(np.linalg.norm(self.normal) - 1) > 1e-3:
+            raise InputError(f"the normal of '{self.panel}' is no unit vector into the cabin")
+        if self.area <= 0:
+            raise InputError(f"the area of '{self.panel}' is not positive: turn its normal instead")
+
+
+CAMPAIGN_QUANTITIES = {
+    "acceleration": ("acceleration", "m/s^2"),
+    "cell force": ("force", "N"),
+    "static force": ("force", "N"),
+    "engine torque": ("force", "N m"),
+    "engine speed": ("rpm", "rpm"),
+    "tacho": ("general", "1"),
+}
+"""Quantities of a campaign's channels: the word of the UFF ordinate and the SI unit.
+
+The engine speed belongs to runs over an engine order, the tacho signal to runs over time.
+"""
+HAMMER_QUANTITIES = {
+    "acceleration": "m/s^2",
+    "velocity": "m/s",
+    "displacement": "m",
+    "pressure": "Pa",
+    "force": "N",
+}
+"""Quantities of a response to the hammer, as the UFF ordinate says them, and their SI units."""
+NOISE_TRANSFER = "noise transfer function"
+QUANTITY_UNIT = {"displacement": "m", "force": "N", NOISE_TRANSFER: "Pa/N"}
+"""Quantities of a platform's channels and their SI units."""
+
+
+@dataclass(frozen=True)
+class CampaignChannel(TableRow):
+    """Channel and the UFF DoF that holds it in every run.
+
+    Parameters
+    ----------
+    channel : str
+        ``<sensor> <axis>``; ``<mount> [<piece>] <axis>`` of a static force; else the quantity.
+    quantity : str
+        Key of `CAMPAIGN_QUANTITIES`.
+    node : int
+        Response node.
+    direction : str
+        Direction along the sensor's axis, such as ``+x``; a negative one turns the sign.
+    unit : Unit
+        Unit as the table states it.
+    """
+
+    channel: str
+    quantity: str
+    node: int
+    direction: str
+    unit: Unit
+
+    @property
+    def sign(self) -> float:
+        """−1 for a channel recorded against its axis, else +1."""
+        return _sign(self.direction)
+
+    @property
+    def _unique(self) -> tuple[str, ...]:
+        ordinate, along = CAMPAIGN_QUANTITIES[self.quantity][0], self.direction.lstrip("+-")
+        return (
+            f"{self.quantity} '{self.channel}'",
+            f"{ordinate} at node {self.node} along {along}",
+        )
+
+    def _check(self, _earlier: Sequence[Self]) -> None:
+        si = {quantity: unit for quantity, (_, unit) in CAMPAIGN_QUANTITIES.items()}
+        axis = self.channel.rpartition(" ")[2]
+        _check_channel(self, si, axis if self.quantity.endswith(("acceleration", "force")) else "")
+        first = next((other for other in _earlier if other.quantity == self.quantity), self)
+        if first.unit.factor != self.unit.factor:
+            raise InputError(
+                f"units are mixed: {self.quantity} '{first.channel}' is in {first.unit.label} and "
+                f"'{self.channel}' in {self.unit.label}; use one"
+            )
+
+
+@dataclass(frozen=True)
+class HammerChannel(TableRow):
+    """Response to the hammer and the UFF DoF that holds it.
+
+    Parameters
+    ----------
+    channel : str
+        Name, such as ``A1 x`` or ``driver ear``.
+    quantity : str
+        Key of `HAMMER_QUANTITIES`.
+    node : int
+        Response node.
+    direction : str
+        ``+x`` … ``-z`` or ``scalar``; one against the axis in the name turns the sign.
+    unit : Unit
+        Unit as the table states it.
+    range : float
+        Largest value that the channel can hold, in SI; infinite where it is not known.
+    """
+
+    channel: str
+    quantity: str
+    node: int
+    direction: str
+    unit: Unit
+    range: Annotated[float, _InUnitOfRow] = math.inf
+
+    @property
+    def sign(self) -> float:
+        """−1 for a channel recorded against its axis, else +1."""
+        return _sign(self.direction)
+
+    @property
+    def _unique(self) -> tuple[str, ...]:
+        along = self.direction.lstrip("+-")
+        return (
+            f"channel '{self.channel}'",
+            f"{self.quantity} at node {self.node} along {along}",
+        )
+
+    def _check(self, _earlier: Sequence[Self]) -> None:
+        axis = self.channel.rpartition(" ")[2]
+        has_axis = axis in _AXES and self.quantity != "pressure"
+        _check_channel(self, HAMMER_QUANTITIES, axis if has_axis else "")
+        if not self.range > 0:
+            raise InputError(
+                f"channel '{self.channel}': a range is positive; leave it empty if unknown"
+            )
+
+
+@dataclass(frozen=True)
+class ChannelRow(TableRow):
+    """Measured channel of a platform and the UFF DoF that holds it.
+
+    Parameters
+    ----------
+    channel : str
+        ``<mount> [<piece>] <axis>``, such as ``Du left x``.
+    quantity : str
+        Key of `QUANTITY_UNIT`.
+    mount, piece, axis : str
+        Parts of the name; noise transfer functions have no piece.
+    node : int
+        Response node; of a noise transfer function, the reference node.
+    direction : str
+        ``+x`` … ``-z``, along the axis; a negative one turns the sign of the channel.
+    unit : Unit
+        Unit as the table states it.
+    """
+
+    channel: str
+    quantity: str
+    mount: str
+    piece: Blank
+    axis: str
+    node: int
+    direction: str
+    unit: Unit
+
+    @property
+    def sign(self) -> float:
+        """−1 for a channel measured against its axis, else +1."""
+        return _sign(self.direction)
+
+    @property
+    def _unique(self) -> tuple[str, ...]:
+        return (
+            f"{self.quantity} '{self.channel}'",
+            f"{self.quantity} at node {self.node} {self.direction}",
+        )
+
+    def _check(self, _earlier: Sequence[Self]) -> None:
+        if self.axis not in _AXES:
+            raise InputError(f"unknown axis '{self.axis}', use {', '.join(_AXES)}")
+        if self.quantity == NOISE_TRANSFER and self.piece:
+            raise InputError(
+                "a noise transfer function is of all pieces together: leave piece empty instead of "
+                f"'{self.piece}'"
+            )
+        name = " ".join(filter(None, (self.mount, self.piece, self.axis)))
+        if self.channel != name:
+            raise InputError(
+                f"channel '{self.channel}' of mount '{self.mount}', piece '{self.piece}', axis "
+                f"'{self.axis}' must be named '{name}'"
+            )
+        _check_channel(self, QUANTITY_UNIT, self.axis)
+
+
+def _sign(direction: str) -> float:
+    return -1.0 if direction.startswith("-") else 1.0
+
+
+def _check_channel(
+    row: CampaignChannel | HammerChannel | ChannelRow, si: Mapping[str, str], axis: str
+) -> None:
+    """Refuse an unknown quantity, and a direction or unit that does not fit the channel."""
+    if row.quantity not in si:
+        raise InputError(f"unknown quantity '{row.quantity}', use {', '.join(si)}")
+    along = (f"+{axis}", f"-{axis}") if axis in _AXES else tuple(DIRECTIONS.values())
+    if row.direction not in DIRECTIONS.values():
+        raise InputError(
+            f"channel '{row.channel}' has direction '{row.direction}', which is none: use "
+            f"{', '.join(along)}"
+        )
+    if axis and row.direction not in along:
+        raise InputError(
+            f"{row.quantity} '{row.channel}' has direction '{row.direction}', which is not along "
+            f"'{axis}': two axes may be swapped; correct the name or the direction"
+        )
+    if row.unit.si != si[row.quantity]:
+        raise InputError(
+            f"{row.quantity} '{row.channel}' is in '{row.unit.label}', which is no unit of it: use "
+            f"{si[row.quantity]} or a multiple"
+        )
+
+
+def read_curve(path: Path) -> tuple[RealArray, RealArray]:
+    """Read the table ``deflection [mm], force [N]`` of a supplier.
+
+    Returns
+    -------
+    deflection, force : array, shape (n,)
+        [m], [N].
+
+    Raises
+    ------
+    InputError
+        No such table, or no finite numbers.
+    """
+    rows = read_rows(path, (), {"deflection": "m", "force": "N"})
+    values = np.array([[row.number("deflection"), row.number("force")] for row in rows])
+    return values[:, 0], values[:, 1]
+
+
+def write_curve(path: Path, deflection: RealArray, force: RealArray) -> None:
+    """Write the table that `read_curve` reads, in mm and N."""
+    write_frame(path, pd.DataFrame({"deflection [mm]": 1e3 * deflection, "force [N]": force}))

@@ -169,7 +169,7 @@ def test_all_faults_are_listed_at_once_each_with_file_item_and_remedy(tmp_path):
         "mounts.xlsx line 3, column 'y': 'zero' is no finite number",
         "mounts.xlsx: mount 'Du', piece 'wrong' is not in",
         "mounts.xlsx: no row for mount 'Du', piece 'left'",
-        "channels.xlsx line 2: displacement channel 'EnM x' is in 'N'",
+        "channels.xlsx line 2: displacement 'EnM x' is in 'N'",
         "wagon.uff cannot be read",
         "cabrio.uff: vehicle cabrio, noise transfer function of 'EnM x': no function has",
         "cabrio.uff: vehicle cabrio, noise transfer function of 'EnM y': no function has",

@@ -7,10 +7,12 @@ from pathlib import Path
 from deboom.bench.compressor_writer import write_operating_test
 from deboom.bench.vehicle_writer import write_vehicle
 from deboom.files.vehicle import read_vehicle
+from deboom.measurement.body_modes import body_modes
+from deboom.plot import moving_mode_shapes
 from deboom.study.accept import accept_into_run
 from deboom.study.compressor_unbalance import UnbalancePlan
+from deboom.study.modal_report import body_motion
 from deboom.study.runner import load_study, run_study
-from deboom.study.synthesis_validation import modal_part, moving_shapes
 from deboom.study.unbalance_report import unbalance_into_run
 
 ROOT = Path(__file__).parents[1]
@@ -38,7 +40,8 @@ def main() -> None:
         unbalance, _ = unbalance_into_run(test, folder, UnbalancePlan(), _quietly)
         _keep(unbalance, "figure_61a_static", target, "unbalance")
         vehicle = write_vehicle(folder / "car", 1, load_cases=(), accelerance=False)
-        (target / "mode_shapes.gif").write_bytes(moving_shapes(modal_part(read_vehicle(vehicle))))
+        modes = body_modes(read_vehicle(vehicle))
+        (target / "mode_shapes.gif").write_bytes(moving_mode_shapes(body_motion(modes)))
         print(target / "mode_shapes.gif")
 
 

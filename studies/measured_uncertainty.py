@@ -18,27 +18,93 @@ least_leading_share (of the directions that scatter a vehicle most).
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated, Any
 
+import numpy as np
+import pandas as pd
 from typer import Option
 
+from deboom import plot
+from deboom.arrays import BoolArray, RealArray
+from deboom.errors import InputError
+from deboom.explore.front import verify
 from deboom.explore.robust import RobustResponse
 from deboom.explore.scatter import sobol_sample
+from deboom.explore.selection import pick
+from deboom.files.vehicle import read_vehicle
+from deboom.measurement.channels import Frf
+from deboom.measurement.measured_vehicle import Method, path_noise_transfer
+from deboom.measurement.uncertainty import (
+    LEAST_DRAWS,
+    Interval,
+    NextMeasurement,
+    VariancePart,
+    crossed_spread,
+    half_width,
+    half_width_after,
+    method_difference,
+    pivotal_interval,
+    probability_below,
+)
+from deboom.plot import IntervalPanel
+from deboom.plot.style import signed
 from deboom.report import Report
 from deboom.study.made_parts import ScatterOptions
-from deboom.study.measured_uncertainty import (
-    MeasuredUncertainty,
-    front_designs,
-    measured_transfer,
-    uncertainty_result,
-)
 from deboom.study.options import Seed, band_of
-from deboom.study.platform_model import MotionOptions, Operation, PlatformOptions
+from deboom.study.platform_model import (
+    MotionOptions,
+    Operation,
+    PlatformOptions,
+    motion_report,
+)
 from deboom.study.progress import progress_bar
+from deboom.study.rebuilt import DESIGNS, FRONT
 from deboom.study.result import RunContext
+from deboom.study.search import SearchOptions
 from deboom.study.uncertain_index import UncertainIndex, uncertain_index
+from deboom.vehicles.fleet import Band, lines_inside
+from deboom.vehicles.platform_uncertainty import (
+    BUDGET,
+    CALIBRATION,
+    CELLS,
+    DAY,
+    FLOOR,
+    MOTION,
+    NOISE,
+    PATHS,
+    PRIOR,
+    SHAKER,
+    TransferUncertainty,
+)
+
+TODAY = "today's"
+MOST_POINTS = 60
+"""Of a front, evenly over it, that are drawn again."""
+SHOWN_POINTS = 25
+"""Of them, in the table of the page."""
+VERIFICATION = 1024
+"""Draws per design with which a search's front is verified before designs are picked."""
+
+VEHICLES = "choice of the vehicles"
+LOAD_CASES = "choice of the load cases"
+TRANSFER = (CALIBRATION, PATHS, DAY, FLOOR)
+HALVED = 0.25
+"""Share of a variance that is left when a standard deviation is halved [1]."""
+TWICE = 0.5
+"""Share of a variance that is left by the mean of two independent measurements [1]."""
+
+HERE = "change, these vehicles and load cases"
+SERIES = "change, any vehicle and load case"
+LEVEL = "level, these vehicles and load cases"
+LABELS = {HERE: "change, here", SERIES: "change, anywhere", LEVEL: "level, here"}
+AS_IT_IS = "none: as it is"
+PERCENT = 100.0
+
+Questions = dict[str, tuple[VariancePart, ...]]
+"""Number whose interval is to become narrower → what its variance consists of [dB²]."""
 
 
 @dataclass(frozen=True)
@@ -48,8 +114,7 @@ class Options:
     seed: Seed = 1
     draws: Annotated[int, Option(help="Measurements that are drawn, at least 40.")] = 200
     front: Annotated[Path | None, Option(help="Run of a front study; none: a search.")] = None
-    generations: Annotated[int, Option(help="Generations of that search.")] = 40
-    population: Annotated[int, Option(help="Designs per generation.")] = 60
+    search: SearchOptions = SearchOptions(generations=40, population=60)
     scatter: ScatterOptions = ScatterOptions(samples=64)
     vehicle: Annotated[list[Path] | None, Option(help="Measured in two ways; repeatable.")] = None
     ear: Annotated[str | None, Option(help="Of these vehicles; default the first.")] = None
@@ -57,16 +122,22 @@ class Options:
     platform: PlatformOptions = PlatformOptions()
     motion: MotionOptions = MotionOptions()
 
+    def __post_init__(self) -> None:
+        if self.draws < LEAST_DRAWS:
+            raise InputError(
+                f"{self.draws} draws do not give an interval: take at least {LEAST_DRAWS}"
+            )
+
 
 @dataclass(frozen=True, eq=False)
 class Model:
-    """Levels of the vehicles, their errors, and the same in all load cases."""
+    """Levels of the vehicles, their errors, and the same vehicles in all load cases."""
 
     runs: Operation
     robust: RobustResponse
     uncertain: UncertainIndex
-    cases: Any
-    files: tuple[Path, ...]
+    every_case: Any
+    inputs: tuple[Path, ...]
 
 
 def prepare(options: Options) -> Model:
@@ -81,21 +152,610 @@ def prepare(options: Options) -> Model:
     transfer, files = measured_transfer(
         options.vehicle or [], options.ear, band, averaged=options.averaged
     )
-    uncertain = uncertain_index(index, runs.platform, runs.parts, transfer)
-    cases = options.motion.index(every)
-    return Model(runs, made.response(index, sample), uncertain, cases, (*files, *made.inputs))
-
-
-def run(model: Model, options: Options, context: RunContext | None = None) -> Report:  # noqa: ARG001
-    """Choose designs, draw the measurements again and report."""
-    budget = (options.population, options.generations)
-    with progress_bar("NSGA-II") as bar:
-        designs, points = front_designs(options.front, model.robust, *budget, options.seed, bar)
-    study = MeasuredUncertainty(
-        *(model.uncertain, model.robust, designs, points, model.cases, options.draws, options.seed)
+    return Model(
+        runs,
+        made.response(index, sample),
+        uncertain_index(index, runs.platform, runs.parts, transfer),
+        options.motion.index(every),
+        (*runs.platform.input_files, *files, *made.inputs),
     )
-    with progress_bar("measuring again") as bar:
-        found = study.measure_again(bar)
-    report = uncertainty_result(found, model.files).report()
+
+
+def run(model: Model, options: Options, context: RunContext | None = None) -> Report:
+    """Choose designs, draw the measurements again and report."""
+    designs, front = _front_designs(model, options, context)
+    repeated = _measure_again(model, designs, front, options)
+    design = next(name for name in designs if name != TODAY)
+    place = list(designs).index(design)
+    level, change = repeated.mean_level, repeated.mean_change
+    sources, following = _source_table(repeated, design), _next_table(repeated, design)
+    nearest, gain = _best_next(following, HERE)
+    asked = SERIES if f"{SERIES}, ± [dB]" in following else HERE
+    nearest_of_series, gain_of_series = _best_next(following, asked)
+
+    report = Report(
+        "How surely we know what the mounts bring",
+        "With the errors of all measurements: how sure are levels, changes, the front and the "
+        f"order of its designs in {', '.join(repeated.vehicles)}, and what should be measured "
+        "next?",
+    )
+    report.explain(
+        *("booming noise", "SPL", "SPLV", "noise transfer function", "dynamic stiffness", "σ")
+    )
+    report.inputs += model.inputs
+    report.facts |= {"kernel": repeated.index.kernel, "draws": options.draws}
+    report.tile(
+        f"{signed(float(change.value[place]), 2)} ± {change.half_width[place]:.2f} dB",
+        f"change of the mean level, {design}",
+    )
+    report.tile(f"{level.value[0]:.1f} ± {level.half_width[0]:.1f} dB(A)", "mean level, today's")
+    report.tile(f"{100 * repeated.quieter[place, 0]:.0f} %", f"{design} is quieter than today's")
+    report.tile(f"−{gain:.0f} %", f"of the change's interval by: {nearest}")
+    priors = sources.loc[sources["from"] == PRIOR, "source"]
+    report.warn(
+        f"Stated, not measured: {', '.join(priors)}. Measure some vehicles in two ways "
+        "(--vehicle) to replace what concerns transfer functions."
+        if len(priors)
+        else "",
+        *motion_report(repeated.index, repeated.rows[:1]).warnings,
+    )
+    report.summary |= {
+        "level_db": float(level.value[0]),
+        "level_half_width_db": float(level.half_width[0]),
+        "change_db": float(change.value[place]),
+        "change_lower_db": float(change.lower[place]),
+        "change_upper_db": float(change.upper[place]),
+        "change_half_width_db": float(change.half_width[place]),
+        "probability_quieter": float(repeated.quieter[place, 0]),
+        "front_half_width_db": float(np.median(repeated.front_change.half_width)),
+        "front_kept_share": float(repeated.front_kept.mean()),
+        "next_measurement": nearest,
+        "next_narrower_percent": gain,
+        "next_measurement_series": nearest_of_series,
+        "next_narrower_percent_series": gain_of_series,
+        "least_leading_share": float(repeated.leads.max(axis=1).min()),
+    }
+    of_vehicles = repeated.interval(lambda drawn: _change(drawn.level)).half_width[place]
+    for vehicle, half in zip(repeated.vehicles, of_vehicles, strict=True):
+        report.summary[f"change_half_width_db_{vehicle}"] = float(half)
+
+    _levels(report, repeated, design)
+    report.section(
+        "Where it comes from",
+        f"Each source alone; the change is that of {design}, mean of the vehicles.",
+    )
+    report.table("sources", sources, "Sources, independent of each other.")
+    _front(report, repeated)
+    report.section(
+        "Which direction scatters a vehicle most",
+        "Share of each direction in the variance by its tolerance, to first order at "
+        "today's design, and how often the order stays when everything is measured again.",
+    )
+    report.table("ranking", _ranking_table(repeated), "The two leading directions.")
+    _next(report, following)
     model.runs.append_to(report)
     return report
+
+
+def measured_transfer(
+    folders: Sequence[Path], ear: str | None, band: Band, *, averaged: bool
+) -> tuple[TransferUncertainty | None, tuple[Path, ...]]:
+    """Estimate the errors of noise transfer functions from vehicles measured in two ways.
+
+    Returns them with the files that were read; without a vehicle None: the stated priors stay.
+    """
+    if not folders:
+        return None, ()
+    pairs = []
+    for folder in folders:
+        vehicle = read_vehicle(folder)
+        whose = ear or vehicle.ears[0]
+        hammer, loudspeaker = (
+            _inside(path_noise_transfer(vehicle, method, whose), band)
+            for method in (Method.DIRECT, Method.RECIPROCAL)
+        )
+        pairs.append((hammer, loudspeaker))
+    origin = f"both methods in {', '.join(folder.name for folder in folders)}"
+    files = tuple(path for car in folders for path in sorted(car.rglob("*")) if path.is_file())
+    return TransferUncertainty.of_methods(
+        method_difference(pairs), origin, averaged=averaged
+    ), files
+
+
+def _inside(transfer: Frf, band: Band) -> Frf:
+    """Return the lines of a function within a band."""
+    lines = lines_inside(transfer.frequency, band, "measured vehicle")
+    return replace(transfer, frequency=transfer.frequency[lines], values=transfer.values[lines])
+
+
+def _front_designs(
+    model: Model, options: Options, context: RunContext | None
+) -> tuple[dict[str, RealArray], RealArray]:
+    """Return today's design and the picks by name, (k,), and points of the front, (n, k)."""
+    robust = model.robust
+    if options.front is not None:
+        designs, picks = _of_run(options.front, robust)
+    else:
+        search = options.search.front(robust, options.seed, context, model.inputs)
+        designs = np.asarray(search.front.designs)
+        verified = verify(search.front, robust, n_samples=VERIFICATION, seed=options.seed)
+        rows = pick(verified.values)
+        picks = {"best mean": rows.best_mean, "best sigma": rows.best_sigma, "knee": rows.knee}
+    few = np.linspace(0, len(designs) - 1, min(MOST_POINTS, len(designs))).astype(int)
+    kept = sorted({*few.tolist(), *picks.values()})
+    named = {name: designs[row] for name, row in picks.items()}
+    return {TODAY: np.asarray(robust.space.nominal), **named}, designs[kept]
+
+
+def _of_run(folder: Path, robust: RobustResponse) -> tuple[RealArray, dict[str, int]]:
+    """Return the front of a finished run of the same variables, and the rows of its picks."""
+    for name in (DESIGNS, FRONT):
+        if not (folder / name).is_file():
+            raise InputError(
+                f"{folder} has no {name}: give the folder of a finished run of a front study"
+            )
+    table, front = pd.read_csv(folder / DESIGNS), pd.read_csv(folder / FRONT)
+    space = robust.space
+    labels = [f"{name} [{unit}]" for name, unit in zip(space.names, space.units, strict=True)]
+    missing = [label for label in labels if label not in table.columns]
+    if missing:
+        raise InputError(
+            f"{folder / DESIGNS} has no column '{missing[0]}': the run belongs to other mounts, or "
+            "to another meaning of the factors"
+        )
+    names = front["pick"].fillna("") if "pick" in front else [""] * len(front)
+    picks = {str(name): row for row, name in enumerate(names) if name}
+    if not picks:
+        raise InputError(f"{folder / FRONT} names no design: its study picks none")
+    return table[labels].to_numpy(dtype=float), picks
+
+
+@dataclass(frozen=True, eq=False)
+class Drawn:
+    """What one index says of the designs; levels are means over the lines.
+
+    Arrays ``level`` and ``loudest`` (line of the first load case), shape (..., n_design, n_vehicle)
+    [dB(A)]; ``mean`` and ``sigma`` over the scatter of parts, (..., n_design + n_front, n_vehicle)
+    [dB(A)], [dB]; ``share`` of each direction in the variance by its tolerance, to first order, at
+    today's design, (..., n_vehicle, n_variable) [1].
+    """
+
+    level: RealArray
+    loudest: RealArray
+    mean: RealArray
+    sigma: RealArray
+    share: RealArray
+
+
+@dataclass(frozen=True, eq=False)
+class Repeated:
+    """Designs as measured and as measured again, and what follows.
+
+    ``again`` has a leading axis of draws; ``alone`` is source → mean level if nothing else errs,
+    shape (n_draws, n_design, n_vehicle) [dB(A)].
+    """
+
+    model: Model
+    designs: Mapping[str, RealArray]
+    front: RealArray
+    measured: Drawn
+    again: Drawn
+    alone: Mapping[str, RealArray]
+
+    @property
+    def index(self) -> Any:
+        """The study's index, from the data as measured."""
+        return self.model.uncertain.index
+
+    @property
+    def vehicles(self) -> tuple[str, ...]:
+        """Names of the vehicles."""
+        return tuple(self.index.response_names)
+
+    @property
+    def rows(self) -> RealArray:
+        """The named designs, shape (n_design, k) [1]."""
+        return np.stack(list(self.designs.values()))
+
+    def interval(self, of: Callable[[Drawn], RealArray]) -> Interval:
+        """Return the 90 % interval of a number that is computed from a `Drawn`."""
+        return pivotal_interval(of(self.measured), of(self.again))
+
+    @property
+    def mean_level(self) -> Interval:
+        """Mean over the vehicles, shape (n_design,) [dB(A)]."""
+        return self.interval(lambda drawn: drawn.level.mean(-1))
+
+    @property
+    def mean_change(self) -> Interval:
+        """Its change against today's, shape (n_design,) [dB]."""
+        return self.interval(lambda drawn: _change(drawn.level).mean(-1))
+
+    @property
+    def front_change(self) -> Interval:
+        """First objective of the front against today's, shape (n_front,) [dB]."""
+        n = len(self.designs)
+
+        def change(drawn: Drawn) -> RealArray:
+            of_vehicles = drawn.mean.mean(-1)
+            return np.asarray(of_vehicles[..., n:] - of_vehicles[..., :1])
+
+        return self.interval(change)
+
+    @property
+    def front_sigma(self) -> Interval:
+        """Second objective of the front, shape (n_front,) [dB]."""
+        return self.interval(lambda drawn: drawn.sigma[..., len(self.designs) :, :].mean(-1))
+
+    @property
+    def front_kept(self) -> RealArray:
+        """Share of draws in which a point of the front is not dominated, (n_front,) [1]."""
+        n = len(self.designs)
+        objectives = [values[:, n:].mean(-1) for values in (self.again.mean, self.again.sigma)]
+        kept = [_nondominated(values) for values in np.stack(objectives, axis=-1)]
+        return np.asarray(np.mean(kept, axis=0))
+
+    @property
+    def quieter(self) -> RealArray:
+        """Probability that design A is quieter than B, mean of the vehicles, (A, B) [1]."""
+        mean, again = self.measured.level.mean(-1), self.again.level.mean(-1)
+        return probability_below(
+            mean[:, np.newaxis] - mean, again[:, :, np.newaxis] - again[:, np.newaxis]
+        )
+
+    @property
+    def leads(self) -> RealArray:
+        """Share of draws in which a direction scatters a vehicle most, (n_vehicle, k) [1]."""
+        first = self.again.share.argmax(axis=2)
+        columns = np.arange(self.again.share.shape[2])
+        return np.asarray((first[..., np.newaxis] == columns).mean(axis=0))
+
+    def variances(self, design: str | None) -> dict[str, RealArray]:
+        """Variance by each source alone, of every vehicle and last of their mean [dB²].
+
+        Of the change by a design against today's; None: of today's level.
+        """
+        variances = {}
+        for name, levels in self.alone.items():
+            values = levels[:, 0]
+            if design is not None:
+                values = _change(levels)[:, list(self.designs).index(design)]
+            both = np.concatenate([values, values.mean(axis=1, keepdims=True)], axis=1)
+            variances[name] = both.var(axis=0, ddof=1)
+        return variances
+
+
+def _measure_again(
+    model: Model, designs: Mapping[str, RealArray], front: RealArray, options: Options
+) -> Repeated:
+    """Draw all measurements, and those of each source alone."""
+    uncertain, draws, seed = model.uncertain, options.draws, options.seed
+    rows = np.stack(list(designs.values()))
+    names = uncertain.data.names
+    total = (1 + len(names)) * draws
+    every, alone = [], {}
+    with progress_bar("measuring again") as progress:
+        for done, index in enumerate(uncertain.draws(draws, seed)):
+            progress(done, total, "all errors")
+            every.append(_drawn(model, index, rows, front))
+        for place, name in enumerate(names, 1):
+            levels = []
+            for done, index in enumerate(uncertain.draws(draws, seed, [name])):
+                progress(place * draws + done, total, name)
+                levels.append(index(rows) / index.n_lines)
+            alone[name] = np.stack(levels)
+        progress(total, total, "done")
+    fields = {name: np.stack([getattr(one, name) for one in every]) for name in vars(every[0])}
+    measured = _drawn(model, uncertain.index, rows, front)
+    return Repeated(model, designs, front, measured, Drawn(**fields), alone)
+
+
+def _drawn(model: Model, index: Any, rows: RealArray, front: RealArray) -> Drawn:
+    """Ask one index for all designs."""
+    n_lines = index.n_lines
+    scattered = replace(model.robust, evaluate=index)(np.concatenate([rows, front]))
+    if scattered.failed.any():
+        raise InputError("a design could not be computed from data that were measured again")
+    squared = (index.gradient(rows[:1])[0] * rows[0] * model.robust.space.relative_sigma) ** 2
+    return Drawn(
+        level=index(rows) / n_lines,
+        loudest=index.levels(rows).max(axis=2),
+        mean=scattered.mean / n_lines,
+        sigma=scattered.sigma / n_lines,
+        share=squared / squared.sum(axis=1, keepdims=True),
+    )
+
+
+def _change(level: RealArray) -> RealArray:
+    """Return the change against today's, the first design, shape (..., n_design, n_vehicle)."""
+    return np.asarray(level - level[..., :1, :])
+
+
+def _nondominated(values: RealArray) -> BoolArray:
+    """Say which rows (n, 2) no other row beats in both columns."""
+    difference = values[:, np.newaxis] - values
+    beaten = np.all(difference >= 0.0, axis=2) & np.any(difference > 0.0, axis=2)
+    return np.asarray(~beaten.any(axis=1))
+
+
+def _levels(report: Report, repeated: Repeated, design: str) -> None:
+    """Show levels and changes with their intervals."""
+    report.section(
+        "Levels and changes",
+        "Every measurement is drawn again with its errors, the same for all designs and "
+        f"vehicles, {len(repeated.again.level)} times, and everything is computed from what comes "
+        "out. A wrong calibration moves all levels of a vehicle and no change; so changes are "
+        "known much better. Intervals hold the truth in 90 % of all cases; they need not "
+        "lie evenly about the measured value, because noise fills notches.",
+    )
+    level = repeated.interval(lambda drawn: drawn.level)
+    change = repeated.interval(lambda drawn: _change(drawn.level))
+    loudest = repeated.interval(lambda drawn: drawn.loudest)
+    change_of_loudest = repeated.interval(lambda drawn: _change(drawn.loudest))
+    changed = {name: _bounds(change, place) for place, name in enumerate(repeated.designs) if place}
+    panels = [
+        IntervalPanel("mean level [dB(A)]", {TODAY: _bounds(level, 0)}),
+        IntervalPanel("change against today's [dB]", changed),
+    ]
+    report.figure(
+        "changes",
+        plot.interval_panels(repeated.vehicles, panels),
+        "Measured values and 90 % intervals.",
+    )
+    n = len(repeated.designs)
+    picks = pd.DataFrame(
+        {
+            "design": list(repeated.designs),
+            **_columns("mean level", "dB(A)", repeated.mean_level),
+            **_columns("change", "dB", repeated.mean_change),
+            **_columns("sigma", "dB", repeated.interval(lambda d: d.sigma[..., :n, :].mean(-1))),
+            "quieter than today's [%]": PERCENT * repeated.quieter[:, 0],
+        }
+    )
+    caption = "Mean of the vehicles; σ is the scatter of parts within their tolerance."
+    report.table("picks", picks, caption, _decimals(picks))
+    vehicles = pd.concat(
+        [
+            pd.DataFrame(
+                {
+                    "design": [name] * len(repeated.vehicles),
+                    "vehicle": list(repeated.vehicles),
+                    **_columns("mean level", "dB(A)", level, place),
+                    **_columns("change", "dB", change, place),
+                    **_columns("loudest line", "dB(A)", loudest, place),
+                    **_columns("change of the loudest line", "dB", change_of_loudest, place),
+                }
+            )
+            for place, name in enumerate(repeated.designs)
+        ],
+        ignore_index=True,
+    )
+    report.table("vehicles", vehicles)
+    for name, shown in ((TODAY, ("mean level", "loudest line")), (design, ("change",))):
+        columns = [c for c in map(str, vehicles) if c.startswith(shown)]
+        report.table(
+            None,
+            vehicles.loc[vehicles["design"] == name, ["vehicle", *columns]],
+            f"Vehicle by vehicle, {name}.",
+            {column: 2 for column in columns if column.endswith("dB]")},
+        )
+
+
+def _front(report: Report, repeated: Repeated) -> None:
+    """Show how sure the front and the order of designs are."""
+    report.section(
+        "The front and the order of designs",
+        "The intervals of neighbours move together: the share of draws in which a point "
+        "stays on the front, and the probability that one design is quieter than another, "
+        "count with that.",
+    )
+    change, sigma, n = repeated.front_change, repeated.front_sigma, len(repeated.designs)
+    picks = {
+        name: row
+        for row, point in enumerate(repeated.front)
+        if (name := next((k for k, x in repeated.designs.items() if np.array_equal(x, point)), ""))
+    }
+    report.figure(
+        "front",
+        plot.front_intervals(
+            _bounds(change),
+            _bounds(sigma),
+            picks,
+            mean_label="change of the mean level over vehicles and parts [dB]",
+            sigma_label="σ of the mean level [dB]",
+        ),
+        "The front against today's design.",
+    )
+    columns = {
+        f"than {name} [%]": PERCENT * column
+        for name, column in zip(repeated.designs, repeated.quieter.T, strict=True)
+    }
+    quieter = pd.DataFrame({"quieter": list(repeated.designs), **columns})
+    report.table("quieter", quieter, "Probability that the row is quieter, mean level.")
+    level = repeated.interval(lambda drawn: drawn.mean[..., n:, :].mean(-1))
+    table = pd.DataFrame(
+        {
+            "point": np.arange(1, len(repeated.front) + 1),
+            **_columns("mean level", "dB(A)", level),
+            **_columns("change", "dB", change),
+            **_columns("sigma", "dB", sigma),
+            "on the front in [% of draws]": PERCENT * repeated.front_kept,
+        }
+    )
+    few = np.unique(np.linspace(0, len(table) - 1, min(SHOWN_POINTS, len(table))).astype(int))
+    shown = table.iloc[few]
+    report.table("front", table, "Designs of the front.", _decimals(table), shown=shown)
+
+
+def _next(report: Report, following: pd.DataFrame) -> None:
+    """Show what one more measurement would narrow."""
+    report.section(
+        "What to measure next",
+        "Half widths of 90 % intervals that are to be expected after one more measurement, "
+        "computed from the variances as they are. “Any vehicle and load case” takes those "
+        "measured for a sample of all; their choice then counts, with Student's t for so few.",
+    )
+    panels = []
+    for name, label in LABELS.items():
+        if f"{name}, ± [dB]" in following:
+            width = following[f"{name}, ± [dB]"].to_numpy(dtype=float)
+            bars = {"expected": (width, np.zeros_like(width), width)}
+            panels.append(IntervalPanel("half width [dB]", bars, label))
+    report.figure(
+        "next",
+        plot.interval_panels(following["measurement"].to_list(), panels),
+        "Expected half widths of 90 % intervals, shorter is better; here: these vehicles and load "
+        "cases, anywhere: any.",
+    )
+    decimals = {name: 3 for name in map(str, following) if name.endswith("[dB]")}
+    caption = "Sorted by what they are worth for the first question."
+    report.table("next", following, caption, decimals)
+
+
+def _source_table(repeated: Repeated, design: str) -> pd.DataFrame:
+    """One row per source: its size, where that comes from, and what it does to the mean."""
+    sources = repeated.model.uncertain.data.sources
+    columns: dict[str, Any] = {
+        "source": [source.name for source in sources],
+        "size, 1 σ": [source.size for source in sources],
+        "from": [source.origin for source in sources],
+    }
+    for what, share, of in (
+        ("level", "share of its variance [%]", None),
+        ("change", "share of that variance [%]", design),
+    ):
+        variances = repeated.variances(of)
+        variance = np.array([float(variances[source.name][-1]) for source in sources])
+        total = sum(float(values[-1]) for values in variances.values())
+        columns[f"σ of the {what} [dB]"] = np.sqrt(variance)
+        columns[share] = PERCENT * variance / total if total > 0 else np.zeros_like(variance)
+    return pd.DataFrame(columns)
+
+
+def _ranking_table(repeated: Repeated) -> pd.DataFrame:
+    """One row per vehicle: which directions scatter it, and how sure their order is."""
+    names = repeated.model.robust.space.names
+    order = np.argsort(-repeated.measured.share, axis=-1, kind="stable")
+    again = np.argsort(-repeated.again.share, axis=-1, kind="stable")
+    rows = []
+    for place, vehicle in enumerate(repeated.vehicles):
+        share = repeated.measured.share[place]
+        first, second = order[place, :2]
+        rows.append(
+            {
+                "vehicle": vehicle,
+                "first": names[first],
+                "its share [%]": PERCENT * share[first],
+                "first in [% of draws]": PERCENT * repeated.leads[place, first],
+                "second": names[second],
+                "share of the second [%]": PERCENT * share[second],
+                "second in [% of draws]": PERCENT * (again[:, place, 1] == second).mean(),
+            }
+        )
+    return pd.DataFrame(rows)
+
+
+def _questions(repeated: Repeated, design: str) -> Questions:
+    """Return what is asked of the mean over the vehicles, with its variances.
+
+    "Any vehicle and load case" takes those that were measured for a sample: their spread is split
+    into vehicles, load cases and rest by `crossed_spread` over all load cases of the platform, and
+    of that between vehicles the part that errors of measurement make is taken off.
+    """
+    of_change, of_level = repeated.variances(design), repeated.variances(None)
+    here = tuple(VariancePart(name, float(v[-1])) for name, v in of_change.items())
+    level = tuple(VariancePart(name, float(v[-1])) for name, v in of_level.items())
+    n_vehicle, n_used = len(repeated.vehicles), len(repeated.index.load_case_names)
+    if n_vehicle < 2:
+        return {HERE: here, LEVEL: level}
+    rows = np.stack([repeated.rows[0], repeated.designs[design]])
+    every = repeated.model.every_case
+    levels = [every.levels(rows, name).mean(axis=2) for name in every.load_case_names]
+    spread = crossed_spread(np.stack([level[1] - level[0] for level in levels], axis=1))
+    by_errors = sum(float(v[:-1].mean()) for name, v in of_change.items() if name in TRANSFER)
+    vehicles = max(float(spread.rows + spread.rest / n_used) - by_errors, 0.0) / n_vehicle
+    parts = [*here, VariancePart(VEHICLES, vehicles, n_vehicle - 1)]
+    if spread.n_column > 1:
+        parts.append(VariancePart(LOAD_CASES, float(spread.columns) / n_used, spread.n_column - 1))
+    return {HERE: here, SERIES: tuple(parts), LEVEL: level}
+
+
+def _candidates(repeated: Repeated) -> list[NextMeasurement]:
+    """Return measurements that may come next, as far as they touch a source of the study."""
+    known = {*repeated.model.uncertain.data.names, VEHICLES, LOAD_CASES}
+    n, m = len(repeated.vehicles), len(repeated.index.load_case_names)
+    one_more, one_case = n / (n + 1), m / (m + 1)
+    twice = dict.fromkeys(TRANSFER, TWICE)
+    more_vehicles = dict.fromkeys((*TRANSFER, VEHICLES), one_more)
+    every = [
+        NextMeasurement("one more vehicle", more_vehicles, {VEHICLES: 1.0}),
+        NextMeasurement("one more load case", {LOAD_CASES: one_case, NOISE: one_case}, {}),
+        NextMeasurement("transfer functions, another method and day", twice, {}),
+        NextMeasurement(
+            "transfer functions, same setup, another day", {DAY: TWICE, FLOOR: TWICE}, {}
+        ),
+        NextMeasurement("microphone, source calibrated twice as well", {CALIBRATION: HALVED}, {}),
+        NextMeasurement("shaker aligned twice as well", {SHAKER: HALVED, CELLS: HALVED}, {}),
+        NextMeasurement("mounts characterised anew", {SHAKER: TWICE, BUDGET: TWICE}, {}),
+        NextMeasurement("accelerometers placed twice as well", {MOTION: HALVED}, {}),
+        NextMeasurement("run repeated, sensors set up anew", {MOTION: TWICE, NOISE: TWICE}, {}),
+    ]
+    return [measurement for measurement in every if known & set(measurement.remaining)]
+
+
+def _next_table(repeated: Repeated, design: str) -> pd.DataFrame:
+    """One row per measurement that may come next: expected half widths of the 90 % intervals.
+
+    Those that narrow the first question most come first; of equals, the next question decides.
+    """
+    asked = _questions(repeated, design)
+    rows: list[dict[str, object]] = []
+    for measurement in (None, *_candidates(repeated)):
+        row: dict[str, object] = {"measurement": measurement.name if measurement else AS_IT_IS}
+        for name, parts in asked.items():
+            now = half_width(parts)
+            after = now if measurement is None else _after(parts, measurement)
+            # fewer effective degrees of freedom may outweigh a gain in what hardly counts
+            gain = max(1.0 - after / now, 0.0) if now > 0.0 else 0.0
+            row |= {f"{name}, ± [dB]": after, f"{name}: narrower by [%]": PERCENT * gain}
+        rows.append(row)
+    table = pd.DataFrame(rows)
+    gains = [f"{name}: narrower by [%]" for name in asked]
+    rest = table.iloc[1:].sort_values(gains, ascending=False, kind="stable")
+    return pd.concat([table.iloc[:1], rest], ignore_index=True)
+
+
+def _after(parts: tuple[VariancePart, ...], measurement: NextMeasurement) -> float:
+    """Return the half width expected after one more measurement [dB]."""
+    asked = {part.name for part in parts}
+    remaining = {n: share for n, share in measurement.remaining.items() if n in asked}
+    more = {n: f for n, f in measurement.more_degrees_of_freedom.items() if n in asked}
+    return half_width_after(parts, NextMeasurement(measurement.name, remaining, more))
+
+
+def _best_next(following: pd.DataFrame, question: str) -> tuple[str, float]:
+    """Return the measurement that narrows a question most, and by how much [%]."""
+    gains = following[f"{question}: narrower by [%]"]
+    row = int(gains.to_numpy().argmax())
+    return str(following["measurement"].iloc[row]), float(gains.iloc[row])
+
+
+def _columns(
+    what: str, unit: str, interval: Interval, place: int | slice = slice(None)
+) -> dict[str, RealArray]:
+    """Return a value with both ends of its interval as columns of a table."""
+    labels = (f"{what} [{unit}]", f"{what}, from [{unit}]", f"{what}, to [{unit}]")
+    return dict(zip(labels, _bounds(interval, place), strict=True))
+
+
+def _bounds(
+    interval: Interval, place: int | slice = slice(None)
+) -> tuple[RealArray, RealArray, RealArray]:
+    """Return value, lower and upper end."""
+    return interval.value[place], interval.lower[place], interval.upper[place]
+
+
+def _decimals(table: pd.DataFrame) -> dict[str, int]:
+    """Return the decimals of levels and of σ."""
+    names = [name for name in map(str, table) if name.endswith("dB]")]
+    return {name: 3 if name.startswith("sigma") else 2 for name in names}

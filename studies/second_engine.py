@@ -21,23 +21,65 @@ axis); n_benches; seconds (second engine alone).
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import tempfile
+import time
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
+import numpy as np
+import pandas as pd
+from threadpoolctl import threadpool_limits
 from typer import Option
 
+from deboom import plot
+from deboom.arrays import BoolArray, ComplexArray, RealArray
+from deboom.bench.campaign_plan import CampaignPlan, second_engine_plan, training_plan
+from deboom.bench.campaign_writer import write_campaign
+from deboom.bench.powertrain import load_second_engine
 from deboom.errors import InputError
-from deboom.mounts.characterise import CharacteriseOptions
-from deboom.mounts.operating_map import Preload
+from deboom.files.campaign import read_campaign
+from deboom.measurement.campaign import Campaign
+from deboom.mounts.characterise import (
+    CharacteriseOptions,
+    characterise,
+    measuring_chains,
+    training_runs,
+)
+from deboom.mounts.characterised_mount import CharacterisedMount
+from deboom.mounts.library import open_library
+from deboom.mounts.measuring_chain import body_record
+from deboom.mounts.mount import Mount
+from deboom.mounts.operating_map import OperatingMap, Preload, operating_maps
+from deboom.mounts.response_surface import (
+    DynamicStiffnessSurface,
+    operating_points,
+    r_squared,
+)
+from deboom.mounts.surface_forces import MountState, main_axis, state_at, surface_over
+from deboom.physics.order_tracking import rpm_of_frequency
+from deboom.plot import CurvePanel
 from deboom.report import Report
+from deboom.study.mount_characterisation import SetTruth, read_set_truth
 from deboom.study.options import Seed
-from deboom.study.progress import progress_bar
+from deboom.study.progress import Progress, progress_bar
 from deboom.study.result import RunContext
-from deboom.study.second_engine import given_engine, second_engine_result, second_engines
+from deboom.vehicles.powertrain import library_model
 
-FIGURES = True
-"""Whether the report has pictures."""
+if TYPE_CHECKING:
+    from deboom.plot.style import Drawing
+
+SECOND_BENCH = 500
+"""Added to a seed for the second engine: another day, other sensors, the same mounts."""
+STEPS_PER_BENCH = 4
+N_PER_MM = 1e-3
+"""From N/m to N/mm."""
+DOT_SPACING = 6
+"""Lines between the dots of a prediction, so that what was measured shows between them."""
+SHOWN_POINTS = 1500
+"""Of a panel; more hide each other."""
+BY_KINEMATICS = "static force by the kinematic model"
 
 
 @dataclass(frozen=True)
@@ -67,14 +109,503 @@ def prepare(options: Options) -> CharacteriseOptions:
     return CharacteriseOptions(preload=Preload.STATIC_FORCE, folds=0, seed=options.seed)
 
 
-def run(how: CharacteriseOptions, options: Options, context: RunContext | None = None) -> Report:  # noqa: ARG001
+def run(how: CharacteriseOptions, options: Options, context: RunContext | None = None) -> Report:
     """Characterise under one engine, predict for the other, compare and report."""
-    excited = ("my",) if options.balanced else ("fz", "mx", "my")
+    del context  # nothing here is long enough to be resumed
     with progress_bar("second engine") as progress:
         if options.second is not None:
-            source = (options.first, options.library, options.library_campaign)
-            given = given_engine(options.second, *source, options.mount_set, how, excited, progress)
-            return second_engine_result([given], given.input_files, with_figures=FIGURES).report()
-        seeds = range(options.seed, options.seed + options.benches)
-        engines = second_engines(seeds, options.mount_set, how, progress)
-    return second_engine_result(engines, with_figures=FIGURES).report()
+            engines = [_given_engine(options.second, options, how, progress)]
+        else:
+            seeds = range(options.seed, options.seed + options.benches)
+            engines = second_engines(seeds, options.mount_set, how, progress)
+    first, numbers = engines[0], direction_numbers(engines)
+    forces = _force_table(numbers)
+    identified = forces[forces["identified"] == "identified"]
+    report = Report(
+        "A second engine on mounts of the library",
+        "Do mounts that were characterised under one engine predict the forces that another "
+        "engine measures on them?",
+    )
+    report.explain("dynamic stiffness")
+    report.inputs += [] if options.second is None else first.input_files
+    report.summary |= _summary(engines, numbers)
+    if len(identified):
+        report.tile(
+            f"{identified['rms error of F [%]'].median():.1f} %",
+            "rms error of the force, median over the identified directions",
+        )
+        report.tile(
+            f"{identified['lines inside [%]'].min():.0f} %",
+            "least share of lines within the measured region",
+        )
+    if len(identified) < len(forces):
+        report.warn(
+            "A direction that is not identified was measured with an error that its error budget "
+            "puts beyond use; its forces are shown, and prove nothing."
+        )
+
+    known_from = sorted({one.identity.campaign for one in first.mounts})
+    report.section(
+        "What was asked, and with which data",
+        f"Mounts characterised in {', '.join(known_from)} carry another engine in "
+        f"{first.campaign.name}, of order {first.campaign.order:g}; "
+        f"{len(engines)} {'benches' if len(engines) > 1 else 'bench'}. The second engine gives "
+        "its own motion at the mounts and its own static forces; the response surfaces give "
+        "the dynamic stiffness at that preload, amplitude and frequency; their product is the "
+        "predicted force. It is compared with the force that the cells under the second engine "
+        "measured, which no surface has seen. Lines outside of the region in which a mount was "
+        "measured are counted, and not predicted.",
+    )
+    report.section("Predicted and measured forces")
+    for mount in first.mounts:
+        names = [name for name in first.directions if first.mount_of(name) is mount]
+        if names:
+            stem = mount.mount.name.replace(" ", "_")
+            report.figure(
+                f"force_{stem}",
+                _forces(first, names),
+                f"Forces of {stem}, the highest torque of each gear: real parts above, imaginary "
+                "parts below, as measured and as predicted.",
+            )
+    report.table(
+        "forces",
+        forces,
+        "Medians over the benches. The error is the rms of the force error over the "
+        "rms of the force; the peak is the largest difference of the highest force of "
+        "a run. Both engines' measuring chains have a part in it.",
+        {name: 2 for name in forces.columns if name.startswith(("R²", "peak"))},
+    )
+    report.section(
+        "Which preload carries over",
+        "The wheel torque of another powertrain loads a mount differently. Its own static "
+        "force does carry over along the main axis of a mount, but not across: there the "
+        "stiffness follows the force along the main axis. So every direction is predicted "
+        "over the static force along the main axis. The kinematic model gives that force from "
+        "wheel torque, the place of the mounts and the suppliers' curves alone.",
+    )
+    for axis in dict.fromkeys(name.rpartition(" ")[2] for name in first.directions):
+        names = [name for name in first.directions if name.endswith(f" {axis}")]
+        report.figure(
+            f"preload_{axis}",
+            plot.curve_panels(
+                [_preload_panel(first, name) for name in names],
+                x_label="static force along the main axis [N]",
+                y_label="|K| [N/mm]",
+                columns=min(2, len(names)),
+            ),
+            f"Dynamic stiffness along {axis} as both engines measured it, over the static force "
+            "along the main axis; the scatter is amplitude and frequency.",
+        )
+    preload = _preload_table(preload_numbers(engines))
+    report.table("preload", preload, "Rms error of the predicted force by preload variable.")
+    units = {"bench": "", "direction": "", "peak": " [dB]", "static_difference": " [N]"}
+    labels = {name: f"{name}{units.get(name, ' [1]')}" for name in map(str, numbers)}
+    report.table("directions", numbers.rename(columns=labels))
+    return report
+
+
+@dataclass(frozen=True, eq=False)
+class Prediction:
+    """Forces of one direction under the second engine.
+
+    ``lines`` are what it measured, without lines near the noise floor; ``stiffness`` is that of the
+    library's surface at these lines, shape (n,) [N/m]; ``inside`` says which lie within the region
+    that the mount was measured in: only these are predicted.
+    """
+
+    lines: OperatingMap
+    stiffness: ComplexArray
+    inside: BoolArray
+
+    @property
+    def force(self) -> ComplexArray:
+        """Predicted force at the lines inside, shape (n_inside,) [N]."""
+        return np.asarray((self.stiffness * self.lines.displacement)[self.inside])
+
+    @property
+    def measured(self) -> ComplexArray:
+        """Measured force at the lines inside, shape (n_inside,) [N]."""
+        return np.asarray(self.lines.force[self.inside])
+
+    @property
+    def error(self) -> float:
+        """Rms of the force error over that of the force, at the lines inside [1]; nan if none."""
+        if not self.inside.any():
+            return float("nan")
+        error = np.mean(np.abs(self.force - self.measured) ** 2)
+        return float(np.sqrt(error / np.mean(np.abs(self.measured) ** 2)))
+
+    @property
+    def peak_difference(self) -> float:
+        """Largest difference of a run's highest force, predicted over measured, or nan [dB]."""
+        runs = self.lines.run[self.inside]
+        force, measured = np.abs(self.force), np.abs(self.measured)
+        differences = [
+            20 * np.log10(force[runs == run].max() / measured[runs == run].max())
+            for run in np.unique(runs)
+        ]
+        return float(max(differences, key=abs, default=np.nan))
+
+
+@dataclass(frozen=True, eq=False)
+class SecondEngine:
+    """A second engine on mounts of the library.
+
+    ``maps``, what it measured, and ``static_force`` at their lines, that the kinematic model gives
+    from wheel torque and the suppliers' curves alone [N] (empty where a curve is missing), are by
+    ``<mount> <axis>``, and so are predictions over each preload variable, and ``by_kinematics``.
+    """
+
+    title: str
+    mounts: tuple[CharacterisedMount, ...]
+    campaign: Campaign
+    maps: dict[str, OperatingMap]
+    predictions: dict[MountState, dict[str, Prediction]]
+    static_force: dict[str, RealArray]
+    by_kinematics: dict[str, Prediction]
+    truth: SetTruth | None
+    seconds: float
+    first_files: tuple[Path, ...] = ()
+
+    @property
+    def directions(self) -> tuple[str, ...]:
+        """``<mount> <axis>`` of all that is predicted."""
+        return tuple(self.predictions[MountState.MAIN_FORCE])
+
+    def mount_of(self, name: str) -> CharacterisedMount:
+        """Return the mount of a direction."""
+        return next(one for one in self.mounts if one.mount.name == name.rpartition(" ")[0])
+
+    @property
+    def input_files(self) -> tuple[Path, ...]:
+        """Every file that was read, the truth included."""
+        truth = () if self.truth is None else (self.truth.path,)
+        return (*self.first_files, *self.campaign.input_files, *truth)
+
+
+def second_engines(
+    seeds: Sequence[int],
+    mount_set: str,
+    how: CharacteriseOptions,
+    progress: Progress,
+    plans: tuple[CampaignPlan, CampaignPlan] | None = None,
+) -> list[SecondEngine]:
+    """Measure both engines on virtual benches, one per seed, and keep no files.
+
+    ``plans`` are those of the first and of the second engine; by default everything.
+    """
+    if not seeds:
+        raise InputError("there is no bench to measure on: ask for at least one")
+    first_plan, second_plan = plans or (training_plan(mount_set), second_engine_plan(mount_set))
+    engines = []
+    for place, seed in enumerate(seeds):
+        title = f"bench {seed}"
+
+        def step(k: int, text: str, before: int = place * STEPS_PER_BENCH) -> None:
+            progress(before + k, len(seeds) * STEPS_PER_BENCH, text)
+
+        with tempfile.TemporaryDirectory(prefix="deboom-") as temporary:
+            first, second = Path(temporary) / "first", Path(temporary) / "second"
+            step(0, f"{title}: measuring the first engine")
+            write_campaign(first, seed, first_plan)
+            step(1, f"{title}: characterising its mounts")
+            mounts, _ = _mounts_of_campaign(first, mount_set, how)
+            step(2, f"{title}: measuring the second engine")
+            write_campaign(second, seed + SECOND_BENCH, second_plan, bench=load_second_engine())
+            step(3, f"{title}: predicting its forces")
+            engines.append(_second_engine(title, mounts, second, mount_set, how))
+            step(4, title)
+    return engines
+
+
+def _given_engine(
+    second: Path, options: Options, how: CharacteriseOptions, progress: Progress
+) -> SecondEngine:
+    """Predict the forces of a measured second engine, under its campaign's name."""
+    mount_set, first, library = options.mount_set, options.first, options.library
+    if (first is None) == (library is None):
+        raise InputError(
+            "the mounts come from the first engine's campaign or from a library: give one of both"
+        )
+    progress(0, 2, "mounts")
+    if first is not None:
+        mounts, files = _mounts_of_campaign(first, mount_set, how)
+    else:
+        mounts = mounts_of_library(str(library), mount_set, options.library_campaign)
+        files = (Path(str(library)),) if Path(str(library)).is_file() else ()
+    progress(1, 2, "second engine")
+    excited = replace(how, excited=("my",) if options.balanced else ("fz", "mx", "my"))
+    engine = _second_engine(second.name, mounts, second, mount_set, excited)
+    progress(2, 2, "")
+    return replace(engine, first_files=files)
+
+
+def _mounts_of_campaign(
+    folder: Path, mount_set: str, how: CharacteriseOptions
+) -> tuple[tuple[CharacterisedMount, ...], tuple[Path, ...]]:
+    """Characterise one mount set of a campaign; return its mounts, and the files that were read."""
+    campaign = read_campaign(folder, (mount_set,))
+    with threadpool_limits(1):  # its matrices are too small to share
+        return characterise(campaign, mount_set, how).mounts, campaign.input_files
+
+
+def mounts_of_library(
+    library: str, mount_set: str, campaign: str | None = None
+) -> tuple[CharacterisedMount, ...]:
+    """Take the mounts of one variant out of a library; name the campaign if several know it."""
+    with open_library(library) as opened:
+        identities = opened.identities(variant=mount_set, campaign=campaign)
+        campaigns = sorted({one.campaign for one in identities})
+        if not identities:
+            raise InputError(f"{opened.name}: no mount fits; `deboom library list` shows them all")
+        if len(campaigns) > 1:
+            raise InputError(
+                f"{opened.name}: mount set {mount_set} is there from the campaigns "
+                f"{', '.join(campaigns)}: choose one"
+            )
+        return tuple(opened.load(one) for one in identities)
+
+
+def _second_engine(
+    title: str,
+    mounts: Sequence[CharacterisedMount],
+    folder: Path,
+    mount_set: str,
+    how: CharacteriseOptions,
+) -> SecondEngine:
+    """Measure a second engine and predict its forces from the mounts' surfaces.
+
+    ``f = K(F₀, |s|, ω) s`` (thesis, eq. 30, 32; 3.6.2) with motion s and static force F₀ as the
+    second engine measures them. Lines outside of the region in which the mount was measured are
+    not predicted.
+    """
+    begin = time.perf_counter()
+    campaign = read_campaign(folder, (mount_set,))
+    known = {one.mount.name for one in mounts}
+    missing = [one.name for one in campaign.mounts if one.name not in known]
+    if missing:
+        raise InputError(
+            f"campaign {campaign.name} has the mounts {missing}, which are not among the "
+            f"characterised ones, {sorted(known)}: characterise them, or name them alike"
+        )
+    runs = training_runs(campaign, mount_set, how)
+    carried = tuple(one for one in mounts if one.mount.name in {m.name for m in campaign.mounts})
+    predictions: dict[MountState, dict[str, Prediction]] = {state: {} for state in MountState}
+    by_kinematics = {}
+    with threadpool_limits(1):  # its matrices are too small to share
+        chains = measuring_chains(campaign, how)
+        bodies = [chain.alignment.body for chain in chains]
+        records = [body_record(body, runs, campaign.tolerances) for body in bodies]
+        maps = operating_maps(chains, records, how.estimate)
+        static_force = _static_prediction(carried, campaign, maps)
+        for mount in carried:
+            for axis in (one.axis for one in mount.directions if one.surface is not None):
+                name = f"{mount.mount.name} {axis}"
+                if name not in maps:
+                    continue
+                for state in MountState:
+                    surface = surface_over(mount, axis, state, how.regressor)
+                    preload = state_at(maps, mount, axis, state)
+                    predictions[state][name] = _predicted(surface, preload, maps[name])
+                    if state is MountState.MAIN_FORCE and name in static_force:
+                        by_kinematics[name] = _predicted(surface, static_force[name], maps[name])
+    truth = read_set_truth(folder, mount_set)
+    seconds = time.perf_counter() - begin
+    return SecondEngine(
+        *(title, carried, campaign, maps, predictions, static_force, by_kinematics, truth, seconds)
+    )
+
+
+def _static_prediction(
+    mounts: Sequence[CharacterisedMount], campaign: Campaign, maps: Mapping[str, OperatingMap]
+) -> dict[str, RealArray]:
+    """Find the static force along the main axis of each mount at the lines of each direction [N].
+
+    From the wheel torque and the suppliers' curves, with the mounts where the second powertrain
+    has them; empty if a mount has no curve for an axis.
+    """
+    carrying = [one for one in mounts if one.mount.name in campaign.powertrain_mounts]
+    if not carrying or any(
+        direction.static_curve is None for one in carrying for direction in one.directions
+    ):
+        return {}
+    places = {one.name: one.positions for one in campaign.mounts}
+    moved = []
+    for one in carrying:
+        known = one.mount
+        position = places[known.name]
+        mount = Mount(known.name, known.description, known.pieces, position, known.transfer_axes)
+        moved.append(replace(one, mount=mount))
+    by_name = {one.mount.name: one for one in moved}
+    names = [name for name in maps if name.rpartition(" ")[0] in by_name]
+    torque = maps[names[0]].wheel_torque
+    state = library_model(moved).equilibrium(torque)
+    return {
+        name: state.of(f"{mount} {main_axis(by_name[mount])}")
+        for mount in by_name
+        for name in names
+        if name.rpartition(" ")[0] == mount and np.array_equal(maps[name].wheel_torque, torque)
+    }
+
+
+def _predicted(
+    surface: DynamicStiffnessSurface, preload: RealArray, measured: OperatingMap
+) -> Prediction:
+    """Predict the lines of one direction."""
+    used = ~measured.near_floor
+    points = operating_points(preload, measured.amplitude, measured.frequency)[used]
+    stiffness = surface.predict(points, extrapolate=True)
+    return Prediction(measured.select(used), stiffness, surface.supported(points))
+
+
+def direction_numbers(engines: Sequence[SecondEngine]) -> pd.DataFrame:
+    """Return a row per bench and direction; ratios as such, errors [1], levels [dB], forces [N]."""
+    return pd.DataFrame([_row(one, name) for one in engines for name in one.directions])
+
+
+def _row(engine: SecondEngine, name: str) -> dict[str, object]:
+    """Return the numbers of one direction."""
+    prediction = engine.predictions[MountState.MAIN_FORCE][name]
+    mount, axis = engine.mount_of(name), name.rpartition(" ")[2]
+    quality = mount.direction(axis).quality
+    measured, force = prediction.measured, prediction.force
+    several = measured.size > 1
+    truth_error = static_difference = float("nan")
+    if engine.truth is not None and prediction.inside.any():
+        true = engine.truth.at(prediction.lines.select(prediction.inside))
+        ratio = np.abs(prediction.stiffness[prediction.inside]) / np.abs(true)
+        truth_error = float(np.sqrt(np.mean((ratio - 1) ** 2)))
+    if name in engine.static_force and axis == main_axis(mount):
+        difference = engine.static_force[name] - engine.maps[name].static_force
+        static_difference = float(np.sqrt(np.mean(difference**2)))
+    return {
+        "bench": engine.title,
+        "direction": name,
+        "identified": float(quality.identified),
+        "inside": float(np.mean(prediction.inside)),
+        "r2_real": r_squared(measured.real, force.real) if several else np.nan,
+        "r2_imag": r_squared(measured.imag, force.imag) if several else np.nan,
+        "error": prediction.error,
+        "peak": prediction.peak_difference,
+        "half_width": np.nan if quality.half_width_95 is None else quality.half_width_95,
+        "truth_error": truth_error,
+        "static_difference": static_difference,
+    }
+
+
+def preload_numbers(engines: Sequence[SecondEngine]) -> pd.DataFrame:
+    """Return rms error of the force [1] per bench, direction and preload variable."""
+    rows = []
+    for engine in engines:
+        by_preload = {state.value: by_name for state, by_name in engine.predictions.items()}
+        for label, by_name in (*by_preload.items(), (BY_KINEMATICS, engine.by_kinematics)):
+            rows += [
+                {
+                    "bench": engine.title,
+                    "direction": name,
+                    "preload": label,
+                    "error": prediction.error,
+                    "inside": float(np.mean(prediction.inside)),
+                }
+                for name, prediction in by_name.items()
+            ]
+    return pd.DataFrame(rows)
+
+
+def _force_table(numbers: pd.DataFrame) -> pd.DataFrame:
+    """List what came out per direction, median over the benches."""
+    by = numbers.groupby("direction", sort=False)
+    table = pd.DataFrame(
+        {
+            "identified": np.where(by["identified"].mean() > 0.5, "identified", "not identified"),
+            "lines inside [%]": 100 * by["inside"].median(),
+            "R² of Re F [%]": 100 * by["r2_real"].median(),
+            "R² of Im F [%]": 100 * by["r2_imag"].median(),
+            "rms error of F [%]": 100 * by["error"].median(),
+            "peak of F [dB]": by["peak"].median(),
+            "95 % half width of library K [%]": 100 * by["half_width"].median(),
+            "rms error of K against truth [%]": 100 * by["truth_error"].median(),
+            "static force, model against cells [N]": by["static_difference"].median(),
+        },
+        index=list(by.groups),
+    )
+    return table.rename_axis("direction").reset_index().dropna(axis="columns", how="all")
+
+
+def _preload_table(numbers: pd.DataFrame) -> pd.DataFrame:
+    """List the rms error of the force by preload variable, median over the benches."""
+    median = numbers.groupby(["direction", "preload"], sort=False)["error"].median().unstack()
+    order = [*(state.value for state in MountState), BY_KINEMATICS]
+    directions = numbers["direction"].drop_duplicates()
+    table = 100 * median.reindex(index=directions, columns=[c for c in order if c in median])
+    return table.rename(columns=lambda name: f"{name} [%]").rename_axis("direction").reset_index()
+
+
+def _summary(engines: Sequence[SecondEngine], numbers: pd.DataFrame) -> dict[str, float]:
+    """Gather the headline numbers; the study's docstring explains the keys."""
+    keys = {
+        "r2_force_real": ("r2_real", 100.0),
+        "r2_force_imag": ("r2_imag", 100.0),
+        "rms_force_percent": ("error", 100.0),
+        "peak_db": ("peak", 1.0),
+        "inside_percent": ("inside", 100.0),
+        "truth_error_percent": ("truth_error", 100.0),
+        "static_difference_n": ("static_difference", 1.0),
+    }
+    by = numbers.groupby("direction", sort=False)
+    summary: dict[str, float] = {"n_benches": len(engines)}
+    for key, (column, factor) in keys.items():
+        for name, value in by[column].median().dropna().items():
+            summary[f"{key}_{str(name).replace(' ', '_')}"] = float(factor * value)
+    summary["seconds"] = round(float(np.median([one.seconds for one in engines])), 3)
+    return summary
+
+
+def _forces(engine: SecondEngine, names: list[str]) -> Drawing:
+    """Run with the highest torque in each gear: real parts, then imaginary parts."""
+    panels = []
+    for part, of in (("Re", np.real), ("Im", np.imag)):
+        for name in names:
+            prediction = engine.predictions[MountState.MAIN_FORCE][name]
+            lines = prediction.lines
+            shown = np.isin(lines.run, _shown_runs(engine, lines))
+            rpm = rpm_of_frequency(lines.frequency, engine.campaign.order)
+            dots = np.flatnonzero(shown & prediction.inside)[::DOT_SPACING]
+            force = prediction.stiffness * lines.displacement
+            points = {
+                "measured": (rpm[shown], of(lines.force[shown])),
+                "predicted": (rpm[dots], of(force[dots])),
+            }
+            some = {label: pair for label, pair in points.items() if pair[0].size}
+            panels.append(CurvePanel(f"{part} F, {name}", rpm, {}, some))
+    return plot.curve_panels(
+        panels, x_label="engine speed [rpm]", y_label="F [N]", columns=len(names)
+    )
+
+
+def _shown_runs(engine: SecondEngine, lines: OperatingMap) -> list[str]:
+    """Labels of the runs with the highest torque in each gear; of a mount's pieces the first."""
+    labels = list(dict.fromkeys(str(label) for label in lines.run))
+    piece = labels[0].partition(" ")[2] if labels else ""
+    runs = sorted(engine.campaign.runs, key=lambda one: (one.full_load, one.torque_limit))
+    labelled = [(one.gear, " ".join(filter(None, (one.name, piece)))) for one in runs]
+    return list({gear: label for gear, label in labelled if label in labels}.values())
+
+
+def _preload_panel(engine: SecondEngine, name: str) -> CurvePanel:
+    """Measured stiffness of both engines over the static force along the mount's main axis."""
+    mount = engine.mount_of(name)
+    axis = name.rpartition(" ")[2]
+    first = mount.direction(axis).map_points
+    along = mount.direction(main_axis(mount)).map_points
+    used = np.flatnonzero(first.confidence > 0)
+    used = used[:: max(1, used.size // SHOWN_POINTS)]
+    lines = engine.maps[name]
+    preload = state_at(engine.maps, mount, axis, MountState.MAIN_FORCE)
+    shown = np.flatnonzero(~lines.near_floor)
+    shown = shown[:: max(1, shown.size // SHOWN_POINTS)]
+    points = {
+        "first engine": (along.preload[used], np.abs(first.dynamic_stiffness[used]) * N_PER_MM),
+        "second engine": (preload[shown], np.abs(lines.stiffness[shown]) * N_PER_MM),
+    }
+    return CurvePanel(name, along.preload[used], {}, points)

@@ -19,26 +19,70 @@ mode_<n>_mac, n from 1 to 5 (first vehicle; MAC where the true shapes are known)
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
+import numpy as np
+import pandas as pd
+from threadpoolctl import threadpool_limits
 from typer import Option
 
+from deboom import plot
+from deboom.arrays import RealArray
 from deboom.errors import InputError
+from deboom.measurement.uncertainty import LevelSpread
+from deboom.physics.sound_level import spl
+from deboom.plot import DotPanel, SpeedPanel
+from deboom.plot.style import INK, MUTED, VEHICLE_PALETTE, mount_colours, vehicle_colours
 from deboom.report import Report
+from deboom.report.tables import split_label
+from deboom.study.campaigns import given_vehicles, virtual_vehicles
+from deboom.study.modal_report import append_modes
 from deboom.study.options import Seed
 from deboom.study.progress import progress_bar
 from deboom.study.result import RunContext
-from deboom.study.synthesis_validation import (
-    ValidationData,
-    given_data,
-    synthesis_validation_result,
-    virtual_data,
+from deboom.vehicles.booming_peaks import TOLERANCE, BoomingPeak, PressureComparison
+from deboom.vehicles.fleet import Band
+from deboom.vehicles.path_analysis import Measure, paths_by_axis
+from deboom.vehicles.synthesis import (
+    BLOCKED,
+    BY_HAMMER,
+    BY_SURFACES,
+    CORR_F,
+    CORR_S,
+    DESIGN,
+    FUNCTIONS,
+    ON_ROAD,
+    PEAK,
+    DesignMotion,
+    DrivenVehicles,
+    Listening,
+    Synthesis,
+    Validation,
+    VirtualDesign,
+    cause_table,
+    comparison_table,
+    force_table,
+    peak_table,
+    validate,
 )
 
-FIGURES = True
-"""Whether the report has pictures."""
+if TYPE_CHECKING:
+    from deboom.plot.style import Drawing
+
+BODY_MODES = (24.0, 30.0, 37.0, 40.0, 47.0)
+"""Of the thesis's vehicle, figure 43 [Hz]."""
+DEPTH = 45.0
+"""Of a level axis below the loudest line; deeper notches leave the panel [dB]."""
+
+ALL_PATHS, LEVEL = "sum of all paths", "SPL [dB(A)]"
+RECIPROCAL, HAMMER = "reciprocal functions", "hammer functions"
+SOUNDS = ("measured in the vehicle", "synthesised")
+FORCES = ("measured bench forces", "forces from response surfaces")
+
+_DIGITS = {"%": 1, "dB": 2, "Hz": 2, "1": 3}
 
 
 @dataclass(frozen=True)
@@ -60,19 +104,600 @@ class Options:
             raise InputError("a measured vehicle needs --vehicle and --campaign, its bench")
 
 
-def prepare(options: Options) -> ValidationData:
+def prepare(options: Options) -> DrivenVehicles:
     """Measure on the virtual bench and in virtual vehicles, or read what was measured."""
-    load_case = options.load_case
     with progress_bar("synthesis") as progress:
         if options.campaign is not None:
-            vehicles = options.vehicle or []
-            return given_data(options.campaign, vehicles, options.mount_set, load_case, progress)
+            folders, parts = options.vehicle or [], options.mount_set
+            return given_vehicles(options.campaign, folders, parts, options.load_case, progress)
         counts = (options.vehicles, options.mount_sets)
-        return virtual_data(options.seed, *counts, load_case, progress)
+        return virtual_vehicles(options.seed, *counts, options.load_case, progress)
 
 
-def run(data: ValidationData, options: Options, context: RunContext | None = None) -> Report:  # noqa: ARG001
+def run(model: DrivenVehicles, options: Options, context: RunContext | None = None) -> Report:
     """Synthesise, compare, and report."""
-    return synthesis_validation_result(
-        data, options.ear, options.band, with_figures=FIGURES
-    ).report()
+    del context  # nothing here is long enough to be resumed
+    report = Report(
+        "Is the synthesised sound the measured one?",
+        "Forces of the mounts on the test bench times noise transfer functions of the trimmed "
+        "body give a sound at the ear. How far is it from what a microphone hears in the driven "
+        "vehicle, which step costs how much, and do parts that were characterised apart predict a "
+        "design that nobody built?",
+    )
+    report.explain(
+        *("booming noise", "SPL", "booming peak", "dynamic stiffness", "noise transfer function")
+    )
+    report.inputs += model.input_files
+    with threadpool_limits(1):  # its matrices are too small to share
+        result = validate(model, Listening(options.ear, options.band))
+        _report_all(report, result)
+    return report
+
+
+def _report_all(report: Report, result: Validation) -> None:
+    """Write every section, and what stands above them."""
+    comparisons, causes, forces = (
+        table(result) for table in (comparison_table, cause_table, force_table)
+    )
+    judged = _criteria(result, comparisons, causes, forces)
+    missed = [criterion.name for criterion in judged if criterion.holds == "no"]
+    report.warn(
+        f"Not within its target: {'; '.join(missed)}." if missed else "",
+        f"There is no modal analysis: {result.complaint}." if result.complaint else "",
+    )
+    _headlines(report, result, comparisons)
+    _facts(report, result)
+    _against_the_thesis(report, result, judged)
+    _road(report, result, comparisons)
+    report.section(
+        "Forces from response surfaces",
+        "The same forces from the dynamic stiffness of the mounts and the measured motion. The "
+        "surfaces are fitted to all runs but this one. Directions that are not identified keep "
+        "their measured force.",
+    )
+    report.figure(
+        "surface_forces",
+        _pairs(result, [one.by_surfaces for one in result.shown], FORCES),
+        "SPL from measured bench forces and from the surfaces' forces (thesis, figure 38).",
+    )
+    if result.design is not None:
+        _design(report, result, result.design, comparisons)
+    _functions(report, result, comparisons)
+    if result.roads:
+        _causes(report, result, causes, forces)
+    if result.modes is not None:
+        append_modes(report, result.modes, result.true_shapes, result.shown[0].driven.vehicle.name)
+    if result.spread is not None:
+        _spread(report, result, result.spread)
+
+
+def _headlines(report: Report, result: Validation, comparisons: pd.DataFrame) -> None:
+    """Show and keep the numbers that a hurried reader takes away."""
+    road = comparisons[comparisons["comparison"] == ON_ROAD]
+    corr_f, corr_s, peak = road[CORR_F].median(), road[CORR_S].median(), road[PEAK].max()
+    report.summary |= {
+        "corr_f_percent": float(corr_f),
+        "corr_s_percent": float(corr_s),
+        "peak_deviation_db": float(peak),
+    }
+    report.tile(
+        f"{corr_f:.1f} %",
+        "difference in shape of the pressure (corr_f, complex), median; thesis 5 %",
+    )
+    report.tile(f"{corr_s:.1f} %", "difference in scale (corr_s, magnitude), median; thesis 10 %")
+    if np.isfinite(peak):
+        label = "largest deviation of a booming peak from the measured one; thesis 3 dB"
+        report.tile(f"{peak:.1f} dB", label)
+    if result.design is not None:
+        worst = result.design.peak_deviation
+        report.summary["virtual_design_peak_db"] = worst
+        if np.isfinite(worst):
+            label = "largest deviation of a booming peak of the virtual design, all three ways"
+            report.tile(f"{worst:.2f} dB", label)
+    report.summary |= _mode_numbers(result)
+
+
+def _mode_numbers(result: Validation) -> dict[str, float]:
+    """Return ``mode_<n>_hz`` and, against true shapes, ``mode_<n>_mac``, n from 1."""
+    modes, truth = result.modes, result.true_shapes
+    if modes is None:
+        return {}
+    numbers = {f"mode_{n}_hz": float(value) for n, value in enumerate(modes.frequency, 1)}
+    if truth is not None:
+        agreement = np.diag(modes.mac(truth))
+        numbers |= {f"mode_{n}_mac": float(value) for n, value in enumerate(agreement, 1)}
+    return numbers
+
+
+def _facts(report: Report, result: Validation) -> None:
+    """Note what was settled beside the options."""
+    data, design = result.data, result.design
+    report.facts |= {
+        "run": data.run,
+        "ear": result.listening.ear,
+        "vehicles": ", ".join(result.vehicles),
+        "mount_sets": ", ".join(name for name in data.sets if name not in data.mixes),
+        "held_out": "surfaces are fitted to all runs but the one that is looked at",
+        "transfer_functions": "reciprocal",
+    }
+    if design is not None:
+        report.facts |= {
+            "virtual_design": design.mix,
+            "virtual_design_other_set": design.other,
+            "virtual_design_sweeps": design.resolved.sweeps,
+            "virtual_design_lines_outside": int(design.resolved.outside.sum()),
+        }
+    if result.complaint:
+        report.facts["no_modal_analysis"] = result.complaint
+
+
+def _against_the_thesis(report: Report, result: Validation, judged: Sequence[Criterion]) -> None:
+    """Show every figure beside thesis and target."""
+    low, high = result.listening.band
+    sets = list(dict.fromkeys(one.driven.mount_set for one in result.syntheses))
+    n_vehicles = len(result.vehicles)
+    report.section(
+        "Every figure beside the thesis",
+        f"{n_vehicles} {'vehicles' if n_vehicles > 1 else 'vehicle'} with mount sets "
+        f"{', '.join(sets)}, run {result.data.run}, {result.listening.ear}, {low:g} to {high:g} "
+        "Hz. corr_f = |1 − MAC| is the difference in shape, corr_s = |1 − MSF| the scale that "
+        "the synthesised pressure still needs to meet the measured one; the scale over the "
+        "measured pressure stands beside it. Both are of pressures, complex or as magnitudes, "
+        "never of dB curves. Booming peaks are compared with peaks, paired within "
+        f"{TOLERANCE:g} Hz; a peak without partner has no deviation and is counted. Line by line, "
+        "the largest difference in a notch would say nothing about booming.",
+    )
+    columns = ("name", "measured", "thesis", "target", "holds")
+    table = pd.DataFrame({c: [getattr(one, c) for one in judged] for c in columns})
+    words = table[["thesis", "target", "holds"]].replace("", "–")
+    shown = table.rename(columns={"name": "figure"}).assign(
+        measured=[one.written for one in judged], **words
+    )
+    report.table(
+        "validation", table, "A figure without target is reported, not judged.", shown=shown
+    )
+
+
+def _road(report: Report, result: Validation, comparisons: pd.DataFrame) -> None:
+    """Compare the road with the synthesis."""
+    report.section(
+        "Measured against synthesised",
+        "The bench measures with cool mounts on a stiff frame, the vehicle drives with warmer ones "
+        "on a body that gives way, and its microphone hears other paths as well. Forces of the "
+        "bench are blocked forces; they belong with the transfer functions of the assembled "
+        "vehicle, and those of the trimmed body are the thesis's approximation.",
+    )
+    report.figure(
+        "measured_synthesised",
+        _pairs(result, [one.on_road for one in result.shown], SOUNDS),
+        "Measured and synthesised SPL of every vehicle; dots are paired booming peaks (thesis, "
+        "figure 36).",
+    )
+    labels = {
+        ON_ROAD: "against the road",
+        BY_HAMMER: "hammer against reciprocal",
+        BY_SURFACES: "surfaces against forces",
+    }
+    rows = {label: comparisons[comparisons["comparison"] == w] for w, label in labels.items()}
+    report.figure(
+        "synthesis_error",
+        _dots(rows, result, {CORR_F: 5.0, CORR_S: 15.0, PEAK: 3.0}),
+        "Every vehicle and mount set, dots by vehicle: difference in shape, in scale, and at "
+        "booming peaks (thesis, figure 37).",
+    )
+    road = rows["against the road"]
+    report.table(
+        "comparisons",
+        comparisons,
+        "Every vehicle and mount set. Notches rule the rms over all lines.",
+        shown=road.drop(columns=["comparison", "corr_s magnitude, over the reference [%]"]),
+    )
+    peaks = peak_table(result)
+    alone = peaks[(peaks["comparison"] == ON_ROAD) & peaks["deviation [dB]"].isna()]
+    shown = alone.drop(columns=["comparison", "deviation [dB]"]).rename(
+        columns=lambda n: str(n).replace("reference", "measured").replace("compared", "synthesised")
+    )
+    caption = "Booming peaks of one curve alone: they have no deviation."
+    report.table("peaks", peaks, "" if alone.empty else caption, shown=shown)
+
+
+def _design(
+    report: Report, result: Validation, design: VirtualDesign, comparisons: pd.DataFrame
+) -> None:
+    """Show the virtual design in every vehicle."""
+    outside = int(design.resolved.outside.sum())
+    kept = f" Measured forces stay in {'; '.join(design.kept)}." if design.kept else ""
+    report.section(
+        "A virtual design",
+        f"{design.mix}: every part was characterised in another mount set, and the bench measured "
+        "the design itself for comparison. With the motion that was measured with the design the "
+        "check is nearly circular. With the motion of "
+        f"{design.other} nothing of the design is known but its parts. Re-solved, only the "
+        f"excitation comes from {design.other}: inertia from the data sheet, stiffness from the "
+        f"surfaces at the amplitude that comes out ({design.resolved.sweeps} sweeps; lines and "
+        f"directions outside of the measured region: {outside}).{kept}",
+    )
+    measured = "measured forces of the design"
+    colours = {way.value: VEHICLE_PALETTE[place] for place, way in enumerate(DesignMotion)}
+    levels, deviations = [], []
+    for name in result.vehicles:
+        ways = {way.value: design.comparisons[name, way] for way in DesignMotion}
+        worst = max(compared.peak_deviation for compared in ways.values())
+        reference = ways[DesignMotion.OF_THE_MIX.value].levels[0]
+        levels.append(
+            SpeedPanel(
+                name,
+                {measured: reference} | {label: one.levels[1] for label, one in ways.items()},
+                f"peaks within {worst:.2f} dB" if np.isfinite(worst) else "no paired peak",
+            )
+        )
+        above = {label: one.levels[1] - one.levels[0] for label, one in ways.items()}
+        deviations.append(SpeedPanel(name, above))
+    lines = next(iter(design.comparisons.values()))
+    report.figure(
+        "virtual_design",
+        plot.speed_panels(
+            lines.frequency,
+            lines.order,
+            levels,
+            y_label=LEVEL,
+            colours={measured: INK, **colours},
+            dashed=list(colours),
+            depth=DEPTH,
+        ),
+        "SPL of the design from its measured forces, and from the surfaces of its parts in three "
+        "ways (thesis, figure 40); the dashes take turns.",
+    )
+    report.figure(
+        "virtual_design_deviation",
+        plot.speed_panels(
+            lines.frequency, lines.order, deviations, y_label="deviation [dB]", colours=colours
+        ),
+        "The same levels less those of the measured forces, line by line.",
+    )
+    left_out = ("corr_f magnitude", "corr_s complex", "corr_s magnitude, over the reference")
+    rows = comparisons[comparisons["comparison"].str.startswith(DESIGN)]
+    report.table(
+        None,
+        rows.drop(columns=["mount set", *(f"{name} [%]" for name in left_out)]),
+        "Against the forces measured with the design on the bench.",
+        {CORR_F: 3, CORR_S: 2},
+    )
+
+
+def _functions(report: Report, result: Validation, comparisons: pd.DataFrame) -> None:
+    """Hold both methods to measure functions against each other; contributions of the paths."""
+    first = result.shown[0]
+    report.section(
+        "Hammer against loudspeaker, and contributions",
+        "Both methods acquire the same functions with errors of their own: hammer against "
+        "accelerometers and a calibrated volume source. Contributions of single paths exceed their "
+        "sum where they cancel, so an error of one function is not an error of the sum by its "
+        "size alone.",
+    )
+    report.figure(
+        "hammer_reciprocal",
+        _pairs(result, [one.by_hammer for one in result.shown], (RECIPROCAL, HAMMER)),
+        "SPL with the same bench forces and functions of either method (thesis, figure 41).",
+    )
+    report.figure(
+        "contributions",
+        _contributions(first, result.listening.band),
+        f"{first.driven.title}: partial sums per mount along x, and of all paths across (thesis, "
+        "figure 42). Groups 45 dB below the loudest line are left out.",
+    )
+    rows = comparisons[comparisons["comparison"] == BY_HAMMER]
+    medians = rows.groupby("vehicle", sort=False)[[CORR_F, CORR_S, PEAK]].median()
+    report.table(None, medians.reset_index(), "Median over the mount sets.")
+    ranking = first.reciprocal.ranking(Measure.MAGNITUDE, result.listening.band)
+    paths = pd.DataFrame(
+        {
+            "path": [one.path for one in ranking.paths],
+            "rms contribution [Pa]": [one.magnitude for one in ranking.paths],
+            "share of the energy [%]": [100 * one.energy_share for one in ranking.paths],
+        }
+    )
+    report.table(
+        "contributions",
+        paths,
+        f"{first.driven.title}, reciprocal functions: paths by their own A-weighted size in the "
+        "band. The share of the energy counts the phase: below 0 a path takes away.",
+    )
+
+
+def _causes(report: Report, result: Validation, causes: pd.DataFrame, forces: pd.DataFrame) -> None:
+    """Say what a synthesis loses where."""
+    report.section(
+        "Where the accuracy is lost",
+        "Interface forces of the driven vehicle, found by inversion from accelerations on its "
+        "body, are exact with the trimmed body's functions. What they predict better than bench "
+        "forces is the cost of taking blocked forces; what they still miss is the error of the "
+        "transfer functions and of the inversion. Where the truth is known each step "
+        "stands alone. Accelerometers that took no part in the inversion judge its forces.",
+    )
+    by_cause = causes.groupby("what is compared", sort=False)
+    rows = {str(what).replace(", against", ",\nagainst"): own for what, own in by_cause}
+    report.figure(
+        "causes",
+        _dots(rows, result, {CORR_F: None, CORR_S: None, PEAK: None}),
+        "Each step alone, dots by vehicle: difference in shape, in scale, and at booming peaks.",
+    )
+    report.figure(
+        "interface_forces",
+        _interface_forces(result),
+        "Forces along x of one vehicle: measured on the bench, found by inversion on the road, and "
+        "the truth where it is known.",
+    )
+    medians = by_cause[[CORR_F, CORR_S, PEAK]].median()
+    report.table("causes", causes, "Median over the vehicles.", shown=medians.reset_index())
+    report.table("forces", forces, "Errors over the band, all directions together.")
+
+
+def _spread(report: Report, result: Validation, spread: LevelSpread) -> None:
+    """Show how far vehicles of one drawing lie apart."""
+    report.section(
+        "Vehicles of one drawing",
+        f"The measured levels of {len(result.vehicles)} nominally identical vehicles lie "
+        f"{spread.quantile(0.5):.1f} dB apart in the median line, {spread.quantile(0.9):.1f} dB "
+        "in nine of ten. A synthesis that is to tell vehicles apart must be well below that.",
+    )
+    several = result.with_first_set
+    lines = several[0].on_road
+    names = [one.driven.vehicle.name for one in several]
+    heard = [spl(one.on_road.reference, lines.frequency) for one in several]
+    curves = dict(zip(names, heard, strict=True))
+    mean = "mean of the levels"
+    panel = SpeedPanel(
+        f"measured in {len(names)} vehicles, mount set {several[0].driven.mount_set}",
+        {**curves, mean: spread.mean},
+        f"lowest to highest: median {spread.quantile(0.5):.1f} dB",
+    )
+    report.figure(
+        "vehicle_spread",
+        plot.speed_panels(
+            lines.frequency,
+            lines.order,
+            [panel],
+            y_label=LEVEL,
+            colours={**vehicle_colours(names), mean: MUTED},
+            dashed=(mean,),
+            depth=DEPTH,
+        ),
+        "SPL measured in every vehicle (thesis, figure 10).",
+    )
+
+
+@dataclass(frozen=True)
+class Criterion:
+    """One figure that says whether a synthesis can be trusted.
+
+    ``thesis`` is what the thesis reports, ``most`` and ``least`` what was asked; without either
+    nothing is judged.
+    """
+
+    name: str
+    measured: float
+    thesis: str = ""
+    most: float | None = None
+    least: float | None = None
+
+    @property
+    def target(self) -> str:
+        """What was asked, in words."""
+        if self.most is not None:
+            return f"≤ {self.most:g}"
+        return "" if self.least is None else f"≥ {self.least:g}"
+
+    @property
+    def holds(self) -> str:
+        """``yes``, ``no``, or nothing where nothing was asked; unknown is not held."""
+        if not self.target:
+            return ""
+        low = self.least is None or self.measured >= self.least
+        high = self.most is None or self.measured <= self.most
+        return "yes" if low and high else "no"
+
+    @property
+    def written(self) -> str:
+        """The figure with the decimals of its unit."""
+        if not np.isfinite(self.measured):
+            return "not known"
+        return f"{self.measured:.{_DIGITS.get(split_label(self.name)[1], 2)}f}"
+
+
+def _criteria(
+    result: Validation, comparisons: pd.DataFrame, causes: pd.DataFrame, forces: pd.DataFrame
+) -> list[Criterion]:
+    """Gather the figures of a validation."""
+    of = {str(what): rows for what, rows in comparisons.groupby("comparison", sort=False)}
+    road, surfaces, hammer = of[ON_ROAD], of[BY_SURFACES], of[BY_HAMMER]
+    alone = float(road["unpaired peaks"].sum())
+    unpaired = 100 * alone / max(alone + 2 * float(road["paired peaks"].sum()), 1.0)
+    over_measured = road["corr_s magnitude, over the reference [%]"].median()
+    judged = [
+        Criterion("corr_f, complex pressure, median [%]", road[CORR_F].median(), "5", 5),
+        Criterion("corr_f, complex pressure, largest [%]", road[CORR_F].max(), most=10),
+        Criterion("corr_f, magnitude, median [%]", road["corr_f magnitude [%]"].median()),
+        Criterion("corr_s, magnitude, median [%]", road[CORR_S].median(), "10", 15),
+        Criterion("corr_s, magnitude, largest [%]", road[CORR_S].max(), most=20),
+        Criterion("corr_s, magnitude, over the measured pressure, median [%]", over_measured),
+        Criterion("corr_s, complex pressure, median [%]", road["corr_s complex [%]"].median()),
+        Criterion("peaks, synthesised against measured, largest [dB]", road[PEAK].max(), "3", 3),
+        Criterion("peaks of one curve alone, share [%]", unpaired),
+        Criterion("forces from surfaces, at peaks, largest [dB]", surfaces[PEAK].max(), most=0.3),
+        *(
+            Criterion(f"{what}, at peaks, largest [dB]", rows[PEAK].max(), most=0.5)
+            for what, rows in of.items()
+            if what.startswith(DESIGN)
+        ),
+        Criterion(
+            "hammer against reciprocal, at peaks, median [dB]", hammer[PEAK].median(), "1 to 2"
+        ),
+        Criterion(
+            "hammer against reciprocal, at peaks, largest [dB]", hammer[PEAK].max(), "1 to 2"
+        ),
+    ]
+    if result.roads:
+        judged += _force_criteria(causes, forces)
+    if result.spread is not None:
+        name = f"spread over {len(result.vehicles)} vehicles of one drawing, median [dB]"
+        judged.append(Criterion(name, result.spread.quantile(0.5), "10 to 15"))
+    return judged + _mode_criteria(result)
+
+
+def _force_criteria(causes: pd.DataFrame, forces: pd.DataFrame) -> list[Criterion]:
+    """Judge the forces found on the road, and what blocked forces and functions cost."""
+    judged = []
+    inversion = forces["forces by inversion, rms error [%]"]
+    if inversion.notna().any():
+        corr_f = causes.groupby("what is compared")[CORR_F].median()
+        name = "interface forces by inversion on the road, rms error, largest [%]"
+        blocked = forces["bench forces, rms error [%]"].max()
+        judged = [
+            Criterion(name, inversion.max(), most=10),
+            Criterion("bench forces as interface forces, rms error, largest [%]", blocked),
+            Criterion("cost of blocked forces, corr_f, median [%]", corr_f[BLOCKED]),
+            Criterion("cost of measured transfer functions, corr_f, median [%]", corr_f[FUNCTIONS]),
+        ]
+    held_out = forces["held-out accelerometers, median error [%]"].max()
+    return [*judged, Criterion("held-out accelerometers, median error, largest [%]", held_out)]
+
+
+def _mode_criteria(result: Validation) -> list[Criterion]:
+    """Judge the modes: each against the nearest true one, and true ones that none was near."""
+    modes, truth = result.modes, result.shown[0].driven.truth
+    if modes is None:
+        return []
+    judged = [
+        Criterion(f"mode {n}, natural frequency [Hz]", float(value), f"{asked:g}")
+        for n, (asked, value) in enumerate(zip(BODY_MODES, modes.frequency, strict=False), 1)
+    ]
+    if truth is None or result.true_shapes is None:
+        return judged
+    true = truth.natural_frequency
+    nearest = np.abs(np.subtract.outer(modes.frequency, true)).argmin(axis=1)
+    missed = len(set(range(modes.n_modes)) - set(nearest.tolist()))
+    frequency = np.abs(modes.frequency / true[nearest] - 1).max()
+    ratio = modes.model.damping[: modes.n_modes] / truth.damping_ratio[nearest]
+    damping = np.abs(ratio - 1).max()
+    against = "against the truth, largest error [%]"
+    judged += [
+        Criterion("true modes among the lowest that were missed [1]", missed, most=0),
+        Criterion(f"natural frequencies {against}", 100 * float(frequency), most=0.5),
+        Criterion(f"damping ratios {against}", 100 * float(damping), most=15),
+    ]
+    least = float(np.diag(modes.mac(result.true_shapes)).min())
+    if np.isfinite(least):
+        name = "shapes of the modes against the truth, least MAC [1]"
+        judged.append(Criterion(name, least, least=0.95))
+    return judged
+
+
+def _pairs(
+    result: Validation, pairs: Sequence[PressureComparison], labels: tuple[str, str]
+) -> Drawing:
+    """Every vehicle once: two curves with their paired peaks."""
+    panels = []
+    for one, pair in zip(result.shown, pairs, strict=True):
+        peaks = [[both[side] for both in pair.peaks.pairs] for side in (0, 1)]
+        panels.append(
+            SpeedPanel(
+                one.driven.title,
+                dict(zip(labels, pair.levels, strict=True)),
+                f"peaks within {pair.peak_deviation:.2f} dB" if peaks[0] else "no paired peak",
+                {label: _points(own) for label, own in zip(labels, peaks, strict=True)},
+            )
+        )
+    return plot.speed_panels(
+        pairs[0].frequency,
+        pairs[0].order,
+        panels,
+        y_label=LEVEL,
+        colours={labels[0]: INK, labels[1]: VEHICLE_PALETTE[1]},
+        dashed=labels[1:],
+        depth=DEPTH,
+    )
+
+
+def _points(peaks: list[BoomingPeak]) -> tuple[RealArray, RealArray]:
+    """Return frequencies and levels of peaks."""
+    return np.array([one.frequency for one in peaks]), np.array([one.level for one in peaks])
+
+
+def _dots(
+    rows: Mapping[str, pd.DataFrame], result: Validation, measures: Mapping[str, float | None]
+) -> Drawing:
+    """Draw every value of some columns as a dot, by category and vehicle, with what was asked."""
+    panels = []
+    for column, limit in measures.items():
+        values = {
+            category: {
+                str(vehicle): part[column].dropna().to_numpy()
+                for vehicle, part in frame.groupby("vehicle", sort=False)
+                if part[column].notna().any()
+            }
+            for category, frame in rows.items()
+        }
+        label = column.replace("largest peak deviation", "largest at peaks")
+        panels.append(DotPanel(label, values, limit, "asked of the road" if limit else ""))
+    return plot.dot_panels(panels, vehicle_colours(result.vehicles))
+
+
+def _contributions(first: Synthesis, band: Band) -> Drawing:
+    """Partial sums with reciprocal and with hammer functions: along x each, across by axis."""
+    frequency = first.reciprocal.frequency
+    inside = (frequency >= band[0]) & (frequency <= band[1])
+    panels = []
+    names: tuple[str, ...] = ()
+    for label, paths in ((RECIPROCAL, first.reciprocal), (HAMMER, first.hammer)):
+        by_axis = paths_by_axis(paths.paths)
+        groups = {name: [name] for name in by_axis.get("x", ())}
+        groups |= {f"all {axis}": [*of] for axis, of in by_axis.items() if axis != "x"}
+        grouped = paths.grouped(groups)
+        names = grouped.paths
+        loudest = grouped.level[inside].max()
+        curves = {ALL_PATHS: grouped.level[inside]} | {
+            name: level
+            for name, level in zip(names, grouped.path_levels[inside].T, strict=True)
+            if level.max() > loudest - DEPTH
+        }
+        panels.append(SpeedPanel(f"{first.driven.title}, {label}", curves))
+    return plot.speed_panels(
+        frequency[inside],
+        first.on_road.order,
+        panels,
+        y_label=LEVEL,
+        colours=mount_colours(names) | {ALL_PATHS: INK},
+        columns=1,
+        depth=DEPTH,
+    )
+
+
+def _interface_forces(result: Validation) -> Drawing:
+    """First analysed vehicle, along x: bench, road and truth."""
+    road = result.roads[0]
+    driven, force = road.synthesis.driven, road.forces.force
+    low, high = result.listening.band
+    inside = (force.frequency >= low) & (force.frequency <= high)
+    bench = result.data.sets[driven.mount_set].load_case.force
+    truth = None if driven.truth is None else driven.truth.force
+    known = (("on the bench", bench), ("by inversion on the road", force))
+    sources = dict(known if truth is None else (*known, ("true, in the vehicle", truth)))
+    panels = [
+        SpeedPanel(
+            name,
+            {n: np.abs(source.select([name]).values[inside, 0]) for n, source in sources.items()},
+        )
+        for name in force.channels
+        if name.endswith(" x")
+    ]
+    colours = (INK, VEHICLE_PALETTE[1], VEHICLE_PALETTE[0])
+    labels = ("true, in the vehicle", "by inversion on the road", "on the bench")
+    return plot.speed_panels(
+        force.frequency[inside],
+        road.synthesis.on_road.order,
+        panels,
+        y_label="|F| [N]",
+        colours=dict(zip(labels, colours, strict=True)),
+        dashed=labels[1:2],
+    )

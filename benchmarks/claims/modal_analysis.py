@@ -25,6 +25,7 @@ from deboom.bench.interfaces import panel_pressure
 from deboom.bench.vehicle_acquisition import AcquisitionErrors
 from deboom.bench.vehicle_writer import VehicleErrors, write_vehicle
 from deboom.files.vehicle import read_vehicle
+from deboom.measurement.body_modes import BodyModes, body_modes
 from deboom.measurement.channels import Frf
 from deboom.measurement.modal import (
     LARGE_ERROR,
@@ -34,7 +35,6 @@ from deboom.measurement.modal import (
     poles_over_orders,
 )
 from deboom.physics.frf import FrfForm
-from deboom.study.synthesis_validation import ModalPart, modal_part, truth_mac
 
 VEHICLES = tuple(f"U06-{k}" for k in range(1, 6))
 N_MODES = 5
@@ -45,7 +45,7 @@ RULER = Path(__file__).parents[2] / "tests/data/pydvma-ruler/ruler_ten_lines_0-6
 class _Case:
     """One vehicle identified, and its truth."""
 
-    part: ModalPart
+    part: BodyModes
     frequency: RealArray
     damping: RealArray
     shapes: RealArray
@@ -62,7 +62,7 @@ class _Case:
 
     @property
     def mac(self) -> RealArray:
-        both = [np.diag(truth_mac(self.part, self.shapes, only)) for only in (False, True)]
+        both = [np.diag(self.part.mac(self.shapes, only)) for only in (False, True)]
         return np.minimum(*both)
 
     @property
@@ -93,7 +93,7 @@ def _case(
             at_points = truth["shapes_at_interfaces"][:, :, :3]
             at_panels = truth["shapes_at_panels"]
             frequency, damping = truth["natural_frequencies"], truth["damping_ratios"]
-    part = modal_part(car)
+    part = body_modes(car)
     others = None
     if check_panels:
         models = [

@@ -26,12 +26,7 @@ from claims import Claim
 from deboom.mounts.characterise import CharacteriseOptions
 from deboom.mounts.operating_map import Preload
 from deboom.mounts.surface_forces import MountState
-from deboom.study.second_engine import (
-    BY_KINEMATICS,
-    direction_numbers,
-    preload_numbers,
-    second_engines,
-)
+from deboom.study.runner import load_study
 
 SEEDS = range(1, 7)
 SETS = ("M1", "M2", "M3", "M4", "M5")
@@ -55,8 +50,9 @@ def claims() -> list[Claim]:
 def _bench(seed: int) -> tuple[pd.DataFrame, pd.DataFrame]:
     with threadpool_limits(1):
         options = CharacteriseOptions(preload=Preload.STATIC_FORCE, folds=0)
-        done = second_engines((seed,), SETS[seed % len(SETS)], options, lambda *_: None)
-        return direction_numbers(done), preload_numbers(done)
+        study = load_study("second_engine").module
+        done = study.second_engines((seed,), SETS[seed % len(SETS)], options, lambda *_: None)
+        return study.direction_numbers(done), study.preload_numbers(done)
 
 
 def _along(numbers: pd.DataFrame, axis: str) -> pd.DataFrame:
@@ -143,7 +139,9 @@ def _preload(preload: pd.DataFrame) -> list[Claim]:
                 main < by_state[other.value],
             )
         )
-    by_kinematics = identified[identified["preload"] == BY_KINEMATICS]
+    by_kinematics = identified[
+        identified["preload"] == load_study("second_engine").module.BY_KINEMATICS
+    ]
     rows.append(
         Claim(
             "rms error of the force with the static force of the kinematic model, "

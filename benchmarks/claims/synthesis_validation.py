@@ -27,10 +27,13 @@ import pandas as pd
 from threadpoolctl import threadpool_limits
 
 from claims import Claim
-from deboom.study.synthesis_validation import (
+from deboom.study.runner import load_study
+from deboom.vehicles.synthesis import (
     BLOCKED,
     BY_HAMMER,
     BY_SURFACES,
+    CORR_F,
+    CORR_S,
     DESIGN,
     EVERYTHING,
     FUNCTIONS,
@@ -38,12 +41,9 @@ from deboom.study.synthesis_validation import (
     ON_ROAD,
     OTHER_PATHS,
     PEAK,
-    synthesis_validation_result,
-    virtual_data,
 )
 
 SEEDS = (1, 2)
-CORR_F, CORR_S = "corr_f complex [%]", "corr_s magnitude [%]"
 
 
 def claims() -> list[Claim]:
@@ -64,9 +64,8 @@ def claims() -> list[Claim]:
 
 def _tables(seed: int) -> dict[str, pd.DataFrame]:
     with threadpool_limits(1):
-        data = virtual_data(seed, 5, 5, "g5_wot220", lambda *_: None)
-    result = synthesis_validation_result(data, "driver ear", (20.0, 55.0), with_figures=False)
-    return {name: table.assign(seed=seed) for name, table in result.tables.items()}
+        report = load_study("synthesis_validation").report({"seed": seed})
+    return {name: table.assign(seed=seed) for name, table in report.tables.items()}
 
 
 def _words(values: pd.Series[float], digits: int = 1) -> str:

@@ -18,7 +18,6 @@ WITHOUT_PICTURES = (
     "compressor_identification",
     "compressor_unbalance",
     "mount_characterisation",
-    "synthesis_validation",
 )
 """Studies whose tests look at numbers alone: their pictures take longer than they do."""
 

@@ -11,21 +11,20 @@ from deboom.bench.layout import LOAD_CASES
 from deboom.bench.vehicle_writer import write_vehicle
 from deboom.errors import InputError
 from deboom.files.platform import read_platform
-from deboom.study.measured_uncertainty import measured_transfer
 from deboom.study.platform_model import Factor, Motion, MountSource, motion_index, operation
 from deboom.study.runner import load_study, run_study
 from deboom.study.uncertain_index import uncertain_index
 from deboom.vehicles.booming_model import model_of_other_data
 
 STUDIES = Path(__file__).parents[2] / "studies"
-STUDY = STUDIES / "measured_uncertainty.py"
+STUDY = load_study(STUDIES / "measured_uncertainty.py")
 PLATFORM = STUDIES / "data" / "u06_f39_f45"
 QUICK = {"draws": 40, "generations": 2, "population": 8, "samples": 8}
 
 
 @pytest.fixture(scope="module")
 def run(tmp_path_factory):
-    return run_study(load_study(STUDY), tmp_path_factory.mktemp("results"), QUICK)
+    return run_study(STUDY, tmp_path_factory.mktemp("results"), QUICK)
 
 
 def test_changes_are_known_better_than_levels_and_every_number_has_an_interval(run):
@@ -66,7 +65,7 @@ def test_the_designs_of_a_run_may_be_asked_about(tmp_path):
     designs.to_csv(folder / "designs.csv", index=False)
     pd.DataFrame({"pick": ["best mean", None]}).to_csv(folder / "front.csv", index=False)
 
-    result = run_study(load_study(STUDY), tmp_path, {**QUICK, "front": folder})
+    result = run_study(STUDY, tmp_path, {**QUICK, "front": folder})
 
     picks = pd.read_csv(result / "picks.csv")
     assert picks["design"].tolist() == ["today's", "best mean"]
@@ -75,10 +74,10 @@ def test_the_designs_of_a_run_may_be_asked_about(tmp_path):
     assert picks["change, to [dB]"].iloc[1] == pytest.approx(20 * np.log10(0.9))
     designs.rename(columns={"TSM x [1]": "Rear x [1]"}).to_csv(folder / "designs.csv", index=False)
     with pytest.raises(InputError, match=r"has no column 'TSM x \[1\]'"):
-        run_study(load_study(STUDY), tmp_path, {**QUICK, "front": folder})
+        run_study(STUDY, tmp_path, {**QUICK, "front": folder})
     (folder / "designs.csv").unlink()
     with pytest.raises(InputError, match=r"no designs\.csv"):
-        run_study(load_study(STUDY), tmp_path, {**QUICK, "front": folder})
+        run_study(STUDY, tmp_path, {**QUICK, "front": folder})
 
 
 @pytest.mark.parametrize(
@@ -116,8 +115,8 @@ def test_vehicles_measured_in_two_ways_replace_the_priors(tmp_path):
         for seed, name in ((2, "U06-1"), (3, "U06-2"), (4, "U06-3"))
     ]
 
-    one, files = measured_transfer(folders, None, (20.0, 60.0), averaged=False)
-    mean, _ = measured_transfer(folders, "driver ear", (20.0, 60.0), averaged=True)
+    one, files = STUDY.module.measured_transfer(folders, None, (20.0, 60.0), averaged=False)
+    mean, _ = STUDY.module.measured_transfer(folders, "driver ear", (20.0, 60.0), averaged=True)
 
     assert {source.origin for source in one.sources} == {"both methods in U06-1, U06-2, U06-3"}
     assert one.calibration_db == pytest.approx(np.sqrt(2) * mean.calibration_db)
@@ -126,4 +125,4 @@ def test_vehicles_measured_in_two_ways_replace_the_priors(tmp_path):
     assert 0.05 < one.calibration_db < 1.2
     assert 0.002 < one.path < 0.2
     assert folders[0] / "vehicle.toml" in files
-    assert measured_transfer([], None, (20.0, 60.0), averaged=False) == (None, ())
+    assert STUDY.module.measured_transfer([], None, (20.0, 60.0), averaged=False) == (None, ())

@@ -17,9 +17,8 @@ from deboom.mounts.library import open_library
 from deboom.mounts.surface_forces import MountState, main_axis, surface_over
 from deboom.study.campaigns import characterise_into_library
 from deboom.study.runner import load_study, run_study
-from deboom.study.second_engine import STEPS_PER_BENCH, mounts_of_library, second_engines
 
-STUDY = Path(__file__).parents[2] / "studies" / "second_engine.py"
+STUDY = load_study(Path(__file__).parents[2] / "studies" / "second_engine.py")
 OPTIONS = CharacteriseOptions(folds=0)
 FIRST = replace(training_plan("M1"), shaker_repeats=1, frequency=np.arange(20.0, 80.5, 3.0))
 SECOND = replace(
@@ -55,7 +54,7 @@ def library(tmp_path_factory):
 def finished(second, library, tmp_path_factory):
     """One run that several tests look at."""
     options = {"second": second, "library": str(library)}
-    return run_study(load_study(STUDY), tmp_path_factory.mktemp("results"), options)
+    return run_study(STUDY, tmp_path_factory.mktemp("results"), options)
 
 
 def test_forces_of_the_second_engine_are_predicted(finished):
@@ -72,7 +71,9 @@ def test_stiffness_across_follows_the_force_along_the_main_axis(finished, librar
     main, own, _, kinematic = preload.loc["TSM z"]
     assert main < own / 2
     assert kinematic < own / 2
-    strut = next(one for one in mounts_of_library(str(library), "M1") if one.mount.name == "TSM")
+    strut = next(
+        one for one in STUDY.module.mounts_of_library(str(library), "M1") if one.mount.name == "TSM"
+    )
     assert main_axis(strut) == "x"
     units = [surface_over(strut, "z", state).preload_unit for state in MountState]
     assert units == ["N", "N", "N m"]
@@ -91,13 +92,14 @@ def test_every_table_and_figure_is_there_and_every_file_is_named(finished, secon
 def test_both_engines_are_measured_on_virtual_benches_without_files_that_stay():
     plans = (replace(FIRST, runs=FIRST.runs[::5]), replace(SECOND, runs=SECOND.runs[:1]))
     said = []
-    (done,) = second_engines((2,), "M1", OPTIONS, lambda *s: said.append(s), plans)
+    (done,) = STUDY.module.second_engines((2,), "M1", OPTIONS, lambda *s: said.append(s), plans)
     assert (done.title, done.campaign.name) == ("bench 2", "virtual_bench_502")
     assert done.campaign.order == 2.0
     assert not any(path.exists() for path in done.input_files)
-    assert said[-1][:2] == (STEPS_PER_BENCH, STEPS_PER_BENCH)
+    steps = STUDY.module.STEPS_PER_BENCH
+    assert said[-1][:2] == (steps, steps)
     with pytest.raises(InputError, match="no bench to measure on"):
-        second_engines((), "M1", OPTIONS, lambda *_: None)
+        STUDY.module.second_engines((), "M1", OPTIONS, lambda *_: None)
 
 
 @pytest.mark.parametrize(
@@ -112,7 +114,7 @@ def test_both_engines_are_measured_on_virtual_benches_without_files_that_stay():
 def test_bad_requests_are_refused_in_words(second, library, tmp_path, changes, message):
     options = {"second": second, "library": str(library), **changes}
     with pytest.raises(InputError, match=message):
-        run_study(load_study(STUDY), tmp_path, options)
+        run_study(STUDY, tmp_path, options)
 
 
 def test_a_mount_that_was_never_characterised_is_named(second, library, tmp_path):
@@ -121,4 +123,4 @@ def test_a_mount_that_was_never_characterised_is_named(second, library, tmp_path
         mounts = [opened.load(one) for one in opened.identities() if one.mount != "GeM"]
         other.add(opened.campaigns(), mounts)
     with pytest.raises(InputError, match=r"\['GeM'\], which are not among the characterised"):
-        run_study(load_study(STUDY), tmp_path, {"second": second, "library": str(few)})
+        run_study(STUDY, tmp_path, {"second": second, "library": str(few)})

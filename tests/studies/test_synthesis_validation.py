@@ -9,34 +9,30 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from deboom import plot
 from deboom.bench.campaign_plan import TRAINING_RUNS, CampaignPlan
 from deboom.bench.campaign_writer import write_campaign
 from deboom.bench.layout import LOAD_CASES
 from deboom.bench.vehicle_writer import write_vehicle
 from deboom.errors import InputError
-from deboom.study import synthesis_validation as synthesis_validation_figures
+from deboom.study.campaigns import virtual_vehicles
 from deboom.study.runner import load_study, run_study
-from deboom.study.synthesis_validation import (
+from deboom.vehicles.synthesis import (
     BLOCKED,
     EVERYTHING,
     FUNCTIONS,
     INVERSION,
     OTHER_PATHS,
-    Criterion,
     DesignMotion,
-    Listening,
-    given_data,
     parts_of,
-    synthesis_validation_result,
-    validate,
-    validation_figures,
-    virtual_data,
 )
 
-STUDY = Path(__file__).parents[2] / "studies" / "synthesis_validation.py"
+STUDY = load_study(Path(__file__).parents[2] / "studies" / "synthesis_validation.py")
 MIX = "EnM1-GeM2-TSM1-Du2"
 PLAN = CampaignPlan(("M1", "M2", MIX), TRAINING_RUNS[:9], shaker_repeats=1)
 CASE = LOAD_CASES[1]
+PICTURE = b"\x89PNG\r\n\x1a\n"
+MODAL_FIGURES = ("stabilisation", "mode_shapes", "mac", "rebuilt", "panel_contributions")
 
 
 @pytest.fixture(scope="module")
@@ -53,9 +49,20 @@ def bench(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def validation(bench, vehicle):
-    """Everything compared and put into tables."""
-    data = given_data(bench, [vehicle], "M1", CASE.name, lambda *_: None)
-    return data, synthesis_validation_result(data, "driver ear", (20.0, 55.0), with_figures=False)
+    """Validate once: what was measured, the report, and the curves of each picture over speed."""
+    drawn = []
+
+    def record(frequency, order, panels, **_):
+        drawn.append([panel.curves for panel in panels])
+        assert all(len(c) == len(frequency) for p in panels for c in p.curves.values())
+        return PICTURE
+
+    options = STUDY.module.Options(campaign=bench, vehicle=[vehicle], load_case=CASE.name)
+    data = STUDY.module.prepare(options)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(plot, "speed_panels", record)
+        patch.setattr(plot, "dot_panels", lambda *_: PICTURE)
+        return data, STUDY.module.run(data, options), drawn
 
 
 @pytest.fixture(scope="module")
@@ -121,10 +128,10 @@ def test_every_figure_stands_beside_the_thesis(validation):
 
 
 def test_a_target_missed_is_said():
-    missed = Criterion("peaks [dB]", 3.1, "3", most=3)
+    missed = STUDY.module.Criterion("peaks [dB]", 3.1, "3", most=3)
     assert (missed.target, missed.holds) == ("≤ 3", "no")
-    assert Criterion("MAC [1]", 0.96, least=0.95).holds == "yes"
-    assert Criterion("MAC [1]", float("nan"), least=0.95).holds == "no"
+    assert STUDY.module.Criterion("MAC [1]", 0.96, least=0.95).holds == "yes"
+    assert STUDY.module.Criterion("MAC [1]", float("nan"), least=0.95).holds == "no"
 
 
 def test_peaks_are_listed_with_and_without_partner(validation):
@@ -137,22 +144,10 @@ def test_peaks_are_listed_with_and_without_partner(validation):
     assert np.allclose(peaks["engine speed [rpm]"], 40 * frequency)
 
 
-def test_every_figure_shows_its_curves(validation, monkeypatch):
+def test_every_figure_shows_its_curves(validation):
     """What goes into the drawing; the drawing itself has tests of its own."""
-    drawn = []
-
-    def record(frequency, order, panels, **_):
-        drawn.append([panel.curves for panel in panels])
-        assert all(len(c) == len(frequency) for p in panels for c in p.curves.values())
-        return b"lines"
-
-    monkeypatch.setattr(synthesis_validation_figures, "speed_panels", record)
-    monkeypatch.setattr(synthesis_validation_figures, "dot_panels", lambda *_: b"dots")
-    data, result = validation
-    again = validate(data, Listening("driver ear", (20.0, 55.0)))
-    tables = result.tables
-    figures = validation_figures(again, tables["comparisons"], tables["causes"])
-    assert list(figures) == [
+    _, report, drawn = validation
+    assert [stem for stem in report.figures if stem not in MODAL_FIGURES] == [
         "measured_synthesised",
         "synthesis_error",
         "surface_forces",
@@ -179,7 +174,7 @@ def test_without_truth_accelerances_and_mix_what_is_unknown_is_left_out(
     kept = [line for line in lines if not line.startswith("accelerance")]
     settings.write_text("\n".join(kept) + "\n", encoding="utf-8")
     options = {"campaign": small_campaign, "vehicle": [bare]}
-    done = run_study(load_study(STUDY), tmp_path / "results", options)
+    done = run_study(STUDY, tmp_path / "results", options)
     assert not (done / "causes.csv").exists()
     names = pd.read_csv(done / "validation.csv")["name"]
     assert not names.str.contains("truth|virtual design").any()
@@ -205,7 +200,7 @@ def test_without_truth_accelerances_and_mix_what_is_unknown_is_left_out(
 def test_bad_requests_are_refused_in_words(small_campaign, vehicle, tmp_path, changes, message):
     options = {"campaign": small_campaign, "vehicle": [vehicle], **changes}
     with pytest.raises(InputError, match=message):
-        run_study(load_study(STUDY), tmp_path, options)
+        run_study(STUDY, tmp_path, options)
 
 
 @pytest.mark.parametrize(
@@ -219,7 +214,7 @@ def test_bad_requests_are_refused_in_words(small_campaign, vehicle, tmp_path, ch
 )
 def test_impossible_virtual_measurements_are_refused(seed, vehicles, sets, run, message):
     with pytest.raises(InputError, match=message):
-        virtual_data(seed, vehicles, sets, run, lambda *_: None)
+        virtual_vehicles(seed, vehicles, sets, run, lambda *_: None)
 
 
 def test_a_mix_names_the_set_of_every_part():

@@ -1,4 +1,4 @@
-"""Folders in, folders out: campaigns into the library, runs into order spectra."""
+"""Campaigns into the library, runs into order spectra, benches and cars given or virtual."""
 
 from __future__ import annotations
 
@@ -7,11 +7,15 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 from threadpoolctl import threadpool_limits
 
 from deboom.bench.campaign_plan import training_plan
 from deboom.bench.campaign_writer import write_campaign
-from deboom.bench.powertrain import DRAWING
+from deboom.bench.fleet import load_fleet
+from deboom.bench.layout import LOAD_CASES
+from deboom.bench.powertrain import DRAWING, load_bench
+from deboom.bench.vehicle_writer import write_vehicle
 from deboom.errors import InputError
 from deboom.files.campaign import (
     CAMPAIGN_FILE,
@@ -23,6 +27,9 @@ from deboom.files.campaign import (
 )
 from deboom.files.library_export import write_library_json
 from deboom.files.run_folder import hash_files
+from deboom.files.vehicle import read_vehicle
+from deboom.measurement.channels import Frf, Spectrum
+from deboom.measurement.noise_transfer import POINT_LOADS
 from deboom.measurement.order_tracking import (
     DEFAULT_TRACKING,
     OrderTracking,
@@ -40,6 +47,7 @@ from deboom.mounts.characterise import (
 from deboom.mounts.characterised_mount import CharacterisedMount, MapPoints
 from deboom.mounts.library import MountLibrary, open_library
 from deboom.study.progress import Progress
+from deboom.vehicles.synthesis import DrivenVehicle, DrivenVehicles, VehicleTruth, bench_sets
 
 
 def characterise_into_library(
@@ -250,3 +258,146 @@ def described_orders(time_run: str, tracked: TrackedRun, path: Path) -> list[str
         f"{time_run} -> run {run.name} of mount set {run.mount_set}, {path.as_posix()}",
         *(f"  {line}" for line in tracked.report()),
     ]
+
+
+VIRTUAL_GROUP = "U06"
+"""Of the virtual fleet: vehicles of one drawing."""
+
+
+def given_vehicles(
+    folder: Path, folders: Sequence[Path], mount_set: str, run: str, progress: Progress
+) -> DrivenVehicles:
+    """Take a user's own campaign, and vehicles that were driven with one of its mount sets.
+
+    Parameters
+    ----------
+    folder : Path
+        Of the campaign; it has a full-load run of the same gear and torque limit.
+    folders : sequence of Path
+        Of the vehicles, at least one; of one drawing.
+    mount_set : str
+        Under their powertrains.
+    run : str
+        Name of the vehicles' run.
+    progress : callable
+        ``progress(done, total, text)``.
+
+    Raises
+    ------
+    InputError
+        Folders that cannot be read or do not fit together, no vehicle, no such run or set.
+    """
+    if not folders:
+        raise InputError("there is no vehicle to listen in: name at least one with --vehicle")
+    progress(0, 1, "vehicles")
+    driven = [_driven(car, run, mount_set) for car in folders]
+    road = driven[0].vehicle.run(run)
+    progress(0, 1, "reading the bench's files")
+    campaign = read_campaign(folder)
+    if mount_set not in campaign.mount_sets:
+        raise InputError(
+            f"{folder}: the vehicles' mount set '{mount_set}' was not on the bench, use one of "
+            f"{list(campaign.mount_sets)}"
+        )
+    benches = bench_sets(campaign, road.gear, road.torque_limit, progress)
+    progress(len(benches), len(benches), "")
+    files = [path for car in folders for path in sorted(car.rglob("*")) if path.is_file()]
+    inputs = (*campaign.input_files, *dict.fromkeys(files))
+    return DrivenVehicles(campaign, run, benches, tuple(driven), inputs)
+
+
+def virtual_vehicles(
+    seed: int, n_vehicles: int, n_sets: int, run: str, progress: Progress
+) -> DrivenVehicles:
+    """Measure mount sets on the virtual bench, drive them in virtual cars, and keep no files.
+
+    Parameters
+    ----------
+    seed : int
+        Of all errors, from 1; seed 1 takes the frozen fleet.
+    n_vehicles, n_sets : int
+        Vehicles of one group, and mount sets ``M1``, ``M2``, …; every vehicle drives with every
+        set. The bench measures a mix of the sets as well.
+    run : str
+        Such as ``g5_wot220``.
+    progress : callable
+        ``progress(done, total, text)``.
+
+    Raises
+    ------
+    InputError
+        More vehicles than the group has, fewer than two mount sets, an unknown run, a seed below 1.
+    """
+    if seed < 1:
+        raise InputError(f"seed {seed} is refused: seeds are whole numbers from 1")
+    names = [name for name in load_fleet(seed).bodies if name.startswith(f"{VIRTUAL_GROUP}-")]
+    if not 1 <= n_vehicles <= len(names):
+        raise InputError(f"{n_vehicles} vehicles: group {VIRTUAL_GROUP} has 1 to {len(names)}")
+    if n_sets < 2:
+        raise InputError(f"{n_sets} mount sets make no virtual design: take at least 2")
+    plan = next((plan for plan in LOAD_CASES if plan.name == run), None)
+    if plan is None:
+        raise InputError(f"there is no run '{run}', use {[plan.name for plan in LOAD_CASES]}")
+    sets = [f"M{k}" for k in range(1, n_sets + 1)]
+    mounts = load_bench().mounts
+    mix = "-".join(f"{mount.name}{1 + k % n_sets}" for k, mount in enumerate(mounts))
+    on_bench = n_sets + 1
+    total = 2 * on_bench + n_vehicles * n_sets
+
+    def characterising(done: int, _: int, text: str) -> None:
+        progress(on_bench + done, total, text)
+
+    with tempfile.TemporaryDirectory(prefix="deboom-") as temporary:
+        folder = Path(temporary)
+        progress(0, total, "mounts on the bench")
+        write_campaign(folder / "bench", seed, training_plan(*sets, mix))
+        campaign = read_campaign(folder / "bench")
+        benches = bench_sets(campaign, plan.gear, plan.torque, characterising)
+        driven = []
+        for number, name in enumerate(names[:n_vehicles]):
+            for place, parts in enumerate(sets):
+                progress(2 * on_bench + number * n_sets + place, total, f"{name} with {parts}")
+                car = folder / f"{name}_{parts}"
+                struck = place == number % n_sets  # accelerances are large: with one set only
+                write_vehicle(car, seed, name, parts, load_cases=(plan,), accelerance=struck)
+                driven.append(_driven(car, run, parts))
+    progress(total, total, "")
+    return DrivenVehicles(campaign, run, benches, tuple(driven))
+
+
+def _driven(folder: Path, run: str, mount_set: str) -> DrivenVehicle:
+    """Read a vehicle with its run, and its truth where there is one."""
+    vehicle = read_vehicle(folder)
+    vehicle.run(run)  # it must be there
+    return DrivenVehicle(vehicle, _truth(folder, run), mount_set)
+
+
+def _truth(folder: Path, run: str) -> VehicleTruth | None:
+    """Read the truth of a virtual vehicle; None for a vehicle that nobody knows the truth of."""
+    paths = [folder / "truth" / f"{name}.npz" for name in (run, "vehicle")]
+    if not all(path.is_file() for path in paths):
+        return None
+    with (
+        np.load(paths[0], allow_pickle=False) as driven,
+        np.load(paths[1], allow_pickle=False) as body,
+    ):
+        frequency = driven["frequency"].real
+        ears, interfaces = (tuple(body[name].tolist()) for name in ("ears", "interfaces"))
+        transfer = body["noise_transfer"]
+        at_interfaces = body["shapes_at_interfaces"][:, :, :3]
+        return VehicleTruth(
+            force=Spectrum(frequency, driven["force"], tuple(driven["channels"].tolist()), "N"),
+            pressure=Spectrum(frequency, driven["pressure_of_mounts"], ears, "Pa"),
+            noise_transfer=Frf(
+                body["frequency"],
+                transfer.reshape(*transfer.shape[:2], -1),
+                ears,
+                tuple(f"{name} {load}" for name in interfaces for load in POINT_LOADS),
+                "Pa/N",
+            ),
+            natural_frequency=body["natural_frequencies"],
+            damping_ratio=body["damping_ratios"],
+            shapes=np.hstack(
+                [at_interfaces.reshape(len(at_interfaces), -1), body["shapes_at_panels"]]
+            ),
+        )

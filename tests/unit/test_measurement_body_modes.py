@@ -1,4 +1,4 @@
-"""The modal part of a study: its tables, figures, and what it refuses."""
+"""Modes of a body out of a vehicle's files, and their part of a report."""
 
 from dataclasses import replace
 
@@ -9,15 +9,10 @@ from deboom.bench.fleet import NO_SPREAD
 from deboom.bench.vehicle_writer import VehicleErrors, write_vehicle
 from deboom.errors import InputError
 from deboom.files.vehicle import read_vehicle
+from deboom.measurement.body_modes import body_modes
 from deboom.measurement.channels import Frf
-from deboom.study.synthesis_validation import (
-    body_motion,
-    modal_figures,
-    modal_part,
-    modal_tables,
-    summary,
-    truth_mac,
-)
+from deboom.report import Report
+from deboom.study.modal_report import append_modes, body_motion
 
 pytest.importorskip("sdypy.EMA", reason="modal analysis is an extra")
 
@@ -31,7 +26,7 @@ def car(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def part(car):
-    return modal_part(car)
+    return body_modes(car)
 
 
 def test_outputs_are_mount_points_and_panels(part):
@@ -51,40 +46,35 @@ def test_motion_is_along_the_directions_of_the_outputs(part):
     assert drawn.titles[0] == "23.7 Hz, ζ 2.8 %"
 
 
-def test_tables_and_summary_with_and_without_a_truth(part):
-    tables = modal_tables(part)
-    assert list(tables) == ["modes", "panel_contributions"]
-    assert "MAC with the truth [1]" not in tables["modes"]
-    assert list(summary(part)) == [f"mode_{n}_hz" for n in range(1, 6)]
-    itself = part.model.shapes
-    assert modal_tables(part, itself)["modes"]["MAC with the truth [1]"].to_numpy() == (
-        pytest.approx(1.0)
-    )
-    assert summary(part, itself)["mode_5_mac"] == pytest.approx(1.0)
+def in_report(modes, truth=None):
+    report = Report("Modes")
+    append_modes(report, modes, truth, "U06-1")
+    return report
 
 
-def test_figures_are_named_by_what_is_known(part):
-    few = replace(part, n_modes=2)
-    assert list(modal_figures(replace(few, panels=None))) == [
-        "stabilisation",
-        "mode_shapes",
-        "rebuilt",
-    ]
+def test_a_report_has_what_is_known(part):
+    report = in_report(part)
+    assert list(report.tables) == ["modes", "panel_contributions"]
+    assert "MAC with the truth [1]" not in report.tables["modes"]
+    few = replace(part, n_modes=2, panels=None)
+    report = in_report(few, few.model.shapes)
+    assert list(report.figures) == ["stabilisation", "mode_shapes", "mac", "rebuilt"]
+    assert report.tables["modes"]["MAC with the truth [1]"].to_numpy() == pytest.approx(1.0)
 
 
 def test_a_vehicle_without_panels_has_modes_all_the_same(car):
-    bare = modal_part(replace(car, panels=None))
+    bare = body_modes(replace(car, panels=None))
     assert bare.panels is None
     assert len(bare.model.outputs) == 15
-    assert list(modal_tables(bare)) == ["modes"]
+    assert list(in_report(bare).tables) == ["modes"]
 
 
 def test_what_cannot_be_answered_is_refused(car, part):
     with pytest.raises(InputError, match=r"modes from 20 to 80 Hz .* 12 asked for"):
-        modal_part(car, n_modes=12)
+        body_modes(car, n_modes=12)
     with pytest.raises(InputError, match="one column for each of the 23 outputs"):
-        truth_mac(part, np.ones((5, 15)))
+        part.mac(np.ones((5, 15)))
     motion = car.panels.motion
     other = Frf(motion.frequency + 1, motion.values, motion.outputs, motion.inputs, motion.unit)
     with pytest.raises(InputError, match="other lines"):
-        modal_part(replace(car, panels=replace(car.panels, motion=other)))
+        body_modes(replace(car, panels=replace(car.panels, motion=other)))

@@ -1,0 +1,171 @@
+"""Modes of a vehicle's body as a part of a report."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pandas as pd
+
+from deboom import plot
+from deboom.arrays import RealArray
+from deboom.measurement.body_modes import BodyModes
+from deboom.plot import BodyMotion, CurvePanel
+from deboom.report import Report
+
+if TYPE_CHECKING:
+    from deboom.plot.style import Drawing
+
+N_REBUILT = 4
+"""FRFs shown beside the rebuilt ones: the mount directions and panels that move most."""
+
+
+def append_modes(report: Report, modes: BodyModes, truth: RealArray | None, vehicle: str) -> None:
+    """Add a section on the modes, with tables ``modes`` and ``panel_contributions``.
+
+    Parameters
+    ----------
+    report : Report
+        Gets the section.
+    modes : BodyModes
+        Of the vehicle.
+    truth : array, shape (n_true, n_output), or None
+        True shapes in increasing frequency; columns as ``modes.model.outputs``.
+    vehicle : str
+        Its name.
+    """
+    report.section(
+        "Modes of the body",
+        f"{vehicle}, from the loudspeaker's measurement (thesis, figure 43): poles by least "
+        "squares on a common denominator over rising orders, clustered; shapes with residuals for "
+        "the modes outside of the band.",
+    )
+    caption = "Stabilisation chart: poles over the order of the polynomial."
+    report.figure("stabilisation", _stabilisation(modes), caption)
+    moved = plot.mode_shapes(body_motion(modes))
+    report.figure("mode_shapes", moved, "Shapes of the modes at the mounts and panels.")
+    titles = [f"{value:.1f} Hz" for value in modes.frequency]
+    if truth is not None:
+        values = modes.mac(truth)
+        true = [f"true {number}" for number in range(1, values.shape[1] + 1)]
+        report.figure(
+            "mac",
+            plot.matrix_map(values, titles, true, value_label="MAC [1]"),
+            "Shapes found against each other, or against the truth where it is known (MAC).",
+        )
+    report.figure(
+        "rebuilt",
+        _rebuilt(modes),
+        "Measured functions, and those rebuilt from modes and residuals.",
+    )
+    panels = modes.panels
+    numbers = [f"mode {n}" for n in range(1, modes.n_modes + 1)]
+    if panels is not None:
+        shares = 100 * panels.shares[: modes.n_modes]
+        label = f"share of the pressure at the {panels.ear} [%]"
+        report.figure(
+            "panel_contributions",
+            plot.matrix_map(
+                *(shares, titles, panels.panels),
+                value_label=label,
+                limits=(-100.0, 100.0),
+                decimals=0,
+            ),
+            "What each panel brings to the pressure at the ear in each mode.",
+        )
+    caption = "Median over the orders with its spread."
+    report.table("modes", _mode_table(modes, truth, numbers), caption)
+    if panels is not None:
+        table = pd.DataFrame(shares, columns=[f"{panel} [%]" for panel in panels.panels])
+        table.insert(0, "mode", numbers)
+        report.table("panel_contributions", table, "Panels by mode.")
+
+
+def body_motion(modes: BodyModes) -> BodyMotion:
+    """Return points, normals and shapes as the figures of shapes read them."""
+    normals = np.zeros((len(modes.places), 3))
+    for row, place in enumerate(modes.places):
+        if place.is_panel:
+            normals[row] = next(iter(place.directions.values()))
+    damping = modes.model.damping[: modes.n_modes]
+    return BodyMotion(
+        [place.label for place in modes.places],
+        np.array([place.position for place in modes.places]),
+        normals,
+        [f"{f:.1f} Hz, ζ {100 * z:.1f} %" for f, z in zip(modes.frequency, damping, strict=True)],
+        modes.motion,
+    )
+
+
+def _mode_table(modes: BodyModes, truth: RealArray | None, numbers: list[str]) -> pd.DataFrame:
+    """One row per mode, with its spread over the orders."""
+    clusters = modes.model.clusters[: modes.n_modes]
+    table = pd.DataFrame(
+        {
+            "mode": numbers,
+            "frequency [Hz]": [c.frequency for c in clusters],
+            "spread of frequency [Hz]": [c.frequency_spread for c in clusters],
+            "damping ratio [%]": [100 * c.damping for c in clusters],
+            "spread of damping [%]": [100 * c.damping_spread for c in clusters],
+            "orders that agree [%]": [100 * c.share for c in clusters],
+            "complexity 1 - MPC [%]": 100 * modes.model.complexity[: modes.n_modes],
+            "residues of one shape [%]": 100 * modes.model.rank_one[: modes.n_modes],
+        }
+    )
+    if truth is not None:
+        table["MAC with the truth [1]"] = np.diag(modes.mac(truth))
+        table["MAC of mount points [1]"] = np.diag(modes.mac(truth, mount_points_only=True))
+    return table
+
+
+def _stabilisation(modes: BodyModes) -> Drawing:
+    """Draw the poles over the sum of all FRFs."""
+    chart, measured = modes.chart, modes.measured
+    lines = (measured.frequency >= chart.band[0]) & (measured.frequency <= chart.band[1])
+    total = np.sqrt(np.sum(np.abs(measured.values[lines]) ** 2, axis=(1, 2)))
+    return plot.stabilisation_chart(
+        measured.frequency[lines],
+        20 * np.log10(total),
+        chart.frequency,
+        chart.order,
+        chart.stable,
+        modes.model.frequency,
+        level_label="all |a/Q̇|, root of sum of squares [dB re 1/m²]",
+    )
+
+
+def _rebuilt(modes: BodyModes) -> Drawing:
+    """Show the strongest output of each of the strongest places, at the first ear."""
+    rebuilt = modes.model.rebuilt
+    lines = np.isin(modes.measured.frequency, rebuilt.frequency)
+    measured = modes.measured.values[lines][:, :, 0]
+    energy = np.sum(np.abs(measured) ** 2, axis=0)
+    outputs = list(modes.measured.outputs)
+    points: list[int] = []
+    panels: list[int] = []
+    for place in modes.places:
+        columns = (outputs.index(name) for name in place.directions)
+        strongest = max(columns, key=lambda k: float(energy[k]))
+        (panels if place.is_panel else points).append(strongest)
+    chosen = [
+        *sorted(points, key=lambda k: -float(energy[k]))[: 2 if panels else N_REBUILT],
+        *sorted(panels, key=lambda k: -float(energy[k]))[:2],
+    ]
+    frames = [
+        CurvePanel(
+            f"{outputs[k]}, error {100 * modes.model.error[k, 0]:.1f} %",
+            rebuilt.frequency,
+            {
+                "measured": 20 * np.log10(np.abs(measured[:, k])),
+                "modes and residuals": 20 * np.log10(np.abs(rebuilt.values[:, k, 0])),
+            },
+        )
+        for k in chosen
+    ]
+    return plot.curve_panels(
+        frames,
+        x_label="frequency [Hz]",
+        y_label="|a/Q̇| [dB re 1/m²]",
+        columns=2,
+        dashed=("modes and residuals",),
+    )

@@ -1,0 +1,725 @@
+"""Sound synthesised from bench forces, and each step of it held against what was measured.
+
+Thesis, 3.6 and 3.7: blocked forces of the mounts on the bench times the noise transfer functions of
+the trimmed body; the same with forces from response surfaces, a design of parts that were
+characterised apart, and interface forces that accelerations on the road give by inversion.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from enum import Enum
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+from threadpoolctl import threadpool_limits
+
+from deboom.arrays import ComplexArray, RealArray
+from deboom.errors import InputError
+from deboom.measurement.body_modes import BodyModes, body_modes
+from deboom.measurement.campaign import Campaign, OperatingRun
+from deboom.measurement.channels import Frf, LoadCase, Spectrum
+from deboom.measurement.measured_vehicle import (
+    MeasuredVehicle,
+    Method,
+    path_accelerance,
+    path_noise_transfer,
+    piece_paths,
+    point_noise_transfer,
+    summed_over_pieces,
+)
+from deboom.measurement.path_forces import (
+    OnBoardValidation,
+    PathForces,
+    forces_by_inversion,
+    validate_on_board,
+)
+from deboom.measurement.uncertainty import LevelSpread, level_spread
+from deboom.mounts.characterise import CharacteriseOptions, characterise, measuring_chains
+from deboom.mounts.characterised_mount import CharacterisedMount
+from deboom.mounts.mount import Mount
+from deboom.mounts.operating_map import bench_load_case
+from deboom.mounts.surface_forces import Outside, SurfaceForces, surface_forces
+from deboom.physics.sound_level import spl
+from deboom.vehicles.amplitude_motion import ResolvedDesign, identified_surfaces, resolve_design
+from deboom.vehicles.booming_peaks import BoomingPeak, PressureComparison, compare_pressure
+from deboom.vehicles.coupled_motion import coupled_motion
+from deboom.vehicles.fleet import Band, Fleet, Vehicle
+from deboom.vehicles.path_analysis import PathAnalysis, analyse_paths
+from deboom.vehicles.powertrain import Powertrain
+
+HELD_OUT = 2
+"""Of the accelerometers around a mount the one with this place judges the others' forces."""
+
+EVERYTHING = "bench forces, measured functions, against the microphone"
+INVERSION = "forces by inversion on the road, measured functions, against the microphone"
+BLOCKED = "bench forces, true functions, against the sound through the mounts"
+FUNCTIONS = "true forces, measured functions, against the sound through the mounts"
+OTHER_PATHS = "true sound through the mounts, against the microphone"
+
+ON_ROAD = "synthesised against measured"
+BY_SURFACES = "forces from surfaces against measured forces"
+BY_HAMMER = "hammer against reciprocal functions"
+DESIGN = "virtual design, "
+
+CORR_F, CORR_S = "corr_f complex [%]", "corr_s magnitude [%]"
+PEAK = "largest peak deviation [dB]"
+
+_PART_OF_SET = re.compile(r"([A-Za-z]+)(\d+)")
+
+
+@dataclass(frozen=True)
+class Listening:
+    """Where pressures are compared, and in which lines, both edges of the band included [Hz]."""
+
+    ear: str
+    band: Band
+
+
+@dataclass(frozen=True, eq=False)
+class BenchSet:
+    """One mount set on the bench.
+
+    Parameters
+    ----------
+    name : str
+        Such as ``M1``, or ``EnM1-GeM2-TSM3-Du4`` for a mix.
+    load_case : LoadCase
+        The run that is looked at, as the bench measured it: blocked forces.
+    mounts : tuple of CharacterisedMount
+        Their surfaces are fitted to all other runs.
+    """
+
+    name: str
+    load_case: LoadCase
+    mounts: tuple[CharacterisedMount, ...]
+
+    @cached_property
+    def modelled(self) -> SurfaceForces:
+        """The run with forces of the surfaces; lines that none speaks of stay measured."""
+        return surface_forces(self.load_case, self.mounts, Outside.KEEP_MEASURED)
+
+
+def bench_sets(
+    campaign: Campaign,
+    gear: int,
+    torque_limit: float,
+    progress: Callable[[int, int, str], None],
+) -> dict[str, BenchSet]:
+    """Characterise every mount set of a campaign, without the run that is to be predicted.
+
+    Parameters
+    ----------
+    campaign : Campaign
+        With one such run, and others, for every mount set.
+    gear : int
+        Of the full-load run with rising torque that is to be predicted.
+    torque_limit : float
+        Its limit [N m].
+    progress : callable
+        ``progress(done, total, text)``; one step per mount set.
+
+    Raises
+    ------
+    InputError
+        A mount set without that run or without any other one.
+    """
+    predicted = {name: _run(campaign, name, gear, torque_limit) for name in campaign.mount_sets}
+    left_out = [id(run) for run in predicted.values()]
+    others = replace(campaign, runs=tuple(run for run in campaign.runs if id(run) not in left_out))
+    options = CharacteriseOptions(folds=0)
+    progress(0, len(predicted), "measuring chains")
+    chains = measuring_chains(campaign, options)
+    sets = {}
+    for place, (name, run) in enumerate(predicted.items()):
+        progress(place, len(predicted), f"mount set {name}")
+        mounts = characterise(others, name, options, chains=chains).mounts
+        with threadpool_limits(1):  # its matrices are too small to share
+            case = bench_load_case(campaign, run, chains, f"gear {gear}, {torque_limit:g} N m")
+        sets[name] = BenchSet(name, case, mounts)
+    return sets
+
+
+def _run(campaign: Campaign, mount_set: str, gear: int, torque_limit: float) -> OperatingRun:
+    """Return the full-load run of a mount set that is to be predicted."""
+    for run in campaign.runs_of(mount_set):
+        if run.full_load and run.rising and (run.gear, run.torque_limit) == (gear, torque_limit):
+            return run
+    raise InputError(
+        f"campaign {campaign.name}, mount set {mount_set}: there is no full-load run in gear "
+        f"{gear} with {torque_limit:g} N m to compare with the road: measure it, or choose another "
+        "run with --load-case"
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class VehicleTruth:
+    """What is exact about a virtual vehicle and its run.
+
+    Parameters
+    ----------
+    force : Spectrum
+        Of every mount on the body, channels ``<mount> [<piece>] <axis>`` [N].
+    pressure : Spectrum
+        At the ears, through the mounts alone [Pa].
+    noise_transfer : Frf
+        Outputs are the ears, inputs ``<mount> [<piece>] x y z mx my mz`` [Pa/N].
+    natural_frequency, damping_ratio : array, shape (n_mode,)
+        Of the trimmed body on average; between two measurements it changes a little [Hz], [1].
+    shapes : array, shape (n_mode, n_output)
+        Translations at the interfaces, then panels inwards [kg^-1/2].
+    """
+
+    force: Spectrum
+    pressure: Spectrum
+    noise_transfer: Frf
+    natural_frequency: RealArray
+    damping_ratio: RealArray
+    shapes: RealArray
+
+
+@dataclass(frozen=True, eq=False)
+class DrivenVehicle:
+    """One vehicle that was driven with one mount set; the truth is None where it is unknown."""
+
+    vehicle: MeasuredVehicle
+    truth: VehicleTruth | None
+    mount_set: str
+
+    @property
+    def title(self) -> str:
+        """Such as ``U06-1 with M1``."""
+        return f"{self.vehicle.name} with {self.mount_set}"
+
+
+@dataclass(frozen=True, eq=False)
+class DrivenVehicles:
+    """Vehicles that were driven, and the bench that their mounts were on.
+
+    Parameters
+    ----------
+    campaign : Campaign
+        On the bench.
+    run : str
+        Name of the vehicles' run that is looked at.
+    sets : dict of str to BenchSet
+        By name, mixes included.
+    driven : tuple of DrivenVehicle
+        At least one.
+    input_files : tuple of Path
+        That stay; virtual measurements leave none.
+    """
+
+    campaign: Campaign
+    run: str
+    sets: dict[str, BenchSet]
+    driven: tuple[DrivenVehicle, ...]
+    input_files: tuple[Path, ...] = ()
+
+    @property
+    def vehicles(self) -> tuple[DrivenVehicle, ...]:
+        """Every vehicle once."""
+        first: dict[str, DrivenVehicle] = {}
+        for driven in self.driven:
+            first.setdefault(driven.vehicle.name, driven)
+        return tuple(first.values())
+
+    @property
+    def mixes(self) -> dict[str, dict[str, str]]:
+        """Mix → mount → the set in which that part was characterised as well."""
+        named = {name: parts_of(name) for name in self.sets}
+        return {
+            n: p for n, p in named.items() if p and all(part in self.sets for part in p.values())
+        }
+
+
+def parts_of(mix: str) -> dict[str, str]:
+    """Return mount → set of a name like ``EnM1-GeM2``; empty for any other name."""
+    units = [_PART_OF_SET.fullmatch(part) for part in mix.split("-")]
+    if len(units) < 2 or None in units:
+        return {}
+    return {unit[1]: f"M{unit[2]}" for unit in units if unit is not None}
+
+
+@dataclass(frozen=True, eq=False)
+class Synthesis:
+    """One vehicle with one mount set: ways to its sound, beside what its microphone heard.
+
+    Parameters
+    ----------
+    driven : DrivenVehicle
+        Vehicle and mount set.
+    measured : array, shape (n_frequency,)
+        Pressure at the ear on the road [Pa].
+    reciprocal, hammer : PathAnalysis
+        Measured bench forces times the noise transfer functions of either method.
+    on_road, by_hammer, by_surfaces : PressureComparison
+        Synthesis against the road; hammer against reciprocal functions; forces from surfaces
+        against measured ones. The latter two within the synthesis.
+    """
+
+    driven: DrivenVehicle
+    measured: ComplexArray
+    reciprocal: PathAnalysis
+    hammer: PathAnalysis
+    on_road: PressureComparison
+    by_hammer: PressureComparison
+    by_surfaces: PressureComparison
+
+
+def synthesise(
+    driven: DrivenVehicle, run_name: str, bench: BenchSet, listening: Listening
+) -> Synthesis:
+    """Synthesise the sound of a driven vehicle from the bench forces of its mounts.
+
+    Raises
+    ------
+    InputError
+        An ear that the vehicle does not have; lines or paths of bench and vehicle that differ.
+    """
+    vehicle = driven.vehicle
+    run = vehicle.run(run_name)
+    measured = run.pressure.select([listening.ear]).values[:, 0]
+    by_method = {method: path_noise_transfer(vehicle, method, listening.ear) for method in Method}
+    force = bench.load_case.force
+    reciprocal = _paths(vehicle, force, by_method[Method.RECIPROCAL])
+    hammer = _paths(vehicle, force, by_method[Method.DIRECT])
+    surfaces = _paths(vehicle, bench.modelled.load_case.force, by_method[Method.RECIPROCAL])
+
+    def compared(reference: ComplexArray, other: ComplexArray) -> PressureComparison:
+        return compare_pressure(run.pressure.frequency, run.order, reference, other, listening.band)
+
+    return Synthesis(
+        driven=driven,
+        measured=measured,
+        reciprocal=reciprocal,
+        hammer=hammer,
+        on_road=compared(measured, reciprocal.pressure),
+        by_hammer=compared(reciprocal.pressure, hammer.pressure),
+        by_surfaces=compared(reciprocal.pressure, surfaces.pressure),
+    )
+
+
+def _paths(vehicle: MeasuredVehicle, force: Spectrum, transfer: Frf) -> PathAnalysis:
+    """Return the contributions of bench forces per piece through functions per path."""
+    return analyse_paths(transfer, summed_over_pieces(force, piece_paths(vehicle.mounts)))
+
+
+class DesignMotion(Enum):
+    """Which motion the surfaces of a virtual design are given."""
+
+    OF_THE_MIX = "motion of the mix"
+    """As measured with the design itself on the bench: the thesis; nearly circular."""
+    OF_ANOTHER_SET = "motion of another set"
+    """As measured with other mounts."""
+    RESOLVED = "motion re-solved"
+    """From the excitation that another set's run shows, and the surfaces alone."""
+
+
+@dataclass(frozen=True, eq=False)
+class VirtualDesign:
+    """One mix of parts in every vehicle.
+
+    Parameters
+    ----------
+    mix, other : str
+        Mount sets: the design, and the one whose motion or excitation is taken.
+    comparisons : dict of (str, DesignMotion) to PressureComparison
+        By vehicle and motion: from the design's surfaces against its measured forces.
+    resolved : ResolvedDesign
+        The motion that was solved.
+    kept : tuple of str
+        Channels of the design that keep a measured force, with the reason.
+    """
+
+    mix: str
+    other: str
+    comparisons: dict[tuple[str, DesignMotion], PressureComparison]
+    resolved: ResolvedDesign
+    kept: tuple[str, ...]
+
+    @property
+    def peak_deviation(self) -> float:
+        """Largest one of all ways and vehicles; nan without a pair of peaks [dB]."""
+        values = [compared.peak_deviation for compared in self.comparisons.values()]
+        return max((value for value in values if np.isfinite(value)), default=float("nan"))
+
+
+def predict_design(
+    design: BenchSet,
+    other: BenchSet,
+    vehicles: tuple[MeasuredVehicle, ...],
+    powertrain: Powertrain,
+    listening: Listening,
+) -> VirtualDesign:
+    """Predict the sound of a mix of parts from the surfaces that they had in other sets.
+
+    Parameters
+    ----------
+    design : BenchSet
+        The mix as measured on the bench, with parts characterised in other sets.
+    other : BenchSet
+        Whose motion and excitation are known beside the design's.
+    vehicles : tuple of MeasuredVehicle
+        Vehicles of one drawing, each once.
+    powertrain : Powertrain
+        On the bench.
+    listening : Listening
+        Ear and band.
+
+    Raises
+    ------
+    InputError
+        A mount that does not say what it carries; see `deboom.vehicles.coupled_motion`.
+    """
+    measured = design.load_case
+    with_other = surface_forces(other.load_case, design.mounts, Outside.KEEP_MEASURED)
+    transfers = [path_noise_transfer(one, Method.RECIPROCAL, listening.ear) for one in vehicles]
+    listeners = [Vehicle(v.name, v.group, t) for v, t in zip(vehicles, transfers, strict=True)]
+    reference = coupled_motion(
+        *(Fleet(tuple(listeners)), _with_bodies(vehicles[0]), powertrain, other.load_case),
+        listening.band,
+    )
+    inside = np.isin(other.load_case.force.frequency, reference.frequency)
+    resolved = resolve_design(
+        reference, identified_surfaces(design.mounts), other.load_case.wheel_torque[inside]
+    )
+    comparisons = {}
+    for vehicle, transfer, solved in zip(vehicles, transfers, resolved.pressure, strict=True):
+        true = _paths(vehicle, measured.force, transfer).pressure
+        whole = np.zeros_like(true)
+        whole[inside] = solved
+        forces = {
+            DesignMotion.OF_THE_MIX: design.modelled.load_case.force,
+            DesignMotion.OF_ANOTHER_SET: with_other.load_case.force,
+        }
+        ways = {way: _paths(vehicle, force, transfer).pressure for way, force in forces.items()}
+        for way, pressure in (ways | {DesignMotion.RESOLVED: whole}).items():
+            comparisons[vehicle.name, way] = compare_pressure(
+                measured.force.frequency, measured.order, true, pressure, listening.band
+            )
+    kept = tuple(f"{name} ({why})" for name, why in design.modelled.measured.items())
+    return VirtualDesign(design.name, other.name, comparisons, resolved, kept)
+
+
+def _with_bodies(vehicle: MeasuredVehicle) -> tuple[Mount, ...]:
+    """Return the mounts with the mass of what each carries, which a vehicle's file states."""
+    mounts = [mount for mount in vehicle.mounts if isinstance(mount, Mount)]
+    if len(mounts) < len(vehicle.mounts):
+        raise InputError(f"vehicle {vehicle.name}: its mounts do not say what they carry")
+    return tuple(mounts)
+
+
+@dataclass(frozen=True, eq=False)
+class RoadAnalysis:
+    """Forces of one driven vehicle found by inversion, and where a synthesis loses its accuracy.
+
+    Parameters
+    ----------
+    synthesis : Synthesis
+        Of the same vehicle and mount set.
+    forces : PathForces
+        Classical: from accelerations on the body and its accelerances without powertrain. They are
+        exact with the noise transfer functions of that body; bench forces are blocked ones.
+    on_board : OnBoardValidation
+        Accelerometers that were kept out of the inversion.
+    causes : dict of str to PressureComparison
+        What is compared; those that need the truth are missing where nobody knows it.
+    force_error, blocked_error : float
+        Rms deviation of forces by inversion, and of bench forces, from the true interface forces
+        relative to their rms, within the band; nan where nobody knows these [1].
+    """
+
+    synthesis: Synthesis
+    forces: PathForces
+    on_board: OnBoardValidation
+    causes: dict[str, PressureComparison]
+    force_error: float
+    blocked_error: float
+
+    @property
+    def largest_condition(self) -> float:
+        """Of the inverted accelerances, columns scaled, over the lines; nan without inversion."""
+        inversion = self.forces.inversion
+        return float("nan") if inversion is None else float(inversion.condition_number.max())
+
+
+def analyse_road(
+    synthesis: Synthesis, run_name: str, bench: BenchSet, listening: Listening
+) -> RoadAnalysis:
+    """Analyse a driven vehicle whose accelerometers were recorded under the hammer.
+
+    Raises
+    ------
+    InputError
+        Fewer than three accelerometers at a mount; see `deboom.measurement.path_forces`.
+    """
+    vehicle, truth = synthesis.driven.vehicle, synthesis.driven.truth
+    run = vehicle.run(run_name)
+    accelerance = path_accelerance(vehicle)
+    kept_out = [
+        name
+        for sensors in vehicle.body_sensors.values()
+        for sensor in sensors[HELD_OUT : HELD_OUT + 1]
+        for name in sensor.channels
+    ]
+    used = [name for name in accelerance.outputs if name not in kept_out]
+    forces = forces_by_inversion(accelerance.select(outputs=used), run.acceleration)
+    on_board = validate_on_board(accelerance.select(outputs=kept_out), forces, run.acceleration)
+    points = point_noise_transfer(vehicle, Method.RECIPROCAL).select(outputs=[listening.ear])
+
+    def compared(reference: ComplexArray, other: ComplexArray) -> PressureComparison:
+        return compare_pressure(run.pressure.frequency, run.order, reference, other, listening.band)
+
+    def heard(transfer: Frf, force: Spectrum) -> ComplexArray:
+        return analyse_paths(transfer.select(inputs=force.channels), force).pressure
+
+    causes = {
+        EVERYTHING: synthesis.on_road,
+        INVERSION: compared(synthesis.measured, heard(points, forces.force)),
+    }
+    force_error = blocked_error = float("nan")
+    if truth is not None:
+        exact = truth.noise_transfer.select(outputs=[listening.ear])
+        through = truth.pressure.select([listening.ear]).values[:, 0]
+        true_force = truth.force.select(forces.force.channels)
+        blocked = bench.load_case.force.select(true_force.channels)
+        causes |= {
+            BLOCKED: compared(through, heard(exact, blocked)),
+            FUNCTIONS: compared(through, heard(points, true_force)),
+            OTHER_PATHS: compared(synthesis.measured, through),
+        }
+        force_error = _deviation(forces.force, true_force, listening.band)
+        blocked_error = _deviation(blocked, true_force, listening.band)
+    return RoadAnalysis(synthesis, forces, on_board, causes, force_error, blocked_error)
+
+
+def _deviation(force: Spectrum, true_force: Spectrum, band: Band) -> float:
+    """Return the rms deviation from the true force over its rms, within a band [1]."""
+    inside = (force.frequency >= band[0]) & (force.frequency <= band[1])
+    true = true_force.values[inside]
+    return float(np.linalg.norm(force.values[inside] - true) / np.linalg.norm(true))
+
+
+@dataclass(frozen=True, eq=False)
+class Validation:
+    """Everything that was compared.
+
+    Parameters
+    ----------
+    data : DrivenVehicles
+        What was measured.
+    listening : Listening
+        Ear and band.
+    syntheses : tuple of Synthesis
+        One per driven vehicle and mount set.
+    design : VirtualDesign or None
+        None for a campaign without a mix.
+    roads : tuple of RoadAnalysis
+        Vehicles whose accelerometers were recorded under the hammer.
+    """
+
+    data: DrivenVehicles
+    listening: Listening
+    syntheses: tuple[Synthesis, ...]
+    design: VirtualDesign | None
+    roads: tuple[RoadAnalysis, ...]
+
+    @cached_property
+    def shown(self) -> tuple[Synthesis, ...]:
+        """Every vehicle once, with the mount set that figures show; those with most data first."""
+        first: dict[str, Synthesis] = {}
+        for synthesis in [road.synthesis for road in self.roads] + list(self.syntheses):
+            first.setdefault(synthesis.driven.vehicle.name, synthesis)
+        return tuple(first[name] for name in self.vehicles)
+
+    @property
+    def vehicles(self) -> list[str]:
+        """Name of every vehicle."""
+        return [driven.vehicle.name for driven in self.data.vehicles]
+
+    @cached_property
+    def with_first_set(self) -> list[Synthesis]:
+        """Vehicles with the first mount set."""
+        first = self.syntheses[0].driven.mount_set
+        return [one for one in self.syntheses if one.driven.mount_set == first]
+
+    @cached_property
+    def spread(self) -> LevelSpread | None:
+        """Of the measured levels of vehicles with the first mount set; None for a single one."""
+        levels = [spl(one.on_road.reference, one.on_road.frequency) for one in self.with_first_set]
+        return level_spread(levels) if len(levels) > 1 else None
+
+    @cached_property
+    def modes_or_complaint(self) -> BodyModes | str:
+        """Modes of the first vehicle's body, or why there are none."""
+        try:
+            return body_modes(self.shown[0].driven.vehicle)
+        except InputError as error:
+            return str(error)
+
+    @property
+    def modes(self) -> BodyModes | None:
+        """Modes of the first vehicle's body."""
+        modes = self.modes_or_complaint
+        return None if isinstance(modes, str) else modes
+
+    @property
+    def complaint(self) -> str:
+        """Why there is no modal analysis; empty where there is one."""
+        modes = self.modes_or_complaint
+        return modes if isinstance(modes, str) else ""
+
+    @property
+    def true_shapes(self) -> RealArray | None:
+        """Of the first vehicle, columns as the outputs of its modes; None where unknown."""
+        truth = self.shown[0].driven.truth
+        if self.modes is None or truth is None:
+            return None
+        return truth.shapes[:, : len(self.modes.model.outputs)]
+
+    @property
+    def comparisons(self) -> list[tuple[str, str, str, PressureComparison]]:
+        """What is compared, vehicle, mount set, and how far they are apart."""
+        kinds: dict[str, Callable[[Synthesis], PressureComparison]] = {
+            ON_ROAD: lambda one: one.on_road,
+            BY_SURFACES: lambda one: one.by_surfaces,
+            BY_HAMMER: lambda one: one.by_hammer,
+        }
+        rows = [
+            (what, one.driven.vehicle.name, one.driven.mount_set, compared(one))
+            for what, compared in kinds.items()
+            for one in self.syntheses
+        ]
+        if self.design is not None:
+            rows += [
+                (f"{DESIGN}{way.value}", vehicle, self.design.mix, compared)
+                for (vehicle, way), compared in self.design.comparisons.items()
+            ]
+        return rows
+
+
+def validate(data: DrivenVehicles, listening: Listening) -> Validation:
+    """Compare everything that the data allow.
+
+    Raises
+    ------
+    InputError
+        Data that do not fit together.
+    """
+    run, sets = data.run, data.sets
+    syntheses = tuple(synthesise(car, run, sets[car.mount_set], listening) for car in data.driven)
+    roads = tuple(
+        analyse_road(synthesis, run, sets[synthesis.driven.mount_set], listening)
+        for synthesis in syntheses
+        if synthesis.driven.vehicle.accelerance is not None
+    )
+    return Validation(data, listening, syntheses, _virtual_design(data, listening), roads)
+
+
+def _virtual_design(data: DrivenVehicles, listening: Listening) -> VirtualDesign | None:
+    """Predict the first mix from parts of other sets; None without a mix or without other sets."""
+    plain = [name for name in data.sets if name not in data.mixes]
+    if not data.mixes or not plain:
+        return None
+    mix, parts = next(iter(data.mixes.items()))
+    apart = [name for name in plain if name not in parts.values()]
+    mounts = []
+    for mount, of_set in parts.items():
+        fitting = [one for one in data.sets[of_set].mounts if one.mount.name == mount]
+        if not fitting:
+            raise InputError(f"mount set {of_set} has no mount '{mount}', which {mix} asks for")
+        mounts += fitting
+    matrix = data.campaign.mass_matrix
+    return predict_design(
+        BenchSet(mix, data.sets[mix].load_case, tuple(mounts)),
+        data.sets[(apart or plain)[-1]],
+        tuple(driven.vehicle for driven in data.vehicles),
+        Powertrain(mass=float(matrix[0, 0]), inertia=matrix[3:, 3:]),
+        listening,
+    )
+
+
+def comparison_table(result: Validation) -> pd.DataFrame:
+    """One row per comparison, vehicle and mount set."""
+    return pd.DataFrame(
+        {
+            "comparison": what,
+            "vehicle": vehicle,
+            "mount set": mount_set,
+            CORR_F: 100 * one.corr_f,
+            "corr_f magnitude [%]": 100 * one.corr_f_magnitude,
+            CORR_S: 100 * one.corr_s_magnitude,
+            "corr_s complex [%]": 100 * one.corr_s,
+            "corr_s magnitude, over the reference [%]": 100 * one.corr_s_of_reference,
+            PEAK: one.peak_deviation,
+            "paired peaks": len(one.peaks.pairs),
+            "unpaired peaks": len(one.peaks.only_reference) + len(one.peaks.only_compared),
+            "rms over all lines [dB]": one.rms_difference,
+        }
+        for what, vehicle, mount_set, one in result.comparisons
+    )
+
+
+def peak_table(result: Validation) -> pd.DataFrame:
+    """One row per booming peak of either curve; a peak without partner stands alone."""
+    rows = []
+    for what, vehicle, mount_set, one in result.comparisons:
+        pairs: list[tuple[BoomingPeak | None, BoomingPeak | None]] = [*one.peaks.pairs]
+        pairs += [(peak, None) for peak in one.peaks.only_reference]
+        pairs += [(None, peak) for peak in one.peaks.only_compared]
+        for pair in pairs:
+            frequency, level = (
+                [getattr(peak, name) if peak else np.nan for peak in pair]
+                for name in ("frequency", "level")
+            )
+            rows.append(
+                {
+                    "comparison": what,
+                    "vehicle": vehicle,
+                    "mount set": mount_set,
+                    "engine speed [rpm]": next(peak.rpm for peak in pair if peak),
+                    "reference at [Hz]": frequency[0],
+                    "compared at [Hz]": frequency[1],
+                    "reference [dB(A)]": level[0],
+                    "compared [dB(A)]": level[1],
+                    "deviation [dB]": level[1] - level[0],
+                }
+            )
+    return pd.DataFrame(rows)
+
+
+def cause_table(result: Validation) -> pd.DataFrame:
+    """One row per vehicle and cause: what of a synthesis loses how much."""
+    return pd.DataFrame(
+        {
+            "what is compared": what,
+            "vehicle": road.synthesis.driven.vehicle.name,
+            "mount set": road.synthesis.driven.mount_set,
+            CORR_F: 100 * one.corr_f,
+            CORR_S: 100 * one.corr_s_magnitude,
+            PEAK: one.peak_deviation,
+        }
+        for road in result.roads
+        for what, one in road.causes.items()
+    )
+
+
+def force_table(result: Validation) -> pd.DataFrame:
+    """One row per analysed vehicle: forces by inversion on the road, and bench forces."""
+    return pd.DataFrame(
+        {
+            "vehicle": road.synthesis.driven.vehicle.name,
+            "mount set": road.synthesis.driven.mount_set,
+            "forces by inversion, rms error [%]": 100 * road.force_error,
+            "bench forces, rms error [%]": 100 * road.blocked_error,
+            "largest condition number [1]": road.largest_condition,
+            "held-out accelerometers, median error [%]": 100
+            * float(np.median(road.on_board.error_by_line)),
+        }
+        for road in result.roads
+    )

@@ -27,17 +27,18 @@ from typer import Option
 
 from deboom.bench.compressor_truth import CalibrationLevel
 from deboom.compressor.identify import IdentifyOptions
+from deboom.errors import InputError
 from deboom.measurement.compressor_test import InertanceTest
 from deboom.report import Report
 from deboom.study.compressor_identification import (
     STEPS,
     Beside,
     CompressorTruth,
-    identification_report,
     identified_test,
     identified_virtual,
     read_test,
 )
+from deboom.study.identification_report import identification_report
 from deboom.study.options import Seed
 from deboom.study.progress import counted, progress_bar
 from deboom.study.result import RunContext
@@ -58,6 +59,10 @@ class Options:
     test: Annotated[Path | None, Option(help="Folder with compressor_test.toml.")] = None
     identical_mounts: Annotated[bool, Option(help="All mounts are one round part.")] = False
     reference: Annotated[bool, Option(help="Fit the 44 numbers by SLSQP as well.")] = True
+
+    def __post_init__(self) -> None:
+        if self.cases < 1:
+            raise InputError(f"--cases {self.cases}: ask for at least one compressor")
 
 
 def prepare(options: Options) -> tuple[InertanceTest, CompressorTruth | None] | None:

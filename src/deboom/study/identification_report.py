@@ -1,0 +1,704 @@
+"""The report on identified compressors, and the command ``identify``."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pandas as pd
+
+from deboom import plot
+from deboom.arrays import ComplexArray
+from deboom.compressor.gain import gain_from_parameters
+from deboom.compressor.identifiability import (
+    PRIOR_DOMINATED,
+    REFERENCE_FREQUENCY,
+    gain_deviation,
+    quantities,
+    quantity_deviations,
+)
+from deboom.compressor.identify import (
+    ALARM,
+    IdentifyOptions,
+    frac,
+    modal_likeness,
+)
+from deboom.compressor.thesis_fit import (
+    IdenticalFit,
+    ThesisFit,
+)
+from deboom.compressor.virtual_point_fit import START_GAIN
+from deboom.errors import InputError
+from deboom.files.compressor_model import compressor_document
+from deboom.measurement.quality import quality_table
+from deboom.report import Report
+from deboom.study.compressor_identification import (
+    STEPS,
+    Beside,
+    IdentifiedTest,
+    case_table,
+    condition_at_100_hz,
+    condition_numbers,
+    errors_of,
+    identifiability_table,
+    identified_test,
+    in_words,
+    read_test,
+)
+from deboom.study.progress import Progress, counted
+from deboom.study.runner import run_command
+
+if TYPE_CHECKING:
+    from deboom.plot import Figure
+
+MOTIONS = ("Tx", "Ty", "Tz", "Rx", "Ry", "Rz")
+INERTANCE_UNITS = ("1/kg", "1/(kg m)", "1/(kg m²)")
+MASS_UNITS = ("kg", "kg m", "kg m²")
+SHEET, CALIBRATED, MODEL = "measured, places of the sheet", "measured, calibrated", "identified"
+THESIS_CONDITION = 450.0
+WIDE_BAND = 1.96
+"""Standard deviations of a 95 % interval."""
+SHOWN_ROWS = 12
+"""Of long tables; the files of the run hold them all."""
+MODEL_FILE = "compressor_model"
+"""Stem of the file that other studies load."""
+SHARE = 90
+"""Percentile of the errors over the compressors."""
+COMMAND = "identify"
+SEED = 1
+"""Identification draws nothing; a run folder states a seed all the same."""
+
+
+def identification_report(
+    tests: Sequence[IdentifiedTest], inputs: Sequence[Path] = (), *, figures: bool = True
+) -> Report:
+    """Report identified compressors: the first in detail, errors of all.
+
+    Parameters
+    ----------
+    tests : sequence of IdentifiedTest
+        At least one.
+    inputs : sequence of Path
+        Files that were read.
+    figures : bool
+        Whether to draw.
+    """
+    first = tests[0]
+    found, model = first.found, first.found.calibrated.model
+    report = Report(
+        f"Identified compressor: {found.test.name}",
+        "Which mass, centre of gravity, inertia, mount stiffness and rubber explain the hammer "
+        "test of a compressor in its vehicle, and how far may each be believed?",
+    )
+    report.tile(f"{model.mass:.3f} kg", "mass")
+    chi = found.calibrated.reduced_chi
+    report.tile(f"{chi:.2f}", f"residuals over noise; alarm above {ALARM:g}")
+    report.tile(f"{1e3 * found.length:.0f} mm", "characteristic length")
+    report.warn(*found.alarms)
+    if found.test.weighed_mass is None:
+        report.warn(
+            "The compressor was not weighed: its mass, inertia and stiffness are known no better "
+            "than the ratio of hammer and accelerometers. Weigh it."
+        )
+    if first.identical is not None and not first.identical.holds:
+        report.warn(
+            f"Identical mounts are refuted: they leave residuals {first.identical.chi_ratio:.2f} "
+            "times as large as mounts that may differ."
+        )
+    report.summary["mass_kg"] = model.mass
+    errors = [errors_of(test.found, test.truth) for test in tests if test.truth is not None]
+    if errors:
+        report.summary |= {
+            "cog_error_mm": _quantile([1e3 * error.centre for error in errors]),
+            "inertia_error_percent": _quantile([100 * error.inertia for error in errors]),
+            "k_vp_error_percent": _quantile([100 * error.stiffness for error in errors]),
+        }
+    if first.thesis is not None:
+        seen = first.thesis.seen
+        report.tile(f"{seen.rank} of {len(seen.names)}", "numbers of the thesis that are seen")
+        report.summary["jacobian_rank"] = seen.rank
+    condition = condition_at_100_hz(first)
+    report.summary |= {
+        "reduced_chi2": chi**2,
+        "condition_scaled_100hz": condition,
+        "seconds": first.seconds,
+    }
+    report.facts["characteristic_length_m"] = found.length
+    report.inputs += inputs
+    report.document(MODEL_FILE, compressor_document(first.kept))
+
+    _asked(report, tests)
+    _sound(report, first, condition, figures)
+    _identified(report, first, figures)
+    _compared(report, first, figures)
+    _limits(report, first, figures)
+    if first.identical is not None:
+        _identical(report, first.identical)
+    _placement(report, first)
+    if all(test.truth is not None for test in tests):
+        _against_truth(report, tests)
+    return report
+
+
+def _asked(report: Report, tests: Sequence[IdentifiedTest]) -> None:
+    """Say what was asked, and with which data."""
+    found, test = tests[0].found, tests[0].found.test
+    bands = " and ".join(f"{low:g}–{high:g} Hz" for low, high in tests[0].options.bands)
+    weighed = "It was not weighed."
+    if test.weighed_mass is not None:
+        weighed = (
+            f"On the scales it has {test.weighed_mass:.4g} ± {test.weighed_mass_deviation:.1g} kg."
+        )
+    report.section(
+        "What was asked, and with which data",
+        f"{len(test.sensors)} triaxial accelerometers and {len(test.impacts)} impacts of a roving "
+        f"hammer, {test.n_averages} hits each: {test.frf.values[0].size} FRFs, "
+        f"{test.frf.frequency.size} lines from {test.frf.frequency[0]:g} to "
+        f"{test.frf.frequency[-1]:g} Hz. {weighed} {np.count_nonzero(found.fitted)} lines in "
+        f"{bands} were fitted.\n\nThe compressor is a rigid body on mounts without rotational "
+        "stiffness of their own: 10 numbers of mass, 20 of stiffness at the virtual point, 5 of "
+        "the rubber's gain. Gains, places and angles of all sensors and impacts "
+        f"({found.calibrated.errors.size} numbers) are unknowns as well, held by their "
+        "tolerances: self-calibration. The start is linear and needs no drawing.",
+    )
+    if len(tests) > 1:
+        report.text(
+            f"This page shows one compressor in detail; {len(tests)} were identified in all, "
+            "and the last section compares them with their truth, which no identification has read."
+        )
+
+
+def _sound(report: Report, test: IdentifiedTest, condition: float, figures: bool) -> None:
+    """Say whether the test is sound."""
+    found, lines, length = test.found, test.found.inertance.frequency, test.found.length
+    report.section(
+        "Is the test sound?",
+        f"{found.rigid.statement}\n\nThe condition number of the inertance near 100 Hz is "
+        f"{condition:.1f}, with rotations counted as motion at the characteristic length of "
+        f"{1e3 * length:.0f} mm, the radius of gyration. In SI units the same matrix has "
+        "several hundred, in millimetres several thousand: on the mass line the number in SI is "
+        "nothing but mass over the smallest moment of inertia, m/I. The 450 that the thesis finds "
+        "above 50 Hz says that a body of 7 kg has 155 kg cm², and nothing of the quality of a "
+        "measurement or of its inversion. Near a rigid-body mode the scaled number is larger: "
+        "there the response is one shape, and noise in the others grows.",
+    )
+    if figures:
+        sheet = found.inertance.values
+        report.figure(
+            "figure_53_inertance",
+            plot.curve_matrix(
+                MOTIONS,
+                lines,
+                {SHEET: np.abs(sheet), MODEL: np.abs(found.calibrated.model.inertance(lines))},
+                units=INERTANCE_UNITS,
+                what="|inertance|",
+                dashed=(MODEL,),
+                fitted=test.options.bands,
+                logarithmic=True,
+            ),
+            "Inertance at the virtual point (thesis, figure 53): response in rows, "
+            "excitation in columns. Where the dashed curve leaves the measured one far below the "
+            "diagonal entries, the misplacement of sensors and impacts leaks from the large "
+            "entries into the small ones; noise is the ragged part.",
+        )
+        units = {
+            "lengths in mm": 1e-3,
+            "lengths in m (SI)": 1.0,
+            f"lengths in {1e3 * length:.0f} mm, the radius of gyration": length,
+        }
+        panel = plot.SpectrumPanel(
+            "Condition number of the inertance at the virtual point",
+            "condition number [1]",
+            lines,
+            {name: condition_numbers(sheet, unit) for name, unit in units.items()},
+            levels={"450, the thesis": THESIS_CONDITION},
+            logarithmic=True,
+        )
+        report.figure(
+            "figure_56_condition",
+            plot.spectra_panels([panel], columns=1),
+            "Condition number over frequency (thesis, figure 56) of one measured "
+            "matrix, with lengths in three units.",
+        )
+    checks = pd.DataFrame(quality_table(found.quality))
+    report.table(
+        "quality",
+        checks,
+        "Checks in the order in which a laboratory repairs things. A reversed or swapped "
+        "channel would have stopped the identification.",
+        {"number [1]": 3},
+        shown=checks.assign(limit=checks["limit"].str.replace(" ", "\u00a0")),
+    )
+
+
+def _identified(report: Report, test: IdentifiedTest, figures: bool) -> None:
+    """Show the identified numbers, the gain and the modes."""
+    found = test.found
+    truth = " The truth of the virtual compressor is for comparison only." if test.truth else ""
+    report.section(
+        "The identified compressor",
+        "Origin and axes are those of the position sheet. The inertia is about the centre of "
+        "gravity, products with their sign as matrix elements; it is that of a possible body by "
+        f"construction. K is the stiffness at the virtual point at {REFERENCE_FREQUENCY:g} Hz, "
+        f"where the real part of the gain is 1.{truth}",
+    )
+    if figures:
+        report.figure(
+            "figure_54_gain",
+            _gain_figure(test),
+            "Gain factor of the rubber (thesis, figure 54), its real part 1 at 20 Hz, "
+            "since the scale of the gain and that of the stiffness are one number. The last curve "
+            "is the loss that causality ties to the rise of the real part; a rubber several times "
+            "off would not be plausible.",
+        )
+    identified = quantities(found.calibrated.model)
+    numbers: dict[str, object] = {
+        "parameter": identified.names,
+        "unit": identified.units,
+        "start": quantities(found.point.parametrisation.model(found.start)).values,
+        "identified": identified.values,
+        "standard deviation": quantity_deviations(found.calibrated),
+    }
+    if test.truth is not None:
+        numbers["truth"] = quantities(test.truth.model).values
+    parameters = pd.DataFrame(numbers)
+    report.table(
+        "parameters",
+        parameters,
+        "Start: linear, by the places of the sheet. Standard deviation: of noise, "
+        "placement, calibration and scales together.",
+        shown=in_words(parameters),
+    )
+    energy = {
+        f"energy {motion} [%]": 100 * found.modes.energy[row]
+        for row, motion in enumerate(("x", "y", "z", "rx", "ry", "rz"))
+    }
+    leading = [f"{number}, mainly {name}" for number, name in enumerate(found.modes.leading, 1)]
+    modes = {
+        "mode": leading,
+        "frequency [Hz]": found.modes.frequency,
+        "loss factor [1]": found.modes.loss_factor,
+        **energy,
+    }
+    report.table(
+        "modes",
+        pd.DataFrame(modes),
+        "Rigid-body modes. Energy: share of each motion in the kinetic energy; coupling "
+        "through the mass matrix can make it negative.",
+        dict.fromkeys(energy, 0),
+    )
+
+
+def _gain_figure(test: IdentifiedTest) -> Figure:
+    """Draw both parts of the gain, 1 at the reference, with their 95 % interval and the truth."""
+    found = test.found
+    lines = found.inertance.frequency
+    gain = found.calibrated.model.gain
+    scale = gain.real.at(REFERENCE_FREQUENCY)
+    identified = gain.at(lines) / scale
+    deviation = gain_deviation(found.calibrated, lines)
+    before = gain_from_parameters(START_GAIN, REFERENCE_FREQUENCY).at(lines)
+    panels = []
+    for title, part in (("Re v: stiffness", np.real), ("Im v: damping", np.imag)):
+        curves = {"medium rubber, before": part(before), MODEL: part(identified)}
+        if test.truth is not None:
+            law = test.truth.model.gain
+            curves["truth"] = part(law.at(lines) / law.real.at(REFERENCE_FREQUENCY))
+        if part is np.imag:
+            curves["loss that causality expects of Re v"] = gain.expected_loss(lines) / scale
+        half = WIDE_BAND * part(deviation)
+        low, high = part(identified) - half, part(identified) + half
+        ranges = {"95 % interval": (low, high)}
+        panels.append(plot.SpectrumPanel(title, "gain [1]", lines, curves, ranges=ranges))
+    return plot.spectra_panels(panels, columns=2, dashed=("truth",), fitted=test.options.bands)
+
+
+def _compared(report: Report, test: IdentifiedTest, figures: bool) -> None:
+    """Compare measured with identified FRFs, and what was held out with its prediction."""
+    report.section(
+        "Measured against identified",
+        "Lines and impacts that took no part in the fit are predicted as well as those that did, "
+        "or the model is wrong. Of a held-out impact, its own misplacement is estimated before it "
+        "is judged; everything else comes from a fit that has not seen it.",
+    )
+    if figures:
+        _comparison_figures(report, test)
+    checks = test.found.held_out
+    table = {
+        "held out": [check.what for check in checks],
+        "reduced χ [1]": [check.reduced_chi for check in checks],
+        "error over measured, rms [%]": [100 * check.relative_error for check in checks],
+    }
+    report.table("held_out", pd.DataFrame(table), "Predictions of what was held out.")
+
+
+def _comparison_figures(report: Report, test: IdentifiedTest) -> None:
+    """Draw figures 55, 57 to 59, 66 and 67 of the thesis."""
+    found, lines, bands = test.found, test.found.inertance.frequency, test.options.bands
+    inertances = {
+        SHEET: found.inertance.values,
+        CALIBRATED: found.calibrated.at_virtual_point(found.raw.frf.values),
+        MODEL: found.calibrated.model.inertance(lines),
+    }
+    masses = {name: np.asarray(np.linalg.inv(values)) for name, values in inertances.items()}
+    both: dict[str, tuple[Mapping[str, ComplexArray], Sequence[str]]] = {
+        "inertance": (inertances, INERTANCE_UNITS),
+        "apparent mass": (masses, MASS_UNITS),
+    }
+    parts = {"Re": np.real, "Im": np.imag}
+    maps = []
+    try:
+        numbers = tuple(str(number) for number in range(1, 7))
+        likeness = modal_likeness(found)
+        maps.append(
+            plot.HeatMap("Modes, MAC", numbers, numbers, likeness, "linear estimate", "identified")
+        )
+    except InputError:  # the linear estimate has no modes: nothing to compare
+        pass
+    for what, (values, _) in both.items():
+        for low, high in bands:
+            alike = frac(values[SHEET], values[MODEL], lines, (low, high))
+            title = f"FRAC, {_short(what)}, {low:g}–{high:g} Hz"
+            maps.append(plot.HeatMap(title, MOTIONS, MOTIONS, alike, "", "excitation"))
+    report.figure(
+        "figure_55_correlation",
+        plot.heat_maps(maps),
+        "Likeness of measured (places of the sheet) and identified (thesis, "
+        "figure 55), numbers rounded down. Modes by their shapes at the accelerometers, in "
+        "10–30 Hz. From 100 Hz on there are no modes: there the FRFs themselves are compared, "
+        "entry by entry.",
+    )
+    captions = {
+        "figure_57_rotations": (
+            ((3, 3), (4, 4), (5, 5)),
+            "Rotations Ri–Ri (thesis, figure 57), inertance and apparent mass.",
+        ),
+        "figure_58_translations": (
+            ((0, 0), (1, 1), (2, 2)),
+            "Translations Ti–Ti (thesis, figure 58), inertance and apparent mass.",
+        ),
+        "figure_59_couplings": (
+            ((0, 1), (0, 2), (1, 2)),
+            "Couplings Ti–Tj (thesis, figure 59). By the places of the sheet, the "
+            "apparent mass misses the model; by the calibrated places it follows it. What looked "
+            "like a fault of the inversion is misplacement.",
+        ),
+    }
+    for stem, (entries, caption) in captions.items():
+        panels = [
+            plot.SpectrumPanel(
+                f"{name} {_short(what)}, {MOTIONS[row]}–{MOTIONS[column]}",
+                f"[{units[(row > 2) + (column > 2)]}]",
+                lines,
+                {label: part(matrix[:, row, column]) for label, matrix in values.items()},
+            )
+            for what, (values, units) in both.items()
+            for name, part in parts.items()
+            for row, column in entries
+        ]
+        report.figure(
+            stem, plot.spectra_panels(panels, columns=3, dashed=(MODEL,), fitted=bands), caption
+        )
+    for number, (what, (values, units)) in zip((66, 67), both.items(), strict=True):
+        curves = {f"{n}, {CALIBRATED}": part(values[CALIBRATED]) for n, part in parts.items()}
+        curves |= {f"{n}, {MODEL}": part(values[MODEL]) for n, part in parts.items()}
+        report.figure(
+            f"figure_{number}_{what.replace(' ', '_')}",
+            plot.curve_matrix(
+                MOTIONS,
+                lines,
+                curves,
+                units=units,
+                what=what,
+                dashed=[f"{n}, {MODEL}" for n in parts],
+            ),
+            f"All entries of the {what}, real and imaginary (thesis, figure {number}).",
+        )
+
+
+def _short(what: str) -> str:
+    """Shorten the name of a matrix for the title of a small panel."""
+    return what.replace("apparent", "app.")
+
+
+def _limits(report: Report, test: IdentifiedTest, figures: bool) -> None:
+    """Say which parameters are seen, which are not, and which come from what was known before."""
+    found, thesis = test.found, test.thesis
+    dominated = found.known.prior_dominated
+    names = f"Of them {', '.join(dominated)} come" if dominated else "None of them comes"
+    report.section(
+        "What this test can and cannot say",
+        "The 35 numbers of the minimal model are all seen. "
+        f"{names} mostly from what was known before. "
+        "Many hang together, since the position error of one sensor moves several: the strongest "
+        "correlations are listed.",
+    )
+    if thesis is None:
+        report.text(
+            "The test has no drawing: the thesis's single mount positions, rotations and "
+            "stiffnesses were not fitted."
+        )
+    else:
+        held = "No number ends at a bound."
+        if thesis.fit.at_bound:
+            held = f"The fit ends with {', '.join(thesis.fit.at_bound)} at a bound."
+        seen = thesis.seen
+        report.text(
+            f"The thesis fits {len(seen.names)} numbers. A hammer test at one virtual point sees "
+            f"{seen.rank} combinations of them, whatever its noise: {len(seen.null_space)} changes "
+            "leave every FRF as it is; the first table names them. Rotation x is a mount's "
+            "rotation about its own axis: it matters only as far as the two radial stiffnesses "
+            "differ. Mass, centre of gravity and inertia take no part in any of these and are "
+            "unique; single positions, rotations and stiffnesses of mounts are not, and equally "
+            f"good fits differ by millimetres and degrees. {held} Report the stiffness at the "
+            "virtual point and the gain instead; or, where all mounts are one round part, enforce "
+            "that (--identical-mounts)."
+        )
+        if figures:
+            report.figure(
+                "knowledge",
+                plot.ratio_bars(
+                    thesis.known.names,
+                    thesis.known.ratio,
+                    limit=PRIOR_DOMINATED,
+                    x_label="deviation after over before the test [1]",
+                    below="the test says most of it",
+                    above="prior-dominated: the drawing says most of it",
+                ),
+                "How much of what was not known before the test is not known after it. A bar to "
+                "the right end: the test has said nothing.",
+            )
+        _thesis_tables(report, test, thesis)
+    pairs = found.known.strong_correlations
+    correlations = pd.DataFrame(pairs, columns=["parameter", "and", "correlation [1]"])
+    report.table(
+        "correlations",
+        correlations,
+        f"The strongest of {len(pairs)} correlations beyond 0.8 in size.",
+        shown=correlations.head(SHOWN_ROWS),
+    )
+    known = {
+        "parameter": found.known.names,
+        "identified [1]": found.calibrated.values,
+        "posterior deviation [1]": found.known.posterior,
+        "prior deviation [1]": np.where(np.isfinite(found.known.prior), found.known.prior, np.nan),
+        "posterior over prior [1]": found.known.ratio,
+        "mark": ["prior-dominated" if n in dominated else "" for n in found.known.names],
+    }
+    report.table("knowledge", pd.DataFrame(known))
+
+
+def _thesis_tables(report: Report, test: IdentifiedTest, thesis: ThesisFit) -> None:
+    """Show what the test says of each of the thesis's numbers."""
+    own_axis = (" rotation x", "'s rotation about its own axis")
+    changes = [change.statement.replace(*own_axis) for change in thesis.seen.null_space]
+    numbers = [str(number) for number in range(1, 1 + len(changes))]
+    report.table(
+        "null_space",
+        pd.DataFrame({"change": numbers, "in words": changes}),
+        "Changes that no test at one virtual point can see.",
+    )
+    fits = [("least squares, trf", thesis.fit, thesis.seconds)]
+    if thesis.reference is not None:
+        fits.append(("SLSQP, near to GRG", thesis.reference, thesis.reference_seconds))
+    table = {
+        "optimiser": [name for name, _, _ in fits],
+        "cost [1]": [fit.cost for _, fit, _ in fits],
+        "evaluations": [fit.n_evaluations for _, fit, _ in fits],
+        "time [s]": [seconds for _, _, seconds in fits],
+        "parameters at a bound": [len(fit.at_bound) for _, fit, _ in fits],
+        "converged": [fit.converged for _, fit, _ in fits],
+    }
+    report.table("fits", pd.DataFrame(table), "Optimisers of the 44-number fit, one cost.")
+    identifiability = identifiability_table(test, thesis)
+    narrow = {
+        "parameter": "parameter",
+        "unit": "unit",
+        "start": "start",
+        "fitted": "fitted",
+        "truth": "truth",
+        "posterior deviation": "±",
+        "posterior over prior [1]": "left [1]",
+        "verdict": "verdict",
+    }
+    columns = [name for name in narrow if name in identifiability]
+    report.table(
+        "identifiability",
+        identifiability,
+        "The thesis's numbers, from the drawing (its table 10) to the fit (its table 11). "
+        "±: what is left of the bound, which counts as 1 σ before the test; left: its "
+        "share. Invisible: nothing but the drawing is known of it. Prior-dominated: more "
+        f"than {PRIOR_DOMINATED:.0%} is left. With others only: a part of it lies in a "
+        "combination that no test at one point can see; read it together with the others, "
+        "or not at all. Both judge what the self-calibrated test knows; the fit itself "
+        "takes the places of the sheet for exact and may be further off.",
+        shown=in_words(identifiability)[columns].rename(columns=narrow),
+    )
+
+
+def _identical(report: Report, fit: IdenticalFit) -> None:
+    """Show place, tilt and stiffness of identical round mounts."""
+    verdict = (
+        "as well as mounts that may differ: the assumption holds"
+        if fit.holds
+        else f"{fit.chi_ratio:.2f} times worse than mounts that may differ: the assumption is wrong"
+    )
+    report.section(
+        "Identical round mounts",
+        "With one axial and one radial stiffness for all mounts, nothing stays invisible: place "
+        f"and tilt of each mount are found. This explains the test {verdict}. Offsets are along "
+        "the axes of the sheet, tilts about the mount's own radial axes, both from the drawing; "
+        f"stiffness at {REFERENCE_FREQUENCY:g} Hz.",
+    )
+    n = 5 * len(fit.drawn)
+    factor = np.repeat([1e3, 180 / np.pi], [3 * len(fit.drawn), 2 * len(fit.drawn)])
+    stiffness = fit.mounts[0].stiffness[:2]
+    table = pd.DataFrame(
+        {
+            "parameter": [
+                *fit.calibrated.parametrisation.names[10 : 10 + n],
+                "axial stiffness",
+                "radial stiffness",
+            ],
+            "unit": ["mm"] * (3 * len(fit.drawn)) + ["°"] * (2 * len(fit.drawn)) + ["N/mm"] * 2,
+            "identified": np.concatenate(
+                [factor * fit.calibrated.values[10 : 10 + n], 1e-3 * stiffness]
+            ),
+            "standard deviation": np.concatenate(
+                [factor * fit.deviations[:n], 1e-3 * stiffness * fit.deviations[n:]]
+            ),
+        }
+    )
+    report.table("identical_mounts", table, "Mounts as found.", shown=in_words(table))
+
+
+def _placement(report: Report, test: IdentifiedTest) -> None:
+    """Show the errors of gains, places and angles that the test revealed."""
+    kept = test.kept
+    prior = test.found.calibrated.placement.deviations(test.found.test.tolerances)
+    units = [_placement_unit(name) for name in kept.placement_names]
+    factor = np.array([scale for _, scale in units])
+    table = pd.DataFrame(
+        {
+            "error of": kept.placement_names,
+            "unit": [unit for unit, _ in units],
+            "found": factor * kept.placement_errors,
+            "posterior deviation": factor * kept.placement_deviations,
+            "prior deviation": factor * prior,
+            "posterior over prior [1]": kept.placement_deviations / prior,
+        }
+    )
+    size = (table["found"] / table["prior deviation"]).abs()
+    largest = table.loc[size.sort_values(ascending=False).index].head(SHOWN_ROWS)
+    report.section(
+        "What the test says of its own sensors",
+        "Errors of gain, place and angle against the position sheet, the largest in units of "
+        "their tolerance first; placement.csv has all. A posterior deviation near the prior one: "
+        "the test cannot tell.",
+    )
+    report.table(
+        "placement",
+        table,
+        "Largest errors of placement and calibration.",
+        shown=in_words(largest),
+    )
+
+
+def _against_truth(report: Report, tests: Sequence[IdentifiedTest]) -> None:
+    """Compare every virtual compressor with its truth."""
+    report.section(
+        "Against the truth",
+        "Errors of each virtual compressor. Inertia: the worst moment; K_VP: norm of the "
+        "difference, rotations scaled by the characteristic length; gain: the largest in "
+        "10–30 Hz. Within 1 σ: parameters nearer to the truth than their stated standard "
+        "deviation; 68 % where the deviations are honest.",
+    )
+    cases = case_table(tests)
+    fine = [name for name in cases if str(name).endswith(("[%]", "[1]", "[mm]", "[°]"))]
+    decimals = dict.fromkeys(map(str, fine), 2) | {
+        "within 1 σ [%]": 0,
+        "Re gain [%]": 3,
+        "Im gain [%]": 3,
+    }
+    report.table("cases", cases, "Identified against true.", decimals)
+
+
+def _placement_unit(name: str) -> tuple[str, float]:
+    if " position " in name:
+        return "mm", 1e3
+    return ("°", 180 / np.pi) if " angle " in name else ("%", 100.0)
+
+
+def _quantile(values: Sequence[float]) -> float:
+    return float(np.percentile(values, SHARE))
+
+
+def identify_into_run(
+    folder: Path,
+    out: Path,
+    options: IdentifyOptions,
+    beside: Beside,
+    progress: Progress,
+    *,
+    from_hits: bool = False,
+    with_figures: bool = True,
+) -> Path:
+    """Identify the compressor of a hammer test and write a run folder.
+
+    Parameters
+    ----------
+    folder : Path
+        Holds ``compressor_test.toml``.
+    out : Path
+        Folder that gets ``identify/<run>/``.
+    options : IdentifyOptions
+    beside : Beside
+    progress : callable
+    from_hits : bool
+        Start from the blocks over time instead of the FRFs.
+    with_figures : bool
+
+    Returns
+    -------
+    Path
+        The finished run folder.
+
+    Raises
+    ------
+    InputError
+        A test that cannot be read or identified, an output folder that cannot be written; nothing
+        is left behind.
+    """
+    begin = time.perf_counter()
+    progress(0, STEPS + 2, "reading")
+    test, truth = read_test(folder, from_hits=from_hits)
+    record: dict[str, Any] = {
+        "study": COMMAND,
+        "command": f"deboom identify {folder.as_posix()}",
+        "question": "Which compressor explains this hammer test?",
+        "seed": SEED,
+        "arguments": {
+            "band": [f"{low:g}-{high:g}" for low, high in options.bands],
+            "lines": options.largest_lines,
+            "smallest-coherence": options.smallest_coherence,
+            "held-out": options.held_out,
+            "from-hits": from_hits,
+            "thesis": beside.thesis,
+            "reference": beside.reference,
+            "identical-mounts": beside.identical_mounts,
+            "figures": with_figures,
+        },
+    }
+
+    def work() -> Report:
+        step = counted(progress, STEPS + 2, 1)
+        identified = identified_test(test, truth, options, beside, step, folder)
+        progress(STEPS + 1, STEPS + 2, "tables and figures")
+        return identification_report([identified], identified.input_files, figures=with_figures)
+
+    run = run_command(out, record, work, relative_to=folder, begin=begin)
+    progress(STEPS + 2, STEPS + 2, "done")
+    return run

@@ -427,7 +427,7 @@ WRONG_RUNS = {
     "another order": (
         RUN,
         changed(2, "+y", id_lines=("order 3",)),
-        "is of order 3, but the dominant_order of the engine is 1.5",
+        "is of order 3, not of order 1.5",
     ),
     "other lines": (
         RUN,

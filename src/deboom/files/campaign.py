@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import re
-from collections.abc import Sequence
+from collections.abc import Hashable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Literal
@@ -13,6 +12,7 @@ from pydantic import Field
 
 from deboom.arrays import ComplexArray, RealArray
 from deboom.errors import InputError
+from deboom.files.function_table import IN_SI, Dof, FunctionMatrix
 from deboom.files.platform import Engine, MountEntry, Name, NotNegative, Positive, RelativePath
 from deboom.files.platform import PowertrainEntry as Powertrain
 from deboom.files.rows import (
@@ -24,9 +24,8 @@ from deboom.files.rows import (
     read_table,
     sensor_of,
 )
-from deboom.files.schema import StrictModel, append_toml, dump_toml, load_toml
-from deboom.files.tables import parse_unit
-from deboom.files.uff import UffFunction, read_uff, write_uff
+from deboom.files.schema import StrictModel, append_toml, dump_toml, load_toml, refuse_doubled
+from deboom.files.uff import UffFunction, write_uff
 from deboom.measurement.campaign import (
     AXES,
     Campaign,
@@ -46,113 +45,8 @@ from deboom.measurement.sensors import (
     Tolerances,
 )
 from deboom.mounts.mount import Mount
-from deboom.physics.order_tracking import frequency_of_order, rpm_of_frequency
+from deboom.physics.order_tracking import rpm_of_frequency
 from deboom.physics.rigid_body import mass_matrix
-
-IN_SI = "in SI units, whatever the channel table says"
-"""Last ID line of a function that was written into a campaign by deboom."""
-
-
-class ChannelFile:
-    """One UFF file of a campaign, asked for channels by their node, direction and quantity.
-
-    Parameters
-    ----------
-    path : Path
-        UFF file.
-    item : str
-        What it holds, for messages, such as ``run 'g5_wot220'``.
-    function_types : tuple of int
-        UFF function types that are accepted.
-
-    Raises
-    ------
-    InputError
-        The file cannot be read as UFF.
-    """
-
-    def __init__(self, path: Path, item: str, function_types: tuple[int, ...]) -> None:
-        self.path = path
-        self.item = item
-        self.function_types = function_types
-        self.functions = read_uff(path)
-        self._by_dof: dict[tuple[int, str, str], list[UffFunction]] = {}
-        for function in self.functions:
-            key = (function.response_node, function.response_direction, function.ordinate)
-            self._by_dof.setdefault(key, []).append(function)
-
-    def error(self, sentence: str) -> InputError:
-        """Return an error that names file and item."""
-        return InputError(f"{self.path}: {self.item}: {sentence}")
-
-    @property
-    def abscissa(self) -> RealArray:
-        """The lines that all functions share.
-
-        Raises
-        ------
-        InputError
-            They do not share them.
-        """
-        first = self.functions[0]
-        for function in self.functions:
-            if not np.array_equal(first.abscissa, function.abscissa):
-                raise self.error(
-                    f"the axes of {first.dof} and {function.dof} differ: export both on the same "
-                    "lines"
-                )
-        return first.abscissa
-
-    def real(self, channels: Sequence[CampaignChannel]) -> RealArray:
-        """Return real channels, shape (n_line, n_channel), in SI along the positive axes.
-
-        Raises
-        ------
-        InputError
-            A channel is missing, doubled, complex, or of another type or unit.
-        """
-        columns = [c.sign * self._function(c, is_complex=False).values for c in channels]
-        return np.stack(columns, axis=1).astype(np.float64)
-
-    def complex(self, channels: Sequence[CampaignChannel]) -> ComplexArray:
-        """Return complex channels, shape (n_line, n_channel), in SI along the positive axes.
-
-        Raises
-        ------
-        InputError
-            A channel is missing, doubled, real, or of another type or unit.
-        """
-        columns = [c.sign * self._function(c, is_complex=True).values for c in channels]
-        return np.stack(columns, axis=1).astype(np.complex128)
-
-    def _function(self, channel: CampaignChannel, is_complex: bool) -> UffFunction:
-        ordinate = CAMPAIGN_QUANTITIES[channel.quantity][0]
-        what = f"{channel.quantity} '{channel.channel}'"
-        dof = f"node {channel.node} {channel.direction}"
-        found = self._by_dof.get((channel.node, channel.direction, ordinate), [])
-        if not found:
-            raise self.error(
-                f"{what} ({dof}) is not in it: export it, or correct the channel table"
-            )
-        if len(found) > 1:
-            raise self.error(f"{what} ({dof}) is in it {len(found)} times: keep one")
-        function = found[0]
-        if function.function_type not in self.function_types:
-            known = " or ".join(map(str, self.function_types))
-            raise self.error(
-                f"{what} has UFF function type {function.function_type}: export it as {known}"
-            )
-        if np.iscomplexobj(function.values) != is_complex:
-            remedy = "export real and imaginary part" if is_complex else "export it as real values"
-            raise self.error(f"{what} is {'real' if is_complex else 'complex'}: {remedy}")
-        in_si = function.id_lines[-1] == IN_SI
-        if not in_si and parse_unit(function.file_unit or "1").factor != channel.unit.factor:
-            raise self.error(
-                f"{what} is in '{function.file_unit}', but the channel table says "
-                f"'{channel.unit.label}': correct the wrong one"
-            )
-        return function
-
 
 Axis = Literal["x", "y", "z"]
 Gear = Annotated[int, Field(ge=1)]
@@ -358,7 +252,7 @@ def dump_campaign_file(path: Path, campaign: CampaignFile) -> None:
 
 def _check(path: Path, campaign: CampaignFile) -> None:
     pieces = {(mount.name, piece) for mount in campaign.mounts for piece in mount.piece_names}
-    unique: list[tuple[str, Sequence[object]]] = [
+    unique: list[tuple[str, Sequence[Hashable]]] = [
         ("[[mounts]] are named", [mount.name for mount in campaign.mounts]),
         ("[[sensor_models]] are named", [model.name for model in campaign.sensor_models]),
         ("[[runs]] of one mount set are named", [(r.mount_set, r.name) for r in campaign.runs]),
@@ -375,10 +269,7 @@ def _check(path: Path, campaign: CampaignFile) -> None:
         ("switched_off are named", campaign.switched_off),
     ]
     for what, keys in unique:
-        doubled = next((key for key in keys if keys.count(key) > 1), None)
-        if doubled is not None:
-            words = " ".join(map(str, doubled)) if isinstance(doubled, tuple) else doubled
-            raise InputError(f"{path}: two {what} '{words}': keep or rename one")
+        refuse_doubled(path, what, keys)
     gears = len(campaign.engine.total_ratios)
     for run in (*campaign.runs, *campaign.time_runs):
         if run.gear > gears:
@@ -405,9 +296,6 @@ _SPECTRA = (0, 12, 27)
 
 _FRF = (4,)
 
-SPEED_TOLERANCE = 0.5
-"""Largest difference between a line and the tacho's speed times the order, in line spacings."""
-
 
 def names_of(channels: Sequence[CampaignChannel]) -> tuple[str, ...]:
     """Return the names of channels."""
@@ -417,6 +305,25 @@ def names_of(channels: Sequence[CampaignChannel]) -> tuple[str, ...]:
 def of_quantity(channels: Sequence[CampaignChannel], quantity: str) -> tuple[CampaignChannel, ...]:
     """Return the channels of one quantity, in the order of the table."""
     return tuple(channel for channel in channels if channel.quantity == quantity)
+
+
+def _columns(
+    file: FunctionMatrix, channels: Sequence[CampaignChannel], *, is_complex: bool = True
+) -> ComplexArray:
+    """Channels of one quantity along the positive axes, in SI, shape (n_line, n_channel)."""
+    ordinate, unit = CAMPAIGN_QUANTITIES[channels[0].quantity]
+    dofs = [
+        Dof(c.channel, c.node, c.direction, sign=c.sign, quantity=c.quantity, unit=c.unit)
+        for c in channels
+    ]
+    return file.values(dofs, ordinate=ordinate, unit=unit, is_complex=is_complex)[:, :, 0]
+
+
+def _real(file: FunctionMatrix, channels: Sequence[CampaignChannel]) -> RealArray:
+    """Real channels of one quantity, shape (n_line, n_channel); there may be none."""
+    if not channels:
+        return np.empty((file.axis.size, 0))
+    return _columns(file, channels, is_complex=False).real
 
 
 def read_operating_run(
@@ -447,23 +354,23 @@ def read_operating_run(
         A channel is missing, doubled, dead, or of another type, unit, axis or order; the tacho is
         missing or does not fit the lines.
     """
-    file = ChannelFile(folder / entry.file, f"run '{entry.name}' of {entry.mount_set}", _SPECTRA)
-    frequency = file.abscissa
+    file = FunctionMatrix(folder / entry.file, f"run '{entry.name}' of {entry.mount_set}", _SPECTRA)
+    frequency = file.axis
     order = campaign.engine.dominant_order
-    _check_order(file, order)
-    speed = file.real(of_quantity(channels, "engine speed"))[:, 0]
-    _check_speed(file, frequency, speed, order)
+    file.check_order(order, "correct it, or the dominant_order of the engine")
+    speed = _real(file, of_quantity(channels, "engine speed"))[:, 0]
+    file.check_speed(speed, order)
     accelerations = of_quantity(channels, "acceleration")
     cells = of_quantity(channels, "cell force")
     slow = of_quantity(channels, "static force")
-    acceleration = file.complex(accelerations)
+    acceleration = _columns(file, accelerations)
     for name, column in zip(names_of(accelerations), acceleration.T, strict=True):
         if name not in switched_off and not np.any(column):
             raise file.error(
                 f"acceleration '{name}' is dead, 0 at all lines: name it in switched_off, or "
                 "measure again"
             )
-    torque = file.real(of_quantity(channels, "engine torque"))[:, 0]
+    torque = _real(file, of_quantity(channels, "engine torque"))[:, 0]
     return OperatingRun(
         name=entry.name,
         mount_set=entry.mount_set,
@@ -475,8 +382,8 @@ def read_operating_run(
         order=order,
         engine_torque=torque,
         acceleration=Spectrum(frequency, acceleration, names_of(accelerations), "m/s^2"),
-        cell_force=Spectrum(frequency, file.complex(cells), names_of(cells), "N"),
-        static_force=file.real(slow) if slow else np.empty((frequency.size, 0)),
+        cell_force=Spectrum(frequency, _columns(file, cells), names_of(cells), "N"),
+        static_force=_real(file, slow),
         static_force_names=names_of(slow),
     )
 
@@ -502,8 +409,8 @@ def read_shaker_run(
         along the stated axis.
     """
     pushed = " ".join(filter(None, (entry.mount, entry.piece, entry.axis)))
-    file = ChannelFile(folder / entry.file, f"shaker run '{pushed}' {entry.repeat}", _FRF)
-    values = file.complex(cells)
+    file = FunctionMatrix(folder / entry.file, f"shaker run '{pushed}' {entry.repeat}", _FRF)
+    values = _columns(file, cells)
     references = {(f.reference_direction, f.denominator) for f in file.functions}
     for direction, denominator in references:
         if direction.lstrip("+-") != entry.axis or denominator != "force" or len(references) > 1:
@@ -512,7 +419,7 @@ def read_shaker_run(
                 f"'{entry.axis}': the file or the axis may be swapped"
             )
     sign = -1.0 if references.pop()[0].startswith("-") else 1.0
-    response = Frf(file.abscissa, sign * values[:, :, None], names_of(cells), (pushed,), "N/N")
+    response = Frf(file.axis, sign * values[:, :, None], names_of(cells), (pushed,), "N/N")
     return ShakerRun(entry.mount, entry.piece, entry.axis, entry.repeat, response)
 
 
@@ -536,28 +443,6 @@ def read_push(folder: Path, entry: PushEntry, cells: Sequence[CampaignChannel]) 
     )
     push = Impact(entry.name, np.array(entry.position_m), direction)
     return PushRun(entry.mount, entry.piece, push, entry.repeat, response)
-
-
-def _check_order(file: ChannelFile, order: float) -> None:
-    for function in file.functions:
-        match = re.match(r"order\s+(\d+(?:\.\d+)?)", function.id_lines[0])
-        if match and float(match[1]) != order:
-            raise file.error(
-                f"{function.dof} is of order {match[1]}, but the dominant_order of the engine is "
-                f"{order:g}: correct the wrong one"
-            )
-
-
-def _check_speed(file: ChannelFile, frequency: RealArray, speed: RealArray, order: float) -> None:
-    spacing = float(np.min(np.diff(frequency)))
-    error = np.abs(frequency_of_order(speed, order) - frequency)
-    wrong = error > SPEED_TOLERANCE * spacing
-    if wrong.any():
-        first = int(np.argmax(wrong))
-        raise file.error(
-            f"the tacho reads {speed[first]:.6g} rpm at {frequency[first]:.6g} Hz, which is not "
-            f"order {order:g}: a pulse may be missing; repair the tacho and track the order again"
-        )
 
 
 AXES_4 = ("x", "y", "z")
@@ -861,8 +746,8 @@ def read_time_run(folder: Path, name: str) -> TimeRun:
             f"{', '.join(entries) or 'a campaign that has one'}"
         )
     entry = entries[name]
-    file = ChannelFile(tables.folder / entry.file, f"time run '{name}'", _TIME)
-    time = file.abscissa
+    file = FunctionMatrix(tables.folder / entry.file, f"time run '{name}'", _TIME)
+    time = file.axis
     accelerations = of_quantity(tables.channels, "acceleration")
     cells = of_quantity(tables.channels, "cell force")
     slow = of_quantity(tables.channels, "static force")
@@ -877,14 +762,14 @@ def read_time_run(folder: Path, name: str) -> TimeRun:
         rising=entry.rising,
         order=engine.dominant_order,
         sample_rate=(time.size - 1) / float(time[-1] - time[0]),
-        tacho=file.real(of_quantity(tables.channels, "tacho"))[:, 0],
+        tacho=_real(file, of_quantity(tables.channels, "tacho"))[:, 0],
         pulses_per_revolution=entry.pulses_per_revolution,
-        engine_torque=file.real(of_quantity(tables.channels, "engine torque"))[:, 0],
-        acceleration=file.real(accelerations),
+        engine_torque=_real(file, of_quantity(tables.channels, "engine torque"))[:, 0],
+        acceleration=_real(file, accelerations),
         acceleration_channels=names_of(accelerations),
-        cell_force=file.real(cells),
+        cell_force=_real(file, cells),
         cell_force_channels=names_of(cells),
-        static_force=file.real(slow) if slow else np.empty((time.size, 0)),
+        static_force=_real(file, slow),
         static_force_names=names_of(slow),
     )
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated, Literal
@@ -26,7 +25,7 @@ from deboom.files.inertance_test import (
 from deboom.files.operating_test import read_operating_test
 from deboom.files.platform import Name, RelativePath, Row3
 from deboom.files.rows import PlacedImpact, PlacedSensor
-from deboom.files.schema import StrictModel, dump_toml, load_toml
+from deboom.files.schema import StrictModel, dump_toml, load_toml, refuse_doubled
 from deboom.files.uff import UffFunction, read_uff
 from deboom.files.vehicle import EarEntry
 from deboom.measurement.channels import Frf
@@ -94,13 +93,11 @@ def load_electric_car_file(path: Path) -> ElectricCarFile:
     """
     file = load_toml(path, ElectricCarFile)
     for what, names in (
-        ("point", [point.name for point in file.points]),
-        ("sensor", [name for point in file.points for name in point.sensors]),
-        ("impact", [name for point in file.points for name in point.impacts]),
+        ("[[points]] are named", [point.name for point in file.points]),
+        ("[[points]] have the sensor", [name for point in file.points for name in point.sensors]),
+        ("[[points]] have the impact", [name for point in file.points for name in point.impacts]),
     ):
-        doubled = [name for name, count in Counter(names).items() if count > 1]
-        if doubled:
-            raise InputError(f"{path}: [[points]]: {what} '{doubled[0]}' comes twice: keep one")
+        refuse_doubled(path, what, names)
     return file
 
 
@@ -206,7 +203,7 @@ def _pressure(
     matrix = FunctionMatrix(path, "hammer", (FRF,))
     values = matrix.values([ear], blows, ordinate="pressure", unit=PRESSURE_PER_FORCE)
     names = tuple(blow.name for blow in blows)
-    frf = Frf(matrix.frequency, values, (ear.name,), names, PRESSURE_PER_FORCE)
+    frf = Frf(matrix.axis, values, (ear.name,), names, PRESSURE_PER_FORCE)
     found = {
         (function.reference_node, function.reference_direction): function
         for function in read_uff(path)

@@ -1,24 +1,28 @@
-"""Complex functions over frequency: CSV, xlsx and MATLAB's mat,."""
+"""Functions of a file by DoF (UFF) or by name (CSV, xlsx and MATLAB's mat)."""
 
 from __future__ import annotations
 
+import re
 import subprocess
 import sys
 import tempfile
+from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from deboom.arrays import ComplexArray, RealArray
+from deboom.arrays import ComplexArray, RealArray, RealOrComplexArray
 from deboom.errors import InputError
 from deboom.files.disk import read_bytes
 from deboom.files.tables import Unit, name_and_unit, number_in, parse_unit, read_columns
 from deboom.files.uff import UffFunction, read_uff
+from deboom.physics.order_tracking import frequency_of_order
 
 
 class FunctionFiles(Enum):
@@ -38,16 +42,22 @@ TABLE_ENDINGS = tuple(f".{one.value}" for one in FunctionFiles if one is not Fun
 """Files of functions that are tables; any other is read as UFF."""
 
 
+IN_SI = "in SI units, whatever the channel table says"
+"""Last ID line of a function that was written into a campaign by deboom."""
+SPEED_TOLERANCE = 0.5
+"""Largest difference between a line and the tacho's speed times the order, in line spacings."""
+
+
 @dataclass(frozen=True)
 class Dof:
-    """A degree of freedom of the files and what it stands for.
+    """Degree of freedom of the files and what it stands for.
 
     Parameters
     ----------
     name : str
         Channel, blow or ear.
     node : int
-        In the UFF file.
+        Node in the UFF file.
     direction : str
         ``scalar``, or such as ``-y``.
     entity : str
@@ -55,6 +65,12 @@ class Dof:
         microphone; ``""`` where any will do.
     sign : float
         −1 for a channel recorded against its axis.
+    quantity : str
+        Name of the quantity for messages; ``""`` is the ordinate.
+    unit : Unit or None
+        Unit that the channel table states; None where the file must state the SI unit itself.
+    either_way : bool
+        The file may hold the function against the direction; its sign is turned then.
     """
 
     name: str
@@ -62,53 +78,59 @@ class Dof:
     direction: str
     entity: str = ""
     sign: float = 1.0
+    quantity: str = ""
+    unit: Unit | None = None
+    either_way: bool = False
 
 
-NO_REFERENCE = Dof("", 0, "scalar")
-"""Of spectra."""
+ANY_REFERENCE = Dof("", 0, "scalar")
+"""Reference of spectra, and of files whose functions share one."""
 
 
 class FunctionMatrix:
-    """One UFF file, asked for functions by both of their DoF.
+    """UFF file, asked for functions by their DoF; all share one axis.
 
     Parameters
     ----------
     path : Path
         UFF file.
     item : str
-        What it holds, for messages.
+        Item that it holds, for messages; may be ``""``.
     function_types : tuple of int
         UFF function types that are accepted.
 
     Raises
     ------
     InputError
-        The file cannot be read as UFF; its functions have different lines.
+        The file cannot be read as UFF; its functions have different axes.
     """
 
     def __init__(self, path: Path, item: str, function_types: tuple[int, ...]) -> None:
         self.path = path
         self.item = item
         self.function_types = function_types
-        self._by_dof: dict[tuple[str, int, str, int, str], list[UffFunction]] = {}
-        functions = read_uff(path)
-        self.frequency: RealArray = functions[0].abscissa
-        for function in functions:
-            if not np.array_equal(function.abscissa, self.frequency):
-                raise self.error(f"{function.dof} has other lines than {functions[0].dof}")
-            self._by_dof.setdefault(_key(function), []).append(function)
+        self.functions = read_uff(path)
+        first = self.functions[0]
+        self.axis: RealArray = first.abscissa
+        for function in self.functions:
+            if not np.array_equal(function.abscissa, self.axis):
+                raise self.error(
+                    f"the axes of {first.dof} and {function.dof} differ: export all on the same "
+                    "lines"
+                )
 
     def error(self, sentence: str) -> InputError:
         """Return an error that names file and item."""
-        return InputError(f"{self.path}: {self.item}: {sentence}")
+        return InputError(": ".join(filter(None, (str(self.path), self.item, sentence))))
 
     def values(
         self,
         responses: Sequence[Dof],
-        references: Sequence[Dof] = (NO_REFERENCE,),
+        references: Sequence[Dof] = (ANY_REFERENCE,),
         *,
         ordinate: str,
         unit: str,
+        is_complex: bool = True,
     ) -> ComplexArray:
         """Return the functions of all pairs of DoF.
 
@@ -118,38 +140,68 @@ class FunctionMatrix:
             Rows and columns.
         ordinate, unit : str
             Quantity in a word, and SI unit of the function, such as ``Pa/N``.
+        is_complex : bool
+            The functions are spectra; otherwise real ones.
 
         Returns
         -------
-        array, shape (n_frequency, n_response, n_reference)
+        array, shape (n_line, n_response, n_reference)
             [unit].
 
         Raises
         ------
         InputError
-            A function that is missing, doubled, real, of another type, unit or microphone.
+            A function that is missing, doubled, of another type, unit or microphone, or real
+            instead of complex and the other way round.
         """
         rows = [
             [
-                self._function(response, reference, ordinate, unit).values * response.sign
+                self._values(response, reference, ordinate, unit, is_complex)
                 for reference in references
             ]
             for response in responses
         ]
         return np.moveaxis(np.array(rows, dtype=np.complex128), 2, 0)
 
-    def _function(self, response: Dof, reference: Dof, ordinate: str, unit: str) -> UffFunction:
+    def check_order(self, order: float, remedy: str) -> None:
+        """Refuse functions whose first ID line states another engine order.
+
+        Raises
+        ------
+        InputError
+            There is one.
+        """
+        for function in self.functions:
+            match = re.match(r"order\s+(\d+(?:\.\d+)?)", function.id_lines[0])
+            if match and float(match[1]) != order:
+                raise self.error(
+                    f"{function.dof} is of order {match[1]}, not of order {order:g}: {remedy}"
+                )
+
+    def check_speed(self, speed: RealArray, order: float) -> None:
+        """Refuse lines that are not the tacho's speed [rpm] times the order.
+
+        Raises
+        ------
+        InputError
+            A line differs by more than half a spacing.
+        """
+        error = np.abs(frequency_of_order(speed, order) - self.axis)
+        wrong = error > SPEED_TOLERANCE * np.diff(self.axis).min()
+        if wrong.any():
+            first = int(np.argmax(wrong))
+            raise self.error(
+                f"the tacho reads {speed[first]:.6g} rpm at {self.axis[first]:.6g} Hz, which is "
+                f"not order {order:g}: a pulse may be missing; repair the tacho and track the "
+                "order again"
+            )
+
+    def _values(
+        self, response: Dof, reference: Dof, ordinate: str, unit: str, is_complex: bool
+    ) -> RealOrComplexArray:
         of = f" per {reference.name}" if reference.name else ""
-        what = f"{ordinate} '{response.name}'{of}"
-        dof = f"node {response.node} {response.direction}"
-        if reference.name:
-            dof += f", reference node {reference.node} {reference.direction}"
-        key = (ordinate, response.node, response.direction, reference.node, reference.direction)
-        found = self._by_dof.get(key, [])
-        if len(found) != 1:
-            state = f"is in it {len(found)} times: keep one" if found else "is not in it: export it"
-            raise self.error(f"{what} ({dof}) {state}, or correct the tables")
-        function = found[0]
+        what = f"{response.quantity or ordinate} '{response.name}'{of}"
+        function = self._function(what, response, reference, ordinate)
         if response.entity and function.response_name != response.entity:
             raise self.error(
                 f"{what} is of microphone '{function.response_name}', but '{response.name}' is "
@@ -160,21 +212,58 @@ class FunctionMatrix:
             raise self.error(
                 f"{what} has UFF function type {function.function_type}: export it as {known}"
             )
-        if not np.iscomplexobj(function.values):
-            raise self.error(f"{what} is real: export real and imaginary part, phase is needed")
-        if function.unit != unit:
-            raise self.error(f"{what} is in '{function.unit}': export it in {unit}")
-        return function
+        if np.iscomplexobj(function.values) != is_complex:
+            remedy = (
+                "real: export real and imaginary part, phase is needed"
+                if is_complex
+                else "complex: export it as real values"
+            )
+            raise self.error(f"{what} is {remedy}")
+        self._check_unit(what, function, response, unit)
+        turned = function.response_direction != response.direction
+        return function.values * (-response.sign if turned else response.sign)
 
+    def _function(self, what: str, response: Dof, reference: Dof, ordinate: str) -> UffFunction:
+        """Return the one function of a pair of DoF."""
+        directions = {response.direction}
+        if response.either_way and response.direction != "scalar":
+            directions = {sign + response.direction.lstrip("+-") for sign in "+-"}
+        matches = [
+            function
+            for function in self._by_response[response.node, ordinate]
+            if function.response_direction in directions
+            and (
+                not reference.name
+                or (function.reference_node, function.reference_direction)
+                == (reference.node, reference.direction)
+            )
+        ]
+        if len(matches) == 1:
+            return matches[0]
+        dof = f"node {response.node} {response.direction}"
+        if reference.name:
+            dof += f", reference node {reference.node} {reference.direction}"
+        state = f"is in it {len(matches)} times: keep one" if matches else "is not in it: export it"
+        raise self.error(f"{what} ({dof}) {state}, or correct the tables")
 
-def _key(function: UffFunction) -> tuple[str, int, str, int, str]:
-    return (
-        function.ordinate,
-        function.response_node,
-        function.response_direction,
-        function.reference_node,
-        function.reference_direction,
-    )
+    def _check_unit(self, what: str, function: UffFunction, response: Dof, unit: str) -> None:
+        if response.unit is None:
+            if function.unit != unit:
+                raise self.error(f"{what} is in '{function.unit}': export it in {unit}")
+        elif function.id_lines[-1] != IN_SI:
+            stated = parse_unit(function.file_unit or "1")
+            if stated.factor != response.unit.factor:
+                raise self.error(
+                    f"{what} is in '{function.file_unit}', but the channel table says "
+                    f"'{response.unit.label}': correct the wrong one"
+                )
+
+    @cached_property
+    def _by_response(self) -> dict[tuple[int, str], list[UffFunction]]:
+        by_response = defaultdict[tuple[int, str], list[UffFunction]](list)
+        for function in self.functions:
+            by_response[function.response_node, function.ordinate].append(function)
+        return by_response
 
 
 _FREQUENCY = "frequency"

@@ -16,7 +16,7 @@ from deboom.errors import InputError
 from deboom.files.hammer_test import read_hammer_test
 from deboom.files.platform import Matrix3, Positive, RelativePath, Row3
 from deboom.files.rows import PlacedImpact, PlacedSensor, Vector, read_table
-from deboom.files.schema import StrictModel, dump_toml, load_toml
+from deboom.files.schema import StrictModel, dump_toml, load_toml, refuse_doubled
 from deboom.files.uff import UffFunction, read_uff
 from deboom.measurement.channels import Frf
 from deboom.measurement.compressor_test import (
@@ -381,10 +381,7 @@ def _check(path: Path, file: InertanceTestFile) -> None:
         raise InputError(f"{path}: neither key 'frf' nor 'hits': name what was measured")
     if file.band_hz is not None and not file.band_hz[0] < file.band_hz[1]:
         raise InputError(f"{path}: key 'band_hz' is {list(file.band_hz)}: first line, then last")
-    names = [mount.name for mount in file.mounts]
-    doubled = next((name for name in names if names.count(name) > 1), None)
-    if doubled is not None:
-        raise InputError(f"{path}: two [[mounts]] are named '{doubled}': keep or rename one")
+    refuse_doubled(path, "[[mounts]] are named", [mount.name for mount in file.mounts])
 
 
 SAME_PLACE = 1e-4

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,11 +12,12 @@ from pydantic import Field
 
 from deboom.arrays import ComplexArray, RealArray, RealOrComplexArray
 from deboom.errors import InputError
+from deboom.files.function_table import Dof, FunctionMatrix
 from deboom.files.inertance_test import read_inertance_test, read_placed_sensors
 from deboom.files.platform import Positive, RelativePath, Row3
 from deboom.files.rows import PlacedSensor
-from deboom.files.schema import StrictModel, dump_toml, load_toml
-from deboom.files.uff import UffFunction, read_uff, write_uff
+from deboom.files.schema import StrictModel, dump_toml, load_toml, refuse_doubled
+from deboom.files.uff import UffFunction, write_uff
 from deboom.measurement.channels import Spectrum, TimeRecord
 from deboom.measurement.compressor_test import (
     HoseDrawing,
@@ -29,133 +29,38 @@ from deboom.measurement.compressor_test import (
 from deboom.measurement.order_tracking import tracked_sweep
 from deboom.physics.rigid_body import rotation_matrix
 
-SPEED_TOLERANCE = 0.5
-"""Largest difference between a line and the tacho's speed, in line spacings."""
-
 Row = tuple[str, int, str]
 """Name, node and direction of a channel."""
 
 
-class SweepFile:
-    """One UFF file of a sweep.
-
-    Parameters
-    ----------
-    path : Path
-        UFF file.
-    types : tuple of int
-        UFF function types that are accepted.
-    is_complex : bool
-        Whether its channels are spectra, or samples over time.
-
-    Raises
-    ------
-    InputError
-        The file cannot be read as UFF, or its functions have different axes.
-    """
-
-    def __init__(self, path: Path, types: tuple[int, ...], *, is_complex: bool) -> None:
-        self.path = path
-        self.types = types
-        self.is_complex = is_complex
-        self.functions = read_uff(path)
-        self.axis: RealArray = self.functions[0].abscissa
-        for function in self.functions:
-            if not np.array_equal(function.abscissa, self.axis):
-                raise self.error(
-                    f"the axes of {self.functions[0].dof} and {function.dof} differ: export all on "
-                    "the same lines"
-                )
-
-    def error(self, sentence: str) -> InputError:
-        """Return an error that names the file."""
-        return InputError(f"{self.path}: {sentence}")
-
-    def columns(self, rows: Sequence[Row], ordinate: str, unit: str) -> ComplexArray:
-        """Return channels along positive axes, shape (n_line, n_channel).
-
-        Raises
-        ------
-        InputError
-            A channel is missing, doubled, dead, real where it should be complex or the other way
-            round, or of another type or unit.
-        """
-        found = [self._column(*row, ordinate, unit) for row in rows]
-        return np.array(found, dtype=np.complex128).T
-
-    def tacho(self, node: int, ordinate: str) -> RealOrComplexArray:
-        """Return speed or pulses, which programs call by various quantities, shape (n_line,).
-
-        Raises
-        ------
-        InputError
-            The tacho is missing, doubled or complex.
-        """
-        found = [f for f in self.functions if f.response_node == node]
-        if not found:
-            raise self.error(
-                f"there is no tacho (node {node} scalar, {ordinate}) in it: without its pulse the "
-                "channels have no phase; export it, or correct tacho_node"
+def _channels(
+    file: FunctionMatrix, rows: Sequence[Row], ordinate: str, unit: str, *, is_complex: bool = True
+) -> ComplexArray:
+    """Channels along positive axes, none of them dead, shape (n_line, n_channel)."""
+    dofs = [Dof(*row, either_way=True) for row in rows]
+    values = file.values(dofs, ordinate=ordinate, unit=unit, is_complex=is_complex)[:, :, 0]
+    for (name, node, direction), column in zip(rows, values.T, strict=True):
+        if not np.any(column):
+            raise file.error(
+                f"{ordinate} '{name}' (node {node} {direction}) is dead, 0 throughout: repair the "
+                "channel and measure again"
             )
-        if len(found) > 1:
-            raise self.error(f"the tacho (node {node}) is in it {len(found)} times: keep one")
-        if np.iscomplexobj(found[0].values):
-            raise self.error(f"the tacho (node {node}) is complex: correct tacho_node")
-        return found[0].values
+    return values
 
-    def _column(
-        self, name: str, node: int, direction: str, ordinate: str, unit: str
-    ) -> RealOrComplexArray:
-        what = f"{ordinate} '{name}' (node {node} {direction})"
-        found = [
-            function
-            for function in self.functions
-            if (function.response_node, function.ordinate) == (node, ordinate)
-            and function.response_direction.lstrip("+-") == direction.lstrip("+-")
-        ]
-        if len(found) != 1:
-            state = f"is in it {len(found)} times: keep one" if found else "is not in it: export it"
-            raise self.error(f"{what} {state}, or correct the position sheet or operation.toml")
-        function = found[0]
-        if function.function_type not in self.types:
-            known = " or ".join(map(str, self.types))
-            raise self.error(
-                f"{what} has UFF function type {function.function_type}: export it as {known}"
-            )
-        if np.iscomplexobj(function.values) != self.is_complex:
-            kind, remedy = (
-                ("real", "phase is needed, export both parts")
-                if self.is_complex
-                else ("complex", "export samples over time")
-            )
-            raise self.error(f"{what} is {kind}: {remedy}")
-        if function.unit != unit:
-            raise self.error(f"{what} is in '{function.unit}': export it in {unit}")
-        if not np.any(function.values):
-            raise self.error(f"{what} is dead, 0 throughout: repair the channel and measure again")
-        values = function.values
-        return -values if function.response_direction.startswith("-") else values
 
-    def check_order(self) -> None:
-        """Refuse spectra that say they are of another order than the first."""
-        for function in self.functions:
-            match = re.match(r"order\s+(\d+(?:\.\d+)?)", function.id_lines[0])
-            if match and float(match[1]) != 1.0:
-                raise self.error(
-                    f"{function.dof} is of order {match[1]}: an unbalance is of order 1, export "
-                    "that"
-                )
-
-    def check_speed(self, node: int) -> None:
-        """Refuse lines that are not the tacho's speed."""
-        speed = self.tacho(node, "speed in rpm")
-        wrong = np.abs(speed / 60.0 - self.axis) > SPEED_TOLERANCE * np.diff(self.axis).min()
-        if wrong.any():
-            first = int(np.argmax(wrong))
-            raise self.error(
-                f"the tacho reads {speed[first]:.6g} rpm at {self.axis[first]:.6g} Hz, which is "
-                "not order 1: a pulse may be missing; repair the tacho and track the order again"
-            )
+def _tacho(file: FunctionMatrix, node: int, ordinate: str) -> RealArray:
+    """Speed or pulses, which programs call by various quantities, shape (n_line,)."""
+    matches = [function for function in file.functions if function.response_node == node]
+    if not matches:
+        raise file.error(
+            f"there is no tacho (node {node} scalar, {ordinate}) in it: without its pulse the "
+            "channels have no phase; export it, or correct tacho_node"
+        )
+    if len(matches) > 1:
+        raise file.error(f"the tacho (node {node}) is in it {len(matches)} times: keep one")
+    if np.iscomplexobj(matches[0].values):
+        raise file.error(f"the tacho (node {node}) is complex: correct tacho_node")
+    return matches[0].values.astype(np.float64)
 
 
 _SPECTRA = (0, 12, 27)
@@ -311,15 +216,15 @@ def read_sweep(path: Path, nodes: SweepNodes) -> SweepSpectra:
         The file cannot be read as UFF; the tacho is missing or does not fit the lines; a channel is
         missing, doubled, dead, real, or of another order, type or unit.
     """
-    file = SweepFile(path, _SPECTRA, is_complex=True)
+    file = FunctionMatrix(path, "", _SPECTRA)
     frequency = file.axis
-    file.check_order()
-    file.check_speed(nodes.tacho)
+    file.check_order(1.0, "an unbalance is of order 1, export that")
+    file.check_speed(_tacho(file, nodes.tacho, "speed in rpm"), 1.0)
 
     def spectrum(rows: list[Row], ordinate: str, unit: str) -> Spectrum | None:
         if not rows:
             return None
-        return Spectrum(frequency, file.columns(rows, ordinate, unit), _names(rows), unit)
+        return Spectrum(frequency, _channels(file, rows, ordinate, unit), _names(rows), unit)
 
     acceleration = spectrum(_sensor_rows(nodes), "acceleration", "m/s^2")
     assert acceleration is not None
@@ -347,19 +252,21 @@ def read_sweep_record(path: Path, nodes: SweepNodes, rate: float) -> SweepRecord
     InputError
         As `read_sweep`; a rate that is not the file's.
     """
-    file = SweepFile(path, _OVER_TIME, is_complex=False)
+    file = FunctionMatrix(path, "", _OVER_TIME)
     stated = (file.axis.size - 1) / (file.axis[-1] - file.axis[0])
     if abs(stated / rate - 1) > 1e-4:
         raise InputError(
             f"{path}: its samples are {1 / stated:.6g} s apart, but sample_rate_hz says "
             f"{rate:g}: correct the wrong one"
         )
-    tacho = file.tacho(nodes.tacho, "general").astype(np.float64)
+    tacho = _tacho(file, nodes.tacho, "general")
 
     def record(rows: list[Row], ordinate: str, unit: str) -> TimeRecord | None:
         if not rows:
             return None
-        return TimeRecord(file.columns(rows, ordinate, unit).real, rate, _names(rows), unit)
+        return TimeRecord(
+            _channels(file, rows, ordinate, unit, is_complex=False).real, rate, _names(rows), unit
+        )
 
     acceleration = record(_sensor_rows(nodes), "acceleration", "m/s^2")
     assert acceleration is not None
@@ -595,10 +502,7 @@ def _check(path: Path, file: OperatingTestFile) -> None:
         ("holders", file.holders),
         ("microphones", file.microphones),
     ):
-        names = [entry.name for entry in entries]
-        doubled = next((name for name in names if names.count(name) > 1), None)
-        if doubled is not None:
-            raise InputError(f"{path}: two [[{section}]] are named '{doubled}': keep or rename one")
+        refuse_doubled(path, f"[[{section}]] are named", [entry.name for entry in entries])
     nodes = [file.tacho_node]
     nodes += [holder.node for holder in file.holders]
     nodes += [microphone.node for microphone in file.microphones]

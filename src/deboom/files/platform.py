@@ -33,6 +33,7 @@ from deboom.files.schema import (
     load_what_is_right,
     noting,
     refuse,
+    refuse_doubled,
 )
 from deboom.files.tables import SAME_LINE, parse_unit, read_rows, read_torque_table
 from deboom.files.uff import UffFunction, find, read_uff
@@ -551,9 +552,7 @@ def _check_names(path: Path, platform: PlatformFile, note: Note = refuse) -> Non
         axes = list(getattr(mount, "transfer_axes", ()))
         named.append((f"transfer_axes of mount {mount.name}", axes))
     for section, names in named:
-        doubled = next((name for name in names if names.count(name) > 1), None)
-        if doubled is not None:
-            note(InputError(f"{path}: two {section} are named '{doubled}': keep or rename one"))
+        refuse_doubled(path, f"{section} are named", names, note)
     ratios = getattr(getattr(platform, "engine", None), "total_ratios", None)
     for case in platform.load_cases:
         if ratios is not None and getattr(case, "gear", 0) > len(ratios):

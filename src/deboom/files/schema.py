@@ -5,7 +5,7 @@ from __future__ import annotations
 import difflib
 import json
 import tomllib
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from types import UnionType
@@ -38,6 +38,31 @@ def noting(note: Note) -> Iterator[None]:
         yield
     except InputError as error:
         note(error)
+
+
+def refuse_doubled(path: Path, what: str, names: Sequence[Hashable], note: Note = refuse) -> None:
+    """Refuse a name, or a tuple of them, that comes twice.
+
+    Parameters
+    ----------
+    path : Path
+        File of the names.
+    what : str
+        Items of the names with a verb, such as ``[[mounts]] are named``.
+    names : sequence of str or tuple
+        Names in the order of the file.
+    note : callable
+        Gets the fault; by default it is raised.
+
+    Raises
+    ------
+    InputError
+        A name comes twice.
+    """
+    if len(set(names)) < len(names):
+        name = next(name for name in names if names.count(name) > 1)
+        words = " ".join(map(str, name)) if isinstance(name, tuple) else name
+        note(InputError(f"{path}: two {what} '{words}': keep or rename one"))
 
 
 class StrictModel(BaseModel):

@@ -21,7 +21,7 @@ from deboom.files.rows import (
     read_table,
     sensor_of,
 )
-from deboom.files.schema import StrictModel, dump_toml, load_toml
+from deboom.files.schema import StrictModel, dump_toml, load_toml, refuse_doubled
 from deboom.measurement.channels import Frf, Spectrum
 from deboom.measurement.measured_vehicle import MeasuredVehicle, VehicleRun
 from deboom.measurement.modal import PRESSURE_PER_VOLUME_ACCELERATION, PanelMeasurement
@@ -68,7 +68,7 @@ def read_panels(folder: Path, entry: PanelEntry, ears: Sequence[Dof]) -> PanelMe
     ear_names = tuple(ear.name for ear in ears)
     motion = FunctionMatrix(folder / entry.motion, "panels", _FRF)
     pressure = FunctionMatrix(folder / entry.pressure, "panels", _FRF)
-    if not np.array_equal(motion.frequency, pressure.frequency):
+    if not np.array_equal(motion.axis, pressure.axis):
         raise InputError(f"{pressure.path} and {motion.path} have different lines: export alike")
     return PanelMeasurement(
         names=names,
@@ -76,14 +76,14 @@ def read_panels(folder: Path, entry: PanelEntry, ears: Sequence[Dof]) -> PanelMe
         normals=np.array([row.normal for row in rows]),
         areas=np.array([row.area for row in rows]),
         motion=Frf(
-            motion.frequency,
+            motion.axis,
             motion.values(dofs, ears, ordinate="acceleration", unit="m/s^2/m^3/s^2"),
             names,
             ear_names,
             ACCELERATION_PER_VOLUME_ACCELERATION,
         ),
         pressure=Frf(
-            pressure.frequency,
+            pressure.axis,
             pressure.values(dofs, ears, ordinate="pressure", unit="Pa/m^3/s^2"),
             names,
             ear_names,
@@ -168,10 +168,10 @@ def load_vehicle_file(path: Path) -> VehicleFile:
         a gear that the gearbox does not have.
     """
     vehicle = load_toml(path, VehicleFile)
-    _refuse_doubled(path, "ear", [ear.name for ear in vehicle.ears])
-    _refuse_doubled(path, "ear node", [str(ear.node) for ear in vehicle.ears])
-    _refuse_doubled(path, "mount", [mount.name for mount in vehicle.mounts])
-    _refuse_doubled(path, "run", [run.name for run in vehicle.runs])
+    refuse_doubled(path, "[[ears]] are named", [ear.name for ear in vehicle.ears])
+    refuse_doubled(path, "[[ears]] have the node", [str(ear.node) for ear in vehicle.ears])
+    refuse_doubled(path, "[[mounts]] are named", [mount.name for mount in vehicle.mounts])
+    refuse_doubled(path, "[[runs]] are named", [run.name for run in vehicle.runs])
     for run in vehicle.runs:
         if run.gear > len(vehicle.engine.total_ratios):
             raise InputError(
@@ -184,12 +184,6 @@ def load_vehicle_file(path: Path) -> VehicleFile:
 def dump_vehicle_file(path: Path, vehicle: VehicleFile) -> None:
     """Write ``vehicle.toml``; what is written is read back and compared first."""
     dump_toml(path, vehicle)
-
-
-def _refuse_doubled(path: Path, what: str, names: Sequence[str]) -> None:
-    doubled = sorted({name for name in names if names.count(name) > 1})
-    if doubled:
-        raise InputError(f"{path}: {what} {', '.join(doubled)} comes twice: keep one")
 
 
 _SPECTRA = (0, 12, 27)
@@ -241,7 +235,7 @@ def read_vehicle(folder: Path) -> MeasuredVehicle:
     if file.accelerance:
         accelerances = FunctionMatrix(folder / file.accelerance, "hammer", _FRF)
         accelerance = Frf(
-            accelerances.frequency,
+            accelerances.axis,
             accelerances.values(body_dofs, blows, ordinate="acceleration", unit="m/s^2/N"),
             tuple(body_names),
             blow_names,
@@ -269,14 +263,14 @@ def read_vehicle(folder: Path) -> MeasuredVehicle:
             for point in points
         },
         direct=Frf(
-            direct.frequency,
+            direct.axis,
             direct.values(ears, blows, ordinate="pressure", unit=PRESSURE_PER_FORCE),
             ear_names,
             blow_names,
             PRESSURE_PER_FORCE,
         ),
         reciprocal=Frf(
-            reciprocal.frequency,
+            reciprocal.axis,
             reciprocal.values(
                 body_dofs, sources, ordinate="acceleration", unit=_VOLUME_ACCELERATION_UNIT
             ),
@@ -306,9 +300,9 @@ def _run(
         total_ratio=file.engine.total_ratios[entry.gear - 1],
         torque_limit=entry.torque_limit_nm,
         order=file.engine.dominant_order,
-        pressure=Spectrum(matrix.frequency, pressure, tuple(ear.name for ear in ears), "Pa"),
+        pressure=Spectrum(matrix.axis, pressure, tuple(ear.name for ear in ears), "Pa"),
         acceleration=Spectrum(
-            matrix.frequency, acceleration, tuple(dof.name for dof in channels), "m/s^2"
+            matrix.axis, acceleration, tuple(dof.name for dof in channels), "m/s^2"
         ),
     )
 

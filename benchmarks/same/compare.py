@@ -54,7 +54,7 @@ _RUN = re.compile(r"\d{4}-\d\d-\d\d_\d{6}_seed(\d+)(_\d+)?")
 _PASSING = (
     (re.compile(r"^(git|packages|wall time \[s\]): .*"), r"\1: …"),
     (re.compile(r"^(deboom run \S+|\w+) --seed .*"), r"\1 …"),
-    (re.compile(r"\brevision \w+"), "revision …"),
+    (re.compile(r"\brevision \w+(, changed)?"), "revision …"),
     (re.compile(r"^ +seconds_\w+ .*"), "seconds"),
     (_RUN, r"RUN_seed\1"),
     (re.compile(r"\d{4}-\d\d-\d\d[ T]\d\d:\d\d(:\d\d)?([.]\d+)?( ?UTC|Z|[+]00:00)?"), "TIME"),

@@ -333,27 +333,7 @@ def read_operating_run(
     channels: Sequence[CampaignChannel],
     switched_off: Sequence[str],
 ) -> OperatingRun:
-    """Read one operating run.
-
-    Parameters
-    ----------
-    folder : Path
-        Of the campaign.
-    entry : RunEntry
-        Which run.
-    campaign : CampaignFile
-        Its engine.
-    channels : sequence of CampaignChannel
-        Of every run.
-    switched_off : sequence of str
-        Channels that may be dead.
-
-    Raises
-    ------
-    InputError
-        A channel is missing, doubled, dead, or of another type, unit, axis or order; the tacho is
-        missing or does not fit the lines.
-    """
+    """Read one operating run."""
     file = FunctionMatrix(folder / entry.file, f"run '{entry.name}' of {entry.mount_set}", _SPECTRA)
     frequency = file.axis
     order = campaign.engine.dominant_order
@@ -391,23 +371,7 @@ def read_operating_run(
 def read_shaker_run(
     folder: Path, entry: ShakerEntry, cells: Sequence[CampaignChannel]
 ) -> ShakerRun:
-    """Read one run of the shaker.
-
-    Parameters
-    ----------
-    folder : Path
-        Of the campaign.
-    entry : ShakerEntry
-        Which run.
-    cells : sequence of CampaignChannel
-        Channels of the cells below this mount.
-
-    Raises
-    ------
-    InputError
-        A channel is missing, doubled or of another type or unit; the file's reference is no force
-        along the stated axis.
-    """
+    """Read one run of the shaker."""
     pushed = " ".join(filter(None, (entry.mount, entry.piece, entry.axis)))
     file = FunctionMatrix(folder / entry.file, f"shaker run '{pushed}' {entry.repeat}", _FRF)
     values = _columns(file, cells)
@@ -424,18 +388,7 @@ def read_shaker_run(
 
 
 def read_push(folder: Path, entry: PushEntry, cells: Sequence[CampaignChannel]) -> PushRun:
-    """Read one push beside the virtual point of a mount.
-
-    Parameters
-    ----------
-    folder, entry, cells
-        As for `read_shaker_run`.
-
-    Raises
-    ------
-    InputError
-        As `read_shaker_run`.
-    """
+    """Read one push beside the virtual point of a mount."""
     run = read_shaker_run(folder, entry, cells)
     direction = np.eye(len(AXES))[AXES.index(entry.axis)]
     response = Frf(
@@ -454,26 +407,7 @@ FEWEST_ACCELEROMETERS = 3
 def check_sensors(
     path: Path, campaign: CampaignFile, sensors: Sequence[Sensor], switched_off: Sequence[str]
 ) -> None:
-    """Check that every body and every mount has the sensors it needs.
-
-    Parameters
-    ----------
-    path : Path
-        Position sheet, for messages.
-    campaign : CampaignFile
-        Its mounts.
-    sensors : sequence of Sensor
-        The sheet.
-    switched_off : sequence of str
-        Channels not to be used.
-
-    Raises
-    ------
-    InputError
-        A sensor at an unknown mount; an unknown channel or one of a cell is switched off; fewer
-        than three accelerometers on the powertrain; a mount without cell, or a body of its own
-        without accelerometer.
-    """
+    """Check that every body and every mount has the sensors it needs."""
     pieces = [(mount.name, piece) for mount in campaign.mounts for piece in mount.piece_names]
     for sensor in sensors:
         if (sensor.mount, sensor.piece) not in pieces:
@@ -525,27 +459,7 @@ def check_channels(
     channels: Sequence[CampaignChannel],
     switched_off: Sequence[str],
 ) -> None:
-    """Check that every channel belongs to something, and that none is missing.
-
-    Parameters
-    ----------
-    path : Path
-        Channel table, for messages.
-    campaign : CampaignFile
-        Its mounts and runs.
-    sensors : sequence of Sensor
-        Position sheet.
-    channels : sequence of CampaignChannel
-        The table.
-    switched_off : sequence of str
-        Channels that may be missing.
-
-    Raises
-    ------
-    InputError
-        A channel of no sensor or mount; a sensor's channel that is missing; engine torque, engine
-        speed or tacho missing or doubled.
-    """
+    """Check that every channel belongs to something, and that none is missing."""
     directions = [
         " ".join(filter(None, (mount.name, piece, axis)))
         for mount in campaign.mounts
@@ -588,13 +502,7 @@ def check_channels(
 
 
 def check_shaker_directions(path: Path, entries: Sequence[ShakerEntry]) -> None:
-    """Check that every mount that was pushed was pushed along all three axes.
-
-    Raises
-    ------
-    InputError
-        A direction is missing; the mount and the missing axes are named.
-    """
+    """Check that every mount that was pushed was pushed along all three axes."""
     for mount, piece in dict.fromkeys((entry.mount, entry.piece) for entry in entries):
         pushed = [e.axis for e in entries if (e.mount, e.piece) == (mount, piece)]
         missing = [axis for axis in AXES_4 if axis not in pushed]

@@ -138,28 +138,7 @@ def read_inertances(path: Path, places: Places) -> tuple[RealArray, ComplexArray
 
 
 def read_coherences(path: Path, places: Places) -> tuple[RealArray, RealArray]:
-    """Read the ordinary coherences of all channels and impacts.
-
-    Parameters
-    ----------
-    path : Path
-        UFF file; functions of other types in it are left alone.
-    places : Places
-        Which node is what.
-
-    Returns
-    -------
-    frequency : array, shape (f,)
-        [Hz].
-    values : array, shape (f, n_channel, n_impact)
-        [1].
-
-    Raises
-    ------
-    InputError
-        A coherence that is missing, doubled, at an unknown node, of other lines, complex, or
-        outside 0 to 1.
-    """
+    """Read the ordinary coherences of all channels and impacts."""
     frequency, found = _matrix(path, places, COHERENCE)
     for function, _ in found.values():
         values = function.values
@@ -348,14 +327,7 @@ _NEEDS = (
 
 
 def load_inertance_test_file(path: Path) -> InertanceTestFile:
-    """Read and check ``compressor_test.toml``.
-
-    Raises
-    ------
-    InputError
-        The file is missing or is not TOML; a key is unknown, missing, mistyped or out of range; a
-        key lacks the one that belongs to it; neither FRFs nor hits.
-    """
+    """Read and check ``compressor_test.toml``."""
     file = load_toml(path, InertanceTestFile)
     _check(path, file)
     return file

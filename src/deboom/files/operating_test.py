@@ -236,22 +236,7 @@ def read_sweep(path: Path, nodes: SweepNodes) -> SweepSpectra:
 
 
 def read_sweep_record(path: Path, nodes: SweepNodes, rate: float) -> SweepRecord:
-    """Read channels over time.
-
-    Parameters
-    ----------
-    path : Path
-        UFF file.
-    nodes : SweepNodes
-        What is read.
-    rate : float
-        Samples per second [Hz].
-
-    Raises
-    ------
-    InputError
-        As `read_sweep`; a rate that is not the file's.
-    """
+    """Read channels over time."""
     file = FunctionMatrix(path, "", _OVER_TIME)
     stated = (file.axis.size - 1) / (file.axis[-1] - file.axis[0])
     if abs(stated / rate - 1) > 1e-4:

@@ -152,27 +152,7 @@ def operating_columns(
     rows: Sequence[ChannelRow],
     note: Note = refuse,
 ) -> tuple[Columns, ...]:
-    """Choose the operating spectra of a load case: displacement, then force.
-
-    Parameters
-    ----------
-    path : Path
-        UFF file, or a table (`deboom.files.function_table`).
-    item : str
-        Whose it is, for messages.
-    order : float or None
-        Engine order of the spectra [1]; a UFF file's first ID line ``order <number> …`` must
-        agree, unless None.
-    rows : sequence of ChannelRow
-        The channels of both quantities, each in the order wanted.
-    note : callable
-        Gets every channel at fault, which is left out; by default the first one is raised.
-
-    Raises
-    ------
-    InputError
-        A channel without its function, or with one of another type, unit, quantity or order.
-    """
+    """Choose the operating spectra of a load case: displacement, then force."""
     choose = _by_name(path) if is_table(path) else _by_node(path, order)
     return tuple(
         _columns(
@@ -232,19 +212,7 @@ def _by_name(path: Path) -> _Choice:
 
 
 def common_axis(files: Sequence[Columns], note: Note = refuse) -> npt.NDArray[np.float64]:
-    """Return the frequency lines that all functions share [Hz]; the first function sets them.
-
-    Parameters
-    ----------
-    files : sequence of Columns
-    note : callable
-        Gets the fault of every file; by default the first one is raised.
-
-    Raises
-    ------
-    InputError
-        Axes that differ (both files and the first differing value are named), or no frequency.
-    """
+    """Return the frequency lines that all functions share [Hz]; the first function sets them."""
     there = [columns for columns in files if columns.functions]
     if not there:
         return np.zeros(0)

@@ -377,13 +377,7 @@ class RunEntry:
 
 
 def list_runs(results: Path) -> tuple[RunEntry, ...]:
-    """Return all runs of a results folder, by study and time.
-
-    Raises
-    ------
-    InputError
-        There is no such folder, or a run's record is damaged.
-    """
+    """Return all runs of a results folder, by study and time."""
     entries, damaged = readable_runs(results)
     if damaged:
         raise damaged[0]

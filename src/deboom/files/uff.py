@@ -360,21 +360,7 @@ def _six_digits(number: float) -> float:
 
 
 def function_of(content: Mapping[str, Any], scale: tuple[float, float] | None) -> UffFunction:
-    """Return the function, in SI, of a dictionary that pyuff read.
-
-    Parameters
-    ----------
-    content : mapping
-        pyuff's dictionary of one data set 58.
-    scale : (length, force), optional
-        File units per metre and per newton, from the file's data set 164.
-
-    Raises
-    ------
-    InputError
-        Fewer or more values than announced, an unknown direction, a label that contradicts the
-        quantity or data set 164, a value that is not finite.
-    """
+    """Return the function, in SI, of a dictionary that pyuff read."""
     response, reference = (_direction(content[key]) for key in ("rsp_dir", "ref_dir"))
     where = f"node {content['rsp_node']} {response}"
     n_found = len(content["data"])

@@ -46,22 +46,7 @@ class PanelEntry(StrictModel):
 
 
 def read_panels(folder: Path, entry: PanelEntry, ears: Sequence[Dof]) -> PanelMeasurement:
-    """Read what was measured at the panels.
-
-    Parameters
-    ----------
-    folder : Path
-        Of the vehicle.
-    entry : PanelEntry
-        Names the files.
-    ears : sequence of Dof
-        Where the loudspeaker stood.
-
-    Raises
-    ------
-    InputError
-        A file or function that is missing, doubled, or of another type or unit; other lines.
-    """
+    """Read what was measured at the panels."""
     rows = read_table(folder / entry.table, PanelRow)
     names = tuple(row.panel for row in rows)
     dofs = [Dof(row.panel, row.node, "scalar") for row in rows]
@@ -159,14 +144,7 @@ class VehicleFile(StrictModel):
 
 
 def load_vehicle_file(path: Path) -> VehicleFile:
-    """Read and check ``vehicle.toml``.
-
-    Raises
-    ------
-    InputError
-        Missing or no TOML; a key unknown, missing or out of range; a name or node that comes twice;
-        a gear that the gearbox does not have.
-    """
+    """Read and check ``vehicle.toml``."""
     vehicle = load_toml(path, VehicleFile)
     refuse_doubled(path, "[[ears]] are named", [ear.name for ear in vehicle.ears])
     refuse_doubled(path, "[[ears]] have the node", [str(ear.node) for ear in vehicle.ears])

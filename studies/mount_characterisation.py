@@ -21,31 +21,77 @@ without self-calibration); half_width_95_percent_<dir> (error budget); coverage_
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from functools import partial
+from functools import reduce
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
+import numpy as np
+import pandas as pd
+from threadpoolctl import threadpool_limits
 from typer import Option
 
+from deboom import plot
+from deboom.arrays import ComplexArray, RealArray
 from deboom.errors import InputError
+from deboom.files.platform import read_platform
+from deboom.measurement.campaign import AXES
+from deboom.measurement.force_transfer import ForceTransferMatrix
 from deboom.mounts.characterise import CharacteriseOptions
-from deboom.mounts.operating_map import Preload
+from deboom.mounts.error_budget import IDENTIFIED
+from deboom.mounts.operating_map import OperatingMap, Preload
 from deboom.mounts.piecewise_cubic import PiecewiseCubicRegressor
+from deboom.physics.order_tracking import rpm_of_frequency
+from deboom.plot import CurvePanel, MapPanel
 from deboom.report import Report
 from deboom.study.mount_characterisation import (
+    CharacterisedBench,
     MeasuredSo,
-    characterisation_result,
+    Neighbour,
+    Reprojection,
+    all_gears_numbers,
+    by_direction,
     characterise_benches,
     characterise_given,
+    direction_numbers,
+    force_transfer_matrices,
+    force_transfer_table,
+    identified,
+    mean_over_benches,
+    model_table,
+    moment_cost_table,
+    moment_transfer_matrices,
+    neighbours,
+    over_benches,
+    quality_of_motion,
+    r2_table,
+    reprojections,
+    shown_run,
+    truth_table,
+    uncertainty_table,
+    usable_maps,
 )
 from deboom.study.options import Seed
-from deboom.study.platform_model import DEMONSTRATION
+from deboom.study.platform_model import DEMONSTRATION, PEAKS, RMS
 from deboom.study.progress import progress_bar
 from deboom.study.result import RunContext
 
+if TYPE_CHECKING:
+    from deboom.plot.style import Drawing
+
 FIGURES = True
 """Whether the report has pictures."""
+N_PER_MM = 1e-3
+"""From N/m to N/mm."""
+SHOWN_POINTS = 2000
+"""Of a panel; more hide each other."""
+SPEED = "engine speed [rpm]"
+MEASURED = ", measured"
+ALONE = " alone [%]"
+"""Ends the names of the columns that take one source of error alone."""
+
+Value = Callable[[OperatingMap], RealArray]
 
 
 @dataclass(frozen=True)
@@ -81,20 +127,497 @@ def prepare(options: Options) -> CharacteriseOptions:
     )
 
 
-def run(how: CharacteriseOptions, options: Options, context: RunContext | None = None) -> Report:  # noqa: ARG001
+def run(how: CharacteriseOptions, options: Options, context: RunContext | None = None) -> Report:
     """Measure, characterise, compare and report."""
-    result = partial(
-        characterisation_result,
-        all_gears=options.all_gears,
-        models=options.models,
-        with_figures=FIGURES,
-        platform=options.platform,
-    )
+    del context  # nothing here is long enough to be resumed
     measured = MeasuredSo(options.all_gears, options.noise_free, options.third_cell)
     with progress_bar("mount characterisation") as progress:
         if options.campaign is not None:
             given = characterise_given(options.campaign, options.mount_set, how, progress)
-            return result([given], given.input_files).report()
+            return reported([given], options, given.input_files)
         seeds = range(options.seed, options.seed + options.benches)
         benches = characterise_benches(seeds, options.mount_set, how, progress, measured)
-    return result(benches).report()
+    return reported(benches, options)
+
+
+def reported(
+    benches: Sequence[CharacterisedBench], options: Options, inputs: tuple[Path, ...] = ()
+) -> Report:
+    """Report on benches: figures show the first, tables all."""
+    first, result = benches[0], benches[0].result
+    with threadpool_limits(1):  # its matrices are too small to share
+        numbers = direction_numbers(benches)
+        all_gears = all_gears_numbers(benches) if options.all_gears else None
+    known = any(bench.truth is not None for bench in benches)
+    report = Report(
+        "Mounts from raw sensors",
+        f"How stiff are {', '.join(mount.name for mount in result.campaign.mounts)} in "
+        "operation, and how far may the answer be believed?",
+    )
+    report.explain("dynamic stiffness")
+    report.inputs += inputs
+    report.warn(
+        "A high R² is no accuracy: it compares the surface with what was measured, and a measuring "
+        "chain that is half a degree askew is askew in every run. The error budget says how far to "
+        "believe a direction.",
+        "The errors against the truth are those of the virtual test bench, whose noise and "
+        "alignment errors are stated, not those of a particular laboratory."
+        if known
+        else "",
+    )
+    report.summary |= _summary(benches, numbers)
+    uncertainty = uncertainty_table(numbers)
+    truth = truth_table(numbers) if known else None
+    _headlines(report, benches, uncertainty, truth)
+    _asked(report, benches)
+    _accuracy(report, numbers, uncertainty, truth)
+    if all_gears is not None:
+        _all_gears(report, numbers, all_gears)
+    if options.models:
+        models = model_table(first)
+        report.table(
+            "models",
+            models,
+            "Other models of the stiffness beside the surface, which is two cubics by least "
+            "squares: all fitted without the check runs and judged on those.",
+            {name: 2 for name in models.columns if name.endswith("[%]")},
+        )
+    labels = {n: n if n in ("bench", "direction") else f"{n} [1]" for n in map(str, numbers)}
+    report.table("directions", numbers.rename(columns=labels))
+
+    few = {name: _thinned(one) for name, one in usable_maps(first).items()}
+    report.section(
+        "What was measured",
+        f"{first.title}: each point is one line of one run. The wheel torque stands for "
+        "the preload; lines whose displacement hardly exceeds its noise are left out.",
+    )
+    if FIGURES:
+        _maps(report, few)
+    _transfer(report, first, options.platform)
+    report.section(
+        "Characteristic curves",
+        "The dynamic stiffness over the static force, as suppliers specify it.",
+    )
+    if FIGURES:
+        _static(report, first, few)
+    report.section(
+        "Measured against the response surface",
+        f"{len(first.check_runs)} full-load runs. Dashed: measured. Solid: the response "
+        "surface at the measured torque, displacement and frequency.",
+    )
+    if FIGURES:
+        for mount in dict.fromkeys(one.mount for one in few.values()):
+            names = [name for name in first.surfaces if few[name].mount == mount]
+            stem = mount.replace(" ", "_")
+            if names:
+                stiffness = _load_cases(first, names, of_force=False)
+                report.figure(f"stiffness_{stem}", stiffness, f"Dynamic stiffness of {stem}.")
+                force = _load_cases(first, names, of_force=True)
+                report.figure(f"force_{stem}", force, f"Dynamic force of {stem}.")
+    _motion(report, first)
+    return report
+
+
+def _headlines(
+    report: Report,
+    benches: Sequence[CharacterisedBench],
+    uncertainty: pd.DataFrame,
+    truth: pd.DataFrame | None,
+) -> None:
+    """Show how many directions are identified, and how well."""
+    names = uncertainty.loc[uncertainty["identified"] == "identified", "direction"]
+    report.tile(f"{len(names)} of {len(uncertainty)}", "directions identified")
+    if truth is not None and len(names):
+        errors = truth.set_index("direction").loc[names, "error of |K|, median [%]"]
+        report.tile(f"{errors.median():.1f} %", "rms error of an identified direction, median")
+        report.tile(f"{errors.max():.1f} %", f"the largest of them, {errors.idxmax()}")
+    seconds = sorted(bench.seconds for bench in benches)[len(benches) // 2]
+    report.tile(f"{seconds:.0f} s", "per mount set, with error budget")
+
+
+def _asked(report: Report, benches: Sequence[CharacterisedBench]) -> None:
+    """Say what was asked, and with which data."""
+    first = benches[0].result
+    gears = sorted({run.gear for run in first.runs})
+    report.section(
+        "What was asked, and with which data",
+        f"Mount set {first.mount_set} on {len(benches)} "
+        f"{'benches' if len(benches) > 1 else 'bench'}: {len(first.runs)} runs with rising torque "
+        f"in the gears {', '.join(map(str, gears))}, engine order {first.campaign.order:g}. "
+        f"Preload variable: {first.options.preload.name.lower().replace('_', ' ')}.",
+    )
+    calibration = (
+        " Before that the measuring chain calibrates itself: sensors on a rigid body must "
+        "agree, and the forces of the mounts must be mass times acceleration."
+    )
+    report.text(
+        "Accelerometers give the motion of the rigid powertrain and with it of the virtual point "
+        "in each mount; cells below the mounts, calibrated by a shaker at the virtual point, give "
+        "its force. Force over displacement is the operating dynamic stiffness. Complete cubics "
+        "in preload, displacement amplitude and frequency, in pieces of the preload, are fitted "
+        "to real and imaginary part." + (calibration if first.options.self_calibration else "")
+    )
+    for direction in first.directions.values():
+        report.text(direction.complaint or "")
+
+
+def _accuracy(
+    report: Report, numbers: pd.DataFrame, uncertainty: pd.DataFrame, truth: pd.DataFrame | None
+) -> None:
+    """Say how far to believe the surfaces."""
+    report.section(
+        "How far to believe it",
+        "Three questions, three tables: what the measuring chain leaves unknown, how far the "
+        "result is from the truth where the truth is known, and how well the surface follows what "
+        "was measured.",
+    )
+    alone = [name for name in uncertainty.columns if name.endswith(ALONE)]
+    report.table(
+        "uncertainty",
+        uncertainty,
+        "Half width of the 95 % band of the surface, median over its lines. Beyond "
+        f"{100 * IDENTIFIED:.0f} % a direction is not identified.",
+        shown=uncertainty.drop(columns=alone),
+    )
+    sources = uncertainty[["direction", *alone]]
+    report.table(
+        None,
+        sources.rename(columns=lambda name: name.replace(ALONE, " [%]")),
+        "The same half width if one stated tolerance alone were at work, without self-calibration.",
+    )
+    if truth is not None:
+        report.table(
+            "truth",
+            truth,
+            "Rms error of the surface against the truth of the bench, median and 90 % quantile "
+            "over the benches. Held-out: a surface fitted without the check runs, on those.",
+        )
+    r2 = r2_table(numbers)
+    report.table(
+        "r2",
+        r2,
+        "Coefficient of determination, median over the benches, beside tables 6 to 8 of the "
+        "thesis. Held-out as above; a dash: not known.",
+        {name: 2 for name in r2.columns if name.endswith("[%]")},
+    )
+
+
+def _all_gears(report: Report, numbers: pd.DataFrame, all_gears: pd.DataFrame) -> None:
+    """Show surfaces over the chosen gears beside those over all, with cross-validated pieces."""
+    columns = {"pieces over all gears": over_benches(all_gears, "pieces") / 100.0}
+    for label, column in (
+        ("R² of Re K", "r2_real"),
+        ("R² of Im K", "r2_imag"),
+        ("error of |K|", "error"),
+    ):
+        columns[f"{label}, chosen gears [%]"] = over_benches(numbers, column)
+        columns[f"{label}, all gears [%]"] = over_benches(all_gears, column)
+    table = by_direction(columns)
+    decimals = {name: 2 for name in table.columns if name.startswith("R²")}
+    report.table(
+        "all_gears",
+        table,
+        "Surfaces over the gears above beside surfaces over all gears of the campaign, "
+        "whose number of pieces a cross-validation chose (median of the real part); each "
+        "judged on its own lines.",
+        decimals | {"pieces over all gears": 0},
+    )
+
+
+def _transfer(report: Report, bench: CharacterisedBench, platform: Path) -> None:
+    """Show how the cells below the mounts are calibrated, and whether moments matter."""
+    text = (
+        "A shaker at the virtual point of each mount says what the cells below it make of a force "
+        "there. The force in operation is the inverse of that matrix times the cells' force."
+    )
+    cost = None
+    if bench.result.campaign.pushes:
+        vehicles = read_platform(platform)
+        report.inputs += vehicles.input_files
+        cost = moment_cost_table(bench, vehicles)
+        report.summary["moments_cost_at_peaks_db"] = float(cost[PEAKS].max())
+        report.summary["moments_cost_rms_db"] = float(cost[RMS].max())
+        text += (
+            "\n\nThree cells and pushes beside the virtual point give the moments as well. Leaving "
+            f"them out changes booming peaks by up to {cost[PEAKS].max():.2g} dB. That is what "
+            "moments change in the forces: noise transfer functions are known for forces alone, so "
+            "the sound that the moments themselves make is not in it."
+        )
+    report.section("Force transfer matrices", text)
+    matrices = force_transfer_matrices(bench)
+    if FIGURES and matrices:
+        report.figure(
+            "cell_calibration",
+            _cell_calibration(matrices),
+            "Cells per newton of the shaker: along its axis, and across by cross-talk. The slope "
+            "is the bench that gives way.",
+        )
+    report.table(
+        "force_transfer",
+        force_transfer_table([*matrices.values(), *moment_transfer_matrices(bench).values()]),
+        "Mean over frequency and repeats. Deviations are relative to the matrix's column; six "
+        "loads: three forces and three moments.",
+        {"condition number [1]": 2, "cells": 0, "loads": 0, "repeats": 0},
+    )
+    if cost is not None:
+        report.table(
+            "moments",
+            cost,
+            f"Largest difference in any of {cost['vehicle'].nunique()} vehicles.",
+            {RMS: 3, PEAKS: 3},
+            shown=cost.groupby("load case", sort=False)[[RMS, PEAKS]].max().reset_index(),
+        )
+
+
+def _summary(benches: Sequence[CharacterisedBench], numbers: pd.DataFrame) -> dict[str, float]:
+    """Gather the headline numbers; the study's docstring explains the keys."""
+    by_key = {
+        "r2_real": over_benches(numbers, "r2_real"),
+        "r2_imag": over_benches(numbers, "r2_imag"),
+        "r2_force_real": over_benches(numbers, "r2_force_real"),
+        "r2_force_imag": over_benches(numbers, "r2_force_imag"),
+        "r2_real_held_out": over_benches(numbers, "check_r2_real"),
+        "r2_imag_held_out": over_benches(numbers, "check_r2_imag"),
+        "truth_error_percent": over_benches(numbers, "error"),
+        "truth_error_percent_90": over_benches(numbers, "error", 0.9),
+        "truth_error_percent_held_out": over_benches(numbers, "check_error"),
+        "truth_error_percent_stated": over_benches(numbers, "error_stated"),
+        "half_width_95_percent": over_benches(numbers, "half_width"),
+        "coverage_95_percent": mean_over_benches(numbers, "coverage"),
+    }
+    summary: dict[str, float] = {"n_benches": len(benches)}
+    for key, values in by_key.items():
+        for name, value in values.dropna().items():
+            summary[f"{key}_{str(name).replace(' ', '_')}"] = float(value)
+    summary["n_identified"] = int(identified(numbers).sum())
+    summary["seconds"] = round(float(np.median([bench.seconds for bench in benches])), 3)
+    return summary
+
+
+def _maps(report: Report, maps: Mapping[str, OperatingMap]) -> None:
+    """Draw the measured stiffness over wheel torque, and frequency or amplitude."""
+
+    def panels(height: Value, value: Value) -> list[MapPanel]:
+        return [MapPanel(n, m.wheel_torque, height(m), value(m)) for n, m in maps.items()]
+
+    def magnitude(measured: OperatingMap) -> RealArray:
+        return np.abs(measured.stiffness) * N_PER_MM
+
+    def phase(measured: OperatingMap) -> RealArray:
+        return np.degrees(np.angle(measured.stiffness))
+
+    def frequency(measured: OperatingMap) -> RealArray:
+        return measured.frequency
+
+    def amplitude(measured: OperatingMap) -> RealArray:
+        return np.asarray(20 * np.log10(measured.amplitude / measured.amplitude.max()))
+
+    drawings = (
+        (
+            "map_magnitude",
+            panels(frequency, magnitude),
+            ("frequency [Hz]", "|K| [N/mm]"),
+            "Magnitude of the operating dynamic stiffness over wheel torque and frequency.",
+        ),
+        (
+            "map_phase",
+            panels(frequency, phase),
+            ("frequency [Hz]", "phase of K [°]"),
+            "Its phase: the loss angle.",
+        ),
+        (
+            "map_amplitude",
+            panels(amplitude, magnitude),
+            ("amplitude [dB]", "|K| [N/mm]"),
+            "Magnitude over wheel torque and displacement amplitude, in decibels of the largest "
+            "one of the direction.",
+        ),
+    )
+    for stem, shown, (y_label, value_label), caption in drawings:
+        drawing = plot.map_panels(
+            shown, x_label="wheel torque [N m]", y_label=y_label, value_label=value_label
+        )
+        report.figure(stem, drawing, caption)
+
+
+def _static(report: Report, bench: CharacterisedBench, maps: Mapping[str, OperatingMap]) -> None:
+    """Draw the stiffness over the static force: real parts of all mounts, then imaginary parts."""
+    for axis in AXES:
+        panels = []
+        for part, of in (("Re", np.real), ("Im", np.imag)):
+            for name, surface in bench.surfaces.items():
+                lines = maps[name]
+                if lines.axis != axis or not np.isfinite(lines.static_force).all():
+                    continue
+                preload = lines.preload(Preload.STATIC_FORCE)
+                points = {
+                    "measured": (preload, of(lines.stiffness) * N_PER_MM),
+                    "response surface": (preload, of(bench.modelled(surface, lines)) * N_PER_MM),
+                }
+                panels.append(CurvePanel(f"{part} K, {name}", preload, {}, points))
+        if panels:
+            report.figure(
+                f"static_{axis}",
+                plot.curve_panels(
+                    panels,
+                    x_label="static force [N]",
+                    y_label="K [N/mm]",
+                    columns=len(panels) // 2,
+                ),
+                f"Axis {axis}. Real parts above, imaginary parts below, over the quasi-static "
+                "force of the cells. The scatter of both is the projection of amplitude and "
+                "frequency.",
+            )
+
+
+def _motion(report: Report, bench: CharacterisedBench) -> None:
+    """Show how well the rigid body's motion fits its sensors."""
+    run = shown_run(bench)
+    report.section(
+        "Motion of the powertrain",
+        f"Run {run.name}. The motion of the rigid body comes from all accelerometers together; "
+        "each of them can be computed from it again.",
+    )
+    beside = neighbours(bench)
+    if FIGURES and (again := reprojections(bench)):
+        _motion_figures(report, rpm_of_frequency(run.frequency, run.order), again, beside)
+    rows = [
+        {
+            "direction": one.direction,
+            "sensor": one.sensor,
+            "rms error of |K| [%]": 100.0 * float(np.sqrt(np.mean(one.error**2))),
+            "median error of |K| [%]": 100.0 * float(np.median(one.error)),
+        }
+        for one in beside
+    ]
+    columns = ["direction", "sensor", "rms error of |K| [%]", "median error of |K| [%]"]
+    table = pd.DataFrame(rows, columns=columns)
+    report.table("neighbour", table, "That error over all lines of the run.")
+    report.table(
+        "quality",
+        quality_of_motion(bench),
+        "Whether the sensors agree, in the order in which a laboratory repairs things: "
+        "the first check needs the position sheet alone, the last leaves one sensor "
+        "out at a time and names the culprit.",
+        {"number [1]": 3},
+    )
+
+
+def _motion_figures(
+    report: Report, rpm: RealArray, again: Sequence[Reprojection], beside: Sequence[Neighbour]
+) -> None:
+    """Draw accelerations again computed, beside the virtual points, and what the latter cost."""
+    reprojected = [
+        CurvePanel(
+            f"{one.sensor.channels[row]}, {one.sensor.mount}",
+            rpm,
+            {
+                f"{part}, {label}": of(values[:, row])
+                for part, of in (("Re", np.real), ("Im", np.imag))
+                for label, values in (("rigid body", one.reprojected), ("measured", one.measured))
+            },
+        )
+        for one in again
+        for row in range(3)
+    ]
+    report.figure(
+        "reprojected_acceleration",
+        plot.curve_panels(
+            reprojected, x_label=SPEED, y_label="a [m/s²]", dashed=("Re, measured", "Im, measured")
+        ),
+        "One accelerometer beside each mount, in its own axes: dashed as measured, solid as the "
+        "rigid body moves there.",
+    )
+    motion = [
+        CurvePanel(
+            one.direction,
+            rpm,
+            {"virtual point": np.abs(one.at_point), "sensor beside": np.abs(one.at_sensor)},
+        )
+        for one in beside
+    ]
+    report.figure(
+        "neighbour_acceleration",
+        plot.curve_panels(motion, x_label=SPEED, y_label="|a| [m/s²]", dashed=("sensor beside",)),
+        "Acceleration at the virtual point of each mount (solid) and of the sensor beside it "
+        "(dashed).",
+    )
+    error = [
+        CurvePanel(axis, rpm, {one.mount: 100 * one.error for one in beside if one.axis == axis})
+        for axis in dict.fromkeys(one.axis for one in beside)
+    ]
+    report.figure(
+        "neighbour_stiffness_error",
+        plot.curve_panels(error, x_label=SPEED, y_label="error of |K| [%]"),
+        "Error of the stiffness if the sensor beside the mount stood for its virtual point.",
+    )
+
+
+def _thinned(measured: OperatingMap) -> OperatingMap:
+    return measured.select(slice(None, None, max(1, len(measured) // SHOWN_POINTS)))
+
+
+def _load_cases(bench: CharacterisedBench, names: list[str], *, of_force: bool) -> Drawing:
+    """Check runs of one mount: real parts of its directions, then imaginary parts."""
+    runs, order = bench.check_runs, bench.result.campaign.order
+    common: RealArray = reduce(np.intersect1d, [run.frequency for run in runs])
+    panels = []
+    letter, unit = ("F", "N") if of_force else ("K", "N/mm")
+    for part, of in (("Re", np.real), ("Im", np.imag)):
+        for name in names:
+            modelled: dict[str, RealArray] = {}
+            measured: dict[str, RealArray] = {}
+            for run in runs:
+                lines = _lines_of(bench.result.directions[name].measured, run.name, common)
+                surface = bench.modelled(bench.surfaces[name], lines)
+                label = _case(run.gear, run.torque_limit)
+                modelled[label] = of(_shown(surface, lines, of_force))
+                measured[label + MEASURED] = of(_shown(lines.stiffness, lines, of_force))
+            title = f"{part} {letter}, {name}"
+            panels.append(CurvePanel(title, rpm_of_frequency(common, order), modelled | measured))
+    return plot.curve_panels(
+        panels,
+        x_label=SPEED,
+        y_label=f"{letter} [{unit}]",
+        columns=len(names),
+        dashed=[_case(run.gear, run.torque_limit) + MEASURED for run in runs],
+    )
+
+
+def _case(gear: int, torque_limit: float) -> str:
+    return f"gear {gear}, {torque_limit:g} N m"
+
+
+def _lines_of(measured: OperatingMap, run: str, frequency: RealArray) -> OperatingMap:
+    """Lines of one run; of a mount with several pieces those of the first."""
+    labels = [str(label) for label in measured.run]
+    own = next(label for label in labels if label.partition(" ")[0] == run)
+    return measured.select((measured.run == own) & np.isin(measured.frequency, frequency))
+
+
+def _shown(stiffness: ComplexArray, lines: OperatingMap, of_force: bool) -> ComplexArray:
+    return stiffness * lines.displacement if of_force else stiffness * N_PER_MM
+
+
+def _cell_calibration(matrices: Mapping[str, ForceTransferMatrix]) -> Drawing:
+    """Draw every 3×3 matrix over frequency: along the shaker, and all that it shows across."""
+    panels = [
+        CurvePanel(
+            f"{name}, {words}",
+            one.frequency,
+            {
+                f"shaker along {axis}": np.linalg.norm(
+                    one.response[:, kept[column], column], axis=1
+                )
+                for column, axis in enumerate(AXES)
+            },
+        )
+        for kept, words in ((np.eye(3, dtype=bool), "along"), (~np.eye(3, dtype=bool), "across"))
+        for name, one in matrices.items()
+    ]
+    return plot.curve_panels(
+        panels,
+        x_label="frequency [Hz]",
+        y_label="cells per shaker [N/N]",
+        columns=len(matrices),
+    )

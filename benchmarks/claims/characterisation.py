@@ -33,9 +33,9 @@ from deboom.mounts.operating_map import OperatingMap, Preload, operating_maps
 from deboom.mounts.response_surface import DynamicStiffnessSurface, agreement
 from deboom.study.mount_characterisation import (
     MeasuredSo,
-    characterisation_result,
     characterise_benches,
 )
+from deboom.study.runner import load_study
 from deboom.vehicles.powertrain import KinematicModel
 from virtual_campaign import truth, virtual_campaign
 
@@ -171,7 +171,8 @@ def _noise_free(parts: str) -> dict[str, float]:
     options = CharacteriseOptions(folds=0)
     measured = MeasuredSo(noise_free=True)
     benches = characterise_benches((1,), parts, options, lambda *_: None, measured)
-    summary = characterisation_result(benches, with_figures=False).summary
+    study = load_study("mount_characterisation").module
+    summary = study.reported(benches, study.Options()).summary
     found = {}
     for mount in ("EnM", "GeM", "TSM"):
         for axis in "xyz":

@@ -16,17 +16,17 @@ from deboom.errors import InputError
 from deboom.files.campaign import read_campaign
 from deboom.mounts.characterise import CharacteriseOptions
 from deboom.mounts.response_surface import standard_models
+from deboom.report.report import Picture
 from deboom.study import mount_characterisation as characterisation
 from deboom.study.mount_characterisation import (
     STEPS_PER_BENCH,
-    characterisation_result,
     characterise_benches,
     characterise_given,
     direction_numbers,
 )
 from deboom.study.runner import load_study, run_study
 
-STUDY = Path(__file__).parents[2] / "studies" / "mount_characterisation.py"
+STUDY = load_study(Path(__file__).parents[2] / "studies" / "mount_characterisation.py")
 RUNS = tuple(
     PlannedRun(gear, torque, full_load)
     for gear, torque, full_load in (
@@ -53,7 +53,7 @@ def campaign(tmp_path_factory):
 def finished(campaign, tmp_path_factory):
     """One run that several tests look at."""
     return run_study(
-        load_study(STUDY),
+        STUDY,
         tmp_path_factory.mktemp("results"),
         {"campaign": campaign},
     )
@@ -106,16 +106,18 @@ def test_without_truth_the_same_numbers_and_no_comparison(blind, finished):
         assert known[f"{name} [1]"].to_numpy() == pytest.approx(numbers[name].to_numpy())
 
 
-def test_every_figure_of_the_thesis_is_drawn_and_has_its_place_on_the_page(blind):
+def test_every_figure_of_the_thesis_is_drawn_and_has_its_place_on_the_page(blind, monkeypatch):
     strut = {"TSM x": blind.result.directions["TSM x"]}
     bench = replace(blind, result=replace(blind.result, directions=strut))
-    done = characterisation_result([bench])
+    monkeypatch.setattr(STUDY.module, "FIGURES", True)
+    done = STUDY.module.reported([bench], STUDY.module.Options())
     assert {
         *("map_magnitude", "map_phase", "map_amplitude", "static_x", "stiffness_TSM", "force_TSM"),
         *("reprojected_acceleration", "neighbour_acceleration", "neighbour_stiffness_error"),
         "cell_calibration",
     } == set(done.figures)
-    shown = [picture.png for section in done.page.sections for picture in section.figures]
+    blocks = [block for section in done.sections for block in section.blocks]
+    shown = [block.png for block in blocks if isinstance(block, Picture)]
     assert sorted(shown) == sorted(done.figures.values())
     assert "truth" not in done.tables
 
@@ -150,7 +152,7 @@ def test_every_virtual_bench_has_a_campaign_of_its_own_that_is_gone_afterwards(m
 )
 def test_bad_requests_are_refused_in_words(campaign, tmp_path, changes, message):
     with pytest.raises(InputError, match=message):
-        run_study(load_study(STUDY), tmp_path, {"campaign": campaign, **changes})
+        run_study(STUDY, tmp_path, {"campaign": campaign, **changes})
 
 
 def test_a_bench_without_errors_is_right_within_one_percent_in_all_nine_directions(
@@ -158,7 +160,7 @@ def test_a_bench_without_errors_is_right_within_one_percent_in_all_nine_directio
 ):
     monkeypatch.setattr(characterisation, "TRAINING_RUNS", RUNS)
     chosen = {"noise_free": True}
-    folder = run_study(load_study(STUDY), tmp_path, chosen)
+    folder = run_study(STUDY, tmp_path, chosen)
     summary = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
     for mount in ("EnM", "GeM", "TSM"):
         for axis in "xyz":
@@ -171,7 +173,7 @@ def test_a_campaign_with_three_cells_says_what_leaving_moments_out_costs(tmp_pat
     plan = CampaignPlan(("M1",), RUNS, 2, frequency=of_noise_transfer, third_cell=True)
     write_campaign(campaign, 1, plan)
     chosen = {"campaign": campaign}
-    folder = run_study(load_study(STUDY), tmp_path / "results", chosen)
+    folder = run_study(STUDY, tmp_path / "results", chosen)
     summary = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
     assert 0.0 < summary["moments_cost_at_peaks_db"] < 0.1
     assert 0.0 < summary["moments_cost_rms_db"] < 0.5
@@ -181,7 +183,7 @@ def test_a_campaign_with_three_cells_says_what_leaving_moments_out_costs(tmp_pat
 
 
 def test_options_of_virtual_benches_are_refused_with_a_campaign(campaign, tmp_path):
-    study = load_study(STUDY)
+    study = STUDY
     for option in ({"noise_free": True}, {"third_cell": True}):
         with pytest.raises(InputError, match="leave them out, or --campaign"):
             run_study(study, tmp_path, {"campaign": campaign, **option})
@@ -191,7 +193,7 @@ def test_other_models_are_compared_on_the_check_runs(campaign, tmp_path, monkeyp
     chosen = {name: standard_models()[name] for name in ("two cubics, least squares", "splines")}
     monkeypatch.setattr(characterisation, "standard_models", lambda: chosen)
     options = {"campaign": campaign, "models": True}
-    folder = run_study(load_study(STUDY), tmp_path, options)
+    folder = run_study(STUDY, tmp_path, options)
     table = pd.read_csv(folder / "models.csv")
     assert (
         table.groupby("direction").model.apply(list).map(lambda names: names == list(chosen)).all()

@@ -6,7 +6,7 @@ import tempfile
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property, reduce
+from functools import cached_property
 from pathlib import Path
 
 import numpy as np
@@ -26,7 +26,7 @@ from deboom.bench.campaign_plan import (
 from deboom.bench.campaign_writer import write_campaign
 from deboom.errors import InputError
 from deboom.files.campaign import read_campaign
-from deboom.files.platform import Platform, read_platform
+from deboom.files.platform import Platform
 from deboom.measurement.campaign import AXES, OperatingRun
 from deboom.measurement.channels import LoadCase, Spectrum
 from deboom.measurement.force_transfer import (
@@ -54,7 +54,7 @@ from deboom.mounts.measuring_chain import (
     body_record,
     stated_alignment,
 )
-from deboom.mounts.operating_map import OperatingMap, Preload, operating_maps
+from deboom.mounts.operating_map import OperatingMap, operating_maps
 from deboom.mounts.piecewise_cubic import PiecewiseCubicRegressor
 from deboom.mounts.response_surface import (
     DynamicStiffnessSurface,
@@ -63,13 +63,8 @@ from deboom.mounts.response_surface import (
     compare_models,
     standard_models,
 )
-from deboom.physics.order_tracking import rpm_of_frequency
-from deboom.plot import CurvePanel, MapPanel
-from deboom.report.page import Headline, Page, Picture, Section, Table
-from deboom.study.platform_model import PEAKS, RMS, level_differences
-from deboom.study.pngs import curve_panels, map_panels
+from deboom.study.platform_model import level_differences
 from deboom.study.progress import Progress
-from deboom.study.result import Scalar, StudyResult
 from deboom.vehicles.fleet import Band
 
 
@@ -484,187 +479,11 @@ def _beside_mounts(chain: AlignmentEstimate) -> dict[str, Sensor]:
     return beside
 
 
-N_PER_MM = 1e-3
-"""From N/m to N/mm."""
-MICRO = 1e6
-SHOWN_POINTS = 2000
-"""Of a panel; more hide each other."""
-SPEED = "engine speed [rpm]"
-MEASURED = ", measured"
-
-
-def characterisation_figures(bench: CharacterisedBench) -> dict[str, bytes]:
-    """Draw all pictures of one bench; file stem → PNG."""
-    maps = {name: _thinned(one) for name, one in usable_maps(bench).items()}
-    figures = {
-        "map_magnitude": _map(maps, lambda m: m.frequency, "frequency [Hz]", _magnitude),
-        "map_phase": _map(maps, lambda m: m.frequency, "frequency [Hz]", _phase),
-        "map_amplitude": _map(
-            maps,
-            lambda m: np.asarray(20 * np.log10(m.amplitude / m.amplitude.max())),
-            "amplitude [dB]",
-            _magnitude,
-        ),
-    }
-    for axis in dict.fromkeys(one.axis for one in maps.values()):
-        panels = _static_panels(bench, axis, maps)
-        if panels:
-            figures[f"static_{axis}"] = curve_panels(
-                panels, x_label="static force [N]", y_label="K [N/mm]", columns=len(panels) // 2
-            )
-    for mount in dict.fromkeys(one.mount for one in maps.values()):
-        names = [name for name in bench.surfaces if maps[name].mount == mount]
-        if names:
-            stem = mount.replace(" ", "_")
-            figures[f"stiffness_{stem}"] = _load_cases(bench, names, of_force=False)
-            figures[f"force_{stem}"] = _load_cases(bench, names, of_force=True)
-    return figures | _motion_figures(bench)
-
-
 def usable_maps(bench: CharacterisedBench) -> dict[str, OperatingMap]:
     """Return the maps of all directions that were ever loaded, without lines near the floor."""
     maps = {name: one.measured for name, one in bench.result.directions.items()}
     usable = {name: one.select(~one.near_floor) for name, one in maps.items()}
     return {name: one for name, one in usable.items() if len(one)}
-
-
-def _thinned(measured: OperatingMap) -> OperatingMap:
-    return measured.select(slice(None, None, max(1, len(measured) // SHOWN_POINTS)))
-
-
-def _magnitude(measured: OperatingMap) -> tuple[RealArray, str]:
-    return np.abs(measured.stiffness) * N_PER_MM, "|K| [N/mm]"
-
-
-def _phase(measured: OperatingMap) -> tuple[RealArray, str]:
-    return np.degrees(np.angle(measured.stiffness)), "phase of K [°]"
-
-
-def _map(
-    maps: dict[str, OperatingMap],
-    height: Callable[[OperatingMap], RealArray],
-    y_label: str,
-    value: Callable[[OperatingMap], tuple[RealArray, str]],
-) -> bytes:
-    panels = [MapPanel(name, m.wheel_torque, height(m), value(m)[0]) for name, m in maps.items()]
-    label = value(next(iter(maps.values())))[1]
-    return map_panels(panels, x_label="wheel torque [N m]", y_label=y_label, value_label=label)
-
-
-def _static_panels(
-    bench: CharacterisedBench, axis: str, maps: dict[str, OperatingMap]
-) -> list[CurvePanel]:
-    """Real parts of all mounts, then imaginary parts, over the static force."""
-    names = [
-        name
-        for name in bench.surfaces
-        if maps[name].axis == axis and np.isfinite(maps[name].static_force).all()
-    ]
-    panels = []
-    for part, of in (("Re", np.real), ("Im", np.imag)):
-        for name in names:
-            lines = maps[name]
-            preload = lines.preload(Preload.STATIC_FORCE)
-            modelled = bench.modelled(bench.surfaces[name], lines)
-            points = {
-                "measured": (preload, of(lines.stiffness) * N_PER_MM),
-                "response surface": (preload, of(modelled) * N_PER_MM),
-            }
-            panels.append(CurvePanel(f"{part} K, {name}", preload, {}, points))
-    return panels
-
-
-def _load_cases(bench: CharacterisedBench, names: list[str], *, of_force: bool) -> bytes:
-    """Check runs of one mount: real parts of its directions, then imaginary parts."""
-    runs, order = bench.check_runs, bench.result.campaign.order
-    common: RealArray = reduce(np.intersect1d, [run.frequency for run in runs])
-    panels = []
-    letter, unit = ("F", "N") if of_force else ("K", "N/mm")
-    for part, of in (("Re", np.real), ("Im", np.imag)):
-        for name in names:
-            modelled: dict[str, RealArray] = {}
-            measured: dict[str, RealArray] = {}
-            for run in runs:
-                lines = _lines_of(bench.result.directions[name].measured, run.name, common)
-                surface = bench.modelled(bench.surfaces[name], lines)
-                label = _case(run.gear, run.torque_limit)
-                modelled[label] = of(_shown(surface, lines, of_force))
-                measured[label + MEASURED] = of(_shown(lines.stiffness, lines, of_force))
-            title = f"{part} {letter}, {name}"
-            panels.append(CurvePanel(title, rpm_of_frequency(common, order), modelled | measured))
-    return curve_panels(
-        panels,
-        x_label=SPEED,
-        y_label=f"{letter} [{unit}]",
-        columns=len(names),
-        dashed=[_case(run.gear, run.torque_limit) + MEASURED for run in runs],
-    )
-
-
-def _case(gear: int, torque_limit: float) -> str:
-    return f"gear {gear}, {torque_limit:g} N m"
-
-
-def _lines_of(measured: OperatingMap, run: str, frequency: RealArray) -> OperatingMap:
-    """Lines of one run; of a mount with several pieces those of the first."""
-    labels = [str(label) for label in measured.run]
-    own = next(label for label in labels if label.partition(" ")[0] == run)
-    return measured.select((measured.run == own) & np.isin(measured.frequency, frequency))
-
-
-def _shown(stiffness: ComplexArray, lines: OperatingMap, of_force: bool) -> ComplexArray:
-    return stiffness * lines.displacement if of_force else stiffness * N_PER_MM
-
-
-def _motion_figures(bench: CharacterisedBench) -> dict[str, bytes]:
-    run = shown_run(bench)
-    rpm = rpm_of_frequency(run.frequency, run.order)
-    again, beside = reprojections(bench), neighbours(bench)
-    if not again:
-        return {}
-    reprojected = [
-        CurvePanel(
-            f"{one.sensor.channels[row]}, {one.sensor.mount}",
-            rpm,
-            {
-                f"{part}, {label}": of(values[:, row])
-                for part, of in (("Re", np.real), ("Im", np.imag))
-                for label, values in (("rigid body", one.reprojected), ("measured", one.measured))
-            },
-        )
-        for one in again
-        for row in range(3)
-    ]
-    motion = [
-        CurvePanel(
-            one.direction,
-            rpm,
-            {"virtual point": np.abs(one.at_point), "sensor beside": np.abs(one.at_sensor)},
-        )
-        for one in beside
-    ]
-    error = [
-        CurvePanel(axis, rpm, {one.mount: 100 * one.error for one in beside if one.axis == axis})
-        for axis in dict.fromkeys(one.axis for one in beside)
-    ]
-    return {
-        "reprojected_acceleration": curve_panels(
-            reprojected,
-            x_label=SPEED,
-            y_label="a [m/s²]",
-            dashed=("Re, measured", "Im, measured"),
-        ),
-        "neighbour_acceleration": curve_panels(
-            motion,
-            x_label=SPEED,
-            y_label="|a| [m/s²]",
-            dashed=("sensor beside",),
-        ),
-        "neighbour_stiffness_error": curve_panels(error, x_label=SPEED, y_label="error of |K| [%]"),
-    }
-
-
-PARTS = ("real", "imag")
 
 
 def direction_numbers(benches: Sequence[CharacterisedBench]) -> pd.DataFrame:
@@ -846,271 +665,6 @@ def identified(numbers: pd.DataFrame) -> pd.Series[bool]:
     return over_benches(numbers, "half_width") <= 100.0 * IDENTIFIED
 
 
-R2_WARNING = (
-    "A high R² is no accuracy: it compares the surface with what was measured, and a measuring "
-    "chain that is half a degree askew is askew in every run. The error budget says how far to "
-    "believe a direction."
-)
-TRUTH_WARNING = (
-    "The errors against the truth are those of the virtual test bench, whose noise and alignment "
-    "errors are stated, not those of a particular laboratory."
-)
-ALONE = " alone [%]"
-"""Ends the names of the columns that take one source of error alone."""
-STATIC_CAPTION = (
-    "Real parts above, imaginary parts below, over the quasi-static force of the cells. The "
-    "scatter of both is the projection of amplitude and frequency."
-)
-
-
-def characterisation_page(
-    benches: Sequence[CharacterisedBench],
-    tables: Mapping[str, pd.DataFrame],
-    pictures: Mapping[str, bytes],
-) -> Page:
-    """Compose the page from the study's tables and figures; figures are those of the first bench.
-
-    Parameters
-    ----------
-    benches : sequence of CharacterisedBench
-        At least one.
-    tables : mapping of str to DataFrame
-        Those of the study's result.
-    pictures : mapping of str to bytes
-        Its figures, as PNG.
-    """
-    first = benches[0].result
-    sections = (
-        _asked(benches),
-        _accuracy(tables),
-        Section(
-            "What was measured",
-            f"{benches[0].title}: each point is one line of one run. The wheel torque stands for "
-            "the preload; lines whose displacement hardly exceeds its noise are left out.",
-            figures=_present(
-                pictures,
-                {
-                    "map_magnitude": "Magnitude of the operating dynamic stiffness over wheel "
-                    "torque and frequency.",
-                    "map_phase": "Its phase: the loss angle.",
-                    "map_amplitude": "Magnitude over wheel torque and displacement amplitude, "
-                    "in decibels of the largest one of the direction.",
-                },
-            ),
-        ),
-        _transfer(tables, pictures),
-        Section(
-            "Characteristic curves",
-            "The dynamic stiffness over the static force, as suppliers specify it.",
-            figures=_present(
-                pictures, {f"static_{axis}": f"Axis {axis}. {STATIC_CAPTION}" for axis in AXES}
-            ),
-        ),
-        Section(
-            "Measured against the response surface",
-            f"{len(benches[0].check_runs)} full-load runs. Dashed: measured. Solid: the response "
-            "surface at the measured torque, displacement and frequency.",
-            figures=_present(pictures, _load_case_captions(pictures)),
-        ),
-        Section(
-            "Motion of the powertrain",
-            f"Run {shown_run(benches[0]).name}. The motion of the rigid body comes from all "
-            "accelerometers together; each of them can be computed from it again.",
-            figures=_present(
-                pictures,
-                {
-                    "reprojected_acceleration": "One accelerometer beside each mount, in its own "
-                    "axes: dashed as measured, solid as the rigid body moves there.",
-                    "neighbour_acceleration": "Acceleration at the virtual point of each mount "
-                    "(solid) and of the sensor beside it (dashed).",
-                    "neighbour_stiffness_error": "Error of the stiffness if the sensor beside the "
-                    "mount stood for its virtual point.",
-                },
-            ),
-            tables=(
-                Table(tables["neighbour"], "That error over all lines of the run."),
-                Table(
-                    tables["quality"],
-                    "Whether the sensors agree, in the order in which a laboratory repairs things: "
-                    "the first check needs the position sheet alone, the last leaves one sensor "
-                    "out at a time and names the culprit.",
-                    {"number [1]": 3},
-                ),
-            ),
-        ),
-    )
-    known = "truth" in tables
-    return Page(
-        title="Mounts from raw sensors",
-        question=(
-            f"How stiff are {', '.join(mount.name for mount in first.campaign.mounts)} in "
-            "operation, and how far may the answer be believed?"
-        ),
-        headlines=_headlines(benches, tables),
-        terms=("dynamic stiffness",),
-        warnings=(R2_WARNING, TRUTH_WARNING) if known else (R2_WARNING,),
-        sections=sections,
-    )
-
-
-def _headlines(
-    benches: Sequence[CharacterisedBench], tables: Mapping[str, pd.DataFrame]
-) -> tuple[Headline, ...]:
-    uncertainty = tables["uncertainty"].set_index("direction")
-    found = uncertainty.index[uncertainty["identified"] == "identified"]
-    headlines = [Headline(f"{len(found)} of {len(uncertainty)}", "directions identified")]
-    if "truth" in tables and len(found):
-        errors = tables["truth"].set_index("direction").loc[found, "error of |K|, median [%]"]
-        headlines += [
-            Headline(f"{errors.median():.1f} %", "rms error of an identified direction, median"),
-            Headline(f"{errors.max():.1f} %", f"the largest of them, {errors.idxmax()}"),
-        ]
-    seconds = sorted(bench.seconds for bench in benches)[len(benches) // 2]
-    headlines.append(Headline(f"{seconds:.0f} s", "per mount set, with error budget"))
-    return tuple(headlines)
-
-
-def _asked(benches: Sequence[CharacterisedBench]) -> Section:
-    first = benches[0].result
-    options = first.options
-    complaints = [one.complaint for one in first.directions.values() if one.complaint]
-    gears = sorted({run.gear for run in first.runs})
-    text = (
-        f"Mount set {first.mount_set} on {len(benches)} "
-        f"{'benches' if len(benches) > 1 else 'bench'}: {len(first.runs)} runs with rising torque "
-        f"in the gears {', '.join(map(str, gears))}, engine order {first.campaign.order:g}. "
-        f"Preload variable: {options.preload.name.lower().replace('_', ' ')}.\n\n"
-        "Accelerometers give the motion of the rigid powertrain and with it of the virtual point "
-        "in each mount; cells below the mounts, calibrated by a shaker at the virtual point, give "
-        "its force. Force over displacement is the operating dynamic stiffness. Complete cubics "
-        "in preload, displacement amplitude and frequency, in pieces of the preload, are fitted "
-        "to real and imaginary part."
-    )
-    if options.self_calibration:
-        text += (
-            " Before that the measuring chain calibrates itself: sensors on a rigid body must "
-            "agree, and the forces of the mounts must be mass times acceleration."
-        )
-    return Section("What was asked, and with which data", "\n\n".join([text, *complaints]))
-
-
-def _accuracy(tables: Mapping[str, pd.DataFrame]) -> Section:
-    uncertainty = tables["uncertainty"]
-    alone = [name for name in uncertainty.columns if name.endswith(ALONE)]
-    sources = uncertainty[["direction", *alone]]
-    shown = [
-        Table(
-            uncertainty.drop(columns=alone),
-            "Half width of the 95 % band of the surface, median over its lines. Beyond "
-            f"{100 * IDENTIFIED:.0f} % a direction is not identified.",
-        ),
-        Table(
-            sources.rename(columns=lambda name: name.replace(ALONE, " [%]")),
-            "The same half width if one stated tolerance alone were at work, without "
-            "self-calibration.",
-        ),
-    ]
-    if "truth" in tables:
-        shown.append(
-            Table(
-                tables["truth"],
-                "Rms error of the surface against the truth of the bench, median and 90 % quantile "
-                "over the benches. Held-out: a surface fitted without the check runs, on those.",
-            )
-        )
-    shown.append(
-        Table(
-            tables["r2"],
-            "Coefficient of determination, median over the benches, beside tables 6 to 8 of the "
-            "thesis. Held-out as above; a dash: not known.",
-            {name: 2 for name in tables["r2"].columns if name.endswith("[%]")},
-        )
-    )
-    if "all_gears" in tables:
-        shown.append(
-            Table(
-                tables["all_gears"],
-                "Surfaces over the gears above beside surfaces over all gears of the campaign, "
-                "whose number of pieces a cross-validation chose (median of the real part); each "
-                "judged on its own lines.",
-                {name: 2 for name in tables["all_gears"].columns if name.startswith("R²")}
-                | {"pieces over all gears": 0},
-            )
-        )
-    if "models" in tables:
-        shown.append(
-            Table(
-                tables["models"],
-                "Other models of the stiffness beside the surface, which is two cubics by least "
-                "squares: all fitted without the check runs and judged on those.",
-                {name: 2 for name in tables["models"].columns if name.endswith("[%]")},
-            )
-        )
-    return Section(
-        "How far to believe it",
-        "Three questions, three tables: what the measuring chain leaves unknown, how far the "
-        "result is from the truth where the truth is known, and how well the surface follows what "
-        "was measured.",
-        tables=tuple(shown),
-    )
-
-
-def _transfer(tables: Mapping[str, pd.DataFrame], pictures: Mapping[str, bytes]) -> Section:
-    """How the cells below the mounts are calibrated, and whether moments matter."""
-    shown = [
-        Table(
-            tables["force_transfer"],
-            "Mean over frequency and repeats. Deviations are relative to the matrix's column; six "
-            "loads: three forces and three moments.",
-            {"condition number [1]": 2, "cells": 0, "loads": 0, "repeats": 0},
-        )
-    ]
-    text = (
-        "A shaker at the virtual point of each mount says what the cells below it make of a force "
-        "there. The force in operation is the inverse of that matrix times the cells' force."
-    )
-    if "moments" in tables:
-        cost = tables["moments"]
-        by_case = cost.groupby("load case", sort=False)[[RMS, PEAKS]].max().reset_index()
-        shown.append(
-            Table(
-                by_case,
-                f"Largest difference in any of {cost['vehicle'].nunique()} vehicles.",
-                {RMS: 3, PEAKS: 3},
-            )
-        )
-        text += (
-            "\n\nThree cells and pushes beside the virtual point give the moments as well. Leaving "
-            f"them out changes booming peaks by up to {cost[PEAKS].max():.2g} dB. That is what "
-            "moments change in the forces: noise transfer functions are known for forces alone, so "
-            "the sound that the moments themselves make is not in it."
-        )
-    captions = {
-        "cell_calibration": "Cells per newton of the shaker: along its axis, and across by "
-        "cross-talk. The slope is the bench that gives way."
-    }
-    return Section(
-        "Force transfer matrices",
-        text,
-        tables=tuple(shown),
-        figures=_present(pictures, captions),
-    )
-
-
-def _load_case_captions(pictures: Mapping[str, bytes]) -> dict[str, str]:
-    what = {"stiffness": "Dynamic stiffness", "force": "Dynamic force"}
-    split = ((stem, *stem.partition("_")[::2]) for stem in pictures)
-    return {stem: f"{what[kind]} of {mount}." for stem, kind, mount in split if kind in what}
-
-
-def _present(pictures: Mapping[str, bytes], captions: Mapping[str, str]) -> tuple[Picture, ...]:
-    return tuple(
-        Picture(pictures[stem], alt=caption, caption=caption)
-        for stem, caption in captions.items()
-        if stem in pictures
-    )
-
-
 THESIS_R2 = {
     "EnM x": (99.978, 99.665, 99.975, 99.614),
     "EnM y": (60.865, 69.366, 87.228, 68.713),
@@ -1164,7 +718,7 @@ def truth_table(numbers: pd.DataFrame) -> pd.DataFrame:
         "without self-calibration, median [%]": over_benches(numbers, "error_stated"),
         "without self-calibration, 90 % [%]": over_benches(numbers, "error_stated", 0.9),
     }
-    return _by_direction(columns)
+    return by_direction(columns)
 
 
 def uncertainty_table(numbers: pd.DataFrame) -> pd.DataFrame:
@@ -1175,73 +729,17 @@ def uncertainty_table(numbers: pd.DataFrame) -> pd.DataFrame:
         "without self-calibration [%]": over_benches(numbers, "half_width_stated"),
         "misfit of the surface [%]": over_benches(numbers, "misfit"),
         "repeatability of a line [%]": over_benches(numbers, "repeatability"),
-        "truth inside the band [%]": _mean(numbers, "coverage"),
+        "truth inside the band [%]": mean_over_benches(numbers, "coverage"),
     }
     for source in ErrorSource:
         columns[f"{source.value} alone [%]"] = over_benches(numbers, source.value)
-    table = _by_direction(columns)
+    table = by_direction(columns)
     found = identified(numbers).to_numpy()
     table.insert(1, "identified", np.where(found, "identified", "not identified"))
     return table
 
 
-def all_gears_table(numbers: pd.DataFrame, all_gears: pd.DataFrame) -> pd.DataFrame:
-    """Surfaces over the chosen gears beside those over all gears with cross-validated pieces."""
-    pieces = over_benches(all_gears, "pieces") / 100.0
-    columns = {"pieces over all gears": pieces}
-    for label, column in (
-        ("R² of Re K", "r2_real"),
-        ("R² of Im K", "r2_imag"),
-        ("error of |K|", "error"),
-    ):
-        columns[f"{label}, chosen gears [%]"] = over_benches(numbers, column)
-        columns[f"{label}, all gears [%]"] = over_benches(all_gears, column)
-    return _by_direction(columns)
-
-
-def neighbour_table(bench: CharacterisedBench) -> pd.DataFrame:
-    """Stiffness error where a sensor beside the mount stands for its virtual point."""
-    rows = [
-        {
-            "direction": one.direction,
-            "sensor": one.sensor,
-            "rms error of |K| [%]": 100.0 * float(np.sqrt(np.mean(one.error**2))),
-            "median error of |K| [%]": 100.0 * float(np.median(one.error)),
-        }
-        for one in neighbours(bench)
-    ]
-    columns = ["direction", "sensor", "rms error of |K| [%]", "median error of |K| [%]"]
-    return pd.DataFrame(rows, columns=columns)
-
-
-def characterisation_summary(
-    benches: Sequence[CharacterisedBench], numbers: pd.DataFrame
-) -> dict[str, Scalar]:
-    """Headline numbers; the study's docstring explains the keys."""
-    by_key = {
-        "r2_real": over_benches(numbers, "r2_real"),
-        "r2_imag": over_benches(numbers, "r2_imag"),
-        "r2_force_real": over_benches(numbers, "r2_force_real"),
-        "r2_force_imag": over_benches(numbers, "r2_force_imag"),
-        "r2_real_held_out": over_benches(numbers, "check_r2_real"),
-        "r2_imag_held_out": over_benches(numbers, "check_r2_imag"),
-        "truth_error_percent": over_benches(numbers, "error"),
-        "truth_error_percent_90": over_benches(numbers, "error", 0.9),
-        "truth_error_percent_held_out": over_benches(numbers, "check_error"),
-        "truth_error_percent_stated": over_benches(numbers, "error_stated"),
-        "half_width_95_percent": over_benches(numbers, "half_width"),
-        "coverage_95_percent": _mean(numbers, "coverage"),
-    }
-    summary: dict[str, Scalar] = {"n_benches": len(benches)}
-    for key, values in by_key.items():
-        for name, value in values.dropna().items():
-            summary[f"{key}_{str(name).replace(' ', '_')}"] = float(value)
-    summary["n_identified"] = int(identified(numbers).sum())
-    summary["seconds"] = round(float(np.median([bench.seconds for bench in benches])), 3)
-    return summary
-
-
-def _mean(numbers: pd.DataFrame, column: str) -> pd.Series[float]:
+def mean_over_benches(numbers: pd.DataFrame, column: str) -> pd.Series[float]:
     """Mean over the benches in percent: that of a share of lines."""
     names = numbers["direction"].drop_duplicates().tolist()
     if column not in numbers:
@@ -1249,7 +747,7 @@ def _mean(numbers: pd.DataFrame, column: str) -> pd.Series[float]:
     return 100.0 * numbers.groupby("direction", sort=False)[column].mean().reindex(names)
 
 
-def _by_direction(columns: dict[str, pd.Series[float]]) -> pd.DataFrame:
+def by_direction(columns: dict[str, pd.Series[float]]) -> pd.DataFrame:
     """Columns without a single known value are left out."""
     table = pd.DataFrame(columns).rename_axis("direction").reset_index()
     return table.dropna(axis="columns", how="all")
@@ -1297,30 +795,6 @@ def force_transfer_table(matrices: Sequence[ForceTransferMatrix]) -> pd.DataFram
     columns = ["mount", "cells", "loads", "repeats", "condition number [1]", "residual [%]"]
     columns += ["largest change over frequency [%]", "largest drift over repeats [%]"]
     return pd.DataFrame(rows, columns=columns)
-
-
-def force_transfer_figure(matrices: Mapping[str, ForceTransferMatrix]) -> bytes:
-    """Draw every 3×3 matrix over frequency: along the shaker, and all that it shows across."""
-    panels = [
-        CurvePanel(
-            f"{name}, {words}",
-            one.frequency,
-            {
-                f"shaker along {axis}": np.linalg.norm(
-                    one.response[:, kept[column], column], axis=1
-                )
-                for column, axis in enumerate(AXES)
-            },
-        )
-        for kept, words in ((np.eye(3, dtype=bool), "along"), (~np.eye(3, dtype=bool), "across"))
-        for name, one in matrices.items()
-    ]
-    return curve_panels(
-        panels,
-        x_label="frequency [Hz]",
-        y_label="cells per shaker [N/N]",
-        columns=len(matrices),
-    )
 
 
 def moment_cost_table(bench: CharacterisedBench, platform: Platform) -> pd.DataFrame:
@@ -1395,79 +869,3 @@ def _load_case(
         displacement=Spectrum(run.frequency, np.hstack(displacements), channels, "m"),
         force=Spectrum(run.frequency, np.hstack(forces), channels, "N"),
     )
-
-
-def characterisation_result(
-    benches: Sequence[CharacterisedBench],
-    inputs: tuple[Path, ...] = (),
-    *,
-    all_gears: bool = False,
-    models: bool = False,
-    with_figures: bool = True,
-    platform: Path | None = None,
-) -> StudyResult:
-    """Make tables, figures, headline numbers and page of characterised benches.
-
-    Parameters
-    ----------
-    benches : sequence of CharacterisedBench
-        At least one; figures show the first, tables all.
-    inputs : tuple of Path
-        Files that stay; a bench that was measured for the study leaves none.
-    all_gears : bool
-        Whether surfaces over all gears, in pieces by cross-validation, are shown beside.
-    models : bool
-        Whether other models of the stiffness are shown beside, for the first bench.
-    with_figures : bool
-        Whether to draw; the tables take a fraction of the time.
-    platform : Path, optional
-        Folder with ``platform.toml``, whose vehicles say what it costs to leave moments out; looked
-        at where the first bench's campaign has pushes beside its virtual points.
-
-    Returns
-    -------
-    StudyResult
-        Tables ``r2``, ``truth`` (where the truth is known), ``uncertainty``, ``neighbour``,
-        ``quality``, ``force_transfer``, ``moments`` (where known), ``all_gears`` and ``models`` (if
-        asked for) and ``directions``, the numbers of every bench behind them.
-    """
-    with threadpool_limits(1):  # its matrices are too small to share
-        numbers = direction_numbers(benches)
-        beside = all_gears_numbers(benches) if all_gears else None
-    tables = {
-        "r2": r2_table(numbers),
-        "uncertainty": uncertainty_table(numbers),
-        "neighbour": neighbour_table(benches[0]),
-        "quality": quality_of_motion(benches[0]),
-        "directions": numbers.rename(columns=lambda name: _with_unit(str(name))),
-    }
-    if any(bench.truth is not None for bench in benches):
-        tables["truth"] = truth_table(numbers)
-    matrices = force_transfer_matrices(benches[0])
-    known = [*matrices.values(), *moment_transfer_matrices(benches[0]).values()]
-    tables["force_transfer"] = force_transfer_table(known)
-    summary = characterisation_summary(benches, numbers)
-    if platform is not None and benches[0].result.campaign.pushes:
-        vehicles = read_platform(platform)
-        tables["moments"] = moment_cost_table(benches[0], vehicles)
-        summary["moments_cost_at_peaks_db"] = float(tables["moments"][PEAKS].max())
-        summary["moments_cost_rms_db"] = float(tables["moments"][RMS].max())
-        inputs = (*inputs, *vehicles.input_files)
-    if beside is not None:
-        tables["all_gears"] = all_gears_table(numbers, beside)
-    if models:
-        tables["models"] = model_table(benches[0])
-    figures = characterisation_figures(benches[0]) if with_figures else {}
-    if with_figures and matrices:
-        figures["cell_calibration"] = force_transfer_figure(matrices)
-    return StudyResult(
-        tables=tables,
-        figures=figures,
-        summary=summary,
-        page=characterisation_page(benches, tables, figures),
-        inputs=inputs,
-    )
-
-
-def _with_unit(name: str) -> str:
-    return name if name in ("bench", "direction") else f"{name} [1]"

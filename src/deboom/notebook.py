@@ -336,10 +336,13 @@ class Sensitivities:
         SALib's own problem dictionary.
     indices : SobolIndices or MorrisEffects
         As arrays, (factor, output).
+    unit : str
+        Unit of the responses.
     """
 
     problem: Mapping[str, Any]
     indices: SobolIndices | MorrisEffects
+    unit: str
 
     @property
     def table(self) -> pd.DataFrame:
@@ -352,7 +355,7 @@ class Sensitivities:
                 "total ± 95 % [1]": found.total_interval,
             }
         else:
-            columns = {"mu* [unit]": found.mu_star, "sigma [unit]": found.sigma}
+            columns = {f"mu* [{self.unit}]": found.mu_star, f"sigma [{self.unit}]": found.sigma}
         rows = pd.MultiIndex.from_product(
             (found.factors, found.outputs), names=("variable", "response")
         ).to_frame(index=False)
@@ -398,7 +401,7 @@ def sobol(
     indices = sobol_indices(
         values, names, outputs, seed=seed, second_order=False, n_resamples=resamples
     )
-    return Sensitivities(salib_problem(inputs), indices)
+    return Sensitivities(salib_problem(inputs), indices, model.response_unit)
 
 
 def morris(
@@ -427,14 +430,14 @@ def morris(
     >>> import deboom
     >>> add = deboom.ResponseFunction(lambda x: x @ [[1.0], [2.0]], ("a", "b"), ("y",), "dB")
     >>> table = deboom.morris(add, deboom.design_space(add), trajectories=8).table
-    >>> (table["mu* [unit]"] / table["mu* [unit]"][0]).round(6).tolist()
+    >>> (table["mu* [dB]"] / table["mu* [dB]"][0]).round(6).tolist()
     [1.0, 2.0]
     """
     inputs = design_inputs(space)
     designs = morris_designs(inputs, trajectories, seed=seed)
     values = responses(model, designs)
     effects = morris_analysis(inputs, designs, values, model.response_names, seed=seed)
-    return Sensitivities(salib_problem(inputs), effects)
+    return Sensitivities(salib_problem(inputs), effects, model.response_unit)
 
 
 def _choice(kind: type[_Choice], word: str | _Choice, item: str) -> _Choice:

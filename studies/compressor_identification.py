@@ -25,7 +25,7 @@ from typing import Annotated
 
 from typer import Option
 
-from deboom.bench.compressor_truth import CalibrationLevel
+from deboom.choices import CalibrationLevel
 from deboom.compressor.identify import IdentifyOptions
 from deboom.errors import InputError
 from deboom.measurement.compressor_test import InertanceTest

@@ -29,7 +29,7 @@ from typing import Annotated
 
 from typer import Option
 
-from deboom.bench.compressor_truth import CalibrationLevel
+from deboom.choices import CalibrationLevel
 from deboom.report import Report
 from deboom.study.compressor_noise import (
     STEPS,

@@ -26,7 +26,7 @@ from typing import Annotated
 
 from typer import Option
 
-from deboom.bench.compressor_truth import CalibrationLevel
+from deboom.choices import CalibrationLevel
 from deboom.explore.workers import workers_for
 from deboom.report import Report
 from deboom.study.compressor_robust_front import (

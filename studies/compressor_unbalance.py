@@ -39,7 +39,7 @@ import pandas as pd
 from typer import Option
 
 from deboom import plot
-from deboom.bench.compressor_truth import CalibrationLevel
+from deboom.choices import CalibrationLevel
 from deboom.compressor.acceptance import STATIC
 from deboom.compressor.routes import (
     CalibratedMeasurementRoute,

@@ -28,6 +28,7 @@ from typer import Option
 
 from deboom import plot
 from deboom.arrays import RealArray
+from deboom.choices import Pick
 from deboom.errors import InputError
 from deboom.explore.box import Box, BoxQuestion, PartLaw, VerifiedShare, face_shares, verified_share
 from deboom.explore.largest_box import (
@@ -66,7 +67,7 @@ from deboom.study.platform_model import (
 )
 from deboom.study.progress import Progress, progress_bar
 from deboom.study.result import RunContext
-from deboom.study.supplier_study import Pick, supplier_study
+from deboom.study.supplier_study import supplier_study
 from deboom.study.uncertain_index import uncertain_index
 from deboom.vehicles.booming_model import BoomingModel
 from deboom.vehicles.limits import MeanLevel, PeakLevel

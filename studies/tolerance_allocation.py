@@ -25,6 +25,7 @@ from typer import Option
 
 from deboom import plot
 from deboom.arrays import RealArray
+from deboom.choices import Pick
 from deboom.errors import InputError
 from deboom.explore.robust import RobustResponse
 from deboom.explore.scatter import sobol_sample
@@ -50,7 +51,7 @@ from deboom.study.options import Seed
 from deboom.study.platform_model import MotionOptions, Operation, PlatformOptions, motion_report
 from deboom.study.result import RunContext
 from deboom.study.search import SearchOptions
-from deboom.study.supplier_study import Pick, supplier_study
+from deboom.study.supplier_study import supplier_study
 
 SEARCH_DRAWS = 128
 """Draws per design of a quick search."""

@@ -25,8 +25,8 @@ from threadpoolctl import threadpool_limits
 
 from claims import Claim
 from deboom.arrays import AXES
-from deboom.bench.compressor_truth import CalibrationLevel
 from deboom.bench.compressor_writer import write_operating_test
+from deboom.choices import CalibrationLevel
 from deboom.compressor.acceptance import (
     DYNAMIC,
     RISK,

@@ -23,13 +23,9 @@ from deboom.bench.compressor_rig import (
     position_sheet,
     strike,
 )
-from deboom.bench.compressor_truth import (
-    CalibrationLevel,
-    CompressorCase,
-    CompressorPlan,
-    true_compressor,
-)
+from deboom.bench.compressor_truth import CompressorPlan, true_compressor
 from deboom.bench.compressor_writer import write_compressor_test
+from deboom.choices import CalibrationLevel, CompressorCase
 from deboom.files.inertance_test import read_inertance_test
 from deboom.physics.rigid_body import rigid_body_modes
 

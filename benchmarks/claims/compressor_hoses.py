@@ -22,8 +22,8 @@ from threadpoolctl import threadpool_limits
 from claims import Claim
 from deboom.arrays import ComplexArray, RealArray
 from deboom.bench.compressor_operation import OperationPlan, measured, operation, true_sweep
-from deboom.bench.compressor_truth import CalibrationLevel, HoseCase
 from deboom.bench.compressor_writer import write_operating_test
+from deboom.choices import CalibrationLevel, HoseCase
 from deboom.compressor.hose_beams import BEAM_NUMBERS, hose_matrices
 from deboom.compressor.hose_identification import (
     HoseIdentification,

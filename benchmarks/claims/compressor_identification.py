@@ -27,8 +27,9 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from claims import Claim
-from deboom.bench.compressor_truth import CalibrationLevel, CompressorPlan
+from deboom.bench.compressor_truth import CompressorPlan
 from deboom.bench.compressor_writer import write_compressor_test
+from deboom.choices import CalibrationLevel
 from deboom.compressor.identify import IdentifyOptions, identify
 from deboom.compressor.thesis_fit import fit_identical_mounts, fit_thesis_parameters
 from deboom.study.compressor_identification import (

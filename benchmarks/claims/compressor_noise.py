@@ -21,9 +21,10 @@ from threadpoolctl import threadpool_limits
 
 from claims import Claim
 from deboom.bench.compressor_operation import OperationPlan
-from deboom.bench.compressor_truth import CompressorCase, CompressorPlan
+from deboom.bench.compressor_truth import CompressorPlan
 from deboom.bench.electric_car import MOUNTS, columns_of, frozen_fleet
 from deboom.bench.electric_car_writer import CAR_PLAN, write_electric_car
+from deboom.choices import CompressorCase
 from deboom.compressor.cabin_noise import RunningInCar
 from deboom.compressor.unbalance import unbalance
 from deboom.measurement.compressor_test import HoseState

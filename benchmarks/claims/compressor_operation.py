@@ -22,14 +22,9 @@ from deboom.bench.compressor_operation import (
     true_source,
     true_sweep,
 )
-from deboom.bench.compressor_truth import (
-    CalibrationLevel,
-    CompressorCase,
-    CompressorPlan,
-    HoseCase,
-    held_stiffness,
-)
+from deboom.bench.compressor_truth import CompressorPlan, held_stiffness
 from deboom.bench.compressor_writer import write_operating_test
+from deboom.choices import CalibrationLevel, CompressorCase, HoseCase
 from deboom.compressor.unbalance_load import RotationSense, unbalance_load
 from deboom.files.operating_test import read_operating_test
 from deboom.physics.rigid_body import skew

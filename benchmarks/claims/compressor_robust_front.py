@@ -19,9 +19,9 @@ from threadpoolctl import threadpool_limits
 
 from claims import Claim
 from deboom.bench.compressor_operation import Operation, operation
-from deboom.bench.compressor_truth import CalibrationLevel
 from deboom.bench.electric_car import MOUNTS, ElectricCarBody, design_pressure, frozen_fleet
 from deboom.bench.electric_car_writer import CAR_PLAN
+from deboom.choices import CalibrationLevel
 from deboom.compressor.cabin_index import (
     DATUM,
     BodySide,

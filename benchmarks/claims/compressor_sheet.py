@@ -17,8 +17,9 @@ import numpy as np
 
 from claims import Claim
 from deboom.arrays import ComplexArray
-from deboom.bench.compressor_truth import CalibrationLevel, CompressorPlan
+from deboom.bench.compressor_truth import CompressorPlan
 from deboom.bench.compressor_writer import write_compressor_test
+from deboom.choices import CalibrationLevel
 from deboom.compressor.gain import AmplitudeFactor, AmplitudeGain, GainFactor, amplitude_response
 from deboom.compressor.identify import IdentifyOptions, identify, refuse_sheet_faults
 from deboom.compressor.unbalance_load import unbalance_load

@@ -21,13 +21,7 @@ import numpy as np
 from claims import Claim
 from deboom.bench.compressor_operation import operation, running, true_source
 from deboom.bench.compressor_rig import placement_errors
-from deboom.bench.compressor_truth import (
-    CalibrationLevel,
-    CompressorCase,
-    CompressorPlan,
-    drawn_hoses,
-    true_compressor,
-)
+from deboom.bench.compressor_truth import CompressorPlan, drawn_hoses, true_compressor
 from deboom.bench.electric_car import (
     HOSE_BAND,
     MOUNTS,
@@ -47,6 +41,7 @@ from deboom.bench.electric_recording import (
     point_sheets,
     strike_body,
 )
+from deboom.choices import CalibrationLevel, CompressorCase
 from deboom.files.electric_car import read_electric_car
 from deboom.measurement.channels import Frf
 from deboom.measurement.electric_car import ElectricCar, wrench_noise_transfer

@@ -15,12 +15,13 @@ from pathlib import Path
 import numpy as np
 
 from claims import Claim
+from deboom.choices import Pick
 from deboom.explore.front import verification_response
 from deboom.physics.sound_level import spl
 from deboom.study.runner import load_study, run_study
 from deboom.study.supplier_numbers import SupplierEffects, with_tolerance
 from deboom.study.supplier_page import supplier_report, tolerance_table
-from deboom.study.supplier_study import Pick, shown_names, supplier_study
+from deboom.study.supplier_study import shown_names, supplier_study
 from deboom.vehicles.fleet import path_contributions
 
 STUDIES = Path(__file__).parents[2] / "studies"

@@ -7,8 +7,7 @@ from typing import Annotated
 
 import typer
 
-from deboom.files.function_table import FunctionFiles
-from deboom.study.supplier_study import Pick
+from deboom.choices import FunctionFiles, Pick
 
 STUDIES = Annotated[
     Path | None, typer.Option(help="Folder with the studies; default: studies here, or deboom's.")

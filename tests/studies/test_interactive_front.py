@@ -13,12 +13,13 @@ from foreign_platform_samples import GROUP, LINES, ORDER, PLACES, VEHICLES, writ
 from interactive_front_samples import data_of
 from typer.testing import CliRunner
 
+from deboom.choices import Pick
 from deboom.cli import app
 from deboom.report.interactive import MAX_BYTES
 from deboom.study.interactive_front import write_interactive_page
 from deboom.study.platform_model import MountSource
 from deboom.study.runner import load_study, run_study
-from deboom.study.supplier_study import Pick, supplier_study
+from deboom.study.supplier_study import supplier_study
 
 STUDIES = Path(__file__).parents[2] / "studies"
 VARIABLES = [f"{mount} {axis}" for mount in PLACES for axis in "xyz"]

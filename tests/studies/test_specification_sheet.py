@@ -12,6 +12,7 @@ import pytest
 from scipy.stats import norm
 from typer.testing import CliRunner
 
+from deboom.choices import Pick
 from deboom.cli import app
 from deboom.errors import InputError
 from deboom.explore.scatter import capability
@@ -43,7 +44,7 @@ from deboom.study.specification import (
 )
 from deboom.study.supplier_numbers import SupplierEffects, loudest_line, stiffness_curves
 from deboom.study.supplier_page import specification_section
-from deboom.study.supplier_study import Pick, shown_names, supplier_study
+from deboom.study.supplier_study import shown_names, supplier_study
 
 STUDIES = Path(__file__).parents[2] / "studies"
 INTERVALS = {"TSM x": (0.70, 0.84), "Du x": (0.68, 1.05)}

@@ -13,19 +13,13 @@ from matplotlib.figure import Figure
 from matplotlib.text import Text
 from typer.testing import CliRunner
 
+from deboom.choices import Pick
 from deboom.cli import app
 from deboom.study.platform_model import MountSource
 from deboom.study.runner import load_study, run_study
 from deboom.study.supplier_numbers import ALL, SupplierEffects, part_table
 from deboom.study.supplier_page import tolerance_table
-from deboom.study.supplier_study import (
-    Need,
-    Pick,
-    page_text,
-    shown_names,
-    supplier_study,
-    workbook_text,
-)
+from deboom.study.supplier_study import Need, page_text, shown_names, supplier_study, workbook_text
 
 STUDIES = Path(__file__).parents[2] / "studies"
 UNKNOWN = ("EnM y", "GeM y", "TSM y")

@@ -7,9 +7,9 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from deboom.choices import Pick
 from deboom.errors import InputError
 from deboom.study.runner import load_study, run_study
-from deboom.study.supplier_study import Pick
 
 STUDIES = Path(__file__).parents[2] / "studies"
 STUDY = load_study(STUDIES / "tolerance_allocation.py")

@@ -5,7 +5,8 @@ from typer.testing import CliRunner
 
 from deboom.bench import electric_car_writer
 from deboom.bench.compressor_operation import OperationPlan
-from deboom.bench.compressor_truth import CalibrationLevel, CompressorCase, CompressorPlan, HoseCase
+from deboom.bench.compressor_truth import CompressorPlan
+from deboom.choices import CalibrationLevel, CompressorCase, HoseCase
 from deboom.cli import app
 
 

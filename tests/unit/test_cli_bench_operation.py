@@ -7,7 +7,8 @@ from typer.testing import CliRunner
 
 from deboom.bench import compressor_writer as compressor_operation_writer
 from deboom.bench.compressor_operation import OperationPlan
-from deboom.bench.compressor_truth import CalibrationLevel, CompressorCase, CompressorPlan, HoseCase
+from deboom.bench.compressor_truth import CompressorPlan
+from deboom.choices import CalibrationLevel, CompressorCase, HoseCase
 from deboom.cli import app
 from deboom.errors import InputError
 from deboom.files.operating_test import read_operating_test

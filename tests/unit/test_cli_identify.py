@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
-from deboom.bench.compressor_truth import CalibrationLevel
 from deboom.bench.compressor_writer import write_compressor_test
+from deboom.choices import CalibrationLevel
 from deboom.cli import app
 from deboom.files.compressor_model import read_compressor_model
 from deboom.files.run_folder import hash_files

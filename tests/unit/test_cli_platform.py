@@ -7,9 +7,9 @@ import pandas as pd
 import pytest
 from typer.testing import CliRunner
 
+from deboom.choices import FunctionFiles
 from deboom.cli import app
 from deboom.errors import InputError
-from deboom.files.function_table import FunctionFiles
 from deboom.files.new_platform import new_platform
 from deboom.files.platform import Engine, LoadCaseEntry, MountEntry, PlatformFile, read_platform
 from deboom.files.platform import PowertrainEntry as Powertrain

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from deboom.bench.compressor_truth import CalibrationLevel
+from deboom.choices import CalibrationLevel
 from deboom.compressor.cabin_noise import NoiseBand, SweepNoise
 from deboom.errors import InputError
 from deboom.measurement.compressor_test import HoseState

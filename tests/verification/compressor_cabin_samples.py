@@ -5,9 +5,9 @@ from functools import cache
 import numpy as np
 
 from deboom.bench.compressor_operation import operation
-from deboom.bench.compressor_truth import CalibrationLevel
 from deboom.bench.electric_car import MOUNTS, POINTS, frozen_fleet
 from deboom.bench.electric_car_writer import CAR_PLAN
+from deboom.choices import CalibrationLevel
 from deboom.compressor.cabin_index import (
     BodySide,
     CabinIndex,

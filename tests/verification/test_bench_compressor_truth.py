@@ -23,13 +23,9 @@ from deboom.bench.compressor_rig import (
     strike,
     without_noise,
 )
-from deboom.bench.compressor_truth import (
-    CalibrationLevel,
-    CompressorCase,
-    CompressorPlan,
-    true_compressor,
-)
+from deboom.bench.compressor_truth import CompressorPlan, true_compressor
 from deboom.bench.compressor_writer import write_compressor_test
+from deboom.choices import CalibrationLevel, CompressorCase
 from deboom.errors import InputError
 from deboom.files.inertance_test import read_inertance_test
 

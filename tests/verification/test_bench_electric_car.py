@@ -12,7 +12,6 @@ from deboom.arrays import ComplexArray, RealArray
 from deboom.bench.compressor_operation import running, true_source
 from deboom.bench.compressor_truth import (
     Compressor,
-    CompressorCase,
     CompressorPlan,
     Hose,
     drawn_hoses,
@@ -35,6 +34,7 @@ from deboom.bench.electric_car import (
     run_car,
 )
 from deboom.bench.powertrain import read_data
+from deboom.choices import CompressorCase
 from deboom.errors import InputError
 
 LINES = np.array([17.0, 29.0, 57.5, 88.0, 112.0, 131.0, 150.0])

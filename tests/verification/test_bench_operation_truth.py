@@ -26,16 +26,14 @@ from deboom.bench.compressor_operation import (
     true_sweep,
 )
 from deboom.bench.compressor_truth import (
-    CalibrationLevel,
-    CompressorCase,
     CompressorPlan,
-    HoseCase,
     drawn_hoses,
     end_loads,
     held_stiffness,
     true_hoses,
 )
 from deboom.bench.compressor_writer import write_compressor_test, write_operating_test
+from deboom.choices import CalibrationLevel, CompressorCase, HoseCase
 from deboom.compressor.unbalance_load import RotationSense, unbalance_load
 from deboom.files.operating_test import read_operating_test
 from deboom.measurement.compressor_test import HoseState

@@ -19,12 +19,7 @@ from compressor_cabin_samples import (
 from threadpoolctl import threadpool_limits
 
 from deboom.bench.compressor_operation import true_source
-from deboom.bench.compressor_truth import (
-    CompressorCase,
-    CompressorPlan,
-    drawn_hoses,
-    true_compressor,
-)
+from deboom.bench.compressor_truth import CompressorPlan, drawn_hoses, true_compressor
 from deboom.bench.electric_car import (
     HOSES,
     MOUNTS,
@@ -35,6 +30,7 @@ from deboom.bench.electric_car import (
 )
 from deboom.bench.electric_car_writer import CAR_PLAN, write_electric_car
 from deboom.bench.powertrain import read_data
+from deboom.choices import CompressorCase
 from deboom.compressor.body_loads import (
     body_receptance,
     holder_displacement,

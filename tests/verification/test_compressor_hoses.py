@@ -8,14 +8,9 @@ import numpy as np
 import pytest
 
 from deboom.bench.compressor_operation import OperationPlan, measured, operation, true_sweep
-from deboom.bench.compressor_truth import (
-    CalibrationLevel,
-    CompressorPlan,
-    Hose,
-    HoseCase,
-    drawn_hoses,
-)
+from deboom.bench.compressor_truth import CompressorPlan, Hose, drawn_hoses
 from deboom.bench.compressor_writer import write_operating_test
+from deboom.choices import CalibrationLevel, HoseCase
 from deboom.compressor.hose_beams import (
     BEAM_NUMBERS,
     changed_hose,

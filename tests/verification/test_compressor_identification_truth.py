@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 from compressor_operation_samples import sheet
 
-from deboom.bench.compressor_truth import CalibrationLevel, CompressorCase, CompressorPlan
+from deboom.bench.compressor_truth import CompressorPlan
 from deboom.bench.compressor_writer import write_compressor_test
+from deboom.choices import CalibrationLevel, CompressorCase
 from deboom.compressor.calibrate import Prior, WeighedMass, self_calibrate
 from deboom.compressor.gain import GainFactor
 from deboom.compressor.identifiability import (

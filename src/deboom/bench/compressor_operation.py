@@ -10,16 +10,10 @@ import numpy as np
 
 from deboom.arrays import ComplexArray, RealArray, checked
 from deboom.bench.compressor_rig import Laboratory, hit_plan, laboratory
-from deboom.bench.compressor_truth import (
-    COMPRESSOR_DATA,
-    CalibrationLevel,
-    Compressor,
-    CompressorPlan,
-    Hose,
-    HoseCase,
-)
+from deboom.bench.compressor_truth import COMPRESSOR_DATA, Compressor, CompressorPlan, Hose
 from deboom.bench.powertrain import read_data
 from deboom.bench.signals import complex_normal, over_time, rotations, tacho_pulses
+from deboom.choices import CalibrationLevel, HoseCase
 from deboom.errors import InputError
 from deboom.physics.rigid_body import skew
 

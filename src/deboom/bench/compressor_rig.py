@@ -10,7 +10,6 @@ import numpy as np
 from deboom.arrays import ComplexArray, RealArray, checked
 from deboom.bench.compressor_truth import (
     COMPRESSOR_DATA,
-    CalibrationLevel,
     Compressor,
     CompressorPlan,
     true_compressor,
@@ -18,6 +17,7 @@ from deboom.bench.compressor_truth import (
 from deboom.bench.powertrain import read_data
 from deboom.bench.signals import complex_normal
 from deboom.bench.writing import check_seed
+from deboom.choices import CalibrationLevel
 from deboom.physics.rigid_body import forward_matrices, rotation_matrix
 
 LARGEST_SWEEPS = 50

@@ -9,7 +9,6 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from enum import Enum
 from functools import lru_cache
 from typing import Any
 
@@ -17,6 +16,7 @@ import numpy as np
 
 from deboom.arrays import ComplexArray, RealArray, checked
 from deboom.bench.powertrain import read_data
+from deboom.choices import CompressorCase, HoseCase
 from deboom.errors import InputError
 from deboom.physics.rigid_body import (
     forward_matrices,
@@ -41,39 +41,6 @@ SCATTER = (0.75, 1.3)
 
 PORT_OFFSET, LEAN, LENGTH_SPREAD = 4e-3, 0.09, 0.04
 """Half widths of a displaced hose: port per axis [m], direction per axis [1], length [1]."""
-
-
-class CompressorCase(Enum):
-    """Where the true compressor comes from."""
-
-    TABLE11 = "table11"
-    """Mounts of the thesis's table 11."""
-    RANDOM = "random"
-    """Drawn around table 10, inside the tolerances of a drawing."""
-
-
-class CalibrationLevel(Enum):
-    """How well sensors and impacts are calibrated and placed; 1 σ stand in the bench's data."""
-
-    C05 = "C0.5"
-    """0.5 %, 0.5 mm, 0.5°, hammer 0.5 %: calibrated and digitised."""
-    C1 = "C1"
-    """1 %, 1 mm, 1°, hammer 1 %."""
-    C2 = "C2"
-    """2 %, 1.5 mm, 1.5°, hammer 1 %: catalogue sensitivities, a tape measure."""
-    C3 = "C3"
-    """3 %, 2 mm, 2°, hammer 1 %."""
-
-
-class HoseCase(Enum):
-    """Where the true hoses come from."""
-
-    DRAWN = "drawn"
-    """Exactly as drawn and catalogued."""
-    SCATTERED = "scattered"
-    """Stiffness, mass and loss from 0.75 to 1.3 times the catalogue's."""
-    DISPLACED = "displaced"
-    """Scattered, and off the drawing: ports by up to 4 mm, lengths by 4 %, directions by 9°."""
 
 
 @dataclass(frozen=True)

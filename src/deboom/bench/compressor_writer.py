@@ -41,7 +41,6 @@ from deboom.bench.compressor_rig import (
 )
 from deboom.bench.compressor_truth import (
     COMPRESSOR_DATA,
-    CalibrationLevel,
     CompressorPlan,
     drawn_hoses,
     end_loads,
@@ -59,6 +58,7 @@ from deboom.bench.writing import (
     write_json,
     write_readme,
 )
+from deboom.choices import CalibrationLevel
 from deboom.files.disk import complete_or_not_at_all
 from deboom.files.hammer_test import HammerSheet, write_hammer_test
 from deboom.files.inertance_test import (

@@ -15,7 +15,7 @@ from deboom.bench.compressor_rig import (
     draw,
     placement_errors,
 )
-from deboom.bench.compressor_truth import CalibrationLevel, CompressorCase, CompressorPlan
+from deboom.bench.compressor_truth import CompressorPlan
 from deboom.bench.compressor_writer import (
     hammer_functions,
     impact_dof,
@@ -59,6 +59,7 @@ from deboom.bench.writing import (
     write_json,
     write_readme,
 )
+from deboom.choices import CalibrationLevel, CompressorCase
 from deboom.errors import InputError
 from deboom.files.disk import complete_or_not_at_all
 from deboom.files.electric_car import (

@@ -9,7 +9,6 @@ import tempfile
 from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from enum import Enum
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -18,25 +17,12 @@ import numpy as np
 import numpy.typing as npt
 
 from deboom.arrays import ComplexArray, RealArray, RealOrComplexArray
+from deboom.choices import FunctionFiles
 from deboom.errors import InputError
 from deboom.files.disk import read_bytes
 from deboom.files.tables import Unit, name_and_unit, number_in, parse_unit, read_columns
 from deboom.files.uff import UffFunction, read_uff
 from deboom.physics.order_tracking import frequency_of_order
-
-
-class FunctionFiles(Enum):
-    """Endings of the files.
-
-    ``uff`` chooses functions by node and direction, the others by name: see
-    `deboom.files.function_table`.
-    """
-
-    uff = "uff"
-    csv = "csv"
-    xlsx = "xlsx"
-    mat = "mat"
-
 
 TABLE_ENDINGS = tuple(f".{one.value}" for one in FunctionFiles if one is not FunctionFiles.uff)
 """Files of functions that are tables; any other is read as UFF."""

@@ -9,9 +9,9 @@ from pathlib import Path
 
 import pandas as pd
 
+from deboom.choices import FunctionFiles
 from deboom.errors import InputError
 from deboom.files.disk import complete_or_not_at_all, replace_bytes, replace_text
-from deboom.files.function_table import FunctionFiles
 from deboom.files.platform import PLATFORM_FILE, MountEntry
 from deboom.files.rows import NOISE_TRANSFER, QUANTITY_UNIT
 from deboom.mounts.mount import AXES

@@ -16,8 +16,9 @@ import pandas as pd
 from threadpoolctl import threadpool_limits
 
 from deboom.arrays import ComplexArray, RealArray
-from deboom.bench.compressor_truth import CalibrationLevel, CompressorCase, CompressorPlan
+from deboom.bench.compressor_truth import CompressorPlan
 from deboom.bench.compressor_writer import write_compressor_test
+from deboom.choices import CalibrationLevel, CompressorCase
 from deboom.compressor.gain import GainFactor
 from deboom.compressor.identifiability import (
     ALONE,

@@ -21,15 +21,10 @@ from threadpoolctl import threadpool_limits
 from deboom import plot
 from deboom.arrays import ComplexArray, RealArray
 from deboom.bench.compressor_operation import true_source
-from deboom.bench.compressor_truth import (
-    CalibrationLevel,
-    CompressorCase,
-    CompressorPlan,
-    drawn_hoses,
-    true_compressor,
-)
+from deboom.bench.compressor_truth import CompressorPlan, drawn_hoses, true_compressor
 from deboom.bench.electric_car import HoseGain, draw_fleet, frozen_fleet, hose_gain
 from deboom.bench.electric_car_writer import write_electric_car
+from deboom.choices import CalibrationLevel, CompressorCase
 from deboom.compressor.cabin_noise import (
     BAND,
     NoiseBand,

@@ -18,7 +18,6 @@ from threadpoolctl import threadpool_limits
 from deboom.arrays import RealArray
 from deboom.bench.compressor_operation import PRESSURES, Operation, gas_factor, operation
 from deboom.bench.compressor_rig import draw, placement_errors
-from deboom.bench.compressor_truth import CalibrationLevel
 from deboom.bench.electric_car import (
     POINTS,
     ElectricCarBody,
@@ -35,6 +34,7 @@ from deboom.bench.electric_recording import (
     point_sheets,
     strike_body,
 )
+from deboom.choices import CalibrationLevel
 from deboom.compressor.cabin_index import (
     DATUM,
     CabinIndex,

@@ -16,8 +16,9 @@ from threadpoolctl import threadpool_limits
 
 from deboom.arrays import ComplexArray, RealArray
 from deboom.bench.compressor_operation import OperationPlan
-from deboom.bench.compressor_truth import CalibrationLevel, CompressorCase, CompressorPlan
+from deboom.bench.compressor_truth import CompressorPlan
 from deboom.bench.compressor_writer import write_operating_test
+from deboom.choices import CalibrationLevel, CompressorCase
 from deboom.compressor.acceptance import ComponentLimits, Verdict, component_verdicts
 from deboom.compressor.hose_presence import HoseReaction, hose_reactions
 from deboom.compressor.identify import (

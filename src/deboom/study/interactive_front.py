@@ -8,6 +8,7 @@ import numpy as np
 import pandas as pd
 
 from deboom.arrays import RealArray
+from deboom.choices import Pick
 from deboom.errors import InputError
 from deboom.explore.selection import at_nominal
 from deboom.files.disk import replace_bytes
@@ -17,7 +18,7 @@ from deboom.report.interactive import Axis, InteractiveFront, render_interactive
 from deboom.report.page import Picture
 from deboom.study.overview import INTERACTIVE
 from deboom.study.robust_front import NO_REQUIREMENT
-from deboom.study.supplier_study import Pick, SupplierStudy, supplier_study
+from deboom.study.supplier_study import SupplierStudy, supplier_study
 
 ANY = "any in bounds"
 _MEAN, _SIGMA = "SPLV mean sum [dB(A)]", "SPLV sigma sum [dB]"

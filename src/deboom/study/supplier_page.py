@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
+from deboom.choices import Pick
 from deboom.errors import InputError
 from deboom.files.disk import replace_bytes
 from deboom.files.run_folder import hash_files
@@ -67,7 +68,6 @@ from deboom.study.supplier_study import (
     DRAWS,
     Direction,
     Need,
-    Pick,
     ShownNames,
     SupplierStudy,
     page_text,

@@ -18,6 +18,7 @@ import numpy as np
 import pandas as pd
 
 from deboom.arrays import RealArray
+from deboom.choices import Pick
 from deboom.errors import InputError
 from deboom.explore.front import verification_response
 from deboom.explore.robust import RobustResponse
@@ -31,15 +32,6 @@ from deboom.study.platform_model import operation
 from deboom.study.rebuilt import FRONT, ComparedRun, compared_run, study_of
 from deboom.study.robust_front import NOTICEABLE
 from deboom.study.runner import arguments_of
-
-
-class Pick(Enum):
-    """Design of the front that the supplier is to build."""
-
-    best_mean = "best-mean"
-    best_sigma = "best-sigma"
-    knee = "knee"
-
 
 DRAWS = 1024
 """Draws of the tolerance behind every scatter on the page; no search has seen them."""

@@ -35,7 +35,7 @@ BUDGET = {
     "population": 8,
     "samples": 4,
     "searches": 1,
-    "designs": 24,
+    "designs": 32,
     "doe": 16,
     "n": 8,
     "resamples": 100,

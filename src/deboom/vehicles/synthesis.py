@@ -82,16 +82,10 @@ class Listening:
 
 @dataclass(frozen=True, eq=False)
 class BenchSet:
-    """One mount set on the bench.
+    """One mount set on the bench, such as ``M1``, or ``EnM1-GeM2-TSM3-Du4`` for a mix.
 
-    Parameters
-    ----------
-    name : str
-        Such as ``M1``, or ``EnM1-GeM2-TSM3-Du4`` for a mix.
-    load_case : LoadCase
-        The run that is looked at, as the bench measured it: blocked forces.
-    mounts : tuple of CharacterisedMount
-        Their surfaces are fitted to all other runs.
+    `load_case` is the run that is predicted, with the bench's blocked forces; the surfaces of
+    `mounts` are fitted to all other runs.
     """
 
     name: str
@@ -112,16 +106,8 @@ def bench_sets(
 ) -> dict[str, BenchSet]:
     """Characterise every mount set of a campaign, without the run that is to be predicted.
 
-    Parameters
-    ----------
-    campaign : Campaign
-        With one such run, and others, for every mount set.
-    gear : int
-        Of the full-load run with rising torque that is to be predicted.
-    torque_limit : float
-        Its limit [N m].
-    progress : callable
-        ``progress(done, total, text)``; one step per mount set.
+    That run is the full-load one with rising torque of this gear and torque limit [N m].
+    ``progress(done, total, text)`` makes one step per mount set.
 
     Raises
     ------
@@ -160,18 +146,11 @@ def _run(campaign: Campaign, mount_set: str, gear: int, torque_limit: float) -> 
 class VehicleTruth:
     """What is exact about a virtual vehicle and its run.
 
-    Parameters
-    ----------
-    force : Spectrum
-        Of every mount on the body, channels ``<mount> [<piece>] <axis>`` [N].
-    pressure : Spectrum
-        At the ears, through the mounts alone [Pa].
-    noise_transfer : Frf
-        Outputs are the ears, inputs ``<mount> [<piece>] x y z mx my mz`` [Pa/N].
-    natural_frequency, damping_ratio : array, shape (n_mode,)
-        Of the trimmed body on average; between two measurements it changes a little [Hz], [1].
-    shapes : array, shape (n_mode, n_output)
-        Translations at the interfaces, then panels inwards [kg^-1/2].
+    - `force`: forces of every mount on the body, channels ``<mount> [<piece>] <axis>`` [N].
+    - `pressure`: pressure at the ears through the mounts alone [Pa].
+    - `noise_transfer`: ears per ``<mount> [<piece>] x y z mx my mz`` [Pa/N].
+    - `natural_frequency`, `damping_ratio` (n_mode,): trimmed body on average [Hz], [1].
+    - `shapes` (n_mode, n_output): translations at interfaces, panels inwards [kg^-1/2].
     """
 
     force: Spectrum
@@ -198,20 +177,10 @@ class DrivenVehicle:
 
 @dataclass(frozen=True, eq=False)
 class DrivenVehicles:
-    """Vehicles that were driven, and the bench that their mounts were on.
+    """Vehicles that were driven in one run, and the bench that their mounts were on.
 
-    Parameters
-    ----------
-    campaign : Campaign
-        On the bench.
-    run : str
-        Name of the vehicles' run that is looked at.
-    sets : dict of str to BenchSet
-        By name, mixes included.
-    driven : tuple of DrivenVehicle
-        At least one.
-    input_files : tuple of Path
-        That stay; virtual measurements leave none.
+    `sets` are the bench's mount sets by name, mixes included; virtual measurements leave no
+    `input_files`.
     """
 
     campaign: Campaign
@@ -249,17 +218,10 @@ def parts_of(mix: str) -> dict[str, str]:
 class Synthesis:
     """One vehicle with one mount set: ways to its sound, beside what its microphone heard.
 
-    Parameters
-    ----------
-    driven : DrivenVehicle
-        Vehicle and mount set.
-    measured : array, shape (n_frequency,)
-        Pressure at the ear on the road [Pa].
-    reciprocal, hammer : PathAnalysis
-        Measured bench forces times the noise transfer functions of either method.
-    on_road, by_hammer, by_surfaces : PressureComparison
-        Synthesis against the road; hammer against reciprocal functions; forces from surfaces
-        against measured ones. The latter two within the synthesis.
+    - `measured` (n_frequency,): pressure at the ear on the road [Pa].
+    - `reciprocal`, `hammer`: measured bench forces times the transfer functions of either method.
+    - `on_road`: synthesis against the road; `by_hammer`: hammer against reciprocal functions;
+      `by_surfaces`: forces from surfaces against measured ones, both within the synthesis.
     """
 
     driven: DrivenVehicle
@@ -418,20 +380,12 @@ def _with_bodies(vehicle: MeasuredVehicle) -> tuple[Mount, ...]:
 class RoadAnalysis:
     """Forces of one driven vehicle found by inversion, and where a synthesis loses its accuracy.
 
-    Parameters
-    ----------
-    synthesis : Synthesis
-        Of the same vehicle and mount set.
-    forces : PathForces
-        Classical: from accelerations on the body and its accelerances without powertrain. They are
-        exact with the noise transfer functions of that body; bench forces are blocked ones.
-    on_board : OnBoardValidation
-        Accelerometers that were kept out of the inversion.
-    causes : dict of str to PressureComparison
-        What is compared; those that need the truth are missing where nobody knows it.
-    force_error, blocked_error : float
-        Rms deviation of forces by inversion, and of bench forces, from the true interface forces
-        relative to their rms, within the band; nan where nobody knows these [1].
+    - `forces`: by inversion of accelerations on the body and its accelerances without powertrain;
+      exact with the noise transfer functions of that body. Bench forces are blocked forces.
+    - `on_board`: accelerometers that were kept out of the inversion.
+    - `causes`: comparisons by name; those that need the truth are missing where it is unknown.
+    - `force_error`, `blocked_error`: rms deviation of forces by inversion, and of bench forces,
+      from the true interface forces over their rms, within the band; nan where unknown [1].
     """
 
     synthesis: Synthesis

@@ -1,7 +1,7 @@
 """On which mount stiffnesses does the booming noise of the U06 vehicles depend?
 
 Sobol indices of the stiffness factors (the thesis's figure 48): the share of the variance of a
-vehicle's level, 20 to 60 Hz, that each is behind, alone, coupled with others, mount by mount, and
+vehicle's level, 20 to 60 Hz, that each is behind, alone, with others together, mount by mount, and
 line by line. Two analyses: design (uniform within a range, by default 15 %, with 20 % beside it)
 and tolerance (gaussian, cut at 3 sigma). Ranked is the sum of decibels (SPLV) or the energy level;
 what is not ranked stands beside it.

@@ -376,14 +376,6 @@ class RunEntry:
         return Run(self.folder, self.record["seed"], created=())
 
 
-def list_runs(results: Path) -> tuple[RunEntry, ...]:
-    """Return all runs of a results folder, by study and time."""
-    entries, damaged = readable_runs(results)
-    if damaged:
-        raise damaged[0]
-    return entries
-
-
 def readable_runs(results: Path) -> tuple[tuple[RunEntry, ...], tuple[InputError, ...]]:
     """Return all runs whose record can be read, and what is wrong with the others.
 

@@ -1382,7 +1382,7 @@ def _matters(report: Report, study: CompressorFront) -> None:
             [IndexBars(*one) for one in zip(found.outputs, *columns, strict=True)],
             x_label="share of the variance [1]",
         ),
-        "Sobol indices: full bars alone, hatched ones coupled with others.",
+        "Sobol indices: full bars alone, hatched ones in interaction.",
     )
     report.table("sobol", sobol_table(study))
     wanted = requirement_table(study)

@@ -9,7 +9,7 @@ import numpy as np
 from deboom.plot import convergence
 from deboom.plot.style import as_png
 from deboom.report.interactive import Axis, InteractiveFront
-from deboom.report.page import Picture
+from deboom.report.report import Picture
 
 N, MOUNTS, VEHICLES = 9, ("Front", "Roll stop", "Rear"), ("Wagon", '</script><b>Cabrio, "R"')
 LINES = np.array([14.0, 15.1, 15.9, 18.0, 21.5, 30.0, 33.3])

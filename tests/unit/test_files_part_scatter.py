@@ -9,6 +9,7 @@ from deboom.errors import InputError
 from deboom.explore.space import stiffness_factor_space
 from deboom.files.library_export import read_library_json
 from deboom.mounts.library import open_library
+from deboom.report import Report
 from deboom.study.made_parts import made_parts
 
 SHIPPED = Path(__file__).parents[2] / "studies" / "data"
@@ -31,7 +32,9 @@ def test_without_a_file_nothing_changes():
     assert made.space is SPACE
     assert made.structure is None
     assert made.n_draws == 6
-    assert made.reported("result") == "result"
+    report = Report("Front")
+    made.append_to(report)
+    assert (report.sections, report.tables) == ([], {})
 
 
 def test_the_shipped_file_is_what_it_says():

@@ -18,7 +18,7 @@ import numpy as np
 import numpy.typing as npt
 
 from deboom.errors import InputError
-from deboom.report.page import Picture, as_image
+from deboom.report.report import Picture, as_image
 
 RealArray = npt.NDArray[np.float64]
 LEVEL_STEP = 0.01

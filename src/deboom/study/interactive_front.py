@@ -15,7 +15,7 @@ from deboom.files.disk import replace_bytes
 from deboom.physics.order_tracking import rpm_of_frequency
 from deboom.plot.style import ACCENT, MUTED, mount_colours, mount_of, vehicle_colours
 from deboom.report.interactive import Axis, InteractiveFront, render_interactive
-from deboom.report.page import Picture
+from deboom.report.report import Picture
 from deboom.study.overview import INTERACTIVE
 from deboom.study.robust_front import NO_REQUIREMENT
 from deboom.study.supplier_study import SupplierStudy, supplier_study

@@ -24,7 +24,6 @@ from deboom.mounts.library import open_library
 from deboom.mounts.part_scatter import LibraryScatter, ScatterPrior, library_scatter
 from deboom.report import Report
 from deboom.study.options import Aim, factor_space, robust_response
-from deboom.study.result import StudyResult, as_report
 
 PERCENT = 100.0
 REFERENCE = 0.15
@@ -124,12 +123,6 @@ class MadeParts:
         caption = "Half widths of the scatter are three standard deviations."
         report.table("parts", self.table, caption)
         report.inputs += self.inputs
-
-    def reported(self, result: Report | StudyResult) -> Report:
-        """Return the report of a study of one phase, with `append_to` done."""
-        report = as_report(result)
-        self.append_to(report)
-        return report
 
 
 @dataclass(frozen=True)

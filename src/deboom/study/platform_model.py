@@ -37,7 +37,6 @@ from deboom.physics.order_tracking import rpm_of_frequency
 from deboom.physics.sound_level import spl
 from deboom.report import Report
 from deboom.study.options import band_of, shipped_studies, weighted_load_cases
-from deboom.study.result import StudyResult, as_report
 from deboom.vehicles.amplitude_motion import (
     AmplitudeMotion,
     SeveralSolutionsWarning,
@@ -251,12 +250,6 @@ class Operation:
                 f"{PEAK_AGREEMENT:g} dB at booming peaks: look for the reason before you trust "
                 "either."
             )
-
-    def checked(self, result: Report | StudyResult) -> Report:
-        """Return the report of a study of one phase, with `append_to` done."""
-        report = as_report(result)
-        self.append_to(report)
-        return report
 
 
 def operation(

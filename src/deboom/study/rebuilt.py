@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path, PurePosixPath
@@ -16,35 +16,8 @@ from deboom.arrays import RealArray
 from deboom.errors import InputError
 from deboom.explore.front import verification_response
 from deboom.explore.robust import RobustResponse
-from deboom.files.checkpoint import CheckpointFolder
-from deboom.files.run_folder import Run, RunEntry, check_files, hash_files, read_run
-from deboom.study.result import RunContext
+from deboom.files.run_folder import RunEntry, check_files, hash_files, read_run
 from deboom.study.runner import SAME_RESULT, Study, arguments_of, load_study, study_files
-
-
-class _ModelReady(Exception):
-    """Ends a study of one phase where its search would begin."""
-
-    def __init__(self, model: RobustResponse) -> None:
-        super().__init__("the model is ready")
-        self.model = model
-
-
-@dataclass(frozen=True)
-class _ModelOnly(RunContext):
-    """The context of a run of one phase that is over when its model is ready."""
-
-    def search_begins(self, model: RobustResponse) -> None:
-        """Take the model and leave the study."""
-        raise _ModelReady(model)
-
-    def checkpoint(
-        self,
-        inputs: Iterable[Path],  # noqa: ARG002
-        name: str = "search",  # noqa: ARG002
-    ) -> CheckpointFolder:
-        """Refuse a search that has not shown its model: it would write into the run."""
-        raise InputError(_no_front(self.run.folder))
 
 
 def rebuilt_model(entry: RunEntry, study: Study) -> RobustResponse:
@@ -72,22 +45,11 @@ def rebuilt_model(entry: RunEntry, study: Study) -> RobustResponse:
                 "bring the file back as it was or run the study again"
             )
     arguments = {n: v for n, v in arguments_of(entry, study).items() if n not in SAME_RESULT}
-    if study.main is None:
-        robust = getattr(study.model(arguments), "robust", None)
-        if isinstance(robust, RobustResponse):
-            return robust
-        raise InputError(_no_front(entry.folder))
-    context = _ModelOnly(Run(entry.folder, entry.record["seed"], created=()), relative_to=home)
-    try:
-        study.report(arguments, context)
-    except _ModelReady as ready:
-        return ready.model
-    raise InputError(_no_front(entry.folder))
-
-
-def _no_front(folder: Path) -> str:
-    return (
-        f"run {folder} cannot be judged: its study {folder.parent.name} does not search for a "
+    robust = getattr(study.model(arguments), "robust", None)
+    if isinstance(robust, RobustResponse):
+        return robust
+    raise InputError(
+        f"run {entry.folder} cannot be judged: its study {entry.study} does not search for a "
         "front of factors with scatter"
     )
 

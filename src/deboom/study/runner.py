@@ -21,7 +21,7 @@ from dataclasses import dataclass
 from enum import Enum
 from pathlib import Path
 from types import ModuleType
-from typing import Annotated, Any, get_args, get_type_hints
+from typing import Annotated, Any, get_type_hints
 
 import typer
 from pydantic import TypeAdapter, ValidationError
@@ -42,7 +42,7 @@ from deboom.files.run_folder import (
 from deboom.report import PAGE, Report
 from deboom.study.options import expanded, filled, shipped_studies
 from deboom.study.overview import refresh_overview
-from deboom.study.result import RunContext, StudyResult, as_report
+from deboom.study.result import RunContext
 
 PACKAGES = (
     "deboom",
@@ -156,8 +156,6 @@ class Study:
     @property
     def parameters(self) -> dict[str, inspect.Parameter]:
         """Options of the command line by name, with their types as annotations."""
-        if self.main is not None:
-            return _parameters_of_main(self.main)
         return expanded(self.module.Options())
 
     def model(self, arguments: Mapping[str, Any]) -> Any:
@@ -166,32 +164,9 @@ class Study:
 
     def report(self, arguments: Mapping[str, Any], context: RunContext | None = None) -> Report:
         """Run the study with these options; the others have their defaults."""
-        if self.main is not None:
-            names = _context_names(self.main)
-            return as_report(self.main(**arguments, **dict.fromkeys(names, context)))
         options = filled(self.module.Options(), arguments)
         report: Report = self.module.run(self.module.prepare(options), options, context)
         return report
-
-    @property
-    def main(self) -> Callable[..., Report | StudyResult] | None:
-        """Function of a study that is not yet in two phases."""
-        main: Callable[..., Report | StudyResult] | None = getattr(self.module, "main", None)
-        return main
-
-
-def _parameters_of_main(main: Callable[..., Report | StudyResult]) -> dict[str, inspect.Parameter]:
-    hints = get_type_hints(main, include_extras=True)
-    return {
-        name: parameter.replace(annotation=hints[name], kind=inspect.Parameter.KEYWORD_ONLY)
-        for name, parameter in inspect.signature(main).parameters.items()
-        if name not in _context_names(main)
-    }
-
-
-def _context_names(main: Callable[..., Report | StudyResult]) -> tuple[str, ...]:
-    hints = get_type_hints(main)
-    return tuple(n for n, hint in hints.items() if RunContext in (hint, *get_args(hint)))
 
 
 def load_study(study: str | Path) -> Study:
@@ -206,7 +181,7 @@ def load_study(study: str | Path) -> Study:
     question = question_of(path)
     module = _module(path)
     missing = [n for n in ("Options", "prepare", "run") if not hasattr(module, n)]
-    if missing and not hasattr(module, "main"):
+    if missing:
         raise InputError(
             f"{path}: a study has a class Options, prepare(options) and run(model, options, "
             f"context); there is no {missing[0]}"
@@ -406,7 +381,7 @@ def _carry_out(
 def run_command(
     out: Path,
     record: Mapping[str, Any],
-    work: Callable[[], Report | StudyResult],
+    work: Callable[[], Report],
     *,
     relative_to: Path | None = None,
     begin: float | None = None,
@@ -437,7 +412,7 @@ def run_command(
     run = start_run(out, record["study"], seed=record["seed"], record=record)
     try:
         with held(run.folder):
-            report = as_report(work())
+            report = work()
             hashes: dict[str, str] = {}
             for path in report.inputs:
                 hashes |= hash_files([path], relative_to=relative_to or path.parent)
@@ -552,8 +527,3 @@ def _common_options(
     ] = None,
 ) -> None:
     """Declare what every study's command takes beside the study's own options."""
-
-
-def run_script(file: str) -> None:
-    """Run the study that calls this from its ``__main__`` block: ``run_script(__file__)``."""
-    study_command(Path(file))()

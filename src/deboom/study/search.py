@@ -27,7 +27,7 @@ from deboom.physics.dynamic_stiffness import dynamic_stiffness
 from deboom.report import Report
 from deboom.study.platform_model import LIBRARY_FILE, Factor, Operation
 from deboom.study.progress import progress_bar
-from deboom.study.result import RunContext, StudyResult, as_report
+from deboom.study.result import RunContext
 from deboom.vehicles.fleet import lines_inside
 from deboom.vehicles.limits import (
     MountRequirements,
@@ -127,8 +127,6 @@ def robust_search(
         raise InputError(
             "a polish knows no limits: search for more generations, or leave the limits out"
         )
-    if run is not None and isinstance(model, RobustResponse):
-        run.search_begins(model)
     found = []
     for number in range(seed, seed + budget.searches):
         folder = name if number == seed else f"{name}_seed{number}"
@@ -222,17 +220,6 @@ class MountLimits:
         report.table("beyond_limits", beyond)
         report.summary["n_beyond_limits"] = search.n_infeasible
         report.inputs += self.inputs
-
-    def reported(
-        self,
-        result: Report | StudyResult,
-        search: SearchResult,
-        designs: Mapping[str, RealArray],
-    ) -> Report:
-        """Return the report of a study of one phase, with `append_to` done."""
-        report = as_report(result)
-        self.append_to(report, search, designs)
-        return report
 
     def _table(
         self, requirements: MountRequirements, limits: Limits, designs: Mapping[str, RealArray]

@@ -5,6 +5,7 @@ What a user without the repository has: the studies, the demonstration platform,
 
 from __future__ import annotations
 
+import json
 import os
 import subprocess
 import sys
@@ -14,6 +15,8 @@ import zipfile
 from pathlib import Path
 
 from packaging.metadata import Metadata
+
+from deboom.files.run_folder import hash_sources
 
 ROOT = Path(__file__).parents[1]
 NEEDED = (
@@ -60,6 +63,9 @@ def main() -> None:
         results = list((empty / "results" / "fleet_correlation").glob("*/summary.json"))
         if "u06_robust_front" not in listed or len(results) != 1:
             sys.exit("the installed package lists no studies or keeps no results here")
+        record = json.loads(results[0].with_name("run.json").read_text(encoding="utf-8"))
+        if record["environment"]["sources_sha256"] != hash_sources(ROOT / "src" / "deboom"):
+            sys.exit("the wheel's sources have another hash than those of the checkout")
         print(_run(empty, python, "-c", LINES).strip())
         print(f"{wheel.name}: {len(names)} files, used from an empty folder")
 

@@ -6,6 +6,7 @@ import shutil
 import signal
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import pytest
@@ -158,7 +159,7 @@ def test_another_option_input_version_or_text_is_refused_by_name(
         ("numpy", lambda r: r["packages"].update(numpy="1.0")),
         ("deboom", lambda r: r["packages"].update(deboom="9.9")),
         ("Python", lambda r: r.update(python="3.1")),
-        ("deboom revision", lambda r: r.update(git={"revision": "abc", "dirty": False})),
+        ("sources of deboom", lambda r: r.update(sources_sha256="abc")),
     ):
 
         def other(packages, change=change):
@@ -197,6 +198,95 @@ def test_options_that_change_nothing_may_change(study, tmp_path, note, monkeypat
     assert record["arguments"]["generations"] == 12
     whole = run_study(study, tmp_path / "whole", {**BUDGET, "note": note})
     assert (finished / "front.csv").read_bytes() == (whole / "front.csv").read_bytes()
+
+
+def test_other_code_goes_on_only_when_insisted_and_is_recorded(
+    study, cli, tmp_path, note, monkeypatch
+):
+    folder = interrupted(monkeypatch, study, tmp_path / "results", note)
+    record = json.loads((folder / "run.json").read_text())
+    record["environment"]["sources_sha256"] = "0" * 64
+    (folder / "run.json").write_text(json.dumps(record))
+    refused(cli, folder, "sources of deboom 000000000000, now it is", "--other-code")
+    result = cli("run", STUDY, "--out", tmp_path / "results", "--resume", folder, "--other-code")
+    assert result.exit_code == 0, result.stderr
+    (then,) = json.loads((Path(result.stdout.strip()) / "run.json").read_text())["begun_with"]
+    assert then.startswith("sources of deboom 000000000000")
+
+
+def test_ctrl_c_says_what_is_kept_and_how_to_go_on(study, cli, tmp_path, monkeypatch):
+    search = study.module.nsga2
+
+    def stopped(*arguments, progress, **options):
+        def told(number, total, text):
+            if number == 3:
+                raise KeyboardInterrupt
+
+        return search(*arguments, progress=told, **options)
+
+    monkeypatch.setattr(study.module, "nsga2", stopped)
+    monkeypatch.setattr(runner, "load_study", lambda _: study)
+    out = tmp_path / "results"
+    result = cli("run", STUDY, "--out", out, "--seed", "2", "--generations", "4")
+    assert result.exit_code == 130
+    (folder,) = (out / "quad2_front").iterdir()
+    name = folder.name.removesuffix(".unfinished")
+    assert f"3 generations are kept in {folder}" in result.stderr
+    assert f"deboom run {STUDY} --out {out} --resume {name}" in result.stderr
+
+
+@pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="processes are read from /proc")
+@pytest.mark.parametrize("how", [signal.SIGTERM, signal.SIGKILL])
+def test_workers_end_with_their_parent(tmp_path, how):
+    options = ("--generations", "100000", "--workers", "2", "--out", str(tmp_path))
+    parent = subprocess.Popen([sys.executable, "-m", "deboom", "run", str(STUDY), *options])
+    deadline = time.monotonic() + 120.0
+    while not list(tmp_path.glob("*/*/search/evaluations/000002.npz")):
+        assert parent.poll() is None
+        assert time.monotonic() < deadline
+        time.sleep(0.1)
+    workers = children(parent.pid)
+    assert len(workers) >= 2
+    parent.send_signal(how)
+    parent.wait(timeout=10.0)
+    deadline = time.monotonic() + 5.0
+    while alive := [pid for pid in workers if Path(f"/proc/{pid}/stat").exists()]:
+        assert time.monotonic() < deadline, alive
+        time.sleep(0.1)
+
+
+def children(parent):
+    """Return the processes whose parent is this one."""
+    pids = []
+    for path in Path("/proc").glob("[0-9]*/stat"):
+        try:
+            after_name = path.read_text().rpartition(")")[2].split()
+        except OSError:
+            continue
+        if int(after_name[1]) == parent and after_name[0] != "Z":
+            pids.append(int(path.parent.name))
+    return pids
+
+
+def test_a_figure_that_fails_costs_only_itself(study, cli, tmp_path, monkeypatch):
+    def broken(*arguments, **options):
+        raise ValueError("no finite level")
+
+    report = study.module.run
+
+    def run(model, options, context):
+        written = report(model, options, context)
+        written.figure("broken", broken, "A figure.")
+        return written
+
+    monkeypatch.setattr(study.module, "run", run)
+    monkeypatch.setattr(runner, "load_study", lambda _: study)
+    result = cli("run", STUDY, "--out", tmp_path, "--seed", "2", "--generations", "2")
+    assert result.exit_code == 3
+    assert "the figure broken could not be drawn (no finite level)" in result.stderr
+    folder = Path(result.stdout.strip())
+    assert (folder / "front.csv").is_file()
+    assert "could not be drawn" in (folder / "report.html").read_text()
 
 
 def test_half_written_files_of_a_killed_process_go(study, tmp_path, note, monkeypatch):

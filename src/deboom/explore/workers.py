@@ -6,19 +6,23 @@ worker, and the rows come back in their order. A worker that dies costs time, no
 
 from __future__ import annotations
 
+import os
 import platform
+import signal
+import threading
 from collections.abc import Iterator, Sequence
 from concurrent.futures import CancelledError, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import AbstractContextManager, contextmanager, nullcontext
 from dataclasses import dataclass
 from importlib import metadata
-from multiprocessing import get_context
+from multiprocessing import get_context, parent_process
 from multiprocessing.reduction import ForkingPickler
 from pickle import PicklingError
 from typing import Any
 
 import numpy as np
+from threadpoolctl import threadpool_limits
 
 from deboom.arrays import RealArray
 from deboom.errors import InputError
@@ -158,7 +162,18 @@ _carried: list[Robust] = []  # in a worker process of a pool: the one response t
 
 
 def _carry(robust: Robust) -> None:
+    """Begin a worker: it ends with its parent, however that ends, and leaves Ctrl-C to it."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    threading.Thread(target=_end_with_parent, daemon=True).start()
+    threadpool_limits(1, "blas")
     _carried[:] = [robust]
+
+
+def _end_with_parent() -> None:
+    parent = parent_process()
+    if parent is not None:
+        parent.join()
+        os._exit(1)
 
 
 def _compute_carried(designs: RealArray) -> RobustValues:
@@ -223,7 +238,8 @@ class _DaskCluster:
 
 
 def _compute(robust: Robust, designs: RealArray) -> RobustValues:
-    return robust(designs)
+    with threadpool_limits(1, "blas"):
+        return robust(designs)
 
 
 def _wait_for_a_worker(client: Any) -> None:

@@ -172,15 +172,33 @@ def environment_record(packages: Sequence[str]) -> dict[str, Any]:
     Returns
     -------
     dict
-        ``python``, ``platform``, ``packages`` (name → version, null when not installed) and ``git``
-        (``revision`` and ``dirty`` of deboom's own checkout; null for an installed package).
+        ``python``, ``platform``, ``packages`` (name → version, null when not installed),
+        ``sources_sha256`` (see `hash_sources`) and ``git`` (``revision`` and ``dirty`` of deboom's
+        own checkout; null for an installed package).
     """
     return {
         "python": platform.python_version(),
         "platform": platform.platform(),
         "packages": {name: _version(name) for name in packages},
+        "sources_sha256": hash_sources(Path(__file__).parents[1]),
         "git": _git_state(Path(__file__)),
     }
+
+
+def hash_sources(package: Path) -> str:
+    """Return one SHA-256 over names and bytes of a package's files.
+
+    It is the same in a checkout, a tarball and an installed wheel of the same code. Studies are
+    left out: the record of a run holds the text of its own.
+    """
+    digest = hashlib.sha256()
+    for path in sorted(package.rglob("*")):
+        name = path.relative_to(package)
+        if not path.is_file() or {"__pycache__", "studies"} & set(name.parts):
+            continue
+        digest.update(f"{name.as_posix()}\0{path.stat().st_size}\0".encode())
+        digest.update(path.read_bytes())
+    return digest.hexdigest()
 
 
 def hash_files(paths: Iterable[Path], relative_to: Path) -> dict[str, str]:

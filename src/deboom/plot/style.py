@@ -31,6 +31,7 @@ FIGURE_STYLE: Mapping[str, str | float | bool] = {
     "font.family": "DejaVu Sans",
     "font.size": 8.5,
     "text.color": INK,
+    "text.parse_math": False,  # a name may have a dollar sign
     "axes.edgecolor": MUTED,
     "axes.labelcolor": INK,
     "axes.linewidth": 0.7,

@@ -6,7 +6,7 @@ import base64
 import json
 import re
 import struct
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from importlib.resources import files
 from itertools import groupby
@@ -83,6 +83,8 @@ class Report:
         What the study settled beside its options, for ``run.json`` and the foot of the page.
     inputs : list of Path
         Files that were read.
+    failures : list of str
+        What could not be drawn, and why.
 
     Examples
     --------
@@ -107,6 +109,7 @@ class Report:
         self.summary: dict[str, Scalar] = {}
         self.facts: dict[str, Scalar] = {}
         self.inputs: list[Path] = []
+        self.failures: list[str] = []
 
     def tile(self, value: str, label: str) -> None:
         """Show a number that a hurried reader takes away, such as ``−3.1 dB``, and what it is."""
@@ -143,15 +146,25 @@ class Report:
         if text:
             self._show(text)
 
-    def figure(self, stem: str | None, drawing: Drawing, caption: str, *, alt: str = "") -> None:
+    def figure(
+        self,
+        stem: str | None,
+        drawing: Drawing | Callable[[], Drawing],
+        caption: str,
+        *,
+        alt: str = "",
+    ) -> None:
         """Show a figure, and keep it as ``figures/<stem>.png``.
+
+        A figure that cannot be drawn costs nothing but itself: the page says why, `failures` too.
 
         Parameters
         ----------
         stem : str or None
             Name of the file; None shows the figure and keeps none.
-        drawing : Axes, Figure or bytes
-            From `deboom.plot`, which is closed afterwards; or a PNG.
+        drawing : Axes, Figure, bytes or callable
+            From `deboom.plot`, which is closed afterwards; a PNG; or a function that returns such a
+            thing, so that its failure is this figure's alone.
         caption : str
             What to see in it.
         alt : str
@@ -162,7 +175,12 @@ class Report:
         InputError
             A name that is taken, no PNG, or no caption.
         """
-        png = as_png(drawing)
+        try:
+            png = as_png(drawing() if callable(drawing) else drawing)
+        except Exception as error:
+            self.failures.append(f"the figure {stem or caption} could not be drawn ({error})")
+            self.text(f"This figure could not be drawn: {error}.")
+            return
         if not png.startswith(_PNG_SIGNATURE):
             raise InputError(f"the picture '{caption}' is not a PNG")
         if not caption.strip():
@@ -257,6 +275,7 @@ class Report:
                 if wanted := new.get(name, name):
                     self._free(wanted, mine)
                     mine[wanted] = value
+        self.failures += part.failures
         self.facts = {**part.facts, **self.facts}
         self.inputs = list(dict.fromkeys((*self.inputs, *part.inputs)))
 

@@ -25,11 +25,13 @@ from typing import Annotated, Any, get_type_hints
 
 import typer
 from pydantic import TypeAdapter, ValidationError
+from threadpoolctl import threadpool_limits
 
 from deboom.errors import InputError
 from deboom.files.run_folder import (
     LOCK,
     RECORD,
+    UNFINISHED,
     Run,
     RunEntry,
     environment_record,
@@ -56,18 +58,31 @@ PACKAGES = (
     "matplotlib",
     "seaborn",
 )
+BLAS_THREADS = 1
+"""Threads of linear algebra in a run: sums in another order would change last bits."""
+SHORT_HASH = 12
+"""Digits of a hash in a sentence."""
 SAME_RESULT = ("workers", "scheduler")
 """Options that say who computes, not what: a resumed run may have others."""
 
 
 @contextmanager
 def one_sentence_errors() -> Iterator[None]:
-    """Turn an :class:`InputError` into its sentence on standard error and exit code 2."""
+    """Turn what ends a command into its sentence on standard error and an exit code.
+
+    Bad input is 2, a page that lacks a figure 3, Ctrl-C 130.
+    """
     try:
         yield
     except InputError as error:
         typer.echo(f"deboom: {error}", err=True)
         raise typer.Exit(2) from error
+    except IncompleteReport as error:
+        typer.echo(error.args[0].as_posix())
+        raise typer.Exit(3) from None
+    except KeyboardInterrupt as stop:
+        typer.echo(f"deboom: {stop or 'stopped'}", err=True)
+        raise typer.Exit(130) from None
 
 
 def study_files(folder: Path | None = None) -> list[Path]:
@@ -249,12 +264,14 @@ def run_study(study: Study, out: Path, arguments: Mapping[str, Any]) -> Path:
     run = start_run(out, study.name, seed=bound.arguments["seed"], record=record)
     try:
         return _carry_out(study, run, bound.arguments, record)
-    except InputError:
+    except (InputError, KeyboardInterrupt):
         _discard_empty(run)
         raise
 
 
-def resume_study(study: Study, out: Path, wanted: str, given: Mapping[str, Any]) -> Path:
+def resume_study(
+    study: Study, out: Path, wanted: str, given: Mapping[str, Any], *, other_code: bool = False
+) -> Path:
     """Go on with a run that was interrupted.
 
     Parameters
@@ -267,6 +284,9 @@ def resume_study(study: Study, out: Path, wanted: str, given: Mapping[str, Any])
         Name of the run, or its folder.
     given : mapping
         Options that must be those of the run; the run's own complete them.
+    other_code : bool
+        Go on although the study, deboom or a package has changed; the record then names what
+        the run began with.
 
     Returns
     -------
@@ -284,7 +304,14 @@ def resume_study(study: Study, out: Path, wanted: str, given: Mapping[str, Any])
         return entry.folder
     arguments = arguments_of(entry, study, given)
     record = _record(study, arguments)
-    _check_same_code(entry, record)
+    changes = _changes_of_code(entry, record)
+    if changes and not other_code:
+        raise InputError(
+            f"run {entry.name} was started with {changes[0]}: go back to the former, start a new "
+            "run, or insist with --other-code"
+        )
+    if changes:
+        record["begun_with"] = changes
     return _carry_out(study, entry.run(), arguments, record)
 
 
@@ -330,26 +357,24 @@ def arguments_of(
         ) from None
 
 
-def _check_same_code(entry: RunEntry, record: Mapping[str, Any]) -> None:
-    """Refuse to go on with a run that another code began."""
+def _changes_of_code(entry: RunEntry, record: Mapping[str, Any]) -> list[str]:
+    """Say what a run began with that is another thing now."""
+    changes = []
     if entry.record["study_text"] != record["study_text"]:
-        raise InputError(
-            f"run {entry.name} was started with another text of the study {entry.study}: bring the "
-            f"script back as it was (its text is in {entry.folder / 'run.json'}) or start a new run"
+        changes.append(
+            f"another text of the study {entry.study} (its text is in {entry.folder / RECORD})"
         )
     now = dict(_versions(record["environment"]))
     for name, then in _versions(entry.record["environment"]):
         if now.get(name) != then:
-            raise InputError(
-                f"run {entry.name} was started with {name} {then}, now it is {now.get(name)}: "
-                "go back to the former or start a new run"
-            )
+            changes.append(f"{name} {then}, now it is {now.get(name)}")
+    return changes
 
 
 def _versions(environment: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
     yield "Python", environment["python"]
     yield from environment["packages"].items()
-    yield "deboom revision", (environment["git"] or {}).get("revision")
+    yield "sources of deboom", environment.get("sources_sha256", "unknown")[:SHORT_HASH]
 
 
 def _record(study: Study, arguments: Mapping[str, Any]) -> dict[str, Any]:
@@ -369,13 +394,41 @@ def _carry_out(
 ) -> Path:
     begin = time.perf_counter()
     here = study.path.resolve().parent
-    with held(run.folder):
-        report = study.report(arguments, RunContext(run, relative_to=here))
-        hashes = hash_files(report.inputs, relative_to=here)
-        _save(run, report, record, hashes, begin)
+    try:
+        with held(run.folder), threadpool_limits(BLAS_THREADS, "blas"):
+            report = study.report(arguments, RunContext(run, relative_to=here))
+            hashes = hash_files(report.inputs, relative_to=here)
+            _save(run, report, record, hashes, begin)
+    except KeyboardInterrupt:
+        raise KeyboardInterrupt(_kept(study, run)) from None
     folder = finish_run(run)
     refresh_overview(folder.parent.parent)
+    _tell_failures(report, folder)
     return folder
+
+
+def _kept(study: Study, run: Run) -> str:
+    """Say what a run that is stopped keeps, and how it goes on."""
+    n_kept = len(list(run.folder.glob("*/evaluations/*.npz")))
+    if not n_kept:
+        return "stopped before anything was computed that could be kept"
+    name = run.folder.name.removesuffix(UNFINISHED)
+    return (
+        f"stopped: {n_kept} generations are kept in {run.folder}; go on with "
+        f"`deboom run {study.path.as_posix()} --out {run.folder.parents[1]} --resume {name}`"
+    )
+
+
+def _tell_failures(report: Report, folder: Path) -> None:
+    """Say which figures are missing from a folder that is complete otherwise."""
+    for failure in report.failures:
+        typer.echo(f"deboom: {folder}: {failure}", err=True)
+    if report.failures:
+        raise IncompleteReport(folder)
+
+
+class IncompleteReport(Exception):
+    """A run whose numbers are saved and whose page lacks a figure; its folder."""
 
 
 def run_command(
@@ -411,16 +464,18 @@ def run_command(
     record = {**record, "environment": environment_record(PACKAGES)}
     run = start_run(out, record["study"], seed=record["seed"], record=record)
     try:
-        with held(run.folder):
+        with held(run.folder), threadpool_limits(BLAS_THREADS, "blas"):
             report = work()
             hashes: dict[str, str] = {}
             for path in report.inputs:
                 hashes |= hash_files([path], relative_to=relative_to or path.parent)
             _save(run, report, record, hashes, begin)
-    except Exception:
+    except BaseException:
         _discard_empty(run)
         raise
-    return finish_run(run)
+    folder = finish_run(run)
+    _tell_failures(report, folder)
+    return folder
 
 
 def _save(
@@ -491,7 +546,8 @@ def study_command(wanted: str | Path) -> typer.Typer:
     options += [parameter.replace(annotation=hints[parameter.name]) for parameter in common]
 
     def command(**arguments: Any) -> None:
-        context, out, resume = (arguments.pop(name) for name in ("context", "out", "resume"))
+        names = ("context", "out", "resume", "other_code")
+        context, out, resume, other_code = (arguments.pop(name) for name in names)
         with one_sentence_errors():
             if resume is None:
                 folder = run_study(study, out, arguments)
@@ -501,7 +557,7 @@ def study_command(wanted: str | Path) -> typer.Typer:
                     for name, value in arguments.items()
                     if context.get_parameter_source(name).name != "DEFAULT"
                 }
-                folder = resume_study(study, out, resume, given)
+                folder = resume_study(study, out, resume, given, other_code=other_code)
             typer.echo(folder.as_posix())
 
     command.__signature__ = inspect.Signature(options)  # type: ignore[attr-defined]
@@ -525,5 +581,12 @@ def _common_options(
             help="Go on with an interrupted run, by its name or folder; it keeps its options.",
         ),
     ] = None,
+    other_code: Annotated[
+        bool,
+        typer.Option(
+            "--other-code",
+            help="Resume although deboom, the study or a package has changed since the run began.",
+        ),
+    ] = False,
 ) -> None:
     """Declare what every study's command takes beside the study's own options."""

@@ -373,7 +373,13 @@ class SearchOptions:
     generations: Annotated[int, Option(help="Generations of NSGA-II.")] = 100
     population: Annotated[int, Option(help="Designs per generation.")] = 100
     workers: Annotated[int, Option(help="Processes; any number gives the same result.")] = 1
-    scheduler: Annotated[str | None, Option(help="Dask cluster, tcp://host:port.")] = None
+    scheduler: Annotated[
+        str | None,
+        Option(
+            help="Dask cluster, tcp://host:port; it trusts whoever reaches it, so keep it in a "
+            "closed network or use tls://host:port with Dask's own TLS settings."
+        ),
+    ] = None
 
     @property
     def budget(self) -> Budget:

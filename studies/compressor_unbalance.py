@@ -70,7 +70,7 @@ from deboom.study.compressor_unbalance import (
 from deboom.study.options import Seed
 from deboom.study.progress import Progress, counted, progress_bar
 from deboom.study.result import RunContext
-from deboom.study.unbalance_report import TRUTH, unbalance_panel, unbalance_report
+from deboom.study.unbalance_report import ROTOR, TRUTH, unbalance_panel, unbalance_report
 
 FIGURES = True
 """Whether the report has pictures."""
@@ -135,7 +135,7 @@ def run(plan: UnbalancePlan, options: Options, context: RunContext | None = None
             panels.append(unbalance_panel(sweep, STATIC, truth, title=title, note=sweep.sweep))
         report.figure(
             "changed_state",
-            plot.masked_panels(panels, dashed=(TRUTH,)),
+            plot.curve_panels(panels, dashed=(TRUTH,), columns=1, order=1.0, speed_label=ROTOR),
             "The same compressor with mounts that changed between hammer and operation. "
             "Route a, as in the thesis's figure 61, goes wrong around the rigid-body modes; route "
             "e finds the change in the sweep and follows.",

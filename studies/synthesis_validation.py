@@ -34,7 +34,7 @@ from deboom.arrays import RealArray
 from deboom.errors import InputError
 from deboom.measurement.uncertainty import LevelSpread
 from deboom.physics.sound_level import spl
-from deboom.plot import DotPanel, SpeedPanel
+from deboom.plot import CurvePanel, DotPanel
 from deboom.plot.style import INK, MUTED, VEHICLE_PALETTE, mount_colours, vehicle_colours
 from deboom.report import Report
 from deboom.report.tables import split_label
@@ -320,26 +320,27 @@ def _design(
     measured = "measured forces of the design"
     colours = {way.value: VEHICLE_PALETTE[place] for place, way in enumerate(DesignMotion)}
     levels, deviations = [], []
+    lines = next(iter(design.comparisons.values()))
     for name in result.vehicles:
         ways = {way.value: design.comparisons[name, way] for way in DesignMotion}
         worst = max(compared.peak_deviation for compared in ways.values())
         reference = ways[DesignMotion.OF_THE_MIX.value].levels[0]
         levels.append(
-            SpeedPanel(
+            CurvePanel(
                 name,
+                lines.frequency,
                 {measured: reference} | {label: one.levels[1] for label, one in ways.items()},
-                f"peaks within {worst:.2f} dB" if np.isfinite(worst) else "no paired peak",
+                note=f"peaks within {worst:.2f} dB" if np.isfinite(worst) else "no paired peak",
             )
         )
         above = {label: one.levels[1] - one.levels[0] for label, one in ways.items()}
-        deviations.append(SpeedPanel(name, above))
-    lines = next(iter(design.comparisons.values()))
+        deviations.append(CurvePanel(name, lines.frequency, above))
     report.figure(
         "virtual_design",
-        plot.speed_panels(
-            lines.frequency,
-            lines.order,
+        plot.curve_panels(
             levels,
+            columns=2,
+            order=lines.order,
             y_label=LEVEL,
             colours={measured: INK, **colours},
             dashed=list(colours),
@@ -350,8 +351,13 @@ def _design(
     )
     report.figure(
         "virtual_design_deviation",
-        plot.speed_panels(
-            lines.frequency, lines.order, deviations, y_label="deviation [dB]", colours=colours
+        plot.curve_panels(
+            deviations,
+            columns=2,
+            order=lines.order,
+            y_label="deviation [dB]",
+            colours=colours,
+            share_y=True,
         ),
         "The same levels less those of the measured forces, line by line.",
     )
@@ -447,17 +453,17 @@ def _spread(report: Report, result: Validation, spread: LevelSpread) -> None:
     heard = [spl(one.on_road.reference, lines.frequency) for one in several]
     curves = dict(zip(names, heard, strict=True))
     mean = "mean of the levels"
-    panel = SpeedPanel(
+    panel = CurvePanel(
         f"measured in {len(names)} vehicles, mount set {several[0].driven.mount_set}",
+        lines.frequency,
         {**curves, mean: spread.mean},
-        f"lowest to highest: median {spread.quantile(0.5):.1f} dB",
+        note=f"lowest to highest: median {spread.quantile(0.5):.1f} dB",
     )
     report.figure(
         "vehicle_spread",
-        plot.speed_panels(
-            lines.frequency,
-            lines.order,
+        plot.curve_panels(
             [panel],
+            order=lines.order,
             y_label=LEVEL,
             colours={**vehicle_colours(names), mean: MUTED},
             dashed=(mean,),
@@ -601,17 +607,18 @@ def _pairs(
     for one, pair in zip(result.shown, pairs, strict=True):
         peaks = [[both[side] for both in pair.peaks.pairs] for side in (0, 1)]
         panels.append(
-            SpeedPanel(
+            CurvePanel(
                 one.driven.title,
+                pair.frequency,
                 dict(zip(labels, pair.levels, strict=True)),
-                f"peaks within {pair.peak_deviation:.2f} dB" if peaks[0] else "no paired peak",
-                {label: _points(own) for label, own in zip(labels, peaks, strict=True)},
+                {n: _points(own) for n, own in zip(labels, peaks, strict=True) if own},
+                note=f"peaks within {pair.peak_deviation:.2f} dB" if peaks[0] else "no paired peak",
             )
         )
-    return plot.speed_panels(
-        pairs[0].frequency,
-        pairs[0].order,
+    return plot.curve_panels(
         panels,
+        columns=2,
+        order=pairs[0].order,
         y_label=LEVEL,
         colours={labels[0]: INK, labels[1]: VEHICLE_PALETTE[1]},
         dashed=labels[1:],
@@ -661,11 +668,10 @@ def _contributions(first: Synthesis, band: Band) -> Drawing:
             for name, level in zip(names, grouped.path_levels[inside].T, strict=True)
             if level.max() > loudest - DEPTH
         }
-        panels.append(SpeedPanel(f"{first.driven.title}, {label}", curves))
-    return plot.speed_panels(
-        frequency[inside],
-        first.on_road.order,
+        panels.append(CurvePanel(f"{first.driven.title}, {label}", frequency[inside], curves))
+    return plot.curve_panels(
         panels,
+        order=first.on_road.order,
         y_label=LEVEL,
         colours=mount_colours(names) | {ALL_PATHS: INK},
         columns=1,
@@ -684,8 +690,9 @@ def _interface_forces(result: Validation) -> Drawing:
     known = (("on the bench", bench), ("by inversion on the road", force))
     sources = dict(known if truth is None else (*known, ("true, in the vehicle", truth)))
     panels = [
-        SpeedPanel(
+        CurvePanel(
             name,
+            force.frequency[inside],
             {n: np.abs(source.select([name]).values[inside, 0]) for n, source in sources.items()},
         )
         for name in force.channels
@@ -693,11 +700,12 @@ def _interface_forces(result: Validation) -> Drawing:
     ]
     colours = (INK, VEHICLE_PALETTE[1], VEHICLE_PALETTE[0])
     labels = ("true, in the vehicle", "by inversion on the road", "on the bench")
-    return plot.speed_panels(
-        force.frequency[inside],
-        road.synthesis.on_road.order,
+    return plot.curve_panels(
         panels,
+        columns=2,
+        order=road.synthesis.on_road.order,
         y_label="|F| [N]",
         colours=dict(zip(labels, colours, strict=True)),
         dashed=labels[1:2],
+        share_y=True,
     )

@@ -52,15 +52,16 @@ def validation(bench, vehicle):
     """Validate once: what was measured, the report, and the curves of each picture over speed."""
     drawn = []
 
-    def record(frequency, order, panels, **_):
-        drawn.append([panel.curves for panel in panels])
-        assert all(len(c) == len(frequency) for p in panels for c in p.curves.values())
+    def record(panels, order=None, **_):
+        if order is not None:
+            drawn.append([panel.curves for panel in panels])
+        assert all(len(c) == len(p.abscissa) for p in panels for c in p.curves.values())
         return PICTURE
 
     options = STUDY.module.Options(campaign=bench, vehicle=[vehicle], load_case=CASE.name)
     data = STUDY.module.prepare(options)
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(plot, "speed_panels", record)
+        patch.setattr(plot, "curve_panels", record)
         patch.setattr(plot, "dot_panels", lambda *_: PICTURE)
         return data, STUDY.module.run(data, options), drawn
 

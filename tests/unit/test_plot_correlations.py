@@ -7,10 +7,10 @@ import numpy as np
 import plot_samples as figures
 import pytest
 from PIL import Image
-from plot_samples import index_bars, index_growth, index_map
+from plot_samples import index_bars, index_map
 
 from deboom.errors import InputError
-from deboom.plot import IndexBars, IndexGrowth, IndexMap
+from deboom.plot import IndexBars, IndexMap
 from deboom.plot.correlations import coefficient
 
 NAMES = ("sedan", "tourer", "van")
@@ -47,7 +47,7 @@ def test_other_figures_draw():
 @pytest.mark.parametrize(
     ("draw", "sentence"),
     [
-        (lambda: figures.correlation_matrices(NAMES, []), "no matrix"),
+        (lambda: figures.correlation_matrices(NAMES, []), "no panel"),
         (lambda: figures.correlation_matrices(NAMES[:2], [PANEL]), "has shape"),
         (lambda: figures.scatter_matrix(NAMES[:1], VALUES, (R, R, R), {}, value_label="x"), "2 to"),
         (
@@ -89,20 +89,12 @@ def heat(panels=None, **options):
     return index_map(LINES, 1.5, FACTORS, drawn, value_label="share [1]", **options)
 
 
-def growth(panels=None, **options):
-    values = np.outer(TOTAL, np.ones(4))
-    drawn = [IndexGrowth("U06-1", values, 0.1 * values)] * 2 if panels is None else panels
-    return index_growth(
-        *([16, 32, 64, 128], FACTORS, COLOURS, drawn), x_label="N", y_label="share [1]", **options
-    )
-
-
 def height(png):
     assert png.startswith(b"\x89PNG")
     return struct.unpack(">II", png[16:24])[1]
 
 
-@pytest.mark.parametrize("draw", [bars, heat, growth])
+@pytest.mark.parametrize("draw", [bars, heat])
 def test_figures_grow_with_their_panels_and_repeat_byte_by_byte(draw):
     assert draw() == draw()
     assert height(draw(columns=1)) > height(draw())
@@ -131,5 +123,3 @@ def test_values_that_a_plot_would_drop_are_refused():
         bars([IndexBars("a", FIRST, TOTAL * np.nan, HALF, ZERO)])
     with pytest.raises(InputError, match=r"U06-1 has shape \(3, 8\)"):
         heat([IndexMap("U06-1", np.ones((3, 8)))])
-    with pytest.raises(InputError, match=r"U06-1 needs shape \(3, 4\)"):
-        growth([IndexGrowth("U06-1", np.ones((3, 5)), np.ones((3, 5)))])

@@ -12,24 +12,12 @@ from plot_samples import (
     heat_maps,
     interval_panels,
     map_panels,
-    masked_panels,
     ratio_bars,
-    spectra_panels,
-    speed_panels,
 )
 
 from deboom.errors import InputError
-from deboom.plot import (
-    CurvePanel,
-    DotPanel,
-    HeatMap,
-    IntervalPanel,
-    MapPanel,
-    MaskedPanel,
-    SpectrumPanel,
-    SpeedPanel,
-)
-from deboom.plot.levels import _scale, _shown, _spans
+from deboom.plot import CurvePanel, DotPanel, HeatMap, IntervalPanel, MapPanel
+from deboom.plot.curves import _scale, _shown, _spans
 
 PNG = b"\x89PNG\r\n\x1a\n"
 BOUNDS = ([1.0, 2.0], [0.5, 1.5], [1.5, 2.6])
@@ -62,20 +50,51 @@ VALUES = 20 + np.sin(LINES)
 
 
 def panel(**more):
-    return MaskedPanel("u", "u [g mm]", LINES, {"y": VALUES, "truth": 0 * LINES + 20}, **more)
+    return CurvePanel("u", LINES, {"y": VALUES, "truth": 0 * LINES + 20}, **more)
 
 
-def test_panels_are_drawn_alike_every_time():
-    full = panel(
-        ranges={"y": (VALUES - 1, VALUES + 1)},
-        masked={"a resonance": LINES < 50},
-        levels={"limit": 25.0},
-        note="route d",
-    )
-    first, second = (masked_panels([full], dashed=("truth",)) for _ in range(2))
-    assert first == second
-    assert first.startswith(b"\x89PNG\r\n\x1a\n")
-    assert masked_panels([panel(logarithmic=True), full], columns=2) != first
+def draw_curves(*panels, **options):
+    return curve_panels(panels, **({"y_label": "u [g mm]", "columns": 1} | options))
+
+
+FULL = {
+    "points": {"y": (LINES[3:5], VALUES[3:5]), "cloud": (LINES, VALUES + 1)},
+    "ranges": {"y": (VALUES - 1, VALUES + 1)},
+    "masked": {"a resonance": LINES < 50},
+    "levels": {"limit": 25.0},
+    "y_label": "static [g mm]",
+    "note": "route d",
+}
+
+
+def test_every_part_of_a_panel_is_seen_and_drawn_alike_every_time():
+    usual = {"dashed": ("truth",), "order": 1.0}
+    whole = draw_curves(panel(**FULL), **usual)
+    assert whole == draw_curves(panel(**FULL), **usual)
+    others = [
+        draw_curves(
+            panel(**{k: v for k, v in FULL.items() if k != name}), dashed=("truth",), order=1.0
+        )
+        for name in FULL
+    ]
+    ways = ({"order": 1.5}, {"dashed": ()}, {"log_frequency": True}, {"fitted": ((20, 30),)})
+    others += [
+        draw_curves(panel(**FULL), **({"dashed": ("truth",), "order": 1.0} | one)) for one in ways
+    ]
+    assert len({whole, *others}) == 1 + len(FULL) + len(ways)
+
+
+def test_rows_of_panels_make_the_figure_higher():
+    heights = [size(draw_curves(*[panel()] * n, columns=3))[1] for n in (3, 4)]
+    assert heights[0] < heights[1]
+    assert size(draw_map())[0] == size(draw_curves(panel()))[0] == 1440
+
+
+def test_scales_are_shared_or_end_below_the_highest_value():
+    pair = (panel(), CurvePanel("v", LINES, {"y": 3 * VALUES}))
+    drawn = {draw_curves(*pair, **way) for way in ({}, {"share_y": True}, {"depth": 5.0})}
+    assert len(drawn) == 3
+    assert draw_curves(panel(logarithmic=True)) not in drawn
 
 
 def test_a_line_shows_its_first_reason():
@@ -100,48 +119,28 @@ def test_the_scale_is_made_for_trusted_lines():
     assert _scale([values], ~trusted & False, [])[1] > 80.0
 
 
-def test_panels_that_do_not_fit_are_refused_in_words():
-    with pytest.raises(InputError, match="no panel to draw"):
-        masked_panels([])
-    with pytest.raises(InputError, match="mask 'short' has other lines"):
-        masked_panels([panel(masked={"short": LINES[1:] < 50})])
-    with pytest.raises(InputError, match="y is not finite"):
-        masked_panels([MaskedPanel("u", "u", LINES, {"y": np.full(134, np.nan)})])
-
-
-LINES_3 = np.geomspace(10.0, 150.0, 30)
-PNG_3 = b"\x89PNG"
-
-
-def panel_3(**changes):
-    curve = {"measured": 1 / LINES_3, "identified": 1 / LINES_3}
-    fields = {
-        "title": "inertance",
-        "y_label": "[1/kg]",
-        "frequency": LINES_3,
-        "curves": curve,
-        "ranges": {"95 %": (0.9 / LINES_3, 1.1 / LINES_3)},
-        "levels": {"450": 0.05},
-        "logarithmic": True,
-    }
-    return SpectrumPanel(**(fields | changes))
-
-
-def test_spectra_are_drawn_alike_twice():
-    drawn = [
-        spectra_panels([panel_3()], columns=1, dashed=("identified",), fitted=((10.0, 30.0),))
-        for _ in range(2)
-    ]
-    assert drawn[0] == drawn[1]
-    assert drawn[0].startswith(PNG_3)
+@pytest.mark.parametrize(
+    ("panels", "options", "words"),
+    [
+        ([], {}, "no panel to draw"),
+        ([panel(masked={"short": LINES[1:] < 50})], {}, "mask 'short' has other lines"),
+        ([CurvePanel("u", LINES, {"y": LINES * np.nan})], {}, "y is not finite"),
+        ([CurvePanel("u", LINES, {"y": LINES[1:]})], {}, "different lengths"),
+        ([panel()], {"colours": {"y": "#0072B2"}}, "'truth' has no colour"),
+    ],
+)
+def test_panels_that_do_not_fit_are_refused_in_words(panels, options, words):
+    with pytest.raises(InputError, match=words):
+        draw_curves(*panels, **options)
 
 
 def test_a_matrix_of_curves():
-    values = np.ones((LINES_3.size, 2, 2)) * LINES_3[:, np.newaxis, np.newaxis]
+    lines = np.geomspace(10.0, 150.0, 30)
+    values = np.ones((lines.size, 2, 2)) * lines[:, np.newaxis, np.newaxis]
     for logarithmic in (False, True):
         picture = curve_matrix(
             ("Tx", "Rx"),
-            LINES_3,
+            lines,
             {"measured": values, "identified": 2 * values},
             units=("kg", "kg m", "kg m²"),
             what="apparent mass",
@@ -149,47 +148,26 @@ def test_a_matrix_of_curves():
             fitted=((10.0, 30.0),),
             logarithmic=logarithmic,
         )
-        assert picture.startswith(PNG_3)
+        assert picture.startswith(PNG)
+    with pytest.raises(InputError, match="has shape"):
+        curve_matrix(("Tx",), lines, {"a": values}, units=("",) * 3, what="")
 
 
 def test_heat_maps_and_bars():
     one = HeatMap("MAC", ("1", "2"), ("1", "2"), np.eye(2), "measured", "identified")
-    assert heat_maps([one, one, one, one]).startswith(PNG_3)
-    bars = ratio_bars(
-        ("a", "b", "c"), (0.1, 0.9, 0.3), limit=0.5, x_label="[1]", below="seen", above="not"
-    )
-    assert bars.startswith(PNG_3)
-
-
-def test_refusals():
+    assert heat_maps([one, one, one, one]).startswith(PNG)
+    words = {"limit": 0.5, "x_label": "[1]", "below": "seen", "above": "not"}
+    assert ratio_bars(("a", "b", "c"), (0.1, 0.9, 0.3), **words).startswith(PNG)
     with pytest.raises(InputError, match="no panel"):
-        spectra_panels([])
-    with pytest.raises(InputError, match="not finite"):
-        spectra_panels([panel_3(curves={"measured": np.full(LINES_3.size, np.nan)})])
-    with pytest.raises(InputError, match="different lengths"):
-        spectra_panels([panel_3(curves={"measured": LINES_3[:-1]})])
-    with pytest.raises(InputError, match="has shape"):
-        curve_matrix(
-            ("Tx",), LINES_3, {"a": np.ones((LINES_3.size, 2, 2))}, units=("",) * 3, what=""
-        )
-    with pytest.raises(InputError, match="no matrix"):
         heat_maps([])
     with pytest.raises(InputError, match="has shape"):
         heat_maps([HeatMap("MAC", ("1",), ("1",), np.eye(2))])
     with pytest.raises(InputError, match="different lengths"):
-        ratio_bars(("a",), (0.1, 0.2), limit=0.5, x_label="", below="", above="")
+        ratio_bars(("a",), (0.1, 0.2), **words)
 
 
 X = np.linspace(20.0, 80.0, 30)
-CURVES = [
-    CurvePanel(name, X, {"measured": X + 2, "surface": X}, {"points": (X, X - 3)})
-    for name in ("EnM x", "EnM y", "EnM z", "GeM x")
-]
 MAPS = [MapPanel(name, X, X**2, 100 * np.sin(X)) for name in ("EnM x", "EnM y")]
-
-
-def draw_curves(panels=CURVES, **options):
-    return curve_panels(panels, x_label="frequency [Hz]", y_label="|K| [N/mm]", **options)
 
 
 def draw_map(panels=MAPS, **options):
@@ -199,82 +177,17 @@ def draw_map(panels=MAPS, **options):
 
 
 def size(png):
-    assert png.startswith(b"\x89PNG")
+    assert png.startswith(PNG)
     return struct.unpack(">II", png[16:24])
 
 
-def test_rows_of_panels_make_the_figure_higher():
-    assert size(draw_curves())[0] == size(draw_map())[0] == 1440
-    assert size(draw_curves(columns=2))[1] == size(draw_curves())[1]  # two rows either way
-    assert size(draw_curves(CURVES[:3]))[1] < size(draw_curves())[1]
-
-
-def test_the_same_arguments_give_the_same_bytes_and_other_values_others():
-    assert draw_curves() == draw_curves()
+def test_maps_of_points():
     assert draw_map() == draw_map()
-    assert draw_curves(dashed=("measured",)) != draw_curves()
-    assert draw_curves(share_y=True) == draw_curves(share_y=True)
-
-
-@pytest.mark.parametrize("draw", [draw_curves, draw_map])
-def test_nothing_to_draw_is_refused(draw):
-    with pytest.raises(InputError, match="no panel"):
-        draw([])
-
-
-def test_values_that_a_plot_would_drop_are_refused():
-    with pytest.raises(InputError, match="surface is not finite at index"):
-        draw_curves([CurvePanel("a", X, {"surface": np.where(X > 50, np.nan, X)})])
-    with pytest.raises(InputError, match="different lengths"):
-        draw_curves([CurvePanel("a", X, {"surface": X[1:]})])
+    size(draw_map([MapPanel("flat", X, X, np.ones_like(X))]))
     with pytest.raises(InputError, match="value is not finite"):
         draw_map([MapPanel("a", X, X, X * np.inf)])
-
-
-def test_a_map_of_one_value_is_drawn():
-    size(draw_map([MapPanel("flat", X, X, np.ones_like(X))]))
-
-
-LINES_5 = np.linspace(20.0, 60.0, 41)
-COLOURS = {"measured": "#1F2933", "synthesised": "#D55E00"}
-
-
-def curves():
-    return {"measured": 60 - abs(LINES_5 - 30), "synthesised": 61 - abs(LINES_5 - 31)}
-
-
-def test_panels_are_drawn_alike_every_time_5():
-    panel = SpeedPanel(
-        "car", curves(), "peaks within 1.00 dB", {"measured": (np.array([30.0]), np.array([60.0]))}
-    )
-    pictures = {
-        speed_panels(
-            LINES_5,
-            1.5,
-            [panel, panel, panel],
-            y_label="SPL [dB(A)]",
-            colours=COLOURS,
-            dashed=("synthesised",),
-            depth=45.0,
-        )
-        for _ in range(2)
-    }
-    assert len(pictures) == 1
-    assert pictures.pop().startswith(PNG)
-
-
-def test_curves_that_do_not_fit_are_refused_in_words():
-    def draw(panels, colours=COLOURS):
-        return speed_panels(LINES_5, 1.5, panels, y_label="y [1]", colours=colours)
-
     with pytest.raises(InputError, match="no panel"):
-        draw([])
-    with pytest.raises(InputError, match=r"measured in 'car' has shape \(40,\)"):
-        draw([SpeedPanel("car", {"measured": LINES_5[1:]})])
-    with pytest.raises(InputError, match="finite values"):
-        draw([SpeedPanel("car", {"measured": np.full(41, np.nan)})])
-    with pytest.raises(InputError, match="'measured' has no colour"):
-        draw([SpeedPanel("car", curves())], {})
+        draw_map([])
 
 
 def test_dots_of_several_groups_are_drawn():

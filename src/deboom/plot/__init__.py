@@ -23,6 +23,7 @@ from deboom.plot.correlations import (
     populations,
     scatter_matrix,
 )
+from deboom.plot.curves import CurvePanel, MapPanel, curve_panels, map_panels, spl_curves
 from deboom.plot.fronts import (
     AttainedFront,
     attained_fronts,
@@ -40,7 +41,6 @@ from deboom.plot.intervals import (
     front_intervals,
     interval_panels,
 )
-from deboom.plot.levels import MaskedPanel, SpeedPanel, masked_panels, speed_panels, spl_curves
 from deboom.plot.matrices import HeatMap, curve_matrix, heat_maps
 from deboom.plot.modal import (
     BodyMotion,
@@ -60,19 +60,9 @@ from deboom.plot.parts import (
 )
 from deboom.plot.sensitivity import (
     IndexBars,
-    IndexGrowth,
     IndexMap,
     index_bars,
-    index_growth,
     index_map,
-)
-from deboom.plot.spectra import (
-    CurvePanel,
-    MapPanel,
-    SpectrumPanel,
-    curve_panels,
-    map_panels,
-    spectra_panels,
 )
 
 if TYPE_CHECKING:
@@ -87,17 +77,13 @@ __all__ = [
     "Figure",
     "HeatMap",
     "IndexBars",
-    "IndexGrowth",
     "IndexMap",
     "IntervalPanel",
     "Intervals",
     "MapPanel",
     "MarkedPanel",
-    "MaskedPanel",
     "PartsRow",
     "PopulationPanel",
-    "SpectrumPanel",
-    "SpeedPanel",
     "StiffnessPanel",
     "attained_fronts",
     "box_intervals",
@@ -113,13 +99,11 @@ __all__ = [
     "fronts",
     "heat_maps",
     "index_bars",
-    "index_growth",
     "index_map",
     "interval_panels",
     "levels_in_box",
     "map_panels",
     "marked_bars",
-    "masked_panels",
     "matrix_map",
     "mode_shapes",
     "moving_mode_shapes",
@@ -133,8 +117,6 @@ __all__ = [
     "ratio_bars",
     "scatter_matrix",
     "shared_parts",
-    "spectra_panels",
-    "speed_panels",
     "spl_curves",
     "stabilisation_chart",
     "stiffness_bars",

@@ -21,6 +21,7 @@ from deboom.plot.style import (
     finite,
     halo,
     mount_of,
+    panel_grid,
     signed,
     styled_figure,
 )
@@ -38,12 +39,8 @@ _BAR = 0.21
 class MarkedPanel:
     """One number of every direction.
 
-    Parameters
-    ----------
-    x_label : str
-        With its unit.
-    bars, marks : array, shape (n,)
-        [unit of the label].
+    - `x_label`: with its unit.
+    - `bars`, `marks` (n,): [unit of the label].
     """
 
     x_label: str
@@ -61,32 +58,17 @@ def marked_bars(
 ) -> Figure:
     """Draw panels side by side that share their directions, top to bottom.
 
-    Parameters
-    ----------
-    names, colours : sequence of str, length n
-        Of the directions.
-    panels : sequence of MarkedPanel
-        At least one.
-    bar_label, mark_label : str
-        What the bars and the marks are.
-
-    Returns
-    -------
-    Figure
-
-    Raises
-    ------
-    InputError
-        No panel, arrays of different lengths, values that are not finite.
+    - `names`, `colours` (n,): of the directions.
+    - `panels`: at least one.
+    - `bar_label`, `mark_label`: what the bars and the marks are.
+    - raises InputError: no panel, arrays of different lengths, values that are not finite.
     """
     from matplotlib.lines import Line2D
     from matplotlib.patches import Patch
 
-    if not panels:
-        raise InputError("figure marked_bars: there is no panel to draw")
-    rows = np.arange(len(names))
-    with styled_figure(FULL_WIDTH, 0.95 + _BAR * len(names)) as figure:
-        grid = figure.subplots(1, len(panels), squeeze=False, sharey=True)[0]
+    rows, count = np.arange(len(names)), len(panels)
+    height = _BAR * len(names)
+    with panel_grid("marked_bars", count, count, 0.95, height, share_y=True) as (figure, grid):
         for axes, panel in zip(grid, panels, strict=True):
             data = finite("marked_bars", {"names": rows, "bars": panel.bars, "marks": panel.marks})
             shown = np.concatenate([data["bars"], data["marks"], [0.0]])
@@ -124,27 +106,12 @@ def ratio_bars(
 ) -> Figure:
     """Draw one bar per name from 0 to 1, in two columns, coloured by a limit.
 
-    Parameters
-    ----------
-    names : sequence of str
-        In reading order.
-    ratios : array, shape (n,)
-        From 0 to 1 [1].
-    limit : float
-        Where the verdict changes [1].
-    x_label : str
-        What the ratio is.
-    below, above : str
-        The verdict on either side of the limit, for the legend.
-
-    Returns
-    -------
-    Figure
-
-    Raises
-    ------
-    InputError
-        Arrays of different lengths, values that are not finite.
+    - `names`: in reading order.
+    - `ratios` (n,): from 0 to 1 [1].
+    - `limit`: where the verdict changes [1].
+    - `x_label`: what the ratio is.
+    - `below`, `above`: the verdict on either side of the limit, for the legend.
+    - raises InputError: arrays of different lengths, values that are not finite.
     """
     from matplotlib.patches import Patch
 
@@ -190,28 +157,14 @@ def per_vehicle_change(
 ) -> Figure:
     """Draw the change of each vehicle against the baseline, with ± one standard deviation.
 
-    Parameters
-    ----------
-    vehicles : sequence of str
-        n names.
-    level_change, level_sigma : array, shape (n,)
-        Change of the mean SPL over the lines (SPLV over the number of lines) and its scatter over
-        the mounts' tolerance [dB].
-    energy_change, energy_sigma : array, shape (n,)
-        Change of the energy level of one band and its scatter [dB].
-    colours : mapping of str to str
-        Colour of each vehicle, from `deboom.plot.style.vehicle_colours`.
-    level_label, energy_label : str
-        Axis labels with units and band.
-
-    Returns
-    -------
-    Figure
-
-    Raises
-    ------
-    InputError
-        Arrays of different lengths or values that are not finite.
+    - `vehicles`: n names.
+    - `level_change`, `level_sigma` (n,): change of the mean SPL over the lines (SPLV over the
+      number of lines) and its scatter over the mounts' tolerance [dB].
+    - `energy_change`, `energy_sigma` (n,): change of the energy level of one band and its scatter
+      [dB].
+    - `colours`: colour of each vehicle, from `deboom.plot.style.vehicle_colours`.
+    - `level_label`, `energy_label`: axis labels with units and band.
+    - raises InputError: arrays of different lengths or values that are not finite.
     """
     rows = finite(
         "per_vehicle_change",
@@ -305,32 +258,16 @@ def stiffness_bars(
 ) -> Figure:
     """Draw the chosen stiffness factors from nominal within their bounds, N/mm beside them.
 
-    Parameters
-    ----------
-    variables : sequence of str
-        Names ``<mount> <axis>``, n of them.
-    factor, lower, upper : array, shape (n,)
-        Chosen stiffness factor and its bounds [1]; 1 is nominal.
-    nominal_stiffness : array, shape (n,)
-        Dynamic stiffness at factor 1 [N/mm]; nan where none was measured.
-    no_requirement : sequence of bool
-        True where the variable has no effect on the objectives.
-    indifference : array, shape (n, 2)
-        Ends of the interval of the factor within which the objectives do not change noticeably
-        [1]; nan where none was found.
-    colours : mapping of str to str
-        Colour of each mount, from `deboom.plot.style.mount_colours`.
-    stiffness_label : str
-        What the numbers are, such as ``|K| at 36 Hz [N/mm]``.
-
-    Returns
-    -------
-    Figure
-
-    Raises
-    ------
-    InputError
-        Arrays of different lengths, a factor outside its bounds or one that is not finite.
+    - `variables`: names ``<mount> <axis>``, n of them.
+    - `factor`, `lower`, `upper` (n,): chosen stiffness factor and its bounds [1]; 1 is nominal.
+    - `nominal_stiffness` (n,): dynamic stiffness at factor 1 [N/mm]; nan where none was measured.
+    - `no_requirement`: true where the variable has no effect on the objectives.
+    - `indifference` (n, 2): ends of the interval of the factor within which the objectives do not
+      change noticeably [1]; nan where none was found.
+    - `colours`: colour of each mount, from `deboom.plot.style.mount_colours`.
+    - `stiffness_label`: what the numbers are, such as ``|K| at 36 Hz [N/mm]``.
+    - raises InputError: arrays of different lengths, a factor outside its bounds or one that is not
+      finite.
     """
     checked = finite(
         "stiffness_bars",

@@ -39,12 +39,8 @@ _BINS = 60
 class Intervals:
     """One interval per direction.
 
-    Parameters
-    ----------
-    label : str
-        What they are.
-    lower, upper : array, shape (n,)
-        [1].
+    - `label`: what they are.
+    - `lower`, `upper` (n,): [1].
     """
 
     label: str
@@ -64,33 +60,16 @@ def box_intervals(
 ) -> Figure:
     """Draw the interval of every direction against others, stiffnesses beside them.
 
-    Parameters
-    ----------
-    variables : sequence of str
-        Names ``<mount> <axis>``, n of them.
-    box : Intervals
-        The acceptance box.
-    others : sequence of Intervals
-        Thin lines below each bar, at most two.
-    bounds : Intervals
-        Where parts may lie at all.
-    point : array, shape (n,)
-        A design that is marked [1].
-    stiffness : array, shape (n,)
-        Today's dynamic stiffness [N/mm]; nan where none was measured.
-    no_requirement : sequence of bool
-        True where no vehicle depends on the direction.
-    colours : mapping of str to str
-        Colour of each mount, from `deboom.plot.style.mount_colours`.
-
-    Returns
-    -------
-    Figure
-
-    Raises
-    ------
-    InputError
-        Arrays of different lengths or values that are not finite; more than two others.
+    - `variables`: names ``<mount> <axis>``, n of them.
+    - `box`: the acceptance box.
+    - `others`: thin lines below each bar, at most two.
+    - `bounds`: where parts may lie at all.
+    - `point` (n,): a design that is marked [1].
+    - `stiffness` (n,): today's dynamic stiffness [N/mm]; nan where none was measured.
+    - `no_requirement`: true where no vehicle depends on the direction.
+    - `colours`: colour of each mount, from `deboom.plot.style.mount_colours`.
+    - raises InputError: arrays of different lengths or values that are not finite; more than two
+      others.
     """
     if len(others) > 2:
         raise InputError("figure box_intervals: at most two boxes to compare with have room")
@@ -192,33 +171,15 @@ def box_trade_off(
 ) -> Figure:
     """Draw how boxes grow with the limit, and which vehicle binds.
 
-    Parameters
-    ----------
-    limit : array, shape (n,)
-        Of each box [dB(A) or dB].
-    width : array, shape (n,)
-        Of each box [%].
-    plain_share : array, shape (n,)
-        What the box of one tolerance keeps there [%].
-    missed : mapping of str to array, shape (n,)
-        Vehicle → parts of each box that miss its limit [%].
-    colours : mapping of str to str
-        Of the vehicles.
-    stated : (float, float)
-        Limit and width of the box that was asked for.
-    unreachable : float or None
-        Limit that no design keeps.
-    limit_label, width_label, plain_label : str
-        Axes, with units.
-
-    Returns
-    -------
-    Figure
-
-    Raises
-    ------
-    InputError
-        Arrays of different lengths or values that are not finite.
+    - `limit` (n,): of each box [dB(A) or dB].
+    - `width` (n,): of each box [%].
+    - `plain_share` (n,): what the box of one tolerance keeps there [%].
+    - `missed` (n,): vehicle → parts of each box that miss its limit [%].
+    - `colours`: of the vehicles.
+    - `stated`: limit and width of the box that was asked for.
+    - `unreachable` or None: limit that no design keeps.
+    - `limit_label`, `width_label`, `plain_label`: axes, with units.
+    - raises InputError: arrays of different lengths or values that are not finite.
     """
     data = finite("box_trade_off", {"limit": limit, "width": width, "plain": plain_share, **missed})
     order = np.argsort(data["limit"])
@@ -261,31 +222,13 @@ def levels_in_box(
 ) -> Axes:
     """Draw how the levels of the parts of a box lie about the limit, vehicle by vehicle.
 
-    Parameters
-    ----------
-    vehicles : sequence of str
-        n of them.
-    levels : array, shape (m, n)
-        Of parts in the box [dB(A)].
-    limit, today : array, shape (n,)
-        [dB(A)].
-    missed : array, shape (n,)
-        Share of the parts above the limit [%].
-    colours : mapping of str to str
-        Of the vehicles.
-    level_label : str
-        What the levels are, with the unit.
-    ax : Axes, optional
-        Where to draw; by default a figure of its own.
-
-    Returns
-    -------
-    Axes
-
-    Raises
-    ------
-    InputError
-        Arrays of different lengths or values that are not finite.
+    - `vehicles`: n of them.
+    - `levels` (m, n): of parts in the box [dB(A)].
+    - `limit`, `today` (n,): [dB(A)].
+    - `missed` (n,): share of the parts above the limit [%].
+    - `colours`: of the vehicles.
+    - `level_label`: what the levels are, with the unit.
+    - raises InputError: arrays of different lengths or values that are not finite.
     """
     from matplotlib.lines import Line2D
 

@@ -21,7 +21,7 @@ from deboom.plot.style import (
     RealArray,
     canvas,
     finite,
-    styled_figure,
+    panel_grid,
 )
 
 if TYPE_CHECKING:
@@ -40,12 +40,8 @@ _POPULATION = "#B3BCC8"
 class CorrelationPanel:
     """One correlation matrix.
 
-    Parameters
-    ----------
-    title : str
-        What was correlated.
-    values, low, high : array, shape (n, n)
-        Coefficients and the ends of their intervals [1].
+    - `title`: what was correlated.
+    - `values`, `low`, `high` (n, n): coefficients and the ends of their intervals [1].
     """
 
     title: str
@@ -58,18 +54,11 @@ class CorrelationPanel:
 class PopulationPanel:
     """One value, and those of others that were not chosen.
 
-    Parameters
-    ----------
-    x_label : str
-        With its unit.
-    values : array, shape (n,)
-        Of the population.
-    own : float
-        The value that is held against it.
-    asked : tuple of float
-        Bounds that are drawn as lines.
-    note : str
-        Title of the panel.
+    - `x_label`: with its unit.
+    - `values` (n,): of the population.
+    - `own`: the value that is held against it.
+    - `asked`: bounds that are drawn as lines.
+    - `note`: title of the panel.
     """
 
     x_label: str
@@ -102,16 +91,14 @@ def correlation_matrices(
     InputError
         No panel, shapes that do not fit the names, values that are not finite.
     """
-    if not panels:
-        raise InputError("figure correlation_matrices: there is no matrix to draw")
     n, count = len(names), len(panels)
     checked = [_checked_panel(panel, n) for panel in panels]
-    lowest = min(float(part["values"].min()) for part in checked)
+    lowest = min((float(part["values"].min()) for part in checked), default=0.0)
     limits = (-1.0 if lowest < 0.0 else 0.0, 1.0)
-    side = FULL_WIDTH / count
+    side = FULL_WIDTH / max(count, 1)
     edges = [place for place in range(1, len(groups)) if groups[place] != groups[place - 1]]
-    with styled_figure(FULL_WIDTH, side + 0.15 + (0.35 if n > _LABELS_FLAT_UP_TO else 0.0)) as page:
-        grid = page.subplots(1, count, squeeze=False).ravel()
+    margin = 0.15 + (0.35 if n > _LABELS_FLAT_UP_TO else 0.0)
+    with panel_grid("correlation_matrices", count, count, margin, side) as (page, grid):
         size = 72.0 * (side - 0.7) / n  # of a cell [pt]
         for axes, panel, part in zip(grid, panels, checked, strict=True):
             cells(
@@ -144,27 +131,11 @@ def family_tree(
 ) -> Axes:
     """Draw which responses go together, as a tree over the correlation of its branches.
 
-    Parameters
-    ----------
-    merges : array, shape (n - 1, 4)
-        In the layout of `scipy.cluster.hierarchy.linkage`; heights are 1 - r.
-    names : sequence of str
-        Of the leaves.
-    family : sequence of int
-        Number of each leaf's family, from 1: its colour.
-    cut : float
-        Correlation at which the tree was cut [1].
-    ax : Axes, optional
-        Where to draw; by default a figure of its own.
-
-    Returns
-    -------
-    Axes
-
-    Raises
-    ------
-    InputError
-        Lengths that do not fit, values that are not finite.
+    - `merges` (n - 1, 4): in the layout of `scipy.cluster.hierarchy.linkage`; heights are 1 - r.
+    - `names`: of the leaves.
+    - `family`: number of each leaf's family, from 1: its colour.
+    - `cut`: correlation at which the tree was cut [1].
+    - raises InputError: lengths that do not fit, values that are not finite.
     """
     from scipy.cluster.hierarchy import dendrogram
 
@@ -205,24 +176,10 @@ def populations(panels: Sequence[PopulationPanel]) -> Figure:
 
     The scale is Fisher's artanh r, which spreads what is close to 1.
 
-    Parameters
-    ----------
-    panels : sequence of PopulationPanel
-        At least one.
-
-    Returns
-    -------
-    Figure
-
-    Raises
-    ------
-    InputError
-        No panel, values that are not finite.
+    - `panels`: at least one.
+    - raises InputError: no panel, values that are not finite.
     """
-    if not panels:
-        raise InputError("figure populations: there is no panel to draw")
-    with styled_figure(FULL_WIDTH, 2.5) as figure:
-        grid = figure.subplots(1, len(panels), squeeze=False).ravel()
+    with panel_grid("populations", len(panels), len(panels), 0.0, 2.5) as (figure, grid):
         for axes, panel in zip(grid, panels, strict=True):
             values = finite("populations", {"values": panel.values})["values"]
             stretched = _stretched(values)
@@ -301,27 +258,13 @@ def scatter_matrix(
 ) -> Figure:
     """Draw histograms on the diagonal, clouds below it, correlations with intervals above it.
 
-    Parameters
-    ----------
-    names : sequence of str
-        Two to `MOST` responses.
-    values : array, shape (n, r)
-        One row per design [unit in the label].
-    coefficients : (r, low, high), each of shape (r, r)
-        Pearson's correlation and the ends of its interval [1].
-    colours : mapping of str to str
-        Of the histograms.
-    value_label : str
-        Of all axes, with unit.
-
-    Returns
-    -------
-    Figure
-
-    Raises
-    ------
-    InputError
-        Too few or too many responses, shapes that do not fit, values that are not finite.
+    - `names`: two to `MOST` responses.
+    - `values` (n, r): one row per design [unit in the label].
+    - `coefficients` (r, r): Pearson's correlation and the ends of its interval [1].
+    - `colours`: of the histograms.
+    - `value_label`: of all axes, with unit.
+    - raises InputError: too few or too many responses, shapes that do not fit, values that are not
+      finite.
     """
     import pandas as pd
     from matplotlib import pyplot as plt

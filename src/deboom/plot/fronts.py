@@ -147,27 +147,11 @@ def fronts(
 ) -> Axes:
     """Draw several fronts of two objectives, with clouds of designs and single designs.
 
-    Parameters
-    ----------
-    curves : mapping of str to (array, array)
-        Label → both objectives of a front, drawn as points on a step line.
-    points : mapping of str to (array, array)
-        Label → both objectives of many designs, drawn small and below.
-    marks : mapping of str to (float, float)
-        Label → both objectives of one design.
-    mean_label, sigma_label : str
-        Axis labels with units.
-    ax : Axes, optional
-        Where to draw; by default a figure of its own.
-
-    Returns
-    -------
-    Axes
-
-    Raises
-    ------
-    InputError
-        Nothing to draw, arrays of different lengths or values that are not finite.
+    - `curves`: label → both objectives of a front, drawn as points on a step line.
+    - `points`: label → both objectives of many designs, drawn small and below.
+    - `marks`: label → both objectives of one design.
+    - `mean_label`, `sigma_label`: axis labels with units.
+    - raises InputError: nothing to draw, arrays of different lengths or values that are not finite.
     """
     if not curves:
         raise InputError("figure fronts: there is no front to draw")
@@ -204,25 +188,11 @@ def part_choices(
 ) -> Figure:
     """Draw which part every design of a front has at each mount.
 
-    Parameters
-    ----------
-    mounts : sequence of str
-        One per row of panels.
-    labels : sequence of sequence of str
-        Names of the parts of each mount.
-    chosen : array of int, shape (n_design, n_mount)
-        Number of the part, in the order of the front.
-    point_label : str
-        Label of the common axis.
-
-    Returns
-    -------
-    Figure
-
-    Raises
-    ------
-    InputError
-        A part number without a label, or not one column per mount.
+    - `mounts`: one per row of panels.
+    - `labels`: names of the parts of each mount.
+    - `chosen` (n_design, n_mount): number of the part, in the order of the front.
+    - `point_label`: label of the common axis.
+    - raises InputError: a part number without a label, or not one column per mount.
     """
     from matplotlib.ticker import MaxNLocator
 
@@ -264,12 +234,9 @@ _MARKS = 40
 class AttainedFront:
     """What the runs of one configuration attain, two objectives.
 
-    Parameters
-    ----------
-    median : array, shape (n, 2)
-        What half of the runs attain; of a single run its front.
-    best, worst : array, shape (n, 2), optional
-        What at least one run, and what every run attains: the edges of the band.
+    - `median` (n, 2): what half of the runs attain; of a single run its front.
+    - `best`, `worst` (n, 2), optional: what at least one run, and what every run attains: the edges
+      of the band.
     """
 
     median: npt.ArrayLike
@@ -287,25 +254,10 @@ def attained_fronts(
 ) -> Axes:
     """Draw fronts of two objectives as steps, with bands from the best to the worst seed.
 
-    Parameters
-    ----------
-    fronts : mapping of str to AttainedFront
-        By configuration.
-    reference_point : (float, float)
-        Of the hypervolume, marked with a cross [units of the labels].
-    mean_label, sigma_label : str
-        Axis labels with units.
-    ax : Axes, optional
-        Where to draw; by default a figure of its own.
-
-    Returns
-    -------
-    Axes
-
-    Raises
-    ------
-    InputError
-        Nothing to draw, or values that are not finite.
+    - `fronts`: by configuration.
+    - `reference_point`: of the hypervolume, marked with a cross [units of the labels].
+    - `mean_label`, `sigma_label`: axis labels with units.
+    - raises InputError: nothing to draw, or values that are not finite.
     """
     if not fronts:
         raise InputError("figure attained_fronts: there is no front to draw")
@@ -370,26 +322,11 @@ def noise_bars(
 ) -> Axes:
     """Draw each difference beside the band that chance alone may fill.
 
-    Parameters
-    ----------
-    labels : sequence of str
-        Pairs that were compared, top to bottom.
-    differences, noise : array, shape (n_pairs,)
-        Differences, and the largest that is still chance; NaN noise draws no band [unit of the
-        label].
-    difference_label : str
-        Axis label with unit.
-    ax : Axes, optional
-        Where to draw; by default a figure of its own.
-
-    Returns
-    -------
-    Axes
-
-    Raises
-    ------
-    InputError
-        Arrays that do not fit the labels, differences that are not finite.
+    - `labels`: pairs that were compared, top to bottom.
+    - `differences`, `noise` (n_pairs,): differences, and the largest that is still chance; NaN
+      noise draws no band [unit of the label].
+    - `difference_label`: axis label with unit.
+    - raises InputError: arrays that do not fit the labels, differences that are not finite.
     """
     values = finite("noise_bars", {"labels": np.zeros(len(labels)), "differences": differences})
     reach = np.asarray(noise, dtype=float)
@@ -436,27 +373,13 @@ def design_ranges(
 ) -> Axes:
     """Draw which values of each variable the designs of every front have.
 
-    Parameters
-    ----------
-    variables : sequence of str
-        Top to bottom.
-    ranges : mapping of str to array, shape (n_variables, 3)
-        Configuration → smallest, median and largest value [unit of the label].
-    bounds : array, shape (n_variables, 2)
-        Of the search [unit of the label].
-    value_label : str
-        Axis label with unit.
-    ax : Axes, optional
-        Where to draw; by default a figure of its own.
-
-    Returns
-    -------
-    Axes
-
-    Raises
-    ------
-    InputError
-        Nothing to draw, arrays that do not fit the variables, values that are not finite.
+    - `variables`: top to bottom.
+    - `ranges` (n_variables, 3): configuration → smallest, median and largest value [unit of the
+      label].
+    - `bounds` (n_variables, 2): of the search [unit of the label].
+    - `value_label`: axis label with unit.
+    - raises InputError: nothing to draw, arrays that do not fit the variables, values that are not
+      finite.
     """
     if not ranges:
         raise InputError("figure design_ranges: there is no front to draw")
@@ -499,25 +422,10 @@ def convergence(
 ) -> Axes:
     """Draw the hypervolume over the generations of one search.
 
-    Parameters
-    ----------
-    generation : array, shape (n,)
-        Number of each generation [1].
-    hypervolume : array, shape (n,)
-        Of the front found so far [unit in the label].
-    hypervolume_label : str
-        Axis label with unit.
-    ax : Axes, optional
-        Where to draw; by default a figure of its own.
-
-    Returns
-    -------
-    Axes
-
-    Raises
-    ------
-    InputError
-        Arrays of different lengths or values that are not finite.
+    - `generation` (n,): number of each generation [1].
+    - `hypervolume` (n,): of the front found so far [unit in the label].
+    - `hypervolume_label`: axis label with unit.
+    - raises InputError: arrays of different lengths or values that are not finite.
     """
     from matplotlib.ticker import MaxNLocator
 

@@ -18,8 +18,8 @@ from deboom.plot.style import (
     VEHICLE_PALETTE,
     canvas,
     finite,
+    panel_grid,
     place_legend,
-    styled_figure,
 )
 
 if TYPE_CHECKING:
@@ -35,14 +35,9 @@ _MARKS = ("o", "s", "D", "^")
 class IntervalPanel:
     """One quantity of all rows.
 
-    Parameters
-    ----------
-    x_label : str
-        With its unit.
-    groups : mapping of str to (array, array, array)
-        Group → value, lower and upper bound of every row [unit of the label].
-    title : str
-        Above the panel.
+    - `x_label`: with its unit.
+    - `groups`: group → value, lower and upper bound of every row [unit of the label].
+    - `title`: above the panel.
     """
 
     x_label: str
@@ -53,31 +48,18 @@ class IntervalPanel:
 def interval_panels(rows: Sequence[str], panels: Sequence[IntervalPanel]) -> Figure:
     """Draw values with their intervals, panels side by side that share their rows.
 
-    Parameters
-    ----------
-    rows : sequence of str
-        Top to bottom.
-    panels : sequence of IntervalPanel
-        At least one; a group has one colour in all of them.
-
-    Returns
-    -------
-    Figure
-
-    Raises
-    ------
-    InputError
-        No panel, arrays of other lengths than the rows, values that are not finite.
+    - `rows`: top to bottom.
+    - `panels`: at least one; a group has one colour in all of them.
+    - raises InputError: no panel, arrays of other lengths than the rows, values that are not
+      finite.
     """
     from matplotlib.lines import Line2D
 
-    if not panels:
-        raise InputError("figure interval_panels: there is no panel to draw")
     names = list(dict.fromkeys(name for panel in panels for name in panel.groups))
     colours = {name: _colour(place) for place, name in enumerate(names)}
-    height = 1.2 + _ROW * len(rows) * max(len(names), 2) * 0.62
-    with styled_figure(FULL_WIDTH, height) as figure:
-        grid = figure.subplots(1, len(panels), sharey=True, squeeze=False).ravel()
+    height = _ROW * len(rows) * max(len(names), 2) * 0.62
+    count = len(panels)
+    with panel_grid("interval_panels", count, count, 1.2, height, share_y=True) as (figure, grid):
         for axes, panel in zip(grid, panels, strict=True):
             places = np.linspace(-_SPREAD, _SPREAD, max(len(panel.groups), 2))
             for offset, (name, bounds) in zip(places, panel.groups.items(), strict=False):
@@ -112,25 +94,10 @@ def front_intervals(
 ) -> Axes:
     """Draw a front whose points have an interval along both objectives.
 
-    Parameters
-    ----------
-    mean, sigma : (array, array, array), each of shape (n,)
-        Value, lower and upper bound of both objectives.
-    picks : mapping of str to int
-        Name of a point → its row.
-    mean_label, sigma_label : str
-        With units.
-    ax : Axes, optional
-        Where to draw; by default a figure of its own.
-
-    Returns
-    -------
-    Axes
-
-    Raises
-    ------
-    InputError
-        Arrays of different lengths, empty ones, values that are not finite.
+    - `mean`, `sigma` (n,): value, lower and upper bound of both objectives.
+    - `picks`: name of a point → its row.
+    - `mean_label`, `sigma_label`: with units.
+    - raises InputError: arrays of different lengths, empty ones, values that are not finite.
     """
     keys = [f"{what} {end}" for what in ("mean", "sigma") for end in ("value", "lower", "upper")]
     arrays = finite("front_intervals", dict(zip(keys, (*mean, *sigma), strict=True)))
@@ -165,16 +132,10 @@ def _colour(place: int) -> str:
 class DotPanel:
     """One measure of all categories.
 
-    Parameters
-    ----------
-    x_label : str
-        With its unit.
-    values : mapping of str to (mapping of str to array)
-        Category → group → values; a group has one colour in all panels.
-    limit : float, optional
-        What was asked for, drawn as a line [unit of the label].
-    limit_label : str
-        What that is.
+    - `x_label`: with its unit.
+    - `values`: category → group → values; a group has one colour in all panels.
+    - `limit`, optional: what was asked for, drawn as a line [unit of the label].
+    - `limit_label`: what that is.
     """
 
     x_label: str
@@ -186,32 +147,20 @@ class DotPanel:
 def dot_panels(panels: Sequence[DotPanel], colours: Mapping[str, str]) -> Figure:
     """Draw panels side by side that share their categories, top to bottom.
 
-    Parameters
-    ----------
-    panels : sequence of DotPanel
-        At least one; all with the same categories.
-    colours : mapping of str to str
-        Of every group.
-
-    Returns
-    -------
-    Figure
-
-    Raises
-    ------
-    InputError
-        No panel, categories that differ, values that are not finite, a group without colour.
+    - `panels`: at least one; all with the same categories.
+    - `colours`: of every group.
+    - raises InputError: no panel, categories that differ, values that are not finite, a group
+      without colour.
     """
     import pandas as pd
     import seaborn as sns
 
-    if not panels:
-        raise InputError("figure dot_panels: there is no panel to draw")
-    categories = list(panels[0].values)
+    count = len(panels)
+    categories = list(panels[0].values) if panels else []
     if any(list(panel.values) != categories for panel in panels):
         raise InputError("figure dot_panels: panels side by side need the same categories")
-    with styled_figure(FULL_WIDTH, 1.35 + 0.36 * len(categories)) as figure:
-        grid = figure.subplots(1, len(panels), sharey=True, squeeze=False).ravel()
+    height = 0.36 * len(categories)
+    with panel_grid("dot_panels", count, count, 1.35, height, share_y=True) as (figure, grid):
         for axes, panel in zip(grid, panels, strict=True):
             rows = [
                 (category, name, float(value))

@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from deboom.errors import InputError
-from deboom.plot.spectra import frequency_axis
+from deboom.plot.curves import frequency_axis
 from deboom.plot.style import (
     FULL_WIDTH,
     INK,
@@ -18,6 +18,7 @@ from deboom.plot.style import (
     VEHICLE_PALETTE,
     RealArray,
     finite,
+    panel_grid,
     styled_figure,
 )
 
@@ -40,21 +41,12 @@ def cells(
 ) -> None:
     """Draw a matrix as coloured cells with their texts; with a negative limit signs have colours.
 
-    Parameters
-    ----------
-    axes : Axes
-    values : array, shape (n_row, n_column)
-        In one unit.
-    rows, columns : sequence of str
-        Labels.
-    texts : array of str, shape (n_row, n_column)
-        What is written into each cell.
-    limits : (float, float)
-        Ends of the colour scale [unit of the values].
-    label_size, text_size : float
-        Font sizes [pt].
-    value_label : str, optional
-        Label of a colour bar; without it there is none.
+    - `values` (n_row, n_column): in one unit.
+    - `rows`, `columns`: labels.
+    - `texts` (n_row, n_column): what is written into each cell.
+    - `limits`: ends of the colour scale [unit of the values].
+    - `label_size`, `text_size`: font sizes [pt].
+    - `value_label`, optional: label of a colour bar; without it there is none.
     """
     import seaborn as sns
 
@@ -101,16 +93,10 @@ _SMALL = 5.5
 class HeatMap:
     """One matrix of numbers from 0 to 1.
 
-    Parameters
-    ----------
-    title : str
-        What it shows.
-    rows, columns : tuple of str
-        Labels.
-    values : array, shape (n_rows, n_columns)
-        [1].
-    row_title, column_title : str
-        What rows and columns are.
+    - `title`: what it shows.
+    - `rows`, `columns`: labels.
+    - `values` (n_rows, n_columns): [1].
+    - `row_title`, `column_title`: what rows and columns are.
     """
 
     title: str
@@ -134,33 +120,15 @@ def curve_matrix(
 ) -> Figure:
     """Draw one small panel per entry of a matrix.
 
-    Parameters
-    ----------
-    names : sequence of str
-        Of rows and columns, translations before rotations.
-    frequency : array, shape (n_frequency,)
-        Increasing, above 0 [Hz].
-    curves : mapping of str to array, shape (n_frequency, n, n)
-        Label → real values.
-    units : sequence of str
-        Of the translational, the coupling and the rotational entries.
-    what : str
-        Quantity, for the title.
-    dashed : sequence of str
-        Labels whose curves are dashed and dark.
-    fitted : sequence of (float, float)
-        Frequency bands that are shaded [Hz].
-    logarithmic : bool
-        Scale of the values; entries of one unit then share it.
-
-    Returns
-    -------
-    Figure
-
-    Raises
-    ------
-    InputError
-        A shape that does not fit, values that are not finite.
+    - `names`: of rows and columns, translations before rotations.
+    - `frequency` (n_frequency,): increasing, above 0 [Hz].
+    - `curves` (n_frequency, n, n): label → real values.
+    - `units`: of the translational, the coupling and the rotational entries.
+    - `what`: quantity, for the title.
+    - `dashed`: labels whose curves are dashed and dark.
+    - `fitted`: frequency bands that are shaded [Hz].
+    - `logarithmic`: scale of the values; entries of one unit then share it.
+    - raises InputError: a shape that does not fit, values that are not finite.
     """
     n = len(names)
     lines = finite("curve_matrix", {"frequency": frequency})["frequency"]
@@ -228,28 +196,13 @@ def curve_matrix(
 def heat_maps(maps: Sequence[HeatMap], *, columns: int = 3) -> Figure:
     """Draw matrices of numbers from 0 to 1, each number written into its cell.
 
-    Parameters
-    ----------
-    maps : sequence of HeatMap
-        At least one.
-    columns : int
-        Per row of the figure.
-
-    Returns
-    -------
-    Figure
-
-    Raises
-    ------
-    InputError
-        No map, a shape that does not fit its labels, values that are not finite.
+    - `maps`: at least one.
+    - `columns`: per row of the figure.
+    - raises InputError: no map, a shape that does not fit its labels, values that are not finite.
     """
-    if not maps:
-        raise InputError("figure heat_maps: there is no matrix to draw")
-    rows = -(-len(maps) // columns)
-    with styled_figure(FULL_WIDTH, rows * (0.25 + FULL_WIDTH / columns)) as figure:
-        grid = figure.subplots(rows, columns, squeeze=False)
-        for axes, one in zip(grid.ravel(), maps, strict=False):
+    height = 0.25 + FULL_WIDTH / columns
+    with panel_grid("heat_maps", len(maps), columns, 0.0, height) as (figure, grid):
+        for axes, one in zip(grid, maps, strict=True):
             values = finite("heat_maps", {one.title: one.values})[one.title]
             if values.shape != (len(one.rows), len(one.columns)):
                 raise InputError(f"figure heat_maps: {one.title} has shape {values.shape}")
@@ -257,8 +210,6 @@ def heat_maps(maps: Sequence[HeatMap], *, columns: int = 3) -> Figure:
             axes.set_xlabel(one.column_title)
             axes.set_ylabel(one.row_title)
             axes.set_title(one.title, loc="left", fontweight="bold", fontsize=8.5)
-        for axes in grid.ravel()[len(maps) :]:
-            axes.set_axis_off()
         return figure
 
 

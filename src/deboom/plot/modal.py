@@ -48,31 +48,13 @@ def stabilisation_chart(
 ) -> Axes:
     """Draw the poles of every order over the sum of the FRFs, and the modes they agree on.
 
-    Parameters
-    ----------
-    frequency : array, shape (f,)
-        [Hz].
-    level : array, shape (f,)
-        Of the sum of the FRFs [unit in the label].
-    pole_frequency, pole_order : array, shape (n_pole,)
-        [Hz], [1].
-    stable : bool array, shape (n_pole,)
-        Confirmed by the order below.
-    modes : array, shape (n_mode,)
-        Natural frequencies taken as modes [Hz].
-    level_label : str
-        With unit.
-    ax : Axes, optional
-        Where to draw; by default a figure of its own.
-
-    Returns
-    -------
-    Axes
-
-    Raises
-    ------
-    InputError
-        Arrays of different lengths or values that are not finite.
+    - `frequency` (f,): [Hz].
+    - `level` (f,): of the sum of the FRFs [unit in the label].
+    - `pole_frequency`, `pole_order` (n_pole,): [Hz], [1].
+    - `stable` (n_pole,): confirmed by the order below.
+    - `modes` (n_mode,): natural frequencies taken as modes [Hz].
+    - `level_label`: with unit.
+    - raises InputError: arrays of different lengths or values that are not finite.
     """
     curve = finite("stabilisation_chart", {"frequency": frequency, "level": level})
     poles = finite("stabilisation_chart", {"poles": pole_frequency, "orders": pole_order})
@@ -139,29 +121,13 @@ def matrix_map(
 ) -> Axes:
     """Draw a matrix as a heat map with its numbers, such as a MAC matrix or shares of panels.
 
-    Parameters
-    ----------
-    values : array, shape (n_row, n_column)
-        [unit in the label].
-    rows, columns : sequence of str
-        Names.
-    value_label : str
-        With unit.
-    limits : (float, float)
-        Ends of the colour scale; where the first is negative, zero is white and signs have colours.
-    decimals : int
-        Of the numbers.
-    ax : Axes, optional
-        Where to draw; by default a figure of its own.
-
-    Returns
-    -------
-    Axes
-
-    Raises
-    ------
-    InputError
-        Names that do not fit the matrix, values that are not finite.
+    - `values` (n_row, n_column): [unit in the label].
+    - `rows`, `columns`: names.
+    - `value_label`: with unit.
+    - `limits`: ends of the colour scale; where the first is negative, zero is white and signs have
+      colours.
+    - `decimals`: of the numbers.
+    - raises InputError: names that do not fit the matrix, values that are not finite.
     """
     matrix = finite("matrix_map", {"values": values})["values"]
     if matrix.shape != (len(rows), len(columns)):
@@ -219,18 +185,12 @@ _FRONT = _View("front view", (1, 2), ("y", "z"), with_panels=False, names_carrie
 class BodyMotion:
     """Points of a body and how modes move them.
 
-    Parameters
-    ----------
-    labels : sequence of str
-        Names of the points.
-    positions : array, shape (n_point, 3)
-        x rearward, y to the right, z up [m].
-    normals : array, shape (n_point, 3)
-        Of panels, which move along them; zero for points of the carrier.
-    titles : sequence of str
-        One per mode, such as ``23.7 Hz, ζ 2.8 %``.
-    motion : complex array, shape (n_mode, n_point, 3)
-        [any unit]; carrier and panels are scaled apart, each to its largest motion in a mode.
+    - `labels`: names of the points.
+    - `positions` (n_point, 3): x rearward, y to the right, z up [m].
+    - `normals` (n_point, 3): of panels, which move along them; zero for points of the carrier.
+    - `titles`: one per mode, such as ``23.7 Hz, ζ 2.8 %``.
+    - `motion` (n_mode, n_point, 3): [any unit]; carrier and panels are scaled apart, each to its
+      largest motion in a mode.
     """
 
     labels: Sequence[str]
@@ -243,14 +203,7 @@ class BodyMotion:
 def mode_shapes(body: BodyMotion) -> Figure:
     """Draw every mode in three views, undeformed and at both ends of its motion.
 
-    Returns
-    -------
-    Figure
-
-    Raises
-    ------
-    InputError
-        Shapes that disagree, values that are not finite.
+    - raises InputError: shapes that disagree, values that are not finite.
     """
     drawing = _Drawing(body)
     rows = len(body.titles)
@@ -277,15 +230,8 @@ def mode_shapes(body: BodyMotion) -> Figure:
 def moving_mode_shapes(body: BodyMotion) -> bytes:
     """Draw the modes in motion, one period that repeats: from the side, the carrier from the front.
 
-    Returns
-    -------
-    bytes
-        Animated GIF.
-
-    Raises
-    ------
-    InputError
-        As `mode_shapes`.
+    - returns animated GIF.
+    - raises InputError: as `mode_shapes`.
     """
     from PIL import Image
 

@@ -20,6 +20,7 @@ from deboom.plot.style import (
     canvas,
     finite,
     halo,
+    panel_grid,
     place_legend,
     signed,
     styled_figure,
@@ -42,22 +43,13 @@ Pair = tuple[npt.ArrayLike, npt.ArrayLike]
 class StiffnessPanel:
     """Dynamic stiffness of one direction over its preload.
 
-    Parameters
-    ----------
-    title : str
-        Mount and axis.
-    x_label : str
-        Preload with its unit.
-    points : (array, array)
-        Preload and stiffness of every line in operation [unit of the label, N/mm].
-    today, wanted : (array, array) or None
-        Curves at one test condition; nan where nothing backs them.
-    wanted_points : (array, array) or None
-        The wanted stiffness of single lines, where there is no curve.
-    tolerance : float
-        Half width of the band around the wanted curve [1].
-    note : str
-        In the panel, such as ``no requirement``.
+    - `title`: mount and axis.
+    - `x_label`: preload with its unit.
+    - `points`: preload and stiffness of every line in operation [unit of the label, N/mm].
+    - `today`, `wanted` or None: curves at one test condition; nan where nothing backs them.
+    - `wanted_points` or None: the wanted stiffness of single lines, where there is no curve.
+    - `tolerance`: half width of the band around the wanted curve [1].
+    - `note`: in the panel, such as ``no requirement``.
     """
 
     title: str
@@ -73,41 +65,26 @@ class StiffnessPanel:
 def stiffness_over_preload(panels: Sequence[StiffnessPanel], colour: str) -> Figure:
     """Draw the static force – dynamic stiffness diagrams of one mount, after thesis, Figure 26.
 
-    Parameters
-    ----------
-    panels : sequence of StiffnessPanel
-        At least one.
-    colour : str
-        Of the mount.
-
-    Returns
-    -------
-    Figure
-
-    Raises
-    ------
-    InputError
-        No panel, points that are not finite.
+    - `panels`: at least one.
+    - `colour`: of the mount.
+    - raises InputError: no panel, points that are not finite.
     """
     from matplotlib.lines import Line2D
     from matplotlib.patches import Patch
     from matplotlib.ticker import MaxNLocator
 
-    if not panels:
-        raise InputError("figure stiffness_over_preload: there is no panel to draw")
-    columns = min(_COLUMNS, len(panels))
-    rows = -(-len(panels) // columns)
-    with styled_figure(FULL_WIDTH, 0.45 + rows * _PANEL_HEIGHT) as figure:
-        grid = figure.subplots(rows, columns, squeeze=False).ravel()
-        for place, (axes, panel) in enumerate(zip(grid, panels, strict=False)):
+    columns = min(_COLUMNS, max(len(panels), 1))
+    with panel_grid("stiffness_over_preload", len(panels), columns, 0.45, _PANEL_HEIGHT) as (
+        figure,
+        grid,
+    ):
+        for place, (axes, panel) in enumerate(zip(grid, panels, strict=True)):
             _stiffness(axes, panel, colour)
             axes.set_title(panel.title, loc="left", fontweight="bold")
             axes.set_xlabel(panel.x_label)
             axes.xaxis.set_major_locator(MaxNLocator(5))
             if place % columns == 0:
                 axes.set_ylabel("dynamic stiffness |K| [N/mm]")
-        for axes in grid[len(panels) :]:
-            axes.set_axis_off()
         handles: list[Line2D | Patch] = [
             Line2D([], [], color=MUTED, label="today, in operation", ls="none", marker=".")
         ]
@@ -170,40 +147,25 @@ def part_effects(
 ) -> Figure:
     """Draw what each part does alone in every vehicle, beside what all do together.
 
-    Parameters
-    ----------
-    vehicles : sequence of str
-        From top to bottom.
-    changes, half_widths : mapping of str to array, shape (n_vehicle,)
-        Part → change and half width of its interval [unit of the label].
-    together : array, shape (n_vehicle,)
-        Change by all parts [unit of the label].
-    colours : mapping of str to str
-        Of every part.
-    x_label : str
-        With its unit.
-    together_label : str
-        What `together` is.
-
-    Returns
-    -------
-    Figure
-
-    Raises
-    ------
-    InputError
-        No part, arrays of different lengths, values that are not finite.
+    - `vehicles`: from top to bottom.
+    - `changes`, `half_widths` (n_vehicle,): part → change and half width of its interval [unit of
+      the label].
+    - `together` (n_vehicle,): change by all parts [unit of the label].
+    - `colours`: of every part.
+    - `x_label`: with its unit.
+    - `together_label`: what `together` is.
+    - raises InputError: no part, arrays of different lengths, values that are not finite.
     """
     from matplotlib.lines import Line2D
 
-    if not changes:
-        raise InputError("figure part_effects: there is no part to draw")
     rows = np.arange(len(vehicles))
-    columns = min(4, len(changes))
-    lines = -(-len(changes) // columns)
-    with styled_figure(FULL_WIDTH, 0.75 + lines * (0.5 + _BAR * len(vehicles))) as figure:
-        grid = figure.subplots(lines, columns, squeeze=False, sharex=True, sharey=True).ravel()
-        for place, (axes, name) in enumerate(zip(grid, changes, strict=False)):
+    columns = min(4, max(len(changes), 1))
+    height = 0.5 + _BAR * len(vehicles)
+    with panel_grid("part_effects", len(changes), columns, 0.75, height, True, True) as (
+        figure,
+        grid,
+    ):
+        for place, (axes, name) in enumerate(zip(grid, changes, strict=True)):
             data = finite(
                 "part_effects",
                 {
@@ -224,8 +186,6 @@ def part_effects(
             axes.tick_params(axis="y", length=0)
             if place + columns >= len(changes):
                 axes.tick_params(labelbottom=True)
-        for axes in grid[len(changes) :]:
-            axes.set_axis_off()
         grid[0].set_yticks(rows, vehicles)
         grid[0].set_ylim(len(vehicles) - 0.4, -0.6)
         figure.supxlabel(x_label, fontsize=8.5)
@@ -257,25 +217,11 @@ def tolerance_worth(
 ) -> Figure:
     """Draw the share of each direction in the scatter, and what a tighter tolerance is worth.
 
-    Parameters
-    ----------
-    names : sequence of str
-        Of the directions.
-    shares : array, shape (n,)
-        In the scatter [%].
-    gains : array, shape (n,)
-        Fall of σ per percentage point of tolerance [mdB].
-    colours : sequence of str
-        Of the directions.
-
-    Returns
-    -------
-    Figure
-
-    Raises
-    ------
-    InputError
-        No direction, arrays of different lengths, values that are not finite.
+    - `names`: of the directions.
+    - `shares` (n,): in the scatter [%].
+    - `gains` (n,): fall of σ per percentage point of tolerance [mdB].
+    - `colours`: of the directions.
+    - raises InputError: no direction, arrays of different lengths, values that are not finite.
     """
     data = finite("tolerance_worth", {"names": range(len(names)), "share": shares, "gain": gains})
     rows = np.arange(len(names))
@@ -311,13 +257,8 @@ _SPREAD = 0.26
 class PartsRow:
     """One axis of one batch.
 
-    Parameters
-    ----------
-    label : str
-    interval : (float, float)
-        Ends [1].
-    values : mapping of str to array
-        ``pass``, ``undecided``, ``fail`` → stiffness over today's [1].
+    - `interval`: ends [1].
+    - `values`: ``pass``, ``undecided``, ``fail`` → stiffness over today's [1].
     """
 
     label: str
@@ -332,21 +273,8 @@ def parts_in_intervals(
 ) -> Axes:
     """Draw every measured part on the interval of its axis.
 
-    Parameters
-    ----------
-    rows : sequence of PartsRow
-        At least one.
-    ax : Axes, optional
-        Where to draw; by default a figure of its own.
-
-    Returns
-    -------
-    Axes
-
-    Raises
-    ------
-    InputError
-        No row, an unknown verdict, values that are not finite.
+    - `rows`: at least one.
+    - raises InputError: no row, an unknown verdict, values that are not finite.
     """
     if not rows:
         raise InputError("figure parts_in_intervals: there is no part to draw")
@@ -390,23 +318,9 @@ def shared_parts(
 ) -> Axes:
     """Draw the part number of each part in each vehicle; one colour per number of a row.
 
-    Parameters
-    ----------
-    parts, vehicles : sequence of str
-        Of rows and columns.
-    labels : array of str, shape (n_parts, n_vehicles)
-        Part numbers.
-    ax : Axes, optional
-        Where to draw; by default a figure of its own.
-
-    Returns
-    -------
-    Axes
-
-    Raises
-    ------
-    InputError
-        Labels of another shape.
+    - `parts`, `vehicles`: of rows and columns.
+    - `labels` (n_parts, n_vehicles): part numbers.
+    - raises InputError: labels of another shape.
     """
     if labels.shape != (len(parts), len(vehicles)):
         raise InputError(

@@ -64,22 +64,11 @@ _SHADES = (0.0, -0.40, 0.35)
 def vehicle_colours(names: Sequence[str]) -> dict[str, str]:
     """Give each vehicle its colour by its place in the platform's list.
 
-    Parameters
-    ----------
-    names : sequence of str
-        All vehicles of the platform in the platform's order; a study of a few of them passes the
-        whole list too, so that a vehicle keeps its colour in every figure.
-
-    Returns
-    -------
-    dict of str to str
-        ``#RRGGBB`` by vehicle. After the palette's six come darker, then lighter ones; from the
-        nineteenth on they repeat.
-
-    Raises
-    ------
-    InputError
-        Duplicated names.
+    - `names`: all vehicles of the platform in the platform's order; a study of a few of them passes
+      the whole list too, so that a vehicle keeps its colour in every figure.
+    - returns ``#RRGGBB`` by vehicle. After the palette's six come darker, then lighter ones; from
+      the nineteenth on they repeat.
+    - raises InputError: duplicated names.
     """
     return _colours(names, VEHICLE_PALETTE, "vehicle")
 
@@ -140,6 +129,27 @@ def styled_figure(width: float, height: float) -> Iterator[Figure]:
 
     with style.context(dict(FIGURE_STYLE), after_reset=True):
         yield plt.figure(figsize=(width, height), layout="constrained")
+
+
+@contextmanager
+def panel_grid(
+    name: str,
+    count: int,
+    columns: int,
+    margin: float,
+    row_height: float,
+    share_x: bool = False,
+    share_y: bool = False,
+) -> Iterator[tuple[Figure, list[Axes]]]:
+    """Open a figure of `count` panels in rows; heights in inches; InputError without one."""
+    if not count:
+        raise InputError(f"figure {name}: there is no panel to draw")
+    rows = -(-count // columns)
+    with styled_figure(FULL_WIDTH, margin + rows * row_height) as figure:
+        grid = figure.subplots(rows, columns, squeeze=False, sharex=share_x, sharey=share_y)
+        for axes in grid.ravel()[count:]:
+            axes.set_axis_off()
+        yield figure, list(grid.ravel()[:count])
 
 
 @contextmanager
@@ -213,11 +223,8 @@ def halo(width: float) -> list[AbstractPathEffect]:
 def finite(figure_name: str, arrays: Mapping[str, npt.ArrayLike]) -> dict[str, RealArray]:
     """Return the arrays as floats.
 
-    Raises
-    ------
-    InputError
-        Arrays of different lengths, an empty one, or a value that is not finite: a plot would drop
-        it silently.
+    - raises InputError: arrays of different lengths, an empty one, or a value that is not finite: a
+      plot would drop it silently.
     """
     checked = {name: np.asarray(values, dtype=float) for name, values in arrays.items()}
     lengths = {name: len(values) for name, values in checked.items()}
@@ -257,18 +264,11 @@ def place_labels(
 ) -> None:
     """Write each text near its point, at the nearest of a ring of places that is free.
 
-    Parameters
-    ----------
-    axes : Axes
-        With frozen layout.
-    points : array, shape (n, 2)
-        Where each text belongs, data coordinates.
-    texts, colours : sequence of str
-        One for each point.
-    obstacles : array, shape (m, 2)
-        Points that no text should cover, data coordinates.
-    size : float
-        Font size [pt].
+    - `axes`: with frozen layout.
+    - `points` (n, 2): where each text belongs, data coordinates.
+    - `texts`, `colours`: one for each point.
+    - `obstacles` (m, 2): points that no text should cover, data coordinates.
+    - `size`: font size [pt].
     """
     anchors = axes.transData.transform(points)
     pixels = np.vstack([axes.transData.transform(obstacles), anchors])

@@ -50,6 +50,8 @@ from deboom.vehicles.booming_peaks import MatchedPeaks, booming_peaks, match_pea
 if TYPE_CHECKING:
     from deboom.plot import Figure
 
+ROTOR = "rotor speed [rpm]"
+"""Axis above the panels."""
 STEPS = 8
 """Of `noise_of_car`, for progress."""
 
@@ -759,15 +761,15 @@ def soft_hoses(noise: CarNoise) -> Figure:
     for place in _of(noise, HoseState.SOFT):
         one, band = noise.sweeps[place], noise.bands[place]
         panels.append(
-            plot.MaskedPanel(
+            plot.CurvePanel(
                 f"{noise.car}, {one.sweep}",
-                LEVEL,
                 one.frequency,
                 {SYNTHESISED: one.level(one.total), MEASURED: one.level(one.measured)},
+                y_label=LEVEL,
                 ranges={SYNTHESISED: (band.lower, band.upper)},
             )
         )
-    return plot.masked_panels(panels, dashed=(MEASURED,))
+    return plot.curve_panels(panels, dashed=(MEASURED,), columns=1, order=1.0, speed_label=ROTOR)
 
 
 def standard_hoses(noise: CarNoise) -> Figure:
@@ -782,28 +784,28 @@ def standard_hoses(noise: CarNoise) -> Figure:
             ranges |= {WITH_HOSES: (band.lower, band.upper)}
         curves |= {MEASURED: one.level(one.measured)}
         panels.append(
-            plot.MaskedPanel(
-                f"{noise.car}, {one.sweep}", LEVEL, one.frequency, curves, ranges=ranges
+            plot.CurvePanel(
+                f"{noise.car}, {one.sweep}", one.frequency, curves, y_label=LEVEL, ranges=ranges
             )
         )
-    return plot.masked_panels(panels, dashed=(MEASURED,))
+    return plot.curve_panels(panels, dashed=(MEASURED,), columns=1, order=1.0, speed_label=ROTOR)
 
 
 def contributions(noise: CarNoise) -> Figure:
     """Level of each mount and hose on its own beside that of all, lowest pressure."""
     lowest = min(one.pressure for one in noise.sweeps)
     panels = [
-        plot.MaskedPanel(
+        plot.CurvePanel(
             f"{noise.car}, {one.sweep}",
-            LEVEL,
             one.frequency,
             dict(zip(one.points, one.level(one.by_point).T, strict=True))
             | {ALL: one.level(one.total)},
+            y_label=LEVEL,
         )
         for one in noise.sweeps
         if one.pressure == lowest
     ]
-    return plot.masked_panels(panels, dashed=(ALL,))
+    return plot.curve_panels(panels, dashed=(ALL,), columns=1, order=1.0, speed_label=ROTOR)
 
 
 def body_motion(noise: CarNoise) -> Figure:
@@ -814,18 +816,18 @@ def body_motion(noise: CarNoise) -> Figure:
         if one.pressure == lowest:
             total = one.level(one.total)
             panels.append(
-                plot.MaskedPanel(
+                plot.CurvePanel(
                     f"{noise.car}, {one.sweep}",
-                    "change of SPL [dB]",
                     one.frequency,
                     {
                         "body taken to stand still": one.level(one.still_body) - total,
                         "motion of the body predicted": one.level(one.predicted_body) - total,
                     },
+                    y_label="change of SPL [dB]",
                     masked={NOTCH: total < total.max() - NOTCH_DEPTH},
                 )
             )
-    return plot.masked_panels(panels)
+    return plot.curve_panels(panels, columns=1, order=1.0, speed_label=ROTOR)
 
 
 def all_cars(cases: Sequence[CarNoise]) -> Figure:
@@ -858,18 +860,21 @@ def fleet_gain(gains: Sequence[HoseGain]) -> Figure:
     every = np.vstack([gain.line_gain() for gain in gains])
     low, middle, high = np.percentile(every, SPREAD, axis=0)
     name = "median of all cars, and 10–90 %"
-    return plot.masked_panels(
+    return plot.curve_panels(
         [
-            plot.MaskedPanel(
+            plot.CurvePanel(
                 "With hoses minus without",
-                "gain [dB]",
                 lines,
                 {name: middle},
+                y_label="gain [dB]",
                 ranges={name: (low, high)},
                 levels={"thesis, from 90 Hz on: 5 dB": 5.0, "to 10 dB": 10.0},
                 note=f"{len(every)} cars, hoses as drawn",
             )
-        ]
+        ],
+        columns=1,
+        order=1.0,
+        speed_label=ROTOR,
     )
 
 

@@ -209,17 +209,17 @@ def _sound(report: Report, test: IdentifiedTest, condition: float, figures: bool
             "lengths in m (SI)": 1.0,
             f"lengths in {1e3 * length:.0f} mm, the radius of gyration": length,
         }
-        panel = plot.SpectrumPanel(
+        panel = plot.CurvePanel(
             "Condition number of the inertance at the virtual point",
-            "condition number [1]",
             lines,
             {name: condition_numbers(sheet, unit) for name, unit in units.items()},
+            y_label="condition number [1]",
             levels={"450, the thesis": THESIS_CONDITION},
             logarithmic=True,
         )
         report.figure(
             "figure_56_condition",
-            plot.spectra_panels([panel], columns=1),
+            plot.curve_panels([panel], columns=1, log_frequency=True),
             "Condition number over frequency (thesis, figure 56) of one measured "
             "matrix, with lengths in three units.",
         )
@@ -312,8 +312,10 @@ def _gain_figure(test: IdentifiedTest) -> Figure:
         half = WIDE_BAND * part(deviation)
         low, high = part(identified) - half, part(identified) + half
         ranges = {"95 % interval": (low, high)}
-        panels.append(plot.SpectrumPanel(title, "gain [1]", lines, curves, ranges=ranges))
-    return plot.spectra_panels(panels, columns=2, dashed=("truth",), fitted=test.options.bands)
+        panels.append(plot.CurvePanel(title, lines, curves, y_label="gain [1]", ranges=ranges))
+    return plot.curve_panels(
+        panels, columns=2, dashed=("truth",), fitted=test.options.bands, log_frequency=True
+    )
 
 
 def _compared(report: Report, test: IdentifiedTest, figures: bool) -> None:
@@ -389,18 +391,20 @@ def _comparison_figures(report: Report, test: IdentifiedTest) -> None:
     }
     for stem, (entries, caption) in captions.items():
         panels = [
-            plot.SpectrumPanel(
+            plot.CurvePanel(
                 f"{name} {_short(what)}, {MOTIONS[row]}–{MOTIONS[column]}",
-                f"[{units[(row > 2) + (column > 2)]}]",
                 lines,
                 {label: part(matrix[:, row, column]) for label, matrix in values.items()},
+                y_label=f"[{units[(row > 2) + (column > 2)]}]",
             )
             for what, (values, units) in both.items()
             for name, part in parts.items()
             for row, column in entries
         ]
         report.figure(
-            stem, plot.spectra_panels(panels, columns=3, dashed=(MODEL,), fitted=bands), caption
+            stem,
+            plot.curve_panels(panels, columns=3, dashed=(MODEL,), fitted=bands, log_frequency=True),
+            caption,
         )
     for number, (what, (values, units)) in zip((66, 67), both.items(), strict=True):
         curves = {f"{n}, {CALIBRATED}": part(values[CALIBRATED]) for n, part in parts.items()}

@@ -33,7 +33,7 @@ from deboom.explore.sensitivity import (
 from deboom.explore.space import stiffness_factor_space
 from deboom.files.platform import Platform
 from deboom.mounts.mount import Mount
-from deboom.plot import IndexBars, IndexGrowth, IndexMap, index_bars, index_growth, index_map
+from deboom.plot import CurvePanel, IndexBars, IndexMap, curve_panels, index_bars, index_map
 from deboom.plot.style import mount_colours
 from deboom.report import Report, Scalar
 from deboom.study.platform_model import factor_name, motion_name, motion_report
@@ -714,17 +714,25 @@ def _line_map(study: Sensitivity) -> Figure:
 
 def _growth(study: Sensitivity, colours: list[str]) -> Figure:
     """Draw the total indices that matter over the number of base points."""
-    shown = matters(study)
-    total = np.stack([found.total[shown] for found in study.convergence], axis=-1)
-    interval = np.stack([found.total_interval[shown] for found in study.convergence], axis=-1)
-    panels = map(IndexGrowth, study.vehicles, total.swapaxes(0, 1), interval.swapaxes(0, 1))
-    return index_growth(
-        [found.n_base for found in study.convergence],
-        [study.variables[row] for row in shown],
-        [colours[row] for row in shown],
-        list(panels),
+    shown = [(row, study.variables[row]) for row in matters(study)]
+    counts = [found.n_base for found in study.convergence]
+    panels = []
+    for column, vehicle in enumerate(study.vehicles):
+        total, half = (
+            np.array([getattr(found, name)[:, column] for found in study.convergence]).T
+            for name in ("total", "total_interval")
+        )
+        curves = {name: total[row] for row, name in shown}
+        ranges = {name: (total[row] - half[row], total[row] + half[row]) for row, name in shown}
+        panels.append(CurvePanel(vehicle, counts, curves, ranges=ranges))
+    of_one_mount = [name for row, name in shown if colours[row] in colours[:row]]
+    return curve_panels(
+        panels,
         x_label="base points N",
         y_label="total index [1]",
+        colours={name: colours[row] for row, name in shown},
+        dashed=of_one_mount,
+        share_y=True,
     )
 
 

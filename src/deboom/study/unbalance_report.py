@@ -17,7 +17,7 @@ from deboom.compressor.acceptance import DYNAMIC, STATIC, overall
 from deboom.compressor.sources import PASCAL_PER_BAR, UnbalanceCurve, case_name
 from deboom.compressor.unbalance import RouteResult, SweepUnbalance, Unbalance
 from deboom.files.compressor_model import compressor_document
-from deboom.plot import MaskedPanel
+from deboom.plot import CurvePanel
 from deboom.plot.style import signed
 from deboom.report import Report
 from deboom.study.component_sheet import append_verdicts
@@ -40,6 +40,8 @@ COMMAND = "unbalance"
 SEED = 1
 """Nothing is drawn; a run folder states a seed all the same."""
 TRUTH = "truth"
+ROTOR = "rotor speed [rpm]"
+"""Axis above the panels."""
 _SIZES = {STATIC: ("|u| [g mm]", 1e6), DYNAMIC: ("|u_d| [g mm²]", 1e9)}
 """Unbalance → label of its axis, and its unit per SI unit."""
 _SHOWN_UNIT = {"kg m": ("g mm", 1e6), "kg m^2": ("g mm²", 1e9), "kg m²": ("g mm²", 1e9)}
@@ -179,14 +181,21 @@ def _motion(report: Report, evaluation: Unbalance, figures: bool) -> None:
     title = "Share of the channels that no rigid body explains"
     report.figure(
         "figure_52_motion",
-        plot.masked_panels(
+        plot.curve_panels(
             [
-                MaskedPanel(
-                    "Acceleration of the virtual point", "[m/s²]", lines, along, note=first.sweep
+                CurvePanel(
+                    "Acceleration of the virtual point",
+                    lines,
+                    along,
+                    y_label="[m/s²]",
+                    note=first.sweep,
                 ),
-                MaskedPanel("Rotational acceleration", "[rad/s²]", lines, about),
-                MaskedPanel(title, "[%]", lines, unexplained, logarithmic=True),
-            ]
+                CurvePanel("Rotational acceleration", lines, about, y_label="[rad/s²]"),
+                CurvePanel(title, lines, unexplained, y_label="[%]", logarithmic=True),
+            ],
+            columns=1,
+            order=1.0,
+            speed_label=ROTOR,
         ),
         "Motion of the compressor over its speed (thesis, figure 52): first "
         "order, at the virtual point, the origin of the position sheet. Below: rms share of the "
@@ -235,7 +244,11 @@ def _unbalance(report: Report, measured: MeasuredUnbalance, figures: bool) -> No
                 )
                 for sweep in chosen.sweeps
             ]
-            report.figure(stem, plot.masked_panels(panels, dashed=(TRUTH,)), caption)
+            report.figure(
+                stem,
+                plot.curve_panels(panels, dashed=(TRUTH,), columns=1, order=1.0, speed_label=ROTOR),
+                caption,
+            )
         report.figure(
             "figure_61c_forces",
             _force_figure(chosen),
@@ -296,10 +309,10 @@ def _routes(report: Report, measured: MeasuredUnbalance, figures: bool) -> None:
             }
             curves |= _true_curve(measured.truth, sweep, name)
             title = _panel_title(name, sweep.sweep)
-            panels.append(MaskedPanel(title, label, sweep.frequency, curves))
+            panels.append(CurvePanel(title, sweep.frequency, curves, y_label=label))
         report.figure(
             "routes",
-            plot.masked_panels(panels, dashed=(TRUTH,)),
+            plot.curve_panels(panels, dashed=(TRUTH,), columns=1, order=1.0, speed_label=ROTOR),
             "The routes side by side, first sweep. a: measured apparent mass times acceleration "
             "(thesis). b: model fitted at the virtual point. c: self-calibrated model. d: "
             "measured, with self-calibrated sensors and impacts. e: as c, mounts brought up to "
@@ -310,18 +323,18 @@ def _routes(report: Report, measured: MeasuredUnbalance, figures: bool) -> None:
         for title, part in (("Real part", np.real), ("Imaginary part", np.imag)):
             value = 100 * part(state.curve)
             panels.append(
-                MaskedPanel(
+                CurvePanel(
                     title,
-                    "change of stiffness [%]",
                     state.frequency,
                     {change: value},
+                    y_label="change of stiffness [%]",
                     ranges={change: (value - half, value + half)},
                     levels={"as struck": 0.0},
                 )
             )
         report.figure(
             "mount_state",
-            plot.masked_panels(panels, columns=2),
+            plot.curve_panels(panels, columns=2, order=1.0, speed_label=ROTOR),
             "Dynamic stiffness of the mounts in operation over that under the hammer, "
             "minus one, found from the sweeps; shades: two standard deviations. Away from 0 the "
             "hammer test no longer describes the mounts that run.",
@@ -385,10 +398,18 @@ def _hoses(report: Report, measured: MeasuredUnbalance, joined: RouteResult, fig
                 curves |= _true_curve(measured.truth, sweep, name)
                 title = _panel_title(name, case_name(pressure))
                 masked = {reason.text: reason.lines for reason in _curve(sweep, name).reasons}
-                panels.append(MaskedPanel(title, label, sweep.frequency, curves, masked=masked))
+                panels.append(
+                    CurvePanel(title, sweep.frequency, curves, y_label=label, masked=masked)
+                )
         report.figure(
             "figure_62_hoses",
-            plot.masked_panels(panels, columns=min(2, len(pressures)), dashed=(TRUTH,)),
+            plot.curve_panels(
+                panels,
+                columns=min(2, len(pressures)),
+                dashed=(TRUTH,),
+                order=1.0,
+                speed_label=ROTOR,
+            ),
             "Unbalance as it appears with the hoses of the vehicle against hoses cut "
             "off (thesis, figure 62). The difference is what the hoses push back.",
         )
@@ -450,17 +471,17 @@ def unbalance_panel(
     title: str,
     note: str,
     limit: float | None = None,
-) -> MaskedPanel:
+) -> CurvePanel:
     """Draw an unbalance of a sweep from y and from z: a panel of the thesis's figure 61."""
     label, unit = _SIZES[name]
     curve = _curve(sweep, name)
     parts = {"from y": curve.from_y, "from z": curve.from_z}
     sizes = {part: unit * np.abs(one.value) for part, one in parts.items()}
-    return MaskedPanel(
+    return CurvePanel(
         title,
-        label,
         sweep.frequency,
         sizes | _true_curve(truth, sweep, name),
+        y_label=label,
         ranges={part: (unit * one.lower, unit * one.upper) for part, one in parts.items()},
         masked={reason.text: reason.lines for reason in curve.reasons},
         levels={} if limit is None else {"limit": unit * limit},
@@ -482,8 +503,10 @@ def _force_figure(chosen: RouteResult) -> plot.Figure:
             curves = dict(zip(labels, size, strict=True))
             ranges = dict(zip(labels, zip(low, high, strict=True), strict=True))
             title = f"{what}, {sweep.sweep}"
-            panels.append(MaskedPanel(title, unit, sweep.frequency, curves, ranges=ranges))
-    return plot.masked_panels(panels, columns=min(2, len(chosen.sweeps)))
+            panels.append(CurvePanel(title, sweep.frequency, curves, y_label=unit, ranges=ranges))
+    return plot.curve_panels(
+        panels, columns=min(2, len(chosen.sweeps)), order=1.0, speed_label=ROTOR
+    )
 
 
 def _source_table(measured: MeasuredUnbalance) -> pd.DataFrame:

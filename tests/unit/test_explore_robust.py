@@ -162,6 +162,23 @@ def test_a_design_that_cannot_be_computed_is_flagged_and_spoils_no_other(functio
         np.testing.assert_array_equal(column[[0, 2]], getattr(good, name)[[0, 2]])
 
 
+def test_what_is_left_of_a_design_that_fails_in_some_draws():
+    robust = RobustResponse(model(not_a_number), SPACE, sobol_sample(2, 32, seed=1))
+    design = np.array([0.99, 1.0])
+    assert robust(design[np.newaxis]).failed[0]
+    made = robust.made(design)
+    computed = np.isfinite(not_a_number(made)).all(axis=1)
+    assert 0 < computed.sum() < 32
+    share, mean = robust.survivors(design)
+    assert share == 1 - computed.mean()
+    assert mean == pytest.approx(linear(made[computed]).mean(axis=0).sum())
+    assert robust.survivors(np.array([0.7, 1.0]))[0] == 0.0
+    for function in (singular, lambda designs: designs * np.nan):
+        share, mean = RobustResponse(model(function), SPACE, robust.sample).survivors(design + 0.2)
+        assert share == 1.0
+        assert np.isnan(mean)
+
+
 def test_a_mistake_in_the_model_is_not_taken_for_a_failed_design():
     def mistaken(designs):
         return designs["a"]

@@ -8,11 +8,12 @@ import numpy as np
 import pytest
 
 from deboom.errors import InputError
-from deboom.explore.front import pareto_front
+from deboom.explore.front import pareto_front, verification_response, verify
 from deboom.explore.robust import RobustResponse
 from deboom.explore.scatter import sobol_sample
 from deboom.explore.search import nsga2
-from deboom.explore.space import stiffness_factor_space
+from deboom.explore.space import ResponseFunction, stiffness_factor_space
+from deboom.study.front import Front
 from deboom.study.options import Aim, aim_note, robust_response
 from deboom.study.search import Budget, robust_search
 from known_truth import quad2
@@ -110,3 +111,44 @@ def test_only_other_objectives_need_a_note():
     assert aim_note(robust_response(MODEL_2, SPACE_2, SAMPLE)) == ""
     text = aim_note(robust_response(MODEL_2, SPACE_2, SAMPLE, Aim.tail))
     assert "mean of the worst 5 %, sum" in text
+
+
+def test_a_design_that_fails_in_few_draws_stays_in_the_table_and_is_no_pick():
+    """Five failing draws among 1024 of the quietest design, and some of today's."""
+    edge = np.inf
+
+    def quieter_where_stiffer(designs):
+        return np.where(designs[:, :1] > edge, np.nan, 100.0 - 20.0 * designs[:, :1])
+
+    class OneLine(ResponseFunction):
+        n_lines = 1
+
+    response = OneLine(quieter_where_stiffer, MODEL_2.variable_names, ("A",), "dB")
+    robust = RobustResponse(response, SPACE_2, SAMPLE)
+    search = nsga2(robust, 12, 5, seed=3)
+    quiet = verification_response(robust, 1024, seed=1).made(search.front.designs[0])[:, 0]
+    edge = np.sort(quiet)[-6]
+    check = verify(search.front, robust, 1024, seed=1)
+    front = Front(robust, search, check)
+    failed = check.values.failed
+    assert failed[0]
+    assert not failed.all()
+    assert not check.nondominated[failed].any()
+    assert not failed[list(front.picks.values())].any()
+    table = front.table()
+    assert len(table) == len(search.front)
+    assert table["failed draws [1]"][0] == pytest.approx(5 / 1024)
+    others = table["SPLV mean sum of the other draws [dB(A)]"]
+    assert others[0] == pytest.approx(search.front.mean_sum[0], rel=1e-2)
+    assert others.isna().tolist() == (~failed).tolist()
+    assert "no picks and not on the verified front" in front.text
+    front.picture()
+    edge = 0.9
+    assert "Today's design could not be computed in 97" in Front(robust, search, check).text
+
+
+def test_a_front_without_failing_draws_has_no_column_for_them():
+    search = nsga2(ROBUST, 12, 5, seed=3)
+    front = Front(ROBUST, search, verify(search.front, ROBUST, 64, seed=1))
+    assert not any("draws" in column for column in front.table().columns)
+    assert "could not be computed" not in front.text

@@ -14,7 +14,7 @@ from deboom.errors import InputError
 from deboom.measurement.channels import Frf, LoadCase, Spectrum
 from deboom.mounts.mount import Mount
 from deboom.physics.sound_level import spl
-from deboom.vehicles.amplitude_motion import MOST_SWEEPS, solve_along_lines
+from deboom.vehicles.amplitude_motion import MOST_SECANTS, MOST_SWEEPS, solve_along_lines
 from deboom.vehicles.booming_model import (
     BoomingModel,
     CatalogueModel,
@@ -158,7 +158,7 @@ def test_amplitudes_without_rest_are_no_result():
     wild = replace(SOFTENING, cubic=cubic, highest=np.full(SOFTENING.highest.shape, np.inf))
     solution = solve_along_lines(wild, DESIGNS[:2])
     assert not solution.solved.all()
-    assert solution.sweeps.max() == MOST_SWEEPS + 1
+    assert solution.sweeps.max() == MOST_SWEEPS + MOST_SECANTS + 1
     with np.errstate(invalid="ignore"):
         assert np.isnan(BoomingModel((wild,), (1.0,), compiled=False)(DESIGNS[:2])).any()
 

@@ -13,6 +13,7 @@ import resolved_truth as truth
 from deboom.files.platform import read_platform
 from deboom.physics.forced_response import amplitude_dependent_response
 from deboom.vehicles.amplitude_motion import (
+    MOST_SWEEPS,
     AmplitudeMotion,
     SeveralSolutionsWarning,
     amplitude_motion,
@@ -101,6 +102,30 @@ def test_a_spring_that_hardens_into_a_fold_is_reported():
         comparison = compare_starts(motion, np.ones((1, 12)))
     assert not comparison.unique
     assert comparison.difference.shape == (1, 41)
+
+
+@pytest.mark.parametrize("share", [0.5, 0.9])
+def test_a_solution_is_found_where_plain_iteration_crawls_through_a_fold(share):
+    """``|K x (1 + β (t² - 1)) - m ω²| a = |F|`` with t = a up to the bound, then the bound."""
+    free = _duffing(share)
+    motion = replace(free, highest=np.full(free.highest.shape, 2.0))
+    designs = np.ones((60, 12))
+    designs[:, 9:] = np.linspace(0.98, 1.04, 60)[:, np.newaxis]
+    solution = solve_along_lines(motion, designs, 1e-10)
+    assert (solution.sweeps > MOST_SWEEPS).any(axis=1).sum() > 10
+    assert solution.solved.all()
+    squared = motion.coupled.angular_frequency_squared
+    for piece, end in enumerate(motion.coupled.bodies[1:]):
+        a = solution.ratio[..., 9 + piece]
+        k = designs[:, 9:10] * end.stiffness[:, 0]
+        stiffness = k * (1 - share + share * np.minimum(a, 2.0) ** 2)
+        balance = np.abs(stiffness - squared * end.mass_matrix[0, 0]) * a
+        force = np.abs(end.load[:, 0]) / motion.amplitude[:, 9 + piece]
+        np.testing.assert_allclose(balance / force, 1.0, atol=2e-10)
+    model = BoomingModel((motion,), (1.0,))
+    plain = BoomingModel((motion,), (1.0,), compiled=False)
+    assert np.isfinite(model(designs)).all()
+    np.testing.assert_allclose(model(designs), plain(designs), atol=1e-9)
 
 
 def test_six_degrees_of_freedom_against_another_solver():

@@ -220,6 +220,21 @@ class RobustResponse:
             )
         return made, values
 
+    def survivors(self, design: RealArray) -> tuple[float, float]:
+        """Return what is left of one design (k,) that fails in some draws.
+
+        - returns: share of draws that failed [1], and sum over the responses of their means over
+          the other draws, NaN without any [response unit]. It flatters the design, so that neither
+          a front nor a pick may rest on it.
+        """
+        try:
+            values = responses(self.evaluate, self.made(design))
+        except (ArithmeticError, np.linalg.LinAlgError):
+            return 1.0, np.nan
+        computed = np.isfinite(values).all(axis=1)
+        mean = values[computed].mean(axis=0).sum() if computed.any() else np.nan
+        return float(1.0 - computed.mean()), float(mean)
+
     def prepared(self, design: RealArray) -> PreparedEstimator:
         """Return the estimator, prepared for the draws of a design (k,)."""
         return self._shared_estimator or self.estimator(self.sample.normals(design))

@@ -41,7 +41,7 @@ def pareto_front(
     sigma: npt.ArrayLike,
     mean_error: npt.ArrayLike,
     sigma_error: npt.ArrayLike,
-    baseline: tuple[float, float],
+    baseline: tuple[float, float] | None,
     picks: Mapping[str, tuple[float, float]],
     *,
     mean_label: str,
@@ -56,8 +56,8 @@ def pareto_front(
         Objectives [unit in the label].
     mean_error, sigma_error : array, shape (n_front,)
         Standard errors of the objectives, drawn as bars of ± one error [unit of the label].
-    baseline : (float, float)
-        Mean and sigma of the nominal design [units of the labels].
+    baseline : (float, float) or None
+        Mean and sigma of the nominal design [units of the labels]; None where it has none.
     picks : mapping of str to (float, float)
         Mean and sigma of each named design [units of the labels].
     mean_label, sigma_label : str
@@ -78,7 +78,8 @@ def pareto_front(
         "pareto_front",
         {"mean": mean, "sigma": sigma, "mean_error": mean_error, "sigma_error": sigma_error},
     )
-    finite("pareto_front", {"baseline": baseline})
+    today = [] if baseline is None else [baseline]
+    finite("pareto_front", {"baseline": today})
     finite("pareto_front", picks)
     chosen = _by_place(picks)
     order = np.argsort(front["mean"], kind="stable")
@@ -96,11 +97,12 @@ def pareto_front(
             elinewidth=0.8,
             label=f"Pareto front, {len(points)} designs (± standard error)",
         )
-        axes.plot(*baseline, "X", color=INK, markersize=8, zorder=4)
-        for place, position in enumerate(chosen):
+        for place in today:
+            axes.plot(*place, "X", color=INK, markersize=8, zorder=4)
+        for number, position in enumerate(chosen):
             axes.plot(
                 *position,
-                marker=_PICK_MARKERS[place % len(_PICK_MARKERS)],
+                marker=_PICK_MARKERS[number % len(_PICK_MARKERS)],
                 color=VEHICLE_PALETTE[1],
                 markeredgecolor="white",
                 markersize=8.5,
@@ -114,9 +116,9 @@ def pareto_front(
         freeze_layout(figure_of(axes))
         place_labels(
             axes,
-            np.array([baseline, *chosen]),
-            ["baseline", *chosen.values()],
-            [INK] + [VEHICLE_PALETTE[1]] * len(chosen),
+            np.array([*today, *chosen]),
+            ["baseline"] * len(today) + list(chosen.values()),
+            [INK] * len(today) + [VEHICLE_PALETTE[1]] * len(chosen),
             obstacles=points,
             size=9.0,
         )

@@ -106,7 +106,19 @@ class Front:
     @property
     def n_dominated(self) -> int:
         """Designs of the front that the new draws show to be dominated."""
-        return int((~self.verification.nondominated).sum())
+        return int((~self.verification.nondominated & ~self.values.failed).sum())
+
+    @cached_property
+    def survivors(self) -> RealArray:
+        """What is left of designs that fail in some draws of the verification, shape (n, 2).
+
+        Share of draws that failed [1] and mean sum over the others [dB(A)]; 0 and NaN of a design
+        that could be computed. Such designs are neither picks nor on the verified front.
+        """
+        rows = zip(self.values.designs, self.values.failed, strict=True)
+        return np.array(
+            [self.verifying.survivors(x) if failed else (0.0, np.nan) for x, failed in rows]
+        )
 
     def table(self, parts: Mapping[str, Sequence[str]] | None = None) -> pd.DataFrame:
         """Tabulate the front: objectives as verified and as searched; one row per design.
@@ -118,6 +130,8 @@ class Front:
         """
         names = {row: name for name, row in reversed(self.picks.items())}
         n = len(self.search.front)
+        share, mean = self.survivors.T
+        failing = {"failed draws [1]": share, "SPLV mean sum of the other draws [dB(A)]": mean}
         return pd.DataFrame(
             {
                 "point": np.arange(1, n + 1),
@@ -130,6 +144,7 @@ class Front:
                 "SPLV mean sum in search [dB(A)]": self.search.front.mean_sum,
                 "SPLV sigma sum in search [dB]": self.search.front.sigma_sum,
                 "non-dominated when verified": self.verification.nondominated,
+                **(failing if share.any() else {}),
             }
         )
 
@@ -179,7 +194,9 @@ class Front:
             values.sigma_sum[shown] * scale,
             values.standard_error_mean_sum[shown] * scale,
             values.standard_error_sigma_sum[shown] * scale,
-            (float(self.baseline.mean_sum[0]) * scale, float(self.baseline.sigma_sum[0]) * scale),
+            None
+            if self.baseline.failed[0]
+            else (self.baseline.mean_sum[0] * scale, self.baseline.sigma_sum[0] * scale),
             {
                 name: (float(values.mean_sum[row]) * scale, float(values.sigma_sum[row]) * scale)
                 for name, row in self.picks.items()
@@ -206,6 +223,21 @@ class Front:
             text += (
                 f" {self.n_dominated} of these {verb} dominated in the draws of the verification: "
                 "the table marks them, the figure leaves them out."
+            )
+        share = self.survivors[:, 0]
+        if share.any():
+            text += (
+                f" {np.count_nonzero(share)} of these could not be computed in up to "
+                f"{PERCENT * share.max():.1f} % of the draws of the verification: the table gives "
+                "that share and the mean of the other draws; they are no picks and not on the "
+                "verified front."
+            )
+        if self.baseline.failed[0]:
+            failed, mean = self.verifying.survivors(self.robust.space.nominal)
+            text += (
+                f" Today's design could not be computed in {PERCENT * failed:.1f} % of the draws, "
+                "so that changes against it have no number; the mean over the other draws, "
+                f"vehicles and lines is {mean * self.per_line:.2f} dB(A)."
             )
         return text
 

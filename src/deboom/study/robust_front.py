@@ -218,7 +218,7 @@ def _front(report: Report, front: RobustFront, picks: pd.DataFrame) -> None:
     )
     report.figure(
         "pareto_front",
-        front.picture(),
+        front.picture,
         "Both objectives of every design of the front, with today's mounts and "
         "the named picks. Bars are ± one standard error as if the draws were "
         "independent, an upper bound for Sobol draws.",

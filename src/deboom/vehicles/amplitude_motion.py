@@ -27,7 +27,16 @@ TOLERANCE = 1e-4
 amplitude weakly, so a level is a hundred times closer."""
 
 MOST_SWEEPS = 100
-"""Sweeps after which a line counts as not solved."""
+"""Sweeps after which plain iteration gives way to secants; the compiled loops end here."""
+
+MOST_SECANTS = 400
+"""Further sweeps after which a line counts as not solved."""
+
+LEAST_GAIN, MOST_GAIN = 1 / 16, 32.0
+"""Share of the fixed point's own step that a secant takes, in the logarithm of an amplitude [1]."""
+
+LONGEST_STEP = 0.3
+"""Largest change of the logarithm of an amplitude by a secant [1]."""
 
 CALM, CALMER = 12, 40
 """Sweeps after which the logarithms of the amplitudes go only half, then a quarter of the way: an
@@ -193,7 +202,7 @@ class AmplitudeSolution:
     @property
     def solved(self) -> BoolArray:
         """Lines whose amplitudes came to rest, shape (n, f)."""
-        return np.asarray(self.sweeps <= MOST_SWEEPS)
+        return np.asarray(self.sweeps <= MOST_SWEEPS + MOST_SECANTS)
 
 
 def solve_along_lines(
@@ -207,6 +216,11 @@ def solve_along_lines(
     Fixed point ``ln a ← ln |v q(K(a))|`` in all directions at once. A line begins with the ratios
     of the amplitudes to the nominal ones that the line before ended with, continued by their last
     change; the first line begins with 1. The ratios vary slowly even where the amplitudes do not.
+
+    A solution exists at every line: stiffness is held between its bounds and has losses, so the
+    amplitudes that follow from it are bounded, and the map is continuous (Brouwer). Plain iteration
+    crawls where two solutions have just met and vanished, or are about to (a fold); after
+    `MOST_SWEEPS` each direction takes secant steps of its own.
     """
     solutions = []
     start = before = np.ones((len(designs), 1, motion.lowest.shape[1]))
@@ -248,9 +262,10 @@ def _fixed_point(
     follows = motion.follows
     ratio = np.array(start, dtype=float)
     displacement, stiffness = np.empty((2, *ratio.shape), dtype=complex)
+    step, taken = np.full((2, *ratio.shape), np.nan)
     moving = np.ones(ratio.shape[:2], dtype=bool)
     sweeps = np.zeros(ratio.shape[:2], dtype=np.intp)
-    while moving.any() and sweeps.max() < MOST_SWEEPS:
+    for sweep in range(1, MOST_SWEEPS + MOST_SECANTS + 1):
         sweeps[moving] += 1
         at = np.nonzero(moving)
         line, before = lines[at[1]], ratio[at]
@@ -260,12 +275,27 @@ def _fixed_point(
         after = np.abs(displacement[at]) / motion.amplitude[line]
         moves = np.abs(after - before) > tolerance * after
         still_moving = (moves & follows).any(axis=1)
+        if sweep > MOST_SWEEPS:
+            last, step[at] = step[at], np.log(after / before)
+            taken[at] = _secant(step[at], last, taken[at])
+            after = before * np.exp(taken[at])
         for calm in (CALM, CALMER):
-            if sweeps.max() > calm:
+            if calm < sweep <= MOST_SWEEPS:
                 after = np.sqrt(before * after)
         ratio[at] = np.where(still_moving[:, np.newaxis], after, before)
         moving[at] = still_moving
+        if not moving.any():
+            break
     return AmplitudeSolution(ratio, displacement, stiffness, sweeps + moving)
+
+
+def _secant(step: RealArray, last: RealArray, taken: RealArray) -> RealArray:
+    """Return what to take of fixed-point steps, from the last ones and what was taken of them."""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        slope = (step - last) / taken
+        gain = np.where(slope < 0.0, -1.0 / slope, MOST_GAIN)
+    gain = np.where(np.isnan(slope), 1.0, np.clip(gain, LEAST_GAIN, MOST_GAIN))
+    return np.clip(gain * step, -LONGEST_STEP, LONGEST_STEP)
 
 
 def identified_surfaces(parts: Sequence[CharacterisedMount]) -> dict[str, DynamicStiffnessSurface]:

@@ -79,7 +79,6 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
             *(asked.plan, asked.designs, asked.seed, asked.generators),
             *(asked.table, asked.append_to),
         ),
-        motion=asked.motion.motion.value,
         half_width=asked.half_width,
         tolerance=asked.tolerance,
         draws=asked.draws,

@@ -53,7 +53,7 @@ from deboom.plot import IntervalPanel
 from deboom.plot.style import signed
 from deboom.report import Report
 from deboom.study.made_parts import ScatterOptions
-from deboom.study.options import Seed, band_of
+from deboom.study.options import Seed
 from deboom.study.platform_model import (
     MotionOptions,
     Operation,
@@ -148,9 +148,8 @@ def prepare(options: Options) -> Model:
     index = options.motion.index(runs)
     made = options.scatter.made(index.variable_names)
     sample = sobol_sample(made.n_draws, options.scatter.samples, seed=options.seed)
-    band = band_of(options.platform.band)
     transfer, files = measured_transfer(
-        options.vehicle or [], options.ear, band, averaged=options.averaged
+        options.vehicle or [], options.ear, runs.band, averaged=options.averaged
     )
     return Model(
         runs,

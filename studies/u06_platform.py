@@ -104,9 +104,7 @@ class Model:
 def prepare(options: Options) -> Model:
     """Read the platform and build its models."""
     everyone = replace(options.platform, group=None).operation()
-    runs = everyone
-    if options.platform.group is not None:
-        runs = replace(everyone, fleet=everyone.fleet.group(options.platform.group))
+    runs = replace(everyone, fleet=options.platform.served(everyone.fleet))
     index = options.motion.index(runs)
     space = factor_space(index.variable_names, SEARCHED, options.tolerance)
     sample = tolerance_sample(Sampler.sobol, space.n_variables, options.samples, seed=options.seed)
@@ -151,7 +149,7 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
     parts["Sensitivity"] = sensitivity_report(ranked)
     names = _names(parts)
 
-    group = ", ".join(front.vehicles) if options.platform.group is None else options.platform.group
+    group = ", ".join(dict.fromkeys(one.group for one in runs.fleet.vehicles))
     report = Report(
         f"{platform.title}: one study",
         "Which vehicles go together, which mount stiffnesses make those of group "
@@ -268,7 +266,6 @@ def fleet_doe(model: Model, options: Options) -> CorrelationStudy | None:
         model.everyone,
         model.everyone_index,
         DoeRequest(Plan.sobol, options.doe, options.seed),
-        motion=options.motion.motion.value,
         half_width=options.half_width,
         tolerance=options.tolerance,
         draws=options.draws,

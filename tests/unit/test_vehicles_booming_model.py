@@ -312,7 +312,7 @@ def test_built_from_a_fleet_it_equals_the_contributions():
 def test_options_that_do_not_go_together_are_refused():
     with pytest.raises(InputError, match="loss factors are variables with prescribed or coupled"):
         measured(motion=Motion.amplitude, loss_factors=True)
-    with pytest.raises(InputError, match="coupled motion needs the powertrain's mass"):
+    with pytest.raises(InputError, match="mass and inertia of the powertrain"):
         measured(motion=Motion.coupled)
     with pytest.raises(InputError, match="take coupled or amplitude motion"):
         measured(settling=object())

@@ -448,8 +448,8 @@ class PlatformFile(StrictModel):
     """Name of the load case that is meant when none is asked for."""
     engine: Engine
     """Engine and gearbox."""
-    powertrain: PowertrainEntry
-    """Nominal rigid-body data."""
+    powertrain: PowertrainEntry | None = None
+    """Nominal rigid-body data; without them the motion is taken as measured."""
     mounts: Annotated[tuple[MountEntry, ...], Field(strict=False, min_length=1)]
     """In the order of the design variables."""
     vehicles: Annotated[tuple[VehicleEntry, ...], Field(strict=False, min_length=1)]
@@ -618,8 +618,8 @@ class Platform:
         Where it was read from.
     mounts : tuple of Mount
         In the order of the design variables.
-    powertrain : Powertrain
-        Nominal mass and inertia, with tolerances, as the data sheet states them.
+    powertrain : Powertrain or None
+        Nominal mass and inertia, with tolerances, as the data sheet states them; None: not stated.
     fleet : Fleet
         The vehicles, each with its noise transfer functions from a force at each path, inputs
         ``<mount> <axis>``, to the pressure at the driver's ear.
@@ -636,7 +636,7 @@ class Platform:
     description: str
     folder: Path
     mounts: tuple[Mount, ...]
-    powertrain: Powertrain
+    powertrain: Powertrain | None
     fleet: Fleet
     load_cases: tuple[LoadCase, ...]
     default_load_case: str
@@ -796,13 +796,7 @@ def assembled(folder: Path, file: PlatformFile, contents: Contents) -> Platform:
         description=file.description,
         folder=folder,
         mounts=contents.mounts or (),
-        powertrain=Powertrain(
-            mass=file.powertrain.mass_kg,
-            inertia=np.array(file.powertrain.inertia_kg_m2),
-            mass_tolerance=file.powertrain.mass_tolerance_kg,
-            inertia_tolerance=file.powertrain.inertia_tolerance,
-            centre_tolerance=file.powertrain.centre_of_gravity_tolerance_m,
-        ),
+        powertrain=_powertrain(file.powertrain),
         fleet=Fleet(
             tuple(
                 _vehicle(entry, contents.noise_transfer[entry.name], contents.frequency)
@@ -812,6 +806,18 @@ def assembled(folder: Path, file: PlatformFile, contents: Contents) -> Platform:
         load_cases=tuple(_load_case(entry, file.engine, contents) for entry in file.load_cases),
         default_load_case=file.default_load_case,
         input_files=tuple(dict.fromkeys(inputs)),
+    )
+
+
+def _powertrain(entry: PowertrainEntry | None) -> Powertrain | None:
+    if entry is None:
+        return None
+    return Powertrain(
+        mass=entry.mass_kg,
+        inertia=np.array(entry.inertia_kg_m2),
+        mass_tolerance=entry.mass_tolerance_kg,
+        inertia_tolerance=entry.inertia_tolerance,
+        centre_tolerance=entry.centre_of_gravity_tolerance_m,
     )
 
 

@@ -382,7 +382,6 @@ def correlation_study(
     index: BoomingModel,
     request: DoeRequest,
     *,
-    motion: str,
     half_width: float,
     tolerance: float,
     draws: int,
@@ -399,8 +398,6 @@ def correlation_study(
         Of these runs.
     request : DoeRequest
         Which designs, with the seed of everything that is drawn.
-    motion : str
-        Of the powertrain, for the name of the DOE.
     half_width, tolerance : float
         Of the designs' bounds and of their scatter [1].
     draws : int
@@ -419,7 +416,7 @@ def correlation_study(
     if len(names) < 2:
         raise InputError(f"only vehicle {names[0]} was asked for: a correlation needs two")
     space = factor_space(index.variable_names, half_width, tolerance)
-    doe, n_known = study_doe(index, space, request, doe_name(runs, motion, space))
+    doe, n_known = study_doe(index, space, request, doe_name(runs, index.motion.value, space))
     means, scatter = tolerance_scatter(
         index, space, doe.computed_designs, n_draws=draws, seed=request.seed
     )

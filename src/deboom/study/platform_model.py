@@ -8,6 +8,7 @@ import warnings
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from enum import Enum
+from functools import cached_property
 from pathlib import Path
 from typing import Annotated
 
@@ -36,7 +37,7 @@ from deboom.physics.frf import corr_f
 from deboom.physics.order_tracking import rpm_of_frequency
 from deboom.physics.sound_level import spl
 from deboom.report import Report
-from deboom.study.options import band_of, shipped_studies, weighted_load_cases
+from deboom.study.options import shipped_studies, weighted_load_cases
 from deboom.vehicles.amplitude_motion import (
     AmplitudeMotion,
     SeveralSolutionsWarning,
@@ -45,6 +46,7 @@ from deboom.vehicles.amplitude_motion import (
 from deboom.vehicles.booming_model import BoomingModel, booming_model
 from deboom.vehicles.booming_model import Motion as Motion
 from deboom.vehicles.booming_peaks import compare_peaks
+from deboom.vehicles.coupled_motion import coupled_motion
 from deboom.vehicles.design_factor import Factor as Factor
 from deboom.vehicles.fleet import Band, Fleet, path_contributions
 from deboom.vehicles.powertrain import library_model
@@ -227,12 +229,25 @@ class Operation:
     check: SurfaceCheck | None
     parts: tuple[CharacterisedMount, ...] = ()
 
+    @cached_property
+    def not_coupled(self) -> str:
+        """What coupled motion lacks in these data, in a sentence; empty if nothing."""
+        platform = self.platform
+        try:
+            for case, _ in self.cases:
+                coupled_motion(self.fleet, platform.mounts, platform.powertrain, case, self.band)
+        except InputError as error:
+            return f"These data do not allow coupled motion: {error}."
+        return ""
+
     def append_to(self, report: Report) -> None:
         """Add to a report how far surfaces and spectra agree, and print it on standard error.
 
         The report gets a table ``surface_check``, the key ``surface_difference_at_peaks_db``, a
-        section, and a warning where they do not agree; nothing if forces are the measured ones.
+        section, and a warning where they do not agree; nothing if forces are the measured ones. It
+        also says what coupled motion lacks.
         """
+        report.warn(self.not_coupled)
         check = self.check
         if check is None:
             return
@@ -308,6 +323,18 @@ def operation(
 
 DEMONSTRATION = shipped_studies() / "data" / "u06_f39_f45"
 """The virtual platform that every study runs with if no other is given."""
+DEMONSTRATED = "U06"
+"""Its group of vehicles that studies serve."""
+BAND = (20.0, 60.0)
+"""What the studies sum over by default; both edges belong to it [Hz]."""
+BAND_DEFAULT = "20 60; all lines of data that begin above 20 or end below 60"
+
+
+def study_band(platform: Platform) -> Band:
+    """Return the lines that count by default: `BAND`, or all of data that do not span it [Hz]."""
+    lines = platform.load_cases[0].force.frequency
+    spans = lines[0] <= BAND[0] and lines[-1] >= BAND[1]
+    return BAND if spans else (float(lines[0]), float(lines[-1]))
 
 
 @dataclass(frozen=True)
@@ -315,15 +342,29 @@ class PlatformOptions:
     """Options of a study: whose noise, in which runs, and where the forces come from."""
 
     load_case: Annotated[list[str] | None, Option(help="name or name=weight; repeatable.")] = None
-    group: Annotated[str | None, Option(help="Vehicles to serve; default: as said.")] = "U06"
+    group: Annotated[
+        str | None, Option(help="Vehicles to serve; needless where there is one group.")
+    ] = DEMONSTRATED
     platform: Annotated[Path, Option(help="Folder with platform.toml.")] = DEMONSTRATION
-    band: Annotated[str, Option(help="Lines that count, LOW-HIGH [Hz].")] = "20-60"
+    band: Annotated[
+        tuple[float, float] | None,
+        Option(help="Lines that count, from and to [Hz].", show_default=BAND_DEFAULT),
+    ] = None
     mounts: Annotated[MountSource, Option(help="Source of forces.")] = MountSource.library
 
     def operation(self) -> Operation:
         """Read the platform and look up what was asked for; see `operation`."""
         platform = read_platform(self.platform)
-        return operation(platform, self.load_case, self.mounts, self.group, band_of(self.band))
+        band = study_band(platform) if self.band is None else self.band
+        runs = operation(platform, self.load_case, self.mounts, None, band)
+        return replace(runs, fleet=self.served(platform.fleet))
+
+    def served(self, fleet: Fleet) -> Fleet:
+        """Return the vehicles of the group; of a platform with one group all, by default."""
+        single = len({vehicle.group for vehicle in fleet.vehicles}) == 1
+        if self.group is None or (single and self.group == DEMONSTRATED):
+            return fleet
+        return fleet.group(self.group)
 
 
 def _library(path: Path) -> tuple[CharacterisedMount, ...]:
@@ -338,8 +379,7 @@ def _library(path: Path) -> tuple[CharacterisedMount, ...]:
 
 PART_WARNING = (
     "A stiffness factor means the rubber itself, with its stops where they were: a softer part "
-    "rides deeper into its stop and most of the benefit is lost (on the virtual test bench about "
-    "1 dB is left of 3.5 dB)."
+    "rides deeper into its stop and most of the benefit is lost."
 )
 
 
@@ -406,26 +446,35 @@ def motion_index(
     )
 
 
+MOTION_DEFAULT = "coupled; prescribed where the data do not allow it"
+
+
 @dataclass(frozen=True)
 class MotionOptions:
     """Options of a study: how the powertrain answers, and what a stiffness factor means."""
 
-    motion: Annotated[Motion, Option(help="Of the powertrain.")] = Motion.prescribed
+    motion: Annotated[
+        Motion | None,
+        Option(help="How the powertrain answers a design.", show_default=MOTION_DEFAULT),
+    ] = None
     factor: Annotated[Factor, Option(help="What a stiffness factor means.")] = Factor.dynamic
 
     def index(self, runs: Operation, *, loss_factors: bool = False) -> BoomingModel:
         """Build the booming model of the runs; see `motion_index`."""
-        return motion_index(runs, self.motion, self.factor, loss_factors=loss_factors)
+        motion = self.motion
+        if motion is None:
+            motion = Motion.prescribed if runs.not_coupled else Motion.coupled
+        return motion_index(runs, motion, self.factor, loss_factors=loss_factors)
 
 
 MOTION_WARNING = (
-    "The powertrain's motion is prescribed: it stays as measured while stiffnesses change. This "
-    "understates the benefit by 20 to 25 % in high gears and is not good below 30 Hz in low gears."
+    "The powertrain's motion is prescribed: it stays as measured while stiffnesses change. Nothing "
+    "says how much more or less a design does when the powertrain answers it."
 )
 FACTOR_WARNING = (
     "A stiffness factor scales the whole curve of dynamic stiffness over static force, with the "
     "stops re-tuned. A merely softer rubber in the same shape rides deeper into its stops and "
-    "loses most of the benefit (on the virtual test bench about 1 dB is left of 3.5 dB)."
+    "loses most of the benefit."
 )
 
 
@@ -517,10 +566,6 @@ def platform_sha256(platform: Platform) -> str:
     return hashlib.sha256(joined.encode()).hexdigest()
 
 
-BAND = (20.0, 60.0)
-"""What the studies sum over; both edges belong to it [Hz]."""
-
-
 @dataclass(frozen=True, eq=False)
 class PlatformCheck:
     """What a check found.
@@ -558,8 +603,8 @@ def check_platform(folder: Path) -> PlatformCheck:
     Returns
     -------
     PlatformCheck
-        Beyond what `deboom.files.platform.read_platform` refuses: mounts that would be active,
-        no line in the band of the studies, a mount library that does not fit.
+        Beyond what `deboom.files.platform.read_platform` refuses: mounts that would be active, a
+        mount library that does not fit.
     """
     faults: list[InputError] = []
     waiting: list[str] = []
@@ -582,30 +627,20 @@ def check_platform(folder: Path) -> PlatformCheck:
         for case in platform.load_cases:
             with noting(faults.append):
                 refuse_active_mounts(case)
-        with noting(faults.append):
-            _refuse_empty_band(platform)
+        band = study_band(platform)
         if not faults and (folder / LIBRARY_FILE).exists():
             with noting(faults.append):
                 every = [case.name for case in platform.load_cases]
-                operation(platform, every, MountSource.library_inside, None, BAND)
+                operation(platform, every, MountSource.library_inside, None, band)
     sentences = dict.fromkeys(str(fault) for fault in faults)
     return PlatformCheck(tuple(sentences), tuple(waiting), platform)
-
-
-def _refuse_empty_band(platform: Platform) -> None:
-    lines = platform.load_cases[0].force.frequency
-    if not np.any((lines >= BAND[0]) & (lines <= BAND[1])):
-        raise InputError(
-            f"{platform.folder}: lines from {lines[0]:g} to {lines[-1]:g} Hz, and none in the "
-            f"{BAND[0]:g} to {BAND[1]:g} Hz that studies sum over: export spectra and transfer "
-            "functions over this band"
-        )
 
 
 def _summary(platform: Platform) -> Iterator[tuple[str, str]]:
     case = platform.load_cases[0]
     lines = case.force.frequency
-    inside = lines[(lines >= BAND[0]) & (lines <= BAND[1])]
+    band = study_band(platform)
+    inside = lines[(lines >= band[0]) & (lines <= band[1])]
     rpm = rpm_of_frequency(inside[[0, -1]], case.order)
     variables = sum(len(mount.variables) for mount in platform.mounts)
     groups = dict.fromkeys(vehicle.group for vehicle in platform.fleet.vehicles)
@@ -636,7 +671,7 @@ def _summary(platform: Platform) -> Iterator[tuple[str, str]]:
         yield "load case", f"{one.name}{default}: {one.title}; gear {one.gear}, {torque}"
     yield (
         "band",
-        f"{inside.size} lines in {BAND[0]:g} to {BAND[1]:g} Hz: {rpm[0]:.0f} to {rpm[1]:.0f} rpm "
+        f"{inside.size} lines in {band[0]:g} to {band[1]:g} Hz: {rpm[0]:.0f} to {rpm[1]:.0f} rpm "
         f"of order {case.order:g}",
     )
     if (platform.folder / LIBRARY_FILE).exists():

@@ -37,7 +37,7 @@ from deboom.vehicles.limits import (
     TorqueTravel,
     WeightSag,
 )
-from deboom.vehicles.powertrain import KinematicModel, library_model
+from deboom.vehicles.powertrain import KinematicModel, Powertrain, library_model
 
 
 @dataclass(frozen=True)
@@ -280,13 +280,12 @@ def _quantities(
     content: LimitsFile, runs: Operation, factor: Factor
 ) -> list[tuple[Quantity, tuple[Limit, ...]]]:
     """Return what is limited with its limits, one per column."""
-    powertrain = runs.platform.powertrain
     carriers = [mount for mount in runs.platform.mounts if mount.body_mass is None]
     found: list[tuple[Quantity, tuple[Limit, ...]]] = []
     if content.sag or content.travel:
         model = _kinematic_model(runs, carriers)
         for sag in content.sag:
-            quantity = WeightSag(model, powertrain, (sag.mount,))
+            quantity = WeightSag(model, _powertrain(runs), (sag.mount,))
             found.append((quantity, _limits(quantity, at_most=sag.at_most_mm)))
         for travel in content.travel:
             moved = TorqueTravel(model, travel.wheel_torque_nm, (travel.direction,), factor)
@@ -295,7 +294,7 @@ def _quantities(
     if content.natural_frequency:
         real = _real_stiffness(carriers, case, runs.band)
         for window in content.natural_frequency:
-            modes = NaturalFrequencies(tuple(carriers), powertrain, real, (window.mode,))
+            modes = NaturalFrequencies(tuple(carriers), _powertrain(runs), real, (window.mode,))
             found.append((modes, _limits(modes, window.at_least_hz, window.at_most_hz)))
     if content.stiffness:
         magnitude = _magnitude(runs.platform.mounts, case, runs.band)
@@ -314,6 +313,15 @@ def _limits(
     low = -np.inf if at_least is None else at_least
     high = np.inf if at_most is None else at_most
     return tuple(Limit(name, quantity.unit, low, high) for name in quantity.names)
+
+
+def _powertrain(runs: Operation) -> Powertrain:
+    if runs.platform.powertrain is None:
+        raise InputError(
+            "sag and natural frequencies need mass and inertia: fill in [powertrain] of "
+            "platform.toml, or leave out [[sag]] and [[natural_frequency]]"
+        )
+    return runs.platform.powertrain
 
 
 def _kinematic_model(runs: Operation, carriers: Sequence[Mount]) -> KinematicModel:

@@ -344,8 +344,6 @@ def booming_model(
                 path_contributions(fleet, mounts, load_case, band, loss_factors=loss_factors)
             )
             continue
-        if powertrain is None:
-            raise InputError(f"{motion.value} motion needs the powertrain's mass and inertia")
         coupled = coupled_motion(fleet, mounts, powertrain, load_case, band)
         if by_surface:
             follow = motion is Motion.amplitude
@@ -359,7 +357,7 @@ def model_of_other_data(
     model: BoomingModel,
     fleet: Fleet,
     mounts: Sequence[Mount],
-    powertrain: Powertrain,
+    powertrain: Powertrain | None,
     load_cases: Sequence[LoadCase],
 ) -> BoomingModel:
     """Return a model of the same kind, such as from data that were measured again.
@@ -367,7 +365,7 @@ def model_of_other_data(
     - `model`: model whose motion, weights and meaning of a factor stay.
     - `fleet`: other noise transfer functions.
     - `mounts`: mounts of the platform.
-    - `powertrain`: mass and inertia from the data sheet.
+    - `powertrain`: mass and inertia from the data sheet; needed unless motion is prescribed.
     - `load_cases`: other forces and motions, in the order of the model.
 
     Stiffnesses that follow the amplitude do so over its ratio to the nominal one, as in `model`:

@@ -266,7 +266,7 @@ class CoupledMotion:
 def coupled_motion(
     fleet: Fleet,
     mounts: Sequence[Mount],
-    powertrain: Powertrain,
+    powertrain: Powertrain | None,
     load_case: LoadCase,
     band: Band = (20.0, 60.0),
 ) -> CoupledMotion:
@@ -278,8 +278,8 @@ def coupled_motion(
         Noise transfer functions of each vehicle.
     mounts : sequence of Mount
         Powertrain mounts, with all three axes measured, and mounts with a body mass.
-    powertrain : Powertrain
-        Mass matrix from the data sheet.
+    powertrain : Powertrain or None
+        Mass matrix from the data sheet, without which motion cannot answer.
     load_case : LoadCase
         Operating motion and force.
     band : (lower, upper)
@@ -288,8 +288,8 @@ def coupled_motion(
     Raises
     ------
     InputError
-        A channel that was not measured; powertrain mounts that leave a rigid motion undetermined;
-        measured motion that is not rigid; a direction without any motion; see also
+        No powertrain; a channel that was not measured; powertrain mounts that leave a rigid motion
+        undetermined; measured motion that is not rigid; a direction without any motion; see also
         `deboom.vehicles.fleet.path_contributions`.
 
     Notes
@@ -305,6 +305,11 @@ def coupled_motion(
     K does not feel the new amplitude or the new static position (that would be another model of the
     motion), and the car body stays at rest: blocked forces on a trimmed body.
     """
+    if powertrain is None:
+        raise InputError(
+            "motion can answer only where mass and inertia of the powertrain are known: fill in "
+            "[powertrain] of platform.toml"
+        )
     variables = [variable for mount in mounts for variable in mount.variables]
     refuse_doubled(variables, "design variable")
     inside = lines_inside(load_case.force.frequency, band, f"load case {load_case.name}")

@@ -11,7 +11,7 @@ PYTHON_IS := import sys; print(sys.base_prefix, sys.version)
 PYTHON_MUST_BE := import sys; sys.version_info >= (3, 11) or sys.exit('deboom needs Python 3.11 or \
 newer, $(PYTHON) is ' + sys.version.split()[0] + ': name another one, such as PYTHON=python3.12')
 
-.PHONY: study test coverage lint bench size same wheel validate pictures docs constraints clean FORCE
+.PHONY: study test coverage lint bench size same wheel validate mutants pictures docs constraints clean FORCE
 
 study: $(STUDY)
 	$(BIN)/deboom run studies/u06_platform.py
@@ -45,6 +45,10 @@ wheel: $(READY)
 
 validate: $(READY)
 	$(BIN)/python benchmarks/validate.py
+
+ROOM := physics
+mutants: $(READY)
+	$(BIN)/python benchmarks/mutants.py $(ROOM)
 
 pictures: $(READY)
 	$(BIN)/python benchmarks/pictures.py

@@ -101,6 +101,18 @@ def test_nobody_at_the_address(monkeypatch):
         pass
 
 
+def test_a_secured_address_without_certificates(monkeypatch):
+    def without_certificates(*_, **__):
+        raise TypeError("TLS expects a `ssl_context`")
+
+    monkeypatch.setattr("distributed.Client", without_certificates)
+    with (
+        pytest.raises(InputError, match="Dask's own settings for certificates"),
+        workers_for(ROBUST, scheduler="tls://127.0.0.1:9"),
+    ):
+        pass
+
+
 def test_a_cluster_without_workers():
     class Empty:
         scheduler = SimpleNamespace(address="tcp://node7:8786")

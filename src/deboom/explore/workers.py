@@ -192,10 +192,10 @@ def _dask_cluster(robust: Robust, scheduler: str) -> Iterator[Robust]:
         ) from None
     try:
         client = Client(scheduler, timeout=CONNECT_S, set_as_default=False)
-    except (OSError, ValueError) as error:
+    except (OSError, ValueError, TypeError) as error:  # TypeError: tls:// without certificates
         raise InputError(
             f"no Dask scheduler answers at {scheduler} ({error}): start one with `dask scheduler` "
-            "and give the address that it prints"
+            "and give the address that it prints; tls:// needs Dask's own settings for certificates"
         ) from None
     with client:
         _wait_for_a_worker(client)

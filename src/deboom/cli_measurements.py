@@ -336,8 +336,9 @@ def list_mounts(
     serial: Serial = None,
 ) -> None:
     """List the mounts, one a line."""
+    import pandas as pd
+
     from deboom.mounts.library import open_library
-    from deboom.mounts.library_tables import identity_table
     from deboom.study.runner import one_sentence_errors
 
     with one_sentence_errors(), open_library(library) as opened:
@@ -348,7 +349,7 @@ def list_mounts(
             part_number=part_number,
             serial=serial,
         )
-    typer.echo(identity_table(found).to_string(index=False) if found else "no mount")
+    typer.echo(pd.DataFrame(found).to_string(index=False) if found else "no mount")
 
 
 @library_app.command()

@@ -158,7 +158,7 @@ def stall(where, marker):
     seen = []
 
     def after_execute(_connection, _cursor, statement, *_):
-        seen.append("INSERT INTO deboom_static_curve" in statement)
+        seen.append("INSERT INTO deboom_mount" in statement)
         if sum(seen) == 2:
             marker.touch()
             time.sleep(120)

@@ -15,17 +15,7 @@ from deboom.files.disk import read_json, replace_bytes, replace_text
 from deboom.files.tables import workbook_bytes
 from deboom.files.uff import UffFunction, write_uff
 from deboom.mounts.characterised_mount import CampaignRecord, CharacterisedMount
-from deboom.mounts.library_tables import (
-    campaign_table,
-    direction_table,
-    from_document,
-    map_table,
-    mount_table,
-    quality_table,
-    static_curve_table,
-    surface_table,
-    to_document,
-)
+from deboom.mounts.library_tables import export_tables, from_document, to_document
 
 SHEET_ROWS = 1_048_576
 """Rows that a sheet of an xlsx file may have, its header included."""
@@ -52,15 +42,7 @@ def write_library_xlsx(
     InputError
         More points than a sheet has rows, a folder that cannot be written.
     """
-    sheets = {
-        "campaigns": campaign_table(campaigns),
-        "mounts": mount_table(mounts),
-        "quality": quality_table(mounts),
-        "directions": direction_table(mounts),
-        "map_points": map_table(mounts),
-        "static_curves": static_curve_table(mounts),
-        "surfaces": surface_table(mounts),
-    }
+    sheets = export_tables(campaigns, mounts)
     for name, table in sheets.items():
         if len(table) >= SHEET_ROWS:
             raise InputError(

@@ -8,12 +8,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import asdict, fields
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 import numpy.typing as npt
-import pandas as pd
 
 from deboom.errors import InputError
 from deboom.measurement.campaign import StaticCurve
@@ -29,6 +29,7 @@ from deboom.mounts.characterised_mount import (
 from deboom.mounts.mount import Mount
 
 if TYPE_CHECKING:
+    import pandas as pd
     from _typeshed import DataclassInstance
 
     D = TypeVar("D", bound=DataclassInstance)
@@ -58,25 +59,25 @@ def to_document(
     """Return mounts and their campaigns as plain dicts, lists, text and numbers."""
     return {
         "format": FORMAT,
-        "campaigns": [_entry(campaign) for campaign in campaigns],
-        "mounts": [
-            {
-                "identity": _entry(value.identity),
-                **_entry(value.mount, "name", "pieces", "positions"),
-                "pieces": [
-                    {"name": name, "position [m]": [float(x) for x in position]}
-                    for name, position in zip(
-                        value.mount.pieces, value.mount.positions, strict=True
-                    )
-                ],
-                "quality": dict(value.quality),
-                "directions": [_direction(direction) for direction in value.directions],
-            }
-            for value in mounts
-        ],
+        "campaigns": [entry(campaign) for campaign in campaigns],
+        "mounts": [mount_entry(value) for value in mounts],
     }
 
 
+@contextmanager
+def _refused_by_name() -> Iterator[None]:
+    """Say which entry is not as it was written."""
+    try:
+        yield
+    except KeyError as error:
+        raise InputError(f"the entry {error} is missing; export it again") from None
+    except InputError:
+        raise
+    except (TypeError, ValueError, AttributeError) as error:
+        raise InputError(f"an entry is of another kind ({error}); export it again") from None
+
+
+@_refused_by_name()
 def from_document(
     document: Any,
 ) -> tuple[tuple[CampaignRecord, ...], tuple[CharacterisedMount, ...]]:
@@ -88,20 +89,30 @@ def from_document(
     stated = document.get("format") if isinstance(document, dict) else None
     if stated != FORMAT:
         raise InputError(f"its format is {stated!r}, and this deboom reads {FORMAT!r}")
-    try:
-        campaigns = tuple(_built(CampaignRecord, entry) for entry in document["campaigns"])
-        mounts = tuple(_mount_of(entry) for entry in document["mounts"])
-    except KeyError as error:
-        raise InputError(f"the entry {error} is missing; export it again") from None
-    except InputError:
-        raise
-    except (TypeError, ValueError, AttributeError) as error:
-        raise InputError(f"an entry is of another kind ({error}); export it again") from None
-    return campaigns, mounts
+    campaigns, mounts = document["campaigns"], document["mounts"]
+    return tuple(map(campaign_of, campaigns)), tuple(map(mount_of, mounts))
 
 
-def _entry(value: DataclassInstance, *left_out: str) -> dict[str, Any]:
-    """Fields of a dataclass as plain values by their keys."""
+@_refused_by_name()
+def campaign_of(entry: Mapping[str, Any]) -> CampaignRecord:
+    """Return the campaign of its entry; InputError names what is wrong with it."""
+    return _built(CampaignRecord, entry)
+
+
+def mount_entry(value: CharacterisedMount) -> dict[str, Any]:
+    """Return a mount as plain values."""
+    pieces = zip(value.mount.pieces, value.mount.positions, strict=True)
+    return {
+        "identity": entry(value.identity),
+        **entry(value.mount, "name", "pieces", "positions"),
+        "pieces": [{"name": name, "position [m]": [*map(float, x)]} for name, x in pieces],
+        "quality": dict(value.quality),
+        "directions": [_direction(direction) for direction in value.directions],
+    }
+
+
+def entry(value: DataclassInstance, *left_out: str) -> dict[str, Any]:
+    """Return the fields of a dataclass as plain values by their keys, which state the units."""
     names = [field.name for field in fields(value) if field.name not in left_out]
     return {_KEYS.get(name, name): _plain(getattr(value, name)) for name in names}
 
@@ -118,21 +129,20 @@ def _built(kind: type[D], entry: Mapping[str, Any], **known: Any) -> D:
 def _direction(direction: CharacterisedDirection) -> dict[str, Any]:
     """Entry of one direction."""
     surface, curve = direction.surface, direction.static_curve
-    surface_entry = None
     if surface is not None:
-        bounds = {"lower": surface.lower.tolist(), "upper": surface.upper.tolist()}
-        surface_entry = _entry(surface) | bounds
+        ends = {"lower": surface.lower.tolist(), "upper": surface.upper.tolist()}
     return {
         "axis": direction.axis,
-        "quality": _entry(direction.quality),
-        "map_points": _entry(direction.map_points),
-        "surface": surface_entry,
-        "static_curve": None if curve is None else _entry(curve, "mount", "axis"),
+        "quality": entry(direction.quality),
+        "map_points": entry(direction.map_points),
+        "surface": None if surface is None else entry(surface) | ends,
+        "static_curve": None if curve is None else entry(curve, "mount", "axis"),
     }
 
 
-def _mount_of(entry: Mapping[str, Any]) -> CharacterisedMount:
-    """Mount of its entry."""
+@_refused_by_name()
+def mount_of(entry: Mapping[str, Any]) -> CharacterisedMount:
+    """Return the mount of its entry; InputError names what is wrong with it."""
     identity = _built(MountIdentity, entry["identity"])
     x_y_z = [tuple(float(x) for x in piece["position [m]"]) for piece in entry["pieces"]]
     parts = ("identity", "transfer_axes", "pieces", "quality", "directions")
@@ -200,10 +210,14 @@ def _value(content: Any) -> Any:
 Row = dict[str, Any]
 
 
-def campaign_table(campaigns: Sequence[CampaignRecord]) -> pd.DataFrame:
-    """One row per campaign and tolerance; a campaign without tolerances has one row."""
-    return pd.DataFrame(
-        [
+def export_tables(
+    campaigns: Sequence[CampaignRecord], mounts: Sequence[CharacterisedMount]
+) -> dict[str, pd.DataFrame]:
+    """Return all that is kept as tables by their names; headers and names end with SI units."""
+    import pandas as pd
+
+    tables = {
+        "campaigns": [
             {
                 "campaign": campaign.name,
                 "engine_order [1]": campaign.order,
@@ -213,19 +227,8 @@ def campaign_table(campaigns: Sequence[CampaignRecord]) -> pd.DataFrame:
             }
             for campaign in campaigns
             for name, value in campaign.tolerances.items() or [("", None)]
-        ]
-    )
-
-
-def identity_table(identities: Sequence[MountIdentity]) -> pd.DataFrame:
-    """One row per mount: which part, from what."""
-    return pd.DataFrame([asdict(identity) for identity in identities])
-
-
-def mount_table(mounts: Sequence[CharacterisedMount]) -> pd.DataFrame:
-    """One row per mount and piece: identity and virtual point."""
-    return pd.DataFrame(
-        [
+        ],
+        "mounts": [
             {
                 **asdict(value.identity),
                 "description": value.mount.description,
@@ -239,23 +242,57 @@ def mount_table(mounts: Sequence[CharacterisedMount]) -> pd.DataFrame:
             }
             for value in mounts
             for piece, (x, y, z) in zip(value.mount.pieces, value.mount.positions, strict=True)
-        ]
-    )
-
-
-def quality_table(mounts: Sequence[CharacterisedMount]) -> pd.DataFrame:
-    """One row per number that was kept of a whole mount; its name ends with its unit."""
-    return pd.DataFrame(
-        [
+        ],
+        "quality": [
             {**asdict(value.identity), "quality": name, "value": number}
             for value in mounts
             for name, number in value.quality.items()
-        ]
-    )
+        ],
+    }
+    frames = {name: pd.DataFrame(rows) for name, rows in tables.items()}
+    frames["directions"] = direction_table(mounts)
+    parts: dict[str, list[Row]] = {"map_points": [], "static_curves": [], "surfaces": []}
+    for start, direction in _directions(mounts):
+        points, curve, surface = direction.map_points, direction.static_curve, direction.surface
+        if len(points):
+            columns: Row = {"run": points.run}
+            for name in ("preload", "wheel_torque", "amplitude", "frequency"):
+                columns[_KEYS[name]] = getattr(points, name)
+            columns["dynamic_stiffness_real [N/m]"] = points.dynamic_stiffness.real
+            columns["dynamic_stiffness_imag [N/m]"] = points.dynamic_stiffness.imag
+            columns["confidence [1]"] = points.confidence
+            parts["map_points"].append(start | columns)
+        if curve is not None:
+            columns = {"mount_set": curve.mount_set}
+            for name in ("force_uncertainty", "deflection", "force"):
+                columns[_KEYS[name]] = getattr(curve, name)
+            parts["static_curves"].append(start | columns)
+        if surface is not None:
+            parts["surfaces"] += [start | columns for columns in _numbers(surface)]
+    for name, rows in parts.items():
+        filled = [pd.DataFrame(row) for row in rows]
+        frames[name] = pd.concat(filled, ignore_index=True) if filled else pd.DataFrame()
+    return frames
+
+
+def _numbers(surface: FittedSurface) -> Iterator[Row]:
+    """Columns of each setting, and of each array with the index of its numbers."""
+    for name, value in surface.settings.items():
+        setting = {"kind": "setting", "name": name, "index": [""], "value": [value]}
+        yield {"surface": surface.model, **setting}
+    for name, array in surface.arrays.items():
+        index = [" ".join(map(str, place)) for place in np.ndindex(array.shape)]
+        columns = {"kind": "array", "name": name, "index": index, "value": array.real.ravel()}
+        if array.dtype.kind == "c":
+            columns["imag"] = array.imag.ravel()
+        if array.size:
+            yield {"surface": surface.model, **columns}
 
 
 def direction_table(mounts: Sequence[CharacterisedMount]) -> pd.DataFrame:
     """One row per direction: how far to believe it, and the training range of its surface."""
+    import pandas as pd
+
     rows = []
     for start, direction in _directions(mounts):
         surface, curve = direction.surface, direction.static_curve
@@ -266,65 +303,12 @@ def direction_table(mounts: Sequence[CharacterisedMount]) -> pd.DataFrame:
         }
         row["static_curve_points"] = 0 if curve is None else curve.deflection.size
         row["surface"] = "" if surface is None else surface.model
-        rows.append(row | ({} if surface is None else _ranges(surface)))
+        if surface is not None:
+            for i, (name, unit) in enumerate(zip(surface.variables, surface.units, strict=True)):
+                row[f"{name}_lower [{unit}]"] = float(surface.lower[i])
+                row[f"{name}_upper [{unit}]"] = float(surface.upper[i])
+        rows.append(row)
     return pd.DataFrame(rows)
-
-
-def map_table(mounts: Sequence[CharacterisedMount]) -> pd.DataFrame:
-    """One row per map point: dynamic stiffness over preload, amplitude and frequency."""
-    parts = []
-    for start, direction in _directions(mounts):
-        points = direction.map_points
-        columns = {
-            "run": points.run,
-            "preload [N]": points.preload,
-            "wheel_torque [N m]": points.wheel_torque,
-            "amplitude [m]": points.amplitude,
-            "frequency [Hz]": points.frequency,
-            "dynamic_stiffness_real [N/m]": points.dynamic_stiffness.real,
-            "dynamic_stiffness_imag [N/m]": points.dynamic_stiffness.imag,
-            "confidence [1]": points.confidence,
-        }
-        parts.append(pd.DataFrame({**start, **columns}))
-    return _stacked(parts)
-
-
-def static_curve_table(mounts: Sequence[CharacterisedMount]) -> pd.DataFrame:
-    """One row per point of a quasi-static curve."""
-    parts = []
-    for start, direction in _directions(mounts):
-        curve = direction.static_curve
-        if curve is not None:
-            columns = {"deflection [m]": curve.deflection, "force [N]": curve.force}
-            about = {
-                "mount_set": curve.mount_set,
-                "force_uncertainty [1]": curve.force_uncertainty,
-            }
-            parts.append(pd.DataFrame({**start, **about, **columns}))
-    return _stacked(parts)
-
-
-def surface_table(mounts: Sequence[CharacterisedMount]) -> pd.DataFrame:
-    """One row per number of a response surface: setting, or array with its index."""
-    parts = []
-    for start, direction in _directions(mounts):
-        if direction.surface is None:
-            continue
-        about = start | {"surface": direction.surface.model}
-        for name, value in direction.surface.settings.items():
-            setting = {"kind": "setting", "name": name, "index": [""], "value": [value]}
-            parts.append(pd.DataFrame(about | setting))
-        for name, array in direction.surface.arrays.items():
-            columns = {
-                "kind": "array",
-                "name": name,
-                "index": [" ".join(map(str, index)) for index in np.ndindex(array.shape)],
-                "value": array.real.ravel().tolist() if array.dtype.kind == "c" else array.ravel(),
-            }
-            if array.dtype.kind == "c":
-                columns["imag"] = array.imag.ravel().tolist()
-            parts.append(pd.DataFrame(about | columns))
-    return _stacked(parts)
 
 
 def _directions(
@@ -333,16 +317,3 @@ def _directions(
     for value in mounts:
         for direction in value.directions:
             yield {**asdict(value.identity), "axis": direction.axis}, direction
-
-
-def _ranges(surface: FittedSurface) -> Row:
-    return {
-        f"{name}_{end} [{unit}]": float(bound)
-        for i, (name, unit) in enumerate(zip(surface.variables, surface.units, strict=True))
-        for end, bound in (("lower", surface.lower[i]), ("upper", surface.upper[i]))
-    }
-
-
-def _stacked(parts: Sequence[pd.DataFrame]) -> pd.DataFrame:
-    filled = [part for part in parts if len(part)]
-    return pd.concat(filled, ignore_index=True) if filled else pd.DataFrame()

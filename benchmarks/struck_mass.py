@@ -56,6 +56,7 @@ def measured(n_hit=2, force_noise=0.0, response_noise=0.0, seed=1):
         response=(answer + response_noise * generator.normal(size=push.shape))[:, :, np.newaxis],
         channels=("A1 x",),
         units=("m/s^2",),
+        ranges=(np.inf,),
         rate=RATE,
         pretrigger=PRETRIGGER,
     )

@@ -93,8 +93,8 @@ def checked(**axes: str) -> Callable[[type[_T]], type[_T]]:
     **axes : str
         Axes of each array field, as `checked_array` reads them; a name stands for the same length
         in all of them, in the order of the fields. The type of the numbers follows from the
-        annotation (`ComplexArray`, `BoolArray`, `IntArray`, else float). A field of None is
-        skipped.
+        annotation (`ComplexArray`, `BoolArray`, `IntArray`, else float); of a ``tuple``, such as
+        names of channels, the length alone is checked. A field of None is skipped.
 
     Returns
     -------
@@ -104,7 +104,7 @@ def checked(**axes: str) -> Callable[[type[_T]], type[_T]]:
 
     Examples
     --------
-    >>> @checked(frequency="f", values="f c")
+    >>> @checked(channels="c", frequency="f", values="f c")
     ... class Spectrum:
     ...     channels: tuple[str, ...]
     ...     frequency: RealArray
@@ -123,13 +123,17 @@ def checked(**axes: str) -> Callable[[type[_T]], type[_T]]:
                 annotation = str(field.type)
                 if value is None:
                     continue
-                if field.name in axes:
-                    kind = next((t for k, t in _DTYPES.items() if k in annotation), float)
-                    name = getattr(self, "name", None)
-                    item = f"{name if isinstance(name, str) else cls.__name__}: {field.name}"
-                    value = checked_array(value, axes[field.name], item, sizes, kind)
-                elif annotation.startswith("tuple"):
+                name = getattr(self, "name", None)
+                item = f"{name if isinstance(name, str) else cls.__name__}: {field.name}"
+                if annotation.startswith("tuple"):
                     value = tuple(value)
+                    axis = axes.get(field.name)
+                    length = len(value) if axis is None else sizes.setdefault(axis, len(value))
+                    if length != len(value):
+                        raise InputError(f"{item}: {length} are needed, not {len(value)}")
+                elif field.name in axes:
+                    kind = next((t for k, t in _DTYPES.items() if k in annotation), float)
+                    value = checked_array(value, axes[field.name], item, sizes, kind)
                 object.__setattr__(self, field.name, value)
             if own_check is not None:
                 own_check(self)

@@ -1,9 +1,11 @@
 """Impact tests: hits chosen, windows, refusals."""
 
 import math
+import re
 
 import numpy as np
 import pytest
+from scipy.signal import ellip
 
 from deboom.errors import InputError
 from deboom.measurement.impact_test import (
@@ -11,12 +13,12 @@ from deboom.measurement.impact_test import (
     HammerMeasurement,
     HammerOptions,
     HammerTest,
-    HitChecks,
     check_hits,
     hammer_frf,
     hammer_frfs,
 )
 from deboom.measurement.sensors import Impact
+from filtered_hits import blows, struck_through
 
 RATE, N_SAMPLE, PRETRIGGER = 2048.0, 2048, 0.0625
 TIME = np.arange(N_SAMPLE) / RATE - PRETRIGGER
@@ -43,6 +45,7 @@ def hits(forces, **changes):
         "response": response,
         "channels": ("A1 x", "ear"),
         "units": ("m/s^2", "Pa"),
+        "ranges": (math.inf, math.inf),
         "rate": RATE,
         "pretrigger": PRETRIGGER,
     }
@@ -60,7 +63,8 @@ def faults(force, **changes):
 
 @pytest.mark.parametrize("apart", [12 / 2048, 40 / 2048, 0.25, 0.9375 - 3 / 2048])
 def test_a_double_hit_is_found(apart):
-    assert "double hit: 20 % again" in faults(push() + push(apart, 20.0))
+    # the last one is cut by the end of the block: its peak between samples is not known
+    assert re.search("double hit: 2[01] % again", faults(push() + push(apart, 20.0)))
 
 
 def test_a_merged_double_hit_is_found():
@@ -85,8 +89,6 @@ def test_a_block_without_a_hit():
     assert "no force: peak of 0 N" in faults(0 * TIME)
     noise = 0.1 * np.random.default_rng(1).normal(size=N_SAMPLE)
     assert "no force" in faults(noise)
-    weak = check_hits(hits([push(), push(peak=8.0)]), HitChecks(smallest_force=10.0))
-    assert "no force: peak of 8" in weak[1].reasons[0]
 
 
 def test_overload_names_channel_and_range():
@@ -102,10 +104,34 @@ def test_a_late_push():
     assert "late: its peak comes 0.751 s into a block of 1 s" in faults(push(0.6875))
 
 
-def test_limits_that_make_no_sense():
-    for wrong in ({"double_hit": 0.0}, {"overload": 1.1}, {"smallest_force": -1.0}):
-        with pytest.raises(InputError, match="limits of hits"):
-            HitChecks(**wrong)
+def test_a_reversed_force_is_called_so():
+    assert "force reversed: it pulls with 80 N and pushes with 12 N" in faults(
+        push(20 / 2048, 12.0) - push(peak=80.0)
+    )
+
+
+def test_ringing_of_a_filter_is_no_second_push():
+    """Pulls of −17.3 and −4.8 N, then a swing of +2.2 N, all 2.9 ms after the push."""
+    assert (
+        faults(push(peak=38.0) - push(4 / 2048, 17.3) - push(8 / 2048, 4.8) + push(12 / 2048, 2.2))
+        == ""
+    )
+
+
+@pytest.mark.parametrize("double", [False, True])
+def test_double_hits_are_told_from_ringing_filters(double):
+    """A short campaign of the one in `make validate`, 1 in 100 may be wrong."""
+    records = check_hits(blows(60, double=double, seed=2))
+    doubled = ["double hit" in " ".join(record.reasons) for record in records]
+    assert abs(np.mean(doubled) - double) <= 0.02
+
+
+def test_hits_through_a_steep_filter_pass_with_their_coherence():
+    ringing = struck_through(ellip(8, 0.1, 80, 0.7 / 16, output="sos"))
+    assert -ringing.force.min() > 0.2 * ringing.force.max()
+    assert all(record.used for record in check_hits(ringing))
+    estimate = hammer_frf(ringing, HammerOptions(band=(20.0, 1300.0)))
+    assert estimate.coherence.min() >= 0.98
 
 
 FORCES = [push(), push(peak=80.0), push() + push(0.02, 30.0), push(peak=90.0), push(peak=120.0)]
@@ -196,12 +222,6 @@ def test_impacts_become_columns():
         hammer_frfs(HammerTest("none", (), (), ()))
 
 
-def broken(**changes):
-    good = hits(FORCES[:2])
-    names = ("impact", "force", "response", "channels", "units", "rate", "pretrigger")
-    return HammerMeasurement(**{n: getattr(good, n) for n in names} | changes)
-
-
 def with_nan(array):
     array = array.copy()
     array.reshape(-1)[-1] = np.nan
@@ -211,19 +231,14 @@ def with_nan(array):
 @pytest.mark.parametrize(
     ("changes", "words"),
     [
-        ({"force": [push(), push()[:-5]]}, r"hit 2 has a force block of shape \(2043,\)"),
-        ({"force": np.zeros((2, N_SAMPLE))}, "I1: no force in any hit"),
-        ({"force": with_nan(np.array(FORCES[:2]))}, "hit 2: channel 'force' is not finite"),
-        ({"response": with_nan(hits(FORCES[:2]).response)}, "channel 'ear' is not finite"),
-        ({"response": np.zeros((2, 7, 2))}, "are no hits of 2 channels"),
-        ({"channels": ("A", "A")}, "duplicated channel"),
-        ({"units": ("Pa",)}, "state one of each"),
-        ({"rate": 0.0}, "do not fit"),
-        ({"pretrigger": 1.5}, "do not fit"),
-        ({"force_range": 0.0}, "a range is positive"),
-        ({"force": push()}, "0 dimensions, not 1"),
+        ({"force": np.zeros((2, N_SAMPLE))}, "impact I1: no force in any hit"),
+        ({"force": with_nan(np.array(FORCES[:2]))}, r"I1: force: .* not finite at index \(1, 2047"),
+        ({"response": np.zeros((2, 7, 2))}, "I1: response: shape"),
+        ({"channels": ("A", "A")}, "duplicated channel of impact I1"),
+        ({"units": ("Pa",)}, "units: 2 are needed, not 1"),
+        ({"pretrigger": 1.5}, "does not fit blocks of 2048 samples"),
     ],
 )
 def test_bad_blocks_are_named(changes, words):
     with pytest.raises(InputError, match=words):
-        broken(**changes)
+        hits(FORCES[:2], **changes)

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
-import numpy.typing as npt
-from scipy.signal import find_peaks
+from scipy.signal import find_peaks, resample
 
 from deboom.arrays import ComplexArray, RealArray, checked
 from deboom.errors import InputError
@@ -30,22 +29,28 @@ NOISE_PEAKS = 5.0
 """Peaks of a noise reach this many times its rms; lower second peaks say nothing."""
 
 
-@dataclass(frozen=True, eq=False)
+DOUBLE_HIT = 0.05
+"""Share of the main push from which on a second one makes a double hit [1]."""
+FINE = 8
+"""Values between two samples at which a push is looked for: its peak lies between samples."""
+RINGING = 10
+"""Samples of the force before a second maximum that show how far its filter rings there."""
+ABOVE_RINGING = 1.25
+"""A second push exceeds the deepest pull there by more than this; hammers only push [1]."""
+OVERLOAD = 0.99
+"""Share of a channel's range from which on it is overloaded [1]."""
+LATEST = 0.5
+"""Time by which the main push has its peak, over the duration of the block [1]."""
+
+
+@checked(force="h s", response="h s c", channels="c", units="c", ranges="c")
 class HammerMeasurement:
     """All hits on one point, each with one block of every channel.
 
-    Raises InputError: blocks of different length, shapes that disagree, doubled names, a value that
-    is not finite (impact, hit and channel are named), no force at all, a rate or range that is not
-    positive, a pretrigger outside the block.
-
-    - `impact`.
-    - `force` (n_hit, n_sample).
-    - `response` (n_hit, n_sample, n_channel).
-    - `channels`, `units`.
-    - `rate`.
-    - `pretrigger`.
-    - `force_range`.
-    - `ranges`.
+    `force` (n_hit, n_sample) [N] and `response` (n_hit, n_sample, n_channel) with the units of the
+    channels, at `rate` samples a second, `pretrigger` seconds of them before the trigger; ranges
+    are the largest values that the channels can hold, infinite where that is not known. InputError:
+    shapes that disagree, doubled names, a value that is not finite, no force at all.
     """
 
     impact: str
@@ -53,49 +58,27 @@ class HammerMeasurement:
     response: RealArray
     channels: tuple[str, ...]
     units: tuple[str, ...]
+    ranges: tuple[float, ...]
     rate: float
     pretrigger: float = 0.0
     force_range: float = math.inf
-    ranges: tuple[float, ...] = ()
 
     def __post_init__(self) -> None:
-        channels, units = tuple(self.channels), tuple(self.units)
-        ranges = tuple(self.ranges) or (math.inf,) * len(channels)
-        object.__setattr__(self, "force", self._stacked(self.force, 1, "force"))
-        object.__setattr__(self, "response", self._stacked(self.response, 2, "response"))
-        object.__setattr__(self, "channels", channels)
-        object.__setattr__(self, "units", units)
-        object.__setattr__(self, "ranges", ranges)
-        expected = (*self.force.shape, len(channels))
-        if self.force.ndim != 2 or self.response.shape != expected or 0 in expected:
-            raise self._error(
-                f"force of shape {self.force.shape} and response of shape {self.response.shape} "
-                f"are no hits of {len(channels)} channels, shapes (n_hit, n_sample) and (n_hit, "
-                "n_sample, n_channel)"
-            )
-        refuse_doubled(channels, f"channel of impact {self.impact}")
-        if len(units) != len(channels) or len(ranges) != len(channels):
-            raise self._error(
-                f"{len(channels)} channels, {len(units)} units and {len(ranges)} ranges: state "
-                "one of each per channel"
-            )
-        if not all(limit > 0 for limit in (self.force_range, *ranges)):
-            raise self._error("a range is positive, or infinite where it is not known")
-        if not self.rate > 0 or not 0 <= self.pretrigger * self.rate < self.n_sample:
-            raise self._error(
-                f"a rate of {self.rate} Hz and a pretrigger of {self.pretrigger} s do not fit "
-                f"blocks of {self.n_sample} samples"
-            )
-        together = np.concatenate([self.force[:, :, np.newaxis], self.response], axis=2)
-        bad = ~np.isfinite(together)
-        if bad.any():
-            hit, sample, column = (int(i) for i in np.argwhere(bad)[0])
-            raise self._error(
-                f"hit {hit + 1}: channel '{('force', *channels)[column]}' is not finite at sample "
-                f"{sample}: leave the hit out or export it again"
+        refuse_doubled(self.channels, f"channel of {self.name}")
+        if not 0 <= self.pretrigger * self.rate < self.n_sample:
+            raise InputError(
+                f"{self.name}: a pretrigger of {self.pretrigger} s does not fit blocks of "
+                f"{self.n_sample} samples at {self.rate} Hz"
             )
         if not np.any(self.force):
-            raise self._error("no force in any hit: is the hammer's channel the right one?")
+            raise InputError(
+                f"{self.name}: no force in any hit: is the hammer's channel the right one?"
+            )
+
+    @property
+    def name(self) -> str:
+        """Name for messages."""
+        return f"impact {self.impact}"
 
     @property
     def n_sample(self) -> int:
@@ -106,25 +89,6 @@ class HammerMeasurement:
     def n_before(self) -> int:
         """Samples that are surely before the push: a trigger comes on its rise."""
         return int(0.8 * self.pretrigger * self.rate)
-
-    def _error(self, sentence: str) -> InputError:
-        return InputError(f"impact {self.impact}: {sentence}")
-
-    def _stacked(
-        self, blocks: Sequence[npt.ArrayLike] | RealArray, ndim: int, what: str
-    ) -> RealArray:
-        arrays = [np.asarray(block, dtype=float) for block in blocks]
-        for number, array in enumerate(arrays, 1):
-            if array.ndim != ndim:
-                raise self._error(f"hit {number}: {what} has {array.ndim} dimensions, not {ndim}")
-            if array.shape != arrays[0].shape:
-                raise self._error(
-                    f"hit {number} has a {what} block of shape {array.shape}, hit 1 of "
-                    f"{arrays[0].shape}: all blocks of an impact need one length"
-                )
-        stacked = np.array(arrays)
-        stacked.setflags(write=False)
-        return stacked
 
 
 @dataclass(frozen=True, eq=False)
@@ -167,31 +131,6 @@ class HammerTest:
 
 
 @dataclass(frozen=True)
-class HitChecks:
-    """Limits of a good hit.
-
-    - `double_hit`.
-    - `overload`.
-    - `smallest_force`.
-    - `latest`: time by which the main push has its peak, over the duration of the block, above 0 to
-      1 [1].
-    """
-
-    double_hit: float = 0.05
-    overload: float = 0.99
-    smallest_force: float = 0.0
-    latest: float = 0.5
-
-    def __post_init__(self) -> None:
-        fractions = (self.double_hit, self.overload, self.latest)
-        if not all(0 < limit <= 1 for limit in fractions) or not self.smallest_force >= 0:
-            raise InputError(
-                "limits of hits: double_hit, overload and latest are above 0 and at most 1, "
-                "smallest_force is not negative"
-            )
-
-
-@dataclass(frozen=True)
 class HitRecord:
     """What became of one hit.
 
@@ -210,76 +149,75 @@ class HitRecord:
         return not self.reasons
 
 
-def check_hits(
-    measurement: HammerMeasurement, checks: HitChecks | None = None
-) -> tuple[HitRecord, ...]:
+def check_hits(measurement: HammerMeasurement) -> tuple[HitRecord, ...]:
     """Judge every hit, in their order.
 
-    - `measurement`.
-    - `checks`, optional.
-
-    A double hit is a second maximum of the force of more than the stated share, in height and above
-    its surroundings; pulls do not count, since filters and amplifiers swing through zero. A hit
-    whose own noise before the push reaches that share cannot be checked, and is rejected.
+    A double hit is a second maximum of the force of at least `DOUBLE_HIT`, in height and above its
+    surroundings. Hammers only push, filters swing through zero: a maximum that hardly exceeds the
+    pull beside it, on the side of the main push, is the filter's ringing. A hit whose own noise
+    before the push reaches that share cannot be checked, and is rejected.
     """
-    limits = HitChecks() if checks is None else checks
-    loudest = float(measurement.force.max())
+    loudest = float(np.abs(measurement.force).max())
     records = []
     for index, force in enumerate(measurement.force):
         before = force[: measurement.n_before]
         push = force - (before.mean() if before.size else 0.0)
-        reasons = [
-            *_force_faults(measurement, push, loudest, limits),
-            *_overloads(measurement, index, limits.overload),
-        ]
-        records.append(HitRecord(index + 1, float(push.max()), tuple(reasons)))
+        reasons = (*_force_faults(measurement, push, loudest), *_overloads(measurement, index))
+        records.append(HitRecord(index + 1, float(push.max()), reasons))
     return tuple(records)
 
 
-def _force_faults(
-    measurement: HammerMeasurement, push: RealArray, loudest: float, limits: HitChecks
-) -> list[str]:
-    peak, main = float(push.max()), int(np.argmax(push))
+def _force_faults(measurement: HammerMeasurement, push: RealArray, loudest: float) -> Iterator[str]:
+    peak, pull, main = float(push.max()), -float(push.min()), int(np.argmax(push))
     before = push[: measurement.n_before]
     noise = float(np.sqrt(np.mean(before**2))) if before.size else 0.0
     # a hammer that was not used shows noise: far below the other hits, or no peak above its own
-    if peak <= max(limits.smallest_force, NOISE_PEAKS * noise, 1e-3 * loudest):
-        return [f"no force: peak of {peak:.3g} N"]
-    faults = []
-    threshold = limits.double_hit * peak
-    if noise * NOISE_PEAKS > threshold:
-        faults.append(
+    if max(peak, pull) <= max(NOISE_PEAKS * noise, 1e-3 * loudest):
+        yield f"no force: peak of {peak:.3g} N"
+    elif pull > peak:
+        yield (
+            f"force reversed: it pulls with {pull:.3g} N and pushes with {peak:.3g} N; give its "
+            "channel the other sign"
+        )
+    elif noise * NOISE_PEAKS > DOUBLE_HIT * peak:
+        yield (
             f"too weak for its noise: {noise:.2g} N rms against a peak of {peak:.3g} N hides a "
             "double hit"
         )
     else:
-        # zeros around it: a push at the block's edge is a peak, too
-        peaks, _ = find_peaks(np.pad(push, 1), height=threshold, prominence=threshold)
-        others = [int(i) - 1 for i in peaks if i - 1 != main]
-        if others:
-            second = max(others, key=lambda i: push[i])
-            apart = (second - main) / measurement.rate
-            faults.append(
-                f"double hit: {100 * push[second] / peak:.0f} % again, {1e3 * apart:.1f} ms from "
-                "the main push"
-            )
+        share, later = _second_push(push)
+        if share:
+            apart = later / measurement.rate
+            yield f"double hit: {100 * share:.0f} % again, {1e3 * apart:.1f} ms from the main push"
     at, duration = main / measurement.rate, measurement.n_sample / measurement.rate
-    if at > limits.latest * duration:
-        faults.append(f"late: its peak comes {at:.3g} s into a block of {duration:.3g} s")
-    return faults
+    if at > LATEST * duration:
+        yield f"late: its peak comes {at:.3g} s into a block of {duration:.3g} s"
 
 
-def _overloads(measurement: HammerMeasurement, index: int, limit: float) -> list[str]:
+def _second_push(push: RealArray) -> tuple[float, float]:
+    """Share of the largest push beside the main one, and how many samples later; 0 if none."""
+    fine = resample(push, FINE * push.size)
+    main, reach = int(np.argmax(fine)), FINE * RINGING
+    least = DOUBLE_HIT * fine[main]
+    # zeros around it: a push at the block's edge is a peak, too
+    places = find_peaks(np.pad(fine, 1), height=least, prominence=least)[0] - 1
+    seconds = []
+    for place in places[places != main]:
+        beside = fine[max(place - reach, 0) : place] if place > main else fine[place:][:reach]
+        if fine[place] > -ABOVE_RINGING * beside.min():
+            seconds.append((fine[place] / fine[main], (place - main) / FINE))
+    return max(seconds, default=(0.0, 0.0))
+
+
+def _overloads(measurement: HammerMeasurement, index: int) -> Iterator[str]:
     force, responses = measurement.force[index], measurement.response[index]
     peaks = (np.abs(force).max(), *np.abs(responses).max(axis=0))
     names = ("force", *measurement.channels)
     units = ("N", *measurement.units)
     ranges = (measurement.force_range, *measurement.ranges)
-    return [
-        f"overload of '{name}': {peak:.4g} {unit} in a range of {bound:.4g} {unit}"
-        for name, unit, bound, peak in zip(names, units, ranges, peaks, strict=True)
-        if peak >= limit * bound
-    ]
+    for name, unit, bound, peak in zip(names, units, ranges, peaks, strict=True):
+        if peak >= OVERLOAD * bound:
+            yield f"overload of '{name}': {peak:.4g} {unit} in a range of {bound:.4g} {unit}"
 
 
 def _summary(records: Sequence[HitRecord]) -> str:
@@ -315,14 +253,12 @@ class HammerOptions:
       default from above 0 to rate/2.56, above which anti-aliasing filters work.
     - `minimum_hits`: fewest good hits, at least 1. With 1, allow an FRF whose coherence is not
       known.
-    - `checks`.
     """
 
     force_window: ForceWindow | None = None
     time_constant: float | None = None
     band: tuple[float, float] | None = None
     minimum_hits: int = 2
-    checks: HitChecks = field(default_factory=HitChecks)
 
     def __post_init__(self) -> None:
         if self.minimum_hits < 1:
@@ -401,7 +337,7 @@ def hammer_frf(measurement: HammerMeasurement, options: HammerOptions | None = N
     step of it. Spectra are energy densities: an impact has energy, no power.
     """
     options = HammerOptions() if options is None else options
-    records = check_hits(measurement, options.checks)
+    records = check_hits(measurement)
     used = [record.number - 1 for record in records if record.used]
     if len(used) < options.minimum_hits:
         why = ""

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import subprocess
 import sys
 import tempfile
@@ -27,15 +28,7 @@ NEEDED = (
     "deboom/studies/u06_platform.py",
     "deboom/studies/data/u06_f39_f45/platform.toml",
 )
-LINES = """
-import deboom
-
-model = deboom.booming_model(deboom.read_platform("u06"), vehicles="U06", band=(24, 40))
-space = deboom.design_space(model)
-robust = deboom.robust_response(model, space, draws=16, seed=1)
-front = deboom.search(robust, population=8, generations=2, verified_with=32)
-print(len(front.table()), "designs on the front")
-"""
+PYTHON_BLOCK = re.compile(r"^```python\n(.*?)^```$", flags=re.MULTILINE | re.DOTALL)
 
 
 def main() -> None:
@@ -56,7 +49,7 @@ def main() -> None:
         venv.create(home, with_pip=True)
         scripts = home / ("Scripts" if os.name == "nt" else "bin")
         python, constraints = str(scripts / "python"), str(ROOT / "constraints.txt")
-        _run(empty, python, "-m", "pip", "install", "-q", "-c", constraints, str(wheel))
+        _run(empty, python, "-m", "pip", "install", "-q", "-c", constraints, f"{wheel}[fast]")
         listed = _run(empty, str(scripts / "deboom"), "studies")
         study = ("fleet_correlation", "--group", "U06", "--designs", "16", "--resamples", "100")
         _run(empty, python, "-m", "deboom", "run", *study, "--draws", "4")
@@ -66,7 +59,8 @@ def main() -> None:
         record = json.loads(results[0].with_name("run.json").read_text(encoding="utf-8"))
         if record["environment"]["sources_sha256"] != hash_sources(ROOT / "src" / "deboom"):
             sys.exit("the wheel's sources have another hash than those of the checkout")
-        print(_run(empty, python, "-c", LINES).strip())
+        lines = "".join(PYTHON_BLOCK.findall((ROOT / "README.md").read_text(encoding="utf-8")))
+        print(_run(empty, python, "-c", f"{lines}\nprint(len(front.table), 'designs')").strip())
         print(f"{wheel.name}: {len(names)} files, used from an empty folder")
 
 

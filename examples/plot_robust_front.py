@@ -13,9 +13,9 @@ from pymoo.optimize import minimize
 import deboom
 
 platform = deboom.read_platform("u06")
-model = deboom.booming_model(platform, vehicles="U06", band=(24, 40))
-space = deboom.design_space(model, bounds=0.20, tolerance=0.15)
-robust = deboom.robust_response(model, space, draws=32, seed=1)
+model = platform.model(vehicles="U06", band=(24, 40), motion="coupled")
+space = model.design_space(bounds=0.20, tolerance=0.15)
+robust = deboom.Robust(model, space, draws=32, seed=1)
 
 # %%
 # pymoo minimises both objectives. Every design meets the same 32 draws of the scatter.

@@ -15,14 +15,14 @@ import deboom
 # A sum of a and 2 b over the same range: shares of the variance are 1/5 and 4/5.
 
 linear = deboom.ResponseFunction(lambda x: x @ [[1.0], [2.0]], ("a", "b"), ("y",), "dB")
-known = deboom.sobol(linear, deboom.design_space(linear), n=256).table
+known = deboom.sobol(linear, linear.design_space(), n=256).table
 assert np.allclose(known["total [1]"], [0.2, 0.8], atol=0.02)
 
 # %%
 # Twelve stiffnesses of the shipped platform, vehicle by vehicle.
 
-model = deboom.booming_model(deboom.read_platform("u06"), vehicles="U06", band=(24, 40))
-indices = deboom.sobol(model, deboom.design_space(model), n=128, seed=1)
+model = deboom.read_platform("u06").model(vehicles="U06", band=(24, 40), motion="coupled")
+indices = deboom.sobol(model, model.design_space(), n=128, seed=1)
 print(indices.problem["names"])
 total = indices.table.pivot_table("total [1]", "variable", "response", sort=False)
 

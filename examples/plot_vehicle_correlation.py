@@ -9,8 +9,8 @@ experiments over the mounts, and the correlation of all pairs of vehicles with i
 import deboom
 
 platform = deboom.read_platform("u06")
-model = deboom.booming_model(platform, band=(24, 40))
-experiment = deboom.doe(model, deboom.design_space(model), n=96, seed=1)
+model = platform.model(band=(24, 40), motion="coupled")
+experiment = deboom.doe(model, model.design_space(), n=96, seed=1)
 found = deboom.correlation(experiment, resamples=200)
 
 # %%

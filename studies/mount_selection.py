@@ -238,7 +238,11 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
         ),
         "Which part each design of the front has.",
     )
-    report.table("front", front.table(catalogue.columns(search.front.designs)))
+    with_parts = front.table
+    columns = catalogue.columns(search.front.designs)
+    for place, (name, chosen) in enumerate(columns.items(), start=2):  # after point and pick
+        with_parts.insert(place, name, chosen)
+    report.table("front", with_parts)
     report.table("designs", front.designs(first=n_mounts))
     if sets is not None:
         on_front = {tuple(row) for row in set_front.designs.tolist()}

@@ -1,4 +1,4 @@
-"""A platform in a notebook: from its folder to model, front, correlation and sensitivities.
+"""A platform in a notebook: from its folder to model, front, tolerances and sensitivities.
 
 Each function does in one call what a study does with its options; words are checked here, and the
 rooms below get types. `import deboom` offers all of them.
@@ -8,17 +8,19 @@ from __future__ import annotations
 
 import difflib
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
 from pathlib import Path
 from typing import Any, TypeVar
 
+import numpy as np
+import numpy.typing as npt
 import pandas as pd
 
 from deboom.errors import InputError
+from deboom.explore import front as fronts
 from deboom.explore.correlation import Correlations, correlations
 from deboom.explore.doe import Doe, latin_hypercube, run_doe
-from deboom.explore.front import verify
 from deboom.explore.robust import RobustResponse
 from deboom.explore.scatter import sobol_sample
 from deboom.explore.search import nsga2
@@ -32,11 +34,25 @@ from deboom.explore.sensitivity import (
     sobol_designs,
     sobol_indices,
 )
-from deboom.explore.space import DesignSpace, Evaluate, responses, stiffness_factor_space
+from deboom.explore.space import (
+    DesignSpace,
+    Evaluate,
+    check_same_names,
+    checked_model,
+    responses,
+)
+from deboom.explore.tolerance_allocation import (
+    Allocation,
+    Allocator,
+    SigmaTarget,
+    ToleranceCost,
+    ToleranceEffect,
+    reciprocal_curves,
+)
 from deboom.explore.workers import workers_for
+from deboom.files import platform as platform_files
 from deboom.files.doe_table import doe_frame
-from deboom.files.platform import Platform
-from deboom.files.platform import read_platform as read_folder
+from deboom.study.compare import common_judges
 from deboom.study.front import Front
 from deboom.study.platform_model import (
     DEMONSTRATION,
@@ -44,9 +60,115 @@ from deboom.study.platform_model import (
     MountSource,
     operation,
 )
+from deboom.tabled import Tabled
 from deboom.vehicles.booming_model import BoomingModel, Motion
+from deboom.vehicles.fleet import Fleet
 
 _Choice = TypeVar("_Choice", bound=Enum)
+
+
+class Platform(platform_files.Platform):
+    """Everything measured on one platform, and the model of its noise; made by `read_platform`.
+
+    Parameters
+    ----------
+    name, title, description : str
+        Short key, a name for readers, a paragraph.
+    folder : Path
+        Folder that it was read from.
+    mounts : tuple of Mount
+        Mounts in the order of the design variables, positions in m.
+    powertrain : Powertrain
+        Mass [kg] and inertia [kg m²], with tolerances.
+    fleet : Fleet
+        Vehicles with their noise transfer functions, (n_frequency, 1, n_path) [Pa/N].
+    load_cases : tuple of LoadCase
+        Runs: displacements [m] and forces [N] at the mounts, (n_frequency, n_channel).
+    default_load_case : str
+        Name of the load case that is meant when none is asked for.
+    input_files : tuple of Path
+        Every file that was read.
+
+    Raises
+    ------
+    InputError
+        `model` and `load_case`: a word or name that the platform does not know.
+
+    Examples
+    --------
+    >>> import deboom
+    >>> platform = deboom.read_platform("u06")
+    >>> platform.name, len(platform.fleet.names)
+    ('u06_f39_f45', 15)
+    """
+
+    def model(
+        self,
+        *,
+        vehicles: str | Sequence[str] | None = None,
+        band: tuple[float, float] = (20.0, 60.0),
+        motion: str | Motion = "coupled",
+        mounts: str | MountSource = "library",
+        load_cases: Sequence[str] | None = None,
+    ) -> BoomingModel:
+        """Return the sound pressure level of vehicles as a function of mount stiffnesses.
+
+        Parameters
+        ----------
+        vehicles : str or sequence of str, optional
+            Group of vehicles, or vehicles by name; by default all vehicles of the platform.
+        band : (lower, upper)
+            Lines that count, both edges included [Hz].
+        motion : str
+            ``"coupled"``: the motion of the powertrain is solved again for every design;
+            ``"prescribed"``: it moves as measured, as in the thesis; ``"amplitude"``: coupled, and
+            stiffnesses follow the amplitudes, too.
+        mounts : str
+            ``"library"``: forces of the response surfaces in the platform's mount library;
+            ``"library-inside"``: the same where they are backed by measurements, else measured
+            forces; ``"spectra"``: measured forces.
+        load_cases : sequence of str, optional
+            Load cases such as ``"g5_wot220"`` or ``"g5_wot220=2"`` with a weight; by default the
+            platform's default one.
+
+        Returns
+        -------
+        BoomingModel
+            Designs, shape (n, k) [1] → SPLV of each vehicle, shape (n, v) [dB(A)].
+
+        Raises
+        ------
+        InputError
+            An unknown word, vehicle or load case; a band that reaches beyond the measured lines;
+            data that the motion needs and the platform does not have.
+
+        Examples
+        --------
+        >>> import deboom
+        >>> model = deboom.read_platform("u06").model(vehicles="U06", motion="coupled")
+        >>> len(model.variable_names), model.response_names[0]
+        (12, 'U06-1')
+        """
+        lines, (low, high) = self.load_cases[0].force.frequency, band
+        if not (lines[0] <= low < high <= lines[-1]):
+            raise InputError(
+                f"the band from {low:g} to {high:g} Hz is not inside the measured "
+                f"{lines[0]:g} to {lines[-1]:g} Hz: give a lower and an upper edge within them"
+            )
+        chosen, source = self._listening(vehicles), _choice(MountSource, mounts, "mounts")
+        runs = operation(chosen, load_cases, source, None, band)
+        return MotionOptions(_choice(Motion, motion, "motion")).index(runs)
+
+    def _listening(self, vehicles: str | Sequence[str] | None) -> Platform:
+        """Return the platform with some of its vehicles only."""
+        members = self.fleet.vehicles
+        if vehicles is None:
+            return self
+        names = [vehicles] if isinstance(vehicles, str) else list(vehicles)
+        for name in names:
+            _known(name, [*self.fleet.names, *(member.group for member in members)], "vehicle")
+        kept = tuple(one for one in members if one.name in names or one.group in names)
+        return replace(self, fleet=Fleet(kept))
 
 
 def read_platform(folder: str | Path) -> Platform:
@@ -74,122 +196,48 @@ def read_platform(folder: str | Path) -> Platform:
     >>> deboom.read_platform("u06").fleet.names[:2]
     ('U06-1', 'U06-2')
     """
-    if str(folder).lower() == "u06":
-        return read_folder(DEMONSTRATION)
-    return read_folder(Path(folder))
+    shipped = str(folder).lower() == "u06"
+    read = platform_files.read_platform(DEMONSTRATION if shipped else Path(folder))
+    return Platform(**vars(read))
 
 
-def booming_model(
-    platform: Platform,
-    *,
-    vehicles: str | None = None,
-    band: tuple[float, float] = (20.0, 60.0),
-    motion: str | Motion = "prescribed",
-    mounts: str | MountSource = "library",
-    load_cases: Sequence[str] | None = None,
-) -> BoomingModel:
-    """Return the sound pressure level of a group of vehicles as a function of mount stiffnesses.
-
-    Parameters
-    ----------
-    platform : Platform
-        As read by `read_platform`.
-    vehicles : str, optional
-        Group of vehicles; by default all vehicles of the platform.
-    band : (lower, upper)
-        Lines that count, both edges included [Hz].
-    motion : str
-        ``"prescribed"``: the powertrain moves as measured; ``"coupled"``: its motion is solved
-        again for every design; ``"amplitude"``: stiffnesses follow the amplitudes, too.
-    mounts : str
-        ``"library"``: forces of the response surfaces in the platform's mount library;
-        ``"library-inside"``: the same where they are backed by measurements, else measured forces;
-        ``"spectra"``: measured forces.
-    load_cases : sequence of str, optional
-        Load cases such as ``"g5_wot220"`` or ``"g5_wot220=2"`` with a weight; by default the
-        platform's default one.
-
-    Returns
-    -------
-    BoomingModel
-        Callable: designs of stiffness factors, shape (n, k) [1] → SPLV, the sum of the levels over
-        the lines, shape (n, n_vehicle) [dB(A)].
-
-    Raises
-    ------
-    InputError
-        An unknown word, group or load case; a band without lines; data that the motion needs and
-        the platform does not have.
-
-    Examples
-    --------
-    >>> import deboom
-    >>> model = deboom.booming_model(deboom.read_platform("u06"), vehicles="U06")
-    >>> len(model.variable_names), model.response_names[0]
-    (12, 'U06-1')
-    """
-    source = _choice(MountSource, mounts, "mounts")
-    runs = operation(platform, load_cases, source, vehicles, band)
-    return MotionOptions(_choice(Motion, motion, "motion")).index(runs)
-
-
-def design_space(model: Evaluate, *, bounds: float = 0.20, tolerance: float = 0.15) -> DesignSpace:
-    """Return the design space of stiffness factors around today's mounts, 1.
-
-    Parameters
-    ----------
-    model : BoomingModel or any other evaluation
-        Its variables.
-    bounds : float
-        Factors are searched within 1 ± this [1].
-    tolerance : float
-        Half width of the manufacturing scatter, three standard deviations, relative to the
-        factor [1].
-
-    Raises
-    ------
-    InputError
-        Bounds or a tolerance that are not between 0 and 1.
-
-    Examples
-    --------
-    >>> import deboom
-    >>> square = deboom.ResponseFunction(lambda x: x**2, ("a",), ("y",), "dB")
-    >>> deboom.design_space(square, bounds=0.1).upper
-    array([1.1])
-    """
-    return stiffness_factor_space(model.variable_names, half_width=bounds, tolerance=tolerance)
-
-
-def robust_response(
+def Robust(
     model: Evaluate, space: DesignSpace, *, draws: int = 128, seed: int = 1
 ) -> RobustResponse:
     """Wrap a model with the scatter of manufacture: ΣSPLV and Σσ(SPLV) over shared draws.
 
     Parameters
     ----------
-    model : BoomingModel or any other evaluation
-        Called with all draws of a design at once.
+    model : BoomingModel, ResponseFunction or any other evaluation
+        Designs, shape (n, k) → responses, shape (n, r); called with all draws of a design at once.
     space : DesignSpace
-        Bounds and tolerances of its variables.
+        Bounds and tolerances of its k variables.
     draws : int
         Draws of the scatter, a power of two; every design meets the same ones.
     seed : int
         Seed of the draws, from 1.
 
+    Returns
+    -------
+    RobustResponse
+        Designs → mean and standard deviation of each response, shape (n, r) [unit of the
+        responses], and their sums.
+
     Raises
     ------
     InputError
-        Variables that differ, a number of draws that is no power of two, a seed below 1.
+        A model without names; variables that differ; a number of draws that is no power of two; a
+        seed below 1.
 
     Examples
     --------
     >>> import deboom
     >>> square = deboom.ResponseFunction(lambda x: x**2, ("a",), ("y",), "dB")
-    >>> robust = deboom.robust_response(square, deboom.design_space(square), draws=64)
-    >>> robust.n_objectives
-    2
+    >>> robust = deboom.Robust(square, square.design_space(), draws=64)
+    >>> robust([[1.0]]).mean.round(3)
+    array([[1.002]])
     """
+    _fitting(model, space)
     return RobustResponse(model, space, sobol_sample(space.n_variables, draws, seed=seed))
 
 
@@ -220,7 +268,8 @@ def search(
     Returns
     -------
     Front
-        ``front.table()`` (pandas), ``front.picks``, ``front.compared``, ``front.picture()``.
+        ``front.table``, one row per design: sums over vehicles and lines [dB(A)], and means per
+        line and vehicle; ``front.designs()`` [1]; ``front.picks``.
 
     Raises
     ------
@@ -231,35 +280,180 @@ def search(
     --------
     >>> import deboom
     >>> model = deboom.ResponseFunction(lambda x: (x - 0.9) ** 2, ("a",), ("y",), "dB")
-    >>> robust = deboom.robust_response(model, deboom.design_space(model), draws=64)
+    >>> robust = deboom.Robust(model, model.design_space(), draws=64)
     >>> front = deboom.search(robust, population=8, generations=4)
     >>> abs(front.search.front.designs[front.picks["best mean"], 0] - 0.9) < 0.1
     np.True_
     """
     with workers_for(robust, workers) as evaluation:
         searched = nsga2(evaluation, population, generations, seed=seed)
-    return Front(robust, searched, verify(searched.front, robust, verified_with, seed=seed))
+    verified = fronts.verify(searched.front, robust, verified_with, seed=seed)
+    return Front(robust, searched, verified)
+
+
+def verify(front: Front, *, draws: int = 1024, seed: int) -> fronts.Verification:
+    """Evaluate the designs of a front again, with draws that its search never saw.
+
+    Parameters
+    ----------
+    front : Front
+        As `search` found it.
+    draws : int
+        Draws of the scatter, a power of two.
+    seed : int
+        Seed from 1; that of the search gives other draws all the same.
+
+    Returns
+    -------
+    Verification
+        ``values``, ``nondominated``, and how optimistic the search was [unit of the responses].
+
+    Raises
+    ------
+    InputError
+        A front that fails altogether under the new draws; draws or a seed that cannot be.
+
+    Examples
+    --------
+    >>> import deboom
+    >>> model = deboom.ResponseFunction(lambda x: (x - 0.9) ** 2, ("a",), ("y",), "dB")
+    >>> robust = deboom.Robust(model, model.design_space(), draws=64)
+    >>> front = deboom.search(robust, population=8, generations=4)
+    >>> bool(deboom.verify(front, draws=512, seed=2).nondominated.any())
+    True
+    """
+    return fronts.verify(front.search.front, front.robust, draws, seed=seed)
+
+
+def compare(first: Front, second: Front, *, draws: int = 1024, seed: int = 1) -> fronts.Difference:
+    """Say whether one front is really better than another, or whether it could be chance.
+
+    Parameters
+    ----------
+    first, second : Front
+        Fronts of the same variables and responses; the model of the first one judges both.
+    draws : int
+        Common draws of the scatter that both meet, a power of two of at least 16.
+    seed : int
+        Seed of these draws, from 1.
+
+    Returns
+    -------
+    Difference
+        First minus second, as a share of the hypervolume of their common box [1]; ``noise``, the
+        largest difference that 99 % still call chance; ``verdict``.
+
+    Raises
+    ------
+    InputError
+        Fronts of other variables or responses; draws that cannot be.
+
+    Examples
+    --------
+    >>> import deboom
+    >>> model = deboom.ResponseFunction(lambda x: (x - 0.9) ** 2, ("a",), ("y",), "dB")
+    >>> robust = deboom.Robust(model, model.design_space(), draws=64)
+    >>> front = deboom.search(robust, population=8, generations=4)
+    >>> deboom.compare(front, front).verdict.value
+    'within noise'
+    """
+    names = [(one.variables, one.vehicles) for one in (first, second)]
+    if names[0] != names[1]:
+        raise InputError(
+            f"fronts of {names[0]} and of {names[1]} do not compare: search both alike"
+        )
+    judges = common_judges(first.robust, draws, seed)
+    by_set = [
+        [judge(front.search.front.designs).objectives for judge in judges]
+        for front in (first, second)
+    ]
+    box = fronts.common_box([np.mean(values, axis=0) for values in by_set])
+    return fronts.difference(
+        *(
+            fronts.Contestant(
+                name,
+                np.array([[box.hypervolume(values) for values in sets]]),
+                np.array([box.share(fronts.last_gain(front.search.hypervolume))]),
+            )
+            for name, sets, front in zip(("first", "second"), by_set, (first, second), strict=True)
+        )
+    )
+
+
+def allocate_tolerances(
+    robust: RobustResponse,
+    design: npt.ArrayLike,
+    *,
+    sigma: float | None = None,
+    tightest: float = 0.05,
+    widest: float = 0.30,
+) -> Allocation:
+    """Return the cheapest tolerances of a design that keep the scatter of its responses.
+
+    Parameters
+    ----------
+    robust : RobustResponse
+        Model with a gradient, and draws of the scatter.
+    design : array, shape (k,)
+        Design that is made [units of the space].
+    sigma : float, optional
+        Sum of the standard deviations that is kept [unit of the responses]; by default that of
+        today's tolerances.
+    tightest, widest : float
+        Bounds of every tolerance, half widths of three standard deviations [1].
+
+    Returns
+    -------
+    Allocation
+        ``tolerance``, shape (k,) [1]; today's tolerance has the price 1 in every variable and
+        others its reciprocal.
+
+    Raises
+    ------
+    InputError
+        A model without gradient; a scatter that the tightest tolerances do not reach.
+
+    Examples
+    --------
+    >>> import deboom
+    >>> model = deboom.read_platform("u06").model(vehicles="U06", motion="prescribed")
+    >>> robust = deboom.Robust(model, model.design_space(), draws=64)
+    >>> table = deboom.allocate_tolerances(robust, robust.space.nominal).table
+    >>> table.loc[table["tolerance [%]"].idxmin(), "variable"]
+    'TSM x'
+    """
+    space = robust.space
+    cost = ToleranceCost(np.ones(space.n_variables), space.tolerance)
+    bounds = np.broadcast_to([[tightest], [widest]], (2, space.n_variables))
+    effect = ToleranceEffect(robust, np.asarray(design, dtype=float))
+    allocator = Allocator(effect, reciprocal_curves(space.names, cost), *bounds)
+    kept = allocator.at(allocator.today).sigma_sum if sigma is None else sigma
+    return allocator.cheapest(SigmaTarget(kept))
 
 
 @dataclass(frozen=True, eq=False)
-class Experiment:
+class Experiment(Tabled):
     """Designs with their responses.
 
     Parameters
     ----------
     doe : Doe
         Designs, responses, failures.
+    n_lines : int
+        Lines that each response is the sum of.
     """
 
     doe: Doe
+    n_lines: int = 1
 
     @property
     def table(self) -> pd.DataFrame:
-        """One row per design, columns ``name [unit]``."""
-        return doe_frame(self.doe)
-
-    def _repr_html_(self) -> str:
-        return str(self.table.to_html(max_rows=12))
+        """One row per design: variables, responses, their sum, and their mean over lines."""
+        unit, names = self.doe.response_unit, self.doe.response_names
+        table = doe_frame(self.doe)
+        total = table[[f"{name} [{unit}]" for name in names]].sum(axis=1, skipna=False)
+        mean = total / (len(names) * self.n_lines)
+        return table.assign(**{f"sum [{unit}]": total, f"mean per line [{unit}]": mean})
 
 
 def doe(model: Evaluate, space: DesignSpace, *, n: int = 256, seed: int = 1) -> Experiment:
@@ -276,22 +470,27 @@ def doe(model: Evaluate, space: DesignSpace, *, n: int = 256, seed: int = 1) -> 
     seed : int
         Seed from 1.
 
+    Returns
+    -------
+    Experiment
+        ``table``: variables [1], responses and their sums; ``doe`` holds the arrays.
+
     Raises
     ------
     InputError
-        Variables that differ, or a seed below 1.
+        A model without names; variables that differ; a seed below 1.
 
     Examples
     --------
     >>> import deboom
     >>> square = deboom.ResponseFunction(lambda x: x**2, ("a",), ("y",), "dB")
-    >>> deboom.doe(square, deboom.design_space(square), n=16).table.shape[0]
+    >>> deboom.doe(square, square.design_space(), n=16).table.shape[0]
     16
     """
+    _fitting(model, space)
     designs = latin_hypercube(space, n, seed=seed)
-    return Experiment(
-        run_doe(model, space, designs, name="notebook", plan=f"{n} designs, seed {seed}")
-    )
+    run = run_doe(model, space, designs, name="notebook", plan=f"{n} designs, seed {seed}")
+    return Experiment(run, getattr(model, "n_lines", 1))
 
 
 def correlation(experiment: Experiment, *, seed: int = 1, resamples: int = 1000) -> Correlations:
@@ -318,7 +517,7 @@ def correlation(experiment: Experiment, *, seed: int = 1, resamples: int = 1000)
     --------
     >>> import deboom, numpy as np
     >>> two = deboom.ResponseFunction(lambda x: np.c_[x, 2 * x], ("a",), ("y", "z"), "dB")
-    >>> experiment = deboom.doe(two, deboom.design_space(two), n=16)
+    >>> experiment = deboom.doe(two, two.design_space(), n=16)
     >>> round(float(deboom.correlation(experiment, resamples=100).pearson[0, 1]), 6)
     1.0
     """
@@ -327,7 +526,7 @@ def correlation(experiment: Experiment, *, seed: int = 1, resamples: int = 1000)
 
 
 @dataclass(frozen=True, eq=False)
-class Sensitivities:
+class Sensitivities(Tabled):
     """Indices of an analysis by SALib.
 
     Parameters
@@ -338,31 +537,35 @@ class Sensitivities:
         As arrays, (factor, output).
     unit : str
         Unit of the responses.
+    n_lines : int
+        Lines that each response is the sum of.
     """
 
     problem: Mapping[str, Any]
     indices: SobolIndices | MorrisEffects
     unit: str
+    n_lines: int = 1
 
     @property
     def table(self) -> pd.DataFrame:
         """One row per variable and response."""
-        found = self.indices
-        if isinstance(found, SobolIndices):
+        indices = self.indices
+        if isinstance(indices, SobolIndices):
             columns = {
-                "first [1]": found.first,
-                "total [1]": found.total,
-                "total ± 95 % [1]": found.total_interval,
+                "first [1]": indices.first,
+                "total [1]": indices.total,
+                "total ± 95 % [1]": indices.total_interval,
             }
         else:
-            columns = {f"mu* [{self.unit}]": found.mu_star, f"sigma [{self.unit}]": found.sigma}
+            columns = {
+                f"mu* [{self.unit}]": indices.mu_star,
+                f"sigma [{self.unit}]": indices.sigma,
+                f"mu* per line [{self.unit}]": indices.mu_star / self.n_lines,
+            }
         rows = pd.MultiIndex.from_product(
-            (found.factors, found.outputs), names=("variable", "response")
+            (indices.factors, indices.outputs), names=("variable", "response")
         ).to_frame(index=False)
         return rows.assign(**{name: values.ravel() for name, values in columns.items()})
-
-    def _repr_html_(self) -> str:
-        return str(self.table.to_html(max_rows=12))
 
 
 def sobol(
@@ -381,6 +584,12 @@ def sobol(
     seed, resamples : int
         Seed from 1 and bootstrap resamples of the intervals.
 
+    Returns
+    -------
+    Sensitivities
+        First and total indices, shape (k, r) [1], with 95 % intervals; ``problem`` is SALib's
+        dictionary.
+
     Raises
     ------
     InputError
@@ -390,10 +599,11 @@ def sobol(
     --------
     >>> import deboom, numpy as np
     >>> add = deboom.ResponseFunction(lambda x: x @ [[1.0], [2.0]], ("a", "b"), ("y",), "dB")
-    >>> table = deboom.sobol(add, deboom.design_space(add), n=256).table
+    >>> table = deboom.sobol(add, add.design_space(), n=256).table
     >>> table["total [1]"].round(1).tolist()
     [0.2, 0.8]
     """
+    _fitting(model, space)
     inputs = design_inputs(space)
     designs = sobol_designs(inputs, n, seed=seed, second_order=False)
     values = responses(model, designs)
@@ -401,7 +611,8 @@ def sobol(
     indices = sobol_indices(
         values, names, outputs, seed=seed, second_order=False, n_resamples=resamples
     )
-    return Sensitivities(salib_problem(inputs), indices, model.response_unit)
+    lines = getattr(model, "n_lines", 1)
+    return Sensitivities(salib_problem(inputs), indices, model.response_unit, lines)
 
 
 def morris(
@@ -420,6 +631,12 @@ def morris(
     seed : int
         Seed from 1.
 
+    Returns
+    -------
+    Sensitivities
+        ``mu*`` and ``sigma``, shape (k, r) [unit of the responses]; ``problem`` is SALib's
+        dictionary.
+
     Raises
     ------
     InputError
@@ -429,24 +646,37 @@ def morris(
     --------
     >>> import deboom
     >>> add = deboom.ResponseFunction(lambda x: x @ [[1.0], [2.0]], ("a", "b"), ("y",), "dB")
-    >>> table = deboom.morris(add, deboom.design_space(add), trajectories=8).table
+    >>> table = deboom.morris(add, add.design_space(), trajectories=8).table
     >>> (table["mu* [dB]"] / table["mu* [dB]"][0]).round(6).tolist()
     [1.0, 2.0]
     """
+    _fitting(model, space)
     inputs = design_inputs(space)
     designs = morris_designs(inputs, trajectories, seed=seed)
     values = responses(model, designs)
     effects = morris_analysis(inputs, designs, values, model.response_names, seed=seed)
-    return Sensitivities(salib_problem(inputs), effects, model.response_unit)
+    lines = getattr(model, "n_lines", 1)
+    return Sensitivities(salib_problem(inputs), effects, model.response_unit, lines)
+
+
+def _fitting(model: Evaluate, space: DesignSpace) -> None:
+    """Refuse a model that does not say its names, or has not the variables of the space."""
+    names = checked_model(model).variable_names
+    check_same_names("the model has the variables", names, space.names)
 
 
 def _choice(kind: type[_Choice], word: str | _Choice, item: str) -> _Choice:
     """Return the member of an Enum that a word names."""
     if isinstance(word, kind):
         return word
-    words = [str(member.value) for member in kind]
+    return kind(_known(str(word), [str(member.value) for member in kind], item))
+
+
+def _known(word: str, words: Sequence[str], item: str) -> str:
+    """Return a word that is one of those known, or refuse it with the nearest one."""
     if word in words:
-        return kind(word)
-    close = difflib.get_close_matches(str(word), words, n=1)
-    hint = f"did you mean '{close[0]}'?" if close else f"use one of {', '.join(words)}"
+        return word
+    close = difflib.get_close_matches(word, words, n=1)
+    known = ", ".join(dict.fromkeys(words))
+    hint = f"did you mean '{close[0]}'?" if close else f"use one of {known}"
     raise InputError(f"{item} '{word}' is unknown: {hint}")

@@ -1,4 +1,8 @@
-"""Virtual test bench with known truth; it writes measurement files.
+"""Virtual test bench with known truth: each function writes the files of one measurement.
 
 Depends on: physics, files.
 """
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -8,6 +8,7 @@ from functools import partial
 
 import numpy as np
 import numpy.typing as npt
+import pandas as pd
 
 from deboom.arrays import BoolArray, ComplexArray, RealArray
 from deboom.compressor.body_loads import (
@@ -48,6 +49,7 @@ from deboom.measurement.electric_car import (
 from deboom.measurement.noise_transfer import POINT_LOADS
 from deboom.physics.sound_level import spl
 from deboom.physics.transfer_path import contributions
+from deboom.tabled import Tabled
 
 BAND = (20.0, 140.0)
 """Of the thesis's figures 65 and 66 [Hz]."""
@@ -109,14 +111,34 @@ def running_in_car(
 ) -> RunningInCar:
     """Find out what a compressor does on its mounts and hoses in a car.
 
-    - `found`: identification of the hammer test on its compressor.
-    - `prior`, optional: quality of the drawing of single mounts; the places where the car's sheet
-      has them replace those of the drawing.
-    - `with_hoses`: whether standard hoses are identified; without, their paths are left out.
-    - `step`, optional: receiver of progress messages.
-    - raises InputError: no drawing of the mounts, or one with others than the car; standard hoses
-      without drawing, or whose ends on the body were not struck; what `unbalance` and
-      `identify_hoses` refuse.
+    Parameters
+    ----------
+    car : ElectricCar
+        Noise transfer functions, accelerances of the body and sweeps in the car.
+    found : Identification
+        Identification of the hammer test on its compressor.
+    prior : MountPrior, optional
+        Quality of the drawing of single mounts; the places where the car's sheet has them replace
+        those of the drawing.
+    with_hoses : bool
+        Whether standard hoses are identified; without, their paths are left out.
+    step : callable of str, optional
+        Receiver of progress messages.
+
+    Returns
+    -------
+    RunningInCar
+        Source, mounts and hoses as they act in the car.
+
+    Raises
+    ------
+    InputError
+        No drawing of the mounts, or one with others than the car; standard hoses without drawing,
+        or whose ends on the body were not struck; what `unbalance` and `identify_hoses` refuse.
+
+    Examples
+    --------
+    See `cabin_noise`.
     """
     say = step or (lambda _: None)
     standard = bool(car.operation.with_hoses(HoseState.STANDARD))
@@ -200,7 +222,7 @@ def _struck_hoses(car: ElectricCar) -> tuple[HoseDrawing, ...]:
 
 
 @dataclass(frozen=True, eq=False)
-class SweepNoise:
+class SweepNoise(Tabled):
     """Sound at the ear over the speed of one sweep, path by path.
 
     `frequency` (n_frequency,): frequency of the rotation [Hz]; `paths`: ``<point> x y z`` and, of
@@ -222,6 +244,18 @@ class SweepNoise:
     measured: ComplexArray
     still_body: ComplexArray
     predicted_body: ComplexArray
+
+    @property
+    def table(self) -> pd.DataFrame:
+        """Measured and synthesised level over the speed."""
+        columns = {"frequency [Hz]": self.frequency, "speed [1/min]": 60 * self.frequency}
+        for name, pressure in (
+            ("measured", self.measured),
+            ("synthesised", self.total),
+            ("mounts alone", self.by_mounts),
+        ):
+            columns[f"{name} [dB(A)]"] = self.level(pressure)
+        return pd.DataFrame(columns)
 
     @property
     def total(self) -> ComplexArray:
@@ -301,15 +335,39 @@ def cabin_noise(
 ) -> tuple[SweepNoise, ...]:
     """Synthesise the sound at the ear for every sweep of a car.
 
-    - `running`: compressor, mounts and hoses.
-    - `transfer`, optional: noise transfer of the car; computed if left out.
-    - `band` (float, float): lines that are kept [Hz].
-    - returns: noise in the order of the sweeps; hoses contribute where the sweep had standard ones.
-    - raises InputError: a sweep without lines in the band, or with lines at which no transfer
-      function was measured.
+    Parameters
+    ----------
+    running : RunningInCar
+        Compressor, mounts and hoses.
+    transfer : WrenchNoiseTransfer, optional
+        Noise transfer of the car [Pa/N, Pa/(N m)]; computed if left out.
+    band : (float, float)
+        Lines that are kept [Hz].
 
+    Returns
+    -------
+    tuple of SweepNoise
+        Contributions of all paths, (n_frequency, n_path), complex peak [Pa], in the order of the
+        sweeps; hoses contribute where the sweep had standard ones.
+
+    Raises
+    ------
+    InputError
+        A sweep without lines in the band, or with lines at which no transfer function was measured.
+
+    Notes
+    -----
     ``p = Σ H_i F_i`` with ``F_i = v(f) (1 + δ) K_i (T_i x − y_i)`` of the mounts and the loads of
     the hoses as beams; thesis, 4.5, in which y and the hoses are missing.
+
+    Examples
+    --------
+    >>> import deboom
+    >>> car = deboom.read_electric_car("car")  # doctest: +SKIP
+    >>> running = deboom.running_in_car(
+    ...     car, deboom.identify(car.operation.hammer)
+    ... )  # doctest: +SKIP
+    >>> deboom.cabin_noise(running)[0].table  # doctest: +SKIP
     """
     transfer = transfer or wrench_noise_transfer(running.car)
     return tuple(

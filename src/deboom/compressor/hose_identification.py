@@ -14,11 +14,13 @@ from enum import Enum
 from typing import TYPE_CHECKING
 
 import numpy as np
+import pandas as pd
 
 from deboom.arrays import RealArray
 from deboom.compressor.calibrate import evaluated_together
 from deboom.compressor.hose_beams import (
     BEAM_NUMBERS,
+    BEAM_UNITS,
     PLACE_NUMBERS,
     changed_hose,
     hose_matrices,
@@ -35,6 +37,7 @@ from deboom.compressor.identifiability import Knowledge, knowledge
 from deboom.compressor.unbalance_load import RotationSense
 from deboom.errors import InputError
 from deboom.measurement.compressor_test import HoseDrawing, HoseState, OperatingTest
+from deboom.tabled import Tabled
 
 if TYPE_CHECKING:
     from deboom.compressor.identify import Identification
@@ -117,7 +120,7 @@ class HoseOptions:
 
 
 @dataclass(frozen=True, eq=False)
-class HoseIdentification:
+class HoseIdentification(Tabled):
     """Hoses as beams that agree best with the measurements and with their drawing.
 
     `numbers` (n, 11): what `changed_hose` makes of the drawn hoses to get the identified ones;
@@ -142,6 +145,19 @@ class HoseIdentification:
         """Relative 1 σ of `BEAM_NUMBERS`, shape (n, 5) [1]."""
         deviations = np.sqrt(np.diag(self.covariance)).reshape(self.numbers.shape)
         return np.asarray(deviations[:, : len(BEAM_NUMBERS)])
+
+    @property
+    def table(self) -> pd.DataFrame:
+        """Drawn and identified numbers of each hose, with the standard deviation."""
+        rows = [
+            (hose.name, name.replace("_", " "), unit, getattr(drawn, name), getattr(hose, name))
+            for drawn, hose in zip(self.drawn, self.hoses, strict=True)
+            for name, unit in zip(BEAM_NUMBERS, BEAM_UNITS, strict=True)
+        ]
+        names = ("hose", "number", "unit", "drawn", "identified")
+        table = pd.DataFrame(dict(zip(names, zip(*rows, strict=True), strict=True)))
+        table["standard deviation"] = table["identified"] * self.beam_deviations.ravel()
+        return table
 
     @property
     def alarms(self) -> tuple[str, ...]:
@@ -192,8 +208,27 @@ def identify_hoses(
 ) -> HoseIdentification:
     """Identify the standard hoses of an operating test.
 
-    InputError: no drawing; no hammer test with hoses, no pair of sweeps.
+    Parameters
+    ----------
+    test : OperatingTest
+        Hammer tests and sweeps with and without hoses, and the hoses as drawn.
+    found : Identification
+        Identification of the hammer test without hoses.
+    options : HoseOptions, optional
+        Lines [Hz], source of the evidence, and prior of the drawing.
 
+    Returns
+    -------
+    HoseIdentification
+        Hoses as beams, numbers (n_hose, 11) with their covariance; ``alarms``; ``table``.
+
+    Raises
+    ------
+    InputError
+        No drawing; no hammer test with hoses, no pair of sweeps.
+
+    Notes
+    -----
     ``H = (AM − K_h/ω²)⁻¹`` with and without hoses; sweeps:
     ``(AM − K_h/ω²) a_standard = AM a_soft``. Maximum of the posterior by
     `scipy.optimize.least_squares`; derivatives by the numbers of the beams and by the nuisances are
@@ -201,6 +236,12 @@ def identify_hoses(
     lengths are estimated along, so that a drawing that is wrong by millimetres and degrees costs
     little. Compressor and placement stay as identified; their covariance C adds ``G C Gᵀ`` with
     ``G = (JᵀJ)⁻¹ Jᵀ ∂r/∂θ``.
+
+    Examples
+    --------
+    >>> import deboom
+    >>> test = deboom.read_operating_test("running")  # doctest: +SKIP
+    >>> deboom.identify_hoses(test, deboom.identify(test.hammer)).table  # doctest: +SKIP
     """
     options = options or HoseOptions()
     wanted = options.source or _available(test)

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
+import pandas as pd
 
 from deboom.arrays import BoolArray, RealArray, checked
 from deboom.compressor.calibrate import (
@@ -20,7 +21,12 @@ from deboom.compressor.calibrate import (
     self_calibrate,
 )
 from deboom.compressor.hose_presence import HosePresence, hoses_in_hammer_test
-from deboom.compressor.identifiability import Knowledge, knowledge
+from deboom.compressor.identifiability import (
+    Knowledge,
+    knowledge,
+    quantities,
+    quantity_deviations,
+)
 from deboom.compressor.model import (
     CompressorModel,
     ModalTable,
@@ -64,6 +70,7 @@ from deboom.measurement.virtual_point import (
     virtual_point_frf,
 )
 from deboom.physics.frf import FrfForm, mac
+from deboom.tabled import Tabled
 
 ALARM = 1.5
 """Reduced χ above this: flexible receiver, hoses, wrong symmetry; do not trust the model."""
@@ -118,7 +125,7 @@ class IdentifyOptions:
 
 
 @dataclass(frozen=True, eq=False)
-class Identification:
+class Identification(Tabled):
     """Everything that a hammer test says of a compressor.
 
     The result is `calibrated`: compressor and placement together, all else leads there or judges
@@ -145,6 +152,19 @@ class Identification:
     rigid: RigidLimit
     held_out: tuple[HoldOut, ...]
     hoses: HosePresence | None = None
+
+    @property
+    def table(self) -> pd.DataFrame:
+        """Mass, centre, inertia, stiffness and gain with their standard deviations."""
+        identified = quantities(self.calibrated.model)
+        return pd.DataFrame(
+            {
+                "quantity": identified.names,
+                "unit": identified.units,
+                "value": identified.values,
+                "standard deviation": quantity_deviations(self.calibrated),
+            }
+        )
 
     @property
     def whitened(self) -> Objective:
@@ -202,12 +222,24 @@ def identify(
     hoses : sequence of HoseDrawing
         Hoses of the vehicle as drawn: an alarm is raised where they show in the test.
 
+    Returns
+    -------
+    Identification
+        ``calibrated.model``: mass [kg], centre [m], inertia [kg m²], K at the virtual point, (6, 6)
+        [N/m, N/rad, N m/rad], and the gain; ``alarms``; ``table`` with standard deviations.
+
     Raises
     ------
     InputError
         Coherence too low, a reversed, swapped or exchanged channel or impact, a body of implausible
         size, a mass that is not the weighed one, a virtual point that the sensors or impacts do not
         span.
+
+    Examples
+    --------
+    >>> import deboom
+    >>> found = deboom.identify(deboom.read_inertance_test("hammer"))  # doctest: +SKIP
+    >>> found.table  # doctest: +SKIP
     """
     options = options or IdentifyOptions()
     say = step or (lambda _: None)

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, replace
 from functools import partial
 
 import numpy as np
+import pandas as pd
 
 from deboom.arrays import BoolArray, ComplexArray, RealArray
 from deboom.compressor.hose_presence import HosePresence, hoses_in_sweep
@@ -42,6 +43,7 @@ from deboom.compressor.sources import (
     ResidualBand,
     Sources,
     UnbalanceCurve,
+    case_name,
     sources,
     unbalance_curve,
     unexplained_lines,
@@ -50,6 +52,7 @@ from deboom.compressor.unbalance_load import RotationSense
 from deboom.errors import InputError
 from deboom.measurement.channels import Spectrum
 from deboom.measurement.compressor_test import HoseState, OperatingSweep, OperatingTest
+from deboom.tabled import Tabled
 
 AGREEMENT_ABOVE = 50.0
 """Where the agreement of y and z is judged: above the rigid-body modes [Hz]."""
@@ -146,7 +149,7 @@ class RouteResult:
 
 
 @dataclass(frozen=True, eq=False)
-class Unbalance:
+class Unbalance(Tabled):
     """Everything that sweeps and hammer test say of the rotor, the gas and the mounts.
 
     `alarms`: reasons not to trust the results, in words; empty where there are none; `notices`:
@@ -169,6 +172,24 @@ class Unbalance:
     def chosen(self) -> RouteResult:
         """Result of the chosen route."""
         return self.by_letter(self.options.chosen.letter)
+
+    @property
+    def table(self) -> pd.DataFrame:
+        """Amplitudes of the chosen route's unbalances and gas forces, with their intervals."""
+        known = self.chosen.sources
+        estimates = {"static unbalance": known.static, "dynamic unbalance": known.dynamic}
+        for gas in known.gas:
+            for part in ("axial", "moment", "rotating"):
+                estimates[f"{part} gas load, {case_name(gas.pressure)}"] = getattr(gas, part)
+        return pd.DataFrame(
+            {
+                "source": list(estimates),
+                "unit": [estimate.unit for estimate in estimates.values()],
+                "amplitude": [abs(estimate.value) for estimate in estimates.values()],
+                "from": [estimate.lower for estimate in estimates.values()],
+                "to": [estimate.upper for estimate in estimates.values()],
+            }
+        )
 
     @property
     def used(self) -> tuple[OperatingSweep, ...]:
@@ -237,6 +258,12 @@ def unbalance(
     step : callable of str, optional
         Receiver of progress messages.
 
+    Returns
+    -------
+    Unbalance
+        Static [kg m] and dynamic [kg m²] unbalance and gas loads with intervals by each route;
+        ``alarms``; ``table``.
+
     Raises
     ------
     InputError
@@ -252,6 +279,12 @@ def unbalance(
     A route with update whose common factor leaves more than noise below 60 Hz tries mounts that
     soften with their own stroke (`SofteningMounts`; needs a drawing of the mounts) and keeps them
     where Schwarz's criterion prefers them.
+
+    Examples
+    --------
+    >>> import deboom
+    >>> test = deboom.read_operating_test("running")  # doctest: +SKIP
+    >>> deboom.unbalance(test, deboom.identify(test.hammer)).table  # doctest: +SKIP
     """
     options = options or UnbalanceOptions()
     say = step or (lambda _: None)

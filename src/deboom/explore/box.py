@@ -92,17 +92,36 @@ class Box:
 class BoxQuestion:
     """Which box is asked for: the one with the largest ``Σ_k weight_k log(upper_k - lower_k)``.
 
-    - `response`: model, such as the level in every vehicle; what cannot be computed keeps no limit.
-    - `limit` (r,): largest value of each response that is kept [response_unit].
-    - `share`: least share of parts and responses that keep their limit, between 0 and 1 [1].
-    - `lower`, `upper` (k,): bounds of all parts; equal bounds hold a variable fixed [units of the
-      variables].
-    - `weight` (k,), optional: cost of a per cent of tolerance, above 0; only ratios count. Default
-      is 1 [1].
-    - `together`: whether a part counts as a whole and must keep all its limits (worst vehicle).
-    - `law`: distribution of the parts in the box.
-    - raises InputError: limits, bounds, weights or a share that cannot be; a model without
-      gradient; nothing free.
+    Parameters
+    ----------
+    response : BoomingModel or another evaluation with a gradient
+        Designs, shape (n, k) → responses, shape (n, r); what cannot be computed keeps no limit.
+    limit : array, shape (r,)
+        Largest value of each response that is kept [unit of the responses].
+    share : float
+        Least share of parts and responses that keep their limit, between 0 and 1 [1].
+    lower, upper : array, shape (k,)
+        Bounds of all parts; equal bounds hold a variable fixed [units of the variables].
+    weight : array, shape (k,), optional
+        Cost of a per cent of tolerance, above 0; only ratios count. Default is 1 [1].
+    together : bool
+        Whether a part counts as a whole and must keep all its limits (worst vehicle).
+    law : PartLaw
+        Distribution of the parts in the box.
+
+    Raises
+    ------
+    InputError
+        Limits, bounds, weights or a share that cannot be; a model without gradient; nothing free.
+
+    Examples
+    --------
+    >>> import deboom, numpy as np
+    >>> model = deboom.read_platform("u06").model(vehicles="U06", motion="prescribed")
+    >>> space = model.design_space(bounds=0.3)
+    >>> today = model(np.ones((1, 12)))[0]
+    >>> deboom.BoxQuestion(model, today - 81.0, 0.9, space.lower, space.upper).least_kept
+    5
     """
 
     response: Differentiable

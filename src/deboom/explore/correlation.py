@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 import numpy as np
+import pandas as pd
 from scipy.cluster.hierarchy import fcluster, linkage
 from scipy.spatial.distance import squareform
 
@@ -15,6 +16,7 @@ from deboom.arrays import RealArray, checked
 from deboom.errors import InputError
 from deboom.explore.scatter import sobol_sample
 from deboom.explore.space import DesignSpace, Evaluate, generator, responses
+from deboom.tabled import Tabled
 
 FEWEST = 10
 """Designs that a correlation needs at least."""
@@ -32,7 +34,7 @@ _Transform = Callable[[RealArray], RealArray]
     spearman_low="r r",
     spearman_high="r r",
 )
-class Correlations:
+class Correlations(Tabled):
     """Correlation matrices with their intervals.
 
     - `names`: names of rows and columns.
@@ -57,6 +59,18 @@ class Correlations:
         """Rows and columns above the diagonal, row by row."""
         rows, columns = np.triu_indices(len(self.names), 1)
         return tuple(zip(rows.tolist(), columns.tolist(), strict=True))
+
+    @property
+    def table(self) -> pd.DataFrame:
+        """Pearson's and Spearman's coefficient of each pair, with the ends of their intervals."""
+        rows, columns = np.triu_indices(len(self.names), 1)
+        coefficients = {
+            f"{kind}{end} [1]": getattr(self, f"{kind}{place}")[rows, columns]
+            for kind in ("pearson", "spearman")
+            for end, place in (("", ""), (" from", "_low"), (" to", "_high"))
+        }
+        pair = {"first": np.take(self.names, rows), "second": np.take(self.names, columns)}
+        return pd.DataFrame(pair | coefficients)
 
     def among(self, names: Sequence[str]) -> RealArray:
         """Return Pearson's coefficients of all pairs of some names, shape (n_pairs,) [1]."""

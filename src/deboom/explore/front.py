@@ -12,12 +12,14 @@ from enum import Enum
 import moocore
 import numpy as np
 import numpy.typing as npt
+import pandas as pd
 from scipy import stats
 
 from deboom.arrays import BoolArray, RealArray, checked
 from deboom.errors import InputError
 from deboom.explore.robust import RobustResponse, RobustValues, joined
 from deboom.explore.scatter import sobol_sample
+from deboom.tabled import Tabled
 
 CONFIDENCE = 0.99
 """Confidence from which a difference of two fronts is called real [1]."""
@@ -94,7 +96,7 @@ def hypervolume(objectives: RealArray, reference_point: npt.ArrayLike) -> float:
 
 
 @checked(nondominated="n")
-class Verification:
+class Verification(Tabled):
     """A front evaluated again, with draws that the search never saw.
 
     - `values`: the designs of the front, row by row.
@@ -111,6 +113,17 @@ class Verification:
     seed: int
     mean_bias: float
     sigma_bias_percent: float
+
+    @property
+    def table(self) -> pd.DataFrame:
+        """One row per design of the front, in the unit of the responses."""
+        return pd.DataFrame(
+            {
+                "mean sum [response unit]": self.values.mean_sum,
+                "sigma sum [response unit]": self.values.sigma_sum,
+                "non-dominated": self.nondominated,
+            }
+        )
 
 
 def verification_response(
@@ -345,7 +358,7 @@ class Contestant:
 
 
 @dataclass(frozen=True)
-class Difference:
+class Difference(Tabled):
     """Difference of two contestants, first minus second.
 
     - `value`, `draw_error`, `search_error`: difference of the mean merits, and its standard errors
@@ -359,6 +372,12 @@ class Difference:
     search_error: float
     noise: float
     verdict: Verdict
+
+    @property
+    def table(self) -> pd.DataFrame:
+        """The verdict in one row; shares of the common box."""
+        numbers = {"difference [%]": 100.0 * self.value, "noise ± [%]": 100.0 * self.noise}
+        return pd.DataFrame([numbers | {"verdict": self.verdict.value}])
 
 
 def difference(first: Contestant, second: Contestant) -> Difference:

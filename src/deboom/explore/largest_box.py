@@ -15,6 +15,7 @@ from multiprocessing import get_context
 
 import numpy as np
 import numpy.typing as npt
+import pandas as pd
 from scipy.optimize import minimize
 
 from deboom.arrays import BoolArray, RealArray
@@ -30,6 +31,7 @@ from deboom.explore.box import (
     verified_share,
 )
 from deboom.explore.space import Progress, checked_seed, sobol_points
+from deboom.tabled import Tabled
 
 _TRIED = 1024  # designs over the bounds that are tried first
 _DESCENT_STEPS = 60  # of each descent towards the limit
@@ -65,7 +67,7 @@ class BoxEffort:
 
 
 @dataclass(frozen=True, eq=False)
-class FoundBox:
+class FoundBox(Tabled):
     """The largest box, with what shows that it is one.
 
     - `question`: question that was asked.
@@ -85,6 +87,13 @@ class FoundBox:
     room: float
     start_log_volumes: RealArray
     seconds: float
+
+    @property
+    def table(self) -> pd.DataFrame:
+        """Interval of each variable [its unit]."""
+        return pd.DataFrame(
+            {"variable": self.box.names, "from": self.box.lower, "to": self.box.upper}
+        )
 
     @property
     def confirmed(self) -> bool:
@@ -138,6 +147,12 @@ def largest_box(
     workers, progress : int, callable, optional
         Processes that share the starts, and what is called after each stage.
 
+    Returns
+    -------
+    FoundBox
+        ``box.lower`` and ``box.upper``, shape (k,) [units of the variables]; ``verified``, the
+        share of independent parts that keep their limits; ``table``.
+
     Raises
     ------
     InputError
@@ -152,6 +167,19 @@ def largest_box(
     what a larger sample counts corrects the target of the last one. At the end the ends that are
     not bounds are moved together until the larger sample keeps the stated share plus the reserve
     that the verification's bound needs.
+
+    Examples
+    --------
+    >>> import deboom, numpy as np
+    >>> from deboom.explore.largest_box import BoxEffort
+    >>> model = deboom.read_platform("u06").model(vehicles="U06-1", motion="prescribed")
+    >>> space = model.design_space(bounds=0.3)
+    >>> limit = model(np.ones((1, 12)))[0] - 1.0 * model.n_lines
+    >>> question = deboom.BoxQuestion(model, limit, 0.9, space.lower, space.upper)
+    >>> quick = BoxEffort(starts=1, calibration=4096, verification=4096)
+    >>> found = deboom.largest_box(question, seed=1, effort=quick)
+    >>> found.table.set_index("variable").loc["TSM x", "to"] < 1
+    np.True_
     """
     checked_seed(seed)
     if workers < 1:

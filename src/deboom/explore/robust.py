@@ -13,7 +13,13 @@ from deboom.arrays import BoolArray, RealArray, checked, frozen_copy
 from deboom.errors import InputError
 from deboom.explore.moments import MEAN_SUM, SIGMA_SUM, Estimator, Objective, PreparedEstimator
 from deboom.explore.scatter import ToleranceSample, ToleranceSampler, ToleranceStructure
-from deboom.explore.space import DesignSpace, Evaluate, check_same_names, responses
+from deboom.explore.space import (
+    DesignSpace,
+    Evaluate,
+    check_same_names,
+    checked_model,
+    responses,
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -142,7 +148,8 @@ class RobustResponse:
         if len(self.objectives) < 2:
             raise InputError("a search for a front needs at least two objectives")
         names = self.space.names
-        check_same_names("the model has the variables", self.evaluate.variable_names, names)
+        model = checked_model(self.evaluate)
+        check_same_names("the model has the variables", model.variable_names, names)
         if self.structure is not None:
             check_same_names(
                 "the tolerance structure has the variables", self.structure.names, names

@@ -125,17 +125,22 @@ class RobustProblem(Problem):
     Parameters
     ----------
     robust : Robust
-        Response such as `RobustResponse`.
+        Designs, shape (n, k) → values with m objectives, as `deboom.Robust` makes them.
+
+    Raises
+    ------
+    InputError
+        While it runs: responses of another shape than the model names.
 
     Examples
     --------
+    >>> import deboom
     >>> import numpy as np
+    >>> from pymoo.algorithms.moo.nsga2 import NSGA2
     >>> from pymoo.optimize import minimize
-    >>> from deboom.explore import robust, scatter, space
-    >>> factors = space.stiffness_factor_space(("TSM x", "GeM x"))
-    >>> model = space.ResponseFunction(np.square, factors.names, ("sedan", "tourer"), "dB")
-    >>> sample = scatter.sobol_sample(factors.n_variables, seed=1)
-    >>> problem = RobustProblem(robust.RobustResponse(model, factors, sample))
+    >>> variables, vehicles = ("TSM x", "GeM x"), ("sedan", "tourer")
+    >>> model = deboom.ResponseFunction(np.square, variables, vehicles, "dB")
+    >>> problem = deboom.RobustProblem(deboom.Robust(model, model.design_space()))
     >>> result = minimize(problem, NSGA2(20), ("n_gen", 10), seed=1)
     >>> result.F.shape[1], result.pop.get("sigma").shape
     (2, (20, 2))

@@ -41,6 +41,13 @@ class DesignSpace:
     InputError
         Names the variable whose bounds, nominal value, unit, name or tolerance cannot be: a
         tolerance lies in 0 <= tolerance < 1, a whole-number variable has whole values and none.
+
+    Examples
+    --------
+    >>> import deboom
+    >>> space = deboom.DesignSpace(("TSM x",), ("1",), [1.0], [0.8], [1.2], [0.15])
+    >>> space.labels, space.relative_sigma
+    (('TSM x [1]',), array([0.05]))
     """
 
     names: tuple[str, ...]
@@ -193,13 +200,20 @@ class ResponseFunction:
         Name of each column of the designs and of the responses.
     response_unit : str
         Unit of all responses.
+    n_lines : int
+        Lines that each response is the sum of, such as SPLV; results then say the mean as well.
+
+    Raises
+    ------
+    InputError
+        When it is called: a function that refuses designs of k columns.
 
     Examples
     --------
-    >>> import numpy as np
+    >>> import deboom, numpy as np
     >>> def levels(designs):
     ...     return 60.0 + 20.0 * np.log10(designs @ np.array([[0.7, 0.2], [0.3, 0.8]]))
-    >>> cabin = ResponseFunction(levels, ("TSM x", "GeM x"), ("sedan", "tourer"), "dB")
+    >>> cabin = deboom.ResponseFunction(levels, ("TSM x", "GeM x"), ("sedan", "tourer"), "dB")
     >>> cabin(np.ones((1, 2)))
     array([[60., 60.]])
     """
@@ -208,10 +222,24 @@ class ResponseFunction:
     variable_names: tuple[str, ...]
     response_names: tuple[str, ...]
     response_unit: str
+    n_lines: int = 1
 
     def __call__(self, designs: RealArray) -> RealArray:
-        """Return the function's responses."""
-        return self.function(designs)
+        """Return the function's responses; of a single one a plain vector will do."""
+        try:
+            values = np.asarray(self.function(designs), dtype=float)
+        except (InputError, np.linalg.LinAlgError):
+            raise
+        except (TypeError, ValueError) as error:
+            raise InputError(
+                f"the function of {list(self.response_names)} refuses designs of shape "
+                f"{np.shape(designs)}, one column for each of {list(self.variable_names)}: {error}"
+            ) from error
+        return values[:, np.newaxis] if values.ndim == len(self.response_names) == 1 else values
+
+    def design_space(self, *, bounds: float = 0.20, tolerance: float = 0.15) -> DesignSpace:
+        """Return the space of factors within 1 ± `bounds`, see `stiffness_factor_space`."""
+        return stiffness_factor_space(self.variable_names, bounds, tolerance)
 
 
 def responses(evaluate: Evaluate, designs: RealArray) -> RealArray:
@@ -224,6 +252,19 @@ def responses(evaluate: Evaluate, designs: RealArray) -> RealArray:
             f"designs and {promised[1]} named responses: return shape {promised}"
         )
     return values
+
+
+def checked_model(model: Evaluate) -> Evaluate:
+    """Return a model that says its names and unit, or refuse it with the remedy."""
+    needed = ("variable_names", "response_names", "response_unit")
+    missing = [name for name in needed if not hasattr(model, name)]
+    if missing or not callable(model):
+        raise InputError(
+            f"{type(model).__name__} has no {', '.join(missing) or 'call'}: wrap it, "
+            "deboom.ResponseFunction(function, variable_names, response_names, response_unit); of "
+            "a scikit-learn regressor the function is its predict"
+        )
+    return model
 
 
 def check_same_names(what: str, names: Sequence[str], expected: Sequence[str]) -> None:

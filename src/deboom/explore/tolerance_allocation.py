@@ -8,6 +8,7 @@ from functools import cached_property
 from typing import Any, TypeAlias
 
 import numpy as np
+import pandas as pd
 from scipy.interpolate import PchipInterpolator
 from scipy.optimize import brentq, minimize
 from scipy.special import ndtr
@@ -17,6 +18,7 @@ from deboom.errors import InputError
 from deboom.explore.robust import RobustResponse, RobustValues, joined
 from deboom.explore.scatter import ToleranceSample
 from deboom.explore.space import SIGMAS_PER_TOLERANCE, DesignSpace, check_gradient
+from deboom.tabled import Tabled
 
 SUFFIX = " tolerance"
 """Ending of the name of a tolerance's variable."""
@@ -432,7 +434,7 @@ class MarginalValues:
 
 
 @dataclass(frozen=True, eq=False)
-class Allocation:
+class Allocation(Tabled):
     """Tolerances of the variables with a cost curve, with their price and their effect.
 
     - `names`, `tolerance`, `cost` (k,): the variables, their half widths [1] and the price of each
@@ -444,6 +446,17 @@ class Allocation:
     tolerance: RealArray
     cost: RealArray
     scattered: Scattered
+
+    @property
+    def table(self) -> pd.DataFrame:
+        """Tolerance and price of each variable."""
+        return pd.DataFrame(
+            {
+                "variable": self.names,
+                "tolerance [%]": 100 * self.tolerance,
+                "price [money]": self.cost,
+            }
+        )
 
     @property
     def total_cost(self) -> float:

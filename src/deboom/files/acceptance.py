@@ -203,12 +203,26 @@ def read_solution_box(path: Path) -> AcceptanceBox:
     Parameters
     ----------
     path : Path
+        ``solution_box.json`` of a run of the study solution_box.
+
+    Returns
+    -------
+    AcceptanceBox
+        Intervals as factors on today's stiffness [1] with the reference stiffness [N/m], and the
+        limits of the vehicles.
 
     Raises
     ------
     InputError
         The file is missing, no JSON, of another format or version, lacks an entry, has one too
         many or one of the wrong kind, or holds an interval that is none.
+
+    Examples
+    --------
+    >>> import deboom
+    >>> box = deboom.read_solution_box(
+    ...     "results/solution_box/RUN/solution_box.json"
+    ... )  # doctest: +SKIP
     """
     kind = "acceptance box: the study solution_box writes one"
     document = read_document(path, FORMAT, VERSION, kind, _AGAIN)
@@ -358,6 +372,11 @@ def read_delivered_parts(
     InputError
         A column that is missing, or in another quantity's unit; a part named twice, of an unknown
         mount, without a required axis, or with a stiffness that is not positive.
+
+    Examples
+    --------
+    >>> import deboom
+    >>> deboom.read_delivered_parts("parts.csv", {"TSM": ("x", "z")})  # doctest: +SKIP
     """
     parts, seen = [], dict[str, int]()
     for row in read_rows(path, PLAIN, dict.fromkeys(AXES, "1" if over_today else "N/m")):

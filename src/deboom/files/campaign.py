@@ -559,6 +559,12 @@ def read_campaign(
     ------
     InputError
         A file is missing or wrong in itself; files do not fit together; a mount set is not there.
+
+    Examples
+    --------
+    >>> import deboom
+    >>> deboom.read_campaign("my_campaign").mount_sets  # doctest: +SKIP
+    ('M1', 'M2')
     """
     tables = _read_tables(Path(folder), switched_off)
     file, path = tables.file, tables.folder / CAMPAIGN_FILE

@@ -129,6 +129,11 @@ def read_electric_car(folder: Path | str) -> ElectricCar:
         A file is missing, damaged or wrong in itself; a function that is missing, doubled, or of
         another microphone, type or unit; a mount without noise transfer functions; a sweep without
         the ear. The sentence names file, item and remedy.
+
+    Examples
+    --------
+    >>> import deboom
+    >>> deboom.read_electric_car("car").operation.sweeps[0].name  # doctest: +SKIP
     """
     folder = Path(folder)
     path = folder / ELECTRIC_CAR_FILE

@@ -385,6 +385,14 @@ def read_inertance_test(folder: Path | str, *, from_hits: bool = False) -> Inert
         FRF or a coherence that is missing or doubled; fewer than three sensors or six impacts; a
         line at 0 Hz; hits that do not belong to the position sheet. The sentence names file, item
         and remedy.
+
+    Examples
+    --------
+    >>> import deboom, tempfile
+    >>> folder = f"{tempfile.mkdtemp()}/hammer"
+    >>> path = deboom.bench.write_compressor_test(folder, seed=1)
+    >>> deboom.read_inertance_test(folder).frf.values.shape[1:]
+    (18, 18)
     """
     folder = Path(folder)
     path = folder / INERTANCE_TEST_FILE

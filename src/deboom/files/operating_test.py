@@ -533,6 +533,11 @@ def read_operating_test(folder: Path | str) -> OperatingTest:
     -----
     The deviation of a tracked sweep is the stated share of the amplitude and, instead of the stated
     floor, what the filter lets through at order 1.5.
+
+    Examples
+    --------
+    >>> import deboom
+    >>> deboom.read_operating_test("running").sweeps[0].name  # doctest: +SKIP
     """
     folder = Path(folder)
     path = folder / OPERATING_TEST_FILE

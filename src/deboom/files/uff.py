@@ -539,6 +539,11 @@ def read_uff(path: Path | str) -> tuple[UffFunction, ...]:
     InputError
         The file is missing, empty, not UFF, truncated, damaged, holds no function, holds a value
         that is not finite, or its label and its data set 164 state different units.
+
+    Examples
+    --------
+    >>> import deboom
+    >>> deboom.read_uff("wagon.uff")[0].values.shape  # doctest: +SKIP
     """
     path = Path(path)
     file = _opened(path)

@@ -8,9 +8,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+import pandas as pd
 
 from deboom.arrays import ComplexArray, RealArray, checked
 from deboom.errors import InputError
+from deboom.tabled import Tabled
 
 
 def refuse_doubled(names: Sequence[str], what: str) -> None:
@@ -52,13 +54,31 @@ def unit_of_response(function: str, source: str) -> str:
 
 
 @checked(frequency="f", values="f c")
-class Spectrum:
+class Spectrum(Tabled):
     """Complex spectra of several channels of one unit.
 
-    - `frequency` (n_frequency,).
-    - `values` (n_frequency, n_channel).
-    - `channels`.
-    - `unit`.
+    Parameters
+    ----------
+    frequency : array, shape (n_frequency,)
+        Lines, increasing [Hz].
+    values : array, shape (n_frequency, n_channel)
+        Complex peak amplitudes [unit].
+    channels : tuple of str
+        Name of each column, such as ``TSM x``.
+    unit : str
+        Unit of all channels.
+
+    Raises
+    ------
+    InputError
+        Another shape, numbers that are not finite, lines that do not increase, doubled names.
+
+    Examples
+    --------
+    >>> import deboom
+    >>> force = deboom.Spectrum([30.0, 31.0], [[1j], [2j]], ("TSM x",), "N")
+    >>> force.table.columns.tolist()
+    ['frequency [Hz]', 'TSM x [N]']
     """
 
     frequency: RealArray
@@ -70,6 +90,14 @@ class Spectrum:
         _check_lines(self.frequency)
         _check_names(self.channels, self.values.shape[1], "channel")
 
+    @property
+    def table(self) -> pd.DataFrame:
+        """Complex values of each channel over frequency."""
+        columns = {
+            f"{c} [{self.unit}]": v for c, v in zip(self.channels, self.values.T, strict=True)
+        }
+        return pd.DataFrame({"frequency [Hz]": self.frequency} | columns)
+
     def select(self, channels: Sequence[str]) -> Spectrum:
         """Return the spectrum of the named channels, in the order asked for."""
         columns = _positions(channels, self.channels, "channel")
@@ -77,13 +105,31 @@ class Spectrum:
 
 
 @checked(frequency="f", values="f o i")
-class Frf:
+class Frf(Tabled):
     """A matrix of frequency response functions whose outputs and inputs have names.
 
-    - `frequency` (n_frequency,).
-    - `values` (n_frequency, n_output, n_input).
-    - `outputs`, `inputs`.
-    - `unit`.
+    Parameters
+    ----------
+    frequency : array, shape (n_frequency,)
+        Lines, increasing [Hz].
+    values : array, shape (n_frequency, n_output, n_input)
+        Complex functions, output per input [unit].
+    outputs, inputs : tuple of str
+        Names of the responses and of what excites them.
+    unit : str
+        Unit of all functions, such as ``Pa/N``.
+
+    Raises
+    ------
+    InputError
+        Another shape, numbers that are not finite, lines that do not increase, doubled names.
+
+    Examples
+    --------
+    >>> import deboom
+    >>> transfer = deboom.Frf([30.0], [[[2.0]]], ("driver ear",), ("TSM x",), "Pa/N")
+    >>> (transfer @ deboom.Spectrum([30.0], [[0.1]], ("TSM x",), "N")).unit
+    'Pa'
     """
 
     frequency: RealArray
@@ -96,6 +142,16 @@ class Frf:
         _check_lines(self.frequency)
         _check_names(self.outputs, self.values.shape[1], "output")
         _check_names(self.inputs, self.values.shape[2], "input")
+
+    @property
+    def table(self) -> pd.DataFrame:
+        """Complex values of each output per input over frequency."""
+        columns = {
+            f"{output} per {source} [{self.unit}]": self.values[:, o, i]
+            for o, output in enumerate(self.outputs)
+            for i, source in enumerate(self.inputs)
+        }
+        return pd.DataFrame({"frequency [Hz]": self.frequency} | columns)
 
     def select(
         self, outputs: Sequence[str] | None = None, inputs: Sequence[str] | None = None

@@ -10,12 +10,14 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+import pandas as pd
 from scipy.linalg import toeplitz
 
 from deboom.arrays import BoolArray, ComplexArray, IntArray, RealArray, checked, checked_array
 from deboom.errors import InputError
 from deboom.measurement.channels import Frf
 from deboom.physics.frf import FrfForm, mac
+from deboom.tabled import Tabled
 
 LARGEST_DAMPING = 0.3
 """Damping ratio above which a pole belongs to the polynomial, not to a structure [1]."""
@@ -40,7 +42,7 @@ _FORM_NAMES = {
 
 
 @checked(pole="p", stable="p")
-class StabilisationChart:
+class StabilisationChart(Tabled):
     """Every pole of every order inside a band.
 
     - `order` (n_pole,).
@@ -65,6 +67,18 @@ class StabilisationChart:
     def damping(self) -> RealArray:
         """Damping ratio of each pole [1]."""
         return np.asarray(-self.pole.real / np.abs(self.pole))
+
+    @property
+    def table(self) -> pd.DataFrame:
+        """One row per pole."""
+        return pd.DataFrame(
+            {
+                "order": self.order,
+                "frequency [Hz]": self.frequency,
+                "damping [1]": self.damping,
+                "stable": self.stable,
+            }
+        )
 
 
 @dataclass(frozen=True)
@@ -138,15 +152,29 @@ def pole_clusters(
 ) -> tuple[PoleCluster, ...]:
     """Gather the stable poles into modes, increasing in frequency.
 
-    Raises InputError: no cluster: a band without modes, too low an order, or too much noise.
-
     Parameters
     ----------
-    chart : StabilisationChart — poles of all orders
+    chart : StabilisationChart
+        Poles of all orders.
     width : float
         Largest relative gap in frequency between neighbours of one cluster [1]. Where modes lie
         closer, so that one order has two poles in a cluster, it is divided at its widest gap.
-    smallest_share : float — part of the orders that must agree [1]
+    smallest_share : float
+        Part of the orders that must agree [1].
+
+    Returns
+    -------
+    tuple of PoleCluster
+        Frequency [Hz] and damping ratio [1] of each mode, with their spread over the orders.
+
+    Raises
+    ------
+    InputError
+        No cluster: a band without modes, too low an order, or too much noise.
+
+    Examples
+    --------
+    See `poles_over_orders`.
     """
     sequence = np.flatnonzero(chart.stable)
     sequence = sequence[np.argsort(chart.frequency[sequence])]
@@ -198,7 +226,7 @@ def _one_pole_per_order(
     rank_one="m",
     error="o i",
 )
-class ModalModel:
+class ModalModel(Tabled):
     """Modes of a structure and how well they rebuild what was measured.
 
     - `clusters`.
@@ -239,6 +267,18 @@ class ModalModel:
     def damping(self) -> RealArray:
         """Damping ratios, shape (n_mode,) [1]."""
         return np.array([cluster.damping for cluster in self.clusters])
+
+    @property
+    def table(self) -> pd.DataFrame:
+        """One row per mode."""
+        return pd.DataFrame(
+            {
+                "frequency [Hz]": self.frequency,
+                "damping [1]": self.damping,
+                "complexity of the shape [1]": self.complexity,
+                "one shape [1]": self.rank_one,
+            }
+        )
 
     @property
     def complexity(self) -> RealArray:
@@ -315,20 +355,31 @@ def poles_over_orders(
 ) -> StabilisationChart:
     """Estimate poles by least squares on a common denominator (LSCF) for growing orders.
 
-    Raises InputError: sdypy-EMA is not installed; lines that are not equidistant; a band outside
-    the lines or with fewer lines than unknowns; an order that the band does not carry; apparent
-    mass or another inverse form.
-
     Parameters
     ----------
     frf : Frf
-        Functions on equidistant lines at whole multiples of their step; every pair of output and
-        input takes part. Judge their coherence first: `require_coherence`.
-    form : FrfForm — form of the FRF, a ratio of displacement, velocity or acceleration
-    band : tuple of float — first and last frequency; lines outside are not used [Hz]
+        Functions on equidistant lines at whole multiples of their step,
+        (n_frequency, n_output, n_input); every pair of output and input takes part. Judge their
+        coherence first: `require_coherence`.
+    form : FrfForm
+        Form of the FRF, a ratio of displacement, velocity or acceleration.
+    band : (float, float)
+        First and last frequency; lines outside are not used [Hz].
     largest_order : int, optional
         Order of the polynomial; twice as many poles. Left out, as high as the band carries, 20 at
         most.
+
+    Returns
+    -------
+    StabilisationChart
+        ``pole``, shape (n_pole,) [rad/s], the order of each, and which are stable.
+
+    Raises
+    ------
+    InputError
+        sdypy-EMA is not installed; lines that are not equidistant; a band outside the lines or with
+        fewer lines than unknowns; an order that the band does not carry; apparent mass or another
+        inverse form.
 
     Notes
     -----
@@ -339,6 +390,21 @@ def poles_over_orders(
 
     The lines below the band are unknown to the polynomial in ``z``, whose numerators are fixed by
     the band alone: the closer the band begins to its end, the lower the order that it carries.
+
+    Examples
+    --------
+    >>> import deboom, numpy as np
+    >>> from deboom.physics.frf import FrfForm
+    >>> lines = np.arange(1, 201.0)
+    >>> s, squares = 2j * np.pi * lines, (2 * np.pi * np.array([[40.0], [90.0]])) ** 2
+    >>> values = (1 / (squares + 0.02 * np.sqrt(squares) * s + s**2)).sum(axis=0)
+    >>> frf = deboom.Frf(lines, values[:, None, None], ("tip",), ("hammer",), "m/N")
+    >>> chart = deboom.poles_over_orders(frf, FrfForm.RECEPTANCE, (10.0, 150.0), 10)
+    >>> modes = deboom.pole_clusters(chart)
+    >>> [round(mode.frequency, 1) for mode in modes], round(modes[0].damping, 3)
+    ([40.0, 90.0], 0.01)
+    >>> deboom.modal_model(frf, FrfForm.RECEPTANCE, (10.0, 150.0), modes).total_error < 1e-3
+    True
     """
     if largest_order is None:
         largest_order = _order_carried(frf, band)
@@ -358,8 +424,32 @@ def modal_model(
     """Estimate modal constants and residuals for known poles, and rebuild the FRF from them.
 
     Least squares in the frequency domain (LSFD), with a lower and an upper residual for the modes
-    outside the band. Shapes are the leading left singular vectors of the residues. Arguments and
-    errors as of `poles_over_orders`; no mode, or two modes with one pole, raise InputError.
+    outside the band. Shapes are the leading left singular vectors of the residues.
+
+    Parameters
+    ----------
+    frf : Frf
+        Functions on equidistant lines, (n_frequency, n_output, n_input).
+    form : FrfForm
+        Form of the FRF, see `poles_over_orders`.
+    band : (float, float)
+        First and last frequency [Hz].
+    clusters : sequence of PoleCluster
+        Modes that are kept.
+
+    Returns
+    -------
+    ModalModel
+        ``shapes``, (n_mode, n_output) [1], residues, residuals and the rebuilt FRF.
+
+    Raises
+    ------
+    InputError
+        No mode, or two modes with one pole; see also `poles_over_orders`.
+
+    Examples
+    --------
+    See `poles_over_orders`.
     """
     kept = tuple(clusters)
     if not kept:

@@ -8,6 +8,7 @@ from enum import Enum
 
 import numpy as np
 import numpy.typing as npt
+import pandas as pd
 from scipy.interpolate import CubicSpline
 
 from deboom.arrays import BoolArray, ComplexArray, RealArray, checked
@@ -26,6 +27,7 @@ from deboom.physics.order_tracking import (
     smear,
     vold_kalman,
 )
+from deboom.tabled import Tabled
 
 STATIC_SHARE = 8.0
 """Lowest frequency of an order over the bandwidth of what counts as quasi-static beside it."""
@@ -286,7 +288,7 @@ DEFAULT_TRACKING = TrackingOptions()
 
 
 @dataclass(frozen=True, eq=False)
-class TrackedRun:
+class TrackedRun(Tabled):
     """An operating run that was a run over time, and how far its spectra may be believed.
 
     - `run`: spectra of the dominant order, engine torque and static force over its lines.
@@ -302,6 +304,13 @@ class TrackedRun:
     shaft: ShaftAngle
     acceleration_beside: float
     force_beside: float
+
+    @property
+    def table(self) -> pd.DataFrame:
+        """Complex accelerations of the order over frequency and engine speed."""
+        table = self.run.acceleration.table
+        table.insert(1, "engine speed [1/min]", self.order.rpm)
+        return table
 
     def report(self) -> tuple[str, ...]:
         """Lines, resolution and uncertainty in words."""
@@ -328,12 +337,37 @@ class TrackedRun:
 def tracked_run(
     time_run: TimeRun, options: TrackingOptions = DEFAULT_TRACKING, name: str | None = None
 ) -> TrackedRun:
-    """Make an operating run of a run over time.
+    """Make an operating run of a run over time: spectra of its dominant order.
 
     Phases refer to the first pulse of the tacho, as those of all channels of the run do; a dynamic
-    stiffness does not depend on which pulse that is. The name is that of the time run if left out.
-    Raises InputError: a tacho that cannot be repaired, a speed outside of the run, a record too
-    short or sampled too slowly.
+    stiffness does not depend on which pulse that is.
+
+    Parameters
+    ----------
+    time_run : TimeRun
+        Tacho, accelerations [m/s²], forces of the cells [N], engine torque [N m] over time.
+    options : TrackingOptions
+        Method, step of the engine speed [1/min], bandwidth [Hz] and range.
+    name : str, optional
+        Name of the operating run; by default that of the time run.
+
+    Returns
+    -------
+    TrackedRun
+        ``run`` with accelerations and forces, (n_frequency, n_channel), complex peak, and how far
+        they may be believed.
+
+    Raises
+    ------
+    InputError
+        A tacho that cannot be repaired, a speed outside of the run, a record too short or sampled
+        too slowly.
+
+    Examples
+    --------
+    >>> import deboom
+    >>> campaign = deboom.read_campaign("my_campaign")  # doctest: +SKIP
+    >>> deboom.tracked_run(campaign.time_runs[0]).table  # doctest: +SKIP
     """
     try:
         return _tracked(time_run, options, time_run.name if name is None else name)

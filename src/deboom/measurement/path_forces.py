@@ -23,6 +23,7 @@ from dataclasses import dataclass
 from enum import Enum
 
 import numpy as np
+import pandas as pd
 
 from deboom.arrays import ComplexArray, RealArray, checked
 from deboom.errors import InputError
@@ -35,6 +36,7 @@ from deboom.physics.force_inversion import (
 )
 from deboom.physics.frf import corr_f, corr_s
 from deboom.physics.transfer_path import blocked_force_on_rig, mount_force
+from deboom.tabled import Tabled
 
 
 class Receiver(Enum):
@@ -45,7 +47,7 @@ class Receiver(Enum):
 
 
 @dataclass(frozen=True, eq=False)
-class PathForces:
+class PathForces(Tabled):
     """Forces into a receiver, and where they come from.
 
     - `force`.
@@ -61,6 +63,11 @@ class PathForces:
     indicators: tuple[str, ...] = ()
     inversion: InvertedForces | None = None
 
+    @property
+    def table(self) -> pd.DataFrame:
+        """Complex peak force of each path over frequency."""
+        return self.force.table
+
 
 def forces_by_inversion(
     accelerance: Frf,
@@ -70,16 +77,35 @@ def forces_by_inversion(
 ) -> PathForces:
     """Find the interface forces that explain the indicators: classical transfer path analysis.
 
-    Raises InputError: a line at 0 Hz, more unknown forces than indicators, singular positions.
-
     Parameters
     ----------
     accelerance : Frf
-        Indicators per force at the paths, source removed; of any response, ``<unit>/N``.
-    response : Spectrum — the same indicators in operation [unit]
-    inversion : Inversion — regularisation
+        Indicators per force at the paths, source removed, (n_frequency, n_indicator, n_path); of
+        any response, ``<unit>/N``.
+    response : Spectrum
+        The same indicators in operation, (n_frequency, n_indicator) [unit].
+    inversion : Inversion
+        Regularisation; by default its amount follows from cross-validation at each line.
     noise : array, shape (n_indicator,) or (n_frequency, n_indicator), optional
         Standard deviation of the responses [unit].
+
+    Returns
+    -------
+    PathForces
+        ``force``, (n_frequency, n_path), complex peak [N], with the regularisation of each line.
+
+    Raises
+    ------
+    InputError
+        A line at 0 Hz, more unknown forces than indicators, singular positions.
+
+    Examples
+    --------
+    >>> import deboom
+    >>> rail = deboom.Frf([30.0], [[[2.0], [1.0]]], ("rail", "dash"), ("TSM x",), "m/s^2/N")
+    >>> seen = deboom.Spectrum([30.0], [[0.2, 0.1]], ("rail", "dash"), "m/s^2")
+    >>> deboom.forces_by_inversion(rail, seen).force.values.real.round(3)
+    array([[0.1]])
     """
     return _inverted(accelerance, response, inversion, noise, Receiver.UNCOUPLED)
 
@@ -92,13 +118,42 @@ def blocked_forces_in_situ(
 ) -> PathForces:
     """Find the blocked forces of a source in the place where it runs, ``f_bl = (Y^AB)⁺ a``.
 
-    As `forces_by_inversion`, with indicators on the receiver per force at the interface, source
-    mounted. Any receiver will do, a vehicle or a rig: what gives way is part of Y^AB.
+    Any receiver will do, a vehicle or a rig: what gives way is part of Y^AB.
+
+    Parameters
+    ----------
+    accelerance : Frf
+        Indicators on the receiver per force at the interface, source mounted,
+        (n_frequency, n_indicator, n_path) [unit/N].
+    response : Spectrum
+        The same indicators in operation, (n_frequency, n_indicator) [unit].
+    inversion : Inversion
+        Regularisation; by default its amount follows from cross-validation at each line.
+    noise : array, shape (n_indicator,) or (n_frequency, n_indicator), optional
+        Standard deviation of the responses [unit].
+
+    Returns
+    -------
+    PathForces
+        ``force``, (n_frequency, n_path), complex peak [N], with the regularisation of each line.
+
+    Raises
+    ------
+    InputError
+        A line at 0 Hz, more unknown forces than indicators, singular positions.
 
     References
     ----------
     Moorhouse, Elliott and Evans, "In situ measurement of the blocked force of structure-borne sound
     sources", Journal of Sound and Vibration 325, 2009.
+
+    Examples
+    --------
+    >>> import deboom
+    >>> joined = deboom.Frf([30.0], [[[2.0], [1.0]]], ("rail", "dash"), ("TSM x",), "m/s^2/N")
+    >>> seen = deboom.Spectrum([30.0], [[0.2, 0.1]], ("rail", "dash"), "m/s^2")
+    >>> deboom.blocked_forces_in_situ(joined, seen).receiver.value
+    'source and receiver joined'
     """
     return _inverted(accelerance, response, inversion, noise, Receiver.ASSEMBLED)
 
@@ -106,12 +161,33 @@ def blocked_forces_in_situ(
 def forces_by_mount_stiffness(
     stiffness: Spectrum, source: Spectrum, receiver: Spectrum
 ) -> PathForces:
-    """Find the interface forces from the deflection of the mounts.
+    """Find the interface forces from the deflection of the mounts, ``g = K (u_A − u_B)``.
 
     Parameters
     ----------
-    stiffness : Spectrum — complex dynamic stiffness, one channel per path [N/m]
-    source, receiver : Spectrum — displacement above and below each mount; the same channels [m]
+    stiffness : Spectrum
+        Complex dynamic stiffness, (n_frequency, n_path) [N/m].
+    source, receiver : Spectrum
+        Displacement above and below each mount, the same channels, complex peak [m].
+
+    Returns
+    -------
+    PathForces
+        ``force``, (n_frequency, n_path), complex peak [N].
+
+    Raises
+    ------
+    InputError
+        Other units, lines that differ, a path without displacement.
+
+    Examples
+    --------
+    >>> import deboom
+    >>> lines, path = [30.0], ("TSM x",)
+    >>> stiffness = deboom.Spectrum(lines, [[2e5]], path, "N/m")
+    >>> above, below = (deboom.Spectrum(lines, [[s]], path, "m") for s in (1e-4, 2e-5))
+    >>> deboom.forces_by_mount_stiffness(stiffness, above, below).force.values.real.round(3)
+    array([[16.]])
     """
     _refuse_other_unit(stiffness.unit, "N/m", "mount stiffness")
     paths, lines = stiffness.channels, stiffness.frequency

@@ -91,11 +91,28 @@ def sensor_geometry(
 ) -> ChannelGeometry:
     """Return the geometry of triaxial sensors on one body, from the position sheet alone.
 
-    Raises InputError: sensors of several kinds, doubled names, or unknown channels.
+    Parameters
+    ----------
+    sensors : sequence of Sensor
+        Sensors of one kind with position [m] and orientation [1].
+    position : array, shape (3,)
+        The virtual point [m].
+    switched_off : sequence of str
+        Channels that are left out, such as ``S4 y``.
 
-    - `sensors`.
-    - `position` (3,).
-    - `switched_off`.
+    Returns
+    -------
+    ChannelGeometry
+        Lever [m] and direction [1] of each channel, shape (n_channel, 3).
+
+    Raises
+    ------
+    InputError
+        Sensors of several kinds, doubled names, or unknown channels.
+
+    Examples
+    --------
+    See `virtual_point`.
     """
     kinds = sorted({sensor.kind.value for sensor in sensors})
     if len(kinds) > 1:
@@ -248,14 +265,41 @@ def channel_values(point: VirtualPoint, measured: Spectrum | Frf) -> ComplexArra
 def virtual_point(geometry: ChannelGeometry) -> VirtualPoint:
     """Make the transformation between channels and the motion of their virtual point.
 
-    Raises InputError: channels that do not determine every motion: fewer than three triaxial
-    sensors, sensors on one line, too many channels switched off.
+    Parameters
+    ----------
+    geometry : ChannelGeometry
+        Levers and directions of the channels, see `sensor_geometry`.
+
+    Returns
+    -------
+    VirtualPoint
+        ``forward``, (n_channel, 6), from body motion to channels; ``inverse``, (6, n_channel), back
+        [1, m]; ``conditioning``.
+
+    Raises
+    ------
+    InputError
+        Channels that do not determine every motion: fewer than three triaxial sensors, sensors on
+        one line, too many channels switched off.
 
     Notes
     -----
     ``V⁺ = (Vᵀ V)⁻¹ Vᵀ`` (thesis, eq. 27), computed by QR with scaled columns: the normal equations
     would square the condition number. V is real, so the real and the imaginary part are transformed
     alike. For impacts the same row ``[d, r × d]`` gives, transposed, the load at the point.
+
+    Examples
+    --------
+    >>> import deboom, numpy as np
+    >>> from deboom.measurement.sensors import Sensor, SensorKind
+    >>> places = {"S1": [0.1, 0.0, 0.0], "S2": [0.0, 0.1, 0.0], "S3": [0.0, 0.0, 0.1]}
+    >>> sensors = [
+    ...     Sensor(name, SensorKind.ACCELEROMETER, "triaxial", "", "", np.array(place), np.eye(3))
+    ...     for name, place in places.items()
+    ... ]
+    >>> point = deboom.virtual_point(deboom.sensor_geometry(sensors))
+    >>> np.allclose(point.inverse @ point.forward, np.eye(6))
+    True
     """
     state = conditioning(geometry)
     if not state.complete:

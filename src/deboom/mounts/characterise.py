@@ -7,6 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 
 import numpy as np
+import pandas as pd
 from threadpoolctl import threadpool_limits
 
 from deboom.errors import InputError
@@ -30,6 +31,7 @@ from deboom.mounts.characterised_mount import (
     MountIdentity,
 )
 from deboom.mounts.error_budget import LEAST_DRAWS, DirectionBudget, error_budget
+from deboom.mounts.library_tables import direction_table
 from deboom.mounts.measuring_chain import (
     AlignmentEstimate,
     InstrumentedBody,
@@ -48,6 +50,7 @@ from deboom.mounts.response_surface import (
     agreement,
 )
 from deboom.mounts.self_calibration import FreeBody, self_calibrated
+from deboom.tabled import Tabled
 
 Progress = Callable[[int, int, str], None]
 """Called with the steps done, their total, and a short text."""
@@ -125,7 +128,7 @@ class DirectionResult:
 
 
 @dataclass(frozen=True, eq=False)
-class Characterisation:
+class Characterisation(Tabled):
     """Results for one mount set of a campaign.
 
     `runs` are those that the surfaces were fitted to, `chains` one per body, `directions` the
@@ -138,6 +141,11 @@ class Characterisation:
     chains: tuple[AlignmentEstimate, ...]
     directions: dict[str, DirectionResult]
     options: CharacteriseOptions
+
+    @property
+    def table(self) -> pd.DataFrame:
+        """One row per direction, as `deboom.mounts.library_tables.direction_table`."""
+        return direction_table(self.mounts)
 
     @property
     def mounts(self) -> tuple[CharacterisedMount, ...]:
@@ -290,6 +298,12 @@ def characterise(
     ------
     InputError
         No such mount set; no run with rising torque in the chosen gears; faulty channels.
+
+    Examples
+    --------
+    >>> import deboom
+    >>> campaign = deboom.read_campaign("my_campaign")  # doctest: +SKIP
+    >>> deboom.characterise(campaign, "M1").table  # doctest: +SKIP
     """
 
     def step(done: int) -> None:

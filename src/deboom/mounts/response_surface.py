@@ -346,6 +346,12 @@ class DynamicStiffnessSurface(StiffnessModel):
         Coefficient of determination over the lines of the fit, of both parts and of the force
         amplitude ``|K| |s|`` [1].
 
+    Raises
+    ------
+    InputError
+        When it is fitted: too few lines for the cubic; lines that are not finite; a regressor that
+        cannot do what is asked, by name.
+
     Notes
     -----
     Thesis, eq. 32. Both parts choose their own split points: common ones move K by up to 73 % in a
@@ -718,6 +724,19 @@ def compare_models(
     ------
     InputError
         No models; or no line to check inside of the region of all models.
+
+    Examples
+    --------
+    >>> import deboom
+    >>> import numpy as np
+    >>> from deboom.mounts.response_surface import StiffnessSamples
+    >>> X = np.random.default_rng(1).uniform([0, 1e-5, 20], [800, 5e-4, 80], (400, 3))
+    >>> K = 2e5 * (1 + (X[:, 0] / 800) ** 2) * (1.1 - 200 * X[:, 1] + 0.1j)
+    >>> half = [StiffnessSamples(*X[part::2].T, K[part::2]) for part in (0, 1)]
+    >>> surface = {"piecewise cubic": deboom.DynamicStiffnessSurface()}
+    >>> table = deboom.compare_models(surface, *half)
+    >>> bool(table["rms error [%]"][0] < 0.1)
+    True
     """
     import pandas as pd
 

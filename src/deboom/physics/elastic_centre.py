@@ -57,7 +57,20 @@ def residual_coupling(stiffness: npt.ArrayLike) -> float:
 def centre_of_stiffness(stiffness: npt.ArrayLike) -> ElasticCentre:
     """Return the point at which the coupling block of the stiffness is symmetric.
 
-    Raises InputError: a stiffness (6, 6) that is complex, asymmetric or not positive definite.
+    Parameters
+    ----------
+    stiffness : array, shape (6, 6)
+        Real, symmetric, positive definite, at some origin [N/m, N/rad, N m/rad].
+
+    Returns
+    -------
+    ElasticCentre
+        ``position``, shape (3,) [m], and ``coupling``, what is left of it there [1].
+
+    Raises
+    ------
+    InputError
+        A stiffness that is complex, asymmetric or not positive definite.
 
     Notes
     -----
@@ -70,6 +83,15 @@ def centre_of_stiffness(stiffness: npt.ArrayLike) -> ElasticCentre:
     ----------
     Ciblak and Lipkin, "Centers of stiffness, compliance, and elasticity in the analysis of robotic
     systems", ASME Design Technical Conferences, 1994.
+
+    Examples
+    --------
+    >>> import deboom, numpy as np
+    >>> from deboom.physics.rigid_body import mount_stiffness_matrix
+    >>> places = np.array([[0.2, 0.5, 0.1], [0.2, -0.5, 0.1], [-0.4, 0.0, 0.1]])
+    >>> stiffness = mount_stiffness_matrix(places, np.full((3, 3), 2e5))
+    >>> np.allclose(deboom.centre_of_stiffness(stiffness).position, places.mean(axis=0))
+    True
     """
     return _static(dynamic_centre_of_stiffness(_checked_static(stiffness)[np.newaxis]))
 
@@ -115,12 +137,20 @@ def dynamic_coupling(stiffness: npt.ArrayLike) -> RealArray:
 def dynamic_centre_of_stiffness(stiffness: npt.ArrayLike) -> ElasticCentre:
     """Return the dynamic elastic centre: where the coupling block is most symmetric, per line.
 
-    Raises InputError: a stiffness that is not symmetric, or along one axis alone.
-
     Parameters
     ----------
     stiffness : array, shape (n_frequency, 6, 6)
         Complex, symmetric: ``K`` of a mount, ``K − ω²M`` of a mounted body [N/m, N/rad, N m/rad].
+
+    Returns
+    -------
+    ElasticCentre
+        ``position``, shape (n_frequency, 3) [m], and ``coupling``, what is left of it there [1].
+
+    Raises
+    ------
+    InputError
+        A stiffness that is not symmetric, or along one axis alone.
 
     Notes
     -----
@@ -128,6 +158,17 @@ def dynamic_centre_of_stiffness(stiffness: npt.ArrayLike) -> ElasticCentre:
     the complex equation has none. That of a mounted body goes from the centre of its mounts at low
     frequency to its centre of gravity above its modes; the thesis (section 2.3.2) speaks of one
     point.
+
+    Examples
+    --------
+    >>> import deboom, numpy as np
+    >>> from deboom.physics.rigid_body import mass_matrix, mount_stiffness_matrix
+    >>> places = np.array([[0.2, 0.5, 0.1], [0.2, -0.5, 0.1], [-0.4, 0.0, 0.1]])
+    >>> mounts = mount_stiffness_matrix(places, np.full((3, 3), 2e5))
+    >>> omega = 2 * np.pi * np.array([0.1, 1000.0])[:, None, None]
+    >>> dynamic = (1 + 0.1j) * mounts - omega**2 * mass_matrix(200.0, 10 * np.eye(3))
+    >>> deboom.dynamic_centre_of_stiffness(dynamic).position[:, 2].round(3)
+    array([ 0.1, -0. ])
     """
     matrix = _checked_lines(stiffness)
     return _centre_at(matrix, _real_point(matrix[:, :3, :3], -_axial(matrix[:, :3, 3:])))

@@ -69,19 +69,35 @@ def unweighted_level(pressure: npt.ArrayLike) -> RealArray:
 def spl(pressure: npt.ArrayLike, frequency: npt.ArrayLike, axis: int = 0) -> RealArray:
     """Return the A-weighted sound pressure level of each line [dB(A)].
 
-    Silence (exactly 0 Pa) is minus infinity. Raises InputError: a frequency axis of another length
-    than `pressure` has, or of lines without a weighting.
-
     Parameters
     ----------
-    pressure : array_like, shape (n_frequency, ...) — complex peak amplitudes [Pa]
-    frequency : array_like, shape (n_frequency,) — lines [Hz]
-    axis : int — frequency axis of `pressure`
+    pressure : array_like, shape (n_frequency, ...)
+        Complex peak amplitudes [Pa]; exactly 0 Pa is minus infinity.
+    frequency : array_like, shape (n_frequency,)
+        Lines [Hz].
+    axis : int
+        Frequency axis of `pressure`.
+
+    Returns
+    -------
+    array, shape of `pressure`
+        Levels [dB(A)].
+
+    Raises
+    ------
+    InputError
+        A frequency axis of another length than `pressure` has, or of lines without a weighting.
 
     Notes
     -----
     ``SPL = 20 lg(|p| / (√2 · 20 µPa)) + A(f)``; what the thesis calls SPL_d in eq. 12 and 13 is the
-    pressure p.
+    pressure p. A(f) is that of IEC 61672-1.
+
+    Examples
+    --------
+    >>> import deboom
+    >>> deboom.spl([1.0, 1.0], [30.0, 1000.0]).round(2)
+    array([50.37, 90.97])
     """
     level = unweighted_level(pressure)
     weighting = a_weighting(frequency)

@@ -42,6 +42,7 @@ from deboom.study.platform_model import (
 )
 from deboom.study.progress import Progress
 from deboom.study.runner import run_command
+from deboom.tabled import Tabled
 
 PROCESSES, CARS = 100, 256
 """Processes that a batch may come from, and cars of each, for the predicted levels."""
@@ -157,7 +158,7 @@ class Batch:
 
 
 @dataclass(frozen=True, eq=False)
-class Delivery:
+class Delivery(Tabled):
     """A delivery, judged.
 
     `batches`: by mount, in the order of the table; `uncertainty`: of a measured stiffness,
@@ -170,6 +171,11 @@ class Delivery:
     uncertainty: float
     predicted: bool
     same_data: bool
+
+    @property
+    def table(self) -> pd.DataFrame:
+        """One row per part with its verdict."""
+        return _part_table(self)
 
     @property
     def parts(self) -> tuple[JudgedPart, ...]:
@@ -214,20 +220,22 @@ def judged_delivery(
     Parameters
     ----------
     box : AcceptanceBox
+        Intervals and limits.
     parts : sequence of DeliveredPart
-        Measured at the condition of the box.
+        Parts, measured at the condition of the box [N/m].
     platform : Platform or None
-        That the box was found for; None: no levels are predicted.
+        Platform that the box was found for; None: no levels are predicted.
     uncertainty : float
-        Of a measured stiffness, relative, expanded to 95 % [1].
+        Uncertainty of a measured stiffness, relative, expanded to 95 % [1].
     seed : int
-        Of the predicted cars, from 1.
+        Seed of the predicted cars, from 1.
     over_today : bool
         Stiffnesses are over those of today's part [1].
 
     Returns
     -------
     Delivery
+        Verdict of each part and batch; ``table``, one row per part.
 
     Raises
     ------
@@ -242,6 +250,11 @@ def judged_delivery(
     not measured of a batch follows from what was, see `predicted_pieces`. Cars of a batch have
     their mount from it and all other mounts anywhere in the box. The box promises its share for
     parts all over it: a batch in a corner may keep every interval and still make loud cars.
+
+    Examples
+    --------
+    >>> import deboom
+    >>> deboom.judged_delivery(box, parts, None, 0.02, seed=1).table  # doctest: +SKIP
     """
     if not 0.0 <= uncertainty < 0.5:
         raise InputError(f"--uncertainty {uncertainty:g}: give a share from 0 to below 0.5")

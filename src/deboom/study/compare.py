@@ -265,7 +265,7 @@ def judged(
     check_same_question(runs)
     foreign = tuple(run.entry.folder.as_posix() for run in other_models(runs))
     judge = runs[0].model
-    judges = _judges(judge, n_samples, seed)
+    judges = common_judges(judge, n_samples, seed)
     free = variables_without_effect(judge.evaluate, judge.space)
     total = sum(len(run.designs) for run in runs)
     done, fronts, begin = 0, [], time.perf_counter()
@@ -284,8 +284,8 @@ def judged(
     return Comparison(judge, tuple(fronts), n_samples, seed, foreign)
 
 
-def _judges(judge: RobustResponse, n_samples: int, seed: int) -> list[RobustResponse]:
-    """Return the judge with each of the sets of draws."""
+def common_judges(judge: RobustResponse, n_samples: int, seed: int) -> list[RobustResponse]:
+    """Return the judge with each of the `SETS` sets of draws."""
     structure = judge.structure
     width = judge.space.n_variables if structure is None else structure.n_draws
     return [

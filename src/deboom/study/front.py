@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
@@ -17,6 +17,7 @@ from deboom.explore.robust import RobustResponse, RobustValues
 from deboom.explore.search import SearchResult
 from deboom.explore.selection import at_nominal, pick, variables_without_effect
 from deboom.report import Scalar
+from deboom.tabled import Tabled
 
 if TYPE_CHECKING:
     from deboom.plot.style import Drawing
@@ -25,7 +26,7 @@ PERCENT = 100.0
 
 
 @dataclass(frozen=True, eq=False)
-class Front:
+class Front(Tabled):
     """A searched front whose designs were evaluated again with draws that the search never saw.
 
     Parameters
@@ -68,7 +69,7 @@ class Front:
     @property
     def per_line(self) -> float:
         """Factor from a sum over vehicles and lines to the mean over both [1]."""
-        return float(1.0 / (self.index.n_lines * len(self.vehicles)))
+        return float(1.0 / (getattr(self.index, "n_lines", 1) * len(self.vehicles)))
 
     @cached_property
     def picks(self) -> dict[str, int]:
@@ -120,30 +121,30 @@ class Front:
             [self.verifying.survivors(x) if failed else (0.0, np.nan) for x, failed in rows]
         )
 
-    def table(self, parts: Mapping[str, Sequence[str]] | None = None) -> pd.DataFrame:
-        """Tabulate the front: objectives as verified and as searched; one row per design.
-
-        Parameters
-        ----------
-        parts : mapping of str to sequence of str, optional
-            Further columns after the pick, such as the parts of each design.
-        """
+    @property
+    def table(self) -> pd.DataFrame:
+        """One row per design: objectives as verified and as searched, as sums and per line."""
         names = {row: name for name, row in reversed(self.picks.items())}
-        n = len(self.search.front)
+        n, unit = len(self.search.front), self.index.response_unit
+        sums, scatter = ("SPLV ", "dB") if unit == "dB(A)" else ("", unit)
         share, mean = self.survivors.T
-        failing = {"failed draws [1]": share, "SPLV mean sum of the other draws [dB(A)]": mean}
+        failing = {
+            "failed draws [1]": share,
+            f"{sums}mean sum of the other draws [{unit}]": mean,
+        }
         return pd.DataFrame(
             {
                 "point": np.arange(1, n + 1),
                 "pick": [names.get(row, "") for row in range(n)],
-                **(parts or {}),
-                "SPLV mean sum [dB(A)]": self.values.mean_sum,
-                "SPLV sigma sum [dB]": self.values.sigma_sum,
-                "standard error of mean sum [dB]": self.values.standard_error_mean_sum,
-                "standard error of sigma sum [dB]": self.values.standard_error_sigma_sum,
-                "SPLV mean sum in search [dB(A)]": self.search.front.mean_sum,
-                "SPLV sigma sum in search [dB]": self.search.front.sigma_sum,
+                f"{sums}mean sum [{unit}]": self.values.mean_sum,
+                f"{sums}sigma sum [{scatter}]": self.values.sigma_sum,
+                f"standard error of mean sum [{scatter}]": self.values.standard_error_mean_sum,
+                f"standard error of sigma sum [{scatter}]": self.values.standard_error_sigma_sum,
+                f"{sums}mean sum in search [{unit}]": self.search.front.mean_sum,
+                f"{sums}sigma sum in search [{scatter}]": self.search.front.sigma_sum,
                 "non-dominated when verified": self.verification.nondominated,
+                f"mean per line and vehicle [{unit}]": self.per_line * self.values.mean_sum,
+                f"sigma per line and vehicle [{scatter}]": self.per_line * self.values.sigma_sum,
                 **(failing if share.any() else {}),
             }
         )

@@ -605,6 +605,18 @@ def check_platform(folder: Path) -> PlatformCheck:
     PlatformCheck
         Beyond what `deboom.files.platform.read_platform` refuses: mounts that would be active, a
         mount library that does not fit.
+
+    Raises
+    ------
+    InputError
+        Never for a fault of the platform: faults are in the result.
+
+    Examples
+    --------
+    >>> import deboom
+    >>> from pathlib import Path
+    >>> deboom.check_platform(Path("nowhere")).faults[0]
+    'nowhere: there is no such folder: `deboom new platform nowhere` writes one'
     """
     faults: list[InputError] = []
     waiting: list[str] = []

@@ -229,7 +229,7 @@ def _front(report: Report, front: RobustFront, picks: pd.DataFrame) -> None:
         "Today's mounts and the named designs, per vehicle and line.",
         {"mean level [dB(A)]": 2, "sigma of the level [dB]": 3},
     )
-    report.table("front", front.table())
+    report.table("front", front.table)
     report.table("designs", front.designs())
     values, n_lines = front.values, front.index.n_lines
     points, vehicles = np.meshgrid(np.arange(1, len(values) + 1), front.vehicles, indexing="ij")

@@ -11,10 +11,11 @@ import numpy.typing as npt
 
 from deboom.arrays import BoolArray, ComplexArray, RealArray
 from deboom.errors import InputError
+from deboom.explore.space import DesignSpace, stiffness_factor_space
 from deboom.measurement.channels import LoadCase
 from deboom.mounts.characterised_mount import CharacterisedMount
 from deboom.mounts.mount import Mount
-from deboom.physics import sound_level
+from deboom.physics import sound_level, transfer_path
 from deboom.vehicles.amplitude_motion import (
     TOLERANCE,
     AmplitudeMotion,
@@ -26,6 +27,7 @@ from deboom.vehicles.coupled_motion import coupled_motion
 from deboom.vehicles.design_factor import Factor
 from deboom.vehicles.fleet import Band, Fleet, PathContributions, path_contributions
 from deboom.vehicles.kernels import Case, LevelSum, level_sum, numba_installed
+from deboom.vehicles.path_analysis import PathAnalysis
 from deboom.vehicles.powertrain import KinematicModel, Powertrain
 
 PART_SUFFIX = " part"
@@ -96,6 +98,16 @@ class BoomingModel:
     A loss factor ``EnM x loss`` multiplies K'' alone: ``K → x (K' + j y K'')``. The ratio K''/K' is
     multiplied by it and K' stays; the magnitude of K changes by the square root of ``1 + (yη)²``
     over that of ``1 + η²``, 0.7 % for η = 0.2 and y = 1.2.
+
+    Examples
+    --------
+    >>> import deboom, numpy as np
+    >>> model = deboom.read_platform("u06").model(vehicles="U06", motion="coupled")
+    >>> today = np.ones((1, 12))
+    >>> model(today).shape, model.levels(today).shape, model.gradient(today).shape
+    ((1, 5), (1, 5, 161), (1, 5, 12))
+    >>> model.paths(today[0], "U06-1").table["path"][0]
+    'TSM x'
     """
 
     cases: tuple[Case, ...]
@@ -195,13 +207,48 @@ class BoomingModel:
         - raises InputError: a load case that does not count here; designs of another shape, or not
           finite.
         """
-        factors, names = self._factors(designs), self.load_case_names
-        if load_case is not None and load_case not in names:
-            raise InputError(f"no load case {load_case!r} in the index: use one of {list(names)}")
-        case = self.cases[names.index(load_case) if load_case is not None else 0]
+        factors, case = self._factors(designs), self._case(load_case)
         if isinstance(case, AmplitudeMotion):
             return case.pressure(factors, self.tolerance)
         return case.pressure(factors)
+
+    def paths(
+        self, design: npt.ArrayLike, vehicle: str, load_case: str | None = None
+    ) -> PathAnalysis:
+        """Split the pressure in one vehicle into the contributions of the mounts' directions.
+
+        - `design` (k,): stiffness factors, then loss factors if there are any [1].
+        - `vehicle`: one of the responses.
+        - `load_case`, optional: name of the load case; by default the first one.
+        - raises InputError: an unknown vehicle or load case; a design of another shape.
+        """
+        if vehicle not in self.response_names:
+            raise InputError(f"no vehicle {vehicle!r}: use one of {list(self.response_names)}")
+        place, case = self.response_names.index(vehicle), self._case(load_case)
+        row = self._factors(np.atleast_2d(design))
+        if isinstance(case, PathContributions):
+            return PathAnalysis(
+                vehicle, self.frequency, case.values[place] * row[0], case.variable_names
+            )
+        if isinstance(case, AmplitudeMotion):
+            coupled, solved = case.coupled, solve_along_lines(case, row, self.tolerance)
+            force = solved.stiffness * solved.displacement
+        else:
+            coupled, springs = case, case.springs(row)
+            force = springs * case.displacement(springs)
+        columns = [np.flatnonzero(coupled.variables == k).tolist() for k in range(row.shape[1])]
+        by_direction = transfer_path.partial_sums(coupled.transfer[place] * force[0], columns)
+        return PathAnalysis(vehicle, self.frequency, by_direction, case.variable_names)
+
+    def design_space(self, *, bounds: float = 0.20, tolerance: float = 0.15) -> DesignSpace:
+        """Return the space of the factors within 1 ± `bounds`, see `stiffness_factor_space`."""
+        return stiffness_factor_space(self.variable_names, bounds, tolerance)
+
+    def _case(self, load_case: str | None) -> Case:
+        names = self.load_case_names
+        if load_case is not None and load_case not in names:
+            raise InputError(f"no load case {load_case!r} in the index: use one of {list(names)}")
+        return self.cases[names.index(load_case) if load_case is not None else 0]
 
     def levels(self, designs: npt.ArrayLike, load_case: str | None = None) -> RealArray:
         """Return the sound pressure level of every line in one load case, see `pressure`.

@@ -59,6 +59,7 @@ from deboom.study.platform_model import (
     MotionOptions,
     MountSource,
     operation,
+    study_band,
 )
 from deboom.tabled import Tabled
 from deboom.vehicles.booming_model import BoomingModel, Motion
@@ -106,8 +107,8 @@ class Platform(platform_files.Platform):
         self,
         *,
         vehicles: str | Sequence[str] | None = None,
-        band: tuple[float, float] = (20.0, 60.0),
-        motion: str | Motion = "coupled",
+        band: tuple[float, float] | None = None,
+        motion: str | Motion | None = None,
         mounts: str | MountSource = "library",
         load_cases: Sequence[str] | None = None,
     ) -> BoomingModel:
@@ -117,12 +118,13 @@ class Platform(platform_files.Platform):
         ----------
         vehicles : str or sequence of str, optional
             Group of vehicles, or vehicles by name; by default all vehicles of the platform.
-        band : (lower, upper)
-            Lines that count, both edges included [Hz].
-        motion : str
-            ``"coupled"``: the motion of the powertrain is solved again for every design;
-            ``"prescribed"``: it moves as measured, as in the thesis; ``"amplitude"``: coupled, and
-            stiffnesses follow the amplitudes, too.
+        band : (lower, upper), optional
+            Lines that count, both edges included; by default 20 to 60 Hz, or all lines of data that
+            do not span them [Hz].
+        motion : str, optional
+            ``"coupled"``, the default where the data allow it: the motion of the powertrain is
+            solved again for every design; ``"prescribed"``: it moves as measured, as in the thesis;
+            ``"amplitude"``: coupled, and stiffnesses follow the amplitudes, too.
         mounts : str
             ``"library"``: forces of the response surfaces in the platform's mount library;
             ``"library-inside"``: the same where they are backed by measurements, else measured
@@ -149,7 +151,8 @@ class Platform(platform_files.Platform):
         >>> len(model.variable_names), model.response_names[0]
         (12, 'U06-1')
         """
-        lines, (low, high) = self.load_cases[0].force.frequency, band
+        lines, band = self.load_cases[0].force.frequency, band or study_band(self)
+        low, high = band
         if not (lines[0] <= low < high <= lines[-1]):
             raise InputError(
                 f"the band from {low:g} to {high:g} Hz is not inside the measured "
@@ -157,7 +160,8 @@ class Platform(platform_files.Platform):
             )
         chosen, source = self._listening(vehicles), _choice(MountSource, mounts, "mounts")
         runs = operation(chosen, load_cases, source, None, band)
-        return MotionOptions(_choice(Motion, motion, "motion")).index(runs)
+        chosen_motion = None if motion is None else _choice(Motion, motion, "motion")
+        return MotionOptions(chosen_motion).index(runs)
 
     def _listening(self, vehicles: str | Sequence[str] | None) -> Platform:
         """Return the platform with some of its vehicles only."""

@@ -120,10 +120,7 @@ def test_a_design_that_fails_in_few_draws_stays_in_the_table_and_is_no_pick():
     def quieter_where_stiffer(designs):
         return np.where(designs[:, :1] > edge, np.nan, 100.0 - 20.0 * designs[:, :1])
 
-    class OneLine(ResponseFunction):
-        n_lines = 1
-
-    response = OneLine(quieter_where_stiffer, MODEL_2.variable_names, ("A",), "dB")
+    response = ResponseFunction(quieter_where_stiffer, MODEL_2.variable_names, ("A",), "dB")
     robust = RobustResponse(response, SPACE_2, SAMPLE)
     search = nsga2(robust, 12, 5, seed=3)
     quiet = verification_response(robust, 1024, seed=1).made(search.front.designs[0])[:, 0]
@@ -135,10 +132,10 @@ def test_a_design_that_fails_in_few_draws_stays_in_the_table_and_is_no_pick():
     assert not failed.all()
     assert not check.nondominated[failed].any()
     assert not failed[list(front.picks.values())].any()
-    table = front.table()
+    table = front.table
     assert len(table) == len(search.front)
     assert table["failed draws [1]"][0] == pytest.approx(5 / 1024)
-    others = table["SPLV mean sum of the other draws [dB(A)]"]
+    others = table["mean sum of the other draws [dB]"]
     assert others[0] == pytest.approx(search.front.mean_sum[0], rel=1e-2)
     assert others.isna().tolist() == (~failed).tolist()
     assert "no picks and not on the verified front" in front.text
@@ -150,5 +147,5 @@ def test_a_design_that_fails_in_few_draws_stays_in_the_table_and_is_no_pick():
 def test_a_front_without_failing_draws_has_no_column_for_them():
     search = nsga2(ROBUST, 12, 5, seed=3)
     front = Front(ROBUST, search, verify(search.front, ROBUST, 64, seed=1))
-    assert not any("draws" in column for column in front.table().columns)
+    assert not any("draws" in column for column in front.table.columns)
     assert "could not be computed" not in front.text

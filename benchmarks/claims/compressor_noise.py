@@ -91,24 +91,23 @@ def _carried_out(case: Case) -> Outcome:
     with TemporaryDirectory() as scratch, threadpool_limits(1):
         folder = Path(scratch) / name
         write_electric_car(folder, case.seed, name, plan=case.plan, noise_free=case.noise_free)
-        found = noise_of_car(folder, NoisePlan(), lambda _: None, seed=case.seed)
-        covered, forces, sound = _against_truth(folder / "truth", found.noise)
-        there = found.there
-        raw = unbalance(there.car.operation, there.found, there.source.options)
+        running, noise = noise_of_car(folder, NoisePlan(), lambda _: None, seed=case.seed)
+        covered, forces, sound = _against_truth(folder / "truth", noise)
+        raw = unbalance(running.car.operation, running.found, running.source.options)
     return Outcome(
-        sweep_errors(found.noise),
+        sweep_errors(noise),
         covered,
         forces,
         sound,
-        there.shares.identical,
+        running.shares.identical,
         raw.chosen.sources.reduced_chi,
-        _chi(there),
-        found.noise.seconds,
+        _chi(running),
+        noise.seconds,
     )
 
 
-def _chi(there: RunningInCar) -> float:
-    return there.source.chosen.sources.reduced_chi
+def _chi(running: RunningInCar) -> float:
+    return running.source.chosen.sources.reduced_chi
 
 
 def _against_truth(folder: Path, noise: CarNoise) -> tuple[float, float, float]:

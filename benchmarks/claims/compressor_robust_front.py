@@ -33,17 +33,10 @@ from deboom.compressor.cabin_index import (
 from deboom.compressor.unbalance_load import RotationSense
 from deboom.measurement.compressor_test import CompressorMount
 from deboom.physics.sound_level import spl
-from deboom.study.compressor_robust_front import (
-    Hoses,
-    MountQuestion,
-    Parts,
-    agreement,
-    mounted_fleet,
-    virtual_fleet,
-)
+from deboom.study.compressor_fleet import agreement, mounted_fleet, virtual_fleet
 from deboom.study.runner import load_study
 
-ROOT = Path(__file__).parents[2]
+STUDY = Path(__file__).parents[2] / "studies" / "compressor_robust_front.py"
 SEEDS = (1, 2, 3)
 N_DESIGNS = 20
 LEVEL = CalibrationLevel.C2
@@ -133,20 +126,26 @@ def _exact_index(there: Operation, cars: Sequence[ElectricCarBody]) -> CabinInde
 
 
 def _laboratories() -> list[Claim]:
-    errors: dict[Hoses, list[np.ndarray]] = {Hoses.none: [], Hoses.identified: []}
+    study = load_study(STUDY).module
+    options = study.Options(parts=study.Parts.own, place_tolerance=0.0)
+    errors: dict[bool, list[np.ndarray]] = {False: [], True: []}
     changes, rigid, lines, seconds = [], [], [], 0.0
     for seed in SEEDS:
         fleet = virtual_fleet(seed, LEVEL)
         for hoses, found in errors.items():
-            if hoses is Hoses.identified and seed != SEEDS[0]:
+            if hoses and seed != SEEDS[0]:
                 continue
-            question = MountQuestion(Parts.own, hoses, (20.0, 140.0), 2.0, {}, 0.4, 0.15, 0.5, 0.0)
-            model = mounted_fleet(fleet, question, lambda _: None)
-            space = question.space(model.index.variables)
+            model = mounted_fleet(
+                *(fleet, LINES, {}, lambda _: None),
+                identical=False,
+                with_hoses=hoses,
+                places=False,
+            )
+            space = study.design_space(model.index.variables, options)
             seen = agreement(model, space, N_DESIGNS, seed=seed)
             assert seen is not None
             found.append(np.abs(seen.peak_errors))
-            if hoses is Hoses.none:
+            if not hoses:
                 predicted, exact = seen.changes
                 changes.append(np.sqrt(np.mean((predicted - exact) ** 2)))
                 lines.append(np.abs(seen.predicted - seen.exact).ravel())
@@ -157,7 +156,7 @@ def _laboratories() -> list[Claim]:
                 seconds = (time.process_time() - begin) / (6 * len(seen.designs))
     shown = []
     for hoses, found in errors.items():
-        words = "without hoses" if hoses is Hoses.none else "with identified hoses"
+        words = "with identified hoses" if hoses else "without hoses"
         middle, high = np.median(np.concatenate(found)), np.quantile(np.concatenate(found), 0.9)
         shown.append(
             Claim(
@@ -192,7 +191,7 @@ def _laboratories() -> list[Claim]:
 
 
 def _study() -> list[Claim]:
-    study = load_study(ROOT / "studies" / "compressor_robust_front.py")
+    study = load_study(STUDY)
     summary = study.report({"seed": 1}).summary
     model, exact = float(summary["mean_change_db"]), float(summary["exact_mean_change_db"])
     sigma = float(summary["sigma_change_percent_best_mean"])

@@ -11,10 +11,10 @@ from openpyxl import load_workbook
 from deboom.compressor.cabin_index import mount_variables
 from deboom.errors import InputError
 from deboom.measurement.compressor_test import CompressorMount
-from deboom.study.compressor_robust_front import Hoses, MountQuestion, Parts
 from deboom.study.runner import load_study, run_study
 
 STUDY = Path(__file__).parents[2] / "studies" / "compressor_robust_front.py"
+ROOM = load_study(STUDY).module
 TINY = {
     "generations": 3,
     "population": 8,
@@ -22,7 +22,7 @@ TINY = {
     "checks": 32,
     "n": 16,
     "line_step": 5.0,
-    "hoses": Hoses.identified,
+    "hoses": ROOM.Hoses.identified,
 }
 
 
@@ -57,9 +57,20 @@ def test_the_model_agrees_with_the_exact_cars(finished):
 def test_front_and_summary_agree(finished):
     front, picks = (pd.read_csv(finished / f"{name}.csv") for name in ("front", "picks"))
     best = picks.set_index("design").loc["best mean"]
-    assert front["mean level [dB(A)]"].min() == pytest.approx(best["mean level [dB(A)]"])
+    lowest = front["SPLV mean sum [dB(A)]"].min() / (5 * 25)  # cars, lines
+    assert lowest == pytest.approx(best["mean level [dB(A)]"])
     assert best["change [dB]"] == pytest.approx(summary_of(finished)["mean_change_db"])
     assert len(front) == summary_of(finished)["n_front"]
+    cars = pd.read_csv(finished / "cars.csv")
+    assert cars["change [dB]"].mean() == pytest.approx(best["change [dB]"])
+
+
+def test_peaks_that_rise_are_said(finished):
+    peaks = pd.read_csv(finished / "peaks.csv")
+    rise = peaks["change [dB]"].max()
+    assert summary_of(finished)["largest_rise_db"] == pytest.approx(rise)
+    page = (finished / "report.html").read_text(encoding="utf-8")
+    assert (f"by up to {rise:.1f} dB" in page) == (rise > 1.0)
 
 
 def test_the_supplier_gets_limits_and_importance(finished):
@@ -77,34 +88,48 @@ def test_the_supplier_gets_limits_and_importance(finished):
     assert "at most 1.2 times" in sheet
 
 
+MOUNTS = [CompressorMount(f"mount {n}", np.ones(3), np.zeros(3), np.ones(3)) for n in (1, 2)]
+
+
 def test_own_parts_scatter_on_their_own():
-    mounts = [CompressorMount(f"mount {n}", np.ones(3), np.zeros(3), np.ones(3)) for n in (1, 2)]
-    question = MountQuestion(Parts.own, Hoses.none, (20.0, 140.0), 2.0, {}, 0.3, 0.1, 0.5, 2.0)
-    variables = mount_variables(mounts, identical=False, pieces=False, places=True)
-    space = question.space(variables)
+    options = ROOM.Options(parts=ROOM.Parts.own, reach=0.3, tolerance=0.1, place_tolerance=2.0)
+    variables = mount_variables(MOUNTS, identical=False, pieces=False, places=True)
+    space = ROOM.design_space(variables, options)
     np.testing.assert_allclose(space.tolerance, [0.1] * 4 + [0.02] * 6)
     np.testing.assert_allclose(space.upper - space.lower, [0.6] * 4 + [0.0] * 6)
-    assert question.lines.size == 61
+    assert options.lines.size == 61
 
 
 def test_a_batch_and_its_pieces_scatter_as_one_part():
-    mounts = [CompressorMount(f"mount {n}", np.ones(3), np.zeros(3), np.ones(3)) for n in (1, 2)]
-    question = MountQuestion(
-        Parts.identical, Hoses.none, (20.0, 140.0), 2.0, {}, 0.3, 0.15, 0.2, 0.0
-    )
-    variables = mount_variables(mounts, identical=True, pieces=True, places=False)
-    variance = question.space(variables).tolerance ** 2
+    variables = mount_variables(MOUNTS, identical=True, pieces=True, places=False)
+    variance = ROOM.design_space(variables, ROOM.Options(batch=0.2)).tolerance ** 2
     np.testing.assert_allclose(variance[:2], 0.2 * 0.15**2)
     np.testing.assert_allclose(variance[2:], 0.8 * 0.15**2)
 
 
-def test_questions_without_sense_are_refused():
-    good = (Parts.own, Hoses.none, (20.0, 140.0), 2.0, {}, 0.4, 0.15, 0.5, 1.0)
-    for place, value in ((5, 1.0), (6, 0.0), (7, 1.5), (8, 200.0), (3, 0.0)):
-        wrong = list(good)
-        wrong[place] = value
-        with pytest.raises(InputError):
-            MountQuestion(*wrong)
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        {"reach": 1.0},
+        {"tolerance": 0.0},
+        {"batch": 1.5},
+        {"place_tolerance": 200.0},
+        {"line_step": 0.0},
+        {"travel": 0.0},
+    ],
+)
+def test_questions_without_sense_are_refused(wrong):
+    with pytest.raises(InputError):
+        ROOM.Options(**wrong)
+
+
+def test_pressures_as_they_are_typed():
+    typed = ROOM.Options(pressure=["7.5=2", "13.50"])
+    assert typed.weights == {"7.5 bar": 2.0, "13.5 bar": 1.0}
+    assert ROOM.Options().weights == {}
+    for wrong in (["high"], ["7.5=0"], ["7.5", "7.50"], ["7.5=x"]):
+        with pytest.raises(InputError, match="BAR=WEIGHT"):
+            _ = ROOM.Options(pressure=wrong).weights
 
 
 def test_a_folder_that_is_no_car_is_refused(tmp_path):

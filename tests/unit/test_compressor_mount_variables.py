@@ -17,7 +17,6 @@ from deboom.compressor.cabin_index import (
 from deboom.compressor.unbalance_load import RotationSense
 from deboom.errors import InputError
 from deboom.measurement.compressor_test import CompressorMount
-from deboom.study.compressor_robust_front import weighted_pressures, weights_of
 
 LINES = np.array([30.0, 60.0])
 
@@ -118,14 +117,3 @@ def test_what_does_not_fit_is_refused(build, words):
 def test_an_index_knows_its_cars_and_weights():
     assert INDEX.response_names == ("EV",)
     assert INDEX.weights == pytest.approx((1 / 3, 2 / 3))
-
-
-def test_pressures_as_they_are_typed():
-    assert weighted_pressures(["7.5=2", "13.50"]) == {"7.5 bar": 2.0, "13.5 bar": 1.0}
-    assert weighted_pressures(None) == {}
-    for wrong in (["high"], ["7.5=0"], ["7.5", "7.50"], ["7.5=x"]):
-        with pytest.raises(InputError, match="BAR=WEIGHT"):
-            weighted_pressures(wrong)
-    assert weights_of({}, ["7.5 bar"]) == {"7.5 bar": 1.0}
-    with pytest.raises(InputError, match=r"no sweep at 9 bar was measured, only at 7\.5 bar"):
-        weights_of({"9 bar": 1.0}, ["7.5 bar"])

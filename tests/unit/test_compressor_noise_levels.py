@@ -1,6 +1,7 @@
 """Levels of a running compressor: what is compared with what, and what is refused."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -13,16 +14,16 @@ from deboom.study.compressor_noise import (
     MODES,
     CarNoise,
     NoisePlan,
-    error_summary,
     fleet_gains,
-    measured_gain_table,
     peak_deviations,
     ranking,
     soft_partner,
     sweep_errors,
     virtual_cars,
 )
+from deboom.study.runner import load_study
 
+STUDY = load_study(Path(__file__).parents[2] / "studies" / "compressor_noise.py").module
 LINES = np.arange(20.0, 141.0)
 PATHS = ("left x", "left y", "hose x")
 
@@ -49,6 +50,11 @@ def sweep(hoses, *, pressure=7.5e5, lines=LINES, hose=0.0, measured=1.0):
         0.9 * total,
         total,
     )
+
+
+def error_summary(cases):
+    errors = [error for case in cases for error in sweep_errors(case)]
+    return STUDY.error_summary(errors, STUDY.measured_gain_table(cases))
 
 
 def case(*sweeps):
@@ -92,7 +98,7 @@ def test_gains_compare_sweeps_of_one_pressure():
     both = case(soft, standard, other)
     assert soft_partner(both, standard) is soft
     assert soft_partner(both, other) is None
-    table = measured_gain_table([both])
+    table = STUDY.measured_gain_table([both])
     assert len(table) == 1
     assert table["measured gain [dB]"].item() == pytest.approx(
         table["synthesised gain [dB]"].item()

@@ -388,6 +388,10 @@ def _hoses_in_sweeps(
     return tuple(presence for presence in presences if presence is not None)
 
 
+SEEN_SOFTENING = 0.01
+"""Change of the stiffness over the strokes from which a report speaks of softening mounts [1]."""
+
+
 def _softening_notice(
     route: Route,
     mounts: SofteningMounts,
@@ -395,10 +399,12 @@ def _softening_notice(
     factor: SourceFit,
     loads: Sequence[OperatingLoad],
 ) -> str:
-    """Say that mounts which soften explain the sweeps better, and by how much they do."""
+    """Say that mounts which soften explain the sweeps better, and by how much; empty if hardly."""
     strokes = np.concatenate([mounts.strokes(load.frequency, load.motion) for load in loads])
     ends = np.array([strokes.min(), strokes.max()])
     small, large = np.abs(1 + mounts.change_at(fit.line_values[fit.change_slice], ends))
+    if abs(large / small - 1) < SEEN_SOFTENING:
+        return ""
     return (
         f"Route {route.letter}: mounts that soften with their own stroke explain the sweeps better "
         f"than one factor for all of them (reduced χ {fit.reduced_chi:.1f} instead of "

@@ -1,17 +1,25 @@
-"""Progress of long work: a bar on a terminal, a few lines in a log."""
+"""Long work: its progress on a terminal or in a log, and tasks in several processes."""
 
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor
 from contextlib import contextmanager
+from functools import partial
+from multiprocessing import get_context
+from typing import TypeVar
 
+from threadpoolctl import threadpool_limits
 from tqdm import tqdm
 
 Progress = Callable[[int, int, str], None]
 """Called with what is done, the total, and a short text."""
 
 LOG_LINES = 4
+
+_Task = TypeVar("_Task")
+_Result = TypeVar("_Result")
 
 
 @contextmanager
@@ -78,3 +86,21 @@ def counted(
         done += 1
 
     return step
+
+
+@contextmanager
+def in_processes(
+    function: Callable[[_Task], _Result], tasks: Sequence[_Task], workers: int
+) -> Iterator[Iterable[_Result]]:
+    """Work tasks off in processes beside this one, or here with 0; results come in their order."""
+    if workers == 0 or not tasks:
+        yield map(function, tasks)
+        return
+    with ProcessPoolExecutor(workers, mp_context=get_context("spawn")) as pool:
+        yield pool.map(partial(_limited, function), tasks)
+
+
+def _limited(function: Callable[[_Task], _Result], task: _Task) -> _Result:
+    """Work a task off in one thread: matrices are too small to share."""
+    with threadpool_limits(1):
+        return function(task)

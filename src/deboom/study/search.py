@@ -14,7 +14,14 @@ from typer import Option
 from deboom.arrays import RealArray
 from deboom.errors import InputError
 from deboom.explore.front import pareto_front
-from deboom.explore.robust import Limit, LimitedResponse, Limits, Robust, RobustResponse
+from deboom.explore.robust import (
+    Limit,
+    LimitedResponse,
+    Limits,
+    Requirements,
+    Robust,
+    RobustResponse,
+)
 from deboom.explore.search import SearchResult, merge, nsga2
 from deboom.explore.selection import pick, polish
 from deboom.explore.space import Progress
@@ -162,7 +169,7 @@ class MountLimits:
 
     Parameters
     ----------
-    requirements : MountRequirements or None
+    requirements : Requirements or None
         The limited numbers of a design.
     limits : Limits or None
         One limit per number.
@@ -172,7 +179,7 @@ class MountLimits:
         Files that they come from.
     """
 
-    requirements: MountRequirements | None = None
+    requirements: Requirements | None = None
     limits: Limits | None = None
     every_part: RobustResponse | None = None
     inputs: tuple[Path, ...] = ()
@@ -222,7 +229,7 @@ class MountLimits:
         report.inputs += self.inputs
 
     def _table(
-        self, requirements: MountRequirements, limits: Limits, designs: Mapping[str, RealArray]
+        self, requirements: Requirements, limits: Limits, designs: Mapping[str, RealArray]
     ) -> pd.DataFrame:
         numbers = requirements(np.stack(list(designs.values())))
         bounds = limits.limits

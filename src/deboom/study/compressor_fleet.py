@@ -1,0 +1,317 @@
+"""Electric cars with one compressor, measured or virtual, and their noise for any of its mounts."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from deboom.arrays import RealArray, checked
+from deboom.bench.compressor_operation import PRESSURES, Operation, gas_factor, operation
+from deboom.bench.compressor_rig import draw, placement_errors
+from deboom.bench.electric_car import (
+    POINTS,
+    ElectricCarBody,
+    design_pressure,
+    draw_fleet,
+    frozen_fleet,
+)
+from deboom.bench.electric_car_writer import CAR_PLAN, write_electric_car
+from deboom.bench.electric_recording import (
+    CABIN_NOISE,
+    body_plan,
+    draw_car_sensors,
+    draw_setup,
+    point_sheets,
+    strike_body,
+)
+from deboom.choices import CalibrationLevel
+from deboom.compressor.cabin_index import (
+    CabinIndex,
+    MountStatics,
+    car_seam,
+    free_compressor,
+    measured_body,
+    mount_variables,
+)
+from deboom.compressor.cabin_noise import RunningInCar, running_in_car
+from deboom.compressor.hose_beams import hose_matrices
+from deboom.compressor.identify import Identification, IdentifyOptions, identify
+from deboom.compressor.sources import case_name, source_loads
+from deboom.errors import InputError
+from deboom.explore.space import DesignSpace, generator
+from deboom.files.electric_car import read_electric_car
+from deboom.measurement.electric_car import ElectricCar
+from deboom.physics.sound_level import spl
+
+OTHER_CARS = 200
+"""Purposes of random numbers from here on belong to the cars that are not written."""
+REFERENCE = 40.0
+"""Line at which dynamic stiffness is stated, where the band has it [Hz]."""
+
+
+@dataclass(frozen=True, eq=False)
+class FleetTruth:
+    """What is exactly so in a virtual fleet: compressor, hoses and source, and the bodies."""
+
+    running: Operation
+    bodies: tuple[ElectricCarBody, ...]
+
+    def levels(
+        self, factors: RealArray, frequency: RealArray, pressure: float, *, with_hoses: bool
+    ) -> RealArray:
+        """Return the exact coupled level for other mounts, shape (n, v, f) [dB(A)].
+
+        - `factors` (n, 3 m): on the true stiffness of every mount [1].
+        - `frequency` (f,): [Hz]; `pressure`: of the gas, one of the bench's [bar].
+        """
+        compressor = self.running.laboratory.compressor
+        stiffness = factors.reshape(-1, *compressor.stiffness.shape) * compressor.stiffness
+        hoses = compressor.hoses if with_hoses else ()
+        gas = gas_factor(pressure)
+        heard = [
+            design_pressure(body, compressor, self.running.source, frequency, stiffness, hoses, gas)
+            for body in self.bodies
+        ]
+        return spl(np.stack(heard, axis=1), frequency, axis=-1)
+
+
+@dataclass(frozen=True, eq=False)
+class CompressorFleet:
+    """Cars whose bodies were struck; in the first one the compressor was struck and run.
+
+    `inputs`: every file that was read; `truth` is None where cars were measured.
+    """
+
+    cars: tuple[ElectricCar, ...]
+    inputs: tuple[Path, ...]
+    truth: FleetTruth | None = None
+
+
+def measured_fleet(folders: Sequence[Path]) -> CompressorFleet:
+    """Read cars from folders with ``car.toml``; the compressor is that of the first.
+
+    InputError: no car, two cars of one name, cars with other mounts than the first.
+    """
+    cars = tuple(read_electric_car(folder) for folder in folders)
+    first = cars[0]
+    mounts = {point.name for point in first.mounts}
+    for car in cars[1:]:
+        if {point.name for point in car.mounts} != mounts:
+            raise InputError(
+                f"car {car.name} has the mounts {[point.name for point in car.mounts]}, car "
+                f"{first.name} {sorted(mounts)}: one compressor stands on mounts of the same names"
+            )
+    names = [car.name for car in cars]
+    if len(set(names)) < len(names):
+        raise InputError(f"two cars have one name: {names}")
+    files = dict.fromkeys(path for car in cars for path in car.input_files)
+    return CompressorFleet(cars, tuple(files))
+
+
+def virtual_fleet(seed: int, level: CalibrationLevel, fleet: int | None = None) -> CompressorFleet:
+    """Measure a fleet of the virtual bench: the first car through its files, others in memory.
+
+    - `seed`: of the laboratory, from 1.
+    - `fleet`: seed of a drawn fleet; the frozen one if left out.
+    """
+    bodies = (frozen_fleet() if fleet is None else draw_fleet(fleet)).cars
+    names = list(bodies)
+    with tempfile.TemporaryDirectory() as folder:
+        written = write_electric_car(Path(folder) / "car", seed, names[0], fleet, level)
+        first = replace(read_electric_car(written), input_files=())
+    running = operation(seed, level, CAR_PLAN)
+    others = [
+        _struck(first, bodies[name], running, seed, level, number)
+        for number, name in enumerate(names[1:])
+    ]
+    return CompressorFleet((first, *others), (), FleetTruth(running, tuple(bodies.values())))
+
+
+def _struck(
+    first: ElectricCar,
+    body: ElectricCarBody,
+    running: Operation,
+    seed: int,
+    level: CalibrationLevel,
+    number: int,
+) -> ElectricCar:
+    """Strike another body where the first was struck, with new errors of placement and noise."""
+    compressor = running.laboratory.compressor
+    places = [*compressor.positions, *(hose.end for hose in compressor.hoses)]
+    sheets = point_sheets(dict(zip(POINTS, places, strict=True)))
+    purpose, errors = OTHER_CARS + 3 * number, placement_errors(level)
+    setup = draw_setup(sheets, errors, draw(seed, purpose))
+    microphone = draw_car_sensors(errors, draw(seed, purpose + 1)).microphone
+    random = draw(seed, purpose + 2)
+    measured = strike_body(body, setup, body_plan(), CABIN_NOISE, microphone, random)
+    lines, pressure = measured.frequency, measured.pressure[:, np.newaxis]
+    return replace(
+        first,
+        name=body.name,
+        pressure=replace(first.pressure, frequency=lines, values=pressure),
+        coherence=measured.coherence[:, np.newaxis],
+        accelerance=replace(first.accelerance, frequency=lines, values=measured.acceleration),
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class MountedFleet:
+    """The noise of a fleet as a function of the compressor's mounts, ready to be explored.
+
+    - `identified`, `running`: the compressor's hammer test; its source, mounts and hoses.
+    - `index`: with holders as the bodies have them; `rigid`: with holders that do not move.
+    - `statics`: with the stiffness of the lowest line.
+    """
+
+    fleet: CompressorFleet
+    identified: Identification
+    running: RunningInCar
+    index: CabinIndex
+    rigid: CabinIndex
+    statics: MountStatics
+
+    @property
+    def reference_line(self) -> float:
+        """Where dynamic stiffness is stated [Hz]."""
+        lines = self.index.frequency
+        return float(lines[np.argmin(np.abs(lines - REFERENCE))])
+
+    @property
+    def stiffness_at_reference(self) -> RealArray:
+        """|K| of every mount there at factor 1, axial and two radial, shape (m, 3) [N/m]."""
+        gain = abs(self.index.gain[list(self.index.frequency).index(self.reference_line)])
+        return np.array([gain * mount.stiffness for mount in self.index.mounts])
+
+    @property
+    def alarms(self) -> tuple[str, ...]:
+        """What a reader must know of the data."""
+        alarms = (*self.identified.alarms, *self.running.alarms)
+        if self.fleet.cars[0].operation.rotor_inertia is None:
+            left_out = "The rotor's inertia is not stated: its gyroscopic moment is left out."
+            alarms = (*alarms, left_out)
+        return alarms
+
+
+def mounted_fleet(
+    fleet: CompressorFleet,
+    lines: RealArray,
+    weights: Mapping[str, float],
+    step: Callable[[str], None],
+    *,
+    identical: bool,
+    with_hoses: bool,
+    places: bool,
+) -> MountedFleet:
+    """Identify the compressor, its source and its mounts, and join it to every car.
+
+    - `lines` (f,): lines that count [Hz].
+    - `weights`: of each pressure, such as ``7.5 bar`` → 1; empty for all of them alike.
+    - `step`: told what is being done.
+    - `identical`: one part number for all mounts; `with_hoses`: the first car's standard hoses;
+      `places`: where the mounts stand varies, too.
+    - raises InputError: a pressure or lines that were not measured, no drawing of the mounts; see
+      also `identify` and `running_in_car`.
+    """
+    first = fleet.cars[0]
+    test = first.operation
+    ran = dict.fromkeys(case_name(sweep.pressure) for sweep in test.sweeps)
+    unknown = [name for name in weights if name not in ran]
+    if unknown:
+        raise InputError(f"no sweep at {unknown[0]} was measured, only at {', '.join(ran)}")
+    step("identification of the compressor")
+    identified = identify(test.hammer, IdentifyOptions(held_out=0), hoses=test.hoses)
+    running = running_in_car(first, identified, with_hoses=with_hoses, step=step)
+    step("seams")
+    loads = source_loads(running.source.chosen.sources, lines)
+    weights = weights or dict.fromkeys(loads, 1.0)
+    model, mounts = identified.calibrated.model, running.shares.mounts
+    free = free_compressor(
+        model.mass_matrix,
+        test.rotor_inertia or 0.0,
+        running.source.sense.sense,
+        lines,
+        {name: loads[name] for name in weights},
+    )
+    hoses = () if running.hoses is None else running.hoses.hoses
+    beams = hose_matrices(hoses, lines) if hoses else None
+    names = [hose.name for hose in hoses]
+    bodies = [measured_body(car, mounts, lines, names) for car in fleet.cars]
+    positions = np.array([mount.position for mount in mounts])
+    variables = mount_variables(mounts, identical=identical, pieces=identical, places=places)
+    gain = model.gain.at(lines) * (1 + running.change(lines))
+    index, rigid = (
+        CabinIndex(
+            variables,
+            mounts,
+            gain,
+            tuple(car_seam(free, positions, body, beams) for body in held),
+            tuple(weights.values()),
+        )
+        for held in (bodies, [body.rigid() for body in bodies])
+    )
+    statics = MountStatics(
+        variables, mounts, float(gain[0].real), model.mass, model.centre, model.mass_matrix
+    )
+    return MountedFleet(fleet, identified, running, index, rigid, statics)
+
+
+@checked(designs="n k", predicted="n v f", exact="n v f")
+class Agreement:
+    """Predicted and exact levels of designs, the first one today's, in the first case [dB(A)]."""
+
+    designs: RealArray
+    predicted: RealArray
+    exact: RealArray
+
+    @property
+    def peak_errors(self) -> RealArray:
+        """Predicted minus exact level at the local maxima of the exact curves [dB]."""
+        middle = self.exact[..., 1:-1]
+        peaks = (middle > self.exact[..., :-2]) & (middle >= self.exact[..., 2:])
+        return np.asarray((self.predicted - self.exact)[..., 1:-1][peaks])
+
+    @property
+    def changes(self) -> tuple[RealArray, RealArray]:
+        """Change of the mean level against today, predicted and exact, each (n - 1, v) [dB]."""
+        both = (self.predicted, self.exact)
+        predicted, exact = (np.asarray((x[1:] - x[:1]).mean(axis=-1)) for x in both)
+        return predicted, exact
+
+
+def agreement(model: MountedFleet, space: DesignSpace, n: int, *, seed: int) -> Agreement | None:
+    """Compare n designs within the bounds, drawn uniformly, with the exact coupled solution.
+
+    None for cars that were measured: their truth is not known. Mounts stand where they are drawn.
+    """
+    drawn = generator(seed, "agreement").uniform(space.lower, space.upper, (n, space.n_variables))
+    designs = np.vstack([space.nominal, drawn])
+    exact = exact_levels(model, designs, model.index.case_names[0])
+    return None if exact is None else Agreement(designs, model.index.levels(designs), exact)
+
+
+def exact_change(model: MountedFleet, today: RealArray, design: RealArray) -> RealArray | None:
+    """Return what a design (k,) truly changes against today's (k,), shape (v,) [dB].
+
+    Mean level of the lines over all cases; None for cars that were measured.
+    """
+    total = np.zeros(len(model.index.response_names))
+    for case, weight in zip(model.index.case_names, model.index.weights, strict=True):
+        levels = exact_levels(model, np.stack([today, design]), case)
+        if levels is None:
+            return None
+        total += weight * (levels[1] - levels[0]).mean(axis=-1)
+    return total
+
+
+def exact_levels(model: MountedFleet, designs: RealArray, case: str) -> RealArray | None:
+    """Return levels of the bench's coupled cars, shape (n, v, f) [dB(A)]; None without truth."""
+    if model.fleet.truth is None:
+        return None
+    pressure = {f"{bar:g} bar": bar for bar in PRESSURES}[case]
+    factors = model.index.variables.factors(designs)
+    hoses = model.running.hoses is not None
+    return model.fleet.truth.levels(factors, model.index.frequency, pressure, with_hoses=hoses)

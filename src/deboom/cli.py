@@ -11,7 +11,16 @@ import typer
 import deboom
 from deboom.cli_bench import bench_app
 from deboom.cli_measurements import characterise, identify, library_app, orders, unbalance
-from deboom.cli_results import accept, check, compare, list_, new_app, report, show
+from deboom.cli_results import (
+    accept,
+    check,
+    compare,
+    list_,
+    listen,
+    new_app,
+    report,
+    show,
+)
 
 app = typer.Typer(
     add_completion=False,
@@ -34,6 +43,7 @@ app.command("list")(list_)
 app.command()(show)
 app.command()(compare)
 app.command()(report)
+app.command()(listen)
 app.command()(identify)
 app.command()(unbalance)
 app.command()(accept)

@@ -148,6 +148,34 @@ def report(
             typer.echo(path.as_posix())
 
 
+def listen(
+    run: Annotated[Path, typer.Argument(help="Folder of a finished front study.")],
+    design: Annotated[Pick, typer.Option(help="Of the front, beside today's.")] = Pick.best_mean,
+    seconds: Annotated[
+        float,
+        typer.Option(help="Time from the first to the last frequency, 1 to 120."),
+    ] = 10.0,
+    studies: STUDIES = None,
+    out: Annotated[
+        Path | None, typer.Option(help="Folder for the files; by default RUN/listen.")
+    ] = None,
+) -> None:
+    """Hear a front: the run-up at the driver's ear with today's mounts and with a pick, as WAV.
+
+    Every file has the same full scale, stated in pascals in listen.json, so that loudness can be
+    compared. Only the engine order of the study sounds, from the first to the last frequency of its
+    band at an even rise of speed: use headphones, small loudspeakers do not play 20 to 60 Hz.
+
+    Try: deboom listen results/u06_platform/RUN --seconds 15
+    """
+    from deboom.study.listen import write_run_ups
+    from deboom.study.runner import one_sentence_errors
+
+    with one_sentence_errors():
+        for path in write_run_ups(run, pick=design, seconds=seconds, studies=studies, out=out):
+            typer.echo(path.as_posix())
+
+
 def accept(
     box: Annotated[
         Path,

@@ -1,5 +1,6 @@
 import numpy as np
 import pytest
+from scipy.signal import hilbert
 
 from deboom.errors import InputError
 from deboom.physics.sound_level import (
@@ -9,6 +10,7 @@ from deboom.physics.sound_level import (
     energy_sum,
     mean_level,
     peak_level,
+    run_up_sound,
     spl,
     splv,
     unweighted_level,
@@ -83,3 +85,38 @@ def test_a_wrong_frequency_axis_is_refused():
         spl(np.ones((2, 3)), FREQUENCY)
     with pytest.raises(InputError, match="give the axis that holds the lines"):
         band_energy_level(np.ones(4), FREQUENCY, (20.0, 40.0))
+
+
+def test_a_run_up_holds_the_level_of_a_steady_order():
+    """Of 1 Pa at all lines: the analytic signal is 1 Pa long, its frequency rises evenly."""
+    lines = np.arange(20.0, 61.0)
+    sound = run_up_sound(np.exp(0.7j) * np.ones(41), lines, 8.0, 2048.0)
+    analytic = hilbert(sound)[800:-800]
+    assert np.abs(analytic) == pytest.approx(np.ones(analytic.size), abs=0.01)
+    frequency = np.diff(np.unwrap(np.angle(analytic))) * 2048.0 / (2 * np.pi)
+    time = (800 + 0.5 + np.arange(frequency.size)) / 2048.0
+    assert frequency == pytest.approx(20.0 + 5.0 * time, abs=0.2)
+    assert sound[0] == pytest.approx(np.cos(0.7), rel=1e-12)
+
+
+def test_a_run_up_passes_each_pressure_at_its_line():
+    lines, pressure = np.array([20.0, 30.0, 60.0]), np.array([[0.1], [0.5], [0.2]])
+    sound = run_up_sound(pressure, lines, 40.0, 4096.0)
+    assert sound.shape == (163840, 1)
+    length = np.abs(hilbert(sound[:, 0]))
+    at = np.array([5, 10, 25]) * 4096
+    assert length[at] == pytest.approx([0.3, 0.5, 0.35], rel=0.01)
+
+
+@pytest.mark.parametrize(
+    ("lines", "seconds", "rate", "words"),
+    [
+        ([20.0], 1.0, 1e3, "two lines or more"),
+        ([30.0, 20.0], 1.0, 1e3, "in rising order"),
+        ([20.0, 30.0], 0.0, 1e3, "give a time above 0"),
+        ([20.0, 30.0], 1.0, 120.0, "more than 120 samples"),
+    ],
+)
+def test_a_run_up_that_cannot_be_is_refused(lines, seconds, rate, words):
+    with pytest.raises(InputError, match=words):
+        run_up_sound(np.ones(len(lines)), lines, seconds, rate)

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 import numpy.typing as npt
+from scipy.interpolate import make_interp_spline
 
 from deboom.arrays import RealArray
 from deboom.errors import InputError
@@ -166,3 +167,48 @@ def _check_lines(level: RealArray, lines: RealArray, axis: int) -> None:
             f"axis {axis} of shape {level.shape} is not a frequency axis of shape {lines.shape}: "
             "give the axis that holds the lines"
         )
+
+
+def run_up_sound(
+    pressure: npt.ArrayLike, frequency: npt.ArrayLike, seconds: float, rate: float
+) -> RealArray:
+    """Return the sound of one engine order while the speed rises evenly [Pa].
+
+    Parameters
+    ----------
+    pressure : array_like, shape (n_frequency, ...) — complex peak amplitudes of the order [Pa]
+    frequency : array_like, shape (n_frequency,) — rising lines of the order [Hz]
+    seconds : float — time from the first line to the last [s]
+    rate : float — samples per second, above four times the last line [Hz]
+
+    Returns
+    -------
+    array, shape (n_sample, ...)
+        Sound pressure from the first line to the last, nothing beyond.
+
+    Raises
+    ------
+    InputError
+        Lines that do not rise, another number of pressures, a time or rate too small.
+
+    Notes
+    -----
+    ``p(t) = Re{P(f(t)) e^{jφ(t)}}`` with ``f(t) = f_1 + (f_n − f_1) t/T`` and ``φ = 2π ∫ f dt``, so
+    that the phase is continuous; P is interpolated linearly between the lines. Slow enough that
+    the structure is in steady state: each resonance takes its time in the measured run, too.
+    """
+    lines, values = np.asarray(frequency, dtype=float), np.asarray(pressure, dtype=complex)
+    _check_lines(np.abs(values), lines, 0)
+    if lines.size < 2 or not np.all(np.diff(lines) > 0):
+        raise InputError("a run-up needs two lines or more, in rising order")
+    if not (seconds > 0 and rate > 4 * lines[-1]):
+        raise InputError(
+            f"{seconds:g} s at {rate:g} samples a second: give a time above 0 and more than "
+            f"{4 * lines[-1]:g} samples a second"
+        )
+    time = np.arange(round(seconds * rate)) / rate
+    slope = (lines[-1] - lines[0]) / seconds
+    phase = 2 * np.pi * (lines[0] * time + slope * time**2 / 2)
+    amplitude = make_interp_spline(lines, values, k=1, axis=0)(lines[0] + slope * time)
+    turn = np.exp(1j * phase).reshape(-1, *(1,) * (values.ndim - 1))
+    return np.asarray((amplitude * turn).real)

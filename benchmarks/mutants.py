@@ -128,7 +128,6 @@ def tests_by_line(room: str) -> tuple[dict[Path, dict[int, list[str]]], dict[str
         environment = {
             **os.environ,
             "COVERAGE_FILE": str(data),
-            "NUMBA_DISABLE_JIT": "1",
             "MUTANTS_TIMES": str(times),
         }
         command = [sys.executable, "-m", "pytest", "-q", "-p", "mutants_times"]
@@ -152,6 +151,11 @@ def tests_by_line(room: str) -> tuple[dict[Path, dict[int, list[str]]], dict[str
             for name in seen.measured_files()
         }
         return reached, durations
+
+
+def _seen_by(module: dict[int, list[str]], line: int) -> list[str]:
+    """Return the tests that reach a line; of a compiled loop, which nobody traces, the module's."""
+    return module.get(line) or sorted(set().union(*module.values()))
 
 
 def _shown(context: str, durations: dict[str, float]) -> set[str]:
@@ -210,7 +214,7 @@ def main() -> None:
     every = [m for path in sorted((SOURCES / given.room).rglob("*.py")) for m in mutants_of(path)]
     drawn = random.Random(given.seed).sample(every, min(given.number, len(every)))
     tests = [
-        sorted(reached.get(m.path, {}).get(m.line, []), key=lambda t: times.get(t, 9.0))
+        sorted(_seen_by(reached.get(m.path, {}), m.line), key=lambda t: times.get(t, 9.0))
         for m in drawn
     ]
     with ThreadPoolExecutor(given.jobs) as pool:

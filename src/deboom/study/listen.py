@@ -104,7 +104,7 @@ def _design(run: ComparedRun, pick: Pick) -> RealArray:
     if wanted not in named:
         names = ", ".join(named) or "none"
         raise InputError(f"{run.entry.folder / FRONT} has no pick '{wanted}': it has {names}")
-    return run.designs[named[wanted]]
+    return np.asarray(run.designs[named[wanted]])
 
 
 def _wav(signal: RealArray) -> bytes:

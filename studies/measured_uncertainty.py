@@ -66,7 +66,8 @@ from deboom.study.result import RunContext
 from deboom.study.search import SearchOptions
 from deboom.study.uncertain_index import UncertainIndex, uncertain_index
 from deboom.vehicles.fleet import Band, lines_inside
-from deboom.vehicles.platform_uncertainty import (
+from deboom.vehicles.platform_uncertainty import PRIOR, transfer_sources
+from deboom.vehicles.uncertain_data import (
     BUDGET,
     CALIBRATION,
     CELLS,
@@ -75,9 +76,8 @@ from deboom.vehicles.platform_uncertainty import (
     MOTION,
     NOISE,
     PATHS,
-    PRIOR,
     SHAKER,
-    TransferUncertainty,
+    UncertaintySource,
 )
 
 TODAY = "today's"
@@ -238,7 +238,7 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
 
 def measured_transfer(
     folders: Sequence[Path], ear: str | None, band: Band, *, averaged: bool
-) -> tuple[TransferUncertainty | None, tuple[Path, ...]]:
+) -> tuple[Sequence[UncertaintySource] | None, tuple[Path, ...]]:
     """Estimate the errors of noise transfer functions from vehicles measured in two ways.
 
     Returns them with the files that were read; without a vehicle None: the stated priors stay.
@@ -256,9 +256,7 @@ def measured_transfer(
         pairs.append((hammer, loudspeaker))
     origin = f"both methods in {', '.join(folder.name for folder in folders)}"
     files = tuple(path for car in folders for path in sorted(car.rglob("*")) if path.is_file())
-    return TransferUncertainty.of_methods(
-        method_difference(pairs), origin, averaged=averaged
-    ), files
+    return transfer_sources(method_difference(pairs), origin, averaged=averaged), files
 
 
 def _inside(transfer: Frf, band: Band) -> Frf:

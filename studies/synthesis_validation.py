@@ -45,7 +45,7 @@ from deboom.study.progress import progress_bar
 from deboom.study.result import RunContext
 from deboom.vehicles.booming_peaks import TOLERANCE, BoomingPeak, PressureComparison
 from deboom.vehicles.fleet import Band
-from deboom.vehicles.path_analysis import Measure, paths_by_axis
+from deboom.vehicles.path_analysis import paths_by_axis
 from deboom.vehicles.synthesis import (
     BLOCKED,
     BY_HAMMER,
@@ -395,17 +395,9 @@ def _functions(report: Report, result: Validation, comparisons: pd.DataFrame) ->
     rows = comparisons[comparisons["comparison"] == BY_HAMMER]
     medians = rows.groupby("vehicle", sort=False)[[CORR_F, CORR_S, PEAK]].median()
     report.table(None, medians.reset_index(), "Median over the mount sets.")
-    ranking = first.reciprocal.ranking(Measure.MAGNITUDE, result.listening.band)
-    paths = pd.DataFrame(
-        {
-            "path": [one.path for one in ranking.paths],
-            "rms contribution [Pa]": [one.magnitude for one in ranking.paths],
-            "share of the energy [%]": [100 * one.energy_share for one in ranking.paths],
-        }
-    )
     report.table(
         "contributions",
-        paths,
+        first.reciprocal.ranking(result.listening.band),
         f"{first.driven.title}, reciprocal functions: paths by their own A-weighted size in the "
         "band. The share of the energy counts the phase: below 0 a path takes away.",
     )

@@ -42,8 +42,8 @@ from deboom.mounts.surface_forces import Outside, surface_forces
 from deboom.study.uncertain_index import UncertainIndex
 from deboom.vehicles.booming_model import booming_model
 from deboom.vehicles.fleet import Fleet, Vehicle
-from deboom.vehicles.platform_uncertainty import TransferUncertainty, force_sources
-from deboom.vehicles.uncertain_data import UncertainData
+from deboom.vehicles.platform_uncertainty import force_sources, transfer_sources
+from deboom.vehicles.uncertain_data import UncertainData, UncertaintySource
 from virtual_campaign import virtual_campaign
 from write_library import PLATFORM
 
@@ -102,7 +102,7 @@ def _run() -> OperatingRun:
 
 def _stated(number: int) -> tuple[_Held, ...]:
     bodies = _Bodies(number)
-    return _held(bodies, bodies.measured(1), _measured_case(number), (), TransferUncertainty())
+    return _held(bodies, bodies.measured(1), _measured_case(number), (), transfer_sources())
 
 
 def _measured(number: int) -> tuple[_Held, ...]:
@@ -119,7 +119,7 @@ def _library(number: int) -> tuple[_Held, ...]:
     return _held(bodies, fleet, case, parts, known)
 
 
-def _both_ways(bodies: _Bodies) -> tuple[Fleet, TransferUncertainty]:
+def _both_ways(bodies: _Bodies) -> tuple[Fleet, Sequence[UncertaintySource]]:
     """Measure by two methods on two days; return their mean and what their difference says."""
     pairs = [
         (one.noise_transfer, other.noise_transfer)
@@ -128,7 +128,7 @@ def _both_ways(bodies: _Bodies) -> tuple[Fleet, TransferUncertainty]:
     means = [replace(one, values=(one.values + other.values) / 2) for one, other in pairs]
     vehicles = [Vehicle(n, GROUP, mean) for n, mean in zip(bodies.bodies, means, strict=True)]
     found = method_difference(pairs)
-    known = TransferUncertainty.of_methods(found, "both methods", averaged=True)
+    known = transfer_sources(found, "both methods")
     return Fleet(tuple(vehicles)), known
 
 
@@ -207,11 +207,11 @@ def _held(
     fleet: Fleet,
     case: LoadCase,
     parts: Sequence[CharacterisedMount],
-    known: TransferUncertainty,
+    known: Sequence[UncertaintySource],
 ) -> tuple[_Held, ...]:
     """State intervals from measured data, and look up the truth."""
     mounts = _platform().mounts
-    sources = (*known.sources, *force_sources(mounts, (case,), parts, BAND))
+    sources = (*known, *force_sources(mounts, (case,), parts, BAND))
     data = UncertainData(fleet, (case,), sources, BAND)
     measured = booming_model(fleet, mounts, [(case, 1.0)], BAND)
     truth = booming_model(

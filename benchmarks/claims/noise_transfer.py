@@ -61,7 +61,7 @@ from deboom.measurement.uncertainty import level_spread, variance_split
 from deboom.measurement.virtual_point import impact_geometry, sensor_geometry
 from deboom.physics.frf import corr_f, corr_s
 from deboom.physics.sound_level import spl
-from deboom.vehicles.path_analysis import compare_noise_transfer
+from deboom.vehicles.path_analysis import analyse_paths
 
 BENCH = load_bench()
 FLEET = load_fleet(1)
@@ -368,12 +368,10 @@ def _methods() -> list[Claim]:
         force = Spectrum(FREQUENCY, _operated(number)[1].path_force, tuple(PATHS), "N")
         for seed in range(1, 7):
             direct, reciprocal = _both_methods(FLEET.bodies[name], (seed, number))
-            compared = compare_noise_transfer(
-                noise_transfer_of_paths(reciprocal, PATHS, EARS[0]),
-                noise_transfer_of_paths(direct, PATHS, EARS[0]),
-                force,
+            first, second = (
+                analyse_paths(noise_transfer_of_paths(ntf, PATHS, EARS[0]), force).pressure[BAND]
+                for ntf in (reciprocal, direct)
             )
-            first, second = compared.pressure[:, BAND]
             peaks.append(_peak_deviation(first, second))
             shapes.append(100 * float(corr_f(second, first)))
             scales.append(100 * float(corr_s(second, first)))

@@ -16,14 +16,15 @@ from deboom.measurement.uncertainty import (
     pivotal_interval,
 )
 from deboom.vehicles.fleet import Fleet, Vehicle
-from deboom.vehicles.platform_uncertainty import TransferUncertainty
+from deboom.vehicles.platform_uncertainty import transfer_sources
 from deboom.vehicles.uncertain_data import (
-    ForceCells,
-    RunNoise,
-    StiffnessError,
-    TransferCalibration,
-    TransferPaths,
+    SHAKER,
     UncertainData,
+    force_cells,
+    run_noise,
+    stiffness_error,
+    transfer_calibration,
+    transfer_paths,
 )
 
 LINES = np.arange(20.0, 61.0)
@@ -50,7 +51,7 @@ def case(name="run", lines=LINES):
 
 
 PART = VariancePart("a", 1.0)
-NOISE = RunNoise(0.01, "test")
+NOISE = run_noise("test", 0.01)
 
 
 def data(sources=(NOISE,), cases=None, transfers=None, band=(20.0, 60.0)):
@@ -64,15 +65,21 @@ def data(sources=(NOISE,), cases=None, transfers=None, band=(20.0, 60.0)):
         (lambda: data().drawn(0, 0), "seed 0 is refused"),
         (lambda: data().drawn(-1, 1), "draws count from 0"),
         (lambda: data().drawn(0, 1, ["moon"]), r"no source of uncertainty \['moon'\]: use"),
-        (lambda: data((RunNoise(0.1, ""), RunNoise(0.2, ""))), "duplicated source"),
+        (lambda: data((NOISE, NOISE)), "duplicated source"),
         (lambda: data(cases=(case(), case("other", LINES[1:]))), "run and other differ"),
         (lambda: data(transfers=(frf(), frf(("M x", "M y")))), "vehicle V-2: its noise transfer"),
         (lambda: data(band=(200.0, 300.0)).measured, "no line between 200 and 300 Hz"),
         (lambda: UncertainData(Fleet((Vehicle("V", "V", frf()),)), (), (), (20, 60)), "load case"),
-        (lambda: TransferCalibration(-0.5, ""), "standard deviation of -0.5"),
-        (lambda: TransferPaths(0.05, 0.0, ""), "correlation length of 0.0 Hz"),
-        (lambda: StiffnessError({"M x": np.nan}, {}, 0.2, ""), "M x: a standard deviation of nan"),
-        (lambda: ForceCells({"M": 0.01}, {"M": -1.0}, (), ""), "angle of M: a standard deviation"),
+        (lambda: transfer_calibration("", -0.5), "standard deviation of -0.5"),
+        (
+            lambda: data((transfer_paths("", 0.05, 0.0),)).drawn(0, 1),
+            "correlation length of 0",
+        ),
+        (
+            lambda: stiffness_error(SHAKER, "", {"M x": np.nan}, {}),
+            "M x: a standard deviation",
+        ),
+        (lambda: force_cells("", {"M": 0.01}, {"M": -1.0}, ()), "angle of M: a standard deviation"),
         (lambda: pivotal_interval(1.0, np.ones(39)), "39 draws do not give an interval"),
         (lambda: pivotal_interval([1.0, 2.0], np.ones((50, 3))), "one row per draw"),
         (lambda: pivotal_interval(1.0, np.full(50, -np.inf)), "finite values"),
@@ -112,12 +119,11 @@ def test_a_calibration_seen_on_two_vehicles_keeps_its_prior():
         return replace(frf(), values=frf().values + 0.01 * (noise[0] + 1j * noise[1]))
 
     few, enough = (
-        TransferUncertainty.of_methods(
-            method_difference([(noisy(), noisy()) for _ in range(n)]), "two ways", averaged=True
-        )
+        transfer_sources(method_difference([(noisy(), noisy()) for _ in range(n)]), "two ways")
         for n in (2, 3)
     )
-    assert few.calibration_db == TransferUncertainty().calibration_db
-    assert "stated prior" in {source.origin for source in few.sources}
-    assert enough.calibration_db < 0.2
-    assert {source.origin for source in enough.sources} == {"two ways"}
+    prior = transfer_sources()[0]
+    assert (few[0].name, few[0].size, few[0].origin) == (prior.name, prior.size, "stated prior")
+    assert {source.origin for source in few[1:]} == {"two ways"}
+    assert float(enough[0].size.split()[0]) < 0.2
+    assert {source.origin for source in enough} == {"two ways"}

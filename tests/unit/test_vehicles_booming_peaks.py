@@ -34,11 +34,6 @@ def test_prominence_is_the_rise_above_the_higher_valley():
     assert second == BoomingPeak(45.0, 1800.0, 75.0, 20.0)
 
 
-def test_a_lower_threshold_finds_the_small_peak_as_well():
-    peaks = booming_peaks(BEFORE, LINES, 1.5, prominence=4.0)
-    assert [(peak.frequency, peak.prominence) for peak in peaks][-1] == (55.0, 4.0)
-
-
 def test_the_ends_of_the_band_are_no_peaks():
     assert booming_peaks(_curve((20, 80), (40, 50), (60, 80)), LINES, 2.0) == ()
 
@@ -68,10 +63,11 @@ def test_a_new_peak_is_listed_at_its_own_frequency():
 
 
 def test_each_peak_is_paired_once_the_closest_first():
-    before = _curve((20, 40), (40, 70), (60, 40))
-    after = _curve((20, 40), (38, 70), (39, 60), (41, 72), (60, 40))
-    new, kept = compare_peaks(before, after, LINES, 1.5, tolerance=2.5)
-    assert (new.frequency, new.before) == (38.0, None)
+    fine = np.arange(20.0, 60.1, 0.5)
+    before = np.interp(fine, [20, 40, 60], [40, 70, 40])
+    after = np.interp(fine, [20, 38.5, 39.5, 41, 60], [40, 70, 60, 72, 40])
+    new, kept = compare_peaks(before, after, fine, 1.5)
+    assert (new.frequency, new.before) == (38.5, None)
     assert (kept.before.frequency, kept.after.frequency) == (40.0, 41.0)
 
 
@@ -80,7 +76,6 @@ def test_each_peak_is_paired_once_the_closest_first():
     [
         (np.ones(3), {}, r"level curve of shape \(3,\)"),
         (np.where(LINES == 33.0, -np.inf, 60.0), {}, "level at 33 Hz is not finite"),
-        (BEFORE, {"prominence": 0.0}, "prominence of 0.0 dB"),
         (BEFORE, {"order": 0.0}, "order 0.0 is not positive"),
     ],
 )
@@ -90,19 +85,16 @@ def test_refuses(level, options, message):
         booming_peaks(level, LINES, **arguments)
 
 
-def test_refuses_a_negative_tolerance():
-    with pytest.raises(InputError, match=r"tolerance of -1.0 Hz"):
-        compare_peaks(BEFORE, BEFORE, LINES, 1.5, tolerance=-1.0)
+DEEPER = _curve((20, 50), (30, 70), (35, 60), (45, 75), (50, 66), (55, 74), (60, 55))
 
 
 def test_peaks_of_two_curves_are_matched_and_the_others_reported():
-    measured = booming_peaks(BEFORE, LINES, 1.5, prominence=4.0)
+    measured = booming_peaks(DEEPER, LINES, 1.5)
     finer = np.arange(20.0, 60.1, 0.25)
     synthesised = np.interp(finer, [20, 30.5, 35, 40, 43, 46.25, 60], [50, 68, 58, 67, 60, 74, 50])
     match = match_peaks(measured, booming_peaks(synthesised, finer, 1.5))
     assert [(one.frequency, two.frequency) for one, two in match.pairs] == [(30, 30.5), (45, 46.25)]
     np.testing.assert_allclose(match.level_deviations, [-2.0, -1.0])
-    assert match.largest_deviation == pytest.approx(2.0)
     assert [peak.frequency for peak in match.only_reference] == [55.0]
     assert [peak.frequency for peak in match.only_compared] == [40.0]
 
@@ -112,10 +104,6 @@ def test_without_a_pair_there_is_no_deviation():
     match = match_peaks(peaks, ())
     assert match.only_reference == peaks
     assert match.level_deviations.size == 0
-    with pytest.raises(InputError, match="2 against 0 peaks"):
-        _ = match.largest_deviation
-    with pytest.raises(InputError, match="tolerance of -1 Hz"):
-        match_peaks(peaks, peaks, -1)
 
 
 FREQUENCY = np.arange(20.0, 60.25, 0.25)

@@ -18,17 +18,18 @@ from deboom.mounts.mount import Mount
 from deboom.vehicles.booming_model import booming_model
 from deboom.vehicles.fleet import Fleet, Vehicle
 from deboom.vehicles.uncertain_data import (
-    ForceCells,
-    MotionError,
-    RunNoise,
-    StiffnessError,
-    TransferBody,
-    TransferCalibration,
-    TransferFloor,
-    TransferPaths,
+    BUDGET,
     UncertainData,
+    force_cells,
+    motion_error,
     own_generator,
+    run_noise,
     smooth_basis,
+    stiffness_error,
+    transfer_body,
+    transfer_calibration,
+    transfer_floor,
+    transfer_paths,
 )
 
 LINES = np.linspace(20.0, 60.0, 81)
@@ -70,7 +71,7 @@ def levels(data, mount, draw=None, seed=1, only=None):
 
 
 def test_a_calibration_moves_every_level_by_its_decibels_and_no_change():
-    source = TransferCalibration(0.5, "test")
+    source = transfer_calibration("test", 0.5)
     data, mount = one_path(source)
     measured = levels(data, mount)
 
@@ -84,7 +85,7 @@ def test_a_calibration_moves_every_level_by_its_decibels_and_no_change():
 
 
 def test_the_level_of_one_path_is_linear_in_the_logarithm_of_its_stiffness():
-    source = StiffnessError({"M x": 0.03}, {"M x": ("M x",)}, 0.2, "test")
+    source = stiffness_error(BUDGET, "test", {"M x": 0.03}, {"M x": ("M x",)})
     data, mount = one_path(source)
     measured = levels(data, mount)
 
@@ -96,7 +97,7 @@ def test_the_level_of_one_path_is_linear_in_the_logarithm_of_its_stiffness():
 
 def test_line_by_line_noise_averages_over_the_lines():
     relative = 0.02
-    data, mount = one_path(RunNoise(relative, "test"))
+    data, mount = one_path(run_noise("test", relative))
     measured = levels(data, mount)
     moved = np.array([levels(data, mount, draw) - measured for draw in range(300)])
 
@@ -112,7 +113,7 @@ def test_a_smooth_error_has_its_correlation_and_its_variance_in_a_mean():
     correlation = np.exp(-(((LINES[:, None] - LINES) / length) ** 2) / 2)
     assert np.allclose(basis @ basis.T, correlation, atol=1e-5)
 
-    data, mount = one_path(TransferPaths(relative, length, "test"))
+    data, mount = one_path(transfer_paths("test", relative, length))
     flat = np.ones((LINES.size, 1, 1)) * 1e-2
     vehicles = [
         Vehicle(v.name, v.group, Frf(LINES, flat, ("ear",), ("M x",), "Pa/N"))
@@ -127,7 +128,7 @@ def test_a_smooth_error_has_its_correlation_and_its_variance_in_a_mean():
 
 
 def test_a_shaker_that_points_elsewhere_leaks_the_other_axes():
-    source = ForceCells({"M": 0.0}, {"M": 0.01}, ("M x",), "test")
+    source = force_cells("test", {"M": 0.0}, {"M": 0.01}, ("M x",))
     data, _ = one_path(source, axes=("x", "y", "z"))
     (measured,), (again,) = data.measured[1], data.drawn(0, 1)[1]
 
@@ -140,7 +141,7 @@ def test_a_shaker_that_points_elsewhere_leaks_the_other_axes():
 
 
 def test_a_wrong_motion_moves_the_force_of_a_surface_and_not_a_measured_one():
-    source = MotionError({"M": 0.02}, {"M": 0.02}, ("M x",), "test")
+    source = motion_error("test", {"M": 0.02}, {"M": 0.02}, ("M x",))
     data, _ = one_path(source, axes=("x", "y", "z"))
     (measured,), (again,) = data.measured[1], data.drawn(3, 1)[1]
 
@@ -151,7 +152,7 @@ def test_a_wrong_motion_moves_the_force_of_a_surface_and_not_a_measured_one():
 
 
 def test_a_source_draws_the_same_alone_and_among_others():
-    calibration, floor = TransferCalibration(0.5, ""), TransferFloor(1e-4, "")
+    calibration, floor = transfer_calibration("", 0.5), transfer_floor("", 1e-4)
     both, mount = one_path(calibration, floor)
     alone, _ = one_path(calibration)
 
@@ -235,7 +236,7 @@ def test_two_methods_tell_their_calibration_body_paths_and_floor():
 
 
 def test_what_all_paths_share_moves_no_change_of_all_mounts():
-    data, mount = one_path(TransferBody(0.05, 3.0, "test"))
+    data, mount = one_path(transfer_body("test", 0.05, 3.0))
     measured = levels(data, mount)
     moved = levels(data, mount, 0) - measured
     assert np.all(np.abs(moved) > 1e-3)

@@ -1,5 +1,7 @@
 """Static forces under wheel torque: closed forms, least energy, the bench's truth and its cells."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.optimize import minimize
@@ -79,11 +81,16 @@ def test_equilibrium_is_the_least_energy(model):
     assert model.forward @ (least.x * 1e-3) == pytest.approx(found, abs=2e-6)
 
 
+def with_strut_at(model, position):
+    *others, strut = model.mounts
+    return replace(model, mounts=(*others, replace(strut, positions=(position,))))
+
+
 @pytest.mark.parametrize("strut", [None, LATERAL, CENTRAL])
 def test_against_the_truth_of_the_bench(model, strut):
     body = BENCH.powertrain
     if strut is not None:
-        model = model.with_mount_at("TSM", strut)
+        model = with_strut_at(model, strut)
     # a strut elsewhere takes the engine mount beyond its curve in first gear
     torque = TORQUE if strut is None else TORQUE[:-1]
     load = np.outer(torque, [0, 0, 0, 0, 1, 0])
@@ -97,11 +104,26 @@ def test_against_the_truth_of_the_bench(model, strut):
 
 
 def test_central_and_lateral_strut_share_the_torque_differently(model):
-    lateral = model.with_mount_at("TSM", LATERAL).equilibrium([748.0])
-    central = model.with_mount_at("TSM", CENTRAL).equilibrium([748.0])
+    lateral = with_strut_at(model, LATERAL).equilibrium([748.0])
+    central = with_strut_at(model, CENTRAL).equilibrium([748.0])
     # the lateral strut stands beside the engine mount and pulls on it more
     assert lateral.of("EnM x")[0] > 1.3 * central.of("EnM x")[0]
     assert lateral.of("TSM x")[0] == pytest.approx(central.of("TSM x")[0], rel=0.1)
+
+
+def force_deviation(model, torque, seed):
+    """Scale errors of the curves, as stated, in the static forces (n, n_direction) [N]."""
+    rng = np.random.default_rng(seed)
+    forces = []
+    for _ in range(40):
+        curves = {
+            name: replace(curve, force=curve.force * np.exp(curve.force_uncertainty * z))
+            for (name, curve), z in zip(
+                model.curves.items(), rng.standard_normal(len(model.curves)), strict=True
+            )
+        }
+        forces.append(replace(model, curves=curves).equilibrium(torque).force)
+    return np.std(forces, axis=0)
 
 
 @pytest.fixture(scope="module")
@@ -126,7 +148,7 @@ def test_suppliers_curves_against_the_static_cell_force(campaign):
     )
     run = campaign.runs[0]
     state = model.equilibrium(run.wheel_torque)
-    deviation = model.force_deviation(run.wheel_torque[::20], seed=1, n_draws=40)[-1]
+    deviation = force_deviation(model, run.wheel_torque[::20], 1)[-1]
     more = model.equilibrium(run.wheel_torque + run.total_ratio)
     by_torque = np.sqrt(np.mean((more.force - state.force) ** 2, axis=0))
     for place, name in enumerate(state.names):
@@ -138,7 +160,7 @@ def test_suppliers_curves_against_the_static_cell_force(campaign):
 
 
 def test_curve_errors_shift_little_between_mounts_that_statics_determine(model):
-    deviation = model.force_deviation(TORQUE[3:5], seed=2, n_draws=40)
+    deviation = force_deviation(model, TORQUE[3:5], 2)
     forces = np.abs(model.equilibrium(TORQUE[3:5]).force)
     x = [0, 3, 6]
     # the torque over the height between mounts and strut is given: their curves hardly matter

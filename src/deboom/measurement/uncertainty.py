@@ -367,11 +367,11 @@ class MethodDifference:
     """
 
     calibration_db: float
-    calibration_degrees_of_freedom: int
+    calibration_degrees_of_freedom: float
     body: float
     body_length: float
     path: float
-    path_degrees_of_freedom: int
+    path_degrees_of_freedom: float
     length: float
     floor: float
 

@@ -14,12 +14,12 @@ from deboom.study.platform_model import LIBRARY_FILE
 from deboom.vehicles.booming_model import model_of_other_data
 from deboom.vehicles.fleet import Fleet
 from deboom.vehicles.platform_uncertainty import (
-    ForceUncertainty,
-    TransferUncertainty,
+    PRIOR,
     force_sources,
     tolerances_of_record,
+    transfer_sources,
 )
-from deboom.vehicles.uncertain_data import UncertainData
+from deboom.vehicles.uncertain_data import UncertainData, UncertaintySource
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,8 +56,7 @@ def uncertain_index(
     index: Any,
     platform: Platform,
     parts: Sequence[CharacterisedMount],
-    transfer: TransferUncertainty | None = None,
-    force: ForceUncertainty | None = None,
+    transfer: Sequence[UncertaintySource] | None = None,
 ) -> UncertainIndex:
     """Put a study's index together with what may be wrong with its data.
 
@@ -69,11 +68,9 @@ def uncertain_index(
         With the load cases that the index was made of, and its vehicles.
     parts : sequence of CharacterisedMount
         The forces come from; empty if they are the measured ones.
-    transfer : TransferUncertainty, optional
-        Of the noise transfer functions; by default the stated priors.
-    force : ForceUncertainty, optional
-        Of the measuring chains; by default the tolerances in the record of the mount library, or
-        stated priors where there is none.
+    transfer : sequence of UncertaintySource, optional
+        Of the noise transfer functions; by default the stated priors. The measuring chains have the
+        tolerances in the record of the mount library, or stated priors where there is none.
 
     Raises
     ------
@@ -84,21 +81,21 @@ def uncertain_index(
     fleet = Fleet(tuple(by_name[name] for name in index.response_names))
     cases = tuple(platform.load_case(name) for name in index.load_case_names)
     band = (float(index.frequency[0]), float(index.frequency[-1]))
-    chains = force or (library_tolerances(platform) if parts else None)
+    chains = library_tolerances(platform) if parts else (Tolerances(), PRIOR)
     sources = (
-        *(transfer or TransferUncertainty()).sources,
-        *force_sources(platform.mounts, cases, parts, band, chains),
+        *(transfer_sources() if transfer is None else transfer),
+        *force_sources(platform.mounts, cases, parts, band, *chains),
     )
     data = UncertainData(fleet, cases, sources, band)
     return UncertainIndex(index, data, platform)
 
 
-def library_tolerances(platform: Platform) -> ForceUncertainty:
-    """Return the tolerances that the platform's mounts were characterised with."""
+def library_tolerances(platform: Platform) -> tuple[Tolerances, str]:
+    """Return tolerances that the mounts were characterised with, and where they come from."""
     records = read_library_json(platform.folder / LIBRARY_FILE)[0]
     if not records:
-        return ForceUncertainty()
-    return ForceUncertainty(
+        return Tolerances(), PRIOR
+    return (
         tolerances_of_record(records[0].tolerances, Tolerances()),
         f"tolerances of campaign {records[0].name}",
     )

@@ -14,6 +14,7 @@ from deboom.errors import InputError
 from deboom.physics.frf import corr_f, corr_s
 from deboom.physics.order_tracking import rpm_of_frequency
 from deboom.physics.sound_level import spl
+from deboom.vehicles.fleet import Band, lines_inside
 
 PROMINENCE = 6.0
 """How far a peak rises above the higher of the two valleys beside it, at least [dB]."""
@@ -62,53 +63,42 @@ class MatchedPeaks:
 
     - `pairs`: peak of the reference and of the compared curve, by rising frequency.
     - `only_reference`, `only_compared`: peaks of one curve alone, which have no deviation.
-    - `tolerance`: largest distance of a pair [Hz].
     """
 
     pairs: tuple[tuple[BoomingPeak, BoomingPeak], ...]
     only_reference: tuple[BoomingPeak, ...]
     only_compared: tuple[BoomingPeak, ...]
-    tolerance: float
 
     @property
     def level_deviations(self) -> RealArray:
         """Level of the compared peak above that of the reference, one per pair [dB]."""
         return np.array([other.level - peak.level for peak, other in self.pairs])
 
-    @property
-    def largest_deviation(self) -> float:
-        """Largest absolute level deviation of the pairs; no pair is refused [dB]."""
-        if not self.pairs:
-            raise InputError(
-                f"no two peaks within {self.tolerance:g} Hz of each other: "
-                f"{len(self.only_reference)} against {len(self.only_compared)} peaks have no "
-                "deviation"
-            )
-        return float(np.abs(self.level_deviations).max())
-
 
 def booming_peaks(
-    level: npt.ArrayLike,
-    frequency: npt.ArrayLike,
-    order: float,
-    prominence: float = PROMINENCE,
+    level: npt.ArrayLike, frequency: npt.ArrayLike, order: float
 ) -> tuple[BoomingPeak, ...]:
     """Return the booming peaks of one level curve, by rising frequency.
 
     - `level` (n_frequency,): SPL of each line, finite [dB(A)].
     - `frequency` (n_frequency,) [Hz].
     - `order`: engine order of the curve [1].
-    - `prominence`: least prominence of a booming peak, above 0 [dB].
-    - raises InputError: shapes that differ, a level that is not finite, a prominence or order that
-      is not positive.
+    - raises InputError: shapes that differ, a level that is not finite, an order that is not
+      positive.
 
-    Topographic prominence of `scipy.signal.find_peaks`. The first and the last line are no peaks:
-    the curve could rise beyond them.
+    Topographic prominence of `scipy.signal.find_peaks`, at least `PROMINENCE`. The first and last
+    line are no peaks: the curve could rise beyond them.
     """
-    curve, lines = _checked_curve(level, frequency)
-    if not prominence > 0:
-        raise InputError(f"a prominence of {prominence} dB finds no peaks: give more than 0 dB")
-    positions, properties = find_peaks(curve, prominence=prominence)
+    curve, lines = np.asarray(level, dtype=float), np.asarray(frequency, dtype=float)
+    if curve.ndim != 1 or curve.shape != lines.shape:
+        raise InputError(
+            f"a level curve of shape {curve.shape} over frequencies of shape {lines.shape}: give "
+            "one level per line"
+        )
+    if not np.isfinite(curve).all():
+        line = lines[np.flatnonzero(~np.isfinite(curve))[0]]
+        raise InputError(f"the level at {line:g} Hz is not finite: a peak has no height beside it")
+    positions, properties = find_peaks(curve, prominence=PROMINENCE)
     return tuple(
         BoomingPeak(
             frequency=float(lines[position]),
@@ -125,8 +115,6 @@ def compare_peaks(
     level_after: npt.ArrayLike,
     frequency: npt.ArrayLike,
     order: float,
-    prominence: float = PROMINENCE,
-    tolerance: float = TOLERANCE,
 ) -> tuple[PeakChange, ...]:
     """Return the booming peaks of two curves, paired by frequency.
 
@@ -136,87 +124,47 @@ def compare_peaks(
     - `level_before`, `level_after` (n_frequency,): SPL of each line, finite [dB(A)].
     - `frequency` (n_frequency,) [Hz].
     - `order`: engine order of the curves [1].
-    - `prominence`: least prominence of a booming peak, above 0 [dB].
-    - `tolerance`: largest distance of two peaks that are the same one [Hz].
-    - returns: changes by rising frequency; each peak of either curve once. The closest peaks are
-      paired first.
-    - raises InputError: see `booming_peaks`; a tolerance that is negative.
+    - returns: changes by rising frequency; each peak of either curve once.
+    - raises InputError: see `booming_peaks`.
     """
-    if not tolerance >= 0:
-        raise InputError(f"a tolerance of {tolerance} Hz pairs no peaks: give at least 0 Hz")
-    before = booming_peaks(level_before, frequency, order, prominence)
-    after = booming_peaks(level_after, frequency, order, prominence)
-    partner = _closest_pairs(before, after, tolerance)
-    curve_before, lines = _checked_curve(level_before, frequency)
-    curve_after, _ = _checked_curve(level_after, frequency)
+    before, after = (booming_peaks(one, frequency, order) for one in (level_before, level_after))
+    match, lines = match_peaks(before, after), np.asarray(frequency)
 
-    def highest(curve: RealArray, peak: BoomingPeak) -> float:
-        return float(curve[np.abs(lines - peak.frequency) <= tolerance].max())
+    def highest(level: npt.ArrayLike, peak: BoomingPeak) -> float:
+        return float(np.asarray(level)[np.abs(lines - peak.frequency) <= TOLERANCE].max())
 
-    changes = []
-    for old in before:
-        new = partner.get(old)
-        level = new.level if new else highest(curve_after, old)
-        changes.append(PeakChange(old.frequency, old, new, old.level, level))
-    for new in set(after) - set(partner.values()):
-        level = highest(curve_before, new)
+    changes = [
+        PeakChange(old.frequency, old, new, old.level, new.level) for old, new in match.pairs
+    ]
+    for old in match.only_reference:
+        level = highest(level_after, old)
+        changes.append(PeakChange(old.frequency, old, None, old.level, level))
+    for new in match.only_compared:
+        level = highest(level_before, new)
         changes.append(PeakChange(new.frequency, None, new, level, new.level))
     return tuple(sorted(changes, key=lambda change: change.frequency))
 
 
-def match_peaks(
-    reference: Sequence[BoomingPeak],
-    compared: Sequence[BoomingPeak],
-    tolerance: float = TOLERANCE,
-) -> MatchedPeaks:
-    """Pair the peaks of two curves, such as a measured and a synthesised one, by frequency.
+def match_peaks(reference: Sequence[BoomingPeak], compared: Sequence[BoomingPeak]) -> MatchedPeaks:
+    """Pair the peaks of two curves within `TOLERANCE`, each at most once, the closest two first.
 
-    Levels are compared at the peaks alone, never line by line: in a notch the largest difference of
-    the lines says nothing about booming. The curves may have different lines.
-
-    - `reference`, `compared`: see `booming_peaks`.
-    - `tolerance`: largest distance of two peaks that are the same one [Hz].
-    - raises InputError: a tolerance that is negative.
+    - `reference`, `compared`: see `booming_peaks`; of curves such as a measured and a synthesised
+      one, whose lines may differ.
     """
-    if not tolerance >= 0:
-        raise InputError(f"a tolerance of {tolerance} Hz pairs no peaks: give at least 0 Hz")
-    partner = _closest_pairs(reference, compared, tolerance)
-    pairs = tuple((peak, partner[peak]) for peak in reference if peak in partner)
-    return MatchedPeaks(
-        pairs=pairs,
-        only_reference=tuple(peak for peak in reference if peak not in partner),
-        only_compared=tuple(peak for peak in compared if peak not in partner.values()),
-        tolerance=tolerance,
-    )
-
-
-def _closest_pairs(
-    before: Sequence[BoomingPeak], after: Sequence[BoomingPeak], tolerance: float
-) -> dict[BoomingPeak, BoomingPeak]:
-    """Pair peaks within the tolerance, each at most once, the closest two first."""
     candidates = sorted(
         (abs(old.frequency - new.frequency), old.frequency, new.frequency, old, new)
-        for old in before
-        for new in after
+        for old in reference
+        for new in compared
     )
     partner: dict[BoomingPeak, BoomingPeak] = {}
     for distance, _, _, old, new in candidates:
-        if distance <= tolerance and old not in partner and new not in partner.values():
+        if distance <= TOLERANCE and old not in partner and new not in partner.values():
             partner[old] = new
-    return partner
-
-
-def _checked_curve(level: npt.ArrayLike, frequency: npt.ArrayLike) -> tuple[RealArray, RealArray]:
-    curve, lines = np.asarray(level, dtype=float), np.asarray(frequency, dtype=float)
-    if curve.ndim != 1 or curve.shape != lines.shape:
-        raise InputError(
-            f"a level curve of shape {curve.shape} over frequencies of shape {lines.shape}: give "
-            "one level per line"
-        )
-    if not np.isfinite(curve).all():
-        line = lines[np.flatnonzero(~np.isfinite(curve))[0]]
-        raise InputError(f"the level at {line:g} Hz is not finite: a peak has no height beside it")
-    return curve, lines
+    return MatchedPeaks(
+        pairs=tuple((peak, partner[peak]) for peak in reference if peak in partner),
+        only_reference=tuple(peak for peak in reference if peak not in partner),
+        only_compared=tuple(peak for peak in compared if peak not in partner.values()),
+    )
 
 
 @checked(frequency="f", reference="f", compared="f")
@@ -226,8 +174,7 @@ class PressureComparison:
     - `frequency` (n_frequency,) [Hz].
     - `order`: engine order of the lines [1].
     - `reference`, `compared` (n_frequency,): complex peak, such as measured and synthesised [Pa].
-    - `tolerance`: largest distance of two peaks that are the same one [Hz].
-    - raises InputError: arrays of different lengths, a pressure of exactly 0, a negative tolerance.
+    - raises InputError: arrays of different lengths, a pressure of exactly 0.
 
     The criteria of the thesis (eq. 33, 34) are on pressures, complex and as magnitudes, never on dB
     curves. The scale factor is the one that the compared curve still needs to meet the reference,
@@ -240,7 +187,6 @@ class PressureComparison:
     order: float
     reference: ComplexArray
     compared: ComplexArray
-    tolerance: float = TOLERANCE
 
     @property
     def corr_f(self) -> float:
@@ -282,13 +228,13 @@ class PressureComparison:
     def peaks(self) -> MatchedPeaks:
         """Booming peaks of both, paired within the tolerance."""
         first, second = (booming_peaks(one, self.frequency, self.order) for one in self.levels)
-        return match_peaks(first, second, self.tolerance)
+        return match_peaks(first, second)
 
     @property
     def peak_deviation(self) -> float:
         """Largest difference of the levels at paired peaks; nan without a pair [dB]."""
-        peaks = self.peaks
-        return peaks.largest_deviation if peaks.pairs else float("nan")
+        deviations = np.abs(self.peaks.level_deviations)
+        return float(deviations.max()) if deviations.size else float("nan")
 
 
 def compare_pressure(
@@ -296,7 +242,7 @@ def compare_pressure(
     order: float,
     reference: npt.ArrayLike,
     compared: npt.ArrayLike,
-    band: tuple[float, float],
+    band: Band,
 ) -> PressureComparison:
     """Compare two pressures within a band.
 
@@ -307,9 +253,7 @@ def compare_pressure(
     - raises InputError: a band without lines; as `PressureComparison`.
     """
     lines = np.asarray(frequency, dtype=float)
-    inside = (lines >= band[0]) & (lines <= band[1])
-    if not inside.any():
-        raise InputError(f"there is no line between {band[0]:g} and {band[1]:g} Hz to compare")
+    inside = lines_inside(lines, band, "the comparison of two pressures")
     first, second = np.asarray(reference, dtype=complex), np.asarray(compared, dtype=complex)
     if first.shape != lines.shape or second.shape != lines.shape:
         raise InputError(

@@ -25,7 +25,12 @@ from deboom.vehicles.booming_model import BoomingModel, checked_designs
 from deboom.vehicles.coupled_motion import CoupledMotion
 from deboom.vehicles.design_factor import Factor
 from deboom.vehicles.fleet import Band, PathContributions, lines_inside
-from deboom.vehicles.powertrain import KinematicModel, Powertrain, balanced_deflection
+from deboom.vehicles.powertrain import (
+    KinematicModel,
+    Powertrain,
+    about_crankshaft,
+    balanced_deflection,
+)
 
 DIFFERENCE = 1e-4
 """Step of central differences, relative: of a design's pressure by its factors [1]."""
@@ -357,8 +362,7 @@ class TorqueTravel:
             slopes = [spring.slope(at[:, k]) for k, spring in enumerate(springs)]
             return np.asarray(scale * np.stack(slopes, axis=1))
 
-        load = np.zeros((len(scale), 6))
-        load[:, 3:] = self.wheel_torque * np.array(self.model.torque_axis)
+        load = about_crankshaft(np.full(len(scale), self.wheel_torque))
         deflection = balanced_deflection(load, self.model.forward, force, tangent)
         at = stretch * deflection
         lowest = np.array([spring.lowest for spring in springs])

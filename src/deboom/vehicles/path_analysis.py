@@ -1,10 +1,8 @@
-"""Transfer path analysis at one ear, and the comparison of noise transfer functions."""
+"""Transfer path analysis at one ear."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from enum import Enum
 
 import numpy as np
 import pandas as pd
@@ -13,52 +11,8 @@ from deboom.arrays import ComplexArray, RealArray, checked
 from deboom.errors import InputError
 from deboom.measurement.channels import Frf, Spectrum, unit_of_response
 from deboom.physics import sound_level, transfer_path
-from deboom.physics.frf import corr_f, corr_s
-from deboom.physics.sound_level import spl
 from deboom.tabled import Tabled
 from deboom.vehicles.fleet import Band, lines_inside, refuse_doubled
-
-
-class Measure(Enum):
-    """By what paths are ranked.
-
-    `ENERGY_SHARE` is the part of the energy of the sum, with its phase: it adds up to 1 and is
-    below 0 for a path that takes away. `MAGNITUDE` is the rms of ``|contribution|`` [Pa, peak]:
-    large also for paths that cancel each other.
-    """
-
-    ENERGY_SHARE = "energy share"
-    MAGNITUDE = "rms contribution"
-
-
-@dataclass(frozen=True)
-class RankedPath:
-    """One path in a ranking.
-
-    - `path`: name of the path.
-    - `energy_share`: share of the energy of the sum, signed [1].
-    - `magnitude`: rms of its contribution over the lines, peak amplitude [Pa].
-    """
-
-    path: str
-    energy_share: float
-    magnitude: float
-
-
-@dataclass(frozen=True)
-class Ranking:
-    """Paths in order of what they bring, and what the order means.
-
-    - `measure`: what the order goes by; falling.
-    - `band` (lower, upper): lines that count, edges included [Hz].
-    - `a_weighted`: whether lines count as loud as they are heard.
-    - `paths`: all paths.
-    """
-
-    measure: Measure
-    band: Band
-    a_weighted: bool
-    paths: tuple[RankedPath, ...]
 
 
 @checked(frequency="f", contributions="f p")
@@ -96,15 +50,8 @@ class PathAnalysis(Tabled):
 
     @property
     def table(self) -> pd.DataFrame:
-        """Paths by their share of the A-weighted energy over all lines, largest first."""
-        ranked = self.ranking().paths
-        return pd.DataFrame(
-            {
-                "path": [path.path for path in ranked],
-                "share of the energy [%]": [100 * path.energy_share for path in ranked],
-                "rms contribution [Pa]": [path.magnitude for path in ranked],
-            }
-        )
+        """Paths by their own size over all lines, see `ranking`."""
+        return self.ranking()
 
     def grouped(self, groups: Mapping[str, Sequence[str]]) -> PathAnalysis:
         """Return the partial sums of groups of paths, such as all paths along z.
@@ -125,41 +72,29 @@ class PathAnalysis(Tabled):
         sums = transfer_path.partial_sums(self.contributions, columns)
         return PathAnalysis(self.ear, self.frequency, sums, tuple(groups))
 
-    def ranking(
-        self,
-        measure: Measure = Measure.ENERGY_SHARE,
-        band: Band | None = None,
-        *,
-        a_weighted: bool = True,
-    ) -> Ranking:
-        """Order the paths by what they bring.
+    def ranking(self, band: Band | None = None) -> pd.DataFrame:
+        """Tabulate the paths by their own size, the largest first; lines count as they are heard.
 
-        - `measure`: what the order goes by.
-        - `band` (lower, upper), optional, optional: lines that count, edges included; by default
-          all [Hz].
-        - `a_weighted`: weight the energy of the lines as it is heard. Without it the lowest lines
-          rule.
+        The rms contribution of a path is that of its peak amplitude. Its share of the energy of the
+        sum counts the phase: shares add up to 100 %, below 0 a path takes away.
+
+        - `band` (lower, upper), optional: lines that count, edges included; by default all [Hz].
         - raises InputError: a band without lines, or paths that add up to nothing.
         """
         band = band or (float(self.frequency[0]), float(self.frequency[-1]))
         inside = lines_inside(self.frequency, band, f"path analysis of {self.ear}")
-        lines, values = self.frequency[inside], self.contributions[inside]
+        values = self.contributions[inside]
         # 10^(A/10) is the energy weight, 10^(A/20) would be that of the amplitude
-        weight = 10 ** (sound_level.a_weighting(lines) / 10) if a_weighted else np.ones(lines.size)
-        entries = [
-            RankedPath(path, float(share), float(size))
-            for path, share, size in zip(
-                self.paths,
-                transfer_path.energy_share(values, weight),
-                transfer_path.rms_contribution(values, weight),
-                strict=True,
-            )
-        ]
-        by_share = measure is Measure.ENERGY_SHARE
-        entries.sort(
-            key=lambda path: path.energy_share if by_share else path.magnitude, reverse=True
+        weight = 10 ** (sound_level.a_weighting(self.frequency[inside]) / 10)
+        size = transfer_path.rms_contribution(values, weight)
+        order = np.argsort(-size, kind="stable")
+        return pd.DataFrame(
+            {
+                "path": np.array(self.paths)[order],
+                "rms contribution [Pa]": size[order],
+                "share of the energy [%]": 100 * transfer_path.energy_share(values, weight)[order],
+            }
         )
-        return Ranking(measure, band, a_weighted, tuple(entries))
 
 
 def analyse_paths(
@@ -270,79 +205,3 @@ def _contributions(transfer: Frf, source: Spectrum, what: str) -> ComplexArray:
         )
     same_order = transfer.select(inputs=source.channels)
     return transfer_path.contributions(same_order.values[:, 0, :], source.values)
-
-
-@checked(
-    frequency="f",
-    corr_f="p",
-    corr_s="p",
-    level_difference="f p ?",
-    contributions="2 f p",
-    spl="2 f ?",
-)
-class TransferComparison:
-    """Noise transfer functions acquired twice, such as with loudspeaker and hammer.
-
-    - `frequency` (n_frequency,) [Hz].
-    - `paths`: ``<mount> <axis>``.
-    - `corr_f`, `corr_s` (n_path,): difference in shape and in scale of the complex functions of
-      each path [1].
-    - `level_difference` (n_frequency, n_path): second over first, of the functions [dB].
-    - `contributions` (2, n_frequency, n_path): pressure through each path with either set [Pa].
-    - `spl` (2, n_frequency): level of the sum over the paths with either set [dB(A)].
-    """
-
-    frequency: RealArray
-    paths: tuple[str, ...]
-    corr_f: RealArray
-    corr_s: RealArray
-    level_difference: RealArray
-    contributions: ComplexArray
-    spl: RealArray
-
-    @property
-    def pressure(self) -> ComplexArray:
-        """Sum over the paths with either set, shape (2, n_frequency) [Pa]."""
-        return np.asarray(self.contributions.sum(axis=2))
-
-    @property
-    def spl_difference(self) -> RealArray:
-        """Second minus first, shape (n_frequency,) [dB]."""
-        return np.asarray(self.spl[1] - self.spl[0])
-
-
-def compare_noise_transfer(first: Frf, second: Frf, force: Spectrum) -> TransferComparison:
-    """Compare two acquisitions at one ear, and the sound they give with the same forces.
-
-    - `first`, `second`: one output, the same in both; inputs hold every channel of `force` [Pa/N].
-    - `force`: force of each path [N].
-    - raises InputError: more than one ear, or different ones; a path without noise transfer
-      function; lines that differ.
-
-    Thesis, section 3.7.1 and figures 41 and 42: the same forces, one vehicle, two methods.
-    """
-    if len(first.outputs) != 1 or first.outputs != second.outputs:
-        raise InputError(
-            f"noise transfer functions of different microphones cannot be compared: "
-            f"{list(first.outputs)} and {list(second.outputs)}; select() the same ear of both"
-        )
-    for frf, which in ((first, "first"), (second, "second")):
-        missing = [path for path in force.channels if path not in frf.inputs]
-        if missing:
-            raise InputError(
-                f"the {which} set has no noise transfer function of {missing}, there are "
-                f"{list(frf.inputs)}: measure these paths, or leave their forces out"
-            )
-        if not np.array_equal(frf.frequency, force.frequency):
-            raise InputError(f"the {which} set and the forces have different frequency lines")
-    pair = [frf.select(inputs=force.channels).values[:, 0, :] for frf in (first, second)]
-    through = np.array([transfer_path.contributions(ntf, force.values) for ntf in pair])
-    return TransferComparison(
-        frequency=force.frequency,
-        paths=force.channels,
-        corr_f=corr_f(pair[1], pair[0]),
-        corr_s=corr_s(pair[1], pair[0]),
-        level_difference=20 * np.log10(np.abs(pair[1]) / np.abs(pair[0])),
-        contributions=through,
-        spl=np.array([spl(pressure, force.frequency) for pressure in through.sum(axis=2)]),
-    )

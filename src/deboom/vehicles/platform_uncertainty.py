@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -17,20 +16,32 @@ from deboom.mounts.error_budget import TWO_SIDED
 from deboom.mounts.mount import AXES, Mount
 from deboom.vehicles.fleet import Band, lines_inside
 from deboom.vehicles.uncertain_data import (
-    ForceCells,
-    MotionError,
-    RunNoise,
-    StiffnessError,
-    TransferBody,
-    TransferCalibration,
-    TransferFloor,
-    TransferPaths,
+    BUDGET,
+    SHAKER,
     UncertaintySource,
+    force_cells,
+    motion_error,
+    run_noise,
+    stiffness_error,
+    transfer_body,
+    transfer_calibration,
+    transfer_floor,
+    transfer_paths,
 )
 
 PRIOR = "stated prior"
-LOSS_FACTOR = 0.2
-"""Of rubber mounts, for the phase of their stiffness [1]."""
+
+PRIOR_DIFFERENCE = MethodDifference(
+    calibration_db=0.5,
+    calibration_degrees_of_freedom=math.inf,
+    body=0.03,
+    body_length=3.0,
+    path=0.05,
+    path_degrees_of_freedom=math.inf,
+    length=10.0,
+    floor=2e-5,
+)
+"""How well noise transfer functions are known where nothing says it; by judgement."""
 
 LEAST_VEHICLES = 3
 """Measured in two ways, to know the calibration by their differences."""
@@ -38,109 +49,31 @@ LEAST_VEHICLES = 3
 UNSTATED = 0.05
 """Standard deviation of an identified stiffness whose library states none [1]."""
 
-CALIBRATION = "calibration of the transfer functions"
-PATHS = "transfer functions, path by path"
-DAY = "day of the measurement"
-FLOOR = "noise floor of the transfer functions"
-SHAKER = "stiffness: alignment of the shaker"
-BUDGET = "stiffness: rest of the error budget"
-MOTION = "motion in the runs"
-CELLS = "measured forces: cells and shaker"
-NOISE = "noise of the runs"
 
+def transfer_sources(
+    known: MethodDifference = PRIOR_DIFFERENCE, origin: str = PRIOR, *, averaged: bool = True
+) -> tuple[UncertaintySource, ...]:
+    """Return what may be wrong with noise transfer functions; a source of size 0 is left out.
 
-@dataclass(frozen=True)
-class TransferUncertainty:
-    """How well noise transfer functions are known; the defaults are judgement.
-
-    - `calibration_db`: level common to all paths of a vehicle, standard deviation [dB].
-    - `path`: smooth complex error of every path, root mean square [1].
-    - `length`: correlation length [Hz].
-    - `day`: smooth complex factor on all paths of a vehicle, on the day it was measured against its
-      mean, root mean square [1].
-    - `day_length`: correlation length of the day's factor, about the width of a resonance of the
-      body [Hz].
-    - `floor`: noise of real and of imaginary part [Pa/N].
-    - `origin`, `day_origin`: where the numbers come from.
-    - `calibration_degrees_of_freedom`, `path_degrees_of_freedom`: degrees of freedom of the
-      estimates; infinite where a number is stated.
+    - `known`: difference of methods that were used on different days: what differs in all paths
+      alike counts as the day. Below `LEAST_VEHICLES` the calibration stays the prior.
+    - `origin`: name of the vehicles that were compared.
+    - `averaged`: whether the functions in use are means of both methods, or those of one: then
+      their variances are twice as large.
     """
-
-    calibration_db: float = 0.5
-    path: float = 0.05
-    length: float = 10.0
-    day: float = 0.03
-    day_length: float = 3.0
-    floor: float = 2e-5
-    origin: str = PRIOR
-    day_origin: str = PRIOR
-    calibration_degrees_of_freedom: float = math.inf
-    path_degrees_of_freedom: float = math.inf
-
-    @classmethod
-    def of_methods(
-        cls, found: MethodDifference, origin: str, *, averaged: bool
-    ) -> TransferUncertainty:
-        """Take the errors that the difference of two methods shows.
-
-        - `found`: difference of methods that were used on different days: what differs in all paths
-          alike counts as the day. Below `LEAST_VEHICLES` the calibration stays the prior.
-        - `origin`: name of the vehicles that were compared.
-        - `averaged`: whether the functions in use are means of both methods, or those of one: then
-          their variances are twice as large.
-        """
-        prior, scale = cls(), 1.0 if averaged else math.sqrt(2.0)
-        enough = found.calibration_degrees_of_freedom >= LEAST_VEHICLES
-        return cls(
-            calibration_db=scale * found.calibration_db if enough else prior.calibration_db,
-            path=scale * found.path,
-            length=found.length,
-            day=scale * found.body,
-            day_length=found.body_length,
-            floor=scale * found.floor,
-            origin=origin,
-            day_origin=origin,
-            calibration_degrees_of_freedom=(
-                found.calibration_degrees_of_freedom if enough else math.inf
-            ),
-            path_degrees_of_freedom=found.path_degrees_of_freedom,
-        )
-
-    @property
-    def sources(self) -> tuple[UncertaintySource, ...]:
-        """Each as a source; one of size 0 is left out."""
-        found: list[tuple[float, UncertaintySource]] = [
-            (
-                self.calibration_db,
-                TransferCalibration(
-                    self.calibration_db,
-                    PRIOR if math.isinf(self.calibration_degrees_of_freedom) else self.origin,
-                    CALIBRATION,
-                    self.calibration_degrees_of_freedom,
-                ),
-            ),
-            (
-                self.path,
-                TransferPaths(
-                    self.path, self.length, self.origin, PATHS, self.path_degrees_of_freedom
-                ),
-            ),
-            (self.day, TransferBody(self.day, self.day_length, self.day_origin, DAY)),
-            (self.floor, TransferFloor(self.floor, self.origin, FLOOR)),
-        ]
-        return tuple(source for size, source in found if size > 0)
-
-
-@dataclass(frozen=True)
-class ForceUncertainty:
-    """How well forces and motions of the runs are known.
-
-    - `tolerances`: tolerances of sensors, cells and shaker.
-    - `origin`: where they come from.
-    """
-
-    tolerances: Tolerances = field(default_factory=Tolerances)
-    origin: str = PRIOR
+    scale = 1.0 if averaged else math.sqrt(2.0)
+    calibration = PRIOR, PRIOR_DIFFERENCE.calibration_db, math.inf
+    if LEAST_VEHICLES <= known.calibration_degrees_of_freedom < math.inf:
+        freedom = known.calibration_degrees_of_freedom
+        calibration = origin, scale * known.calibration_db, freedom
+    path, day, floor = scale * known.path, scale * known.body, scale * known.floor
+    sources = [
+        (calibration[1], transfer_calibration(*calibration)),
+        (path, transfer_paths(origin, path, known.length, known.path_degrees_of_freedom)),
+        (day, transfer_body(origin, day, known.body_length)),
+        (floor, transfer_floor(origin, floor)),
+    ]
+    return tuple(source for size, source in sources if size > 0)
 
 
 def force_sources(
@@ -148,7 +81,8 @@ def force_sources(
     load_cases: Sequence[LoadCase],
     parts: Sequence[CharacterisedMount],
     band: Band,
-    known: ForceUncertainty | None = None,
+    tolerances: Tolerances | None = None,
+    origin: str = PRIOR,
 ) -> tuple[UncertaintySource, ...]:
     """Return what may be wrong with the forces of the runs.
 
@@ -156,7 +90,8 @@ def force_sources(
     - `load_cases`: load cases with the forces that are used.
     - `parts`: parts whose surfaces the forces come from; empty if all forces were measured.
     - `band` (lower, upper): lines that count, both edges included [Hz].
-    - `known`, optional: uncertainty of the measuring chains; by default `Tolerances` as they are.
+    - `tolerances`, optional: of sensors, cells and shaker; by default `Tolerances` as they are.
+    - `origin`: where they come from.
     - returns: those without any effect are left out.
 
     A force from a surface is ``K s``: K errs as the library's error budget states, s as one
@@ -167,8 +102,7 @@ def force_sources(
     errs by the shaker's gain and angle; the motion beside it counts where it is used, in coupled
     motion and in stiffnesses.
     """
-    known = known or ForceUncertainty()
-    stated, origin = known.tolerances, known.origin
+    stated = tolerances or Tolerances()
     channels = {
         f"{mount.name} {axis}": mount.channels(axis)
         for mount in mounts
@@ -191,8 +125,8 @@ def force_sources(
     if surfaces:
         shared = f"{budget}, its share by {origin}"
         sources += [
-            StiffnessError(rest, channels, LOSS_FACTOR, budget, BUDGET),
-            StiffnessError(aligned, channels, LOSS_FACTOR, shared, SHAKER),
+            stiffness_error(BUDGET, budget, rest, channels),
+            stiffness_error(SHAKER, shared, aligned, channels),
         ]
     sources.append(_motion(powertrain, own, stated, from_surface, origin))
     if measured:
@@ -204,8 +138,8 @@ def force_sources(
             for point in (f"{m.name} {piece}".strip(),)
         }
         angles = {point: stated.shaker_angle if point in calibrated else 0.0 for point in gains}
-        sources.append(ForceCells(gains, angles, measured, origin, CELLS))
-    sources.append(RunNoise(math.hypot(stated.force_own, stated.acceleration_own), origin, NOISE))
+        sources.append(force_cells(origin, gains, angles, measured))
+    sources.append(run_noise(origin, math.hypot(stated.force_own, stated.acceleration_own)))
     return tuple(sources)
 
 
@@ -261,7 +195,7 @@ def _motion(
     stated: Tolerances,
     from_surface: tuple[str, ...],
     origin: str,
-) -> MotionError:
+) -> UncertaintySource:
     gain, leakage = {}, {}
     turned = math.hypot(stated.sensor_angle, stated.sensor_cross_axis)
     for mount in (*powertrain, *own):
@@ -278,4 +212,4 @@ def _motion(
                 moved = stated.sensor_position / distance
             gain[point] = math.hypot(stated.sensor_gain, moved)
             leakage[point] = math.hypot(turned, moved)
-    return MotionError(gain, leakage, from_surface, origin, MOTION)
+    return motion_error(origin, gain, leakage, from_surface)

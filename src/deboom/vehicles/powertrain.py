@@ -180,48 +180,9 @@ class MonotoneCurve:
         return np.asarray(np.where(deflection > self.highest, self._last, slope))
 
 
-def static_curve_from_stiffness(
-    mount: str,
-    axis: str,
-    mount_set: str,
-    static_force: npt.ArrayLike,
-    dynamic_stiffness: npt.ArrayLike,
-    dynamic_to_static: float,
-    uncertainty: float,
-) -> StaticCurve:
-    """Integrate a curve from dynamic stiffness over static force where no supplier sent one.
-
-    - `mount`, `axis`, `mount_set`: direction and part.
-    - `static_force` (n,): increasing, from below 0 or 0 to above [N].
-    - `dynamic_stiffness` (n,): magnitude or real part there, above 0 [N/m].
-    - `dynamic_to_static`: dynamic over quasi-static tangent stiffness, above 0 [1]; state where it
-      comes from.
-    - `uncertainty`: standard deviation relative to the force that the curve is believed to have
-      [1].
-    - returns: curve with no deflection at no force.
-    - raises InputError: shapes, a force that does not increase or does not include 0, values that
-      are not positive.
-
-    ``u(F) = ∫ dF r / K(F)`` from 0, by trapezoids.
-    """
-    owner = f"static curve of {mount} {axis} of {mount_set}"
-    force = np.asarray(static_force, dtype=float)
-    stiffness = np.asarray(dynamic_stiffness, dtype=float)
-    if force.ndim != 1 or force.shape != stiffness.shape or force.size < 2:
-        raise InputError(f"{owner}: one stiffness per static force, at least two of them")
-    if np.any(np.diff(force) <= 0) or not force[0] <= 0 <= force[-1]:
-        raise InputError(f"{owner}: its static force must increase and include 0 N")
-    if np.any(stiffness <= 0) or not dynamic_to_static > 0:
-        raise InputError(f"{owner}: stiffness and dynamic-to-static ratio are above 0")
-    compliance = dynamic_to_static / stiffness
-    steps = np.diff(force) * (compliance[1:] + compliance[:-1]) / 2
-    deflection = np.concatenate([[0.0], np.cumsum(steps)])
-    deflection -= np.interp(0.0, force, deflection)
-    return StaticCurve(mount, axis, mount_set, deflection, force, uncertainty)
-
-
-CRANKSHAFT = (0.0, 1.0, 0.0)
-"""A transverse engine that drives forward is turned about +y by the reaction of its wheels."""
+def about_crankshaft(wheel_torque: RealArray) -> RealArray:
+    """Return the load (n, 6) of wheel torques (n,) [N m]: about +y, as the wheels react."""
+    return np.outer(wheel_torque, [0.0, 0.0, 0.0, 0.0, 1.0, 0.0])
 
 
 @checked(wheel_torque="n", deflection="n s", force="n s")
@@ -254,14 +215,12 @@ class KinematicModel:
       not matter.
     - `curves`: curves by ``<mount> <axis>``, for every axis of every mount; pieces of a mount share
       them.
-    - `torque_axis`: unit vector about which a positive wheel torque turns the powertrain [1].
     - raises InputError: a direction without curve, a force that does not increase with the
       deflection, or mounts that leave the powertrain free to move.
     """
 
     mounts: tuple[Mount, ...]
     curves: Mapping[str, StaticCurve]
-    torque_axis: tuple[float, float, float] = CRANKSHAFT
 
     def __post_init__(self) -> None:
         for mount in self.mounts:
@@ -269,7 +228,7 @@ class KinematicModel:
                 if f"{mount.name} {axis}" not in self.curves:
                     raise InputError(
                         f"the kinematic model needs a force-deflection curve of {mount.name} "
-                        f"{axis}: ask the supplier, or take static_curve_from_stiffness"
+                        f"{axis}: ask the supplier"
                     )
         _ = self.springs
         if np.linalg.matrix_rank(self.forward) < 6:
@@ -292,31 +251,6 @@ class KinematicModel:
     def forward(self) -> RealArray:
         """Motion of the powertrain → deflection of every direction, shape (n_direction, 6)."""
         return forward_matrices([r for mount in self.mounts for r in mount.positions])
-
-    def with_mount_at(self, mount: str, position: tuple[float, float, float]) -> KinematicModel:
-        """Move a mount of a single piece, such as the strut, to a `position` (x, y, z) [m].
-
-        - raises InputError: no such mount, or one of several pieces.
-        """
-        if mount not in [known.name for known in self.mounts if len(known.pieces) == 1]:
-            raise InputError(f"the kinematic model has no mount '{mount}' of a single piece")
-        return replace(
-            self,
-            mounts=tuple(
-                replace(known, positions=(position,)) if known.name == mount else known
-                for known in self.mounts
-            ),
-        )
-
-    def with_curve_scales(self, scales: Mapping[str, float]) -> KinematicModel:
-        """Multiply the forces of the named curves ``<mount> <axis>`` by factors [1]."""
-        return replace(
-            self,
-            curves={
-                name: replace(curve, force=scales.get(name, 1.0) * curve.force)
-                for name, curve in self.curves.items()
-            },
-        )
 
     def equilibrium(self, wheel_torque: npt.ArrayLike) -> StaticState:
         """Find deflection and force of every direction.
@@ -351,8 +285,6 @@ class KinematicModel:
 
     def _solved(self, torque: RealArray, factors: RealArray) -> RealArray:
         """Deflections (n, n_direction) at torques (n,), forces times factors (n, n_direction)."""
-        load = np.zeros((torque.size, 6))
-        load[:, 3:] = torque[:, np.newaxis] * np.array(self.torque_axis)
         springs = self.springs
 
         def force(deflection: RealArray) -> RealArray:
@@ -363,32 +295,9 @@ class KinematicModel:
             slopes = [spring.slope(deflection[:, k]) for k, spring in enumerate(springs)]
             return np.asarray(factors * np.stack(slopes, axis=1))
 
-        deflection = balanced_deflection(load, self.forward, force, tangent)
+        deflection = balanced_deflection(about_crankshaft(torque), self.forward, force, tangent)
         self._refuse_extrapolation(torque, deflection)
         return deflection
-
-    def force_deviation(
-        self, wheel_torque: npt.ArrayLike, *, seed: int, n_draws: int = 100
-    ) -> RealArray:
-        """Propagate the stated errors of the curves into the static forces.
-
-        - `wheel_torque` (n,) [N m].
-        - `seed`: seed, from 1.
-        - `n_draws`: number of draws of the scale errors, one error per curve.
-        - returns (n, n_direction): standard deviation [N].
-        - raises InputError: a seed below 1, or a torque beyond the curves.
-        """
-        if seed < 1:
-            raise InputError(f"seed {seed} is refused: seeds are whole numbers from 1")
-        generator = np.random.default_rng(seed)
-        forces = []
-        for _ in range(n_draws):
-            scales = {
-                name: float(np.exp(curve.force_uncertainty * generator.standard_normal()))
-                for name, curve in self.curves.items()
-            }
-            forces.append(self.with_curve_scales(scales).equilibrium(wheel_torque).force)
-        return np.asarray(np.std(forces, axis=0))
 
     @cached_property
     def springs(self) -> tuple[MonotoneCurve, ...]:
@@ -414,13 +323,10 @@ class KinematicModel:
                 )
 
 
-def library_model(
-    parts: Sequence[CharacterisedMount], torque_axis: tuple[float, float, float] = CRANKSHAFT
-) -> KinematicModel:
+def library_model(parts: Sequence[CharacterisedMount]) -> KinematicModel:
     """Build the kinematic model of a powertrain on mounts from the library.
 
     - `parts`: parts of the mounts that carry the powertrain, with their static curves.
-    - `torque_axis`: axis as in `KinematicModel`.
     - raises InputError: a mount twice, or a direction without static curve.
     """
     names = [part.mount.name for part in parts]
@@ -432,7 +338,7 @@ def library_model(
         for direction in part.directions
         if direction.static_curve is not None
     }
-    return KinematicModel(tuple(part.mount for part in parts), curves, torque_axis)
+    return KinematicModel(tuple(part.mount for part in parts), curves)
 
 
 if TYPE_CHECKING:

@@ -12,10 +12,9 @@ have changed them. Its errors are independent standard-normal draws of its own.
 from __future__ import annotations
 
 import zlib
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
-from typing import Protocol
 
 import numpy as np
 
@@ -27,6 +26,9 @@ from deboom.mounts.mount import AXES
 from deboom.vehicles.fleet import Band, Fleet, lines_inside, refuse_doubled
 
 NEPER_PER_DB = np.log(10.0) / 20.0
+LOSS_FACTOR = 0.2
+"""Of rubber mounts, for the phase of their stiffness [1]."""
+
 SMALLEST_SHARE = 1e-9
 """Components of a smooth error with a smaller share of its variance are left out [1]."""
 
@@ -52,61 +54,58 @@ class MeasuredArrays:
     channels: tuple[str, ...]
 
 
-class UncertaintySource(Protocol):
-    """One independent cause of error."""
-
-    @property
-    def name(self) -> str:
-        """Name in a few words; unique among the sources of a study."""
-
-    @property
-    def origin(self) -> str:
-        """Where its size comes from."""
-
-    @property
-    def size(self) -> str:
-        """Standard deviation, in words with its unit."""
-
-    def measured_again(
-        self, data: MeasuredArrays, generator: np.random.Generator
-    ) -> MeasuredArrays:
-        """Return the data with one draw of this error."""
+Again = Callable[[MeasuredArrays, np.random.Generator], MeasuredArrays]
 
 
-@dataclass(frozen=True)
-class TransferCalibration:
+@dataclass(frozen=True, eq=False)
+class UncertaintySource:
+    """One independent cause of error.
+
+    - `name`: name in a few words; unique among the sources of a study, and part of their seeds.
+    - `origin`: where its size comes from.
+    - `size`: standard deviation, in words with its unit.
+    - `measured_again`: from data and a generator to the data with one draw of this error.
+    """
+
+    name: str
+    origin: str
+    size: str
+    measured_again: Again
+
+
+CALIBRATION = "calibration of the transfer functions"
+PATHS = "transfer functions, path by path"
+DAY = "day of the measurement"
+FLOOR = "noise floor of the transfer functions"
+SHAKER = "stiffness: alignment of the shaker"
+BUDGET = "stiffness: rest of the error budget"
+MOTION = "motion in the runs"
+CELLS = "measured forces: cells and shaker"
+NOISE = "noise of the runs"
+
+
+def transfer_calibration(
+    origin: str, decibels: float, degrees_of_freedom: float = np.inf
+) -> UncertaintySource:
     """Level of a vehicle's noise transfer functions: microphone and source, all paths alike.
 
     - `decibels`: standard deviation [dB].
     - `degrees_of_freedom`: degrees of freedom of the standard deviation; infinite where it is
       stated.
     """
+    _refuse_negative(CALIBRATION, {"level": decibels})
 
-    decibels: float
-    origin: str
-    name: str = "calibration of the transfer functions"
-    degrees_of_freedom: float = np.inf
-
-    def __post_init__(self) -> None:
-        _refuse_negative(self.name, self.decibels)
-
-    @property
-    def size(self) -> str:
-        """Standard deviation in words."""
-        return f"{self.decibels:.2g} dB per vehicle"
-
-    def measured_again(
-        self, data: MeasuredArrays, generator: np.random.Generator
-    ) -> MeasuredArrays:
-        """Return the data with one draw of this error."""
+    def again(data: MeasuredArrays, generator: np.random.Generator) -> MeasuredArrays:
         normals = generator.standard_normal((len(data.transfer), 1, 1))
-        deviation = self.decibels * _scale(self.degrees_of_freedom, generator)
-        gain = np.exp(NEPER_PER_DB * deviation * normals)
-        return replace(data, transfer=data.transfer * gain)
+        deviation = decibels * _scale(degrees_of_freedom, generator)
+        return replace(data, transfer=data.transfer * np.exp(NEPER_PER_DB * deviation * normals))
+
+    return UncertaintySource(CALIBRATION, origin, f"{decibels:.2g} dB per vehicle", again)
 
 
-@dataclass(frozen=True)
-class TransferPaths:
+def transfer_paths(
+    origin: str, relative: float, length: float, degrees_of_freedom: float = np.inf
+) -> UncertaintySource:
     """Smooth complex error of every noise transfer function: place and direction.
 
     - `relative`: root mean square of the complex error over the magnitude around the line, in the
@@ -114,232 +113,133 @@ class TransferPaths:
     - `length`: correlation length over frequency [Hz].
     - `degrees_of_freedom`: degrees of freedom of the root mean square; infinite where it is stated.
     """
+    _refuse_negative(PATHS, {"error": relative})
 
-    relative: float
-    length: float
-    origin: str
-    name: str = "transfer functions, path by path"
-    degrees_of_freedom: float = np.inf
-
-    def __post_init__(self) -> None:
-        _refuse_negative(self.name, self.relative)
-        smooth_basis(np.zeros(1), self.length)
-
-    @property
-    def size(self) -> str:
-        """Standard deviation in words."""
-        return f"{100 * self.relative:.2g} % rms, correlated over {self.length:.2g} Hz"
-
-    def measured_again(
-        self, data: MeasuredArrays, generator: np.random.Generator
-    ) -> MeasuredArrays:
-        """Return the data with one draw of this error."""
-        basis = _kept_basis(data.frequency.tobytes(), self.length)
+    def again(data: MeasuredArrays, generator: np.random.Generator) -> MeasuredArrays:
+        basis = _kept_basis(data.frequency.tobytes(), length)
         n_vehicle, _, n_path = data.transfer.shape
         normals = _complex_normals((n_vehicle, basis.shape[1], n_path), generator)
-        error = self.relative * _scale(self.degrees_of_freedom, generator) * (basis @ normals)
-        around, size = data.transfer_around, np.abs(data.transfer)
+        error = relative * _scale(degrees_of_freedom, generator) * (basis @ normals)
+        size = np.abs(data.transfer)
         phase = np.divide(data.transfer, size, out=np.ones_like(data.transfer), where=size > 0)
-        return replace(data, transfer=data.transfer + around * phase * error)
+        return replace(data, transfer=data.transfer + data.transfer_around * phase * error)
+
+    return UncertaintySource(PATHS, origin, _smooth(relative, length), again)
 
 
-@dataclass(frozen=True)
-class TransferBody:
+def transfer_body(origin: str, relative: float, length: float) -> UncertaintySource:
     """Smooth complex factor on all paths of a vehicle: damping and resonances of another day.
 
     - `relative`: root mean square of the complex error [1].
     - `length`: correlation length over frequency, about the width of a resonance [Hz].
     """
+    _refuse_negative(DAY, {"error": relative})
 
-    relative: float
-    length: float
-    origin: str
-    name: str = "body of the vehicles, day by day"
-
-    def __post_init__(self) -> None:
-        _refuse_negative(self.name, self.relative)
-        smooth_basis(np.zeros(1), self.length)
-
-    @property
-    def size(self) -> str:
-        """Standard deviation in words."""
-        return f"{100 * self.relative:.2g} % rms, correlated over {self.length:.2g} Hz"
-
-    def measured_again(
-        self, data: MeasuredArrays, generator: np.random.Generator
-    ) -> MeasuredArrays:
-        """Return the data with one draw of this error."""
-        basis = _kept_basis(data.frequency.tobytes(), self.length)
+    def again(data: MeasuredArrays, generator: np.random.Generator) -> MeasuredArrays:
+        basis = _kept_basis(data.frequency.tobytes(), length)
         normals = _complex_normals((len(data.transfer), basis.shape[1], 1), generator)
-        factor = np.exp(self.relative * (basis @ normals))
-        return replace(data, transfer=data.transfer * factor)
+        return replace(data, transfer=data.transfer * np.exp(relative * (basis @ normals)))
+
+    return UncertaintySource(DAY, origin, _smooth(relative, length), again)
 
 
-@dataclass(frozen=True)
-class TransferFloor:
-    """Noise floor of the noise transfer functions, line by line.
+def transfer_floor(origin: str, floor: float) -> UncertaintySource:
+    """Noise of transfer functions, line by line: deviation of real and imaginary part [Pa/N]."""
+    _refuse_negative(FLOOR, {"part": floor})
 
-    - `floor`: standard deviation of the real and of the imaginary part [Pa/N].
-    """
-
-    floor: float
-    origin: str
-    name: str = "noise floor of the transfer functions"
-
-    def __post_init__(self) -> None:
-        _refuse_negative(self.name, self.floor)
-
-    @property
-    def size(self) -> str:
-        """Standard deviation in words."""
-        return f"{self.floor:.2g} Pa/N per line"
-
-    def measured_again(
-        self, data: MeasuredArrays, generator: np.random.Generator
-    ) -> MeasuredArrays:
-        """Return the data with one draw of this error."""
-        noise = np.sqrt(2.0) * self.floor * _complex_normals(data.transfer.shape, generator)
+    def again(data: MeasuredArrays, generator: np.random.Generator) -> MeasuredArrays:
+        noise = np.sqrt(2.0) * floor * _complex_normals(data.transfer.shape, generator)
         return replace(data, transfer=data.transfer + noise)
 
+    return UncertaintySource(FLOOR, origin, f"{floor:.2g} Pa/N per line", again)
 
-@dataclass(frozen=True, eq=False)
-class StiffnessError:
+
+def stiffness_error(
+    name: str, origin: str, magnitude: Mapping[str, float], channels: Mapping[str, tuple[str, ...]]
+) -> UncertaintySource:
     """Dynamic stiffness of each direction: a common gain and turn of all its lines.
 
     Alignment and calibration of the characterisation are the same at all lines and in all load
-    cases, so their error is as well; all pieces of a mount share it.
+    cases, so their error is as well; all pieces of a mount share it. Re K and Im K err alike by the
+    magnitude, and independently by as much, so the phase of K by ``√2`` loss factor times that.
 
     - `magnitude`: direction ``<mount> <axis>`` → standard deviation of ln |K| [1].
     - `channels`: direction → channels of its pieces.
-    - `loss_factor`: loss factor of the mounts: Re K and Im K err alike by the magnitude, and
-      independently by as much, so the phase of K by ``√2`` loss factor times the magnitude's [1].
     """
+    _refuse_negative(name, magnitude)
+    turn = 1j * np.sqrt(2.0) * LOSS_FACTOR
 
-    magnitude: Mapping[str, float]
-    channels: Mapping[str, tuple[str, ...]]
-    loss_factor: float
-    origin: str
-    name: str = "stiffness of the mounts"
-
-    def __post_init__(self) -> None:
-        for direction, deviation in self.magnitude.items():
-            _refuse_negative(f"{self.name}, {direction}", deviation)
-        _refuse_negative("loss factor", self.loss_factor)
-
-    @property
-    def size(self) -> str:
-        """Standard deviation in words."""
-        return _range_of(self.magnitude)
-
-    def measured_again(
-        self, data: MeasuredArrays, generator: np.random.Generator
-    ) -> MeasuredArrays:
-        """Return the data with one draw of this error."""
-        turn = 1j * np.sqrt(2.0) * self.loss_factor
+    def again(data: MeasuredArrays, generator: np.random.Generator) -> MeasuredArrays:
         gain = np.ones(len(data.channels), dtype=complex)
-        for direction, deviation in self.magnitude.items():
+        for direction, deviation in magnitude.items():
             along, across = generator.standard_normal(2)
-            at = np.isin(data.channels, self.channels[direction])
+            at = np.isin(data.channels, channels[direction])
             gain[at] = np.exp(deviation * (along + turn * across))
         return replace(data, force=data.force * gain)
 
+    return UncertaintySource(name, origin, _range_of(magnitude), again)
 
-@dataclass(frozen=True, eq=False)
-class ForceCells:
+
+def force_cells(
+    origin: str, gain: Mapping[str, float], angle: Mapping[str, float], channels: tuple[str, ...]
+) -> UncertaintySource:
     """Measured forces: gain of each axis of a cell, and leakage by the angle of the shaker.
 
     - `gain`: point ``<mount> [<piece>]`` → standard deviation of each axis' gain [1].
     - `angle`: point → angle of the shaker that calibrates its cell, per pair of axes [rad].
     - `channels`: channels that err; the others only leak.
     """
+    _refuse_negative(f"{CELLS}, gain", gain)
+    _refuse_negative(f"{CELLS}, angle", angle)
+    largest = np.rad2deg(max(angle.values(), default=0.0))
 
-    gain: Mapping[str, float]
-    angle: Mapping[str, float]
-    channels: tuple[str, ...]
-    origin: str
-    name: str = "force cells and shaker"
-
-    def __post_init__(self) -> None:
-        _check_points(self.name, gain=self.gain, angle=self.angle)
-
-    @property
-    def size(self) -> str:
-        """Standard deviation in words."""
-        largest = np.rad2deg(max(self.angle.values(), default=0.0))
-        return f"gain {_range_of(self.gain)}, shaker up to {largest:.2g}°"
-
-    def measured_again(
-        self, data: MeasuredArrays, generator: np.random.Generator
-    ) -> MeasuredArrays:
-        """Return the data with one draw of this error."""
-        mixing = _mixing(data.channels, self.channels, self.gain, self.angle, generator)
+    def again(data: MeasuredArrays, generator: np.random.Generator) -> MeasuredArrays:
+        mixing = _mixing(data.channels, channels, gain, angle, generator)
         return replace(data, force=data.force + data.force @ mixing.T)
 
+    size = f"gain {_range_of(gain)}, shaker up to {largest:.2g}°"
+    return UncertaintySource(CELLS, origin, size, again)
 
-@dataclass(frozen=True, eq=False)
-class MotionError:
+
+def motion_error(
+    origin: str,
+    gain: Mapping[str, float],
+    leakage: Mapping[str, float],
+    surface_channels: tuple[str, ...],
+) -> UncertaintySource:
     """Measured motion of the mounts, and with it the forces that surfaces make of it.
 
     - `gain`, `leakage`: point ``<mount> [<piece>]`` → standard deviation of each axis' gain, and of
       what each other axis leaks into it [1].
     - `surface_channels`: channels whose force is stiffness times motion; measured forces stay.
     """
+    _refuse_negative(f"{MOTION}, gain", gain)
+    _refuse_negative(f"{MOTION}, leakage", leakage)
 
-    gain: Mapping[str, float]
-    leakage: Mapping[str, float]
-    surface_channels: tuple[str, ...]
-    origin: str
-    name: str = "motion in the runs"
-
-    def __post_init__(self) -> None:
-        _check_points(self.name, gain=self.gain, leakage=self.leakage)
-
-    @property
-    def size(self) -> str:
-        """Standard deviation in words."""
-        return f"gain {_range_of(self.gain)}, other axes {_range_of(self.leakage)}"
-
-    def measured_again(
-        self, data: MeasuredArrays, generator: np.random.Generator
-    ) -> MeasuredArrays:
-        """Return the data with one draw of this error."""
-        mixing = _mixing(data.channels, data.channels, self.gain, self.leakage, generator)
+    def again(data: MeasuredArrays, generator: np.random.Generator) -> MeasuredArrays:
+        mixing = _mixing(data.channels, data.channels, gain, leakage, generator)
         moved = data.displacement @ mixing.T
-        from_surface = np.isin(data.channels, self.surface_channels)
-        moves = (np.abs(data.displacement) > 0.0) & from_surface
+        moves = (np.abs(data.displacement) > 0.0) & np.isin(data.channels, surface_channels)
         relative = np.divide(moved, data.displacement, out=np.zeros_like(moved), where=moves)
-        return replace(
-            data,
-            displacement=data.displacement + moved,
-            force=data.force * (1.0 + relative),
-        )
+        displacement = data.displacement + moved
+        return replace(data, displacement=displacement, force=data.force * (1.0 + relative))
+
+    size = f"gain {_range_of(gain)}, other axes {_range_of(leakage)}"
+    return UncertaintySource(MOTION, origin, size, again)
 
 
-@dataclass(frozen=True)
-class RunNoise:
+def run_noise(origin: str, relative: float) -> UncertaintySource:
     """Order-tracking noise of the forces, line by line, another one in every load case.
 
     - `relative`: root mean square of the complex error [1].
     """
+    _refuse_negative(NOISE, {"force": relative})
 
-    relative: float
-    origin: str
-    name: str = "noise of the runs"
-
-    def __post_init__(self) -> None:
-        _refuse_negative(self.name, self.relative)
-
-    @property
-    def size(self) -> str:
-        """Standard deviation in words."""
-        return f"{100 * self.relative:.2g} % per line"
-
-    def measured_again(
-        self, data: MeasuredArrays, generator: np.random.Generator
-    ) -> MeasuredArrays:
-        """Return the data with one draw of this error."""
-        noise = self.relative * _complex_normals(data.force.shape, generator)
+    def again(data: MeasuredArrays, generator: np.random.Generator) -> MeasuredArrays:
+        noise = relative * _complex_normals(data.force.shape, generator)
         return replace(data, force=data.force * (1.0 + noise))
+
+    return UncertaintySource(NOISE, origin, f"{100 * relative:.2g} % per line", again)
 
 
 @dataclass(frozen=True, eq=False)
@@ -526,16 +426,17 @@ def _mixing(
     return matrix
 
 
-def _refuse_negative(name: str, deviation: float) -> None:
+def _refuse_negative(source: str, deviations: Mapping[str, float]) -> None:
     """Raise `InputError` where a standard deviation is negative or not finite."""
-    if not (np.isfinite(deviation) and deviation >= 0):
-        raise InputError(f"{name}: a standard deviation of {deviation}: give a number from 0")
+    for what, deviation in deviations.items():
+        if not (np.isfinite(deviation) and deviation >= 0):
+            raise InputError(
+                f"{source} of {what}: a standard deviation of {deviation}: give a number from 0"
+            )
 
 
-def _check_points(source: str, **deviations: Mapping[str, float]) -> None:
-    for name, of_points in deviations.items():
-        for point, deviation in of_points.items():
-            _refuse_negative(f"{source}, {name} of {point}", deviation)
+def _smooth(relative: float, length: float) -> str:
+    return f"{100 * relative:.2g} % rms, correlated over {length:.2g} Hz"
 
 
 def _range_of(deviations: Mapping[str, float]) -> str:

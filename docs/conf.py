@@ -17,7 +17,7 @@ extensions = [
     "sphinx_gallery.gen_gallery",
 ]
 source_suffix = {".rst": "restructuredtext", ".md": "markdown"}
-exclude_patterns = ["_templates", "gallery/README.rst"]
+exclude_patterns = ["_templates", "gallery/**/README.rst", "gallery/README.rst"]
 templates_path = ["_templates"]
 
 html_theme = "pydata_sphinx_theme"
@@ -42,6 +42,10 @@ numpydoc_show_class_members = False
 sphinx_gallery_conf = {
     "examples_dirs": "../examples",
     "gallery_dirs": "gallery",
+    "subsection_order": [
+        f"../examples/{subject}" for subject in ("measurement", "mounts", "vehicles", "compressor")
+    ],
+    "within_subsection_order": "ExampleTitleSortKey",
     "filename_pattern": r"/\w+\.py$",
     "abort_on_example_error": True,
     "download_all_examples": False,

@@ -14,6 +14,7 @@ from .explore.space import ResponseFunction as ResponseFunction
 from .files.acceptance import read_delivered_parts as read_delivered_parts
 from .files.acceptance import read_solution_box as read_solution_box
 from .files.campaign import read_campaign as read_campaign
+from .files.campaign import read_time_run as read_time_run
 from .files.electric_car import read_electric_car as read_electric_car
 from .files.inertance_test import read_inertance_test as read_inertance_test
 from .files.operating_test import read_operating_test as read_operating_test

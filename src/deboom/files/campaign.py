@@ -645,12 +645,24 @@ def read_time_run(folder: Path, name: str) -> TimeRun:
     folder : Path
         Holds ``campaign.toml``.
     name : str
-        Of an entry of ``[[time_runs]]``.
+        Name of an entry of ``[[time_runs]]``.
+
+    Returns
+    -------
+    TimeRun
+        Tacho, accelerations [m/s²], forces [N] and engine torque [N m] over time,
+        (n_sample, n_channel).
 
     Raises
     ------
     InputError
         No such run; its file is wrong in itself or does not fit the tables.
+
+    Examples
+    --------
+    >>> import deboom
+    >>> deboom.read_time_run("my_campaign", "g5_wot220_time").sample_rate  # doctest: +SKIP
+    16384.0
     """
     tables = _read_tables(Path(folder), ())
     entries = {entry.name: entry for entry in tables.file.time_runs}

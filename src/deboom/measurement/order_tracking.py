@@ -366,8 +366,8 @@ def tracked_run(
     Examples
     --------
     >>> import deboom
-    >>> campaign = deboom.read_campaign("my_campaign")  # doctest: +SKIP
-    >>> deboom.tracked_run(campaign.time_runs[0]).table  # doctest: +SKIP
+    >>> run = deboom.read_time_run("my_campaign", "g5_wot220_time")  # doctest: +SKIP
+    >>> deboom.tracked_run(run).table  # doctest: +SKIP
     """
     try:
         return _tracked(time_run, options, time_run.name if name is None else name)

@@ -17,7 +17,7 @@ import deboom
 from deboom.measurement.sensors import Sensor, SensorKind
 from deboom.measurement.virtual_point import sensor_geometry
 
-DATA = Path("../tests/data") / "pyfbs-published"
+DATA = Path("../../tests/data") / "pyfbs-published"
 PLACE = ["x_mm", "y_mm", "z_mm"]
 
 sheet = pd.read_csv(DATA / "sensors_AB.csv", index_col="name").loc[["S3", "S4", "S5"], PLACE] / 1e3

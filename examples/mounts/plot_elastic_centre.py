@@ -11,7 +11,6 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import deboom
-from deboom.physics.elastic_centre import centre_of_stiffness, dynamic_centre_of_stiffness
 from deboom.physics.rigid_body import mass_matrix, mount_stiffness_matrix
 
 POSITIONS = np.array([[0.0, 0.45, 0.15], [0.05, -0.45, 0.10], [0.3, 0.05, -0.3]])  # [m]
@@ -19,7 +18,7 @@ STIFFNESS = np.array([[2.0, 1.5, 2.5], [1.8, 1.6, 2.8], [3.0, 0.5, 0.6]]) * 1e5 
 
 mounts = mount_stiffness_matrix(POSITIONS, STIFFNESS)
 mass = mass_matrix(190.0, np.diag([11.0, 7.0, 10.0]))
-still = centre_of_stiffness(mounts)
+still = deboom.centre_of_stiffness(mounts)
 print(f"centre of the mounts {still.position.round(3)} m, coupling {float(still.coupling):.2f}")
 
 # %%
@@ -27,7 +26,7 @@ print(f"centre of the mounts {still.position.round(3)} m, coupling {float(still.
 
 frequency = np.geomspace(0.5, 500.0, 300)
 omega = 2 * np.pi * frequency[:, np.newaxis, np.newaxis]
-moving: deboom.ElasticCentre = dynamic_centre_of_stiffness(mounts * (1 + 0.1j) - omega**2 * mass)
+moving = deboom.dynamic_centre_of_stiffness(mounts * (1 + 0.1j) - omega**2 * mass)
 
 figure, axes = plt.subplots(layout="constrained")
 for axis, values in zip("xyz", 1e3 * moving.position.T, strict=True):

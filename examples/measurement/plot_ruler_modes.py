@@ -16,7 +16,7 @@ import deboom
 from deboom.measurement.channels import Frf
 from deboom.physics.frf import FrfForm
 
-DATA = Path("../tests/data") / "pydvma-ruler"
+DATA = Path("../../tests/data") / "pydvma-ruler"
 BAND = (20.0, 400.0)
 
 with np.load(DATA / "ruler_ten_lines_0-600Hz.npz") as measured:

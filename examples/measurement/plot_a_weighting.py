@@ -14,7 +14,7 @@ import pandas as pd
 
 from deboom.physics.sound_level import a_weighting
 
-DATA = Path("../tests/data") / "iec61672-cirrus"
+DATA = Path("../../tests/data") / "iec61672-cirrus"
 
 # %%
 # The table of the standard, and the weighting at exact and at nominal frequencies [dB].

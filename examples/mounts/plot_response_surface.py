@@ -1,0 +1,56 @@
+"""
+Response surface of a rubber mount
+==================================
+
+A cubic in preload, amplitude and frequency for the dynamic stiffness (thesis, eq. 32), and a
+Gaussian process of scikit-learn in its place. Both are judged by runs that they did not see.
+"""
+
+import tempfile
+from pathlib import Path
+
+import matplotlib.pyplot as plt
+import numpy as np
+
+import deboom
+from deboom.bench.campaign_plan import training_plan
+from deboom.mounts.characterise import CharacteriseOptions
+from deboom.mounts.operating_map import Preload
+from deboom.mounts.response_surface import gaussian_process
+
+# %%
+# Measured stiffness of the torque strut mount, line by line; one run in three is kept for judging.
+
+folder = Path(tempfile.mkdtemp()) / "campaign"
+deboom.bench.write_campaign(folder, seed=1, plan=training_plan("M1"))
+mounts = deboom.characterise(deboom.read_campaign(folder), "M1", CharacteriseOptions(folds=0))
+samples = mounts.directions["TSM x"].measured.samples(Preload.WHEEL_TORQUE)
+_, number = np.unique(samples.run, return_inverse=True)
+training, check = samples.select(number % 3 != 1), samples.select(number % 3 == 1)
+
+# %%
+# Another regressor fits the slot of the cubic and is compared under the same rules.
+
+models = {
+    "piecewise cubic": deboom.DynamicStiffnessSurface(preload_unit="N m"),
+    "Gaussian process": deboom.DynamicStiffnessSurface(
+        gaussian_process(), preload_unit="N m", max_lines=300
+    ),
+}
+table = deboom.compare_models(models, training, check).set_index("model")
+table[["lines compared [1]", "R² Re K [%]", "R² Im K [%]", "rms error [%]"]]
+
+# %%
+# The surface refuses to extrapolate: only lines inside of its training region are predicted.
+
+surface = models["piecewise cubic"].fit(training.points, training.stiffness)
+inside = surface.supported(check.points)
+predicted, measured = surface.predict(check.points[inside]), check.stiffness[inside]
+figure, axes = plt.subplots(figsize=(5, 5), layout="constrained")
+axes.plot(np.abs(measured) / 1e3, np.abs(predicted) / 1e3, ".", markersize=2)
+axes.axline((500, 500), slope=1, color="k", linewidth=0.8)
+axes.set(xlabel="|K| measured [N/mm]", ylabel="|K| of the surface [N/mm]")
+
+assert table.loc["piecewise cubic", "R² Re K [%]"] > 99.5
+
+assert table.loc["piecewise cubic", "rms error [%]"] < 4

@@ -1,0 +1,46 @@
+"""
+Designs picked from a front
+===========================
+
+Best mean, best scatter and the knee between them: what the front offers, told in decibels per
+line and vehicle instead of sums over all of them.
+"""
+
+import numpy as np
+
+import deboom
+
+model = deboom.read_platform("u06").model(vehicles="U06", band=(24, 40), motion="coupled")
+robust = deboom.Robust(model, model.design_space(bounds=0.20, tolerance=0.15), draws=32)
+front = deboom.search(robust, population=40, generations=30, seed=1, verified_with=256)
+
+picks = front.table[front.table["pick"] != ""]
+picks[["pick", "mean per line and vehicle [dB(A)]", "sigma per line and vehicle [dB]"]]
+
+# %%
+# The front, verified by draws that the search has not seen, with today's design.
+
+front.picture()
+
+# %%
+# What the knee asks of the mounts, and what it does in each vehicle.
+
+knee = front.pick_designs["knee"]
+asked = {name: round(float(x), 2) for name, x in zip(front.variables, knee, strict=True) if x != 1}
+change = front.splv_change(knee)
+print(asked)
+print(
+    {name: round(float(x), 2) for name, x in zip(front.vehicles, change, strict=True)},
+    "dB per line",
+)
+
+# %%
+# A second search differs by chance alone.
+
+again = deboom.search(robust, population=40, generations=30, seed=2, verified_with=256)
+difference = deboom.compare(front, again, draws=256)
+print(difference.table.to_string(index=False))
+
+assert difference.verdict.value == "within noise"
+assert change.mean() < -0.3
+assert np.all(np.diff(front.table["SPLV mean sum in search [dB(A)]"]) > 0)

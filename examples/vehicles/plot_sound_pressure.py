@@ -1,0 +1,40 @@
+"""
+Sound pressure at the ear, path by path
+=======================================
+
+Noise transfer functions times mount forces give the pressure (thesis, eq. 13), each path with
+its phase. Paths are ranked by their share of the energy, which adds up to one.
+"""
+
+import matplotlib.pyplot as plt
+import numpy as np
+
+import deboom
+
+model = deboom.read_platform("u06").model(vehicles="U06", band=(20, 60), motion="coupled")
+today = np.ones(len(model.variable_names))
+
+# %%
+# Who is heard in the first vehicle? A negative share takes away from the sum.
+
+paths = model.paths(today, "U06-1")
+paths.table.head()
+
+# %%
+# Levels of the loudest paths and of their sum.
+
+loudest = paths.table["path"][:3]
+figure, axes = plt.subplots(layout="constrained")
+for name in loudest:
+    axes.plot(paths.frequency, paths.path_levels[:, paths.paths.index(name)], label=name)
+axes.plot(paths.frequency, paths.level, "k", label="all paths")
+axes.set(xlabel="frequency [Hz]", ylabel="sound pressure level [dB(A)]", ylim=(20, None))
+axes.legend()
+
+# %%
+# The sum over the lines is SPLV (thesis, eq. 35); per line it is easier to read.
+
+splv = model([today])[0, 0]
+print(f"SPLV {splv:.0f} dB(A), {splv / model.n_lines:.1f} dB(A) per line")
+assert np.isclose(paths.level.sum(), splv)
+assert np.isclose(paths.table["share of the energy [%]"].sum(), 100)

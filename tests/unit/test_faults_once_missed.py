@@ -21,7 +21,7 @@ from deboom.physics.frf import phase_error
 from deboom.vehicles.design_factor import Factor
 from deboom.vehicles.limits import GRAVITY, MountRequirements, TorqueTravel, WeightSag
 from deboom.vehicles.powertrain import KinematicModel, Powertrain
-from deboom.vehicles.uncertain_data import MeasuredArrays, TransferFloor, TransferPaths
+from deboom.vehicles.uncertain_data import MeasuredArrays, transfer_floor, transfer_paths
 from hammer_test import draw_hammer_test, measure
 
 LINES = np.arange(20.0, 24.0)
@@ -92,7 +92,7 @@ def arrays(transfer):
 
 def test_the_noise_floor_is_that_of_the_real_and_of_the_imaginary_part():
     quiet = arrays(np.zeros((1, 200, 200), dtype=complex))
-    drawn = TransferFloor(2e-5, "stated").measured_again(quiet, np.random.default_rng(1)).transfer
+    drawn = transfer_floor("stated", 2e-5).measured_again(quiet, np.random.default_rng(1)).transfer
     assert drawn.real.std() == pytest.approx(2e-5, rel=0.02)
     assert drawn.imag.std() == pytest.approx(2e-5, rel=0.02)
 
@@ -100,7 +100,7 @@ def test_the_noise_floor_is_that_of_the_real_and_of_the_imaginary_part():
 def test_an_error_known_from_few_measurements_is_students():
     """Mean square of Student's t with 6 degrees of freedom: 6/4 of the stated."""
     data, rng = arrays(np.ones((1, 3, 40), dtype=complex)), np.random.default_rng(1)
-    paths = TransferPaths(0.01, 1e-3, "found", degrees_of_freedom=6.0)
+    paths = transfer_paths("found", 0.01, 1e-3, degrees_of_freedom=6.0)
     drawn = (paths.measured_again(data, rng).transfer for _ in range(3000))
     squares = [np.mean(np.abs(transfer - 1) ** 2) for transfer in drawn]
     assert np.mean(squares) / 0.01**2 == pytest.approx(1.5, rel=0.06)

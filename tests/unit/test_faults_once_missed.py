@@ -167,6 +167,7 @@ def test_late_is_a_share_of_the_block():
         response=np.stack([ringing, ringing]),
         channels=("A1 x",),
         units=("m/s^2",),
+        ranges=(np.inf,),
         rate=rate,
         pretrigger=0.5,
     )

@@ -203,7 +203,7 @@ def at_once(case: PathContributions | CoupledMotion, rows: RealArray) -> RealArr
 def exact(case: Case, rows: RealArray) -> RealArray:
     """Return the sums of levels as exactly as double precision allows."""
     if isinstance(case, AmplitudeMotion):
-        return level_sum(case, compiled=False, tolerance=1e-12)(rows)
+        return level_sum(replace(case, tolerance=1e-12), compiled=False)(rows)
     return loop(case, rows)
 
 

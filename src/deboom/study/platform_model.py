@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import hashlib
 import sys
-import warnings
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from enum import Enum
@@ -40,7 +39,6 @@ from deboom.report import Report
 from deboom.study.options import shipped_studies, weighted_load_cases
 from deboom.vehicles.amplitude_motion import (
     AmplitudeMotion,
-    SeveralSolutionsWarning,
     compare_starts,
 )
 from deboom.vehicles.booming_model import BoomingModel, booming_model
@@ -541,9 +539,7 @@ def motion_report(index: BoomingModel, designs: RealArray) -> MotionReport:
             f"{100 * clipped.amplitude:.1f} % have an amplitude beyond what the response surfaces "
             "are backed for; there the stiffness keeps its value at the bound."
         )
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", SeveralSolutionsWarning)
-            comparisons = [compare_starts(case, designs) for case in by_surface]
+        comparisons = [compare_starts(case, designs) for case in by_surface]
         texts += [f"Uniqueness: {one.text}." for one in comparisons if one.unique]
         alarms += [f"{one.text}." for one in comparisons if not one.unique]
     if factor == Factor.part.value:

@@ -6,9 +6,8 @@ compiled.
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -82,6 +81,7 @@ class AmplitudeMotion:
       beyond, the stiffness keeps the value at the bound [1].
     - `ratio`, optional: change of the stiffness where a factor means the part itself; None where it
       means the dynamic stiffness.
+    - `tolerance`: largest relative change of an amplitude in the last sweep [1].
     - raises InputError: arrays of other shapes, or bounds that leave out the nominal amplitude.
     """
 
@@ -90,6 +90,7 @@ class AmplitudeMotion:
     lowest: RealArray
     highest: RealArray
     ratio: PartRatio | None = None
+    tolerance: float = TOLERANCE
 
     def __post_init__(self) -> None:
         expected = self.coupled.stiffness.shape
@@ -153,7 +154,13 @@ class AmplitudeMotion:
         springs = self.coupled.springs(designs)
         return springs if self.ratio is None else springs * self.ratio(designs)
 
-    def pressure(self, designs: RealArray, tolerance: float = TOLERANCE) -> ComplexArray:
+    def force(self, designs: RealArray) -> ComplexArray:
+        """Return the force of every spring (n, f, s) [N]; NaN where amplitudes do not rest."""
+        solution = solve_along_lines(self, designs)
+        force = solution.stiffness * solution.displacement
+        return np.where(solution.solved[..., np.newaxis], force, np.nan)
+
+    def pressure(self, designs: RealArray) -> ComplexArray:
         """Return the pressure at the ears for designs (n, k).
 
         - returns (n, v, f): complex peak amplitudes; NaN where amplitudes do not come to rest [Pa].
@@ -161,22 +168,19 @@ class AmplitudeMotion:
         pressure = np.empty((len(designs), *self.transmits.shape), dtype=complex)
         for first in range(0, len(designs), BLOCK):
             rows = slice(first, first + BLOCK)
-            solution = solve_along_lines(self, designs[rows], tolerance)
-            force = solution.stiffness * solution.displacement
-            force = np.where(solution.solved[..., np.newaxis], force, np.nan)
-            pressure[rows] = self.coupled.heard(force)
+            pressure[rows] = self.coupled.heard(self.force(designs[rows]))
         return pressure
 
     def neper_gradient(self, designs: RealArray) -> RealArray:
         """Return ``Σ_f Re(∂p/∂x_k / p)`` for designs (n, k), by differences, shape (n, v, k)."""
+        closely = replace(self, tolerance=GRADIENT_TOLERANCE)
         gradient = np.empty((len(designs), len(self.vehicle_names), designs.shape[1]))
         for k in range(designs.shape[1]):
             levels = []
             for steps in (-2, -1, 1, 2):
                 moved = designs.copy()
                 moved[:, k] += steps * GRADIENT_STEP
-                pressure = self.pressure(moved, GRADIENT_TOLERANCE)
-                levels.append(np.log(np.abs(pressure)).sum(axis=-1))
+                levels.append(np.log(np.abs(closely.pressure(moved))).sum(axis=-1))
             far_back, back, ahead, far_ahead = levels
             difference = 8.0 * (ahead - back) - (far_ahead - far_back)
             gradient[:, :, k] = difference / (12.0 * GRADIENT_STEP)
@@ -205,13 +209,8 @@ class AmplitudeSolution:
         return np.asarray(self.sweeps <= MOST_SWEEPS + MOST_SECANTS)
 
 
-def solve_along_lines(
-    motion: AmplitudeMotion, designs: RealArray, tolerance: float = TOLERANCE
-) -> AmplitudeSolution:
+def solve_along_lines(motion: AmplitudeMotion, designs: RealArray) -> AmplitudeSolution:
     """Solve designs (n, k) line after line, each from the solution of the one before.
-
-    - `designs` (n, k): stiffness factors [1].
-    - `tolerance`: largest relative change of an amplitude in the last sweep [1].
 
     Fixed point ``ln a ← ln |v q(K(a))|`` in all directions at once. A line begins with the ratios
     of the amplitudes to the nominal ones that the line before ended with, continued by their last
@@ -227,7 +226,7 @@ def solve_along_lines(
     springs = motion.nominal_springs(designs)
     for line in range(motion.frequency.size):
         at = np.array([line])
-        solution = _fixed_point(motion, springs[:, at], at, start, tolerance)
+        solution = _fixed_point(motion, springs[:, at], at, start)
         start = solution.ratio * np.clip(solution.ratio / before, LEAST_STEP, MOST_STEP)
         before = solution.ratio
         solutions.append(solution)
@@ -239,24 +238,8 @@ def solve_along_lines(
     )
 
 
-def solve_from(
-    motion: AmplitudeMotion,
-    designs: RealArray,
-    amplitude: float,
-    tolerance: float = TOLERANCE,
-) -> AmplitudeSolution:
-    """Solve every line for itself, all springs starting from one `amplitude` [m]."""
-    springs = motion.nominal_springs(designs)
-    start = np.broadcast_to(amplitude / motion.amplitude, springs.shape)
-    return _fixed_point(motion, springs, np.arange(springs.shape[1]), start, tolerance)
-
-
 def _fixed_point(
-    motion: AmplitudeMotion,
-    nominal: ComplexArray,
-    lines: IntArray,
-    start: RealArray,
-    tolerance: float,
+    motion: AmplitudeMotion, nominal: ComplexArray, lines: IntArray, start: RealArray
 ) -> AmplitudeSolution:
     """Iterate lines of designs; a line rests once its amplitudes have come to rest."""
     follows = motion.follows
@@ -273,7 +256,7 @@ def _fixed_point(
         stiffness[at] = springs
         displacement[at] = motion.coupled.displacement(springs, line)
         after = np.abs(displacement[at]) / motion.amplitude[line]
-        moves = np.abs(after - before) > tolerance * after
+        moves = np.abs(after - before) > motion.tolerance * after
         still_moving = (moves & follows).any(axis=1)
         if sweep > MOST_SWEEPS:
             last, step[at] = step[at], np.log(after / before)
@@ -393,75 +376,55 @@ def _relative_cubic(
     return np.asarray(powers / powers.sum(axis=1, keepdims=True))
 
 
-class SeveralSolutionsWarning(UserWarning):
-    """The solution of an amplitude-dependent motion depends on where it starts."""
-
-
 @dataclass(frozen=True, eq=False)
 class StartComparison:
-    """Solutions of the same lines from several starts.
+    """Solutions of the same lines from the starts `STARTS`, and from the line before.
 
     - `load_case`: name of the load case.
     - `frequency` (f,) [Hz].
-    - `starts`: amplitudes of all directions at the start [m]; beside them stands the start from the
-      line before.
     - `difference` (n, f): largest difference of the logarithm of an amplitude between two of the
-      solutions [1].
-    - `solved` (n, f): whether every start came to rest.
+      solutions; NaN where a start did not come to rest [1].
     """
 
     load_case: str
     frequency: RealArray
-    starts: tuple[float, ...]
     difference: RealArray
-    solved: BoolArray
 
     @property
     def unique(self) -> bool:
         """Whether all starts of all lines and designs ended at the same solution."""
-        return bool(self.solved.all() and (self.difference <= SAME).all())
+        return bool((self.difference <= SAME).all())
 
     @property
     def text(self) -> str:
         """The outcome in a sentence."""
-        spread = f"{len(self.starts)} starts from {self.starts[0]:g} to {self.starts[-1]:g} m"
+        spread = f"{len(STARTS)} starts from {STARTS[0]:g} to {STARTS[-1]:g} m"
         place = f"load case {self.load_case}: {spread} and the start from the line before"
         if self.unique:
             return f"{place} give one solution, amplitudes within {self.difference.max():.0e}"
-        where = (self.difference > SAME) | ~self.solved
+        where = ~(self.difference <= SAME)
         lines = self.frequency[where.any(axis=0)]
         return (
             f"{place} do not give one solution: {np.count_nonzero(where.any(axis=1))} of "
-            f"{len(where)} designs differ by up to {self.difference.max():.2g} in the logarithm of "
-            f"an amplitude, or do not come to rest, at {lines.size} lines from {lines[0]:g} to "
-            f"{lines[-1]:g} Hz: results there belong to the branch of the line before"
+            f"{len(where)} designs differ by up to {np.nanmax(self.difference):.2g} in the "
+            f"logarithm of an amplitude, or do not come to rest, at {lines.size} lines from "
+            f"{lines[0]:g} to {lines[-1]:g} Hz: results there belong to the branch of the line "
+            "before"
         )
 
 
-def compare_starts(
-    motion: AmplitudeMotion, designs: RealArray, starts: Sequence[float] = STARTS
-) -> StartComparison:
-    """Solve designs (n, k) from several amplitudes and compare the solutions.
-
-    - `motion`: equations of motion of one load case.
-    - `designs` (n, k): stiffness factors [1].
-    - `starts`: amplitudes of all directions at the start [m].
-    - warns SeveralSolutionsWarning: the starts end at different solutions, or some do not come to
-      rest.
-    """
-    solutions = [solve_along_lines(motion, designs, STARTS_TOLERANCE)]
-    solutions += [solve_from(motion, designs, start, STARTS_TOLERANCE) for start in starts]
+def compare_starts(motion: AmplitudeMotion, designs: RealArray) -> StartComparison:
+    """Solve designs (n, k) of stiffness factors from several amplitudes; compare the solutions."""
+    motion = replace(motion, tolerance=STARTS_TOLERANCE)
+    springs, lines = motion.nominal_springs(designs), np.arange(motion.frequency.size)
+    solutions = [solve_along_lines(motion, designs)]
+    for amplitude in STARTS:
+        start = np.broadcast_to(amplitude / motion.amplitude, springs.shape)
+        solutions.append(_fixed_point(motion, springs, lines, start))
     logarithms = np.log([solution.ratio[..., motion.follows] for solution in solutions])
-    comparison = StartComparison(
-        load_case=motion.load_case,
-        frequency=motion.frequency,
-        starts=tuple(starts),
-        difference=np.ptp(logarithms, axis=0).max(axis=-1, initial=0.0),
-        solved=np.logical_and.reduce([solution.solved for solution in solutions]),
-    )
-    if not comparison.unique:
-        warnings.warn(comparison.text, SeveralSolutionsWarning, stacklevel=2)
-    return comparison
+    difference = np.ptp(logarithms, axis=0).max(axis=-1, initial=0.0)
+    solved = np.logical_and.reduce([solution.solved for solution in solutions])
+    return StartComparison(motion.load_case, motion.frequency, np.where(solved, difference, np.nan))
 
 
 @dataclass(frozen=True, eq=False)

@@ -17,7 +17,6 @@ from deboom.mounts.characterised_mount import CharacterisedMount
 from deboom.mounts.mount import Mount
 from deboom.physics import sound_level, transfer_path
 from deboom.vehicles.amplitude_motion import (
-    TOLERANCE,
     AmplitudeMotion,
     amplitude_motion,
     identified_surfaces,
@@ -80,8 +79,6 @@ class BoomingModel:
         then loss factors y, and the parts have the factors x and x y.
     compiled : bool, optional
         Whether compiled loops sum the levels; by default where numba is installed.
-    tolerance : float
-        Largest relative change of an amplitude in the last sweep [1].
 
     Raises
     ------
@@ -114,7 +111,6 @@ class BoomingModel:
     weights: tuple[float, ...]
     loss_factors: bool = False
     compiled: bool = field(default_factory=numba_installed)
-    tolerance: float = TOLERANCE
     _level_sums: tuple[LevelSum, ...] = field(init=False, repr=False)
     _one_pascal: float = field(init=False, repr=False)
     """SPLV of 1 Pa at every line: the A-weighting and the reference of all lines at once."""
@@ -127,7 +123,7 @@ class BoomingModel:
         for case in cases:
             _check_same_axes(case, cases[0])
             _refuse_silent_lines(case, case.transmits)
-        sums = [level_sum(c, compiled=self.compiled, tolerance=self.tolerance) for c in cases]
+        sums = [level_sum(case, compiled=self.compiled) for case in cases]
         lines = cases[0].frequency
         one_pascal = sound_level.splv(sound_level.spl(np.ones(lines.size), lines))
         object.__setattr__(self, "cases", cases)
@@ -207,10 +203,7 @@ class BoomingModel:
         - raises InputError: a load case that does not count here; designs of another shape, or not
           finite.
         """
-        factors, case = self._factors(designs), self._case(load_case)
-        if isinstance(case, AmplitudeMotion):
-            return case.pressure(factors, self.tolerance)
-        return case.pressure(factors)
+        return self._case(load_case).pressure(self._factors(designs))
 
     def paths(
         self, design: npt.ArrayLike, vehicle: str, load_case: str | None = None
@@ -230,14 +223,11 @@ class BoomingModel:
             return PathAnalysis(
                 vehicle, self.frequency, case.values[place] * row[0], case.variable_names
             )
-        if isinstance(case, AmplitudeMotion):
-            coupled, solved = case.coupled, solve_along_lines(case, row, self.tolerance)
-            force = solved.stiffness * solved.displacement
-        else:
-            coupled, springs = case, case.springs(row)
-            force = springs * case.displacement(springs)
+        coupled = case.coupled if isinstance(case, AmplitudeMotion) else case
         columns = [np.flatnonzero(coupled.variables == k).tolist() for k in range(row.shape[1])]
-        by_direction = transfer_path.partial_sums(coupled.transfer[place] * force[0], columns)
+        by_direction = transfer_path.partial_sums(
+            coupled.transfer[place] * case.force(row)[0], columns
+        )
         return PathAnalysis(vehicle, self.frequency, by_direction, case.variable_names)
 
     def design_space(self, *, bounds: float = 0.20, tolerance: float = 0.15) -> DesignSpace:
@@ -289,35 +279,25 @@ class BoomingModel:
         curve (preload), see `deboom.vehicles.design_factor.PartRatio`. Prescribed and coupled
         motion take the stiffness as measured and leave nothing.
         """
-        amplitude, preload, worst, most = [0.0], [0.0], "", 0.0
-        cases = [case for case in self.cases if isinstance(case, AmplitudeMotion)]
-        if cases:
-            by_case = [self._clipped_shares(case, designs) for case in cases]
-            preload = [float(by_preload.mean()) for _, by_preload in by_case]
-            amplitude = [
-                float(by_amplitude[case.follows].mean())
-                for case, (by_amplitude, _) in zip(cases, by_case, strict=True)
-                if case.follows.any()
-            ] or [0.0]
-            for case, shares in zip(cases, by_case, strict=True):
-                share = np.max(shares, axis=0)
-                if share.max() > most:
-                    most = float(share.max())
-                    name = case.variable_names[case.coupled.variables[int(share.argmax())]]
-                    worst = f"{case.load_case}, {name}: {100 * most:.0f} %"
-        return ClippedShare(float(np.mean(amplitude)), float(np.mean(preload)), worst)
-
-    def _clipped_shares(
-        self, case: AmplitudeMotion, designs: RealArray
-    ) -> tuple[RealArray, RealArray]:
-        """Return the shares of lines beyond, by amplitude and by preload, both (s,)."""
-        by_amplitude, by_preload = np.zeros((2, case.coupled.variables.size))
-        if case.follows.any():
-            ratio = solve_along_lines(case, designs, self.tolerance).ratio
-            by_amplitude = case.clipped(ratio).mean(axis=(0, 1))
-        if case.ratio is not None:
-            by_preload = case.ratio.clipped(designs).mean(axis=(0, 1))
-        return by_amplitude, by_preload
+        amplitude, preload, worst, most = [], [], "", 0.0
+        for case in self.cases:
+            if not isinstance(case, AmplitudeMotion):
+                continue
+            by_amplitude, by_preload = np.zeros((2, case.coupled.variables.size))
+            if case.follows.any():
+                by_amplitude = case.clipped(solve_along_lines(case, designs).ratio).mean((0, 1))
+                amplitude.append(float(by_amplitude[case.follows].mean()))
+            if case.ratio is not None:
+                by_preload = case.ratio.clipped(designs).mean((0, 1))
+            preload.append(float(by_preload.mean()))
+            share = np.maximum(by_amplitude, by_preload)
+            if share.max() > most:
+                most = float(share.max())
+                name = case.variable_names[case.coupled.variables[int(share.argmax())]]
+                worst = f"{case.load_case}, {name}: {100 * most:.0f} %"
+        return ClippedShare(
+            float(np.mean(amplitude or [0.0])), float(np.mean(preload or [0.0])), worst
+        )
 
     def _factors(self, designs: npt.ArrayLike) -> RealArray:
         """Return checked factors of the cases' variables."""
@@ -483,16 +463,12 @@ class CatalogueModel:
     def of_parts(self, parts: Sequence[int]) -> BoomingModel:
         """Return the model of one set of parts, as a function of the stiffness factors.
 
-        - raises InputError: not one number per mount, or a number that is no part's; motion by
-          response surfaces.
+        - raises InputError: a number that is no part's; motion by response surfaces.
         """
         numbers = list(parts)
-        exist = len(numbers) == len(self.n_parts) and all(
-            0 <= number < count for number, count in zip(numbers, self.n_parts, strict=True)
-        )
-        if not exist:
+        if any(k not in range(count) for k, count in zip(numbers, self.n_parts, strict=True)):
             raise InputError(
-                f"there is no set of parts {numbers}: give one number per mount, each below "
+                f"there is no set of parts {numbers}: give each mount a number below "
                 f"{list(self.n_parts)}"
             )
         per_mount = [len(mount.variables) for mount in self.mounts]

@@ -159,6 +159,13 @@ class CoupledMotion:
         ]
         return np.concatenate(moved, axis=-1)
 
+    def force(self, designs: RealArray) -> ComplexArray:
+        """Return the force of every spring of designs (n, k), shape (n, f, s) [N]."""
+        springs = self.springs(designs)
+        # named: numpy multiplies into large temporaries in place, with other last bits
+        displacement = self.displacement(springs)
+        return springs * displacement
+
     def pressure(self, designs: RealArray) -> ComplexArray:
         """Return the pressure at the ears for designs (n, k).
 
@@ -166,10 +173,7 @@ class CoupledMotion:
         """
         pressure = np.empty((len(designs), *self.transfer.shape[:2]), dtype=complex)
         for rows in _blocks(len(designs)):
-            springs = self.springs(designs[rows])
-            # named: numpy multiplies into large temporaries in place, with other last bits
-            displacement = self.displacement(springs)
-            pressure[rows] = self.heard(springs * displacement)
+            pressure[rows] = self.heard(self.force(designs[rows]))
         return pressure
 
     def heard(self, force: ComplexArray) -> ComplexArray:

@@ -45,14 +45,12 @@ class LevelSum:
     """Sum of levels over the lines of one load case, as a function of designs; see `level_sum`.
 
     - `case`: load case with its model of the motion.
-    - `tolerance`: largest relative change of an amplitude in the last sweep [1].
     - `columns`: design variables that the loops read.
     - `tables`: what the compiled loops read; None computes in numpy.
     - `scale_level` (v,): sum over the lines of what scaling took out of the tables [dB re 1 Pa].
     """
 
     case: Case
-    tolerance: float
     columns: IntArray
     tables: Any
     scale_level: RealArray
@@ -85,12 +83,8 @@ class LevelSum:
         level = np.empty((len(designs), len(self.case.vehicle_names)))
         for first in range(0, len(designs), BLOCK):
             rows = designs[first : first + BLOCK]
-            if isinstance(self.case, AmplitudeMotion):
-                pressure = self.case.pressure(rows, self.tolerance)
-            else:
-                pressure = self.case.pressure(rows)
             with np.errstate(all="ignore"):
-                lines = 20.0 * np.log10(np.abs(pressure))
+                lines = 20.0 * np.log10(np.abs(self.case.pressure(rows)))
             level[first : first + BLOCK] = lines.sum(axis=-1)
         return level
 
@@ -113,7 +107,8 @@ class LevelSum:
                 n_end = (tables.variables.size - 3 * n_mounts) // max(tables.end_mass.size, 1)
                 run = compiled_loops.coupled_loop(n_mounts, n_end, tables.transfer_real.shape[2])
                 ratio = self._ratio(designs, lanes)
-                run(factors, ratio, tables, self.tolerance, products, trusted)
+                tolerance = getattr(self.case, "tolerance", TOLERANCE)
+                run(factors, ratio, tables, tolerance, products, trusted)
             neper = np.log(products).sum(axis=2).transpose(0, 2, 1).reshape(-1, n_vehicles)
         n = len(designs)
         largest = np.abs(designs[:, self.columns]).max(axis=1)
@@ -131,13 +126,12 @@ class LevelSum:
         return lined.reshape(len(lined), *parts.shape[1:], lanes)
 
 
-def level_sum(case: Case, *, compiled: bool, tolerance: float = TOLERANCE) -> LevelSum:
+def level_sum(case: Case, *, compiled: bool) -> LevelSum:
     """Prepare the sum of levels of one load case.
 
     - `case`: load case with its model of the motion.
     - `compiled`: whether to use the compiled loops. Motion whose springs do not lie along the axes
       is computed in numpy all the same.
-    - `tolerance`: largest relative change of an amplitude in the last sweep [1].
     - returns: function from designs (n, k) to sums (n, v); a process pool can carry it.
 
     Each line is divided by a power of two next to its nominal pressure, which rounds nothing.
@@ -156,7 +150,7 @@ def level_sum(case: Case, *, compiled: bool, tolerance: float = TOLERANCE) -> Le
         compiled = compiled and _along_axes(coupled)
         tables = _motion_tables(case, exponents) if compiled else None
     scale_level = 20.0 * np.log10(2.0) * exponents.sum(axis=1)
-    return LevelSum(case, tolerance, columns, tables if compiled else None, scale_level)
+    return LevelSum(case, columns, tables if compiled else None, scale_level)
 
 
 def _in_lanes(rows: RealArray, lanes: int) -> RealArray:
